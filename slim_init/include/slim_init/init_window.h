@@ -1,0 +1,96 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The immutable input of a WindowSolver.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slim_init/types.h"
+
+namespace slim_init {
+
+/// What was dropped between the sensors and the window; nothing disappears without a count.
+struct WindowCounts {
+  int imu_added = 0;
+  int imu_not_finite = 0;
+  int imu_out_of_order = 0;  ///< time not after the previous sample (duplicates included)
+  int frames_added = 0;
+  int frames_not_finite = 0;
+  int frames_out_of_order = 0;       ///< time not after the previous frame (duplicates included)
+  int observations_not_finite = 0;   ///< point or line with NaN/inf or a zero bearing
+  int observations_duplicate_id = 0; ///< second use of an id within one frame
+  int lines_degenerate = 0;          ///< end points less than 1e-6 rad apart
+};
+
+/// One sighting of a point track.
+struct PointSighting {
+  int keyframe = 0;         ///< index into InitWindow::times()
+  Eigen::Vector3d bearing;  ///< unit, in c
+};
+
+/// One sighting of a line track.
+struct LineSighting {
+  int keyframe = 0;
+  Eigen::Vector3d start_bearing;  ///< unit, in c
+  Eigen::Vector3d end_bearing;    ///< unit, in c
+  Eigen::Vector3d normal;         ///< unit normal of the interpretation plane (s x e)/|s x e|, in c
+  double length_px = 0.0;
+  double detection_confidence = 1.0;
+  double match_quality = 1.0;
+};
+
+/// A contiguous range [begin, end) of sightings of one track, ascending in keyframe.
+struct Track {
+  FeatureId id = -1;
+  int begin = 0;
+  int end = 0;
+  int size() const { return end - begin; }
+};
+
+/// N keyframes with their tracks and the inertial data between them. Immutable after creation, so
+/// every solver sees the same bytes. Tracks are sorted by id; tracks with one sighting are left out.
+class InitWindow {
+ public:
+  /// Builds a window. `keyframes` ascending in time on the IMU clock, `imu` ascending and covering
+  /// [first keyframe, last keyframe]. On a violated invariant returns null and a sentence in
+  /// `error` naming the value and the bound.
+  static std::shared_ptr<const InitWindow> create(const Calibration& calibration,
+                                                  const std::vector<FrameObservation>& keyframes,
+                                                  std::vector<ImuSample> imu,
+                                                  std::string* error = nullptr);
+
+  int size() const { return static_cast<int>(times_.size()); }
+  /// Keyframe times on the IMU clock [s].
+  const std::vector<double>& times() const { return times_; }
+  const Calibration& calibration() const { return calibration_; }
+  /// Raw samples covering the window: the first is at or before times().front(), the last at or
+  /// after times().back().
+  const std::vector<ImuSample>& imu() const { return imu_; }
+
+  const std::vector<Track>& pointTracks() const { return point_tracks_; }
+  const std::vector<PointSighting>& pointSightings() const { return point_sightings_; }
+  const std::vector<Track>& lineTracks() const { return line_tracks_; }
+  const std::vector<LineSighting>& lineSightings() const { return line_sightings_; }
+  /// Every line of one keyframe, single sightings included: a vanishing point needs no track.
+  const std::vector<LineSighting>& linesOfKeyframe(int k) const { return keyframe_lines_[k]; }
+
+  /// Observations rejected while this window was built.
+  const WindowCounts& counts() const { return counts_; }
+
+ private:
+  InitWindow() = default;
+
+  Calibration calibration_;
+  std::vector<double> times_;
+  std::vector<ImuSample> imu_;
+  std::vector<Track> point_tracks_;
+  std::vector<PointSighting> point_sightings_;
+  std::vector<Track> line_tracks_;
+  std::vector<LineSighting> line_sightings_;
+  std::vector<std::vector<LineSighting>> keyframe_lines_;
+  WindowCounts counts_;
+};
+
+}  // namespace slim_init

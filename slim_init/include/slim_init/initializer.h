@@ -1,0 +1,51 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The door that a back end sees and swaps.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "slim_init/keyframe_window.h"
+#include "slim_init/options.h"
+#include "slim_init/result.h"
+
+namespace slim_init {
+
+/// An initializer as a host holds it: data in, verdict out. A back end that holds one of these runs
+/// any method without knowing which. Never throws, prints or exits.
+class IInitializer {
+ public:
+  virtual ~IInitializer() = default;
+
+  /// Name of the method, as given to makeInitializer().
+  virtual const std::string& name() const = 0;
+
+  virtual AddStatus addImu(const ImuSample& sample) = 0;
+  virtual AddStatus addFrame(const FrameObservation& frame) = 0;
+
+  /// Solves the newest window. The data stay, so it may be called again at any time.
+  virtual InitResult initialize() = 0;
+
+  /// Solves the newest window after a failure of the host and joins the answer to the host's old
+  /// odometry frame: position and yaw continue from `last_healthy` (its time must lie within the
+  /// buffered IMU data), carried on by the IMU to the window; gravity, velocities and biases are
+  /// the new ones. Refusals are as for initialize(), plus kInvalidInput when `last_healthy` is not
+  /// finite or lies outside the buffer.
+  virtual InitResult recover(const NavState& last_healthy) = 0;
+
+  /// Forgets all data.
+  virtual void reset() = 0;
+
+  /// The data as this initializer sees it: counts of dropped messages, buffered samples.
+  virtual const KeyframeWindow& window() const = 0;
+};
+
+/// Pairs a keyframe window with a solver. Names: solverNames(). Unknown name, invalid calibration
+/// or options: null, and a sentence in `error`.
+std::unique_ptr<IInitializer> makeInitializer(const std::string& name,
+                                              const Calibration& calibration,
+                                              const InitializerOptions& options,
+                                              std::string* error = nullptr);
+
+}  // namespace slim_init

@@ -1,0 +1,107 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What comes out of an initializer: a verdict with its evidence, and the states.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "slim_init/types.h"
+
+namespace slim_init {
+
+/// The verdict on one window. The comment says what of InitResult is valid.
+enum class InitStatus {
+  kSuccess,  ///< everything is valid and may be used
+
+  // Wait: the data does not hold the answer yet. What is observable is returned.
+  kTooFewKeyframes,      ///< nothing
+  kTooFewTracks,         ///< nothing
+  kStationary,           ///< gravity_b0 and gyro_bias
+  kTooLittleExcitation,  ///< estimate present, its scale is not to be trusted
+  kPureRotation,         ///< gyro_bias
+
+  // Refused: an answer was computed and failed a check. The estimate is present for diagnosis.
+  kDegenerateAlignment,
+  kInconsistentResiduals,
+  kScaleTooUncertain,
+
+  // Errors.
+  kInvalidInput,      ///< nothing; `message` names the offending field
+  kNumericalFailure,  ///< nothing
+};
+
+/// Stable lower-case name, used in files and messages: "success", "too_few_keyframes",
+/// "too_few_tracks", "stationary", "too_little_excitation", "pure_rotation",
+/// "degenerate_alignment", "inconsistent_residuals", "scale_too_uncertain", "invalid_input",
+/// "numerical_failure".
+const char* toString(InitStatus status);
+
+/// True for the statuses that more data may cure (kTooFewKeyframes .. kPureRotation).
+bool isWait(InitStatus status);
+
+/// True where an estimate was computed and then rejected by a gate.
+bool isRefused(InitStatus status);
+
+/// One check: a measured number against its threshold.
+struct GateValue {
+  std::string name;                  ///< e.g. "scale_sigma"
+  std::string unit;                  ///< "" where dimensionless
+  double value = kNotComputed;       ///< measured
+  double threshold = kNotComputed;   ///< bound from GateOptions
+  bool upper_bound = true;           ///< passes when value <= threshold; else value >= threshold
+  bool passed = false;               ///< a value that is not finite never passes
+  bool enforced = false;             ///< false: reported only, does not change the status
+  InitStatus status_if_failed = InitStatus::kSuccess;
+};
+
+/// Wall-clock time of one stage. The only field of InitResult that differs between equal inputs.
+struct StageTime {
+  std::string name;
+  double ms = 0.0;
+};
+
+/// How much data the answer rests on.
+struct SolveCounts {
+  int keyframes = 0;
+  int point_tracks = 0;           ///< tracks seen in >= 2 keyframes
+  int point_observations = 0;
+  int line_tracks = 0;            ///< tracks seen in >= 2 keyframes
+  int line_observations = 0;
+  int vp_pairs = 0;               ///< keyframe pairs in which the VP residual was active
+  int gyro_bias_iterations = 0;
+};
+
+/// The answer of a WindowSolver. World frame w: z up (gravity_w = (0, 0, -g)), origin at the first
+/// keyframe's body, and the first body's x axis has zero yaw.
+struct InitResult {
+  InitStatus status = InitStatus::kInvalidInput;
+  /// One sentence for a person, with the measured value and the threshold that decided.
+  std::string message = "solve() was not called";
+
+  std::vector<NavState> states;  ///< one per keyframe of the window, or empty
+  Eigen::Vector3d gravity_w = Eigen::Vector3d::Constant(kNotComputed);   ///< [m/s^2]
+  Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Constant(kNotComputed);  ///< in first body [m/s^2]
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Constant(kNotComputed);   ///< [rad/s]
+  Eigen::Vector3d accel_bias = Eigen::Vector3d::Constant(kNotComputed);  ///< [m/s^2]
+
+  /// Metres per unit of the up-to-scale camera trajectory, whose spread about its mean
+  /// (root of the summed squares) is 1. NaN where the method has no such stage.
+  double scale = kNotComputed;
+  double scale_sigma = kNotComputed;  ///< relative standard deviation of the scale, or NaN
+
+  /// Covariance of the error state [theta, p, v] per keyframe followed by [b_g, b_a]; theta on the
+  /// right of R_w_b. Empty where the method does not provide it (drt-l, slim-paper).
+  Eigen::MatrixXd covariance;
+
+  std::vector<GateValue> gates;
+  std::vector<StageTime> stages;
+  SolveCounts counts;
+
+  bool success() const { return status == InitStatus::kSuccess; }
+  bool hasEstimate() const { return !states.empty(); }
+  double totalMs() const;
+};
+
+}  // namespace slim_init

@@ -1,0 +1,82 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "alignment/gravity_constrained.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace slim_init {
+
+Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d& m, double G) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(S);
+  const Eigen::Vector3d d = solver.eigenvalues().array() - solver.eigenvalues()[0];
+  const Eigen::Vector3d h = solver.eigenvectors().transpose() * m;
+  // g(nu) = h / (d + nu) with nu = mu + smallest eigenvalue >= 0; |g| falls monotonically in nu.
+  const auto norm = [&](double nu) {
+    return (h.array() / (d.array() + nu)).matrix().norm();
+  };
+  Eigen::Vector3d g;
+  const double tiny = 1e-15 * std::max(d[2], h.norm() / G);
+  if (norm(tiny) <= G) {
+    // Hard case: m has no part along the weakest direction, so the solution is not unique; one of
+    // the two mirror images is filled up to the norm.
+    g = h.array() / (d.array() + tiny);
+    const double rest = G * G - g.tail<2>().squaredNorm();
+    g[0] = std::copysign(std::sqrt(std::max(rest, 0.0)), h[0]);
+  } else {
+    // 1/|g| is concave and nearly linear in nu: Newton from the left does not overshoot; the
+    // bracket is a safeguard against rounding.
+    double low = tiny;
+    double high = h.norm() / G;  // |g(high)| <= |h| / high = G
+    double nu = low;
+    for (int i = 0; i < 100; ++i) {
+      const Eigen::Vector3d at = h.array() / (d.array() + nu);
+      const double length = at.norm();
+      (length > G ? low : high) = nu;
+      const double slope = (at.array().square() / (d.array() + nu)).sum() / (length * length);
+      double next = nu + (length / G - 1.0) / slope;
+      if (!(next > low && next < high)) next = 0.5 * (low + high);
+      if (std::abs(next - nu) <= 1e-16 * (nu + next)) break;
+      nu = next;
+    }
+    g = h.array() / (d.array() + nu);
+  }
+  g *= G / g.norm();
+  return solver.eigenvectors() * g;
+}
+
+bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
+                             double gravity_magnitude, Eigen::VectorXd* x) {
+  const Eigen::Index q = H.rows() - 3;
+  if (!b.allFinite()) return false;
+  // Scaled to a unit diagonal, so that positions, velocities and scale weigh alike in the test for
+  // definiteness.
+  Eigen::VectorXd scale(q);
+  for (Eigen::Index i = 0; i < q; ++i) {
+    if (!(H(i, i) > 0.0)) return false;
+    scale[i] = 1.0 / std::sqrt(H(i, i));
+  }
+  const Eigen::MatrixXd A =
+      scale.asDiagonal() * H.topLeftCorner(q, q) * scale.asDiagonal();
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(A);
+  // Not finite input fails this test as well.
+  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 1e-14)) return false;
+
+  Eigen::MatrixXd rhs(q, 4);
+  rhs.leftCols<3>() = scale.asDiagonal() * H.bottomLeftCorner(3, q).transpose();
+  rhs.col(3) = scale.asDiagonal() * b.head(q);
+  const Eigen::MatrixXd solved = ldlt.solve(rhs);
+  const Eigen::Matrix3d S = Eigen::Matrix3d(H.bottomRightCorner<3, 3>()
+                                                .selfadjointView<Eigen::Lower>()) -
+                            rhs.leftCols<3>().transpose() * solved.leftCols<3>();
+  const Eigen::Vector3d m = b.tail<3>() - rhs.leftCols<3>().transpose() * solved.col(3);
+  if (!S.allFinite() || !m.allFinite()) return false;
+
+  const Eigen::Vector3d g = minimizeOnSphere(0.5 * (S + S.transpose()), m, gravity_magnitude);
+  x->resize(q + 3);
+  x->head(q) = scale.asDiagonal() * (solved.col(3) - solved.leftCols<3>() * g);
+  x->tail<3>() = g;
+  return x->allFinite();
+}
+
+}  // namespace slim_init

@@ -1,0 +1,150 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "imu/preintegration.h"
+
+#include <algorithm>
+
+namespace slim_init {
+namespace {
+
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+ImuSample interpolate(const ImuSample& a, const ImuSample& b, double t) {
+  const double w = (t - a.t) / (b.t - a.t);
+  ImuSample out;
+  out.t = t;
+  out.gyro = a.gyro + w * (b.gyro - a.gyro);
+  out.accel = a.accel + w * (b.accel - a.accel);
+  return out;
+}
+
+// One trapezoidal step from sample a to sample b.
+template <PreintegrationParts kParts>
+void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preintegration& pre) {
+  const double h = b.t - a.t;
+  const Eigen::Vector3d theta = h * (0.5 * (a.gyro + b.gyro) - pre.gyro_bias);
+  const internal::Rodrigues k(theta.squaredNorm());
+  const Eigen::Matrix3d K = skew(theta);
+  const Eigen::Matrix3d K2 = theta * theta.transpose() -
+                             theta.squaredNorm() * Eigen::Matrix3d::Identity();  // K * K, cheaper
+  const Eigen::Matrix3d E = Eigen::Matrix3d::Identity() + k.a * K + k.b * K2;
+  const Eigen::Matrix3d Jr = Eigen::Matrix3d::Identity() - k.b * K + k.c * K2;
+
+  const Eigen::Matrix3d dR_a = pre.dR;
+  const Eigen::Matrix3d J_a = pre.dR_dbg;
+  pre.dR = dR_a * E;
+  pre.dR_dbg = E.transpose() * J_a - h * Jr;
+  pre.dt += h;
+  if constexpr (kParts == PreintegrationParts::kRotation) return;
+
+  const Eigen::Vector3d f_a = a.accel - pre.accel_bias;
+  const Eigen::Vector3d f_b = b.accel - pre.accel_bias;
+  const Eigen::Vector3d acc = 0.5 * (dR_a * f_a + pre.dR * f_b);
+  // d(R f)/d b_g = -R [f]x J, at both ends of the step.
+  const Eigen::Matrix3d Rf_a = dR_a * skew(f_a);
+  const Eigen::Matrix3d Rf_b = pre.dR * skew(f_b);
+  const Eigen::Matrix3d dacc_dbg = -0.5 * (Rf_a * J_a + Rf_b * pre.dR_dbg);
+  const Eigen::Matrix3d dacc_dba = -0.5 * (dR_a + pre.dR);
+
+  if constexpr (kParts == PreintegrationParts::kWithCovariance) {
+    // Linear error propagation over the step. The white noise of the averaged samples is that of
+    // one sample per step: neighbouring steps share samples, so the average loses nothing in sum.
+    const Eigen::Matrix3d G = -0.5 * h * (Rf_a + Rf_b * E.transpose());
+    Matrix9d A = Matrix9d::Identity();
+    A.block<3, 3>(0, 0) = E.transpose();
+    A.block<3, 3>(3, 0) = G;
+    A.block<3, 3>(6, 0) = 0.5 * h * G;
+    A.block<3, 3>(6, 3) = h * Eigen::Matrix3d::Identity();
+    Eigen::Matrix<double, 9, 3> B_gyro, B_accel;
+    B_gyro.topRows<3>() = h * Jr;
+    B_gyro.middleRows<3>(3) = -0.5 * h * Rf_b * (h * Jr);
+    B_gyro.bottomRows<3>() = 0.5 * h * B_gyro.middleRows<3>(3);
+    B_accel.topRows<3>().setZero();
+    B_accel.middleRows<3>(3) = -h * dacc_dba;
+    B_accel.bottomRows<3>() = 0.5 * h * B_accel.middleRows<3>(3);
+    const double var_gyro = noise.gyro_density * noise.gyro_density / h;
+    const double var_accel = noise.accel_density * noise.accel_density / h;
+    pre.covariance = A * pre.covariance * A.transpose() +
+                     var_gyro * B_gyro * B_gyro.transpose() +
+                     var_accel * B_accel * B_accel.transpose();
+  }
+
+  pre.dp += h * pre.dv + 0.5 * h * h * acc;
+  pre.dp_dbg += h * pre.dv_dbg + 0.5 * h * h * dacc_dbg;
+  pre.dp_dba += h * pre.dv_dba + 0.5 * h * h * dacc_dba;
+  pre.dv += h * acc;
+  pre.dv_dbg += h * dacc_dbg;
+  pre.dv_dba += h * dacc_dba;
+}
+
+template <PreintegrationParts kParts>
+void integrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
+               const ImuNoise& noise, Preintegration& pre) {
+  // First sample after t_i; the one before it opens the interval.
+  auto next = std::upper_bound(samples.begin(), samples.end(), t_i,
+                               [](double t, const ImuSample& s) { return t < s.t; });
+  if (next == samples.begin() || next == samples.end()) return;
+  ImuSample at = interpolate(*(next - 1), *next, t_i);
+  for (; next != samples.end() && next->t < t_j; ++next) {
+    step<kParts>(at, *next, noise, pre);
+    at = *next;
+  }
+  if (next == samples.end()) return;
+  // `next` is at or after t_j, the sample before it is at or before t_j.
+  const ImuSample end = interpolate(*(next - 1), *next, t_j);
+  if (end.t > at.t) step<kParts>(at, end, noise, pre);
+}
+
+}  // namespace
+
+Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
+                            const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accel_bias,
+                            const ImuNoise& noise, PreintegrationParts parts) {
+  Preintegration pre;
+  pre.gyro_bias = gyro_bias;
+  pre.accel_bias = accel_bias;
+  switch (parts) {
+    case PreintegrationParts::kRotation:
+      integrate<PreintegrationParts::kRotation>(samples, t_i, t_j, noise, pre);
+      break;
+    case PreintegrationParts::kMean:
+      integrate<PreintegrationParts::kMean>(samples, t_i, t_j, noise, pre);
+      break;
+    case PreintegrationParts::kWithCovariance:
+      integrate<PreintegrationParts::kWithCovariance>(samples, t_i, t_j, noise, pre);
+      break;
+  }
+  return pre;
+}
+
+std::vector<Preintegration> preintegrateWindow(const InitWindow& window,
+                                               const Eigen::Vector3d& gyro_bias,
+                                               const Eigen::Vector3d& accel_bias,
+                                               PreintegrationParts parts) {
+  std::vector<Preintegration> pre;
+  pre.reserve(window.size() - 1);
+  for (int i = 0; i + 1 < window.size(); ++i) {
+    pre.push_back(preintegrate(window.imu(), window.times()[i], window.times()[i + 1], gyro_bias,
+                               accel_bias, window.calibration().imu_noise, parts));
+  }
+  return pre;
+}
+
+NavState propagate(const NavState& state_i, const Preintegration& pre,
+                   const Eigen::Vector3d& gravity_w) {
+  NavState state_j = state_i;
+  state_j.t = state_i.t + pre.dt;
+  state_j.R_w_b = state_i.R_w_b * pre.dR;
+  state_j.v_w_b = state_i.v_w_b + gravity_w * pre.dt + state_i.R_w_b * pre.dv;
+  state_j.p_w_b = state_i.p_w_b + state_i.v_w_b * pre.dt + 0.5 * gravity_w * pre.dt * pre.dt +
+                  state_i.R_w_b * pre.dp;
+  return state_j;
+}
+
+std::vector<Eigen::Matrix3d> chainRotations(const std::vector<Preintegration>& pre) {
+  std::vector<Eigen::Matrix3d> R_b0_bk(1, Eigen::Matrix3d::Identity());
+  R_b0_bk.reserve(pre.size() + 1);
+  for (const Preintegration& p : pre) R_b0_bk.push_back(R_b0_bk.back() * p.dR);
+  return R_b0_bk;
+}
+
+}  // namespace slim_init

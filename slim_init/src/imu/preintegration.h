@@ -1,0 +1,78 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// IMU preintegration on SO(3) (Forster et al. 2016, sections V and VI), trapezoidal between samples.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "geometry/so3.h"
+#include "slim_init/init_window.h"
+#include "slim_init/types.h"
+
+namespace slim_init {
+
+/// Motion between the instants i and j as the IMU alone sees it.
+///
+///   R_w_bj = R_w_bi dR,   v_j = v_i + g dt + R_w_bi dv,
+///   p_j = p_i + v_i dt + g dt^2 / 2 + R_w_bi dp.
+struct Preintegration {
+  double dt = 0.0;                                       ///< t_j - t_i [s]
+  Eigen::Matrix3d dR = Eigen::Matrix3d::Identity();      ///< b_j to b_i
+  Eigen::Vector3d dv = Eigen::Vector3d::Zero();          ///< in b_i [m/s]
+  Eigen::Vector3d dp = Eigen::Vector3d::Zero();          ///< in b_i [m]
+
+  // Derivatives at the linearisation point; for the rotation dR(b_g + d) = dR Exp(dR_dbg d).
+  Eigen::Matrix3d dR_dbg = Eigen::Matrix3d::Zero();  ///< [rad / (rad/s)]
+  Eigen::Matrix3d dv_dbg = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d dv_dba = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d dp_dbg = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d dp_dba = Eigen::Matrix3d::Zero();
+
+  /// Covariance of the errors [theta, v, p] with dR Exp(theta), dv + v, dp + p. Zero unless asked
+  /// for (PreintegrationParts::kWithCovariance).
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();   ///< linearisation point [rad/s]
+  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();  ///< linearisation point [m/s^2]
+
+  // First-order values at other biases (Forster et al. 2016, eq. (44)).
+  Eigen::Matrix3d rotationAt(const Eigen::Vector3d& gyro_bias_new) const {
+    return dR * expSO3(dR_dbg * (gyro_bias_new - gyro_bias));
+  }
+  Eigen::Vector3d velocityAt(const Eigen::Vector3d& bg, const Eigen::Vector3d& ba) const {
+    return dv + dv_dbg * (bg - gyro_bias) + dv_dba * (ba - accel_bias);
+  }
+  Eigen::Vector3d positionAt(const Eigen::Vector3d& bg, const Eigen::Vector3d& ba) const {
+    return dp + dp_dbg * (bg - gyro_bias) + dp_dba * (ba - accel_bias);
+  }
+};
+
+/// What to compute; less is faster.
+enum class PreintegrationParts {
+  kRotation,        ///< dt, dR, dR_dbg
+  kMean,            ///< and dv, dp and all derivatives
+  kWithCovariance,  ///< and the covariance
+};
+
+/// Integrates from t_i to t_j. `samples` ascend in time and cover [t_i, t_j]; values at t_i and t_j
+/// are interpolated linearly between the neighbouring samples, so that a keyframe between two
+/// samples is met exactly. Requires t_i < t_j; samples outside the interval are ignored.
+Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
+                            const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accel_bias,
+                            const ImuNoise& noise, PreintegrationParts parts);
+
+/// One preintegration per consecutive keyframe pair of the window (size() - 1 of them).
+std::vector<Preintegration> preintegrateWindow(const InitWindow& window,
+                                               const Eigen::Vector3d& gyro_bias,
+                                               const Eigen::Vector3d& accel_bias,
+                                               PreintegrationParts parts);
+
+/// Carries a state on by one preintegration made at the state's biases. `gravity_w` [m/s^2].
+NavState propagate(const NavState& state_i, const Preintegration& pre,
+                   const Eigen::Vector3d& gravity_w);
+
+/// Body attitudes in the first body frame, R_b0_bk, by chaining the relative rotations.
+std::vector<Eigen::Matrix3d> chainRotations(const std::vector<Preintegration>& pre);
+
+}  // namespace slim_init

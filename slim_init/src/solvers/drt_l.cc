@@ -1,0 +1,39 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/drt_l.h"
+
+#include "rotation/gyro_bias.h"
+#include "solvers/loosely_coupled.h"
+
+namespace slim_init {
+
+const std::string& DrtL::name() const {
+  static const std::string kName = "drt-l";
+  return kName;
+}
+
+InitResult DrtL::solve(const InitWindow& window) const {
+  InitResult result = startResult(window);
+  StageClock clock(&result);
+
+  // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
+  GyroBiasProblem problem;
+  problem.pair_loss = PairLoss::kEigenvalue;
+  const GyroBiasEstimate bias = estimateGyroBias(window, problem, options_.gyro_bias);
+  result.counts.gyro_bias_iterations = bias.iterations;
+  clock.lap("gyro_bias");
+  if (bias.point_pairs == 0) {
+    fail(InitStatus::kTooFewTracks, "no keyframe pair has enough common points", &result);
+    return result;
+  }
+  if (!bias.converged) {
+    fail(InitStatus::kNumericalFailure, "the gyroscope bias did not converge", &result);
+    return result;
+  }
+
+  // Translations up to scale, then velocities, gravity and scale linearly (section 4.2).
+  const bool gates_enforced = options_.gates.mode == GateMode::kOn;
+  solveTranslationAndAlign(window, bias, LineTerms(), options_, gates_enforced, &clock, &result);
+  return result;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,133 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/initializer.h"
+
+#include <cmath>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "geometry/so3.h"
+#include "imu/preintegration.h"
+#include "slim_init/window_solver.h"
+
+namespace slim_init {
+namespace {
+
+bool isFinite(const NavState& state) {
+  return std::isfinite(state.t) && state.R_w_b.allFinite() && state.p_w_b.allFinite() &&
+         state.v_w_b.allFinite() && state.gyro_bias.allFinite() && state.accel_bias.allFinite();
+}
+
+// State of the body at time t, carried there from `state` by the IMU.
+NavState propagateTo(const NavState& state, double t, const std::vector<ImuSample>& imu,
+                     const Eigen::Vector3d& gravity_w, const ImuNoise& noise) {
+  if (t <= state.t) return state;
+  return propagate(state,
+                   preintegrate(imu, state.t, t, state.gyro_bias, state.accel_bias, noise,
+                                PreintegrationParts::kMean),
+                   gravity_w);
+}
+
+// The rotation about z that brings R_b closest to R_a. Unlike the difference of two yaw angles it is
+// well defined for every mounting, also with a body axis pointing up (EuRoC's x axis does).
+Eigen::Matrix3d yawBetween(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b) {
+  const Eigen::Matrix3d M = R_a * R_b.transpose();
+  const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));
+  return expSO3(Eigen::Vector3d(0.0, 0.0, yaw));
+}
+
+class Initializer : public IInitializer {
+ public:
+  Initializer(std::unique_ptr<WindowSolver> solver, const Calibration& calibration,
+              const InitializerOptions& options)
+      : solver_(std::move(solver)), window_(calibration, options.window) {}
+
+  const std::string& name() const override { return solver_->name(); }
+  AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
+  AddStatus addFrame(const FrameObservation& frame) override { return window_.addFrame(frame); }
+  void reset() override { window_.reset(); }
+  const KeyframeWindow& window() const override { return window_; }
+
+  InitResult initialize() override {
+    const WindowCut cut = window_.cut();
+    if (cut.window == nullptr) {
+      InitResult result;
+      result.status = cut.status;
+      result.message = cut.message;
+      return result;
+    }
+    return solver_->solve(*cut.window);
+  }
+
+  InitResult recover(const NavState& last_healthy) override {
+    std::ostringstream sentence;
+    if (!isFinite(last_healthy)) {
+      return refuse("the last healthy state is not finite");
+    }
+    const std::vector<ImuSample> imu(window_.imu().begin(), window_.imu().end());
+    if (imu.empty() || last_healthy.t < imu.front().t || last_healthy.t > imu.back().t) {
+      sentence << "the last healthy state at " << std::fixed << last_healthy.t
+               << " s lies outside the buffered IMU data";
+      if (!imu.empty()) sentence << " [" << imu.front().t << ", " << imu.back().t << "] s";
+      return refuse(sentence.str());
+    }
+    InitResult result = initialize();
+    if (result.success() && result.hasEstimate()) joinFrame(last_healthy, imu, &result);
+    return result;
+  }
+
+ private:
+  static InitResult refuse(const std::string& message) {
+    InitResult result;
+    result.status = InitStatus::kInvalidInput;
+    result.message = message;
+    return result;
+  }
+
+  // Moves the new solution into the old odometry frame: both describe the body at one instant, the
+  // first at which both exist; they have to agree there in position and in yaw. Roll and pitch are
+  // the new solution's, because they come from gravity.
+  void joinFrame(const NavState& last_healthy, const std::vector<ImuSample>& imu,
+                 InitResult* result) const {
+    const ImuNoise& noise = window_.calibration().imu_noise;
+    NavState old_state = last_healthy;
+    // The host's biases may be what failed; the new ones carry the old state on.
+    old_state.gyro_bias = result->gyro_bias;
+    old_state.accel_bias = result->accel_bias;
+    NavState new_state = result->states.front();
+    for (const NavState& state : result->states) {
+      if (state.t <= last_healthy.t) new_state = state;
+    }
+    old_state = propagateTo(old_state, new_state.t, imu, result->gravity_w, noise);
+    new_state = propagateTo(new_state, old_state.t, imu, result->gravity_w, noise);
+
+    const Eigen::Matrix3d R_old_new = yawBetween(old_state.R_w_b, new_state.R_w_b);
+    const Eigen::Vector3d t_old_new = old_state.p_w_b - R_old_new * new_state.p_w_b;
+    for (NavState& state : result->states) {
+      state.R_w_b = R_old_new * state.R_w_b;
+      state.p_w_b = R_old_new * state.p_w_b + t_old_new;
+      state.v_w_b = R_old_new * state.v_w_b;
+    }
+  }
+
+  std::unique_ptr<WindowSolver> solver_;
+  KeyframeWindow window_;
+};
+
+}  // namespace
+
+std::unique_ptr<IInitializer> makeInitializer(const std::string& name,
+                                              const Calibration& calibration,
+                                              const InitializerOptions& options,
+                                              std::string* error) {
+  const std::string sentence = calibration.validate();
+  if (!sentence.empty()) {
+    if (error != nullptr) *error = "calibration: " + sentence;
+    return nullptr;
+  }
+  std::unique_ptr<WindowSolver> solver = makeWindowSolver(name, options, error);
+  if (solver == nullptr) return nullptr;
+  return std::make_unique<Initializer>(std::move(solver), calibration, options);
+}
+
+}  // namespace slim_init

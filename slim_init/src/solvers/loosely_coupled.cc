@@ -1,0 +1,132 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/loosely_coupled.h"
+
+#include <sstream>
+
+#include "geometry/so3.h"
+#include "verdict/gates.h"
+
+namespace slim_init {
+namespace {
+
+// States in the gravity-aligned world from the alignment in b0.
+void setStates(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b0_bk,
+               const AlignmentEstimate& alignment, InitResult* result) {
+  const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(alignment.gravity_b0);
+  result->gravity_w =
+      Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
+  result->gravity_b0 = alignment.gravity_b0;
+  result->scale = alignment.scale;
+  result->scale_sigma = alignment.scale_sigma;
+  for (int k = 0; k < window.size(); ++k) {
+    NavState state;
+    state.t = window.times()[k];
+    state.R_w_b = R_w_b0 * R_b0_bk[k];
+    state.p_w_b = R_w_b0 * alignment.positions_b0.col(k);
+    state.v_w_b = R_w_b0 * alignment.velocities_b0.col(k);
+    state.gyro_bias = result->gyro_bias;
+    state.accel_bias = result->accel_bias;
+    result->states.push_back(state);
+  }
+}
+
+// A window without translation holds no scale: keeps what is observable, drops the rest.
+void keepObservable(const std::vector<Preintegration>& pre,
+                    const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
+                    InitResult* result) {
+  const InitStatus status = result->status;
+  if (status != InitStatus::kStationary && status != InitStatus::kPureRotation) return;
+  result->states.clear();
+  result->scale = kNotComputed;
+  result->scale_sigma = kNotComputed;
+  result->gravity_w.setConstant(kNotComputed);
+  result->gravity_b0.setConstant(kNotComputed);
+  result->accel_bias.setConstant(kNotComputed);
+  if (status == InitStatus::kPureRotation) return;
+  // At rest the mean specific force is minus gravity.
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < pre.size(); ++i) force += R_b0_bk[i] * pre[i].dv;
+  result->gravity_b0 = -gravity_magnitude * force.normalized();
+  result->gravity_w = Eigen::Vector3d(0.0, 0.0, -gravity_magnitude);
+}
+
+}  // namespace
+
+InitResult startResult(const InitWindow& window) {
+  InitResult result;
+  result.counts.keyframes = window.size();
+  result.counts.point_tracks = static_cast<int>(window.pointTracks().size());
+  result.counts.point_observations = static_cast<int>(window.pointSightings().size());
+  result.counts.line_tracks = static_cast<int>(window.lineTracks().size());
+  result.counts.line_observations = static_cast<int>(window.lineSightings().size());
+  return result;
+}
+
+void fail(InitStatus status, const std::string& message, InitResult* result) {
+  result->status = status;
+  result->message = message;
+}
+
+std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                             const Eigen::Matrix3d& R_b_c) {
+  std::vector<Eigen::Matrix3d> R_c0_ck;
+  R_c0_ck.reserve(R_b0_bk.size());
+  for (const Eigen::Matrix3d& R : R_b0_bk) R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
+  return R_c0_ck;
+}
+
+void solveTranslationAndAlign(const InitWindow& window, const GyroBiasEstimate& bias,
+                              const LineTerms& line_terms, const InitializerOptions& options,
+                              bool gates_enforced, StageClock* clock, InitResult* result) {
+  const Calibration& calibration = window.calibration();
+  result->gyro_bias = bias.gyro_bias;
+  // Neither method models the accelerometer bias.
+  result->accel_bias.setZero();
+
+  const std::vector<Preintegration> pre = preintegrateWindow(
+      window, bias.gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
+  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
+  const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
+  clock->lap("integration");
+
+  const TranslationEstimate translation =
+      estimateTranslations(window, R_c0_ck, options.alignment);
+  clock->lap("translation");
+
+  MotionMeasures motion;
+  motion.parallax_px = medianParallaxPx(window, R_c0_ck);
+  motion.rotation_deg = maxRotationDeg(R_b0_bk);
+  motion.excitation = forceDeviation(pre, R_b0_bk);
+  result->gates = motionGates(motion, options.gates);
+
+  AlignmentEstimate alignment;
+  if (translation.valid) {
+    const Eigen::Matrix3Xd centres_b0 = calibration.R_b_c * translation.centres_c0;
+    alignment = alignLinear({window, pre, R_b0_bk, centres_b0, line_terms});
+  }
+  clock->lap("alignment");
+
+  if (alignment.valid) {
+    const std::vector<GateValue> gates =
+        alignmentGates(translation.linkage(), alignment.scale, alignment.residual_rms,
+                       alignment.scale_sigma, options.gates);
+    result->gates.insert(result->gates.end(), gates.begin(), gates.end());
+    setStates(window, R_b0_bk, alignment, result);
+  }
+  decide(gates_enforced, result);
+  keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, result);
+  clock->lap("verdict");
+  if (alignment.valid || !result->success()) return;
+
+  // No gate has refused, and yet there is no answer.
+  if (!translation.valid) {
+    std::ostringstream message;
+    message << translation.tracks << " tracks over at least " << options.alignment.min_track_length
+            << " keyframes with parallax, needs " << options.alignment.min_tracks;
+    fail(InitStatus::kTooFewTracks, message.str(), result);
+  } else {
+    fail(InitStatus::kNumericalFailure, "the alignment is singular", result);
+  }
+}
+
+}  // namespace slim_init

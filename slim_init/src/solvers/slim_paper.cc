@@ -1,0 +1,74 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "solvers/slim_paper.h"
+
+#include <vector>
+
+#include "imu/preintegration.h"
+#include "rotation/gyro_bias.h"
+#include "solvers/loosely_coupled.h"
+#include "structure/line_selection.h"
+#include "structure/vanishing_point.h"
+
+namespace slim_init {
+
+const std::string& SlimPaper::name() const {
+  static const std::string kName = "slim-paper";
+  return kName;
+}
+
+InitResult SlimPaper::solve(const InitWindow& window) const {
+  const SlimPaperOptions& terms = options_.slim_paper;
+  InitResult result = startResult(window);
+  StageClock clock(&result);
+
+  // IV-B-1, IV-B-2: dominant vanishing point of each keyframe, tracked by the gyro, with its gate.
+  std::vector<VanishingPoint> vanishing_points;
+  if (terms.use_vp) {
+    const std::vector<Preintegration> predicted = preintegrateWindow(
+        window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+    vanishing_points = trackVanishingPoints(
+        window, cameraRotations(chainRotations(predicted), window.calibration().R_b_c),
+        options_.vanishing_point);
+  }
+  clock.lap("vanishing_points");
+
+  // Step 1, eq. (1): gyroscope bias from point and VP residuals.
+  GyroBiasProblem problem;
+  problem.pair_loss = PairLoss::kSumOfSquares;
+  problem.vanishing_points = terms.use_vp ? &vanishing_points : nullptr;
+  problem.vp_options = options_.vanishing_point;
+  problem.vp_weight = terms.vp_weight;
+  problem.vp_cauchy_scale = terms.vp_cauchy_scale;
+  const GyroBiasEstimate bias = estimateGyroBias(window, problem, options_.gyro_bias);
+  result.counts.gyro_bias_iterations = bias.iterations;
+  result.counts.vp_pairs = bias.vp_pairs;
+  clock.lap("gyro_bias");
+  if (bias.point_pairs + bias.vp_pairs == 0) {
+    fail(InitStatus::kTooFewTracks, "no keyframe pair has enough common points", &result);
+    return result;
+  }
+  if (!bias.converged) {
+    fail(InitStatus::kNumericalFailure, "the gyroscope bias did not converge", &result);
+    return result;
+  }
+
+  // IV-C-4: line selection and weights, eq. (13).
+  std::vector<PairLines> lines;
+  LineTerms line_terms;
+  if (terms.use_line_epipolar || terms.use_line_normal) {
+    lines = selectLines(window, options_.line_selection);
+    line_terms.lines = &lines;
+    line_terms.use_epipolar = terms.use_line_epipolar;
+    line_terms.use_normal = terms.use_line_normal;
+    line_terms.epipolar_weight = terms.line_epipolar_weight;
+    line_terms.normal_weight = terms.line_normal_weight;
+  }
+  clock.lap("line_selection");
+
+  // Step 2, eq. (7): alignment on point and line residuals.
+  const bool gates_enforced = options_.gates.mode == GateMode::kOn;
+  solveTranslationAndAlign(window, bias, line_terms, options_, gates_enforced, &clock, &result);
+  return result;
+}
+
+}  // namespace slim_init

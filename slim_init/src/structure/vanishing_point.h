@@ -1,0 +1,75 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Dominant vanishing point of each keyframe and its track through the window (paper IV-B-1,
+// IV-B-2).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// Dominant vanishing direction of one keyframe.
+struct VanishingPoint {
+  bool found = false;
+  /// Unit, in c, front hemisphere (z >= 0). A vanishing direction has no sense: between keyframes
+  /// the sign flips when the axis crosses z = 0, so whoever compares two directions does it up to
+  /// sign.
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+  /// Covariance of the direction, rank 2 (across the direction), in c [rad^2].
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double consistency_rad = 0.0;  ///< rms of e^vp = n . d over the inliers, eq. (3) [rad]
+  std::vector<int> inliers;      ///< indices into the lines handed to the estimator, ascending
+  int track_id = -1;             ///< same id = same physical axis; -1: not found or not tracked
+  int age = 0;                   ///< consecutive keyframes with this id, this one included
+};
+
+/// Directions of an icosphere of `subdivisions` levels (clamped to [0, 6]) with z >= 0, unit. Of
+/// the 10 * 4^L + 2 vertices one of each antipodal pair: 5 * 4^L + 1, on the rim z == 0 the one
+/// with y > 0, or y == 0 and x > 0. No direction is farther than atan((3 - sqrt(5)) / 2^L) from one
+/// of them: 2.74 deg at level 4 (1281 directions), 5.46 deg at level 3. A vote threshold below that
+/// can miss a vanishing point between directions. Made at the first call for a level (thread-safe,
+/// about 0.5 ms at level 4), shared, always in the same order.
+const std::vector<Eigen::Vector3d>& icosphereHemisphere(int subdivisions);
+
+/// Vote and refine for one keyframe (paper IV-B-1). Every line votes with its length for every
+/// direction of the icosphere with |n . d| < sin(vote_threshold); the most voted direction wins, of
+/// equals the first. A weighted least squares fit over its voters, weights = lengths, eq. (2), then
+/// selection of the inliers |n . d| < sin(t_in) and fit over them in turn until the set repeats
+/// itself (at most four times). Lines with length_px <= 0 take no part. The answer does not depend
+/// on the order of lines.
+///
+/// `sigma_line_rad` [rad] is the standard deviation of a line end point across the line; it scales
+/// the covariance, which propagates it to first order through the fit (A^+ B A^+, since length
+/// weights are not inverse variances). Clutter, distortion and lines that are not quite parallel
+/// are not in it.
+///
+/// found == false for fewer than min_inliers lines, and for a bundle of near-parallel image lines
+/// whose planes differ too little to say where along them the direction is (kMinDetermination).
+/// track_id and age are left to trackVanishingPoints.
+VanishingPoint estimateVanishingPoint(const std::vector<LineSighting>& lines, double sigma_line_rad,
+                                      const VanishingPointOptions& options);
+
+/// Estimates every keyframe's vanishing point and carries track ids from keyframe to keyframe with
+/// `R_c0_ck` (rotation of camera k into camera 0, from the gyro). A vanishing point within
+/// match_threshold_deg of the axis of the keyframe before (up to sign) keeps its id and ages;
+/// otherwise, or after a miss, it gets the id of the nearest axis seen before within the threshold,
+/// with age 1; a new axis gets a new id. Ids count from 0 in order of appearance. One entry per
+/// keyframe; none found if `R_c0_ck` has another size than the window.
+///
+/// An axis is remembered as its last observation rotated into camera 0, not as a mean or as the
+/// first: with a gyro bias still unknown the predicted rotation drifts (0.1 rad/s over a window of
+/// 2.25 s is 13 deg), and only the part since the last observation must stay within the threshold.
+std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
+                                                 const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                                 const VanishingPointOptions& options);
+
+/// The indicator of IV-B-2 for a pair of keyframes, `vp_i` the earlier one: both found, same id,
+/// age of the later one >= min_track_age, consistency of both <= consistency_threshold_deg.
+bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
+                    const VanishingPointOptions& options);
+
+}  // namespace slim_init

@@ -1,0 +1,55 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Step 2a: camera positions up to scale from known rotations, without any 3D point (LiGT, Cai et
+// al., "A Pose-only Solution to Visual Reconstruction and Navigation", 2021).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// Up-to-scale camera positions with what they rest on.
+struct TranslationEstimate {
+  bool valid = false;       ///< enough tracks and a finite solution
+  /// Camera centres (3xN) in the frame of the first camera, column 0 zero, scaled to unit spread
+  /// (root of the summed squared distances from their mean).
+  Eigen::Matrix3Xd centres_c0;
+  int tracks = 0;           ///< tracks used
+  int rows = 0;             ///< scalar equations
+  double lambda_1 = 0.0;    ///< smallest eigenvalue of the system
+  double lambda_2 = 0.0;    ///< second smallest
+  double lambda_max = 0.0;  ///< largest
+  int positive_votes = 0;   ///< cheirality votes for the chosen sign
+  int negative_votes = 0;
+  /// lambda_2 / lambda_1: below about 10 the tracks do not link the window.
+  /// Without noise lambda_1 vanishes; it is then replaced by its rounding error.
+  double linkage() const {
+    const double rounding = 1e-16 * lambda_max;
+    return lambda_2 / (lambda_1 > rounding ? lambda_1 : rounding);
+  }
+};
+
+/// The 3x(3N) rows of one observation: L c = 0 for the camera centres c (stacked 3N).
+///
+/// With bearings u in the common frame, base views l and r, theta = u_l x u_r:
+///   depth of the point in l times |theta|^2 = theta . ((c_r - c_l) x u_r),
+///   u_i x (c_l + depth u_l - c_i) = 0.
+/// Only the blocks of r, l and i are non-zero; they are returned in that order.
+struct LigtRow {
+  Eigen::Matrix3d block_r, block_l, block_i;
+};
+LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r, const Eigen::Vector3d& u_i);
+
+/// Solves for the camera centres. `R_c0_ck`: rotation of camera k into the first camera, one per
+/// keyframe. Tracks seen in fewer than min_track_length keyframes or with less than
+/// min_parallax_rad of rotation-compensated parallax are left out; with fewer than min_tracks
+/// left, valid == false.
+TranslationEstimate estimateTranslations(const InitWindow& window,
+                                         const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                         const AlignmentOptions& options);
+
+}  // namespace slim_init

@@ -1,0 +1,53 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Gates: from measured number and threshold to a verdict. Message, test and decision use the same
+// constant.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "imu/preintegration.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+#include "slim_init/result.h"
+
+namespace slim_init {
+
+/// What the motion in a window offers, before any alignment.
+struct MotionMeasures {
+  double parallax_px = kNotComputed;   ///< see medianParallaxPx()
+  double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
+  double excitation = kNotComputed;    ///< see forceDeviation() [m/s^2]
+};
+
+/// Median over the tracks of the rotation-compensated angle between first and last sighting, in
+/// pixels at the image centre. NaN without tracks. `R_c0_ck`: camera k to first camera.
+double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck);
+
+/// Largest rotation of any keyframe against the first [deg].
+double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
+
+/// Rms over the keyframe pairs of the deviation of the mean specific force, rotated to b0, from its
+/// mean over the window [m/s^2]. Zero at constant velocity, where the scale is not observable.
+double forceDeviation(const std::vector<Preintegration>& pre,
+                      const std::vector<Eigen::Matrix3d>& R_b0_bk);
+
+/// Gates on the motion: "parallax" (failing as stationary or, beyond min_rotation_deg, as pure
+/// rotation) and "excitation".
+std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
+
+/// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
+/// "alignment_residual" (inconsistent residuals), "scale_sigma" (scale too uncertain).
+std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
+                                      double scale_sigma, const GateOptions& options);
+
+/// One sentence: what the gate measured, what it needs.
+std::string describe(const GateValue& gate);
+
+/// Sets status and message of `result` from its gates: the first failed one decides when
+/// `enforced`, else the status is kSuccess and the message names the first failure.
+void decide(bool enforced, InitResult* result);
+
+}  // namespace slim_init

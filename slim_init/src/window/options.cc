@@ -1,0 +1,90 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/options.h"
+
+#include "window/range_check.h"
+
+namespace slim_init {
+
+std::string WindowOptions::validate() const {
+  return RangeCheck()
+      .within("keyframes", keyframes, 2, 50)
+      .within("min_keyframes", min_keyframes, 2, 50)
+      .ordered("min_keyframes", min_keyframes, "keyframes", keyframes)
+      .within("min_interval_s", min_interval_s, 0.01, 5.0)
+      .within("max_frame_gap_s", max_frame_gap_s, 0.05, 10.0)
+      .within("max_imu_gap_s", max_imu_gap_s, 0.001, 1.0)
+      .within("buffer_s", buffer_s, 0.5, 600.0)
+      .sentence();
+}
+
+std::string GyroBiasOptions::validate() const {
+  return RangeCheck()
+      .within("max_iterations", max_iterations, 1, 1000)
+      .within("max_relinearizations", max_relinearizations, 1, 20)
+      .within("cauchy_scale", cauchy_scale, 1e-12, 1e6)
+      .within("min_points_per_pair", min_points_per_pair, 5, 1000)
+      .within("max_bias", max_bias, 1e-3, 10.0)
+      .sentence();
+}
+
+std::string VanishingPointOptions::validate() const {
+  return RangeCheck()
+      .within("icosphere_subdivisions", icosphere_subdivisions, 1, 6)
+      .within("vote_threshold_deg", vote_threshold_deg, 0.1, 20.0)
+      .within("inlier_threshold_deg", inlier_threshold_deg, 0.1, 20.0)
+      .within("min_inliers", min_inliers, 2, 1000)
+      .within("match_threshold_deg", match_threshold_deg, 0.1, 45.0)
+      .within("min_track_age", min_track_age, 1, 100)
+      .within("consistency_threshold_deg", consistency_threshold_deg, 0.01, 20.0)
+      .sentence();
+}
+
+std::string LineSelectionOptions::validate() const {
+  return RangeCheck()
+      .within("min_keyframes", min_keyframes, 2, 50)
+      .within("max_lines_per_pair", max_lines_per_pair, 0, 1000)
+      .within("full_length_px", full_length_px, 1.0, 1e5)
+      .sentence();
+}
+
+std::string AlignmentOptions::validate() const {
+  return RangeCheck()
+      .within("min_track_length", min_track_length, 3, 50)
+      .within("min_tracks", min_tracks, 1, 10000)
+      .within("min_parallax_rad", min_parallax_rad, 0.0, 0.1)
+      .sentence();
+}
+
+std::string SlimPaperOptions::validate() const {
+  return RangeCheck()
+      .within("vp_weight", vp_weight, 0.0, 1e6)
+      .within("vp_cauchy_scale", vp_cauchy_scale, 1e-9, 10.0)
+      .within("line_epipolar_weight", line_epipolar_weight, 0.0, 1e6)
+      .within("line_normal_weight", line_normal_weight, 0.0, 1e6)
+      .sentence();
+}
+
+std::string GateOptions::validate() const {
+  return RangeCheck()
+      .within("min_parallax_px", min_parallax_px, 0.0, 1e3)
+      .within("min_rotation_deg", min_rotation_deg, 0.0, 180.0)
+      .within("min_excitation", min_excitation, 0.0, 100.0)
+      .within("min_linkage", min_linkage, 1.0, 1e12)
+      .within("max_alignment_residual", max_alignment_residual, 0.0, 1e3)
+      .within("max_scale_sigma", max_scale_sigma, 0.0, 10.0)
+      .sentence();
+}
+
+std::string InitializerOptions::validate() const {
+  return RangeCheck()
+      .nested("window", window.validate())
+      .nested("gyro_bias", gyro_bias.validate())
+      .nested("vanishing_point", vanishing_point.validate())
+      .nested("line_selection", line_selection.validate())
+      .nested("alignment", alignment.validate())
+      .nested("slim_paper", slim_paper.validate())
+      .nested("gates", gates.validate())
+      .sentence();
+}
+
+}  // namespace slim_init
