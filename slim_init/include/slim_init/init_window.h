@@ -18,10 +18,10 @@ struct WindowCounts {
   int imu_out_of_order = 0;  ///< time not after the previous sample (duplicates included)
   int frames_added = 0;
   int frames_not_finite = 0;
-  int frames_out_of_order = 0;       ///< time not after the previous frame (duplicates included)
-  int observations_not_finite = 0;   ///< point or line with NaN/inf or a zero bearing
-  int observations_duplicate_id = 0; ///< second use of an id within one frame
-  int lines_degenerate = 0;          ///< end points less than 1e-6 rad apart
+  int frames_out_of_order = 0;        ///< time not after the previous frame (duplicates included)
+  int observations_not_finite = 0;    ///< point or line with NaN/inf or a zero bearing
+  int observations_duplicate_id = 0;  ///< second use of an id within one frame
+  int lines_degenerate = 0;           ///< end points less than 1e-6 rad apart
 };
 
 /// One sighting of a point track.
@@ -50,7 +50,8 @@ struct Track {
 };
 
 /// N keyframes with their tracks and the inertial data between them. Immutable after creation, so
-/// every solver sees the same bytes. Tracks are sorted by id; tracks with one sighting are left out.
+/// every solver sees the same bytes. Tracks are sorted by id; tracks with one sighting are left
+/// out.
 class InitWindow {
  public:
   /// Builds a window. `keyframes` ascending in time on the IMU clock, `imu` ascending and covering

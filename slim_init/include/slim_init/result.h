@@ -46,13 +46,13 @@ bool isRefused(InitStatus status);
 
 /// One check: a measured number against its threshold.
 struct GateValue {
-  std::string name;                  ///< e.g. "scale_sigma"
-  std::string unit;                  ///< "" where dimensionless
-  double value = kNotComputed;       ///< measured
-  double threshold = kNotComputed;   ///< bound from GateOptions
-  bool upper_bound = true;           ///< passes when value <= threshold; else value >= threshold
-  bool passed = false;               ///< a value that is not finite never passes
-  bool enforced = false;             ///< false: reported only, does not change the status
+  std::string name;                 ///< e.g. "scale_sigma"
+  std::string unit;                 ///< "" where dimensionless
+  double value = kNotComputed;      ///< measured
+  double threshold = kNotComputed;  ///< bound from GateOptions
+  bool upper_bound = true;          ///< passes when value <= threshold; else value >= threshold
+  bool passed = false;              ///< a value that is not finite never passes
+  bool enforced = false;            ///< false: reported only, does not change the status
   InitStatus status_if_failed = InitStatus::kSuccess;
 };
 
@@ -65,11 +65,11 @@ struct StageTime {
 /// How much data the answer rests on.
 struct SolveCounts {
   int keyframes = 0;
-  int point_tracks = 0;           ///< tracks seen in >= 2 keyframes
+  int point_tracks = 0;  ///< tracks seen in >= 2 keyframes
   int point_observations = 0;
-  int line_tracks = 0;            ///< tracks seen in >= 2 keyframes
+  int line_tracks = 0;  ///< tracks seen in >= 2 keyframes
   int line_observations = 0;
-  int vp_pairs = 0;               ///< keyframe pairs in which the VP residual was active
+  int vp_pairs = 0;  ///< keyframe pairs in which the VP residual was active
   int gyro_bias_iterations = 0;
 };
 

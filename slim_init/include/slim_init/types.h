@@ -17,9 +17,9 @@ inline constexpr double kNotComputed = std::numeric_limits<double>::quiet_NaN();
 
 /// One inertial measurement.
 struct ImuSample {
-  double t = 0.0;                                    ///< [s], IMU clock
-  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();    ///< angular rate of b in b [rad/s], biased
-  Eigen::Vector3d accel = Eigen::Vector3d::Zero();   ///< specific force in b [m/s^2], biased
+  double t = 0.0;                                   ///< [s], IMU clock
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< angular rate of b in b [rad/s], biased
+  Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< specific force in b [m/s^2], biased
 };
 
 /// Track identity; the same id in two frames claims the same physical point (or line).
@@ -40,9 +40,9 @@ struct LineObservation {
   Eigen::Vector3d end_bearing = Eigen::Vector3d::UnitZ();    ///< unit ray in c, undistorted
   Eigen::Vector2d start_pixel = Eigen::Vector2d::Zero();     ///< [px]
   Eigen::Vector2d end_pixel = Eigen::Vector2d::Zero();       ///< [px]
-  double length_px = 0.0;             ///< segment length [px]
-  double detection_confidence = 1.0;  ///< in [0, 1], from the detector
-  double match_quality = 1.0;         ///< in [0, 1], match to the previous image; 1 for a new line
+  double length_px = 0.0;                                    ///< segment length [px]
+  double detection_confidence = 1.0;                         ///< in [0, 1], from the detector
+  double match_quality = 1.0;  ///< in [0, 1], match to the previous image; 1 for a new line
 };
 
 /// Everything seen in one image.
@@ -68,10 +68,10 @@ struct Calibration {
   Eigen::Vector3d t_b_c = Eigen::Vector3d::Zero();      ///< camera centre in b [m]
   ImuNoise imu_noise;
   double gravity_magnitude = 9.81007;  ///< |g_w| [m/s^2]
-  double focal_px = 460.0;   ///< pixels per radian at the image centre; turns sigma_px to an angle
-  double sigma_px = 0.6;     ///< standard deviation of a point observation [px]
+  double focal_px = 460.0;  ///< pixels per radian at the image centre; turns sigma_px to an angle
+  double sigma_px = 0.6;    ///< standard deviation of a point observation [px]
   double sigma_line_px = 0.7;  ///< standard deviation of a line end point across the line [px]
-  double td = 0.0;           ///< camera-IMU time offset: t_imu = t_image + td [s]
+  double td = 0.0;             ///< camera-IMU time offset: t_imu = t_image + td [s]
 
   /// Angular standard deviation of a point bearing [rad].
   double sigmaBearing() const { return sigma_px / focal_px; }
@@ -82,12 +82,12 @@ struct Calibration {
 
 /// Navigation state of the body at one instant, in a gravity-aligned world (z up).
 struct NavState {
-  double t = kNotComputed;                                ///< [s], IMU clock
-  Eigen::Matrix3d R_w_b = Eigen::Matrix3d::Identity();    ///< body to world
-  Eigen::Vector3d p_w_b = Eigen::Vector3d::Zero();        ///< body position in w [m]
-  Eigen::Vector3d v_w_b = Eigen::Vector3d::Zero();        ///< body velocity in w [m/s]
-  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();    ///< in b [rad/s]
-  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();   ///< in b [m/s^2]
+  double t = kNotComputed;                               ///< [s], IMU clock
+  Eigen::Matrix3d R_w_b = Eigen::Matrix3d::Identity();   ///< body to world
+  Eigen::Vector3d p_w_b = Eigen::Vector3d::Zero();       ///< body position in w [m]
+  Eigen::Vector3d v_w_b = Eigen::Vector3d::Zero();       ///< body velocity in w [m/s]
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();   ///< in b [rad/s]
+  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();  ///< in b [m/s^2]
 };
 
 }  // namespace slim_init

@@ -12,9 +12,7 @@ Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d
   const Eigen::Vector3d d = solver.eigenvalues().array() - solver.eigenvalues()[0];
   const Eigen::Vector3d h = solver.eigenvectors().transpose() * m;
   // g(nu) = h / (d + nu) with nu = mu + smallest eigenvalue >= 0; |g| falls monotonically in nu.
-  const auto norm = [&](double nu) {
-    return (h.array() / (d.array() + nu)).matrix().norm();
-  };
+  const auto norm = [&](double nu) { return (h.array() / (d.array() + nu)).matrix().norm(); };
   Eigen::Vector3d g;
   const double tiny = 1e-15 * std::max(d[2], h.norm() / G);
   if (norm(tiny) <= G) {
@@ -56,8 +54,7 @@ bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
     if (!(H(i, i) > 0.0)) return false;
     scale[i] = 1.0 / std::sqrt(H(i, i));
   }
-  const Eigen::MatrixXd A =
-      scale.asDiagonal() * H.topLeftCorner(q, q) * scale.asDiagonal();
+  const Eigen::MatrixXd A = scale.asDiagonal() * H.topLeftCorner(q, q) * scale.asDiagonal();
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(A);
   // Not finite input fails this test as well.
   if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 1e-14)) return false;
@@ -66,9 +63,9 @@ bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
   rhs.leftCols<3>() = scale.asDiagonal() * H.bottomLeftCorner(3, q).transpose();
   rhs.col(3) = scale.asDiagonal() * b.head(q);
   const Eigen::MatrixXd solved = ldlt.solve(rhs);
-  const Eigen::Matrix3d S = Eigen::Matrix3d(H.bottomRightCorner<3, 3>()
-                                                .selfadjointView<Eigen::Lower>()) -
-                            rhs.leftCols<3>().transpose() * solved.leftCols<3>();
+  const Eigen::Matrix3d S =
+      Eigen::Matrix3d(H.bottomRightCorner<3, 3>().selfadjointView<Eigen::Lower>()) -
+      rhs.leftCols<3>().transpose() * solved.leftCols<3>();
   const Eigen::Vector3d m = b.tail<3>() - rhs.leftCols<3>().transpose() * solved.col(3);
   if (!S.allFinite() || !m.allFinite()) return false;
 

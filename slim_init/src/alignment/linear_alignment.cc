@@ -135,8 +135,7 @@ AlignmentEstimate alignLinear(const AlignmentProblem& problem) {
   const Eigen::LDLT<Eigen::MatrixXd> information(T.transpose() * H * T);
   if (rows > unknowns && information.info() == Eigen::Success) {
     const double variance =
-        cost / (rows - unknowns) *
-        information.solve(Eigen::VectorXd::Unit(unknowns, 3 * n))[3 * n];
+        cost / (rows - unknowns) * information.solve(Eigen::VectorXd::Unit(unknowns, 3 * n))[3 * n];
     estimate.scale_sigma = std::sqrt(std::max(variance, 0.0)) / std::abs(estimate.scale);
   }
   estimate.valid = true;

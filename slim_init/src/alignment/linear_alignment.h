@@ -16,18 +16,18 @@ namespace slim_init {
 /// The line terms; null pointer or zero weight leaves a term out.
 struct LineTerms {
   const std::vector<PairLines>* lines = nullptr;
-  bool use_epipolar = false;      ///< eq. (11)
-  bool use_normal = false;        ///< eq. (12)
-  double epipolar_weight = 0.0;   ///< constant of eq. (13), type e
-  double normal_weight = 0.0;     ///< constant of eq. (13), type n
+  bool use_epipolar = false;     ///< eq. (11)
+  bool use_normal = false;       ///< eq. (12)
+  double epipolar_weight = 0.0;  ///< constant of eq. (13), type e
+  double normal_weight = 0.0;    ///< constant of eq. (13), type n
 };
 
 /// Input of the alignment; everything in the first body frame b0 unless named otherwise.
 struct AlignmentProblem {
   const InitWindow& window;
-  const std::vector<Preintegration>& pre;           ///< at the solved gyroscope bias
-  const std::vector<Eigen::Matrix3d>& R_b0_bk;      ///< body attitudes
-  const Eigen::Matrix3Xd& centres_b0;               ///< up-to-scale camera centres, rotated to b0
+  const std::vector<Preintegration>& pre;       ///< at the solved gyroscope bias
+  const std::vector<Eigen::Matrix3d>& R_b0_bk;  ///< body attitudes
+  const Eigen::Matrix3Xd& centres_b0;           ///< up-to-scale camera centres, rotated to b0
   LineTerms line_terms;
 };
 
@@ -41,12 +41,12 @@ struct AlignmentSystem {
 /// Solution of the alignment, in b0.
 struct AlignmentEstimate {
   bool valid = false;
-  double scale = kNotComputed;                ///< metres per unit of centres_b0
+  double scale = kNotComputed;                           ///< metres per unit of centres_b0
   Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Zero();  ///< |g| fixed [m/s^2]
-  Eigen::Matrix3Xd velocities_b0;             ///< 3xN [m/s]
-  Eigen::Matrix3Xd positions_b0;              ///< 3xN body positions, column 0 zero [m]
-  double residual_rms = kNotComputed;         ///< over position [m] and velocity [m/s] rows alike
-  double scale_sigma = kNotComputed;          ///< relative, from the residual and H
+  Eigen::Matrix3Xd velocities_b0;                        ///< 3xN [m/s]
+  Eigen::Matrix3Xd positions_b0;                         ///< 3xN body positions, column 0 zero [m]
+  double residual_rms = kNotComputed;  ///< over position [m] and velocity [m/s] rows alike
+  double scale_sigma = kNotComputed;   ///< relative, from the residual and H
 };
 
 /// Builds the normal equations. Position and velocity rows of consecutive keyframes carry unit

@@ -63,8 +63,7 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
     B_accel.bottomRows<3>() = 0.5 * h * B_accel.middleRows<3>(3);
     const double var_gyro = noise.gyro_density * noise.gyro_density / h;
     const double var_accel = noise.accel_density * noise.accel_density / h;
-    pre.covariance = A * pre.covariance * A.transpose() +
-                     var_gyro * B_gyro * B_gyro.transpose() +
+    pre.covariance = A * pre.covariance * A.transpose() + var_gyro * B_gyro * B_gyro.transpose() +
                      var_accel * B_accel * B_accel.transpose();
   }
 
@@ -77,8 +76,8 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
 }
 
 template <PreintegrationParts kParts>
-void integrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
-               const ImuNoise& noise, Preintegration& pre) {
+void integrate(const std::vector<ImuSample>& samples, double t_i, double t_j, const ImuNoise& noise,
+               Preintegration& pre) {
   // First sample after t_i; the one before it opens the interval.
   auto next = std::upper_bound(samples.begin(), samples.end(), t_i,
                                [](double t, const ImuSample& s) { return t < s.t; });

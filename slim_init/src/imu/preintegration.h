@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// IMU preintegration on SO(3) (Forster et al. 2016, sections V and VI), trapezoidal between samples.
+// IMU preintegration on SO(3) (Forster et al. 2016, sections V and VI), trapezoidal between
+// samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,10 +18,10 @@ namespace slim_init {
 ///   R_w_bj = R_w_bi dR,   v_j = v_i + g dt + R_w_bi dv,
 ///   p_j = p_i + v_i dt + g dt^2 / 2 + R_w_bi dp.
 struct Preintegration {
-  double dt = 0.0;                                       ///< t_j - t_i [s]
-  Eigen::Matrix3d dR = Eigen::Matrix3d::Identity();      ///< b_j to b_i
-  Eigen::Vector3d dv = Eigen::Vector3d::Zero();          ///< in b_i [m/s]
-  Eigen::Vector3d dp = Eigen::Vector3d::Zero();          ///< in b_i [m]
+  double dt = 0.0;                                   ///< t_j - t_i [s]
+  Eigen::Matrix3d dR = Eigen::Matrix3d::Identity();  ///< b_j to b_i
+  Eigen::Vector3d dv = Eigen::Vector3d::Zero();      ///< in b_i [m/s]
+  Eigen::Vector3d dp = Eigen::Vector3d::Zero();      ///< in b_i [m]
 
   // Derivatives at the linearisation point; for the rotation dR(b_g + d) = dR Exp(dR_dbg d).
   Eigen::Matrix3d dR_dbg = Eigen::Matrix3d::Zero();  ///< [rad / (rad/s)]

@@ -40,8 +40,7 @@ Eigen::Matrix3d EpipolarPair::normalMatrix(const Eigen::Matrix3d& R_ci_cj) const
 EpipolarEvaluation EpipolarPair::evaluate(const Eigen::Matrix3d& R_ci_cj) const {
   const Eigen::Matrix<double, 9, 3> B = baselineBasis(R_ci_cj);
   const Eigen::Matrix<double, 9, 3> SB = sums_ * B;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
-      Eigen::Matrix3d(B.transpose() * SB));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(Eigen::Matrix3d(B.transpose() * SB));
   EpipolarEvaluation out;
   out.lambda = solver.eigenvalues()[0];
   const Eigen::Vector3d e = solver.eigenvectors().col(0);

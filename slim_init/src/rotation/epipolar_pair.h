@@ -13,9 +13,9 @@ namespace slim_init {
 
 /// Smallest eigenvalue of M(R) with its derivatives under R Exp(delta).
 struct EpipolarEvaluation {
-  double lambda = 0.0;                                   ///< smallest eigenvalue [rad^2]
-  Eigen::Vector3d baseline = Eigen::Vector3d::UnitX();   ///< its eigenvector, up to sign, in c_i
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();    ///< d lambda / d delta, exact
+  double lambda = 0.0;                                  ///< smallest eigenvalue [rad^2]
+  Eigen::Vector3d baseline = Eigen::Vector3d::UnitX();  ///< its eigenvector, up to sign, in c_i
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();   ///< d lambda / d delta, exact
   /// Gauss-Newton Hessian with the baseline eliminated (Schur complement); positive semidefinite
   /// and, for lambda -> 0, equal to the exact one.
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();

@@ -32,6 +32,7 @@ Cauchy cauchy(double s, double scale) {
 
 struct Quadratic {
   double cost = 0.0;
+  double rounding = 0.0;  // error of `cost` from rounding in the pre-summed matrices
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
 };
@@ -82,8 +83,7 @@ class Objective {
       // d(bias) -> right perturbation of R_bi_bj.
       const Eigen::Matrix3d J = rightJacobian(phi) * pre[i].dR_dbg;
       if (pairs_[i].count() >= options_.min_points_per_pair) {
-        addPoints(pairs_[i], R_b_c.transpose() * R_bi_bj * R_b_c, R_b_c.transpose() * J,
-                  sum);
+        addPoints(pairs_[i], R_b_c.transpose() * R_bi_bj * R_b_c, R_b_c.transpose() * J, sum);
       }
       if (vp_active_[i]) addVp(static_cast<int>(i), R_bi_bj, J, sum);
     }
@@ -91,11 +91,13 @@ class Objective {
   }
 
  private:
-  void addPoints(const EpipolarPair& pair, const Eigen::Matrix3d& R_ci_cj,
-                 const Eigen::Matrix3d& J, Quadratic& sum) const {
+  void addPoints(const EpipolarPair& pair, const Eigen::Matrix3d& R_ci_cj, const Eigen::Matrix3d& J,
+                 Quadratic& sum) const {
     const EpipolarEvaluation at = pair.evaluate(R_ci_cj);
-    // Rounding may leave a vanishing eigenvalue slightly negative.
-    const double lambda = std::max(at.lambda, 0.0);
+    // The entries of the pre-summed matrix are of the order of the count, and so is the rounding of
+    // the eigenvalue; the floor keeps the gradient, which is more exact, in force without noise.
+    const double lambda_rounding = 1e-15 * pair.count();
+    const double lambda = std::max(at.lambda, lambda_rounding);
     double weight = 0.0;  // d cost / d lambda
     if (problem_.pair_loss == PairLoss::kEigenvalue) {
       const Cauchy rho = cauchy(lambda * lambda, options_.cauchy_scale);
@@ -108,6 +110,7 @@ class Objective {
       sum.cost += rho.value;
       weight = rho.weight;
     }
+    sum.rounding += weight * lambda_rounding;
     sum.gradient += weight * (J.transpose() * at.gradient);
     sum.hessian += weight * (J.transpose() * at.hessian * J);
   }
@@ -117,8 +120,8 @@ class Objective {
     Eigen::Vector3d r;
     Eigen::Matrix3d dr;
     vpResidual((*problem_.vanishing_points)[i].direction,
-               (*problem_.vanishing_points)[i + 1].direction, R_bi_bj,
-               window_.calibration().R_b_c, &r, &dr);
+               (*problem_.vanishing_points)[i + 1].direction, R_bi_bj, window_.calibration().R_b_c,
+               &r, &dr);
     const Cauchy rho = cauchy(r.squaredNorm(), problem_.vp_cauchy_scale);
     sum.cost += lambda_vp_ * rho.value;
     dr *= J;
@@ -165,19 +168,22 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
 
   for (int round = 0; round < options.max_relinearizations; ++round) {
     const Eigen::Vector3d start = estimate.gyro_bias;
-    const std::vector<Preintegration> pre = preintegrateWindow(
-        window, start, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+    const std::vector<Preintegration> pre =
+        preintegrateWindow(window, start, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
     Quadratic at = objective.evaluate(pre, estimate.gyro_bias);
     double damping = 1e-4;
     for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
       Eigen::Matrix3d H = at.hessian;
       // Marquardt's scaling, with a floor for directions that the data do not see.
-      H.diagonal() += damping * (at.hessian.diagonal().array() + 1e-12 * at.hessian.trace()).matrix();
+      H.diagonal() +=
+          damping * (at.hessian.diagonal().array() + 1e-12 * at.hessian.trace()).matrix();
       const Eigen::Vector3d step = -H.ldlt().solve(at.gradient);
       if (!step.allFinite() || -at.gradient.dot(step) <= kCostTolerance * at.cost) break;
       const Eigen::Vector3d candidate = estimate.gyro_bias + step;
       const Quadratic there = objective.evaluate(pre, candidate);
-      if (there.cost < at.cost) {
+      // Where rounding hides the cost, the gradient tells better from worse.
+      const bool hidden = std::abs(there.cost - at.cost) <= at.rounding + there.rounding;
+      if (hidden ? there.gradient.norm() < at.gradient.norm() : there.cost < at.cost) {
         estimate.gyro_bias = candidate;
         ++estimate.iterations;
         damping = std::max(0.1 * damping, 1e-12);

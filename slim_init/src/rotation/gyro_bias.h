@@ -16,7 +16,8 @@ namespace slim_init {
 
 /// How the point residuals of a pair enter the robust cost rho (Cauchy).
 enum class PairLoss {
-  /// rho(lambda^2): the residual of a pair is the eigenvalue itself, scale in rad^2 (DRT's release).
+  /// rho(lambda^2): the residual of a pair is the eigenvalue itself, scale in rad^2 (DRT's
+  /// release).
   kEigenvalue,
   /// rho(lambda): lambda is the sum of squared point residuals, eq. (1) of the paper; the Cauchy
   /// scale is taken from the expected noise of the pair's points.
@@ -29,8 +30,8 @@ struct GyroBiasProblem {
   /// VP term of eq. (1); null without it. One entry per keyframe.
   const std::vector<VanishingPoint>* vanishing_points = nullptr;
   VanishingPointOptions vp_options;
-  double vp_weight = 1.0;        ///< multiplies lambda_vp
-  double vp_cauchy_scale = 0.05; ///< [rad]
+  double vp_weight = 1.0;         ///< multiplies lambda_vp
+  double vp_cauchy_scale = 0.05;  ///< [rad]
 };
 
 /// Result of step 1.
@@ -38,9 +39,9 @@ struct GyroBiasEstimate {
   bool converged = false;  ///< finite, within max_bias and with a decreasing cost
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   double cost = 0.0;
-  int iterations = 0;  ///< accepted Levenberg-Marquardt steps, over all re-linearisations
-  int point_pairs = 0; ///< keyframe pairs with enough common points
-  int vp_pairs = 0;    ///< keyframe pairs with an active VP residual
+  int iterations = 0;   ///< accepted Levenberg-Marquardt steps, over all re-linearisations
+  int point_pairs = 0;  ///< keyframe pairs with enough common points
+  int vp_pairs = 0;     ///< keyframe pairs with an active VP residual
 };
 
 /// VP residual of eq. (4), r = d_j x (R_cj_ci d_i) with the sign of d_i such that both point the

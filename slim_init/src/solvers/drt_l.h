@@ -7,8 +7,8 @@
 
 namespace slim_init {
 
-/// `drt-l`: the loosely-coupled variant of "A Rotation-Translation-Decoupled Solution for Robust and
-/// Efficient Visual-Inertial Initialization" (He et al., CVPR 2023). Points only.
+/// `drt-l`: the loosely-coupled variant of "A Rotation-Translation-Decoupled Solution for Robust
+/// and Efficient Visual-Inertial Initialization" (He et al., CVPR 2023). Points only.
 class DrtL : public WindowSolver {
  public:
   explicit DrtL(const InitializerOptions& options) : options_(options) {}

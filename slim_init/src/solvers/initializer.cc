@@ -28,8 +28,8 @@ NavState propagateTo(const NavState& state, double t, const std::vector<ImuSampl
                    gravity_w);
 }
 
-// The rotation about z that brings R_b closest to R_a. Unlike the difference of two yaw angles it is
-// well defined for every mounting, also with a body axis pointing up (EuRoC's x axis does).
+// The rotation about z that brings R_b closest to R_a. Unlike the difference of two yaw angles it
+// is well defined for every mounting, also with a body axis pointing up (EuRoC's x axis does).
 Eigen::Matrix3d yawBetween(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b) {
   const Eigen::Matrix3d M = R_a * R_b.transpose();
   const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));

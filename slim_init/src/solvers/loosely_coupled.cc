@@ -13,8 +13,7 @@ namespace {
 void setStates(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b0_bk,
                const AlignmentEstimate& alignment, InitResult* result) {
   const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(alignment.gravity_b0);
-  result->gravity_w =
-      Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
+  result->gravity_w = Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
   result->gravity_b0 = alignment.gravity_b0;
   result->scale = alignment.scale;
   result->scale_sigma = alignment.scale_sigma;
@@ -89,8 +88,7 @@ void solveTranslationAndAlign(const InitWindow& window, const GyroBiasEstimate& 
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
   clock->lap("integration");
 
-  const TranslationEstimate translation =
-      estimateTranslations(window, R_c0_ck, options.alignment);
+  const TranslationEstimate translation = estimateTranslations(window, R_c0_ck, options.alignment);
   clock->lap("translation");
 
   MotionMeasures motion;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <unordered_map>
 
 #include "structure/vanishing_point.h"

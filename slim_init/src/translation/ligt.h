@@ -14,7 +14,7 @@ namespace slim_init {
 
 /// Up-to-scale camera positions with what they rest on.
 struct TranslationEstimate {
-  bool valid = false;       ///< enough tracks and a finite solution
+  bool valid = false;  ///< enough tracks and a finite solution
   /// Camera centres (3xN) in the frame of the first camera, column 0 zero, scaled to unit spread
   /// (root of the summed squared distances from their mean).
   Eigen::Matrix3Xd centres_c0;

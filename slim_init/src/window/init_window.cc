@@ -25,10 +25,9 @@ bool normalizeBearing(Eigen::Vector3d& bearing) {
 template <typename Observation, typename Usable>
 void sortAndFilter(std::vector<Observation>& observations, const Usable& usable,
                    WindowCounts& counts) {
-  observations.erase(
-      std::remove_if(observations.begin(), observations.end(),
-                     [&](Observation& observation) { return !usable(observation); }),
-      observations.end());
+  observations.erase(std::remove_if(observations.begin(), observations.end(),
+                                    [&](Observation& observation) { return !usable(observation); }),
+                     observations.end());
   const auto by_id = [](const Observation& a, const Observation& b) { return a.id < b.id; };
   if (!std::is_sorted(observations.begin(), observations.end(), by_id)) {
     std::stable_sort(observations.begin(), observations.end(), by_id);
@@ -39,7 +38,8 @@ void sortAndFilter(std::vector<Observation>& observations, const Usable& usable,
   observations.erase(last, observations.end());
 }
 
-// Groups (id, sighting) pairs into tracks with at least two sightings, by id, ascending in keyframe.
+// Groups (id, sighting) pairs into tracks with at least two sightings, by id, ascending in
+// keyframe.
 template <typename Sighting>
 void buildTracks(std::vector<std::pair<FeatureId, Sighting>>& all, std::vector<Track>& tracks,
                  std::vector<Sighting>& sightings) {

@@ -56,12 +56,10 @@ WindowCut KeyframeWindow::cut() const {
   // The last gap between IMU samples before the newest frame bounds the window from below.
   double t_imu_start = std::numeric_limits<double>::infinity();
   if (newest >= 0) {
-    auto sample = std::upper_bound(
-        imu_.begin(), imu_.end(), frames_[newest].t,
-        [](double t, const ImuSample& s) { return t < s.t; });
+    auto sample = std::upper_bound(imu_.begin(), imu_.end(), frames_[newest].t,
+                                   [](double t, const ImuSample& s) { return t < s.t; });
     if (sample == imu_.end()) --sample;
-    while (sample != imu_.begin() &&
-           sample->t - std::prev(sample)->t <= options_.max_imu_gap_s) {
+    while (sample != imu_.begin() && sample->t - std::prev(sample)->t <= options_.max_imu_gap_s) {
       --sample;
     }
     t_imu_start = sample->t;
@@ -72,8 +70,8 @@ WindowCut KeyframeWindow::cut() const {
   for (int i = newest; i >= 0 && static_cast<int>(chosen.size()) < options_.keyframes; --i) {
     reason = "more frames are needed";
     if (i < newest && frames_[i + 1].t - frames_[i].t > options_.max_frame_gap_s) {
-      out << "a gap of " << frames_[i + 1].t - frames_[i].t
-          << " s between frames (bound " << options_.max_frame_gap_s << " s) starts the window anew";
+      out << "a gap of " << frames_[i + 1].t - frames_[i].t << " s between frames (bound "
+          << options_.max_frame_gap_s << " s) starts the window anew";
       reason = out.str();
       break;
     }
@@ -90,8 +88,8 @@ WindowCut KeyframeWindow::cut() const {
 
   if (static_cast<int>(chosen.size()) < options_.min_keyframes) {
     std::ostringstream message;
-    message << "window holds " << chosen.size() << " keyframes, needs "
-            << options_.min_keyframes << ": " << reason;
+    message << "window holds " << chosen.size() << " keyframes, needs " << options_.min_keyframes
+            << ": " << reason;
     result.message = message.str();
     return result;
   }

@@ -1,0 +1,119 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Line segments with a known vanishing point, for the tests of this room.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "slim_init/init_window.h"
+
+namespace slim_init::test {
+
+constexpr double kFocalPx = 460.0;
+constexpr double kRadPerDeg = 0.017453292519943295;
+
+/// Angle between two directions up to sign [rad], accurate near zero.
+inline double axisAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), std::abs(a.dot(b)));
+}
+
+/// Segment centred on `middle` along `tangent`, both in c, `angle_rad` long.
+inline LineSighting segment(const Eigen::Vector3d& middle, const Eigen::Vector3d& tangent,
+                            double angle_rad) {
+  const Eigen::Vector3d m = middle.normalized();
+  const Eigen::Vector3d t = (tangent - tangent.dot(m) * m).normalized();
+  LineSighting line;
+  line.start_bearing = std::cos(0.5 * angle_rad) * m - std::sin(0.5 * angle_rad) * t;
+  line.end_bearing = std::cos(0.5 * angle_rad) * m + std::sin(0.5 * angle_rad) * t;
+  line.normal = line.start_bearing.cross(line.end_bearing).normalized();
+  line.length_px = kFocalPx * angle_rad;
+  return line;
+}
+
+/// `line` with both end points moved across it by `sigma_rad` times a standard normal deviate.
+inline LineSighting perturbed(const LineSighting& line, double sigma_rad, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  LineSighting noisy = line;
+  noisy.start_bearing =
+      (line.start_bearing + sigma_rad * normal(random) * line.normal).normalized();
+  noisy.end_bearing = (line.end_bearing + sigma_rad * normal(random) * line.normal).normalized();
+  noisy.normal = noisy.start_bearing.cross(noisy.end_bearing).normalized();
+  return noisy;
+}
+
+inline std::vector<LineSighting> perturbed(std::vector<LineSighting> lines, double sigma_rad,
+                                           std::mt19937& random) {
+  for (LineSighting& line : lines) line = perturbed(line, sigma_rad, random);
+  return lines;
+}
+
+/// A ray of an image of 77 x 62 deg.
+inline Eigen::Vector3d imageRay(std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const double x = 0.8 * uniform(random);
+  const double y = 0.6 * uniform(random);
+  return Eigen::Vector3d(x, y, 1.0).normalized();
+}
+
+/// `count` noise-free segments of 6 to 23 deg all over the image that point at `direction`.
+inline std::vector<LineSighting> linesToward(const Eigen::Vector3d& direction, int count,
+                                             std::mt19937& random) {
+  std::uniform_real_distribution<double> angle_rad(0.1, 0.4);
+  std::vector<LineSighting> lines;
+  while (static_cast<int>(lines.size()) < count) {
+    const Eigen::Vector3d middle = imageRay(random);
+    // A segment does not contain its own vanishing point.
+    if (axisAngle(middle, direction) < 0.25) continue;
+    lines.push_back(segment(middle, direction, angle_rad(random)));
+  }
+  return lines;
+}
+
+/// `count` segments of any direction that miss `direction` by more than `margin_rad`.
+inline std::vector<LineSighting> clutter(const Eigen::Vector3d& direction, double margin_rad,
+                                         int count, std::mt19937& random) {
+  std::uniform_real_distribution<double> angle_rad(0.1, 0.4);
+  std::normal_distribution<double> normal;
+  std::vector<LineSighting> lines;
+  while (static_cast<int>(lines.size()) < count) {
+    const Eigen::Vector3d middle = imageRay(random);
+    const double x = normal(random);
+    const double y = normal(random);
+    const LineSighting line = segment(middle, Eigen::Vector3d(x, y, 0.0), angle_rad(random));
+    if (std::abs(line.normal.dot(direction)) > std::sin(margin_rad)) lines.push_back(line);
+  }
+  return lines;
+}
+
+/// A frame whose lines have ids first_id, first_id + 1, ...
+inline FrameObservation frameOf(double t, const std::vector<LineSighting>& lines,
+                                FeatureId first_id = 0) {
+  FrameObservation frame;
+  frame.t = t;
+  for (const LineSighting& line : lines) {
+    LineObservation observation;
+    observation.id = first_id++;
+    observation.start_bearing = line.start_bearing;
+    observation.end_bearing = line.end_bearing;
+    observation.length_px = line.length_px;
+    frame.lines.push_back(observation);
+  }
+  return frame;
+}
+
+/// A window of these keyframes with inertial data that say nothing; null and `error` as create().
+inline std::shared_ptr<const InitWindow> windowOf(const std::vector<FrameObservation>& keyframes,
+                                                  std::string* error) {
+  std::vector<ImuSample> imu(2);
+  imu[0].t = keyframes.front().t - 0.1;
+  imu[1].t = keyframes.back().t + 0.1;
+  return InitWindow::create(Calibration(), keyframes, imu, error);
+}
+
+}  // namespace slim_init::test

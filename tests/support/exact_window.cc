@@ -1,0 +1,235 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "support/exact_window.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+#include "geometry/so3.h"
+#include "imu/preintegration.h"
+
+namespace slim_init::testing_support {
+namespace {
+
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double min, double max) {
+  return std::uniform_real_distribution<double>(min, max)(random);
+}
+double gaussian(Random& random) { return std::normal_distribution<double>(0.0, 1.0)(random); }
+Eigen::Vector3d gaussian3(Random& random) {
+  const double x = gaussian(random), y = gaussian(random), z = gaussian(random);
+  return {x, y, z};
+}
+
+// Angular rate in b [rad/s].
+Eigen::Vector3d angularRate(Motion motion, double t) {
+  switch (motion) {
+    case Motion::kExcited:
+      return {0.30 * std::sin(1.9 * t), 0.25 * std::cos(1.3 * t + 0.5), 0.20 * std::sin(2.3 * t)};
+    case Motion::kPureRotation:
+      return {0.25 * std::sin(1.1 * t + 0.3), 0.30 * std::cos(0.9 * t), 0.20};
+    case Motion::kConstantVelocity:
+      return {0.02 * std::sin(2.0 * t), 0.02 * std::cos(1.7 * t), 0.0};
+    case Motion::kHover: return Eigen::Vector3d::Zero();
+  }
+  return Eigen::Vector3d::Zero();
+}
+
+// Acceleration in w [m/s^2].
+Eigen::Vector3d acceleration(Motion motion, double t) {
+  if (motion != Motion::kExcited) return Eigen::Vector3d::Zero();
+  return {1.5 * std::sin(2.1 * t), 1.2 * std::cos(1.7 * t + 0.4), 0.9 * std::sin(2.9 * t + 1.0)};
+}
+
+Eigen::Vector3d initialVelocity(Motion motion) {
+  switch (motion) {
+    case Motion::kExcited: return {0.3, -0.4, 0.1};
+    case Motion::kConstantVelocity: return {0.1, 0.5, 0.05};
+    default: return Eigen::Vector3d::Zero();
+  }
+}
+
+constexpr double kHalfWidth = 0.75, kHalfHeight = 0.5;  // of the image, on the plane z = 1
+
+bool project(const NavState& state, const Calibration& calibration, const Eigen::Vector3d& X_w,
+             Eigen::Vector2d* uv) {
+  const Eigen::Matrix3d R_w_c = state.R_w_b * calibration.R_b_c;
+  const Eigen::Vector3d c = state.p_w_b + state.R_w_b * calibration.t_b_c;
+  const Eigen::Vector3d X_c = R_w_c.transpose() * (X_w - c);
+  if (X_c.z() < 0.3) return false;
+  *uv = X_c.head<2>() / X_c.z();
+  return std::abs(uv->x()) < kHalfWidth && std::abs(uv->y()) < kHalfHeight;
+}
+
+// A place seen by keyframe `state` at a random bearing and depth.
+Eigen::Vector3d randomPlace(Random& random, const NavState& state, const Calibration& calibration) {
+  const double z = uniform(random, 2.0, 8.0);
+  const double x = uniform(random, -0.9 * kHalfWidth, 0.9 * kHalfWidth);
+  const double y = uniform(random, -0.9 * kHalfHeight, 0.9 * kHalfHeight);
+  const Eigen::Vector3d X_b =
+      calibration.R_b_c * Eigen::Vector3d(x * z, y * z, z) + calibration.t_b_c;
+  return state.p_w_b + state.R_w_b * X_b;
+}
+
+Eigen::Vector3d noisyBearing(Random& random, const Eigen::Vector2d& uv, double sigma) {
+  const double dx = sigma * gaussian(random), dy = sigma * gaussian(random);
+  return Eigen::Vector3d(uv.x() + dx, uv.y() + dy, 1.0).normalized();
+}
+
+// Estimate moved so that its first position and first yaw are the truth's.
+Eigen::Matrix3d yawToTruth(const NavState& estimate, const NavState& truth) {
+  const Eigen::Matrix3d M = truth.R_w_b * estimate.R_w_b.transpose();
+  return expSO3(Eigen::Vector3d(0, 0, std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1))));
+}
+
+}  // namespace
+
+Calibration eurocCalibration() {
+  Calibration calibration;
+  Eigen::Matrix3d R;
+  R << 0.0148655429818, -0.999880929698, 0.00414029679422, 0.999557249008, 0.0149672133247,
+      0.025715529948, -0.0257744366974, 0.00375618835797, 0.999660727178;
+  calibration.R_b_c = nearestRotation(R);
+  calibration.t_b_c = Eigen::Vector3d(-0.0216401454975, -0.064676986768, 0.00981073058949);
+  calibration.focal_px = 458.0;
+  return calibration;
+}
+
+ExactWindow makeExactWindow(const ExactWindowOptions& options) {
+  ExactWindow out;
+  out.calibration = eurocCalibration();
+  const Eigen::Vector3d gravity_w(0.0, 0.0, -out.calibration.gravity_magnitude);
+  Random random(options.seed);
+
+  // Samples along the designed motion; the attitude at the samples is integrated step by step.
+  const double h = 1.0 / options.imu_rate_hz;
+  const double duration = (options.keyframes - 1) * options.interval_s + options.keyframe_offset_s;
+  const Eigen::Vector3d mount_up(0.0, 1.1, 0.0);  // EuRoC-like: the body's x axis points up
+  // Motion and scene turn with the yaw, so that the sensors see the same for any yaw and origin.
+  const Eigen::Matrix3d R_w_h = expSO3(Eigen::Vector3d(0, 0, options.yaw_rad));
+  Eigen::Matrix3d R_w_b = R_w_h * expSO3(-1.4 * mount_up);
+  const Eigen::Matrix3d R_w_b_start = R_w_b;
+  Random noise(options.seed + 1000);
+  for (int k = 0; (k - 2) * h < duration; ++k) {
+    const double t = k * h;
+    ImuSample sample;
+    sample.t = t;
+    sample.gyro = angularRate(options.motion, t) + options.gyro_bias;
+    sample.accel = R_w_b.transpose() * (R_w_h * acceleration(options.motion, t) - gravity_w) +
+                   options.accel_bias;
+    out.imu.push_back(sample);
+    R_w_b *=
+        expSO3(0.5 * h * (angularRate(options.motion, t) + angularRate(options.motion, t + h)));
+  }
+
+  // The truth at the keyframes is the integral of these samples.
+  NavState state;
+  state.R_w_b = R_w_b_start;
+  state.p_w_b = options.origin;
+  state.v_w_b = R_w_h * initialVelocity(options.motion);
+  state.gyro_bias = options.gyro_bias;
+  state.accel_bias = options.accel_bias;
+  const auto advance = [&](double t) {
+    if (t <= state.t) return;
+    state = propagate(state,
+                      preintegrate(out.imu, state.t, t, options.gyro_bias, options.accel_bias,
+                                   out.calibration.imu_noise, PreintegrationParts::kMean),
+                      gravity_w);
+    state.t = t;
+  };
+  state.t = 0.0;
+  for (int k = 0; k < options.keyframes; ++k) {
+    advance(options.keyframe_offset_s + k * options.interval_s);
+    out.truth.push_back(state);
+  }
+  if (options.imu_noise) {
+    const double root = std::sqrt(options.imu_rate_hz);
+    for (ImuSample& sample : out.imu) {
+      sample.gyro += out.calibration.imu_noise.gyro_density * root * gaussian3(noise);
+      sample.accel += out.calibration.imu_noise.accel_density * root * gaussian3(noise);
+    }
+  }
+
+  out.keyframes.resize(options.keyframes);
+  for (int k = 0; k < options.keyframes; ++k) out.keyframes[k].t = out.truth[k].t;
+  const double sigma = options.pixel_noise / out.calibration.focal_px;
+  for (int id = 0; id < options.points; ++id) {
+    const Eigen::Vector3d X_w =
+        randomPlace(random, out.truth[id % options.keyframes], out.calibration);
+    for (int k = 0; k < options.keyframes; ++k) {
+      Eigen::Vector2d uv;
+      if (!project(out.truth[k], out.calibration, X_w, &uv)) continue;
+      PointObservation point;
+      point.id = id;
+      point.bearing = noisyBearing(random, uv, sigma);
+      out.keyframes[k].points.push_back(point);
+    }
+  }
+  for (int id = 0; id < options.lines; ++id) {
+    Eigen::Vector3d direction = gaussian3(random).normalized();
+    if (id % 5 < 3 || options.parallel_lines_only) {
+      direction = Eigen::Vector3d::UnitZ();
+    } else if (id % 5 == 3) {
+      direction = Eigen::Vector3d::UnitX();
+    }
+    direction = R_w_h * direction;
+    const Eigen::Vector3d middle =
+        randomPlace(random, out.truth[(3 * id) % options.keyframes], out.calibration);
+    for (int k = 0; k < options.keyframes; ++k) {
+      Eigen::Vector2d s, e;
+      const double from = uniform(random, 0.3, 0.5), to = uniform(random, 0.3, 0.5);
+      if (!project(out.truth[k], out.calibration, middle - from * direction, &s)) continue;
+      if (!project(out.truth[k], out.calibration, middle + to * direction, &e)) continue;
+      if ((e - s).norm() * out.calibration.focal_px < 20.0) continue;
+      LineObservation line;
+      line.id = id;
+      line.start_bearing = noisyBearing(random, s, sigma);
+      line.end_bearing = noisyBearing(random, e, sigma);
+      line.length_px = (e - s).norm() * out.calibration.focal_px;
+      line.detection_confidence = 0.9;
+      line.match_quality = 0.95;
+      out.keyframes[k].lines.push_back(line);
+    }
+  }
+  out.window = InitWindow::create(out.calibration, out.keyframes, out.imu);
+  return out;
+}
+
+double positionRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {
+  const Eigen::Matrix3d R = yawToTruth(estimate.front(), truth.front());
+  double sum = 0.0;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    sum += (R * (estimate[k].p_w_b - estimate[0].p_w_b) - (truth[k].p_w_b - truth[0].p_w_b))
+               .squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+double velocityRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {
+  const Eigen::Matrix3d R = yawToTruth(estimate.front(), truth.front());
+  double sum = 0.0;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    sum += (R * estimate[k].v_w_b - truth[k].v_w_b).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+double scaleError(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {
+  const auto spread = [](const std::vector<NavState>& states) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const NavState& state : states) mean += state.p_w_b;
+    mean /= static_cast<double>(states.size());
+    double sum = 0.0;
+    for (const NavState& state : states) sum += (state.p_w_b - mean).squaredNorm();
+    return std::sqrt(sum);
+  };
+  return spread(estimate) / spread(truth) - 1.0;
+}
+
+double gravityErrorRad(const Eigen::Vector3d& gravity_b0, const NavState& first_truth) {
+  const Eigen::Vector3d truth = first_truth.R_w_b.transpose() * Eigen::Vector3d(0, 0, -1);
+  return std::atan2(gravity_b0.cross(truth).norm(), gravity_b0.dot(truth));
+}
+
+}  // namespace slim_init::testing_support

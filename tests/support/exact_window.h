@@ -1,0 +1,65 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Windows whose inertial side is exact: the truth is what the preintegrator makes of the samples,
+// so that a noise-free solver has to recover it to rounding.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "slim_init/init_window.h"
+#include "slim_init/types.h"
+
+namespace slim_init::testing_support {
+
+enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity };
+
+struct ExactWindowOptions {
+  Motion motion = Motion::kExcited;
+  int keyframes = 10;
+  double interval_s = 0.25;
+  /// Keyframes lie this long after an IMU sample: 0 hits samples, 0.0017 falls between two.
+  double keyframe_offset_s = 0.0017;
+  double imu_rate_hz = 200.0;
+  int points = 100;
+  int lines = 25;
+  /// All lines vertical: the vanishing point is then exact. Else a fifth each is horizontal and
+  /// without direction, and some of those pass near enough to the vertical VP to bend it.
+  bool parallel_lines_only = false;
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d(-0.0022, 0.0208, 0.0765);  ///< [rad/s]
+  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();                  ///< [m/s^2]
+  double pixel_noise = 0.0;  ///< on points and line end points [px]
+  bool imu_noise = false;    ///< white noise at the calibration's densities
+  double yaw_rad = 0.4;      ///< of the first body
+  Eigen::Vector3d origin = Eigen::Vector3d(1.0, -2.0, 0.5);  ///< of the first body [m]
+  unsigned seed = 1;
+};
+
+struct ExactWindow {
+  Calibration calibration;
+  std::vector<ImuSample> imu;
+  std::vector<FrameObservation> keyframes;
+  std::vector<NavState> truth;  ///< one per keyframe, world z up
+  std::shared_ptr<const InitWindow> window;
+};
+
+/// EuRoC's cam0 extrinsics, orthonormalised.
+Calibration eurocCalibration();
+
+/// Makes a window; never fails for sensible options.
+ExactWindow makeExactWindow(const ExactWindowOptions& options);
+
+/// Root mean square over the keyframes of the position error, both trajectories shifted to their
+/// first keyframe and the estimate rotated by the yaw between the first attitudes [m].
+double positionRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth);
+
+/// As positionRmse() for velocities [m/s].
+double velocityRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth);
+
+/// Spread of the estimated positions over the spread of the true ones, minus 1.
+double scaleError(const std::vector<NavState>& estimate, const std::vector<NavState>& truth);
+
+/// Angle between estimated and true gravity in the first body frame [rad].
+double gravityErrorRad(const Eigen::Vector3d& gravity_b0, const NavState& first_truth);
+
+}  // namespace slim_init::testing_support

@@ -1,0 +1,119 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "translation/ligt.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+struct Truth {
+  std::vector<Matrix3d> R_c0_ck;
+  Eigen::Matrix3Xd centres_c0;  // column 0 zero, unit spread
+};
+
+Truth cameraTruth(const ExactWindow& exact) {
+  Truth truth;
+  const Matrix3d& R_b_c = exact.calibration.R_b_c;
+  const Matrix3d R_w_c0 = exact.truth[0].R_w_b * R_b_c;
+  const auto centre = [&](const NavState& s) -> Vector3d {
+    return s.p_w_b + s.R_w_b * exact.calibration.t_b_c;
+  };
+  truth.centres_c0.resize(3, exact.truth.size());
+  for (std::size_t k = 0; k < exact.truth.size(); ++k) {
+    truth.R_c0_ck.push_back(R_w_c0.transpose() * exact.truth[k].R_w_b * R_b_c);
+    truth.centres_c0.col(k) =
+        R_w_c0.transpose() * (centre(exact.truth[k]) - centre(exact.truth[0]));
+  }
+  truth.centres_c0 /= (truth.centres_c0.colwise() - truth.centres_c0.rowwise().mean()).norm();
+  return truth;
+}
+
+TEST(Ligt, RowVanishesForThreeViewsOfAPoint) {
+  const Vector3d X(0.5, -0.3, 4.0);
+  const Vector3d c_l(0, 0, 0), c_r(0.4, 0.1, -0.2), c_i(-0.2, 0.3, 0.5);
+  const auto u = [&](const Vector3d& c) -> Vector3d { return (X - c).normalized(); };
+  const LigtRow row = ligtRow(u(c_l), u(c_r), u(c_i));
+  EXPECT_LT((row.block_l * c_l + row.block_r * c_r + row.block_i * c_i).norm(), 1e-16);
+  // And not for a wrong position of the third view.
+  const Vector3d wrong = c_i + Vector3d(0.1, 0, 0);
+  EXPECT_GT((row.block_l * c_l + row.block_r * c_r + row.block_i * wrong).norm(), 1e-5);
+}
+
+TEST(Ligt, NoiseFreeCentresAreExactWithTheRightSign) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ExactWindowOptions options;
+    options.seed = seed;
+    const ExactWindow exact = makeExactWindow(options);
+    const Truth truth = cameraTruth(exact);
+    const TranslationEstimate estimate =
+        estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
+    ASSERT_TRUE(estimate.valid);
+    EXPECT_LT((estimate.centres_c0 - truth.centres_c0).norm(), 1e-9);
+    EXPECT_EQ(estimate.negative_votes, 0);
+    EXPECT_GT(estimate.linkage(), 1e6);
+  }
+}
+
+TEST(Ligt, NoisyCentresStayNear) {
+  ExactWindowOptions options;
+  options.pixel_noise = 0.6;
+  const ExactWindow exact = makeExactWindow(options);
+  const Truth truth = cameraTruth(exact);
+  const TranslationEstimate estimate =
+      estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
+  ASSERT_TRUE(estimate.valid);
+  constexpr double kTolerance = 0.03;  // of the trajectory's spread
+  EXPECT_LT((estimate.centres_c0 - truth.centres_c0).norm(), kTolerance);
+  EXPECT_GT(estimate.linkage(), 10.0);
+}
+
+TEST(Ligt, ScaleOfTheSceneDoesNotMatter) {
+  // Same bearings, so the same answer to the last bit: nothing metric enters.
+  ExactWindowOptions options;
+  const ExactWindow exact = makeExactWindow(options);
+  const Truth truth = cameraTruth(exact);
+  const auto a = estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
+  const auto b = estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
+  EXPECT_EQ(a.centres_c0, b.centres_c0);
+}
+
+TEST(Ligt, TooFewOrTooShortTracksAreInvalid) {
+  ExactWindowOptions options;
+  options.points = 5;
+  const ExactWindow few = makeExactWindow(options);
+  const TranslationEstimate estimate =
+      estimateTranslations(*few.window, cameraTruth(few).R_c0_ck, AlignmentOptions());
+  EXPECT_FALSE(estimate.valid);
+  EXPECT_LE(estimate.tracks, 5);
+
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  AlignmentOptions long_tracks;
+  long_tracks.min_track_length = 11;  // more than there are keyframes
+  EXPECT_FALSE(estimateTranslations(*exact.window, cameraTruth(exact).R_c0_ck, long_tracks).valid);
+}
+
+TEST(Ligt, TwoDisconnectedHalvesHaveNoLinkage) {
+  // Tracks of the first five keyframes never meet those of the last five: two free scales.
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (std::size_t k = 5; k < frames.size(); ++k) {
+    for (PointObservation& point : frames[k].points) point.id += 1000000;
+  }
+  const auto window = InitWindow::create(exact.calibration, frames, exact.imu);
+  ASSERT_NE(window, nullptr);
+  const TranslationEstimate estimate =
+      estimateTranslations(*window, cameraTruth(exact).R_c0_ck, AlignmentOptions());
+  ASSERT_TRUE(estimate.valid);
+  EXPECT_LT(estimate.linkage(), 10.0);
+}
+
+}  // namespace
+}  // namespace slim_init

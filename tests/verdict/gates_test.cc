@@ -1,0 +1,168 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Both sides of every gate, and of the decision.
+#include "verdict/gates.h"
+
+#include <gtest/gtest.h>
+
+#include "geometry/so3.h"
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+const GateOptions kOptions;
+
+const GateValue& find(const std::vector<GateValue>& gates, const std::string& name) {
+  for (const GateValue& gate : gates) {
+    if (gate.name == name) return gate;
+  }
+  ADD_FAILURE() << "no gate " << name;
+  return gates.front();
+}
+
+MotionMeasures goodMotion() {
+  MotionMeasures motion;
+  motion.parallax_px = 50.0;
+  motion.rotation_deg = 20.0;
+  motion.excitation = 1.0;
+  return motion;
+}
+
+TEST(MotionGates, ParallaxOnBothSides) {
+  MotionMeasures motion = goodMotion();
+  motion.parallax_px = kOptions.min_parallax_px * 1.001;
+  EXPECT_TRUE(find(motionGates(motion, kOptions), "parallax").passed);
+  motion.parallax_px = kOptions.min_parallax_px * 0.999;
+  EXPECT_FALSE(find(motionGates(motion, kOptions), "parallax").passed);
+}
+
+TEST(MotionGates, RotationTellsPureRotationFromStationary) {
+  MotionMeasures motion = goodMotion();
+  motion.parallax_px = 0.5;
+  motion.rotation_deg = kOptions.min_rotation_deg * 1.001;
+  EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
+            InitStatus::kPureRotation);
+  motion.rotation_deg = kOptions.min_rotation_deg * 0.999;
+  EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
+            InitStatus::kStationary);
+}
+
+TEST(MotionGates, ExcitationOnBothSides) {
+  MotionMeasures motion = goodMotion();
+  motion.excitation = kOptions.min_excitation * 1.001;
+  EXPECT_TRUE(find(motionGates(motion, kOptions), "excitation").passed);
+  motion.excitation = kOptions.min_excitation * 0.999;
+  const GateValue gate = find(motionGates(motion, kOptions), "excitation");
+  EXPECT_FALSE(gate.passed);
+  EXPECT_EQ(gate.status_if_failed, InitStatus::kTooLittleExcitation);
+}
+
+TEST(AlignmentGates, EachOnBothSides) {
+  const double e = 1e-3;
+  const auto passed = [](const char* name, double linkage, double scale, double rms, double sigma) {
+    return find(alignmentGates(linkage, scale, rms, sigma, kOptions), name).passed;
+  };
+  EXPECT_TRUE(passed("linkage", kOptions.min_linkage * (1 + e), 1, 0, 0));
+  EXPECT_FALSE(passed("linkage", kOptions.min_linkage * (1 - e), 1, 0, 0));
+  EXPECT_TRUE(passed("scale_positive", 100, 1e-6, 0, 0));
+  EXPECT_FALSE(passed("scale_positive", 100, -1e-6, 0, 0));
+  EXPECT_TRUE(passed("alignment_residual", 100, 1, kOptions.max_alignment_residual * (1 - e), 0));
+  EXPECT_FALSE(passed("alignment_residual", 100, 1, kOptions.max_alignment_residual * (1 + e), 0));
+  EXPECT_TRUE(passed("scale_sigma", 100, 1, 0, kOptions.max_scale_sigma * (1 - e)));
+  EXPECT_FALSE(passed("scale_sigma", 100, 1, 0, kOptions.max_scale_sigma * (1 + e)));
+}
+
+TEST(AlignmentGates, UnknownValuesDoNotPass) {
+  for (const GateValue& gate :
+       alignmentGates(kNotComputed, kNotComputed, kNotComputed, kNotComputed, kOptions)) {
+    EXPECT_FALSE(gate.passed) << gate.name;
+  }
+}
+
+TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {
+  InitResult result;
+  MotionMeasures motion = goodMotion();
+  motion.excitation = 0.0123;
+  result.gates = motionGates(motion, kOptions);
+  decide(true, &result);
+  EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation);
+  // The sentence carries the measured value and the threshold.
+  EXPECT_NE(result.message.find("0.0123"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("at least 0.1"), std::string::npos) << result.message;
+  decide(false, &result);
+  EXPECT_EQ(result.status, InitStatus::kSuccess);
+  EXPECT_NE(result.message.find("not enforced"), std::string::npos) << result.message;
+  for (const GateValue& gate : result.gates) EXPECT_FALSE(gate.enforced);
+}
+
+TEST(Decide, AllPassedIsSuccess) {
+  InitResult result;
+  result.gates = motionGates(goodMotion(), kOptions);
+  decide(true, &result);
+  EXPECT_EQ(result.status, InitStatus::kSuccess);
+}
+
+TEST(Measures, ForceDeviationIsZeroAtConstantVelocityAndRmsOtherwise) {
+  std::vector<Preintegration> pre(4);
+  std::vector<Eigen::Matrix3d> R(5, Eigen::Matrix3d::Identity());
+  for (Preintegration& p : pre) {
+    p.dt = 0.25;
+    p.dv = Eigen::Vector3d(0, 0, 9.8) * 0.25;
+  }
+  EXPECT_NEAR(forceDeviation(pre, R), 0.0, 1e-14);
+  // Alternating +-0.4 m/s^2 along x.
+  for (std::size_t i = 0; i < pre.size(); ++i) pre[i].dv.x() = (i % 2 ? 0.4 : -0.4) * 0.25;
+  EXPECT_NEAR(forceDeviation(pre, R), 0.4, 1e-14);
+}
+
+TEST(Measures, ForceDeviationIsBlindToRotation) {
+  // A body at constant velocity that turns feels gravity from changing sides; in b0 it is constant.
+  std::vector<Preintegration> pre(3);
+  std::vector<Eigen::Matrix3d> R;
+  for (int i = 0; i < 4; ++i) R.push_back(expSO3(Eigen::Vector3d(0.3, -0.1, 0.2) * i));
+  for (int i = 0; i < 3; ++i) {
+    pre[i].dt = 0.3;
+    pre[i].dv = R[i].transpose() * Eigen::Vector3d(0, 0, 9.8) * 0.3;
+  }
+  EXPECT_NEAR(forceDeviation(pre, R), 0.0, 1e-14);
+}
+
+TEST(Measures, MaxRotation) {
+  EXPECT_NEAR(
+      maxRotationDeg({Eigen::Matrix3d::Identity(), expSO3({0, 0, 0.5}), expSO3({0, 0.1, 0})}),
+      0.5 * 180 / M_PI, 1e-10);
+}
+
+TEST(Measures, ParallaxIgnoresRotationAndSeesTranslation) {
+  for (Motion motion : {Motion::kPureRotation, Motion::kExcited}) {
+    ExactWindowOptions options;
+    options.motion = motion;
+    const ExactWindow exact = makeExactWindow(options);
+    const Eigen::Matrix3d R_w_c0 = exact.truth[0].R_w_b * exact.calibration.R_b_c;
+    std::vector<Eigen::Matrix3d> R;
+    for (const NavState& s : exact.truth) {
+      R.push_back(R_w_c0.transpose() * s.R_w_b * exact.calibration.R_b_c);
+    }
+    const double parallax = medianParallaxPx(*exact.window, R);
+    // The camera sits 7 cm from the body's centre, so that turning moves it a little.
+    if (motion == Motion::kPureRotation) {
+      EXPECT_LT(parallax, kOptions.min_parallax_px);
+    } else {
+      EXPECT_GT(parallax, 20.0);
+    }
+  }
+}
+
+TEST(Measures, ParallaxWithoutTracksIsUnknown) {
+  ExactWindowOptions options;
+  options.points = 0;
+  const ExactWindow exact = makeExactWindow(options);
+  const std::vector<Eigen::Matrix3d> R(10, Eigen::Matrix3d::Identity());
+  EXPECT_TRUE(std::isnan(medianParallaxPx(*exact.window, R)));
+}
+
+}  // namespace
+}  // namespace slim_init

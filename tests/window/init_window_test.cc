@@ -1,0 +1,132 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/init_window.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+class InitWindowTest : public ::testing::Test {
+ protected:
+  std::string errorOf(const std::vector<FrameObservation>& frames,
+                      const std::vector<ImuSample>& imu) const {
+    std::string error;
+    EXPECT_EQ(InitWindow::create(exact_.calibration, frames, imu, &error), nullptr);
+    return error;
+  }
+  const ExactWindow exact_ = makeExactWindow(ExactWindowOptions());
+};
+
+TEST_F(InitWindowTest, TracksAreSortedAndComplete) {
+  const InitWindow& window = *exact_.window;
+  EXPECT_EQ(window.size(), 10);
+  int observations = 0;
+  for (const Track& track : window.pointTracks()) {
+    EXPECT_GE(track.size(), 2);
+    observations += track.size();
+    for (int s = track.begin; s + 1 < track.end; ++s) {
+      EXPECT_LT(window.pointSightings()[s].keyframe, window.pointSightings()[s + 1].keyframe);
+    }
+  }
+  EXPECT_EQ(observations, static_cast<int>(window.pointSightings().size()));
+  for (std::size_t t = 0; t + 1 < window.pointTracks().size(); ++t) {
+    EXPECT_LT(window.pointTracks()[t].id, window.pointTracks()[t + 1].id);
+  }
+}
+
+TEST_F(InitWindowTest, OrderOfObservationsDoesNotMatter) {
+  std::vector<FrameObservation> shuffled = exact_.keyframes;
+  std::mt19937_64 random(3);
+  for (FrameObservation& frame : shuffled) {
+    std::shuffle(frame.points.begin(), frame.points.end(), random);
+    std::shuffle(frame.lines.begin(), frame.lines.end(), random);
+  }
+  const auto window = InitWindow::create(exact_.calibration, shuffled, exact_.imu);
+  ASSERT_NE(window, nullptr);
+  ASSERT_EQ(window->pointSightings().size(), exact_.window->pointSightings().size());
+  for (std::size_t s = 0; s < window->pointSightings().size(); ++s) {
+    EXPECT_EQ(window->pointSightings()[s].bearing, exact_.window->pointSightings()[s].bearing);
+  }
+}
+
+TEST_F(InitWindowTest, LineNormalIsAtRightAnglesToItsEnds) {
+  ASSERT_FALSE(exact_.window->lineSightings().empty());
+  for (const LineSighting& line : exact_.window->lineSightings()) {
+    EXPECT_NEAR(line.normal.norm(), 1.0, 1e-14);
+    EXPECT_NEAR(line.normal.dot(line.start_bearing), 0.0, 1e-14);
+    EXPECT_NEAR(line.normal.dot(line.end_bearing), 0.0, 1e-14);
+  }
+}
+
+TEST_F(InitWindowTest, UnusableObservationsAreDroppedAndCounted) {
+  std::vector<FrameObservation> frames = exact_.keyframes;
+  const std::size_t points = frames[0].points.size();
+  PointObservation bad = frames[0].points[0];
+  bad.id = 5000;
+  bad.bearing.y() = kNotComputed;
+  frames[0].points.push_back(bad);
+  bad.id = 5001;
+  bad.bearing.setZero();
+  frames[0].points.push_back(bad);
+  frames[0].points.push_back(frames[0].points[0]);  // same id again
+  LineObservation line = frames[0].lines[0];
+  line.id = 6000;
+  line.end_bearing = line.start_bearing;
+  frames[0].lines.push_back(line);
+  const auto window = InitWindow::create(exact_.calibration, frames, exact_.imu);
+  ASSERT_NE(window, nullptr);
+  EXPECT_EQ(window->counts().observations_not_finite, 2);
+  EXPECT_EQ(window->counts().observations_duplicate_id, 1);
+  EXPECT_EQ(window->counts().lines_degenerate, 1);
+  EXPECT_EQ(window->pointSightings().size(), exact_.window->pointSightings().size());
+  EXPECT_GT(points, 0u);
+}
+
+TEST_F(InitWindowTest, BearingsAreNormalised) {
+  std::vector<FrameObservation> frames = exact_.keyframes;
+  for (PointObservation& point : frames[2].points) point.bearing /= point.bearing.z();  // (x, y, 1)
+  const auto window = InitWindow::create(exact_.calibration, frames, exact_.imu);
+  ASSERT_NE(window, nullptr);
+  for (const PointSighting& s : window->pointSightings()) EXPECT_NEAR(s.bearing.norm(), 1.0, 1e-14);
+}
+
+TEST_F(InitWindowTest, ViolatedInvariantsAreNamed) {
+  EXPECT_NE(errorOf({exact_.keyframes[0]}, exact_.imu).find("1 keyframes, needs at least 2"),
+            std::string::npos);
+
+  std::vector<FrameObservation> swapped = exact_.keyframes;
+  std::swap(swapped[3], swapped[4]);
+  EXPECT_NE(errorOf(swapped, exact_.imu).find("keyframe 4 is -0.25 s"), std::string::npos);
+
+  std::vector<FrameObservation> nan_time = exact_.keyframes;
+  nan_time[2].t = kNotComputed;
+  EXPECT_NE(errorOf(nan_time, exact_.imu).find("keyframe 2"), std::string::npos);
+
+  std::vector<ImuSample> cut(exact_.imu.begin(), exact_.imu.end() - 20);
+  EXPECT_NE(errorOf(exact_.keyframes, cut).find("do not cover"), std::string::npos);
+  EXPECT_NE(errorOf(exact_.keyframes, {}).find("0 samples"), std::string::npos);
+
+  std::vector<ImuSample> nan_imu = exact_.imu;
+  nan_imu[7].gyro.z() = kNotComputed;
+  EXPECT_NE(errorOf(exact_.keyframes, nan_imu).find("sample 7 is not finite"), std::string::npos);
+
+  std::vector<ImuSample> repeated = exact_.imu;
+  repeated[9].t = repeated[8].t;
+  EXPECT_NE(errorOf(exact_.keyframes, repeated).find("sample 9 is 0 s"), std::string::npos);
+
+  std::string error;
+  Calibration broken = exact_.calibration;
+  broken.sigma_px = -1.0;
+  EXPECT_EQ(InitWindow::create(broken, exact_.keyframes, exact_.imu, &error), nullptr);
+  EXPECT_NE(error.find("sigma_px is -1"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace slim_init

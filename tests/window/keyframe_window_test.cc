@@ -1,0 +1,183 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/keyframe_window.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace slim_init {
+namespace {
+
+// Feeds 200 Hz IMU and 20 Hz frames with one point, both from t_begin to t_end.
+class KeyframeWindowTest : public ::testing::Test {
+ protected:
+  static ImuSample imu(double t) {
+    return {t, Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, 9.8)};
+  }
+  static FrameObservation frame(double t) {
+    FrameObservation f;
+    f.t = t;
+    PointObservation point;
+    point.id = 1;
+    f.points.push_back(point);
+    return f;
+  }
+  static void feed(KeyframeWindow& window, double t_begin, double t_end) {
+    for (int k = 0; t_begin + k * 0.005 <= t_end + 1e-9; ++k) {
+      window.addImu(imu(t_begin + k * 0.005));
+      if (k % 10 == 0) window.addFrame(frame(t_begin + k * 0.005));
+    }
+  }
+  Calibration calibration_;
+  WindowOptions options_;
+};
+
+TEST_F(KeyframeWindowTest, TwentyHertzGivesQuarterSecondKeyframesEndingAtTheNewest) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 3.0);
+  const WindowCut cut = window.cut();
+  ASSERT_NE(cut.window, nullptr) << cut.message;
+  EXPECT_EQ(cut.status, InitStatus::kSuccess);
+  ASSERT_EQ(cut.window->size(), 10);
+  EXPECT_NEAR(cut.window->times().back(), 3.0, 1e-9);
+  for (int k = 0; k + 1 < 10; ++k) {
+    EXPECT_NEAR(cut.window->times()[k + 1] - cut.window->times()[k], 0.25, 1e-9);
+  }
+}
+
+TEST_F(KeyframeWindowTest, CutsNoSoonerThanTheWindowIsFull) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 2.2);
+  const WindowCut early = window.cut();
+  EXPECT_EQ(early.window, nullptr);
+  EXPECT_EQ(early.status, InitStatus::kTooFewKeyframes);
+  EXPECT_NE(early.message.find("9 keyframes, needs 10"), std::string::npos) << early.message;
+  window.addImu(imu(2.25));
+  window.addFrame(frame(2.25));
+  EXPECT_NE(window.cut().window, nullptr);
+}
+
+TEST_F(KeyframeWindowTest, GrowsFromTheMinimum) {
+  options_.min_keyframes = 4;
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 0.7);
+  EXPECT_EQ(window.cut().window, nullptr);
+  feed(window, 0.75, 0.75);
+  ASSERT_NE(window.cut().window, nullptr);
+  EXPECT_EQ(window.cut().window->size(), 4);
+}
+
+TEST_F(KeyframeWindowTest, AFrameAheadOfTheImuWaitsForIt) {
+  options_.min_keyframes = 2;
+  options_.keyframes = 2;
+  KeyframeWindow window(calibration_, options_);
+  for (int k = 0; k <= 50; ++k) window.addImu(imu(0.005 * k));  // to 0.25 s
+  window.addFrame(frame(0.0));
+  window.addFrame(frame(0.2502));
+  EXPECT_EQ(window.cut().window, nullptr);
+  window.addImu(imu(0.255));
+  ASSERT_NE(window.cut().window, nullptr);
+  EXPECT_NEAR(window.cut().window->times()[1], 0.2502, 1e-12);
+}
+
+TEST_F(KeyframeWindowTest, TimeOffsetMovesFramesToTheImuClock) {
+  options_.min_keyframes = options_.keyframes = 2;
+  calibration_.td = 0.03;
+  KeyframeWindow window(calibration_, options_);
+  for (int k = 0; k <= 100; ++k) window.addImu(imu(0.005 * k));
+  window.addFrame(frame(0.0));
+  window.addFrame(frame(0.25));
+  ASSERT_NE(window.cut().window, nullptr);
+  EXPECT_NEAR(window.cut().window->times()[0], 0.03, 1e-12);
+  EXPECT_NEAR(window.cut().window->times()[1], 0.28, 1e-12);
+}
+
+TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
+  KeyframeWindow window(calibration_, options_);
+  EXPECT_EQ(window.addImu(imu(0.0)), AddStatus::kAdded);
+  EXPECT_EQ(window.addImu(imu(0.0)), AddStatus::kOutOfOrder);
+  EXPECT_EQ(window.addImu(imu(-1.0)), AddStatus::kOutOfOrder);
+  ImuSample bad = imu(0.1);
+  bad.accel.x() = kNotComputed;
+  EXPECT_EQ(window.addImu(bad), AddStatus::kNotFinite);
+  EXPECT_EQ(window.addImu(imu(std::numeric_limits<double>::infinity())), AddStatus::kNotFinite);
+  EXPECT_EQ(window.addFrame(frame(0.0)), AddStatus::kAdded);
+  EXPECT_EQ(window.addFrame(frame(0.0)), AddStatus::kOutOfOrder);
+  EXPECT_EQ(window.addFrame(frame(kNotComputed)), AddStatus::kNotFinite);
+  FrameObservation twice = frame(0.05);
+  twice.points.push_back(twice.points[0]);
+  EXPECT_EQ(window.addFrame(twice), AddStatus::kAdded);
+  EXPECT_EQ(window.counts().imu_added, 1);
+  EXPECT_EQ(window.counts().imu_out_of_order, 2);
+  EXPECT_EQ(window.counts().imu_not_finite, 2);
+  EXPECT_EQ(window.counts().frames_added, 2);
+  EXPECT_EQ(window.counts().frames_out_of_order, 1);
+  EXPECT_EQ(window.counts().frames_not_finite, 1);
+  EXPECT_EQ(window.counts().observations_duplicate_id, 1);
+}
+
+TEST_F(KeyframeWindowTest, NoWindowAcrossAGapInTheFrames) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 3.0);
+  for (int k = 1; k <= 300; ++k) window.addImu(imu(3.0 + 0.005 * k));  // camera dark for 1.5 s
+  for (int k = 0; k < 5; ++k) window.addFrame(frame(4.2 + 0.05 * k));
+  const WindowCut cut = window.cut();
+  EXPECT_EQ(cut.window, nullptr);
+  EXPECT_NE(cut.message.find("gap of 1.2 s between frames"), std::string::npos) << cut.message;
+  // Within the bound the window may span it.
+  options_.max_frame_gap_s = 1.3;
+  KeyframeWindow patient(calibration_, options_);
+  feed(patient, 0.0, 3.0);
+  for (int k = 1; k <= 300; ++k) patient.addImu(imu(3.0 + 0.005 * k));
+  for (int k = 0; k < 5; ++k) patient.addFrame(frame(4.2 + 0.05 * k));
+  EXPECT_NE(patient.cut().window, nullptr);
+}
+
+TEST_F(KeyframeWindowTest, NoWindowAcrossAGapInTheImu) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 3.0);
+  feed(window, 3.1, 4.0);
+  const WindowCut cut = window.cut();
+  EXPECT_EQ(cut.window, nullptr);
+  EXPECT_NE(cut.message.find("gap above 0.05 s"), std::string::npos) << cut.message;
+  feed(window, 4.005, 5.5);
+  ASSERT_NE(window.cut().window, nullptr);
+  EXPECT_GE(window.cut().window->times().front(), 3.1 - 1e-9);
+}
+
+TEST_F(KeyframeWindowTest, MemoryIsBounded) {
+  options_.buffer_s = 4.0;
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 60.0);
+  EXPECT_LE(window.imu().size(), 805u);
+  EXPECT_GE(window.imu().size(), 795u);
+  ASSERT_NE(window.cut().window, nullptr);
+  // A camera that falls silent must not let the IMU grow, nor the other way round.
+  for (int k = 1; k <= 4000; ++k) window.addImu(imu(60.0 + 0.005 * k));
+  EXPECT_LE(window.imu().size(), 805u);
+}
+
+TEST_F(KeyframeWindowTest, ResetForgetsEverything) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 3.0);
+  window.reset();
+  EXPECT_EQ(window.counts().imu_added, 0);
+  EXPECT_EQ(window.cut().window, nullptr);
+  feed(window, 0.0, 3.0);  // time may start anew
+  EXPECT_NE(window.cut().window, nullptr);
+}
+
+TEST_F(KeyframeWindowTest, WindowHoldsTheSamplesAroundItAndNoMore) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 6.0);
+  const WindowCut cut = window.cut();
+  ASSERT_NE(cut.window, nullptr);
+  const auto& samples = cut.window->imu();
+  EXPECT_LE(samples.front().t, cut.window->times().front());
+  EXPECT_GT(samples.front().t, cut.window->times().front() - 0.0051);
+  EXPECT_GE(samples.back().t, cut.window->times().back());
+  EXPECT_LT(samples.back().t, cut.window->times().back() + 0.0051);
+}
+
+}  // namespace
+}  // namespace slim_init
