@@ -39,10 +39,12 @@ struct VanishingPointOptions {
   /// 4 needs a larger vote_threshold_deg (5.5 deg at 3).
   int icosphere_subdivisions = 4;
   double vote_threshold_deg = 3.0;    ///< a line votes for directions this close to its plane
-  double inlier_threshold_deg = 2.0;  ///< t_in of the paper: |n . d| of a line on the VP
+  /// t_in of the paper: |n . d| of a line on the VP. At 2 deg a quarter of clutter among the lines
+  /// doubles the squared error, at 1 deg it adds a fifth.
+  double inlier_threshold_deg = 1.0;
   /// Fewer lines make no VP. Among 25 lines without any common direction four meet by chance nine
-  /// times in ten, six four times in ten.
-  int min_inliers = 6;
+  /// times in ten, eight once in thirty.
+  int min_inliers = 8;
   double match_threshold_deg = 6.0;        ///< gyro-predicted to observed direction, to keep the id
   int min_track_age = 2;                   ///< A_min of the paper, in keyframes
   double consistency_threshold_deg = 1.0;  ///< t_vp of the paper: rms of e^vp over the inliers
@@ -77,13 +79,13 @@ struct SlimPaperOptions {
   bool use_vp = true;             ///< VP residual in step 1, eq. (4)
   bool use_line_epipolar = true;  ///< eq. (11)
   bool use_line_normal = true;    ///< eq. (12)
-  /// Multiplies lambda_vp, the point to VP residual count ratio. 0.01: a VP direction is about ten
-  /// times noisier than a point bearing, and weights are inverse variances
-  /// (docs/method_slim_paper.md).
-  double vp_weight = 0.01;
+  /// Multiplies lambda_vp, the point to VP residual count ratio. At 1 the VP term dominates and the
+  /// bias error grows several times, because a VP is about ten times noisier than a point bearing
+  /// (sweep in docs/method_slim_paper.md).
+  double vp_weight = 0.001;
   double vp_cauchy_scale = 0.05;       ///< Cauchy scale of the VP residual [rad]
-  double line_epipolar_weight = 0.01;  ///< constant of eq. (13) for type e
-  double line_normal_weight = 0.1;     ///< constant of eq. (13) for type n
+  double line_epipolar_weight = 0.01;  ///< constant of eq. (13), type e; above 0.1 success falls
+  double line_normal_weight = 1.0;     ///< constant of eq. (13), type n; 1 is best or near it
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;

@@ -1,0 +1,500 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/simulation/feature_simulator.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "random.h"
+#include "range_sentence.h"
+
+namespace slim_init::simulation {
+namespace {
+
+constexpr double kMinPointDepth = 0.2;  // [m] in front of the camera
+constexpr double kMinLineDepth = 0.3;   // [m] near plane that segments are cut at
+constexpr double kPointBorder = 5.0;    // [px] in which no patch of a tracker fits
+constexpr double kMinNewLine = 50.0;    // [px] a detector reports shorter ones, but too many
+constexpr int kOcclusionSamples = 9;    // along a segment
+// Detection confidence 1 - exp(-length / scale): 0.57 at 50 px, 0.96 at 200 px.
+constexpr double kConfidenceLength = 60.0;  // [px]
+constexpr double kConfidenceNoise = 0.03;
+// Match quality 1 - |n| spread. The wrong matches' distribution overlaps that of the right ones, as
+// descriptors of parallel edges do.
+constexpr double kMatchSpread = 0.1;
+constexpr double kWrongMatchSpread = 0.2;
+// A wrong match is drawn from the most similar other segments; 1 deg is as unlike as 3 px.
+constexpr int kWrongMatchChoices = 3;
+constexpr double kPixelsPerDegree = 3.0;
+
+struct CameraPose {
+  Eigen::Matrix3d R_c_w;
+  Eigen::Vector3d p_w_c;
+
+  Eigen::Vector3d toCamera(const Eigen::Vector3d& p_w) const { return R_c_w * (p_w - p_w_c); }
+};
+
+Eigen::Vector2d project(const PinholeCamera& camera, const Eigen::Vector3d& p_c) {
+  return {camera.fx * p_c.x() / p_c.z() + camera.cx, camera.fy * p_c.y() / p_c.z() + camera.cy};
+}
+
+Eigen::Vector3d bearingOf(const PinholeCamera& camera, const Eigen::Vector2d& pixel) {
+  return Eigen::Vector3d((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy,
+                         1.0)
+      .normalized();
+}
+
+bool inImage(const PinholeCamera& camera, const Eigen::Vector2d& pixel, double border) {
+  return pixel.x() >= border && pixel.x() <= camera.width - border && pixel.y() >= border &&
+         pixel.y() <= camera.height - border;
+}
+
+// Number of frames of a track: geometric with the given mean. Geometric lives have no memory, so
+// what remains of one at the first frame is distributed as a new one: the stationary state.
+class LifeTimes {
+ public:
+  LifeTimes(unsigned seed, const char* stream, double mean)
+      : random_(seed, stream), scale_(-1.0 / std::log1p(-1.0 / mean)) {}
+
+  long long draw() {
+    constexpr double kForever = 1e15;  // fits a long long
+    return 1 + static_cast<long long>(std::min(kForever, scale_ * random_.exponential()));
+  }
+
+ private:
+  Random random_;
+  double scale_;  // [frames]
+};
+
+// Removes and returns a random element, in constant time.
+int takeRandom(std::vector<int>* list, Random* random) {
+  const int i = random->index(static_cast<int>(list->size()));
+  const int element = (*list)[i];
+  (*list)[i] = list->back();
+  list->pop_back();
+  return element;
+}
+
+class PointTracker {
+ public:
+  PointTracker(const World& world, const FeatureSimulationOptions& options,
+               FeatureSimulationCounts* counts)
+      : world_(world),
+        options_(options),
+        counts_(counts),
+        tracked_(world.points.size(), false),
+        in_view_(world.points.size(), false),
+        pixels_(world.points.size()),
+        choice_(options.seed, "points/choice"),
+        lives_(options.seed, "points/life", options.track_life),
+        outlier_(options.seed, "points/outlier"),
+        drift_(options.seed, "points/drift"),
+        noise_(options.seed, "points/noise") {}
+
+  void observe(const CameraPose& pose, std::vector<PointObservation>* observations) {
+    projectAll(pose);
+    keepAlive(pose);
+    refill(pose);
+    observations->reserve(tracks_.size());
+    for (Track& track : tracks_) {
+      const Eigen::Vector2d pixel =
+          pixels_[track.point] + track.offset + options_.pixel_noise * noise_.gaussian2();
+      observations->push_back({track.id, bearingOf(options_.camera, pixel), pixel});
+    }
+  }
+
+ private:
+  struct Track {
+    FeatureId id = -1;
+    int point = -1;
+    long long frames_left = 0;
+    Eigen::Vector2d offset = Eigen::Vector2d::Zero();    // drift and sliding so far [px]
+    Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // of an outlier [px/frame]
+  };
+
+  void projectAll(const CameraPose& pose) {
+    for (std::size_t i = 0; i < world_.points.size(); ++i) {
+      const Eigen::Vector3d p_c = pose.toCamera(world_.points[i]);
+      in_view_[i] = p_c.z() > kMinPointDepth;
+      if (!in_view_[i]) continue;
+      pixels_[i] = project(options_.camera, p_c);
+      in_view_[i] = inImage(options_.camera, pixels_[i], kPointBorder);
+    }
+  }
+
+  void keepAlive(const CameraPose& pose) {
+    std::size_t kept = 0;
+    for (Track& track : tracks_) {
+      track.offset += track.velocity + options_.drift * drift_.gaussian2();
+      const bool alive =
+          --track.frames_left > 0 && in_view_[track.point] &&
+          inImage(options_.camera, pixels_[track.point] + track.offset, kPointBorder) &&
+          world_.visible(pose.p_w_c, world_.points[track.point]);
+      if (alive) {
+        tracks_[kept++] = track;
+      } else {
+        tracked_[track.point] = false;
+      }
+    }
+    tracks_.resize(kept);
+  }
+
+  void refill(const CameraPose& pose) {
+    if (static_cast<int>(tracks_.size()) >= options_.max_points) return;
+    candidates_.clear();
+    for (int i = 0; i < static_cast<int>(in_view_.size()); ++i) {
+      if (in_view_[i] && !tracked_[i]) candidates_.push_back(i);
+    }
+    while (static_cast<int>(tracks_.size()) < options_.max_points && !candidates_.empty()) {
+      const int point = takeRandom(&candidates_, &choice_);
+      if (crowded(pixels_[point])) continue;
+      if (!world_.visible(pose.p_w_c, world_.points[point])) continue;
+      Track track;
+      track.id = next_id_++;
+      track.point = point;
+      track.frames_left = lives_.draw();
+      // Drawn for every track, so that the rate does not shift the stream.
+      const bool is_outlier = outlier_.uniform() < options_.outlier_rate;
+      const Eigen::Vector2d velocity = options_.outlier_speed * outlier_.gaussian2();
+      if (is_outlier) track.velocity = velocity;
+      tracked_[point] = true;
+      tracks_.push_back(track);
+      ++counts_->point_tracks;
+      if (is_outlier) ++counts_->outlier_tracks;
+    }
+  }
+
+  bool crowded(const Eigen::Vector2d& pixel) const {
+    const double limit = options_.min_point_distance * options_.min_point_distance;
+    return std::any_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
+      return (pixels_[track.point] + track.offset - pixel).squaredNorm() < limit;
+    });
+  }
+
+  const World& world_;
+  const FeatureSimulationOptions& options_;
+  FeatureSimulationCounts* counts_;
+  std::vector<Track> tracks_;  // ascending in id
+  FeatureId next_id_ = 0;
+  std::vector<char> tracked_;            // per point of the world
+  std::vector<char> in_view_;            // per point of the world, ignoring occlusion
+  std::vector<Eigen::Vector2d> pixels_;  // of the points in view
+  std::vector<int> candidates_;
+  Random choice_;
+  LifeTimes lives_;
+  Random outlier_;
+  Random drift_;
+  Random noise_;
+};
+
+// The visible part of a segment in one image.
+struct LineView {
+  bool visible = false;
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();  // [px]
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();    // [px]
+  double start_depth = 0.0;                         // [m]
+  double end_depth = 0.0;                           // [m]
+
+  double length() const { return (end - start).norm(); }
+};
+
+class LineTracker {
+ public:
+  LineTracker(const World& world, const FeatureSimulationOptions& options,
+              FeatureSimulationCounts* counts)
+      : world_(world),
+        options_(options),
+        counts_(counts),
+        tracked_(world.segments.size(), false),
+        views_(world.segments.size()),
+        choice_(options.seed, "lines/choice"),
+        lives_(options.seed, "lines/life", options.track_life),
+        fragmentation_(options.seed, "lines/fragmentation"),
+        misassociation_(options.seed, "lines/misassociation"),
+        slide_(options.seed, "lines/slide"),
+        noise_(options.seed, "lines/noise"),
+        quality_(options.seed, "lines/quality") {
+    // Inward normals of the viewing pyramid in c.
+    const PinholeCamera& c = options.camera;
+    planes_ = {Eigen::Vector3d(c.fx, 0.0, c.cx), Eigen::Vector3d(-c.fx, 0.0, c.width - c.cx),
+               Eigen::Vector3d(0.0, c.fy, c.cy), Eigen::Vector3d(0.0, -c.fy, c.height - c.cy)};
+  }
+
+  void observe(const CameraPose& pose, std::vector<LineObservation>* observations) {
+    for (std::size_t i = 0; i < world_.segments.size(); ++i) {
+      views_[i] =
+          clip(pose.toCamera(world_.segments[i].start), pose.toCamera(world_.segments[i].end));
+    }
+    keepAlive(pose);
+    refill(pose);
+    observations->reserve(tracks_.size());
+    for (const Track& track : tracks_) observations->push_back(makeObservation(track));
+  }
+
+ private:
+  struct Track {
+    FeatureId id = -1;
+    int segment = -1;
+    long long frames_left = 0;
+    bool is_new = true;           // no match to the previous image
+    bool is_wrong_match = false;  // to the previous image
+    LineView view;                // cut at both ends as the detector saw it, without noise
+  };
+
+  // Cuts a segment, end points in c, to the viewing pyramid.
+  LineView clip(const Eigen::Vector3d& start_c, const Eigen::Vector3d& end_c) const {
+    const Eigen::Vector3d step = end_c - start_c;
+    double from = 0.0;
+    double to = 1.0;
+    const auto cut = [&](double at_start, double change) {
+      if (change == 0.0) {
+        if (at_start < 0.0) to = -1.0;
+      } else if (change > 0.0) {
+        from = std::max(from, -at_start / change);
+      } else {
+        to = std::min(to, -at_start / change);
+      }
+    };
+    cut(start_c.z() - kMinLineDepth, step.z());
+    for (const Eigen::Vector3d& plane : planes_) {
+      if (from >= to) break;
+      cut(plane.dot(start_c), plane.dot(step));
+    }
+    LineView view;
+    if (from >= to) return view;
+    const Eigen::Vector3d a = start_c + from * step;
+    const Eigen::Vector3d b = start_c + to * step;
+    view.visible = true;
+    view.start = project(options_.camera, a);
+    view.end = project(options_.camera, b);
+    view.start_depth = a.z();
+    view.end_depth = b.z();
+    return view;
+  }
+
+  // Cuts a view to the longest run of samples that nothing hides.
+  LineView withoutHidden(const CameraPose& pose, const LineView& view) const {
+    if (!view.visible || world_.obstacles.empty()) return view;
+    int run = 0, best_run = 0, best_end = 0;
+    for (int k = 0; k < kOcclusionSamples; ++k) {
+      const Eigen::Vector3d p_c = placeAt(view, static_cast<double>(k) / (kOcclusionSamples - 1));
+      run = world_.visible(pose.p_w_c, pose.R_c_w.transpose() * p_c + pose.p_w_c) ? run + 1 : 0;
+      if (run > best_run) {
+        best_run = run;
+        best_end = k;
+      }
+    }
+    if (best_run < 2) return LineView();
+    return part(view, static_cast<double>(best_end - best_run + 1) / (kOcclusionSamples - 1),
+                static_cast<double>(best_end) / (kOcclusionSamples - 1));
+  }
+
+  // Depth at a share of the image segment: inverse depth is linear along it.
+  static double depthAt(const LineView& view, double share) {
+    return 1.0 / ((1.0 - share) / view.start_depth + share / view.end_depth);
+  }
+
+  Eigen::Vector3d placeAt(const LineView& view, double share) const {
+    const Eigen::Vector2d pixel = view.start + share * (view.end - view.start);
+    const PinholeCamera& c = options_.camera;
+    return depthAt(view, share) *
+           Eigen::Vector3d((pixel.x() - c.cx) / c.fx, (pixel.y() - c.cy) / c.fy, 1.0);
+  }
+
+  static LineView part(const LineView& view, double from, double to) {
+    LineView result = view;
+    result.start = view.start + from * (view.end - view.start);
+    result.end = view.start + to * (view.end - view.start);
+    result.start_depth = depthAt(view, from);
+    result.end_depth = depthAt(view, to);
+    return result;
+  }
+
+  // What the detector finds of a segment in this image.
+  LineView detect(const CameraPose& pose, int segment) {
+    const double cut_start = options_.line_slide * slide_.uniform();
+    const double cut_end = options_.line_slide * slide_.uniform();
+    const LineView view = withoutHidden(pose, views_[segment]);
+    return view.visible ? part(view, cut_start, 1.0 - cut_end) : view;
+  }
+
+  bool longEnough(const LineView& view) const {
+    return view.visible && view.length() >= options_.min_line_length_px;
+  }
+
+  void keepAlive(const CameraPose& pose) {
+    std::vector<Track> fragments;  // continue the same segment under a new id
+    std::size_t kept = 0;
+    for (Track& track : tracks_) {
+      const bool breaks = fragmentation_.uniform() < options_.line_fragmentation;
+      const bool jumps = misassociation_.uniform() < options_.line_misassociation;
+      track.is_new = false;
+      track.is_wrong_match = jumps && !breaks && jumpToSimilar(pose, &track);
+      track.view = detect(pose, track.segment);
+      if (--track.frames_left <= 0 || !longEnough(track.view)) {
+        tracked_[track.segment] = false;
+        continue;
+      }
+      if (track.is_wrong_match) ++counts_->misassociated_lines;
+      if (breaks) {
+        fragments.push_back(track);
+        ++counts_->fragmented_lines;
+        continue;
+      }
+      tracks_[kept++] = track;
+    }
+    tracks_.resize(kept);
+    for (const Track& fragment : fragments) start(fragment.segment, fragment.view);
+  }
+
+  // Moves a track to a random one of the most similar untracked segments in view.
+  bool jumpToSimilar(const CameraPose& pose, Track* track) {
+    const LineView& own = views_[track->segment];
+    if (!own.visible) return false;
+    std::vector<std::pair<double, int>> similar;  // unlikeness [px], segment
+    for (int i = 0; i < static_cast<int>(views_.size()); ++i) {
+      if (tracked_[i] || !views_[i].visible || views_[i].length() < kMinNewLine) continue;
+      similar.emplace_back(unlikeness(own, views_[i]), i);
+    }
+    std::sort(similar.begin(), similar.end());
+    std::vector<int> choices;
+    for (const auto& entry : similar) {
+      if (static_cast<int>(choices.size()) == kWrongMatchChoices) break;
+      const LineView view = withoutHidden(pose, views_[entry.second]);
+      if (view.visible && view.length() >= kMinNewLine) choices.push_back(entry.second);
+    }
+    if (choices.empty()) return false;
+    tracked_[track->segment] = false;
+    track->segment = choices[misassociation_.index(static_cast<int>(choices.size()))];
+    tracked_[track->segment] = true;
+    return true;
+  }
+
+  static double unlikeness(const LineView& a, const LineView& b) {
+    constexpr double kDegreesPerRadian = 57.29577951308232;
+    const Eigen::Vector2d da = (a.end - a.start).normalized();
+    const Eigen::Vector2d db = (b.end - b.start).normalized();
+    const double angle = std::asin(std::min(1.0, std::abs(da.x() * db.y() - da.y() * db.x())));
+    const double distance = 0.5 * ((a.start + a.end) - (b.start + b.end)).norm();
+    return distance + kPixelsPerDegree * kDegreesPerRadian * angle;
+  }
+
+  void refill(const CameraPose& pose) {
+    if (static_cast<int>(tracks_.size()) >= options_.max_lines) return;
+    std::vector<int> candidates;
+    for (int i = 0; i < static_cast<int>(views_.size()); ++i) {
+      if (!tracked_[i] && views_[i].visible && views_[i].length() >= kMinNewLine) {
+        candidates.push_back(i);
+      }
+    }
+    while (static_cast<int>(tracks_.size()) < options_.max_lines && !candidates.empty()) {
+      const int segment = takeRandom(&candidates, &choice_);
+      if (withoutHidden(pose, views_[segment]).length() < kMinNewLine) continue;
+      const LineView view = detect(pose, segment);
+      if (longEnough(view)) start(segment, view);
+    }
+  }
+
+  void start(int segment, const LineView& view) {
+    Track track;
+    track.id = next_id_++;
+    track.segment = segment;
+    track.frames_left = lives_.draw();
+    track.view = view;
+    tracked_[segment] = true;
+    tracks_.push_back(track);
+    ++counts_->line_tracks;
+  }
+
+  LineObservation makeObservation(const Track& track) {
+    LineObservation o;
+    o.id = track.id;
+    o.start_pixel = track.view.start + options_.line_noise * noise_.gaussian2();
+    o.end_pixel = track.view.end + options_.line_noise * noise_.gaussian2();
+    o.start_bearing = bearingOf(options_.camera, o.start_pixel);
+    o.end_bearing = bearingOf(options_.camera, o.end_pixel);
+    o.length_px = (o.end_pixel - o.start_pixel).norm();
+    const double confidence =
+        1.0 - std::exp(-o.length_px / kConfidenceLength) + kConfidenceNoise * quality_.gaussian();
+    o.detection_confidence = std::clamp(confidence, 0.0, 1.0);
+    const double mismatch =
+        std::abs(quality_.gaussian()) * (track.is_wrong_match ? kWrongMatchSpread : kMatchSpread);
+    o.match_quality = track.is_new ? 1.0 : std::clamp(1.0 - mismatch, 0.0, 1.0);
+    return o;
+  }
+
+  const World& world_;
+  const FeatureSimulationOptions& options_;
+  FeatureSimulationCounts* counts_;
+  std::array<Eigen::Vector3d, 4> planes_;
+  std::vector<Track> tracks_;  // ascending in id
+  FeatureId next_id_ = 0;
+  std::vector<char> tracked_;    // per segment of the world
+  std::vector<LineView> views_;  // per segment of the world, ignoring occlusion
+  Random choice_;
+  LifeTimes lives_;
+  Random fragmentation_;
+  Random misassociation_;
+  Random slide_;
+  Random noise_;
+  Random quality_;
+};
+
+}  // namespace
+
+std::string FeatureSimulationOptions::validate() const {
+  std::string sentence;
+  const double inf = std::numeric_limits<double>::max();
+  requireWithin("camera.width", camera.width, 16, 100000, &sentence);
+  requireWithin("camera.height", camera.height, 16, 100000, &sentence);
+  requireWithin("camera.fx", camera.fx, 1.0, 1e6, &sentence);
+  requireWithin("camera.fy", camera.fy, 1.0, 1e6, &sentence);
+  requireWithin("camera.cx", camera.cx, 0.0, static_cast<double>(camera.width), &sentence);
+  requireWithin("camera.cy", camera.cy, 0.0, static_cast<double>(camera.height), &sentence);
+  requireWithin("max_points", max_points, 0, 100000, &sentence);
+  requireWithin("min_point_distance", min_point_distance, 0.0, 1e4, &sentence);
+  requireWithin("max_lines", max_lines, 0, 100000, &sentence);
+  requireWithin("pixel_noise", pixel_noise, 0.0, 100.0, &sentence);
+  requireWithin("line_noise", line_noise, 0.0, 100.0, &sentence);
+  requireWithin("drift", drift, 0.0, 100.0, &sentence);
+  requireWithin("outlier_rate", outlier_rate, 0.0, 1.0, &sentence);
+  requireWithin("outlier_speed", outlier_speed, 0.0, 1e3, &sentence);
+  requireWithin("track_life", track_life, 1.0, inf, &sentence);
+  // Two cuts of half a segment would leave nothing of it.
+  requireWithin("line_slide", line_slide, 0.0, 0.49, &sentence);
+  requireWithin("line_fragmentation", line_fragmentation, 0.0, 1.0, &sentence);
+  requireWithin("line_misassociation", line_misassociation, 0.0, 1.0, &sentence);
+  requireWithin("min_line_length_px", min_line_length_px, 1.0, 1e4, &sentence);
+  return sentence;
+}
+
+std::vector<FrameObservation> simulateFeatures(const Trajectory& trajectory, const World& world,
+                                               const Calibration& calibration,
+                                               const std::vector<double>& image_times,
+                                               const FeatureSimulationOptions& options,
+                                               FeatureSimulationCounts* counts) {
+  FeatureSimulationCounts local_counts;
+  std::vector<FrameObservation> frames;
+  if (options.validate().empty()) {
+    PointTracker points(world, options, &local_counts);
+    LineTracker lines(world, options, &local_counts);
+    frames.reserve(image_times.size());
+    for (const double t : image_times) {
+      const Kinematics body = trajectory.at(t + calibration.td);
+      CameraPose pose;
+      pose.R_c_w = (body.R_w_b * calibration.R_b_c).transpose();
+      pose.p_w_c = body.p_w_b + body.R_w_b * calibration.t_b_c;
+      FrameObservation frame;
+      frame.t = t;
+      points.observe(pose, &frame.points);
+      lines.observe(pose, &frame.lines);
+      frames.push_back(std::move(frame));
+    }
+  }
+  if (counts != nullptr) *counts = local_counts;
+  return frames;
+}
+
+}  // namespace slim_init::simulation
