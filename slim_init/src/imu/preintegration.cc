@@ -46,25 +46,42 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
   const Eigen::Matrix3d dacc_dba = -0.5 * (dR_a + pre.dR);
 
   if constexpr (kParts == PreintegrationParts::kWithCovariance) {
-    // Linear error propagation over the step. The white noise of the averaged samples is that of
-    // one sample per step: neighbouring steps share samples, so the average loses nothing in sum.
-    const Eigen::Matrix3d G = -0.5 * h * (Rf_a + Rf_b * E.transpose());
-    Matrix9d A = Matrix9d::Identity();
-    A.block<3, 3>(0, 0) = E.transpose();
-    A.block<3, 3>(3, 0) = G;
-    A.block<3, 3>(6, 0) = 0.5 * h * G;
-    A.block<3, 3>(6, 3) = h * Eigen::Matrix3d::Identity();
-    Eigen::Matrix<double, 9, 3> B_gyro, B_accel;
-    B_gyro.topRows<3>() = h * Jr;
-    B_gyro.middleRows<3>(3) = -0.5 * h * Rf_b * (h * Jr);
-    B_gyro.bottomRows<3>() = 0.5 * h * B_gyro.middleRows<3>(3);
-    B_accel.topRows<3>().setZero();
-    B_accel.middleRows<3>(3) = -h * dacc_dba;
-    B_accel.bottomRows<3>() = 0.5 * h * B_accel.middleRows<3>(3);
+    // Linear error propagation over the step, block by block (a product of 9x9 matrices would spend
+    // most of its time on zeros):
+    //   theta' = E^T theta + h Jr n_g
+    //   v'     = v + G theta + h D n_g + h R n_a      G = d v'/d theta, D = its gyro noise part
+    //   p'     = p + h v + h/2 (v' - v)
+    // The white noise of the averaged samples is that of one sample per step: neighbouring steps
+    // share samples, so that the average loses nothing in sum.
     const double var_gyro = noise.gyro_density * noise.gyro_density / h;
     const double var_accel = noise.accel_density * noise.accel_density / h;
-    pre.covariance = A * pre.covariance * A.transpose() + var_gyro * B_gyro * B_gyro.transpose() +
-                     var_accel * B_accel * B_accel.transpose();
+    const Eigen::Matrix3d G = -0.5 * h * (Rf_a + Rf_b * E.transpose());
+    const Eigen::Matrix3d B = h * Jr;
+    const Eigen::Matrix3d D = -0.5 * h * Rf_b * B;
+    Matrix9d& P = pre.covariance;
+    const Eigen::Matrix3d tt = P.block<3, 3>(0, 0), tv = P.block<3, 3>(0, 3);
+    const Eigen::Matrix3d tp = P.block<3, 3>(0, 6), vv = P.block<3, 3>(3, 3);
+    const Eigen::Matrix3d vp = P.block<3, 3>(3, 6), pp = P.block<3, 3>(6, 6);
+    // Noise of the step: on theta, on the velocity increment, and between them.
+    const Eigen::Matrix3d n_tt = var_gyro * B * B.transpose();
+    const Eigen::Matrix3d n_tv = var_gyro * B * D.transpose();
+    const Eigen::Matrix3d n_vv =
+        var_gyro * D * D.transpose() + var_accel * h * h * dacc_dba * dacc_dba.transpose();
+    // u = G theta + noise, the error of the velocity increment, against everything before the step.
+    const Eigen::Matrix3d ut = G * tt, uv = G * tv, up = G * tp;
+    const Eigen::Matrix3d uu = ut * G.transpose() + n_vv;
+    const Eigen::Matrix3d Et = E.transpose();
+    const Eigen::Matrix3d vu = uv.transpose();
+    P.block<3, 3>(0, 0) = Et * tt * E + n_tt;
+    P.block<3, 3>(0, 3) = Et * (tv + ut.transpose()) + n_tv;
+    P.block<3, 3>(0, 6) = Et * (tp + h * tv + 0.5 * h * ut.transpose()) + 0.5 * h * n_tv;
+    P.block<3, 3>(3, 3) = vv + uv + vu + uu;
+    P.block<3, 3>(3, 6) = vp + h * vv + 0.5 * h * vu + up + h * uv + 0.5 * h * uu;
+    const Eigen::Matrix3d half = h * vp.transpose() + 0.5 * h * up.transpose() + 0.5 * h * h * vu;
+    P.block<3, 3>(6, 6) = pp + half + half.transpose() + h * h * vv + 0.25 * h * h * uu;
+    P.block<3, 3>(3, 0) = P.block<3, 3>(0, 3).transpose();
+    P.block<3, 3>(6, 0) = P.block<3, 3>(0, 6).transpose();
+    P.block<3, 3>(6, 3) = P.block<3, 3>(3, 6).transpose();
   }
 
   pre.dp += h * pre.dv + 0.5 * h * h * acc;
