@@ -15,10 +15,11 @@
 namespace slim_init {
 namespace {
 
-// Small scenes: four lines suffice here, whatever the default asks for.
+// Small scenes: four lines within 2 deg suffice here, whatever the defaults ask for.
 VanishingPointOptions fewLines() {
   VanishingPointOptions options;
   options.min_inliers = 4;
+  options.inlier_threshold_deg = 2.0;
   return options;
 }
 

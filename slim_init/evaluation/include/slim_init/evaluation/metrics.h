@@ -1,0 +1,66 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Errors of one answer against the truth. Formulas: docs/evaluation.md.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slim_init/init_window.h"
+#include "slim_init/result.h"
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+/// target = s * R * source + t.
+struct Similarity {
+  double s = 1.0;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+};
+
+/// Least-squares similarity from `source` to `target` (Umeyama 1991). Works for collinear points,
+/// where R is one of many and s is still unique. Returns an empty string, or a sentence where s
+/// does not exist: sizes differ, fewer than two points, a coordinate that is not finite, all source
+/// points in one place.
+std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
+                            const std::vector<Eigen::Vector3d>& target, Similarity* similarity);
+
+/// |s - 1| below this is a successful initialization (paper V-B, He et al. 2023).
+inline constexpr double kSuccessScaleError = 0.5;
+
+/// Errors of one window. Either all fields are finite (gyro_bias_err_pct excepted, which does not
+/// exist for a zero true bias), or `failure` says why none is.
+struct WindowMetrics {
+  double scale = kNotComputed;              ///< s of truth = s R estimate + t
+  double scale_error = kNotComputed;        ///< |s - 1|
+  double pose_rmse = kNotComputed;          ///< positions after the Sim(3) alignment [m]
+  double velocity_rmse = kNotComputed;      ///< difference of speeds, no alignment [m/s]
+  double velocity_vec_rmse = kNotComputed;  ///< velocity vectors in the first body frame [m/s]
+  double gravity_error_deg = kNotComputed;  ///< angle in the first body frame [deg]
+  double gyro_bias_err_pct = kNotComputed;  ///< 100 | |b| - |b_true| | / |b_true|
+  double gyro_bias_vec_err = kNotComputed;  ///< |b - b_true| [rad/s]
+  std::string failure;                      ///< empty when computed
+
+  bool computed() const { return failure.empty(); }
+  bool success() const { return computed() && scale_error < kSuccessScaleError; }
+};
+
+/// Compares an estimate with the truth at the same keyframes; the true gyro bias is the mean over
+/// them. A value that is not finite on either side makes the whole window fail.
+WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavState>& truth);
+
+/// The excitation gate of DRT's release (He et al. 2023), applied to a window.
+struct Excitation {
+  /// | |mean of dv_ij / dt_ij| - g | / g over consecutive keyframes.
+  double mean_deviation = kNotComputed;
+  /// Pairs with | |dv_ij / dt_ij| - g | / g < 5e-3.
+  int quiet_pairs = 0;
+  bool excited = false;  ///< mean_deviation > 5e-3 and quiet_pairs <= 1
+};
+
+/// dv_ij is the specific force integrated in the frame of body i, gyro and accelerometer bias taken
+/// as zero; dt_ij the time between the keyframes.
+Excitation measureExcitation(const InitWindow& window);
+
+}  // namespace slim_init::evaluation

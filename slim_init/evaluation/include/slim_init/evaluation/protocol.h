@@ -1,0 +1,84 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Every method on the same windows of a sequence.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slim_init/evaluation/metrics.h"
+#include "slim_init/evaluation/sequence.h"
+#include "slim_init/options.h"
+#include "slim_init/window_solver.h"
+
+namespace slim_init::evaluation {
+
+struct ProtocolOptions {
+  int stride = 10;       ///< images between the starts of two trials; 10 as in the paper (V-C)
+  int max_windows = 0;   ///< stop after this many windows; 0: no limit
+  WindowOptions window;  ///< a window counts when it holds window.keyframes keyframes
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+/// What one method said about one window.
+struct MethodRecord {
+  InitStatus status = InitStatus::kInvalidInput;
+  std::string message;
+  bool attempted = false;  ///< an estimate was returned, whatever its verdict
+  WindowMetrics metrics;
+  double scale_sigma = kNotComputed;
+  std::vector<GateValue> gates;
+  int point_tracks = 0;
+  int line_tracks = 0;
+  double solve_ms = kNotComputed;  ///< wall time of solve(), measured around the call
+  std::vector<StageTime> stages;   ///< as the method reports them
+
+  bool accepted() const { return status == InitStatus::kSuccess; }
+};
+
+/// One window and every method's answer, in the order of ProtocolResult::methods.
+struct WindowRecord {
+  int trial = 0;                ///< the trial starts at image trial * stride
+  double t_start = 0.0;         ///< first keyframe, IMU clock of the sequence [s]
+  std::int64_t t_start_ns = 0;  ///< the same as a stamp of the recording
+  double duration_s = 0.0;      ///< first to last keyframe
+  int keyframes = 0;
+  Excitation excitation;
+  std::vector<MethodRecord> methods;
+};
+
+/// Where the trials went: trials = windows + the other five.
+struct ProtocolCounts {
+  int frames = 0;
+  int trials = 0;
+  int windows = 0;
+  int without_truth = 0;  ///< a keyframe has no truth; not solved
+  int ended = 0;          ///< the data end before the window is full
+  int interrupted = 0;    ///< no full window within twice its nominal length: a gap
+  int repeated = 0;       ///< same keyframes as the window before (trials that start in a gap)
+  int invalid = 0;        ///< KeyframeWindow refused the data
+};
+
+struct ProtocolResult {
+  std::vector<std::string> methods;
+  std::vector<WindowRecord> windows;
+  ProtocolCounts counts;
+  WindowCounts dropped;  ///< messages and observations rejected on the way, over all windows
+};
+
+/// Called after every trial with the number done and the number in all.
+using ProgressCallback = std::function<void(int done, int total)>;
+
+/// Runs every solver on the windows of a sequence: a trial every `stride` images, each cut once
+/// from a fresh KeyframeWindow and handed to every solver in turn, on one thread. Returns an empty
+/// string, or a sentence when options or sequence cannot be used.
+std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
+                        const ProtocolOptions& options, const ProgressCallback& progress,
+                        ProtocolResult* result);
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,69 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Recorded inertial data with true motion and image times, without images.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+/// Why a recording could not be read.
+enum class ReadError {
+  kNone,
+  kMissingFile,  ///< not there, not a regular file, or not readable
+  kMalformed,    ///< wrong number of columns, not a number, empty line between rows
+  kBadValue,     ///< NaN or infinity, quaternion that is no rotation
+  kOutOfOrder,   ///< time not after the one before (duplicates included)
+  kTooFewRows,
+  kNoOverlap,  ///< no image within both the IMU data and the ground truth
+};
+
+/// Outcome of reading: kNone, or the error and one sentence naming file, line, column and value.
+struct ReadStatus {
+  ReadError error = ReadError::kNone;
+  std::string message;
+  bool ok() const { return error == ReadError::kNone; }
+};
+
+struct RecordedOptions {
+  double max_imu_gap_s = 0.05;  ///< a longer step between samples is counted and noted
+  int min_imu_rows = 2;         ///< two samples make the shortest interval
+  int min_truth_rows = 4;       ///< a cubic through the neighbours needs four
+  int min_images = 2;           ///< two keyframes make the smallest window
+};
+
+/// What was read, and what of it cannot be used.
+struct RecordedCounts {
+  int imu_samples = 0;
+  int imu_gaps = 0;                ///< steps longer than RecordedOptions::max_imu_gap_s
+  double largest_imu_gap_s = 0.0;  ///< longest step between samples, gap or not
+  int truth_samples = 0;
+  int images = 0;                ///< rows of cam0_timestamps.csv
+  int images_outside_imu = 0;    ///< before the first or after the last IMU sample
+  int images_outside_truth = 0;  ///< within the IMU data, but before or after the ground truth
+};
+
+/// A recording. All times are relative to the first IMU sample, [s]; the nanoseconds are subtracted
+/// as integers, so nothing is lost to the 0.2 microsecond grid of a double at 1.4e9 s.
+struct RecordedMotion {
+  std::string name;        ///< last component of the directory
+  std::int64_t t0_ns = 0;  ///< stamp of the first IMU sample
+  std::vector<ImuSample> imu;
+  std::vector<double> image_times;  ///< those within both the IMU data and the ground truth
+  std::vector<NavState> truth;      ///< v_w_b is NaN without has_velocity, biases without has_bias
+  bool has_velocity = false;
+  bool has_bias = false;
+  RecordedCounts counts;
+  std::vector<std::string> notes;  ///< one sentence per thing dropped or suspicious
+};
+
+/// Reads DIR/imu0.csv, DIR/cam0_timestamps.csv and DIR/groundtruth.csv (docs/evaluation.md, "Input
+/// files"). On an error `motion` is left as it was.
+ReadStatus readRecordedMotion(const std::string& directory, const RecordedOptions& options,
+                              RecordedMotion* motion);
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,95 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Statistics over windows, and the files that hold them. Definitions: docs/evaluation.md.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "slim_init/evaluation/protocol.h"
+
+namespace slim_init::evaluation {
+
+/// One method over one set of windows. A number that does not exist (no successful window, say) is
+/// NaN here and null or empty in the files.
+struct SubsetSummary {
+  int windows = 0;    ///< windows with truth
+  int attempted = 0;  ///< windows with an estimate, whatever its verdict
+  int success = 0;    ///< attempted windows with |s - 1| < 0.5, whatever the verdict
+  double success_rate = kNotComputed;  ///< success / windows
+
+  // Over successful windows.
+  double scale_rmse = kNotComputed;
+  double scale_median = kNotComputed;
+  double scale_p90 = kNotComputed;
+  double gravity_rmse_deg = kNotComputed;
+  double gravity_median_deg = kNotComputed;
+  double gravity_p90_deg = kNotComputed;
+  double velocity_rmse = kNotComputed;       ///< [m/s]
+  double velocity_vec_rmse = kNotComputed;   ///< [m/s]
+  double pose_rmse = kNotComputed;           ///< [m]
+  double gyro_bias_err_pct = kNotComputed;   ///< root mean square of the windows' percentages
+  double gyro_bias_vec_rmse = kNotComputed;  ///< [rad/s]
+
+  // Over windows that the method accepted (status success).
+  int accepted = 0;
+  int accepted_within_0_1 = 0;                     ///< |s - 1| < 0.1
+  int accepted_within_0_5 = 0;                     ///< |s - 1| < 0.5
+  double accepted_within_0_1_rate = kNotComputed;  ///< of accepted
+  double accepted_within_0_5_rate = kNotComputed;  ///< of accepted
+  double accepted_scale_error_max = kNotComputed;
+
+  int waiting = 0;                      ///< isWait(status)
+  int refused = 0;                      ///< isRefused(status)
+  int failed = 0;                       ///< invalid input or numerical failure
+  std::map<std::string, int> statuses;  ///< windows by status name; names that occur
+
+  // Over attempted windows: an early "wait" is no fast solution.
+  double solve_ms_median = kNotComputed;
+  double solve_ms_mean = kNotComputed;
+};
+
+struct MethodSummary {
+  std::string name;
+  SubsetSummary all;
+  SubsetSummary excited;
+};
+
+/// Statistics of every method, in the order of result.methods.
+std::vector<MethodSummary> summarize(const ProtocolResult& result);
+
+using OptionValue = std::variant<std::int64_t, double, std::string, std::vector<std::string>>;
+
+/// What was run, for the reader of the files.
+struct RunInfo {
+  std::string dataset;
+  std::string command;
+  std::string gyro_bias_truth;  ///< "recorded", "fitted" or "simulated"
+  std::vector<std::pair<std::string, OptionValue>> options;
+  std::vector<std::string> notes;
+};
+
+/// The files as text.
+std::string windowsCsv(const RunInfo& info, const ProtocolResult& result);
+std::string summaryCsv(const RunInfo& info, const std::vector<MethodSummary>& summaries);
+std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
+                        const std::vector<MethodSummary>& summaries);
+std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
+                           const std::vector<MethodSummary>& summaries);
+
+/// The main table for a terminal, one block per subset.
+std::string summaryTable(const std::vector<MethodSummary>& summaries);
+
+/// Makes `directory` with its parents. Returns an empty string, or a sentence naming the path.
+std::string makeReportDirectory(const std::string& directory);
+
+/// Writes windows.csv, summary.csv, summary.json and report.md into `directory`, which is made when
+/// missing. Returns an empty string, or a sentence naming the file that could not be written.
+std::string writeReport(const std::string& directory, const RunInfo& info,
+                        const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,41 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What can be said about the true biases of a recording.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+struct GyroBiasFitOptions {
+  double span_s = 1.0;  ///< length of the spans over which gyro and orientation are compared
+  double max_imu_gap_s = 0.05;    ///< a span with a longer step between samples is left out
+  double max_truth_step_s = 0.5;  ///< so is one whose ends are off span_s by more than this
+  /// Spans whose residual is above this many medians are left out of the second pass: single
+  /// glitches of a motion capture system must not move the mean.
+  double outlier_medians = 5.0;
+};
+
+/// Mean gyroscope bias over a recording.
+struct GyroBiasFit {
+  bool ok = false;
+  std::string message;  ///< one sentence: what was fitted, or why not
+  Eigen::Vector3d bias = Eigen::Vector3d::Constant(kNotComputed);  ///< [rad/s]
+  int spans = 0;                                                   ///< used in the last pass
+  int spans_rejected = 0;                                          ///< left out as outliers
+  double rms_rad = kNotComputed;  ///< residual rotation per span, root mean square [rad]
+};
+
+/// Fits one constant gyroscope bias so that the integrated gyro reproduces the true rotations
+/// between samples about span_s apart (least squares, Gauss-Newton with the Jacobian of the
+/// integrated rotation with respect to the bias). Both lists ascending in time.
+GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth,
+                        const GyroBiasFitOptions& options = GyroBiasFitOptions());
+
+/// Index of the state nearest in time to t [s]; -1 when `states` is empty. Ascending in time.
+int nearestState(const std::vector<NavState>& states, double t);
+
+}  // namespace slim_init::evaluation

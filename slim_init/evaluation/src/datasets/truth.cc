@@ -1,0 +1,141 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/truth.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "inertial_steps.h"
+#include "statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+constexpr int kIterations = 4;  // the problem is close to linear: two are enough, see the test
+constexpr int kMinSpans = 2;
+
+/// Gyro between two truth samples and the true rotation over it.
+struct Span {
+  std::vector<InertialStep> steps;
+  Eigen::Matrix3d R_b0_b1 = Eigen::Matrix3d::Identity();
+  double residual = 0.0;  ///< [rad], at the newest bias
+  bool used = true;
+};
+
+/// Rotation integrated from the gyro at `bias`, with J such that
+/// dR(bias + d) = dR(bias) Exp(J d) to first order.
+void integrateRotation(const Span& span, const Eigen::Vector3d& bias, Eigen::Matrix3d* dR,
+                       Eigen::Matrix3d* J) {
+  dR->setIdentity();
+  J->setZero();
+  for (const InertialStep& step : span.steps) {
+    const Eigen::Vector3d phi = (step.gyro - bias) * step.dt;
+    const Eigen::Matrix3d step_R = expSo3(phi);
+    *J = step_R.transpose() * *J - rightJacobianSo3(phi) * step.dt;
+    *dR = *dR * step_R;
+  }
+}
+
+std::vector<Span> makeSpans(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth,
+                            const GyroBiasFitOptions& options) {
+  std::vector<Span> spans;
+  std::size_t begin = 0;
+  while (begin < truth.size()) {
+    std::size_t end = begin + 1;
+    while (end < truth.size() && truth[end].t - truth[begin].t < options.span_s) ++end;
+    if (end >= truth.size()) break;
+    const double length = truth[end].t - truth[begin].t;
+    Span span;
+    if (length <= options.span_s + options.max_truth_step_s &&
+        inertialSteps(imu, truth[begin].t, truth[end].t, options.max_imu_gap_s, &span.steps)) {
+      span.R_b0_b1 = truth[begin].R_w_b.transpose() * truth[end].R_w_b;
+      spans.push_back(std::move(span));
+    }
+    begin = end;
+  }
+  return spans;
+}
+
+/// Gauss-Newton on the used spans; updates their residuals. False when the system is singular.
+bool fit(std::vector<Span>& spans, Eigen::Vector3d* bias) {
+  for (int iteration = 0; iteration <= kIterations; ++iteration) {
+    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    for (Span& span : spans) {
+      Eigen::Matrix3d dR;
+      Eigen::Matrix3d J;
+      integrateRotation(span, *bias, &dR, &J);
+      const Eigen::Vector3d r = logSo3(dR.transpose() * span.R_b0_b1);
+      span.residual = r.norm();
+      if (!span.used) continue;
+      H += J.transpose() * J;
+      gradient += J.transpose() * r;
+    }
+    if (iteration == kIterations) break;  // the last round only brings the residuals up to date
+    *bias += H.ldlt().solve(gradient);
+    if (!bias->allFinite()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth,
+                        const GyroBiasFitOptions& options) {
+  GyroBiasFit result;
+  std::vector<Span> spans = makeSpans(imu, truth, options);
+  if (static_cast<int>(spans.size()) < kMinSpans) {
+    std::ostringstream out;
+    out << "gyro bias cannot be fitted: " << spans.size() << " spans of " << options.span_s
+        << " s have both gyro and true orientation, needs at least " << kMinSpans;
+    result.message = out.str();
+    return result;
+  }
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  bool solved = fit(spans, &bias);
+  if (solved) {
+    std::vector<double> residuals;
+    residuals.reserve(spans.size());
+    for (const Span& span : spans) residuals.push_back(span.residual);
+    // The floor keeps spans without noise, where the median is rounding error.
+    const double bound = std::max(options.outlier_medians * median(residuals), 1e-6);
+    for (Span& span : spans) span.used = span.residual <= bound;
+    solved = fit(spans, &bias);
+  }
+  if (!solved) {
+    result.message = "gyro bias cannot be fitted: the least squares problem has no finite solution";
+    return result;
+  }
+  double sum = 0.0;
+  for (const Span& span : spans) {
+    if (!span.used) continue;
+    ++result.spans;
+    sum += span.residual * span.residual;
+  }
+  result.spans_rejected = static_cast<int>(spans.size()) - result.spans;
+  result.rms_rad = std::sqrt(sum / result.spans);
+  result.bias = bias;
+  result.ok = true;
+  std::ostringstream out;
+  out.precision(4);
+  out << "the true gyro bias is not recorded; one constant was fitted to gyro and true orientation"
+      << " over " << result.spans << " spans of " << options.span_s << " s ("
+      << result.spans_rejected << " left out as outliers, residual " << result.rms_rad
+      << " rad rms per span): [" << bias.x() << ", " << bias.y() << ", " << bias.z() << "] rad/s";
+  result.message = out.str();
+  return result;
+}
+
+int nearestState(const std::vector<NavState>& states, double t) {
+  if (states.empty()) return -1;
+  const auto after =
+      std::lower_bound(states.begin(), states.end(), t,
+                       [](const NavState& state, double time) { return state.t < time; });
+  if (after == states.begin()) return 0;
+  const int index = static_cast<int>(after - states.begin());
+  if (after == states.end()) return index - 1;
+  return t - std::prev(after)->t <= after->t - t ? index - 1 : index;
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,194 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/metrics.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "inertial_steps.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+// A cloud whose root-mean-square radius is below this has no shape to align [m].
+constexpr double kMinSpread = 1e-9;
+
+// Thresholds of DRT's release.
+constexpr double kExcitationBound = 5e-3;
+constexpr int kMaxQuietPairs = 1;
+
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
+constexpr double kRadToDeg = 57.29577951308232;
+
+// atan2 keeps small angles, which acos of a dot product loses.
+double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+bool finite(const NavState& state) {
+  return state.R_w_b.allFinite() && state.p_w_b.allFinite() && state.v_w_b.allFinite();
+}
+
+std::string findNotFinite(const InitResult& result, const std::vector<NavState>& truth) {
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    if (!finite(result.states[k])) {
+      return "estimate at keyframe " + std::to_string(k) + " is not finite";
+    }
+    if (!finite(truth[k]) || !truth[k].gyro_bias.allFinite()) {
+      return "truth at keyframe " + std::to_string(k) + " is not finite";
+    }
+  }
+  if (!result.gravity_b0.allFinite()) return "estimated gravity is not finite";
+  if (!(result.gravity_b0.norm() > 0.0)) return "estimated gravity is zero";
+  if (!result.gyro_bias.allFinite()) return "estimated gyro bias is not finite";
+  return "";
+}
+
+}  // namespace
+
+std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
+                            const std::vector<Eigen::Vector3d>& target, Similarity* similarity) {
+  const std::size_t n = source.size();
+  if (n != target.size()) {
+    return "alignment of " + std::to_string(n) + " points to " + std::to_string(target.size());
+  }
+  if (n < 2) return "alignment of " + std::to_string(n) + " points, needs at least 2";
+  Eigen::Vector3d source_mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < n; ++i) {
+    source_mean += source[i];
+    target_mean += target[i];
+  }
+  source_mean /= static_cast<double>(n);
+  target_mean /= static_cast<double>(n);
+  if (!source_mean.allFinite() || !target_mean.allFinite()) {
+    return "alignment of points that are not finite";
+  }
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double source_variance = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d x = source[i] - source_mean;
+    covariance += (target[i] - target_mean) * x.transpose();
+    source_variance += x.squaredNorm();
+  }
+  covariance /= static_cast<double>(n);
+  source_variance /= static_cast<double>(n);
+  if (!covariance.allFinite() || !std::isfinite(source_variance)) {
+    return "alignment of points that are not finite";
+  }
+  if (!(std::sqrt(source_variance) > kMinSpread)) {
+    std::ostringstream out;
+    out << "estimated positions are spread over " << std::sqrt(source_variance)
+        << " m, needs more than " << kMinSpread << " m for an alignment";
+    return out.str();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  // The last axis is turned round where the best orthogonal matrix would be a reflection.
+  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
+  const Eigen::Vector3d signs(1.0, 1.0, sign);
+  similarity->R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  similarity->s = svd.singularValues().dot(signs) / source_variance;
+  similarity->t = target_mean - similarity->s * similarity->R * source_mean;
+  return "";
+}
+
+WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavState>& truth) {
+  WindowMetrics metrics;
+  if (result.states.empty()) {
+    metrics.failure = "no estimate";
+    return metrics;
+  }
+  if (result.states.size() != truth.size()) {
+    metrics.failure = "estimate has " + std::to_string(result.states.size()) + " states for " +
+                      std::to_string(truth.size()) + " keyframes";
+    return metrics;
+  }
+  metrics.failure = findNotFinite(result, truth);
+  if (!metrics.computed()) return metrics;
+
+  const std::size_t n = truth.size();
+  std::vector<Eigen::Vector3d> estimated_p;
+  std::vector<Eigen::Vector3d> true_p;
+  for (std::size_t k = 0; k < n; ++k) {
+    estimated_p.push_back(result.states[k].p_w_b);
+    true_p.push_back(truth[k].p_w_b);
+  }
+  Similarity similarity;
+  metrics.failure = alignSimilarity(estimated_p, true_p, &similarity);
+  if (!metrics.computed()) return metrics;
+
+  const Eigen::Matrix3d R_b0_w = result.states.front().R_w_b.transpose();
+  const Eigen::Matrix3d true_R_b0_w = truth.front().R_w_b.transpose();
+  double position_sum = 0.0;
+  double speed_sum = 0.0;
+  double velocity_sum = 0.0;
+  Eigen::Vector3d true_bias = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < n; ++k) {
+    const Eigen::Vector3d& v = result.states[k].v_w_b;
+    const Eigen::Vector3d& true_v = truth[k].v_w_b;
+    const Eigen::Vector3d aligned = similarity.s * similarity.R * estimated_p[k] + similarity.t;
+    position_sum += (true_p[k] - aligned).squaredNorm();
+    const double speed_error = v.norm() - true_v.norm();
+    speed_sum += speed_error * speed_error;
+    velocity_sum += (R_b0_w * v - true_R_b0_w * true_v).squaredNorm();
+    true_bias += truth[k].gyro_bias / static_cast<double>(n);
+  }
+  const double count = static_cast<double>(n);
+  WindowMetrics computed;
+  computed.scale = similarity.s;
+  computed.scale_error = std::abs(similarity.s - 1.0);
+  computed.pose_rmse = std::sqrt(position_sum / count);
+  computed.velocity_rmse = std::sqrt(speed_sum / count);
+  computed.velocity_vec_rmse = std::sqrt(velocity_sum / count);
+  computed.gravity_error_deg =
+      kRadToDeg * angleBetween(result.gravity_b0, true_R_b0_w * -Eigen::Vector3d::UnitZ());
+  computed.gyro_bias_vec_err = (result.gyro_bias - true_bias).norm();
+  if (true_bias.norm() > 0.0) {
+    computed.gyro_bias_err_pct =
+        100.0 * std::abs(result.gyro_bias.norm() - true_bias.norm()) / true_bias.norm();
+  }
+  // Finite input can still overflow.
+  for (const double value :
+       {computed.scale, computed.pose_rmse, computed.velocity_rmse, computed.velocity_vec_rmse,
+        computed.gravity_error_deg, computed.gyro_bias_vec_err}) {
+    if (!std::isfinite(value)) {
+      metrics.failure = "an error of the estimate is not finite";
+      return metrics;
+    }
+  }
+  return computed;
+}
+
+Excitation measureExcitation(const InitWindow& window) {
+  Excitation excitation;
+  const double g = window.calibration().gravity_magnitude;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<InertialStep> steps;
+  for (int k = 0; k + 1 < window.size(); ++k) {
+    const double t0 = window.times()[k];
+    const double t1 = window.times()[k + 1];
+    // A window never reaches across a gap, so no further bound is needed here.
+    if (!inertialSteps(window.imu(), t0, t1, kNoBound, &steps)) return Excitation();
+    Eigen::Matrix3d R_bi_b = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d dv = Eigen::Vector3d::Zero();
+    for (const InertialStep& step : steps) {
+      const Eigen::Matrix3d half = expSo3(0.5 * step.dt * step.gyro);
+      dv += R_bi_b * half * step.accel * step.dt;
+      R_bi_b = R_bi_b * half * half;
+    }
+    const Eigen::Vector3d mean_force = dv / (t1 - t0);
+    sum += mean_force;
+    if (std::abs(mean_force.norm() - g) / g < kExcitationBound) ++excitation.quiet_pairs;
+  }
+  const Eigen::Vector3d mean_force = sum / static_cast<double>(window.size() - 1);
+  excitation.mean_deviation = std::abs(mean_force.norm() - g) / g;
+  excitation.excited =
+      excitation.mean_deviation > kExcitationBound && excitation.quiet_pairs <= kMaxQuietPairs;
+  return excitation;
+}
+
+}  // namespace slim_init::evaluation

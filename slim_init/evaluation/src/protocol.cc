@@ -1,0 +1,238 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/protocol.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <sstream>
+
+#include "slim_init/keyframe_window.h"
+#include "statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+// A trial that has no full window after this many nominal lengths has met a gap.
+constexpr double kGiveUpLengths = 2.0;
+
+enum class CutOutcome { kWindow, kEnded, kInterrupted, kInvalid };
+
+struct Cut {
+  CutOutcome outcome = CutOutcome::kEnded;
+  std::shared_ptr<const InitWindow> window;
+};
+
+std::string checkSequence(const Sequence& sequence) {
+  if (std::string sentence = sequence.calibration.validate(); !sentence.empty()) {
+    return "calibration." + sentence;
+  }
+  if (sequence.truth.size() != sequence.frames.size()) {
+    return "sequence has " + std::to_string(sequence.truth.size()) + " truth entries for " +
+           std::to_string(sequence.frames.size()) + " frames";
+  }
+  for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
+    if (!(sequence.frames[i].t > sequence.frames[i - 1].t)) {
+      return "time of frame " + std::to_string(i) + " is not after that of the frame before";
+    }
+  }
+  for (std::size_t i = 1; i < sequence.imu.size(); ++i) {
+    if (!(sequence.imu[i].t > sequence.imu[i - 1].t)) {
+      return "time of IMU sample " + std::to_string(i) + " is not after that of the sample before";
+    }
+  }
+  return "";
+}
+
+/// Runs the trials of one sequence. Every trial starts from a fresh KeyframeWindow, so that a
+/// window depends on its own data only.
+class WindowCutter {
+ public:
+  WindowCutter(const Sequence& sequence, const WindowOptions& options)
+      : sequence_(sequence), options_(options) {
+    std::vector<double> intervals;
+    for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
+      intervals.push_back(sequence.frames[i].t - sequence.frames[i - 1].t);
+    }
+    // Keyframes fall on images: at 20 Hz, 0.22 s between them become 0.25 s.
+    const double frame_interval = intervals.empty() ? options.min_interval_s : median(intervals);
+    const double spacing =
+        frame_interval * std::max(1.0, std::ceil(options.min_interval_s / frame_interval - 1e-6));
+    shortest_s_ = (options.keyframes - 1) * options.min_interval_s;
+    give_up_s_ = kGiveUpLengths * (options.keyframes - 1) * spacing;
+    options_.min_keyframes = options.keyframes;
+    options_.buffer_s = std::max(options.buffer_s, give_up_s_ + 1.0);
+  }
+
+  /// Feeds frames from `first_frame` on until a full window can be cut.
+  Cut cut(std::size_t first_frame, WindowCounts* dropped) const {
+    KeyframeWindow buffer(sequence_.calibration, options_);
+    const double t_first = imuTime(first_frame);
+    std::size_t next_imu = lastSampleAtOrBefore(t_first);
+    Cut result;
+    for (std::size_t i = first_frame; i < sequence_.frames.size(); ++i) {
+      const double elapsed = imuTime(i) - t_first;
+      if (elapsed > give_up_s_) {
+        result.outcome = CutOutcome::kInterrupted;
+        break;
+      }
+      // Up to the first sample at or after the frame, which then is covered.
+      while (next_imu < sequence_.imu.size() &&
+             (buffer.imu().empty() || buffer.imu().back().t < imuTime(i))) {
+        buffer.addImu(sequence_.imu[next_imu++]);
+      }
+      buffer.addFrame(sequence_.frames[i]);
+      // cut() copies the window's data: asked only when the answer can be yes.
+      if (elapsed < shortest_s_ - 1e-9) continue;
+      const WindowCut cut = buffer.cut();
+      if (cut.status == InitStatus::kInvalidInput) {
+        result.outcome = CutOutcome::kInvalid;
+        break;
+      }
+      if (cut.window != nullptr && cut.window->size() == options_.keyframes) {
+        result.outcome = CutOutcome::kWindow;
+        result.window = cut.window;
+        break;
+      }
+    }
+    addCounts(buffer.counts(), dropped);
+    return result;
+  }
+
+ private:
+  double imuTime(std::size_t frame) const {
+    return sequence_.frames[frame].t + sequence_.calibration.td;
+  }
+
+  std::size_t lastSampleAtOrBefore(double t) const {
+    const auto after =
+        std::upper_bound(sequence_.imu.begin(), sequence_.imu.end(), t,
+                         [](double time, const ImuSample& sample) { return time < sample.t; });
+    const auto index = static_cast<std::size_t>(after - sequence_.imu.begin());
+    return index > 0 ? index - 1 : 0;
+  }
+
+  static void addCounts(const WindowCounts& from, WindowCounts* to) {
+    to->imu_added += from.imu_added;
+    to->imu_not_finite += from.imu_not_finite;
+    to->imu_out_of_order += from.imu_out_of_order;
+    to->frames_added += from.frames_added;
+    to->frames_not_finite += from.frames_not_finite;
+    to->frames_out_of_order += from.frames_out_of_order;
+    to->observations_not_finite += from.observations_not_finite;
+    to->observations_duplicate_id += from.observations_duplicate_id;
+    to->lines_degenerate += from.lines_degenerate;
+  }
+
+  const Sequence& sequence_;
+  WindowOptions options_;
+  double shortest_s_ = 0.0;
+  double give_up_s_ = 0.0;
+};
+
+/// Truth at every keyframe; false where there is none.
+bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
+                   std::vector<NavState>* truth) {
+  truth->clear();
+  const double td = sequence.calibration.td;
+  auto frame = sequence.frames.begin();
+  for (const double t : window.times()) {
+    // Keyframe times are frames[i].t + td, computed alike, so equality is exact.
+    frame =
+        std::lower_bound(frame, sequence.frames.end(), t,
+                         [td](const FrameObservation& f, double time) { return f.t + td < time; });
+    if (frame == sequence.frames.end() || frame->t + td != t) return false;
+    const NavState& state =
+        sequence.truth[static_cast<std::size_t>(frame - sequence.frames.begin())];
+    if (!std::isfinite(state.t)) return false;
+    truth->push_back(state);
+  }
+  return true;
+}
+
+MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
+                       const std::vector<NavState>& truth) {
+  const auto begin = std::chrono::steady_clock::now();
+  const InitResult answer = solver.solve(window);
+  const auto end = std::chrono::steady_clock::now();
+
+  MethodRecord record;
+  record.solve_ms = std::chrono::duration<double, std::milli>(end - begin).count();
+  record.status = answer.status;
+  record.message = answer.message;
+  record.attempted = answer.hasEstimate();
+  record.metrics = evaluateWindow(answer, truth);
+  record.scale_sigma = answer.scale_sigma;
+  record.gates = answer.gates;
+  record.point_tracks = answer.counts.point_tracks;
+  record.line_tracks = answer.counts.line_tracks;
+  record.stages = answer.stages;
+  return record;
+}
+
+}  // namespace
+
+std::string ProtocolOptions::validate() const {
+  if (stride < 1) return "stride is " + std::to_string(stride) + ", must be at least 1";
+  if (max_windows < 0) {
+    return "max_windows is " + std::to_string(max_windows) + ", must be at least 0";
+  }
+  const std::string sentence = window.validate();
+  return sentence.empty() ? "" : "window." + sentence;
+}
+
+std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
+                        const ProtocolOptions& options, const ProgressCallback& progress,
+                        ProtocolResult* result) {
+  if (std::string sentence = options.validate(); !sentence.empty()) return sentence;
+  if (std::string sentence = checkSequence(sequence); !sentence.empty()) return sentence;
+
+  *result = ProtocolResult();
+  for (const WindowSolver* solver : solvers) result->methods.push_back(solver->name());
+  ProtocolCounts& counts = result->counts;
+  counts.frames = static_cast<int>(sequence.frames.size());
+  const WindowCutter cutter(sequence, options.window);
+  const int trials = (counts.frames + options.stride - 1) / options.stride;
+  // With a limit the end is near after about as many trials.
+  const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
+  std::vector<double> times_before;
+  std::vector<NavState> truth;
+
+  for (int trial = 0; trial < trials; ++trial) {
+    if (options.max_windows > 0 && counts.windows >= options.max_windows) break;
+    ++counts.trials;
+    const Cut cut =
+        cutter.cut(static_cast<std::size_t>(trial) * static_cast<std::size_t>(options.stride),
+                   &result->dropped);
+    if (cut.outcome == CutOutcome::kEnded) {
+      ++counts.ended;
+    } else if (cut.outcome == CutOutcome::kInterrupted) {
+      ++counts.interrupted;
+    } else if (cut.outcome == CutOutcome::kInvalid) {
+      ++counts.invalid;
+    } else if (cut.window->times() == times_before) {
+      ++counts.repeated;
+    } else if (!truthOfWindow(sequence, *cut.window, &truth)) {
+      ++counts.without_truth;
+      times_before = cut.window->times();
+    } else {
+      const InitWindow& window = *cut.window;
+      times_before = window.times();
+      ++counts.windows;
+      WindowRecord record;
+      record.trial = trial;
+      record.t_start = window.times().front();
+      record.t_start_ns = sequence.t0_ns + std::llround(1e9 * record.t_start);
+      record.duration_s = window.times().back() - window.times().front();
+      record.keyframes = window.size();
+      record.excitation = measureExcitation(window);
+      for (const WindowSolver* solver : solvers) {
+        record.methods.push_back(runSolver(*solver, window, truth));
+      }
+      result->windows.push_back(std::move(record));
+    }
+    if (progress) progress(std::min(trial + 1, expected), expected);
+  }
+  return "";
+}
+
+}  // namespace slim_init::evaluation

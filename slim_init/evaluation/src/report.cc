@@ -1,0 +1,138 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+double ratio(int part, int whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : kNotComputed;
+}
+
+/// Adds the windows of one method one by one.
+class SubsetCollector {
+ public:
+  void add(const MethodRecord& record) {
+    ++summary_.windows;
+    ++summary_.statuses[toString(record.status)];
+    if (record.attempted) {
+      ++summary_.attempted;
+      solve_ms_.push_back(record.solve_ms);
+    }
+    if (record.accepted()) {
+      addAccepted(record);
+    } else if (isWait(record.status)) {
+      ++summary_.waiting;
+    } else if (isRefused(record.status)) {
+      ++summary_.refused;
+    } else {
+      ++summary_.failed;
+    }
+    if (record.attempted && record.metrics.success()) addSuccess(record.metrics);
+  }
+
+  SubsetSummary summary() const {
+    SubsetSummary s = summary_;
+    s.success_rate = ratio(s.success, s.windows);
+    s.scale_rmse = rootMeanSquare(scale_);
+    s.scale_median = median(scale_);
+    s.scale_p90 = quantile(scale_, 0.9);
+    s.gravity_rmse_deg = rootMeanSquare(gravity_);
+    s.gravity_median_deg = median(gravity_);
+    s.gravity_p90_deg = quantile(gravity_, 0.9);
+    s.velocity_rmse = rootMeanSquare(velocity_);
+    s.velocity_vec_rmse = rootMeanSquare(velocity_vec_);
+    s.pose_rmse = rootMeanSquare(pose_);
+    s.gyro_bias_err_pct = rootMeanSquare(gyro_bias_pct_);
+    s.gyro_bias_vec_rmse = rootMeanSquare(gyro_bias_vec_);
+    s.accepted_within_0_1_rate = ratio(s.accepted_within_0_1, s.accepted);
+    s.accepted_within_0_5_rate = ratio(s.accepted_within_0_5, s.accepted);
+    s.solve_ms_median = median(solve_ms_);
+    s.solve_ms_mean = mean(solve_ms_);
+    return s;
+  }
+
+ private:
+  void addAccepted(const MethodRecord& record) {
+    ++summary_.accepted;
+    if (!record.metrics.computed()) return;
+    const double scale_error = record.metrics.scale_error;
+    if (scale_error < 0.1) ++summary_.accepted_within_0_1;
+    if (scale_error < 0.5) ++summary_.accepted_within_0_5;
+    // Written so that the first window replaces the NaN.
+    if (!(summary_.accepted_scale_error_max >= scale_error)) {
+      summary_.accepted_scale_error_max = scale_error;
+    }
+  }
+
+  void addSuccess(const WindowMetrics& metrics) {
+    ++summary_.success;
+    scale_.push_back(metrics.scale_error);
+    gravity_.push_back(metrics.gravity_error_deg);
+    velocity_.push_back(metrics.velocity_rmse);
+    velocity_vec_.push_back(metrics.velocity_vec_rmse);
+    pose_.push_back(metrics.pose_rmse);
+    gyro_bias_vec_.push_back(metrics.gyro_bias_vec_err);
+    // Does not exist for a true bias of zero.
+    if (std::isfinite(metrics.gyro_bias_err_pct)) {
+      gyro_bias_pct_.push_back(metrics.gyro_bias_err_pct);
+    }
+  }
+
+  SubsetSummary summary_;
+  std::vector<double> scale_, gravity_, velocity_, velocity_vec_, pose_;
+  std::vector<double> gyro_bias_pct_, gyro_bias_vec_, solve_ms_;
+};
+
+std::string writeText(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file << text;
+  file.close();
+  return file.good() ? "" : path.string() + " cannot be written";
+}
+
+}  // namespace
+
+std::vector<MethodSummary> summarize(const ProtocolResult& result) {
+  std::vector<MethodSummary> summaries;
+  for (std::size_t m = 0; m < result.methods.size(); ++m) {
+    SubsetCollector all;
+    SubsetCollector excited;
+    for (const WindowRecord& window : result.windows) {
+      all.add(window.methods[m]);
+      if (window.excitation.excited) excited.add(window.methods[m]);
+    }
+    summaries.push_back({result.methods[m], all.summary(), excited.summary()});
+  }
+  return summaries;
+}
+
+std::string makeReportDirectory(const std::string& directory) {
+  std::error_code code;
+  fs::create_directories(directory, code);
+  if (code || !fs::is_directory(directory, code)) {
+    return "directory " + directory + " cannot be made" + (code ? ": " + code.message() : "");
+  }
+  return "";
+}
+
+std::string writeReport(const std::string& directory, const RunInfo& info,
+                        const ProtocolResult& result, const std::vector<MethodSummary>& summaries) {
+  std::string error = makeReportDirectory(directory);
+  const fs::path base(directory);
+  if (error.empty()) error = writeText(base / "windows.csv", windowsCsv(info, result));
+  if (error.empty()) error = writeText(base / "summary.csv", summaryCsv(info, summaries));
+  if (error.empty()) error = writeText(base / "summary.json", summaryJson(info, result, summaries));
+  if (error.empty()) error = writeText(base / "report.md", reportMarkdown(info, result, summaries));
+  return error;
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,158 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "load_sequence.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "rig.h"
+#include "slim_init/evaluation/recorded.h"
+#include "slim_init/evaluation/truth.h"
+#include "slim_init/simulation/feature_simulator.h"
+#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/trajectory.h"
+#include "slim_init/simulation/world.h"
+
+namespace slim_init::tools {
+namespace {
+
+constexpr double kImageRateHz = 20.0;  // EuRoC's
+
+// A camera sees about a twentieth of the points on all walls, and a tenth of the segments.
+constexpr int kWorldPointsPerTrackedPoint = 20;
+constexpr int kWorldSegmentsPerTrackedLine = 10;
+
+// With --pixel-noise 0 a solver still divides by its sigma.
+constexpr double kMinSigmaPx = 0.1;
+
+Calibration calibrationFor(const AbOptions& options) {
+  Calibration calibration = eurocCalibration();
+  calibration.sigma_px = std::max(options.features.pixel_noise, kMinSigmaPx);
+  return calibration;
+}
+
+/// True states at the image times that the trajectory covers; the other images are left out of
+/// `times` and counted in a note. Biases are left for the caller.
+std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, std::vector<double>* times,
+                               std::vector<std::string>* notes) {
+  const auto uncovered = std::stable_partition(times->begin(), times->end(),
+                                               [&](double t) { return trajectory.covers(t); });
+  if (uncovered != times->end()) {
+    notes->push_back(std::to_string(times->end() - uncovered) +
+                     " images lie in gaps of the ground truth and were left out");
+    times->erase(uncovered, times->end());
+  }
+  std::vector<NavState> states;
+  for (const double t : *times) {
+    const simulation::Kinematics motion = trajectory.at(t);
+    NavState state;
+    state.t = t;
+    state.R_w_b = motion.R_w_b;
+    state.p_w_b = motion.p_w_b;
+    state.v_w_b = motion.v_w_b;
+    states.push_back(state);
+  }
+  return states;
+}
+
+/// Fills sequence.frames with what a front end would have seen; sequence.truth is the path.
+std::string addFeatures(const AbOptions& options, const simulation::Trajectory& trajectory,
+                        const std::vector<double>& image_times, evaluation::Sequence* sequence) {
+  simulation::WorldOptions world_options;
+  world_options.kind = options.world_kind;
+  world_options.seed = options.seed;
+  world_options.points =
+      std::max(world_options.points, kWorldPointsPerTrackedPoint * options.features.max_points);
+  world_options.segments =
+      std::max(world_options.segments, kWorldSegmentsPerTrackedLine * options.features.max_lines);
+  simulation::FeatureSimulationOptions features = options.features;
+  features.seed = options.seed;
+  if (std::string sentence = features.validate(); !sentence.empty()) return sentence;
+
+  std::vector<Eigen::Vector3d> path_w;
+  for (const NavState& state : sequence->truth) path_w.push_back(state.p_w_b);
+  const simulation::World world = simulation::makeWorld(world_options, path_w);
+  sequence->frames =
+      simulation::simulateFeatures(trajectory, world, sequence->calibration, image_times, features);
+  return "";
+}
+
+std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
+  evaluation::RecordedOptions read_options;
+  read_options.max_imu_gap_s = WindowOptions().max_imu_gap_s;
+  evaluation::RecordedMotion motion;
+  const evaluation::ReadStatus status =
+      evaluation::readRecordedMotion(options.recorded, read_options, &motion);
+  if (!status.ok()) return status.message;
+
+  evaluation::Sequence& sequence = loaded->sequence;
+  sequence.name = motion.name;
+  sequence.calibration = calibrationFor(options);
+  sequence.t0_ns = motion.t0_ns;
+  sequence.notes = motion.notes;
+  sequence.has_gyro_bias_truth = motion.has_bias;
+  loaded->gyro_bias_truth = motion.has_bias ? "recorded" : "fitted";
+  if (!motion.has_bias) {
+    const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(motion.imu, motion.truth);
+    if (!fit.ok) return options.recorded + ": " + fit.message;
+    sequence.notes.push_back(fit.message);
+    for (NavState& state : motion.truth) state.gyro_bias = fit.bias;
+  }
+
+  std::string error;
+  const auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
+  if (trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
+  sequence.truth = statesAt(*trajectory, &motion.image_times, &sequence.notes);
+  if (sequence.truth.empty()) {
+    return options.recorded + ": every image lies in a gap of groundtruth.csv";
+  }
+  for (NavState& state : sequence.truth) {
+    const NavState& nearest = motion.truth[evaluation::nearestState(motion.truth, state.t)];
+    state.gyro_bias = nearest.gyro_bias;
+    state.accel_bias = nearest.accel_bias;
+  }
+  sequence.imu = std::move(motion.imu);
+  return addFeatures(options, *trajectory, motion.image_times, &sequence);
+}
+
+std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
+  evaluation::Sequence& sequence = loaded->sequence;
+  sequence.name = options.builtin;
+  sequence.calibration = calibrationFor(options);
+  sequence.has_gyro_bias_truth = true;
+  loaded->gyro_bias_truth = "simulated";
+
+  std::string error;
+  const auto trajectory = simulation::makeBuiltinTrajectory(
+      options.builtin, options.duration_s, sequence.calibration.R_b_c, options.seed, &error);
+  if (trajectory == nullptr) return "--builtin: " + error;
+
+  simulation::ImuSimulationOptions imu;
+  imu.noise = sequence.calibration.imu_noise;
+  imu.gravity_magnitude = sequence.calibration.gravity_magnitude;
+  imu.seed = options.seed;
+  if (std::string sentence = imu.validate(); !sentence.empty()) return sentence;
+  sequence.imu = simulation::simulateImu(*trajectory, imu);
+
+  std::vector<double> image_times;
+  for (int k = 0;; ++k) {
+    const double t = trajectory->begin() + k / kImageRateHz;
+    if (sequence.imu.empty() || t > sequence.imu.back().t) break;
+    image_times.push_back(t);
+  }
+  sequence.truth = statesAt(*trajectory, &image_times, &sequence.notes);
+  for (NavState& state : sequence.truth) {
+    state.gyro_bias = imu.gyro_bias;
+    state.accel_bias = imu.accel_bias;
+  }
+  return addFeatures(options, *trajectory, image_times, &sequence);
+}
+
+}  // namespace
+
+std::string loadSequence(const AbOptions& options, LoadedSequence* loaded) {
+  return options.recorded.empty() ? loadBuiltin(options, loaded) : loadRecorded(options, loaded);
+}
+
+}  // namespace slim_init::tools

@@ -1,0 +1,145 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Times of the solvers and their stages on simulated windows of 10 keyframes (Google Benchmark).
+// Windows come from the built-in circle, seen by 30, 100 or 300 tracked points and 25 lines a
+// frame. Each iteration solves the next of 40 windows, so that no single one decides.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ab_options.h"
+#include "load_sequence.h"
+#include "slim_init/keyframe_window.h"
+#include "slim_init/window_solver.h"
+
+namespace slim_init::tools {
+namespace {
+
+constexpr std::size_t kWindows = 40;
+
+const evaluation::Sequence& sequence(int points) {
+  static std::map<int, LoadedSequence> cache;
+  const auto found = cache.find(points);
+  if (found != cache.end()) return found->second.sequence;
+  AbOptions options;
+  options.builtin = "circle";
+  options.duration_s = 30.0;
+  options.features.max_points = points;
+  // A dense front end: 300 points do not fit into the image 15 px apart from each other otherwise.
+  options.features.min_point_distance = points > 100 ? 8.0 : 15.0;
+  options.features.outlier_rate = 0.03;
+  std::string error = checkAbOptions(&options);
+  LoadedSequence& loaded = cache[points];
+  if (error.empty()) error = loadSequence(options, &loaded);
+  if (!error.empty()) {
+    std::cerr << "slim_init_bench: " << error << "\n";
+    std::exit(1);
+  }
+  return loaded.sequence;
+}
+
+// Windows cut from the stream, ten frames after one another.
+const std::vector<std::shared_ptr<const InitWindow>>& windows(int points) {
+  static std::map<int, std::vector<std::shared_ptr<const InitWindow>>> cache;
+  std::vector<std::shared_ptr<const InitWindow>>& out = cache[points];
+  if (!out.empty()) return out;
+  const evaluation::Sequence& data = sequence(points);
+  KeyframeWindow stream(data.calibration, WindowOptions());
+  std::size_t next_imu = 0;
+  for (std::size_t k = 0; k < data.frames.size() && out.size() < kWindows; ++k) {
+    while (next_imu < data.imu.size() && data.imu[next_imu].t <= data.frames[k].t + 0.01) {
+      stream.addImu(data.imu[next_imu++]);
+    }
+    stream.addFrame(data.frames[k]);
+    if (k % 10 != 9) continue;
+    const WindowCut cut = stream.cut();
+    if (cut.window != nullptr) out.push_back(cut.window);
+  }
+  if (out.empty()) {
+    std::cerr << "slim_init_bench: the simulated sequence holds no window\n";
+    std::exit(1);
+  }
+  return out;
+}
+
+void solve(benchmark::State& state, const std::string& method) {
+  const auto& input = windows(static_cast<int>(state.range(0)));
+  const auto solver = makeWindowSolver(method, InitializerOptions());
+  std::size_t i = 0, answered = 0, solved = 0;
+  double tracks = 0.0;
+  for (auto _ : state) {
+    const InitResult result = solver->solve(*input[i]);
+    benchmark::DoNotOptimize(&result);
+    answered += result.hasEstimate() ? 1 : 0;
+    tracks += result.counts.point_tracks;
+    ++solved;
+    i = (i + 1) % input.size();
+  }
+  // A fast refusal is no solve.
+  if (answered < solved) state.SkipWithError("a window was not answered");
+  state.counters["tracks"] = tracks / static_cast<double>(std::max<std::size_t>(solved, 1));
+}
+
+// Milliseconds per stage as the solver reports them.
+void stages(benchmark::State& state, const std::string& method) {
+  const auto& input = windows(100);
+  const auto solver = makeWindowSolver(method, InitializerOptions());
+  std::map<std::string, double> sum;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const InitResult result = solver->solve(*input[i]);
+    for (const StageTime& stage : result.stages) sum[stage.name + "_ms"] += stage.ms;
+    i = (i + 1) % input.size();
+  }
+  for (const auto& [name, ms] : sum) {
+    state.counters[name] = benchmark::Counter(ms, benchmark::Counter::kAvgIterations);
+  }
+}
+
+// From ring buffer to window: what a host pays before the solve.
+void cutWindow(benchmark::State& state) {
+  const evaluation::Sequence& data = sequence(100);
+  KeyframeWindow stream(data.calibration, WindowOptions());
+  std::size_t next_imu = 0;
+  for (std::size_t k = 0; k < 200 && k < data.frames.size(); ++k) {
+    while (next_imu < data.imu.size() && data.imu[next_imu].t <= data.frames[k].t + 0.01) {
+      stream.addImu(data.imu[next_imu++]);
+    }
+    stream.addFrame(data.frames[k]);
+  }
+  for (auto _ : state) {
+    const WindowCut cut = stream.cut();
+    benchmark::DoNotOptimize(&cut);
+    if (cut.window == nullptr) state.SkipWithError("no window");
+  }
+}
+
+}  // namespace
+}  // namespace slim_init::tools
+
+int main(int argc, char** argv) {
+  for (const std::string& name : slim_init::solverNames()) {
+    benchmark::RegisterBenchmark(
+        ("solve/" + name).c_str(),
+        [name](benchmark::State& state) { slim_init::tools::solve(state, name); })
+        ->Arg(30)
+        ->Arg(100)
+        ->Arg(300)
+        ->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark(("stages/" + name).c_str(), [name](benchmark::State& state) {
+      slim_init::tools::stages(state, name);
+    })->Unit(benchmark::kMillisecond);
+  }
+  benchmark::RegisterBenchmark("cut_window", slim_init::tools::cutWindow)
+      ->Unit(benchmark::kMillisecond);
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

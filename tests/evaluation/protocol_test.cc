@@ -1,0 +1,241 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/protocol.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "evaluation/circle_sequence.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+int trialsAccountedFor(const ProtocolCounts& c) {
+  return c.windows + c.without_truth + c.ended + c.interrupted + c.repeated + c.invalid;
+}
+
+TEST(Protocol, StartsATrialEveryStrideAndCountsTheEnd) {
+  // 10 s: 201 frames, 21 trials. A window takes 45 frame intervals, so the last start is frame 150.
+  const Sequence sequence = makeCircleSequence(10.0);
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  EXPECT_EQ(result.counts.frames, 201);
+  EXPECT_EQ(result.counts.trials, 21);
+  EXPECT_EQ(result.counts.windows, 16);
+  EXPECT_EQ(result.counts.ended, 5);
+  EXPECT_EQ(trialsAccountedFor(result.counts), 21);
+  ASSERT_EQ(result.windows.size(), 16u);
+  for (std::size_t i = 0; i < result.windows.size(); ++i) {
+    const WindowRecord& window = result.windows[i];
+    EXPECT_EQ(window.trial, static_cast<int>(i));
+    EXPECT_NEAR(window.t_start, 0.5 * static_cast<double>(i), 1e-12);
+    EXPECT_EQ(window.t_start_ns, sequence.t0_ns + 500000000LL * static_cast<int>(i));
+    EXPECT_EQ(window.keyframes, 10);
+    EXPECT_NEAR(window.duration_s, 2.25, 1e-12);
+    ASSERT_EQ(window.methods.size(), 1u);
+    EXPECT_TRUE(window.methods[0].attempted);
+    EXPECT_TRUE(window.methods[0].metrics.success()) << window.methods[0].metrics.failure;
+    EXPECT_NEAR(window.methods[0].metrics.scale_error, 0.0, 1e-12);
+    EXPECT_GE(window.methods[0].solve_ms, 0.0);
+  }
+}
+
+TEST(Protocol, EveryMethodGetsTheSameWindow) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const FakeSolver first = makePerfectSolver("first");
+  const FakeSolver second = makePerfectSolver("second");
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&first, &second}, ProtocolOptions(), nullptr, &result), "");
+  EXPECT_EQ(result.methods, (std::vector<std::string>{"first", "second"}));
+  ASSERT_EQ(first.windows.size(), result.windows.size());
+  // The same object: it is immutable, so the bytes are the same too.
+  EXPECT_EQ(first.windows, second.windows);
+  EXPECT_EQ(first.times, second.times);
+}
+
+TEST(Protocol, AWindowDoesNotDependOnWhatCameBefore) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const FakeSolver all = makePerfectSolver("all");
+  const FakeSolver some = makePerfectSolver("some");
+  ProtocolOptions options;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&all}, options, nullptr, &result), "");
+  options.stride = 30;
+  ASSERT_EQ(runProtocol(sequence, {&some}, options, nullptr, &result), "");
+  ASSERT_GE(some.times.size(), 2u);
+  EXPECT_EQ(all.times[3], some.times[1]);
+}
+
+TEST(Protocol, HonoursKeyframesAndLimit) {
+  const Sequence sequence = makeCircleSequence(10.0);
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolOptions options;
+  options.window.keyframes = 4;
+  options.window.min_keyframes = 2;  // smaller windows are possible but do not count
+  options.max_windows = 3;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  EXPECT_EQ(result.counts.windows, 3);
+  EXPECT_EQ(result.counts.trials, 3);
+  for (const auto& times : solver.times) EXPECT_EQ(times.size(), 4u);
+}
+
+TEST(Protocol, WindowsWithoutTruthAreCountedAndNotSolved) {
+  Sequence sequence = makeCircleSequence(10.0);
+  // Keyframes of the windows fall on every fifth frame from 0 on.
+  sequence.truth[100].t = kNotComputed;
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  // Starts 60, 70, 80, 90, 100 hold frame 100.
+  EXPECT_EQ(result.counts.without_truth, 5);
+  EXPECT_EQ(result.counts.windows, 11);
+  EXPECT_EQ(solver.windows.size(), 11u);
+  EXPECT_EQ(trialsAccountedFor(result.counts), 21);
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_TRUE(window.trial < 6 || window.trial > 10) << window.trial;
+  }
+}
+
+TEST(Protocol, ImuGapInterruptsInsteadOfStretchingAWindow) {
+  Sequence sequence = makeCircleSequence(12.0);
+  std::vector<ImuSample> imu;
+  for (const ImuSample& sample : sequence.imu) {
+    if (sample.t < 5.01 || sample.t > 5.2) imu.push_back(sample);
+  }
+  sequence.imu = imu;
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  EXPECT_EQ(trialsAccountedFor(result.counts), result.counts.trials);
+  std::set<double> starts;
+  for (const auto& times : solver.times) {
+    EXPECT_FALSE(times.front() < 5.01 && times.back() > 5.2) << times.front();
+    EXPECT_TRUE(starts.insert(times.front()).second) << "window solved twice";
+  }
+  EXPECT_GT(result.counts.repeated + result.counts.interrupted, 0);
+}
+
+TEST(Protocol, LongFrameGapInterrupts) {
+  Sequence sequence = makeCircleSequence(16.0);
+  std::vector<FrameObservation> frames;
+  std::vector<NavState> truth;
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    if (sequence.frames[i].t > 3.0 && sequence.frames[i].t < 8.0) continue;
+    frames.push_back(sequence.frames[i]);
+    truth.push_back(sequence.truth[i]);
+  }
+  sequence.frames = frames;
+  sequence.truth = truth;
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  EXPECT_GT(result.counts.interrupted, 0);
+  EXPECT_GT(result.counts.windows, 8);
+  for (const auto& times : solver.times) EXPECT_NEAR(times.back() - times.front(), 2.25, 1e-9);
+}
+
+TEST(Protocol, TimeOffsetOfTheCameraIsRespected) {
+  Circle circle;
+  Sequence sequence = makeCircleSequence(6.0, circle);
+  sequence.calibration.td = 0.013;
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    sequence.truth[i] = circle.state(sequence.frames[i].t + 0.013);
+  }
+  const FakeSolver solver = makePerfectSolver("fake", circle);
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ASSERT_FALSE(result.windows.empty());
+  EXPECT_NEAR(result.windows[0].t_start, 0.013, 1e-12);
+  EXPECT_NEAR(result.windows[0].methods[0].metrics.pose_rmse, 0.0, 1e-12);
+}
+
+TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
+  const Sequence sequence = makeCircleSequence(3.0);
+  const Circle circle;
+  const FakeSolver refuses("refuses", [&](const InitWindow& window) {
+    std::vector<NavState> states;
+    for (const double t : window.times()) states.push_back(circle.state(t));
+    InitResult result = perfectResult(states, circle.g);
+    result.status = InitStatus::kScaleTooUncertain;
+    result.message = "scale sigma 0.2 is above 0.1";
+    result.scale_sigma = 0.2;
+    return result;
+  });
+  const FakeSolver waits("waits", [](const InitWindow&) {
+    InitResult result;
+    result.status = InitStatus::kTooFewTracks;
+    result.message = "2 tracks, needs 8";
+    return result;
+  });
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&refuses, &waits}, ProtocolOptions(), nullptr, &result), "");
+  ASSERT_FALSE(result.windows.empty());
+  const MethodRecord& refused = result.windows[0].methods[0];
+  EXPECT_TRUE(refused.attempted);
+  EXPECT_TRUE(refused.metrics.success());
+  EXPECT_FALSE(refused.accepted());
+  EXPECT_EQ(refused.scale_sigma, 0.2);
+  const MethodRecord& waiting = result.windows[0].methods[1];
+  EXPECT_FALSE(waiting.attempted);
+  EXPECT_FALSE(waiting.metrics.success());
+  EXPECT_EQ(waiting.message, "2 tracks, needs 8");
+}
+
+TEST(Protocol, ReportsProgressToTheEnd) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const FakeSolver solver = makePerfectSolver("fake");
+  std::vector<int> done;
+  int total = 0;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(
+                sequence, {&solver}, ProtocolOptions(),
+                [&](int d, int t) {
+                  done.push_back(d);
+                  total = t;
+                },
+                &result),
+            "");
+  EXPECT_EQ(total, 13);
+  ASSERT_EQ(done.size(), 13u);
+  EXPECT_EQ(done.front(), 1);
+  EXPECT_EQ(done.back(), 13);
+}
+
+TEST(Protocol, UnusableInputIsASentence) {
+  const FakeSolver solver = makePerfectSolver("fake");
+  const Sequence good = makeCircleSequence(3.0);
+  ProtocolResult result;
+  ProtocolOptions options;
+  options.stride = 0;
+  EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("stride is 0"),
+            std::string::npos);
+  options = ProtocolOptions();
+  options.window.keyframes = 1;
+  EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("window."),
+            std::string::npos);
+  options = ProtocolOptions();
+  Sequence bad = good;
+  bad.truth.pop_back();
+  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result), "");
+  bad = good;
+  std::swap(bad.frames[3].t, bad.frames[4].t);
+  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result).find("frame 4"),
+            std::string::npos);
+  bad = good;
+  bad.imu[5].t = bad.imu[4].t;
+  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result).find("IMU sample 5"),
+            std::string::npos);
+  bad = good;
+  bad.calibration.focal_px = -1.0;
+  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result).find("calibration."),
+            std::string::npos);
+  // No data at all is no error; there is just no window.
+  EXPECT_EQ(runProtocol(Sequence(), {&solver}, options, nullptr, &result), "");
+  EXPECT_EQ(result.counts.trials, 0);
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

@@ -1,0 +1,381 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/recorded.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "evaluation/scratch_folder.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+constexpr std::int64_t kT0Ns = 1403715523912143104;  // beyond what a double holds to the nanosecond
+
+/// A small, correct recording: 1 s of IMU at 100 Hz, truth at 20 Hz, five images.
+struct Files {
+  std::vector<std::string> imu = {"#timestamp [ns],w_x,w_y,w_z,a_x,a_y,a_z"};
+  std::vector<std::string> images = {"#timestamp [ns]"};
+  std::vector<std::string> truth = {"#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z"};
+  std::string line_end = "\n";
+
+  Files() {
+    for (int i = 0; i <= 100; ++i) {
+      imu.push_back(std::to_string(kT0Ns + 10000000LL * i) + ",0.1,-0.2,0.3,9.8,0.01,-3e-1");
+    }
+    for (int i = 0; i <= 20; ++i) {
+      truth.push_back(std::to_string(kT0Ns + 50000000LL * i) + ",1,2,3,1,0,0,0");
+    }
+    for (int i = 0; i < 5; ++i) images.push_back(std::to_string(kT0Ns + 1 + 200000000LL * i));
+  }
+
+  std::string text(const std::vector<std::string>& lines) const {
+    std::string all;
+    for (const std::string& line : lines) all += line + line_end;
+    return all;
+  }
+
+  void write(const ScratchFolder& folder) const {
+    folder.write("imu0.csv", text(imu));
+    folder.write("cam0_timestamps.csv", text(images));
+    folder.write("groundtruth.csv", text(truth));
+  }
+};
+
+ReadStatus readFiles(const Files& files, RecordedMotion* motion) {
+  const ScratchFolder folder;
+  files.write(folder);
+  return readRecordedMotion(folder.path(), RecordedOptions(), motion);
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
+  RecordedMotion motion;
+  const ReadStatus status = readFiles(Files(), &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_EQ(motion.t0_ns, kT0Ns);
+  ASSERT_EQ(motion.imu.size(), 101u);
+  EXPECT_EQ(motion.imu.front().t, 0.0);
+  EXPECT_DOUBLE_EQ(motion.imu[1].t, 0.01);
+  EXPECT_EQ(motion.imu[7].gyro, Eigen::Vector3d(0.1, -0.2, 0.3));
+  EXPECT_EQ(motion.imu[7].accel, Eigen::Vector3d(9.8, 0.01, -0.3));
+  ASSERT_EQ(motion.image_times.size(), 5u);
+  // One nanosecond would vanish in a double of the absolute stamp.
+  EXPECT_DOUBLE_EQ(motion.image_times[0], 1e-9);
+  ASSERT_EQ(motion.truth.size(), 21u);
+  EXPECT_EQ(motion.truth[3].p_w_b, Eigen::Vector3d(1, 2, 3));
+  EXPECT_FALSE(motion.has_velocity);
+  EXPECT_FALSE(motion.has_bias);
+  EXPECT_TRUE(std::isnan(motion.truth[0].v_w_b.x()));
+  EXPECT_EQ(motion.counts.imu_gaps, 0);
+  ASSERT_EQ(motion.notes.size(), 1u);
+  EXPECT_TRUE(contains(motion.notes[0], "poses only")) << motion.notes[0];
+}
+
+TEST(RecordedMotion, ReadsVelocityAndBiases) {
+  Files files;
+  for (std::size_t i = 1; i < files.truth.size(); ++i) {
+    files.truth[i] += ",0.5,0.6,0.7,-0.002,0.02,0.07,-0.01,0.1,0.09";
+  }
+  RecordedMotion motion;
+  const ReadStatus status = readFiles(files, &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_TRUE(motion.has_velocity);
+  EXPECT_TRUE(motion.has_bias);
+  EXPECT_EQ(motion.truth[2].v_w_b, Eigen::Vector3d(0.5, 0.6, 0.7));
+  EXPECT_EQ(motion.truth[2].gyro_bias, Eigen::Vector3d(-0.002, 0.02, 0.07));
+  EXPECT_EQ(motion.truth[2].accel_bias, Eigen::Vector3d(-0.01, 0.1, 0.09));
+}
+
+TEST(RecordedMotion, QuaternionIsScalarFirstAndNormalised) {
+  Files files;
+  // Quarter turn about z, norm off by 0.5 %.
+  for (std::size_t i = 1; i < files.truth.size(); ++i) {
+    files.truth[i] = std::to_string(kT0Ns + 50000000LL * static_cast<int>(i - 1)) +
+                     ",0,0,0,0.710642,0,0,0.710642";
+  }
+  RecordedMotion motion;
+  ASSERT_TRUE(readFiles(files, &motion).ok());
+  const Eigen::Vector3d x = motion.truth[0].R_w_b * Eigen::Vector3d::UnitX();
+  EXPECT_NEAR((x - Eigen::Vector3d::UnitY()).norm(), 0.0, 1e-12);
+}
+
+TEST(RecordedMotion, AcceptsForeignLineEndsAndTrailingBlankLines) {
+  Files files;
+  files.line_end = "\r\n";
+  files.imu.insert(files.imu.end(), {"", "   ", ""});
+  files.truth.emplace_back("");
+  files.images[1] = "  " + files.images[1] + " \t";
+  files.imu.front() = "\xEF\xBB\xBF" + files.imu.front();
+  RecordedMotion motion;
+  const ReadStatus status = readFiles(files, &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_EQ(motion.imu.size(), 101u);
+}
+
+TEST(RecordedMotion, AcceptsALastLineWithoutEnd) {
+  const ScratchFolder folder;
+  const Files files;
+  files.write(folder);
+  std::string text = files.text(files.imu);
+  text.pop_back();
+  folder.write("imu0.csv", text);
+  RecordedMotion motion;
+  ASSERT_TRUE(readRecordedMotion(folder.path(), RecordedOptions(), &motion).ok());
+  EXPECT_EQ(motion.imu.size(), 101u);
+}
+
+TEST(RecordedMotion, MissingFolderAndFilesAreNamed) {
+  const ScratchFolder folder;
+  RecordedMotion motion;
+  ReadStatus status = readRecordedMotion(folder.file("nowhere"), RecordedOptions(), &motion);
+  EXPECT_EQ(status.error, ReadError::kMissingFile);
+  EXPECT_TRUE(contains(status.message, "nowhere is not a directory")) << status.message;
+  for (const char* name : {"imu0.csv", "cam0_timestamps.csv", "groundtruth.csv"}) {
+    Files().write(folder);
+    std::filesystem::remove(folder.file(name));
+    status = readRecordedMotion(folder.path(), RecordedOptions(), &motion);
+    EXPECT_EQ(status.error, ReadError::kMissingFile);
+    EXPECT_TRUE(contains(status.message, std::string(name) + " does not exist")) << status.message;
+    std::filesystem::create_directory(folder.file(name));
+    status = readRecordedMotion(folder.path(), RecordedOptions(), &motion);
+    EXPECT_EQ(status.error, ReadError::kMissingFile);
+    EXPECT_TRUE(contains(status.message, "not a regular file")) << status.message;
+    std::filesystem::remove(folder.file(name));
+  }
+}
+
+struct BadFile {
+  const char* name;
+  std::function<void(Files&)> damage;
+  ReadError error;
+  std::vector<std::string> parts;  ///< what the sentence must say
+};
+
+// Line 1 is the header, so data row i stands in line i + 1.
+const std::vector<BadFile>& badFiles() {
+  static const std::vector<BadFile> kBadFiles = {
+      {"ImuColumnMissing",
+       [](Files& f) { f.imu[5] = "1403715523912143104,1,2,3,4,5"; },
+       ReadError::kMalformed,
+       {"imu0.csv line 6", "6 columns, must have 7"}},
+      {"FirstTruthRowHasNoKnownLayout",
+       [](Files& f) { f.truth[1] += ",1,2"; },
+       ReadError::kMalformed,
+       {"groundtruth.csv line 2", "10 columns, must have 8 or 17"}},
+      {"TruthLayoutChanges",
+       [](Files& f) { f.truth[4] += ",1,1,1,1,1,1,1,1,1"; },
+       ReadError::kMalformed,
+       {"groundtruth.csv line 5", "17 columns, must have 8"}},
+      {"ImageRowHasTwoColumns",
+       [](Files& f) { f.images[2] += ",file.png"; },
+       ReadError::kMalformed,
+       {"cam0_timestamps.csv line 3", "2 columns, must have 1"}},
+      {"NotANumber",
+       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,abc,0,0,0,0"; },
+       ReadError::kMalformed,
+       {"imu0.csv line 18", "column 3 (w_y)", "'abc' is not a number"}},
+      {"NumberWithTail",
+       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,0,0,0,0,1.5x"; },
+       ReadError::kMalformed,
+       {"imu0.csv line 18", "column 7 (a_z)", "'1.5x'"}},
+      {"EmptyFieldDoesNotBorrowFromTheNext",
+       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,,0,0,0,0"; },
+       ReadError::kMalformed,
+       {"imu0.csv line 18", "column 3 (w_y)", "''"}},
+      {"EmptyLastFieldDoesNotBorrowFromTheNextLine",
+       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,0,0,0,0,"; },
+       ReadError::kMalformed,
+       {"imu0.csv line 18", "column 7 (a_z)", "''"}},
+      {"Nan",
+       [](Files& f) { f.imu[9] = std::to_string(kT0Ns + 80000000) + ",0,0,0,nan,0,0"; },
+       ReadError::kBadValue,
+       {"imu0.csv line 10", "column 5 (a_x)", "'nan' is not finite"}},
+      {"Infinity",
+       [](Files& f) { f.truth[3] = std::to_string(kT0Ns + 100000000) + ",0,0,-inf,1,0,0,0"; },
+       ReadError::kBadValue,
+       {"groundtruth.csv line 4", "column 4 (p_z)", "'-inf'"}},
+      {"Overflow",
+       [](Files& f) { f.truth[3] = std::to_string(kT0Ns + 100000000) + ",1e999,0,0,1,0,0,0"; },
+       ReadError::kBadValue,
+       {"groundtruth.csv line 4", "column 2 (p_x)", "'1e999'"}},
+      {"StampIsNoInteger",
+       [](Files& f) { f.images[3] = "1.4037155241e18"; },
+       ReadError::kMalformed,
+       {"cam0_timestamps.csv line 4", "(timestamp)", "'1.4037155241e18'", "whole number"}},
+      {"StampIsNegative",
+       [](Files& f) { f.images[3] = "-5"; },
+       ReadError::kMalformed,
+       {"cam0_timestamps.csv line 4", "'-5'"}},
+      {"StampOverflows",
+       [](Files& f) { f.images[3] = "99999999999999999999"; },
+       ReadError::kMalformed,
+       {"cam0_timestamps.csv line 4", "'99999999999999999999'"}},
+      {"TimeGoesBack",
+       [](Files& f) { std::swap(f.imu[20], f.imu[21]); },
+       ReadError::kOutOfOrder,
+       {"imu0.csv line 22", "of line 21", "must increase", std::to_string(kT0Ns + 190000000)}},
+      {"TimeRepeats",
+       [](Files& f) { f.images[3] = f.images[2]; },
+       ReadError::kOutOfOrder,
+       {"cam0_timestamps.csv line 4", "repeats that of line 3"}},
+      {"TruthTimeRepeats",
+       [](Files& f) { f.truth[3] = f.truth[2]; },
+       ReadError::kOutOfOrder,
+       {"groundtruth.csv line 4", "repeats that of line 3"}},
+      {"QuaternionIsNoRotation",
+       [](Files& f) { f.truth[6] = std::to_string(kT0Ns + 250000000) + ",0,0,0,0.9,0,0,0"; },
+       ReadError::kBadValue,
+       {"groundtruth.csv line 7", "(q_w, q_x, q_y, q_z)", "0.9", "0.01 of 1"}},
+      {"QuaternionIsZero",
+       [](Files& f) { f.truth[6] = std::to_string(kT0Ns + 250000000) + ",0,0,0,0,0,0,0"; },
+       ReadError::kBadValue,
+       {"groundtruth.csv line 7", "norm is 0"}},
+      {"EmptyLineInside",
+       [](Files& f) { f.imu[30] = ""; },
+       ReadError::kMalformed,
+       {"imu0.csv line 31 is empty"}},
+      {"OnlyAHeader",
+       [](Files& f) { f.imu.resize(1); },
+       ReadError::kTooFewRows,
+       {"imu0.csv has 0 rows", "at least 2"}},
+      {"EmptyFile",
+       [](Files& f) { f.images.clear(); },
+       ReadError::kTooFewRows,
+       {"cam0_timestamps.csv has 0 rows"}},
+      {"TooFewTruthRows",
+       [](Files& f) { f.truth.resize(4); },
+       ReadError::kTooFewRows,
+       {"groundtruth.csv has 3 rows", "at least 4"}},
+      {"HeaderWithoutHash",
+       [](Files& f) { f.imu[0] = "timestamp,wx,wy,wz,ax,ay,az"; },
+       ReadError::kMalformed,
+       {"imu0.csv line 1", "'timestamp' is not a whole number"}},
+      {"BinaryRubbish",
+       [](Files& f) { f.imu[2] = std::string("\x01\x00\xff,", 4); },
+       ReadError::kMalformed,
+       {"imu0.csv line 3", "'???,'"}},
+  };
+  return kBadFiles;
+}
+
+class RecordedMotionBadFile : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(RecordedMotionBadFile, IsAStatusWithAPlace) {
+  const BadFile& bad = badFiles()[GetParam()];
+  Files files;
+  bad.damage(files);
+  RecordedMotion motion;
+  motion.name = "untouched";
+  const ReadStatus status = readFiles(files, &motion);
+  EXPECT_EQ(status.error, bad.error) << status.message;
+  for (const std::string& part : bad.parts) {
+    EXPECT_TRUE(contains(status.message, part)) << "\"" << part << "\" in: " << status.message;
+  }
+  EXPECT_EQ(motion.name, "untouched");
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RecordedMotionBadFile,
+                         ::testing::Range(std::size_t{0}, badFiles().size()),
+                         [](const auto& instance) {
+                           return std::string(badFiles()[instance.param].name);
+                         });
+
+TEST(RecordedMotion, ImuGapsAreCountedAndNoted) {
+  Files files;
+  files.imu.erase(files.imu.begin() + 41, files.imu.begin() + 61);  // 0.40 s .. 0.59 s
+  files.imu.erase(files.imu.begin() + 61, files.imu.begin() + 66);  // a smaller one later on
+  RecordedMotion motion;
+  const ReadStatus status = readFiles(files, &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_EQ(motion.counts.imu_gaps, 2);
+  EXPECT_NEAR(motion.counts.largest_imu_gap_s, 0.21, 1e-9);
+  ASSERT_FALSE(motion.notes.empty());
+  for (const char* part : {"imu0.csv has 2 IMU gaps", "0.05 s", "0.21 s", "line 42", "0.39 s"}) {
+    EXPECT_TRUE(contains(motion.notes[0], part)) << part << " in: " << motion.notes[0];
+  }
+}
+
+TEST(RecordedMotion, ImagesOutsideImuAndTruthAreCountedAndLeftOut) {
+  Files files;
+  files.truth.erase(files.truth.begin() + 1, files.truth.begin() + 6);  // starts at 0.25 s
+  files.images.insert(files.images.begin() + 1, std::to_string(kT0Ns - 1000));
+  files.images.push_back(std::to_string(kT0Ns + 1000000001));
+  RecordedMotion motion;
+  const ReadStatus status = readFiles(files, &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_EQ(motion.counts.images, 7);
+  EXPECT_EQ(motion.counts.images_outside_imu, 2);
+  EXPECT_EQ(motion.counts.images_outside_truth, 2);  // 0.0 s and 0.2 s
+  EXPECT_EQ(motion.image_times.size(), 3u);
+  ASSERT_GE(motion.notes.size(), 2u);
+  EXPECT_TRUE(contains(motion.notes[0], "2 of 7 images")) << motion.notes[0];
+  EXPECT_TRUE(contains(motion.notes[0], "outside the IMU data")) << motion.notes[0];
+  EXPECT_TRUE(contains(motion.notes[1], "outside the ground truth")) << motion.notes[1];
+}
+
+TEST(RecordedMotion, NoUsableImageIsAnError) {
+  Files files;
+  files.images.resize(1);
+  for (int i = 0; i < 4; ++i) {
+    files.images.push_back(std::to_string(kT0Ns + 5000000000LL + 50000000LL * i));
+  }
+  RecordedMotion motion;
+  const ReadStatus status = readFiles(files, &motion);
+  EXPECT_EQ(status.error, ReadError::kNoOverlap);
+  for (const char* part : {"4 of 4 images", "cam0_timestamps.csv", "outside the IMU data", "5 s"}) {
+    EXPECT_TRUE(contains(status.message, part)) << part << " in: " << status.message;
+  }
+}
+
+TEST(RecordedMotion, NameIsTheLastFolder) {
+  const ScratchFolder folder;
+  const std::string directory = folder.file("MH_99");
+  std::filesystem::create_directories(directory);
+  Files().write(folder);
+  for (const char* name : {"imu0.csv", "cam0_timestamps.csv", "groundtruth.csv"}) {
+    std::filesystem::rename(folder.file(name), directory + "/" + name);
+  }
+  for (const std::string& spelling : {directory, directory + "/", directory + "/."}) {
+    RecordedMotion motion;
+    ASSERT_TRUE(readRecordedMotion(spelling, RecordedOptions(), &motion).ok());
+    EXPECT_EQ(motion.name, "MH_99") << spelling;
+  }
+}
+
+TEST(RecordedMotion, ReadsRealRecordings) {
+  const std::string data = SLIM_INIT_SHARED_DATA;
+  if (!std::filesystem::is_directory(data)) {
+    // The EuRoC recordings are not part of the repository (their licence is not ours).
+    GTEST_SKIP() << "no recordings at " << data;
+  }
+  RecordedMotion motion;
+  ReadStatus status = readRecordedMotion(data + "/V1_02", RecordedOptions(), &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_EQ(motion.name, "V1_02");
+  EXPECT_EQ(motion.t0_ns, 1403715523912143104);
+  EXPECT_EQ(motion.imu.size(), 17100u);
+  EXPECT_EQ(motion.truth.size(), 8351u);
+  EXPECT_TRUE(motion.has_bias);
+  EXPECT_EQ(motion.counts.images, 1710);
+  EXPECT_EQ(motion.counts.images_outside_imu, 0);
+  EXPECT_EQ(motion.counts.imu_gaps, 0);
+  // MH_04's first image is older than its first IMU sample; MH_03 has no velocities.
+  status = readRecordedMotion(data + "/MH_04", RecordedOptions(), &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_EQ(motion.counts.images_outside_imu, 1);
+  status = readRecordedMotion(data + "/MH_03", RecordedOptions(), &motion);
+  ASSERT_TRUE(status.ok()) << status.message;
+  EXPECT_FALSE(motion.has_velocity);
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

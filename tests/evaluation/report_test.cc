@@ -1,0 +1,327 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/report.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "evaluation/scratch_folder.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+MethodRecord record(InitStatus status, bool attempted, double scale, double solve_ms) {
+  MethodRecord r;
+  r.status = status;
+  r.message = "said so";
+  r.attempted = attempted;
+  r.solve_ms = solve_ms;
+  if (!attempted) {
+    r.metrics.failure = "no estimate";
+    return r;
+  }
+  r.metrics.scale = scale;
+  r.metrics.scale_error = std::abs(scale - 1.0);
+  r.metrics.gravity_error_deg = 10.0 * r.metrics.scale_error;
+  r.metrics.velocity_rmse = 2.0 * r.metrics.scale_error;
+  r.metrics.velocity_vec_rmse = 3.0 * r.metrics.scale_error;
+  r.metrics.pose_rmse = 4.0 * r.metrics.scale_error;
+  r.metrics.gyro_bias_err_pct = 50.0 * r.metrics.scale_error;
+  r.metrics.gyro_bias_vec_err = 0.1 * r.metrics.scale_error;
+  return r;
+}
+
+/// Five windows of one method, numbers chosen by hand; the last two are not excited.
+ProtocolResult handMade() {
+  ProtocolResult result;
+  result.methods = {"hand"};
+  const std::vector<MethodRecord> records = {
+      record(InitStatus::kSuccess, true, 1.03, 1.0),
+      record(InitStatus::kSuccess, true, 0.6, 2.0),             // |s-1| = 0.4
+      record(InitStatus::kScaleTooUncertain, true, 0.96, 3.0),  // refused, yet a success
+      record(InitStatus::kSuccess, true, 1.7, 10.0),            // accepted, yet wrong
+      record(InitStatus::kTooFewTracks, false, 0.0, 99.0),
+  };
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    WindowRecord window;
+    window.trial = static_cast<int>(i);
+    window.t_start = 0.5 * static_cast<double>(i);
+    window.t_start_ns = 1403715523912143104 + 500000000LL * static_cast<int>(i);
+    window.duration_s = 2.25;
+    window.keyframes = 10;
+    window.excitation.excited = i < 3;
+    window.excitation.mean_deviation = 0.01;
+    window.methods = {records[i]};
+    result.windows.push_back(window);
+  }
+  result.counts.frames = 100;
+  result.counts.trials = 10;
+  result.counts.windows = 5;
+  result.counts.ended = 5;
+  return result;
+}
+
+RunInfo someRun() {
+  RunInfo info;
+  info.dataset = "V9_99";
+  info.command = "slim_init ab --something";
+  info.gyro_bias_truth = "fitted";
+  info.options = {{"seed", OptionValue(std::int64_t{7})},
+                  {"pixel_noise", OptionValue(0.6)},
+                  {"world", OptionValue(std::string("room"))},
+                  {"methods", OptionValue(std::vector<std::string>{"hand"})}};
+  info.notes = {"a note"};
+  return info;
+}
+
+TEST(Summary, StatisticsByHand) {
+  const std::vector<MethodSummary> summaries = summarize(handMade());
+  ASSERT_EQ(summaries.size(), 1u);
+  EXPECT_EQ(summaries[0].name, "hand");
+  const SubsetSummary& all = summaries[0].all;
+  EXPECT_EQ(all.windows, 5);
+  EXPECT_EQ(all.attempted, 4);
+  EXPECT_EQ(all.success, 3);
+  EXPECT_DOUBLE_EQ(all.success_rate, 0.6);
+  const double mean_square = (0.03 * 0.03 + 0.4 * 0.4 + 0.04 * 0.04) / 3.0;
+  EXPECT_NEAR(all.scale_rmse, std::sqrt(mean_square), 1e-12);
+  EXPECT_NEAR(all.scale_median, 0.04, 1e-12);
+  // Sorted 0.03, 0.04, 0.4: position 1.8.
+  EXPECT_NEAR(all.scale_p90, 0.2 * 0.04 + 0.8 * 0.4, 1e-12);
+  EXPECT_NEAR(all.gravity_rmse_deg, 10.0 * std::sqrt(mean_square), 1e-11);
+  EXPECT_NEAR(all.gravity_median_deg, 0.4, 1e-11);
+  EXPECT_NEAR(all.gravity_p90_deg, 10.0 * all.scale_p90, 1e-11);
+  EXPECT_NEAR(all.velocity_rmse, 2.0 * std::sqrt(mean_square), 1e-12);
+  EXPECT_NEAR(all.velocity_vec_rmse, 3.0 * std::sqrt(mean_square), 1e-12);
+  EXPECT_NEAR(all.pose_rmse, 4.0 * std::sqrt(mean_square), 1e-12);
+  EXPECT_NEAR(all.gyro_bias_err_pct, 50.0 * std::sqrt(mean_square), 1e-11);
+  EXPECT_NEAR(all.gyro_bias_vec_rmse, 0.1 * std::sqrt(mean_square), 1e-12);
+  EXPECT_EQ(all.accepted, 3);
+  EXPECT_EQ(all.accepted_within_0_1, 1);
+  EXPECT_EQ(all.accepted_within_0_5, 2);
+  EXPECT_NEAR(all.accepted_within_0_1_rate, 1.0 / 3.0, 1e-12);
+  EXPECT_NEAR(all.accepted_within_0_5_rate, 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(all.accepted_scale_error_max, 0.7, 1e-12);
+  EXPECT_EQ(all.waiting, 1);
+  EXPECT_EQ(all.refused, 1);
+  EXPECT_EQ(all.failed, 0);
+  EXPECT_EQ(all.statuses.at("success"), 3);
+  EXPECT_EQ(all.statuses.at("scale_too_uncertain"), 1);
+  EXPECT_EQ(all.statuses.at("too_few_tracks"), 1);
+  // The window without an estimate (99 ms) does not count as a solve.
+  EXPECT_DOUBLE_EQ(all.solve_ms_median, 2.5);
+  EXPECT_DOUBLE_EQ(all.solve_ms_mean, 4.0);
+
+  const SubsetSummary& excited = summaries[0].excited;
+  EXPECT_EQ(excited.windows, 3);
+  EXPECT_EQ(excited.success, 3);
+  EXPECT_DOUBLE_EQ(excited.success_rate, 1.0);
+  EXPECT_EQ(excited.accepted, 2);
+}
+
+TEST(Summary, FailedWindowsNeverReachAMean) {
+  ProtocolResult result = handMade();
+  MethodRecord& broken = result.windows[0].methods[0];
+  broken.metrics = WindowMetrics();
+  broken.metrics.failure = "estimate at keyframe 3 is not finite";
+  const SubsetSummary all = summarize(result)[0].all;
+  EXPECT_EQ(all.attempted, 4);
+  EXPECT_EQ(all.success, 2);
+  EXPECT_EQ(all.accepted, 3);
+  EXPECT_EQ(all.accepted_within_0_1, 0);
+  EXPECT_TRUE(std::isfinite(all.scale_rmse));
+}
+
+TEST(Summary, NumbersThatDoNotExistAreNull) {
+  ProtocolResult result;
+  result.methods = {"none"};
+  WindowRecord window;
+  window.methods = {record(InitStatus::kTooFewTracks, false, 0.0, 1.0)};
+  result.windows = {window};
+  const std::vector<MethodSummary> summaries = summarize(result);
+  EXPECT_EQ(summaries[0].all.success_rate, 0.0);
+  const std::string text = summaryJson(someRun(), result, summaries);
+  EXPECT_EQ(text.find("nan"), std::string::npos);
+  const auto json = nlohmann::json::parse(text);
+  const auto& all = json["methods"]["none"]["all"];
+  EXPECT_EQ(all["windows"], 1);
+  EXPECT_EQ(all["attempted"], 0);
+  EXPECT_EQ(all["success_rate"], 0.0);
+  for (const char* key :
+       {"scale_rmse", "scale_median", "gravity_rmse_deg", "velocity_rmse", "velocity_vec_rmse",
+        "pose_rmse", "gyro_bias_err_pct", "gyro_bias_vec_rmse", "accepted_within_0_1_rate",
+        "accepted_within_0_5_rate", "solve_ms_median", "solve_ms_mean"}) {
+    EXPECT_TRUE(all[key].is_null()) << key;
+  }
+  const auto& excited = json["methods"]["none"]["excited"];
+  EXPECT_EQ(excited["windows"], 0);
+  EXPECT_TRUE(excited["success_rate"].is_null());
+  // The other files have empty fields and dashes.
+  EXPECT_EQ(summaryCsv(someRun(), summaries).find("nan"), std::string::npos);
+  EXPECT_EQ(windowsCsv(someRun(), result).find("nan"), std::string::npos);
+  EXPECT_EQ(reportMarkdown(someRun(), result, summaries).find("nan"), std::string::npos);
+  EXPECT_NE(summaryTable(summaries).find(" - "), std::string::npos);
+}
+
+TEST(SummaryJson, HasEveryPromisedKey) {
+  const ProtocolResult result = handMade();
+  const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summarize(result)));
+  EXPECT_EQ(json["dataset"], "V9_99");
+  EXPECT_EQ(json["command"], "slim_init ab --something");
+  EXPECT_EQ(json["gyro_bias_truth"], "fitted");
+  EXPECT_EQ(json["options"]["seed"], 7);
+  EXPECT_EQ(json["options"]["pixel_noise"], 0.6);
+  EXPECT_EQ(json["options"]["world"], "room");
+  EXPECT_EQ(json["options"]["methods"][0], "hand");
+  EXPECT_EQ(json["notes"][0], "a note");
+  EXPECT_EQ(json["trials"]["ended"], 5);
+  for (const char* subset : {"all", "excited"}) {
+    const auto& object = json["methods"]["hand"][subset];
+    for (const char* key :
+         {"windows", "attempted", "success", "success_rate", "scale_rmse", "scale_median",
+          "gravity_rmse_deg", "velocity_rmse", "velocity_vec_rmse", "pose_rmse",
+          "gyro_bias_err_pct", "gyro_bias_vec_rmse", "accepted", "accepted_within_0_1",
+          "accepted_within_0_5", "solve_ms_median", "solve_ms_mean"}) {
+      ASSERT_TRUE(object.contains(key)) << key;
+      EXPECT_TRUE(object[key].is_number()) << key;
+    }
+    EXPECT_EQ(object["statuses"]["success"], std::string(subset) == "all" ? 3 : 2);
+  }
+}
+
+TEST(SummaryJson, SurvivesBytesThatAreNoText) {
+  RunInfo info = someRun();
+  info.dataset = "bad\xff\"name";
+  const ProtocolResult result = handMade();
+  const auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  EXPECT_NE(json["dataset"].get<std::string>().find("\"name"), std::string::npos);
+}
+
+/// Splits one CSV text into rows of fields, honouring quotes: the reader's side of the format.
+std::vector<std::vector<std::string>> parseCsv(const std::string& text) {
+  std::vector<std::vector<std::string>> rows(1, {""});
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted) {
+      if (c == '"' && i + 1 < text.size() && text[i + 1] == '"') {
+        rows.back().back() += '"';
+        ++i;
+      } else if (c == '"') {
+        quoted = false;
+      } else {
+        rows.back().back() += c;
+      }
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == ',') {
+      rows.back().emplace_back();
+    } else if (c == '\n') {
+      rows.push_back({""});
+    } else {
+      rows.back().back() += c;
+    }
+  }
+  rows.pop_back();  // after the last line end
+  return rows;
+}
+
+std::string field(const std::vector<std::vector<std::string>>& rows, std::size_t row,
+                  const std::string& column) {
+  for (std::size_t c = 0; c < rows[0].size(); ++c) {
+    if (rows[0][c] == column) return rows[row][c];
+  }
+  return "no column " + column;
+}
+
+TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
+  ProtocolResult result = handMade();
+  result.methods.emplace_back("second");
+  for (WindowRecord& window : result.windows) {
+    window.methods.push_back(record(InitStatus::kSuccess, true, 1.0, 5.0));
+  }
+  MethodRecord& first = result.windows[0].methods[0];
+  first.message = "he said \"no\", twice,\nand left";
+  first.scale_sigma = 0.25;
+  first.gates = {{"scale_sigma", "", 0.25, 0.1, true, false, true, InitStatus::kScaleTooUncertain},
+                 {"linkage", "", kNotComputed, 10, false, false, false, InitStatus::kSuccess}};
+  first.stages = {{"gyro_bias", 0.5}, {"ligt", 0.25}};
+  const auto rows = parseCsv(windowsCsv(someRun(), result));
+  ASSERT_EQ(rows.size(), 1u + 10u);
+  for (const auto& row : rows) EXPECT_EQ(row.size(), rows[0].size());
+  EXPECT_EQ(field(rows, 1, "message"), "he said \"no\", twice,\nand left");
+  EXPECT_EQ(field(rows, 1, "gates"), "scale_sigma=0.25;linkage=");
+  EXPECT_EQ(field(rows, 1, "stages_ms"), "gyro_bias=0.5;ligt=0.25");
+  EXPECT_EQ(field(rows, 1, "t_start_ns"), "1403715523912143104");
+  EXPECT_EQ(field(rows, 1, "method"), "hand");
+  EXPECT_EQ(field(rows, 1, "status"), "success");
+  EXPECT_EQ(field(rows, 1, "scale"), "1.03");
+  EXPECT_EQ(field(rows, 1, "excited"), "1");
+  EXPECT_EQ(field(rows, 2, "method"), "second");
+  EXPECT_EQ(field(rows, 5, "status"), "scale_too_uncertain");
+  EXPECT_EQ(field(rows, 5, "success"), "1");
+  EXPECT_EQ(field(rows, 7, "success"), "0");
+  EXPECT_EQ(field(rows, 9, "attempted"), "0");
+  EXPECT_EQ(field(rows, 9, "scale"), "");
+  EXPECT_EQ(field(rows, 9, "excited"), "0");
+  EXPECT_EQ(field(rows, 9, "not_evaluated"), "no estimate");
+  // What a clock says comes last, so that it can be cut off.
+  EXPECT_EQ(rows[0][rows[0].size() - 2], "solve_ms");
+  EXPECT_EQ(rows[0].back(), "stages_ms");
+}
+
+TEST(SummaryCsv, OneRowPerMethodAndSubset) {
+  const ProtocolResult result = handMade();
+  const auto rows = parseCsv(summaryCsv(someRun(), summarize(result)));
+  ASSERT_EQ(rows.size(), 3u);
+  EXPECT_EQ(field(rows, 1, "subset"), "all");
+  EXPECT_EQ(field(rows, 2, "subset"), "excited");
+  EXPECT_EQ(field(rows, 1, "windows"), "5");
+  EXPECT_EQ(field(rows, 2, "windows"), "3");
+  EXPECT_EQ(field(rows, 1, "success_rate"), "0.6");
+}
+
+TEST(Report, SaysWhatWasRunAndWhatWasDropped) {
+  ProtocolResult result = handMade();
+  result.dropped.imu_out_of_order = 3;
+  RunInfo info = someRun();
+  info.options.emplace_back("odd", OptionValue(std::string("a|b")));
+  const std::string text = reportMarkdown(info, result, summarize(result));
+  for (const char* part :
+       {"# A/B initialization on V9_99", "slim_init ab --something", "| pixel_noise | 0.6 |",
+        "| true gyro bias | fitted |",
+        "10 trials over 100 frames gave 5 windows, 3 of them excited", "5 (data end",
+        "3 IMU samples", "- a note", "## Excited windows (3)", "## All windows (5)",
+        "| hand | 60.0 |", "too_few_tracks", "a\\|b", "How to read this"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+  }
+}
+
+TEST(Report, WritesFourFiles) {
+  const ScratchFolder folder;
+  const ProtocolResult result = handMade();
+  const std::string out = folder.file("deep/er");
+  ASSERT_EQ(writeReport(out, someRun(), result, summarize(result)), "");
+  for (const char* name : {"windows.csv", "summary.csv", "summary.json", "report.md"}) {
+    EXPECT_GT(std::filesystem::file_size(out + "/" + name), 100u) << name;
+  }
+}
+
+TEST(Report, FailureToWriteIsASentence) {
+  const ScratchFolder folder;
+  folder.write("file", "in the way");
+  const ProtocolResult result = handMade();
+  std::string error = writeReport(folder.file("file"), someRun(), result, summarize(result));
+  EXPECT_NE(error.find("file cannot be made"), std::string::npos) << error;
+  // A folder where a file should go works even for root, whom no permission stops.
+  std::filesystem::create_directories(folder.file("out/summary.csv"));
+  error = writeReport(folder.file("out"), someRun(), result, summarize(result));
+  EXPECT_NE(error.find("summary.csv cannot be written"), std::string::npos) << error;
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

@@ -1,0 +1,131 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/truth.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+
+#include "slim_init/evaluation/recorded.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+/// Gyro of piecewise constant rate between samples and the rotation that follows from it exactly.
+/// The integration takes the mean of both ends of a step, so the true rotation is built alike.
+void makeRotation(const Eigen::Vector3d& bias, double duration_s, std::vector<ImuSample>* imu,
+                  std::vector<NavState>* truth) {
+  const double dt = 0.005;
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (int k = 0; k * dt <= duration_s; ++k) {
+    const double t = k * dt;
+    const Eigen::Vector3d rate(0.8 * std::sin(1.3 * t), 0.5 * std::cos(0.7 * t),
+                               0.3 + 0.4 * std::sin(2.1 * t));
+    if (k > 0) {
+      const Eigen::Vector3d phi = 0.5 * (before + rate) * dt;
+      q = (q * Eigen::Quaterniond(Eigen::AngleAxisd(phi.norm(), phi.normalized()))).normalized();
+    }
+    before = rate;
+    ImuSample sample;
+    sample.t = t;
+    sample.gyro = rate + bias;
+    imu->push_back(sample);
+    if (k % 10 == 0) {
+      NavState state;
+      state.t = t;
+      state.R_w_b = q.toRotationMatrix();
+      truth->push_back(state);
+    }
+  }
+}
+
+const Eigen::Vector3d kBias(-0.0022, 0.0208, 0.0765);
+
+TEST(GyroBiasFit, RecoversTheBiasExactly) {
+  std::vector<ImuSample> imu;
+  std::vector<NavState> truth;
+  makeRotation(kBias, 20.0, &imu, &truth);
+  const GyroBiasFit fit = fitGyroBias(imu, truth);
+  ASSERT_TRUE(fit.ok) << fit.message;
+  EXPECT_NEAR((fit.bias - kBias).norm(), 0.0, 1e-11);
+  EXPECT_NEAR(fit.rms_rad, 0.0, 1e-10);
+  EXPECT_EQ(fit.spans, 20);
+  EXPECT_EQ(fit.spans_rejected, 0);
+  EXPECT_NE(fit.message.find("not recorded"), std::string::npos) << fit.message;
+}
+
+TEST(GyroBiasFit, LeavesOutAGlitchOfTheTruth) {
+  std::vector<ImuSample> imu;
+  std::vector<NavState> truth;
+  makeRotation(kBias, 20.0, &imu, &truth);
+  for (NavState& state : truth) {
+    // Jitter, so that the median residual is not rounding error.
+    state.R_w_b = state.R_w_b * Eigen::AngleAxisd(1e-4 * std::sin(50.0 * state.t * state.t),
+                                                  Eigen::Vector3d::UnitY())
+                                    .toRotationMatrix();
+    if (state.t > 10.0) {
+      state.R_w_b = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
+                    state.R_w_b;  // the tracking system lost its world frame once
+    }
+  }
+  const GyroBiasFit fit = fitGyroBias(imu, truth);
+  ASSERT_TRUE(fit.ok) << fit.message;
+  EXPECT_EQ(fit.spans_rejected, 1);
+  EXPECT_NEAR((fit.bias - kBias).norm(), 0.0, 1e-4);
+}
+
+TEST(GyroBiasFit, SkipsGapsAndSaysWhenNothingIsLeft) {
+  std::vector<ImuSample> imu;
+  std::vector<NavState> truth;
+  makeRotation(kBias, 20.0, &imu, &truth);
+  std::vector<ImuSample> with_gap;
+  for (const ImuSample& sample : imu) {
+    if (sample.t < 7.2 || sample.t > 7.5) with_gap.push_back(sample);
+  }
+  const GyroBiasFit fit = fitGyroBias(with_gap, truth);
+  ASSERT_TRUE(fit.ok) << fit.message;
+  EXPECT_EQ(fit.spans, 19);
+  EXPECT_NEAR((fit.bias - kBias).norm(), 0.0, 1e-11);
+
+  const GyroBiasFit none = fitGyroBias(imu, {truth.begin(), truth.begin() + 30});
+  EXPECT_FALSE(none.ok);
+  EXPECT_NE(none.message.find("1 spans"), std::string::npos) << none.message;
+  EXPECT_FALSE(fitGyroBias({}, {}).ok);
+}
+
+TEST(GyroBiasFit, AgreesWithTheRecordedBiasOfRealData) {
+  const std::string data = SLIM_INIT_SHARED_DATA;
+  if (!std::filesystem::is_directory(data)) {
+    // The EuRoC recordings are not part of the repository (their licence is not ours).
+    GTEST_SKIP() << "no recordings at " << data;
+  }
+  for (const char* name : {"V1_02", "MH_04"}) {
+    RecordedMotion motion;
+    ASSERT_TRUE(readRecordedMotion(data + "/" + name, RecordedOptions(), &motion).ok());
+    const GyroBiasFit fit = fitGyroBias(motion.imu, motion.truth);
+    ASSERT_TRUE(fit.ok) << fit.message;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const NavState& state : motion.truth) mean += state.gyro_bias;
+    mean /= static_cast<double>(motion.truth.size());
+    // 0.1 % of the bias; the recorded one is itself an estimate.
+    EXPECT_NEAR((fit.bias - mean).norm(), 0.0, 8e-5) << name << " " << fit.message;
+  }
+}
+
+TEST(NearestState, PicksTheCloserNeighbour) {
+  std::vector<NavState> states(3);
+  states[0].t = 0.0;
+  states[1].t = 1.0;
+  states[2].t = 2.0;
+  EXPECT_EQ(nearestState(states, -5.0), 0);
+  EXPECT_EQ(nearestState(states, 0.4), 0);
+  EXPECT_EQ(nearestState(states, 0.6), 1);
+  EXPECT_EQ(nearestState(states, 1.0), 1);
+  EXPECT_EQ(nearestState(states, 9.0), 2);
+  EXPECT_EQ(nearestState({}, 1.0), -1);
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

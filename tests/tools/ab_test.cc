@@ -1,0 +1,302 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// `slim_init ab` as a user runs it: the real program, its exit code and what it says.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "evaluation/scratch_folder.h"
+
+namespace slim_init {
+namespace {
+
+struct ProgramRun {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+// Arguments are plain words of this file; quoting keeps scratch paths with spaces whole.
+ProgramRun runProgram(const ScratchFolder& folder, const std::vector<std::string>& arguments) {
+  std::string command = "\"" SLIM_INIT_PROGRAM "\"";
+  for (const std::string& argument : arguments) command += " \"" + argument + "\"";
+  command += " >\"" + folder.file("stdout") + "\" 2>\"" + folder.file("stderr") + "\" </dev/null";
+  const int status = std::system(command.c_str());
+  ProgramRun run;
+  if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);
+  run.out = readFile(folder.file("stdout"));
+  run.err = readFile(folder.file("stderr"));
+  return run;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// windows.csv without its last two columns, which hold wall-clock times. Neither holds a comma or
+/// a quote, so cutting from the right is safe.
+std::string withoutTimes(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string result;
+  for (std::string line; std::getline(lines, line);) {
+    for (int i = 0; i < 2; ++i)
+      line.resize(line.rfind(',') == std::string::npos ? 0 : line.rfind(','));
+    result += line + "\n";
+  }
+  return result;
+}
+
+struct BadCommand {
+  const char* name;
+  std::vector<std::string> arguments;
+  std::vector<std::string> parts;
+};
+
+const std::vector<BadCommand>& badCommands() {
+  static const std::vector<BadCommand> kBadCommands = {
+      {"NoSubcommand", {}, {"a subcommand is needed"}},
+      {"UnknownSubcommand", {"fly"}, {"fly"}},
+      {"NoSource", {"ab"}, {"one of --recorded DIR and --builtin NAME"}},
+      {"TwoSources", {"ab", "--builtin", "circle", "--recorded", "x"}, {"exclude each other"}},
+      {"UnknownMotion", {"ab", "--builtin", "moonwalk"}, {"--builtin is 'moonwalk'", "circle"}},
+      {"UnknownWorld",
+       {"ab", "--builtin", "circle", "--world", "moon"},
+       {"--world is 'moon'", "room, hall or corridor"}},
+      {"UnknownMethod",
+       {"ab", "--builtin", "circle", "--methods", "drt-l,magic"},
+       {"'magic'", "known are", "drt-l"}},
+      {"EmptyMethod", {"ab", "--builtin", "circle", "--methods", "drt-l,"}, {"--methods names ''"}},
+      {"MethodTwice", {"ab", "--builtin", "circle", "--methods", "drt-l,drt-l"}, {"twice"}},
+      {"UnknownGates",
+       {"ab", "--builtin", "circle", "--gates", "ajar"},
+       {"--gates is 'ajar'", "own, on or off"}},
+      {"UnknownOption", {"ab", "--builtin", "circle", "--fast"}, {"--fast"}},
+      {"ExtraPositional", {"ab", "--builtin", "circle", "more"}, {"more"}},
+      {"MissingValue", {"ab", "--builtin"}, {"--builtin"}},
+      {"StrideZero", {"ab", "--builtin", "circle", "--stride", "0"}, {"--stride", "'0'", "[1, "}},
+      {"StrideText", {"ab", "--builtin", "circle", "--stride", "abc"}, {"--stride", "'abc'"}},
+      {"StrideFraction", {"ab", "--builtin", "circle", "--stride", "1.5"}, {"--stride", "'1.5'"}},
+      {"KeyframesLow", {"ab", "--builtin", "circle", "--keyframes", "3"}, {"'3'", "[4, 15]"}},
+      {"KeyframesHigh", {"ab", "--builtin", "circle", "--keyframes", "16"}, {"'16'", "[4, 15]"}},
+      {"PointsHigh", {"ab", "--builtin", "circle", "--points", "2001"}, {"[0, 2000]"}},
+      {"LinesNegative", {"ab", "--builtin", "circle", "--lines", "-1"}, {"'-1'", "[0, 500]"}},
+      {"NoiseNan",
+       {"ab", "--builtin", "circle", "--pixel-noise", "nan"},
+       {"--pixel-noise", "'nan'", "[0, 10]"}},
+      {"SeedNegative", {"ab", "--builtin", "circle", "--seed", "-1"}, {"--seed", "'-1'"}},
+      {"SeedOverflow", {"ab", "--builtin", "circle", "--seed", "99999999999999999999"}, {"--seed"}},
+      {"DurationShort", {"ab", "--builtin", "circle", "--duration", "2.9"}, {"[3, 3600]"}},
+      {"DurationInfinite", {"ab", "--builtin", "circle", "--duration", "inf"}, {"--duration"}},
+      {"OutliersAboveOne", {"ab", "--builtin", "circle", "--outliers", "1.01"}, {"[0, 1]"}},
+      {"NoFolder", {"ab", "--recorded", "no/such/folder"}, {"no/such/folder is not a directory"}},
+      {"NoWindow",
+       {"ab", "--builtin", "circle", "--duration", "3", "--keyframes", "15", "--quiet"},
+       {"holds no window of 15 keyframes"}},
+  };
+  return kBadCommands;
+}
+
+class AbBadInput : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(AbBadInput, ExitsWithTwoAndASentence) {
+  const BadCommand& bad = badCommands()[GetParam()];
+  const ScratchFolder folder;
+  std::vector<std::string> arguments = bad.arguments;
+  // Should the input be taken for good, it must not write into the working directory.
+  if (arguments.size() > 2) {
+    arguments.insert(arguments.begin() + 1, {"--out", folder.file("out")});
+  }
+  const ProgramRun run = runProgram(folder, arguments);
+  EXPECT_EQ(run.exit_code, 2) << run.err;
+  EXPECT_EQ(run.err.rfind("slim_init: ", 0), 0u) << run.err;
+  EXPECT_EQ(run.out, "");
+  for (const std::string& part : bad.parts) {
+    EXPECT_TRUE(contains(run.err, part)) << "\"" << part << "\" in: " << run.err;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, AbBadInput, ::testing::Range(std::size_t{0}, badCommands().size()),
+                         [](const auto& instance) {
+                           return std::string(badCommands()[instance.param].name);
+                         });
+
+TEST(Program, HelpVersionAndMethodsExitWithZero) {
+  const ScratchFolder folder;
+  ProgramRun run = runProgram(folder, {"--help"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_TRUE(contains(run.out, "ab")) << run.out;
+  run = runProgram(folder, {"ab", "--help"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_TRUE(contains(run.out, "--line-misassociation")) << run.out;
+  run = runProgram(folder, {"--version"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.out.rfind("slim_init ", 0), 0u) << run.out;
+  run = runProgram(folder, {"methods"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_TRUE(contains(run.out, "drt-l")) << run.out;
+  EXPECT_EQ(run.err, "");
+}
+
+TEST(Ab, BuiltinRunWritesTheReport) {
+  const ScratchFolder folder;
+  const std::string out = folder.file("out");
+  const ProgramRun run = runProgram(folder, {"ab", "--builtin", "figure-eight", "--duration", "8",
+                                             "--seed", "3", "--methods", "drt-l", "--out", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "");  // no progress bar in a pipe
+  EXPECT_FALSE(contains(run.out, "\r"));
+  EXPECT_TRUE(contains(run.out, "drt-l")) << run.out;
+  EXPECT_TRUE(contains(run.out, "Report: " + out + "/report.md")) << run.out;
+
+  const auto json = nlohmann::json::parse(readFile(out + "/summary.json"));
+  EXPECT_EQ(json["dataset"], "figure-eight");
+  EXPECT_EQ(json["gyro_bias_truth"], "simulated");
+  EXPECT_EQ(json["options"]["seed"], 3);
+  EXPECT_TRUE(contains(json["command"].get<std::string>(), "--builtin figure-eight"));
+  const auto& all = json["methods"]["drt-l"]["all"];
+  // 8 s at 20 Hz: frames 0 to 160, windows of 45 frame intervals start at 0, 10, .. 110.
+  EXPECT_EQ(all["windows"], 12);
+  EXPECT_GE(all["success_rate"].get<double>(), 0.5);
+  EXPECT_TRUE(contains(readFile(out + "/report.md"), "## Excited windows"));
+  EXPECT_TRUE(contains(readFile(out + "/summary.csv"), "figure-eight,drt-l,excited"));
+}
+
+TEST(Ab, EqualSeedsGiveEqualWindows) {
+  const ScratchFolder folder;
+  const auto windows = [&](const char* seed, const char* out) {
+    const ProgramRun run = runProgram(
+        folder, {"ab", "--builtin", "circle", "--duration", "6", "--seed", seed, "--outliers",
+                 "0.05", "--line-fragmentation", "0.02", "--quiet", "--out", folder.file(out)});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.out, "");
+    return withoutTimes(readFile(folder.file(out) + "/windows.csv"));
+  };
+  const std::string first = windows("5", "first");
+  EXPECT_GT(first.size(), 1000u);
+  EXPECT_EQ(first, windows("5", "again"));
+  EXPECT_NE(first, windows("6", "other"));
+}
+
+TEST(Ab, LeadingZerosAreDecimal) {
+  const ScratchFolder folder;
+  const ProgramRun run =
+      runProgram(folder, {"ab", "--builtin", "circle", "--duration", "5", "--stride", "020",
+                          "--quiet", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(readFile(folder.file("out/summary.json")))["options"]["stride"],
+            20);
+}
+
+TEST(Ab, UnwritableReportExitsWithOne) {
+  const ScratchFolder folder;
+  folder.write("file", "in the way");
+  const ProgramRun run = runProgram(
+      folder, {"ab", "--builtin", "circle", "--duration", "5", "--out", folder.file("file")});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_TRUE(contains(run.err, "--out: directory")) << run.err;
+}
+
+/// A recording of a body that swings about, written with `gap` seconds of IMU left out at 2 s.
+void writeRecording(const ScratchFolder& folder, double duration_s, double gap_s) {
+  std::ostringstream imu;
+  std::ostringstream images;
+  std::ostringstream truth;
+  for (std::ostringstream* file : {&imu, &images, &truth}) {
+    *file << "#timestamp [ns]\n";
+    file->precision(12);
+  }
+  const std::int64_t t0 = 1400000000000000000;
+  for (int k = 0; k <= static_cast<int>(200.0 * duration_s); ++k) {
+    const double t = k / 200.0;
+    const std::int64_t stamp = t0 + 5000000LL * k;
+    const double w = 2.0;
+    // p = (sin wt, 0, 0.5 sin wt), no rotation.
+    const double a = -w * w * std::sin(w * t);
+    if (t < 2.0 || t >= 2.0 + gap_s) {
+      imu << stamp << ",0.01,0.02,-0.03," << a << ",0," << 0.5 * a + 9.81007 << "\n";
+    }
+    if (k % 10 == 0) images << stamp << "\n";
+    if (k % 4 == 0) {
+      truth << stamp << "," << std::sin(w * t) << ",0," << 0.5 * std::sin(w * t) << ",1,0,0,0\n";
+    }
+  }
+  folder.write("imu0.csv", imu.str());
+  folder.write("cam0_timestamps.csv", images.str());
+  folder.write("groundtruth.csv", truth.str());
+}
+
+TEST(Ab, RecordingWithPosesOnlyGetsAFittedBias) {
+  const ScratchFolder folder;
+  writeRecording(folder, 8.0, 0.0);
+  const ProgramRun run = runProgram(folder, {"ab", "--recorded", folder.path(), "--methods",
+                                             "drt-l", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.err, "slim_init: note: ")) << run.err;
+  EXPECT_TRUE(contains(run.err, "[0.01, 0.02, -0.03] rad/s")) << run.err;
+  const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
+  EXPECT_EQ(json["gyro_bias_truth"], "fitted");
+  EXPECT_GT(json["methods"]["drt-l"]["all"]["windows"].get<int>(), 5);
+}
+
+TEST(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
+  const ScratchFolder folder;
+  writeRecording(folder, 8.0, 0.3);
+  ProgramRun run = runProgram(folder, {"ab", "--recorded", folder.path(), "--methods", "drt-l",
+                                       "--out", folder.file("out")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.err, "imu0.csv has 1 IMU gap longer than 0.05 s")) << run.err;
+  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "1 IMU gap longer")) << run.err;
+
+  writeRecording(folder, 4.2, 0.3);  // 2 s before the gap and 1.9 s after it: no window fits
+  run = runProgram(folder, {"ab", "--recorded", folder.path(), "--out", folder.file("out")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(contains(run.err, "holds no window of 10 keyframes")) << run.err;
+  EXPECT_TRUE(contains(run.err, "1 IMU gap longer than 0.05 s, the longest 0.305 s")) << run.err;
+}
+
+TEST(Ab, BrokenRecordingNamesFileLineAndValue) {
+  const ScratchFolder folder;
+  writeRecording(folder, 4.0, 0.0);
+  std::string imu = readFile(folder.file("imu0.csv"));
+  const std::size_t line_10 = [&] {
+    std::size_t position = 0;
+    for (int i = 0; i < 9; ++i) position = imu.find('\n', position) + 1;
+    return position;
+  }();
+  imu.replace(imu.find(",0.01", line_10), 5, ",0.0l");
+  folder.write("imu0.csv", imu);
+  const ProgramRun run =
+      runProgram(folder, {"ab", "--recorded", folder.path(), "--out", folder.file("out")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(contains(run.err, "imu0.csv line 10 column 2 (w_x): '0.0l' is not a number"))
+      << run.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.file("out")));
+}
+
+TEST(Ab, RealRecordingRuns) {
+  const std::string data = SLIM_INIT_SHARED_DATA;
+  if (!std::filesystem::is_directory(data)) {
+    // The EuRoC recordings are not part of the repository (their licence is not ours).
+    GTEST_SKIP() << "no recordings at " << data;
+  }
+  const ScratchFolder folder;
+  const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/MH_04", "--world", "hall",
+                                             "--limit", "20", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.err, "1 of 2033 images")) << run.err;
+  const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
+  EXPECT_EQ(json["dataset"], "MH_04");
+  EXPECT_EQ(json["gyro_bias_truth"], "recorded");
+  EXPECT_EQ(json["methods"]["drt-l"]["all"]["windows"], 20);
+}
+
+}  // namespace
+}  // namespace slim_init
