@@ -10,6 +10,7 @@
 
 #include "exit_code.h"
 #include "load_sequence.h"
+#include "options_file.h"
 #include "progress_bar.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
@@ -21,14 +22,6 @@ namespace {
 int fail(ExitCode code, const std::string& sentence) {
   std::cerr << "slim_init: " << sentence << "\n";
   return code;
-}
-
-InitializerOptions initializerOptions(const AbOptions& options) {
-  InitializerOptions initializer;
-  initializer.window.keyframes = options.keyframes;
-  initializer.window.min_keyframes = options.keyframes;
-  initializer.gates.mode = options.gate_mode;
-  return initializer;
 }
 
 std::string noWindowSentence(const LoadedSequence& loaded, const AbOptions& options,
@@ -45,17 +38,21 @@ std::string noWindowSentence(const LoadedSequence& loaded, const AbOptions& opti
 }  // namespace
 
 int runAb(AbOptions options) {
+  if (!options.options_file.empty()) {
+    if (const std::string error = readOptionsFile(&options); !error.empty()) {
+      return fail(kExitBadInput, error);
+    }
+  }
   if (const std::string error = checkAbOptions(&options); !error.empty()) {
     return fail(kExitBadInput, error);
   }
 
   // The methods.
-  const InitializerOptions initializer = initializerOptions(options);
   std::vector<std::unique_ptr<WindowSolver>> solvers;
   std::vector<const WindowSolver*> solver_list;
   for (const std::string& name : options.method_names) {
     std::string error;
-    solvers.push_back(makeWindowSolver(name, initializer, &error));
+    solvers.push_back(makeWindowSolver(name, options.initializer, &error));
     if (solvers.back() == nullptr) return fail(kExitInternal, error);
     solver_list.push_back(solvers.back().get());
   }
@@ -65,7 +62,9 @@ int runAb(AbOptions options) {
   if (const std::string error = loadSequence(options, &loaded); !error.empty()) {
     return fail(kExitBadInput, error);
   }
-  for (const std::string& note : loaded.sequence.notes) {
+  std::vector<std::string> notes = options.file_notes;
+  notes.insert(notes.end(), loaded.sequence.notes.begin(), loaded.sequence.notes.end());
+  for (const std::string& note : notes) {
     std::cerr << "slim_init: note: " << note << "\n";
   }
   // Before the long part: a report that cannot be written is best known now.
@@ -77,7 +76,7 @@ int runAb(AbOptions options) {
   evaluation::ProtocolOptions protocol;
   protocol.stride = options.stride;
   protocol.max_windows = options.limit;
-  protocol.window = initializer.window;
+  protocol.window = options.initializer.window;
   evaluation::ProtocolResult result;
   {
     ProgressBar bar(loaded.sequence.name, !options.quiet);
@@ -96,7 +95,7 @@ int runAb(AbOptions options) {
   info.command = options.command;
   info.gyro_bias_truth = loaded.gyro_bias_truth;
   info.options = describeAbOptions(options);
-  info.notes = loaded.sequence.notes;
+  info.notes = notes;
   const std::vector<evaluation::MethodSummary> summaries = evaluation::summarize(result);
   if (const std::string error = evaluation::writeReport(options.out, info, result, summaries);
       !error.empty()) {

@@ -15,45 +15,43 @@
 namespace slim_init::tools {
 namespace {
 
+// What a field pointer of the table points to.
+template <typename Pointer>
+using Pointee = std::remove_pointer_t<Pointer>;
+
 template <typename T>
-std::string rangeText(T min, T max) {
+constexpr bool kIsNumber = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
+
+std::string numberText(double value) {
   std::ostringstream out;
-  out.precision(10);
-  out << (std::is_integral<T>::value ? "a whole number" : "a number") << " in [" << min << ", "
-      << max << "]";
+  out.precision(10);  // the largest seed has ten digits
+  out << value;
   return out.str();
 }
 
-/// Reads all of `text` as a T in [min, max]; NaN is in no range.
+/// "a whole number in [1, 100000]"
 template <typename T>
-bool inRange(const std::string& text, T min, T max) {
-  char* end = nullptr;
-  errno = 0;
-  if (std::is_integral<T>::value) {
-    const long long value = std::strtoll(text.c_str(), &end, 10);
-    return errno == 0 && !text.empty() && *end == '\0' && value >= static_cast<long long>(min) &&
-           value <= static_cast<long long>(max);
-  }
-  const double value = std::strtod(text.c_str(), &end);
-  return !text.empty() && *end == '\0' && value >= static_cast<double>(min) &&
-         value <= static_cast<double>(max);
+std::string allowedText(const AbOption& option) {
+  return std::string(std::is_integral_v<T> ? "a whole number" : "a number") + " in [" +
+         numberText(option.min) + ", " + numberText(option.max) + "]";
 }
 
-/// An option with a bound. The check sees the text before CLI11 converts it, so that one sentence
-/// covers "abc", "nan" and 99.
+/// Reads all of `text` as a T; the range is the caller's.
 template <typename T>
-void addNumber(CLI::App& app, const std::string& name, T& field, T min, T max,
-               const std::string& help) {
-  const CLI::Validator check(
-      [min, max](std::string& text) -> std::string {
-        if (!inRange(text, min, max)) return "'" + text + "' is not " + rangeText(min, max);
-        // Some CLI11 versions take a leading zero for an octal number.
-        if (std::is_integral<T>::value)
-          text = std::to_string(std::strtoll(text.c_str(), nullptr, 10));
-        return "";
-      },
-      std::string());
-  app.add_option(name, field, help)->capture_default_str()->transform(check);
+bool readNumber(const std::string& text, double min, double max, T* value) {
+  char* end = nullptr;
+  errno = 0;
+  if constexpr (std::is_integral_v<T>) {
+    const long long number = std::strtoll(text.c_str(), &end, 10);
+    if (errno != 0 || text.empty() || *end != '\0') return false;
+    if (number < static_cast<long long>(min) || number > static_cast<long long>(max)) return false;
+    *value = static_cast<T>(number);
+  } else {
+    const double number = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0' || !(number >= min && number <= max)) return false;  // no NaN
+    *value = number;
+  }
+  return true;
 }
 
 std::string join(const std::vector<std::string>& names) {
@@ -65,6 +63,9 @@ std::string join(const std::vector<std::string>& names) {
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
+
+constexpr std::pair<const char*, GateMode> kGateModes[] = {
+    {"own", GateMode::kOwn}, {"on", GateMode::kOn}, {"off", GateMode::kOff}};
 
 std::string checkMethods(AbOptions* options) {
   if (options->methods.empty()) {
@@ -83,43 +84,135 @@ std::string checkMethods(AbOptions* options) {
   return "";
 }
 
+/// Where --keyframes and --gates were not typed, the file's values become theirs, for the report.
+std::string mergeFile(AbOptions* options) {
+  AbOptions& o = *options;
+  WindowOptions& window = o.initializer.window;
+  if (o.options_file.empty() || o.given.count("keyframes") > 0) {
+    window.keyframes = o.keyframes;
+  } else {
+    o.keyframes = window.keyframes;
+  }
+  // The protocol counts full windows only.
+  window.min_keyframes = window.keyframes;
+
+  if (o.options_file.empty() || o.given.count("gates") > 0) {
+    for (const auto& [name, mode] : kGateModes) {
+      if (o.gates != name) continue;
+      o.initializer.gates.mode = mode;
+      return "";
+    }
+    return "--gates is '" + o.gates + "', must be own, on or off";
+  }
+  for (const auto& [name, mode] : kGateModes) {
+    if (o.initializer.gates.mode == mode) o.gates = name;
+  }
+  return "";
+}
+
+/// For values that came from elsewhere than the command line.
+std::string checkRange(const AbOption& option, const AbOptions& options) {
+  return std::visit(
+      [&](auto* field) -> std::string {
+        using T = Pointee<decltype(field)>;
+        if constexpr (kIsNumber<T>) {
+          const double value = static_cast<double>(*field);
+          if (value >= option.min && value <= option.max) return "";
+          const bool from_file = option.name == "keyframes" && !options.options_file.empty() &&
+                                 options.given.count(option.name) == 0;
+          return (from_file ? "--options: " + options.options_file + ": slim_init.window.keyframes"
+                            : "--" + option.name) +
+                 " is " + numberText(value) + ", must be " + allowedText<T>(option);
+        }
+        return "";
+      },
+      option.field);
+}
+
 }  // namespace
 
-void addAbOptions(CLI::App& app, AbOptions* options) {
+std::vector<AbOption> abOptionTable(AbOptions* options) {
   AbOptions& o = *options;
   simulation::FeatureSimulationOptions& f = o.features;
+  constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
+  return {
+      {"recorded", &o.recorded, "DIR",
+       "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: real IMU data, features "
+       "simulated along the true path",
+       "recorded"},
+      {"builtin", &o.builtin, "NAME",
+       "Simulated motion: " + join(simulation::builtinTrajectoryNames()), "builtin"},
+      {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0,
+       3600.0},
+      {"world", &o.world, "NAME", "Scene: room, hall or corridor", "world"},
+      {"methods", &o.methods, "LIST",
+       "Methods, comma separated: " + join(solverNames()) + " (default: all)", "methods"},
+      {"options", &o.options_file, "FILE",
+       "YAML file whose section slim_init: every method is made with (config/template.yaml lists "
+       "the keys)",
+       "options"},
+      {"gates", &o.gates, "MODE",
+       "Whose checks decide: own (as published), on or off for every method; wins over --options",
+       "gates"},
+      {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal windows", "seed",
+       0.0, kMaxSeed},
+      {"stride", &o.stride, "N", "Images between the starts of two windows", "stride", 1, 100000},
+      {"keyframes", &o.keyframes, "N", "Keyframes of a window; wins over --options", "keyframes", 4,
+       15},
+      {"limit", &o.limit, "N", "Stop after this many windows (0: no limit)", "limit", 0,
+       1000000000},
+      {"points", &f.max_points, "N", "Points tracked in one image", "points", 0, 2000},
+      {"lines", &f.max_lines, "N", "Lines tracked in one image", "lines", 0, 500},
+      {"pixel-noise", &f.pixel_noise, "X", "Noise of a point, per axis [px]", "pixel_noise", 0.0,
+       10.0},
+      {"drift", &f.drift, "X", "Random walk of a point track, per image and axis [px]", "drift",
+       0.0, 10.0},
+      {"outliers", &f.outlier_rate, "X", "Share of point tracks that slide off", "outliers", 0.0,
+       1.0},
+      {"track-life", &f.track_life, "X", "Mean life of a track [images]", "track_life", 1.0, 1e6},
+      {"line-fragmentation", &f.line_fragmentation, "X",
+       "Chance per line and image that its track breaks", "line_fragmentation", 0.0, 1.0},
+      {"line-misassociation", &f.line_misassociation, "X",
+       "Chance per line and image that it jumps to a wrong line", "line_misassociation", 0.0, 1.0},
+      {"out", &o.out, "DIR", "Folder for the report", ""},
+      {"quiet", &o.quiet, "", "No progress bar and no table", ""},
+  };
+}
 
-  app.add_option("--recorded", o.recorded,
-                 "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: real IMU data, "
-                 "features simulated along the true path");
-  app.add_option("--builtin", o.builtin,
-                 "Simulated motion: " + join(simulation::builtinTrajectoryNames()));
-  app.add_option("--world", o.world, "Scene: room, hall or corridor")->capture_default_str();
-  app.add_option("--methods", o.methods,
-                 "Methods, comma separated: " + join(solverNames()) + " (default: all)");
-  app.add_option("--gates", o.gates,
-                 "Whose checks decide: own (as published), on or off for every method")
-      ->capture_default_str();
-  app.add_option("--out", o.out, "Folder for the report")->capture_default_str();
-  app.add_flag("--quiet", o.quiet, "No progress bar and no table");
+std::string setOption(const AbOption& option, const std::string& text) {
+  return std::visit(
+      [&](auto* field) -> std::string {
+        using T = Pointee<decltype(field)>;
+        if constexpr (std::is_same_v<T, bool>) {
+          *field = true;
+        } else if constexpr (std::is_same_v<T, std::string>) {
+          *field = text;
+        } else if (!readNumber(text, option.min, option.max, field)) {
+          return "--" + option.name + ": '" + text + "' is not " + allowedText<T>(option);
+        }
+        return "";
+      },
+      option.field);
+}
 
-  addNumber(app, "--stride", o.stride, 1, 100000, "Images between the starts of two windows");
-  addNumber(app, "--keyframes", o.keyframes, 4, 15, "Keyframes of a window");
-  addNumber(app, "--limit", o.limit, 0, 1000000000, "Stop after this many windows; 0: no limit");
-  addNumber(app, "--seed", o.seed, 0u, std::numeric_limits<unsigned>::max(),
-            "Seed of everything random; equal seeds give equal windows");
-  addNumber(app, "--duration", o.duration_s, 3.0, 3600.0, "Length of a built-in motion [s]");
-  addNumber(app, "--points", f.max_points, 0, 2000, "Points tracked in one image");
-  addNumber(app, "--lines", f.max_lines, 0, 500, "Lines tracked in one image");
-  addNumber(app, "--pixel-noise", f.pixel_noise, 0.0, 10.0, "Noise of a point, per axis [px]");
-  addNumber(app, "--drift", f.drift, 0.0, 10.0,
-            "Random walk of a point track, per image and axis [px]");
-  addNumber(app, "--outliers", f.outlier_rate, 0.0, 1.0, "Share of point tracks that slide off");
-  addNumber(app, "--track-life", f.track_life, 1.0, 1e6, "Mean life of a track [images]");
-  addNumber(app, "--line-fragmentation", f.line_fragmentation, 0.0, 1.0,
-            "Chance per line and image that its track breaks");
-  addNumber(app, "--line-misassociation", f.line_misassociation, 0.0, 1.0,
-            "Chance per line and image that it jumps to a wrong line");
+std::string valueText(const AbOption& option) {
+  return std::visit(
+      [](auto* field) -> std::string {
+        using T = Pointee<decltype(field)>;
+        if constexpr (std::is_same_v<T, std::string>) return *field;
+        if constexpr (kIsNumber<T>) return numberText(static_cast<double>(*field));
+        return "";
+      },
+      option.field);
+}
+
+std::string rangeText(const AbOption& option) {
+  return std::visit(
+      [&](auto* field) -> std::string {
+        if constexpr (!kIsNumber<Pointee<decltype(field)>>) return "";
+        return numberText(option.min) + " to " + numberText(option.max);
+      },
+      option.field);
 }
 
 std::string checkAbOptions(AbOptions* options) {
@@ -135,45 +228,43 @@ std::string checkAbOptions(AbOptions* options) {
   if (!simulation::parseWorldKind(o.world, &o.world_kind)) {
     return "--world is '" + o.world + "', must be room, hall or corridor";
   }
-  if (o.gates == "own") {
-    o.gate_mode = GateMode::kOwn;
-  } else if (o.gates == "on") {
-    o.gate_mode = GateMode::kOn;
-  } else if (o.gates == "off") {
-    o.gate_mode = GateMode::kOff;
-  } else {
-    return "--gates is '" + o.gates + "', must be own, on or off";
-  }
   if (o.out.empty()) return "--out is empty, must name a folder";
+  if (o.given.count("options") > 0 && o.options_file.empty()) {
+    return "--options is empty, must name a file";
+  }
+  if (std::string sentence = mergeFile(options); !sentence.empty()) return sentence;
+  for (const AbOption& option : abOptionTable(options)) {
+    if (std::string sentence = checkRange(option, o); !sentence.empty()) return sentence;
+  }
   return checkMethods(options);
 }
 
-std::vector<std::pair<std::string, evaluation::OptionValue>> describeAbOptions(
-    const AbOptions& options) {
-  const auto integer = [](std::int64_t value) { return evaluation::OptionValue(value); };
-  const simulation::FeatureSimulationOptions& f = options.features;
-  std::vector<std::pair<std::string, evaluation::OptionValue>> list;
-  if (!options.recorded.empty()) list.emplace_back("recorded", options.recorded);
-  if (!options.builtin.empty()) {
-    list.emplace_back("builtin", options.builtin);
-    list.emplace_back("duration_s", options.duration_s);
+NamedValues describeAbOptions(const AbOptions& options) {
+  AbOptions copy = options;  // the table binds to fields that can be written
+  NamedValues list;
+  for (const AbOption& option : abOptionTable(&copy)) {
+    if (option.report_key.empty()) continue;
+    if (option.name == "duration" && options.builtin.empty()) continue;
+    if (option.name == "methods") {
+      list.emplace_back(option.report_key, options.method_names);
+      continue;
+    }
+    std::visit(
+        [&](auto* field) {
+          using T = Pointee<decltype(field)>;
+          if constexpr (std::is_same_v<T, std::string>) {
+            if (!field->empty()) list.emplace_back(option.report_key, *field);
+          } else if constexpr (std::is_integral_v<T>) {
+            list.emplace_back(option.report_key, static_cast<std::int64_t>(*field));
+          } else {
+            list.emplace_back(option.report_key, *field);
+          }
+        },
+        option.field);
   }
-  list.emplace_back("world", options.world);
-  list.emplace_back("methods", options.method_names);
-  list.emplace_back("gates", options.gates);
-  list.emplace_back("seed", integer(options.seed));
-  list.emplace_back("stride", integer(options.stride));
-  list.emplace_back("keyframes", integer(options.keyframes));
-  list.emplace_back("limit", integer(options.limit));
-  list.emplace_back("points", integer(f.max_points));
-  list.emplace_back("lines", integer(f.max_lines));
-  list.emplace_back("pixel_noise", f.pixel_noise);
-  list.emplace_back("line_noise", f.line_noise);
-  list.emplace_back("drift", f.drift);
-  list.emplace_back("outliers", f.outlier_rate);
-  list.emplace_back("track_life", f.track_life);
-  list.emplace_back("line_fragmentation", f.line_fragmentation);
-  list.emplace_back("line_misassociation", f.line_misassociation);
+  // Of the simulation, but no option.
+  list.emplace_back("line_noise", options.features.line_noise);
+  list.insert(list.end(), options.file_values.begin(), options.file_values.end());
   return list;
 }
 

@@ -80,7 +80,7 @@ std::string addFeatures(const AbOptions& options, const simulation::Trajectory& 
 
 std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::RecordedOptions read_options;
-  read_options.max_imu_gap_s = WindowOptions().max_imu_gap_s;
+  read_options.max_imu_gap_s = options.initializer.window.max_imu_gap_s;
   evaluation::RecordedMotion motion;
   const evaluation::ReadStatus status =
       evaluation::readRecordedMotion(options.recorded, read_options, &motion);

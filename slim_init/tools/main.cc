@@ -1,18 +1,19 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // slim_init SUBCOMMAND [options]: see --help.
-#include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
 #include <string>
+#include <vector>
 
 #include "ab.h"
+#include "command_line.h"
 #include "exit_code.h"
 #include "methods.h"
 
 namespace {
 
-using slim_init::tools::AbOptions;
+using slim_init::tools::CommandLine;
 using slim_init::tools::kExitBadInput;
 using slim_init::tools::kExitInternal;
 using slim_init::tools::kExitOk;
@@ -37,45 +38,37 @@ std::string commandLine(int argc, char** argv) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Drop-in visual-inertial initialization: evaluation tools", "slim_init");
-  app.require_subcommand(0, 1);
-  bool version = false;
-  app.add_flag("--version", version, "Print the version and exit");
-  AbOptions ab_options;
-  CLI::App* ab = app.add_subcommand("ab", "Compare initializers on identical windows");
-  slim_init::tools::addAbOptions(*ab, &ab_options);
-  CLI::App* methods = app.add_subcommand("methods", "List the methods with a line each");
-
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    // --help is an "error" with exit code 0.
-    if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "slim_init: " << error.what() << "\n"
+  // A caller may pass no argument at all, not even the name.
+  const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
+  CommandLine line;
+  if (const std::string error = slim_init::tools::parseCommandLine(arguments, &line);
+      !error.empty()) {
+    std::cerr << "slim_init: " << error << "\n"
               << "Run with --help for the options.\n";
     return kExitBadInput;
   }
-  if (version) {
-    std::cout << "slim_init " << SLIM_INIT_VERSION << "\n";
-    return kExitOk;
+  switch (line.action) {
+    case CommandLine::Action::kHelp: std::cout << line.help; return kExitOk;
+    case CommandLine::Action::kVersion:
+      std::cout << "slim_init " << SLIM_INIT_VERSION << "\n";
+      return kExitOk;
+    case CommandLine::Action::kMethods: return slim_init::tools::runMethods();
+    case CommandLine::Action::kAb: break;
   }
-  if (ab->parsed()) {
-    ab_options.command = commandLine(argc, argv);
-    return slim_init::tools::runAb(ab_options);
-  }
-  if (methods->parsed()) return slim_init::tools::runMethods();
-  std::cerr << "slim_init: a subcommand is needed\n" << app.help();
-  return kExitBadInput;
+  line.ab.command = commandLine(argc, argv);
+  return slim_init::tools::runAb(line.ab);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Our libraries do not throw; the standard library may (out of memory).
+  // Our libraries do not throw; the standard library (out of memory) and those of others may.
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {
     std::cerr << "slim_init: " << error.what() << "\n";
-    return kExitInternal;
+  } catch (...) {
+    std::cerr << "slim_init: an unknown error\n";
   }
+  return kExitInternal;
 }

@@ -184,6 +184,14 @@ TEST_F(WindowMetricsTest, ScaleIsTruthOverEstimate) {
   EXPECT_FALSE(m.success());
 }
 
+TEST_F(WindowMetricsTest, AnEstimateThatRunsTheWrongWayIsNoSuccess) {
+  for (NavState& state : result_.states) state.p_w_b = -state.p_w_b;
+  const WindowMetrics metrics = evaluateWindow(result_, truth_);
+  ASSERT_TRUE(metrics.computed()) << metrics.failure;
+  EXPECT_LT(metrics.scale, 0.0);
+  EXPECT_GT(metrics.scale_error, 1.0);
+}
+
 TEST_F(WindowMetricsTest, DoesNotDependOnTheEstimatesWorld) {
   // A method's world starts at the first body with zero yaw; yaw and origin are free.
   const Eigen::Matrix3d R = Eigen::AngleAxisd(1.9, Eigen::Vector3d::UnitZ()).toRotationMatrix();

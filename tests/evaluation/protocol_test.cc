@@ -72,14 +72,14 @@ TEST(Protocol, HonoursKeyframesAndLimit) {
   const Sequence sequence = makeCircleSequence(10.0);
   const FakeSolver solver = makePerfectSolver("fake");
   ProtocolOptions options;
-  options.window.keyframes = 4;
-  options.window.min_keyframes = 2;  // smaller windows are possible but do not count
+  options.window.keyframes = 5;
+  options.window.min_keyframes = 4;  // smaller windows are possible but do not count
   options.max_windows = 3;
   ProtocolResult result;
   ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
   EXPECT_EQ(result.counts.windows, 3);
   EXPECT_EQ(result.counts.trials, 3);
-  for (const auto& times : solver.times) EXPECT_EQ(times.size(), 4u);
+  for (const auto& times : solver.times) EXPECT_EQ(times.size(), 5u);
 }
 
 TEST(Protocol, WindowsWithoutTruthAreCountedAndNotSolved) {

@@ -247,8 +247,10 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
   MethodRecord& first = result.windows[0].methods[0];
   first.message = "he said \"no\", twice,\nand left";
   first.scale_sigma = 0.25;
-  first.gates = {{"scale_sigma", "", 0.25, 0.1, true, false, true, InitStatus::kScaleTooUncertain},
-                 {"linkage", "", kNotComputed, 10, false, false, false, InitStatus::kSuccess}};
+  first.gates.resize(2);
+  first.gates[0].name = "scale_sigma";
+  first.gates[0].value = 0.25;
+  first.gates[1].name = "linkage";
   first.stages = {{"gyro_bias", 0.5}, {"ligt", 0.25}};
   const auto rows = parseCsv(windowsCsv(someRun(), result));
   ASSERT_EQ(rows.size(), 1u + 10u);
@@ -295,8 +297,8 @@ TEST(Report, SaysWhatWasRunAndWhatWasDropped) {
        {"# A/B initialization on V9_99", "slim_init ab --something", "| pixel_noise | 0.6 |",
         "| true gyro bias | fitted |",
         "10 trials over 100 frames gave 5 windows, 3 of them excited", "5 (data end",
-        "3 IMU samples", "- a note", "## Excited windows (3)", "## All windows (5)",
-        "| hand | 60.0 |", "too_few_tracks", "a\\|b", "How to read this"}) {
+        "0 IMU samples not finite, 3 out of order", "- a note", "## Excited windows (3)",
+        "## All windows (5)", "| hand | 60.0 |", "too_few_tracks", "a\\|b", "How to read this"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part;
   }
 }

@@ -100,6 +100,30 @@ TEST_F(InitializerTest, RecoverRefusesStatesItCannotJoin) {
   result = initializer->recover(state);
   EXPECT_EQ(result.status, InitStatus::kInvalidInput);
   EXPECT_NE(result.message.find("not finite"), std::string::npos);
+  state = exact_.truth[3];
+  state.R_w_b *= 1.1;
+  result = initializer->recover(state);
+  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
+  EXPECT_NE(result.message.find("not a rotation"), std::string::npos);
+}
+
+TEST_F(InitializerTest, RecoverRefusesToIntegrateAcrossAGapOfTheImu) {
+  ExactWindowOptions longer;
+  longer.keyframes = 14;
+  const ExactWindow exact = makeExactWindow(longer);
+  const auto recoverWithGap = [&](double gap_s) {
+    auto initializer = makeInitializer("drt-l", exact.calibration, InitializerOptions());
+    for (const ImuSample& sample : exact.imu) {
+      if (sample.t > 0.6 && sample.t < 0.6 + gap_s) continue;
+      initializer->addImu(sample);
+    }
+    for (const FrameObservation& frame : exact.keyframes) initializer->addFrame(frame);
+    return initializer->recover(exact.truth[2]);  // at 0.5 s; the window starts at 1 s
+  };
+  EXPECT_TRUE(recoverWithGap(0.03).success());
+  const InitResult result = recoverWithGap(0.2);
+  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
+  EXPECT_NE(result.message.find("gap of 0.2"), std::string::npos) << result.message;
 }
 
 TEST_F(InitializerTest, RecoverBeforeTheWindowIsFullWaits) {

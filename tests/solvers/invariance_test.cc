@@ -144,7 +144,10 @@ TEST(SlimPaperSwitches, WithoutLinesTheLineTermsChangeNothing) {
 }
 
 TEST(SlimPaperSwitches, EachTermChangesTheAnswerByItself) {
-  const ExactWindow exact = noisyWindow();
+  ExactWindowOptions scene;
+  scene.pixel_noise = 0.3;
+  scene.parallel_lines_only = true;
+  const ExactWindow exact = makeExactWindow(scene);
   InitializerOptions none;
   none.slim_paper.use_vp = none.slim_paper.use_line_epipolar = none.slim_paper.use_line_normal =
       false;

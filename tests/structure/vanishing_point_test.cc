@@ -342,6 +342,7 @@ TEST(VanishingPoint, AgreesWithAFullVote) {
     VanishingPointOptions options;
     options.icosphere_subdivisions = subdivisions;
     options.vote_threshold_deg = subdivisions < 3 ? 20.0 : 4.0;
+    options.inlier_threshold_deg = 2.0;
     options.min_inliers = 2;
     int compared = 0;
     for (int trial = 0; trial < 40; ++trial) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
@@ -79,8 +80,34 @@ const std::vector<BadCommand>& badCommands() {
        {"ab", "--builtin", "circle", "--gates", "ajar"},
        {"--gates is 'ajar'", "own, on or off"}},
       {"UnknownOption", {"ab", "--builtin", "circle", "--fast"}, {"--fast"}},
+      {"Misspelt",
+       {"ab", "--builtin", "circle", "--pixelnoise", "1"},
+       {"--pixelnoise is not an option", "did you mean --pixel-noise?"}},
+      {"Abbreviated",
+       {"ab", "--builtin", "circle", "--str", "5"},
+       {"--str is not an option", "did you mean --stride?"}},
+      {"UnknownLetter", {"ab", "--builtin", "circle", "-x"}, {"-x is not an option"}},
+      {"UnknownProgramOption", {"--verbose", "ab"}, {"--verbose is not an option of slim_init"}},
+      {"Repeated",
+       {"ab", "--builtin", "circle", "--seed", "1", "--seed=2"},
+       {"--seed is given twice"}},
+      {"RepeatedSwitch",
+       {"ab", "--builtin", "circle", "--quiet", "--quiet"},
+       {"--quiet is given twice"}},
+      {"SwitchWithValue", {"ab", "--builtin", "circle", "--quiet=no"}, {"--quiet takes no value"}},
       {"ExtraPositional", {"ab", "--builtin", "circle", "more"}, {"more"}},
+      {"ExtraAfterDashes", {"ab", "--builtin", "circle", "--", "more"}, {"'more'"}},
+      {"ExtraForMethods", {"methods", "more"}, {"'more'", "slim_init methods"}},
+      {"ExtraAfterVersion", {"--version", "more"}, {"'more'"}},
       {"MissingValue", {"ab", "--builtin"}, {"--builtin"}},
+      {"MissingValueAfterEquals",
+       {"ab", "--builtin", "circle", "--stride="},
+       {"--stride needs a value"}},
+      {"OptionWhereAValueBelongs",
+       {"ab", "--world", "--builtin", "circle"},
+       {"--world needs a value", "'--builtin'"}},
+      {"EmptyNumber", {"ab", "--builtin", "circle", "--stride", ""}, {"--stride", "''"}},
+      {"EmptyOptions", {"ab", "--builtin", "circle", "--options", ""}, {"--options is empty"}},
       {"StrideZero", {"ab", "--builtin", "circle", "--stride", "0"}, {"--stride", "'0'", "[1, "}},
       {"StrideText", {"ab", "--builtin", "circle", "--stride", "abc"}, {"--stride", "'abc'"}},
       {"StrideFraction", {"ab", "--builtin", "circle", "--stride", "1.5"}, {"--stride", "'1.5'"}},
@@ -134,6 +161,34 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_TRUE(contains(run.out, "ab")) << run.out;
   run = runProgram(folder, {"ab", "--help"});
+  EXPECT_EQ(run.exit_code, 0);
+  for (const char* part : {"--recorded DIR",
+                           "--builtin NAME",
+                           "--duration X (=60)",
+                           "[s]; 3 to 3600",
+                           "--world NAME (=room)",
+                           "--methods LIST",
+                           "--options FILE",
+                           "--gates MODE (=own)",
+                           "--seed N (=1)",
+                           "--stride N (=10)",
+                           "--keyframes N (=10)",
+                           "--limit N (=0)",
+                           "--points N (=100)",
+                           "--lines N (=25)",
+                           "--pixel-noise X (=0.6)",
+                           "[px]; 0 to 10",
+                           "--drift X (=0)",
+                           "--outliers X (=0)",
+                           "--track-life X (=36)",
+                           "--line-fragmentation X (=0)",
+                           "--line-misassociation X (=0)",
+                           "--out DIR (=out/ab)",
+                           "--quiet"}) {
+    EXPECT_TRUE(contains(run.out, part)) << "\"" << part << "\" in: " << run.out;
+  }
+  // Asked for help, we do not argue about the rest.
+  run = runProgram(folder, {"ab", "--nonsense", "--help"});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_TRUE(contains(run.out, "--line-misassociation")) << run.out;
   run = runProgram(folder, {"--version"});
@@ -203,6 +258,138 @@ TEST(Ab, UnwritableReportExitsWithOne) {
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_TRUE(contains(run.err, "--out: directory")) << run.err;
 }
+
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+/// A short run on the circle; `extra` are further arguments.
+ProgramRun runWithOptions(const ScratchFolder& folder, const std::string& out,
+                          const std::vector<std::string>& extra) {
+  std::vector<std::string> arguments = {"ab",    "--builtin",     "circle",           "--duration",
+                                        "6",     "--methods",     "drt-l,slim-paper", "--quiet",
+                                        "--out", folder.file(out)};
+  arguments.insert(arguments.end(), extra.begin(), extra.end());
+  return runProgram(folder, arguments);
+}
+
+/// The rows of one method in windows.csv, without times.
+std::string rowsOf(const ScratchFolder& folder, const std::string& out, const std::string& method) {
+  std::istringstream lines(withoutTimes(readFile(folder.file(out) + "/windows.csv")));
+  std::string rows;
+  for (std::string line; std::getline(lines, line);) {
+    if (contains(line, "," + method + ",")) rows += line + "\n";
+  }
+  return rows;
+}
+
+nlohmann::json summaryOf(const ScratchFolder& folder, const std::string& out) {
+  return nlohmann::json::parse(readFile(folder.file(out) + "/summary.json"));
+}
+
+TEST(AbOptionsFile, ASwitchedTermChangesItsMethodOnly) {
+  const ScratchFolder folder;
+  folder.write("none.yaml", "%YAML:1.0\nslim_init:\n  slim_paper: {use_vp: 1}\n");
+  folder.write("no_vp.yaml", "%YAML:1.0\nslim_init:\n  slim_paper: {use_vp: 0}\n");
+  for (const auto& [out, extra] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+           {"plain", {}},
+           {"none", {"--options", folder.file("none.yaml")}},
+           {"no_vp", {"--options", folder.file("no_vp.yaml")}}}) {
+    const ProgramRun run = runWithOptions(folder, out, extra);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+  }
+  EXPECT_GT(rowsOf(folder, "plain", "slim-paper").size(), 500u);
+  // The defaults, written down, change nothing.
+  EXPECT_EQ(rowsOf(folder, "plain", "slim-paper"), rowsOf(folder, "none", "slim-paper"));
+  EXPECT_NE(rowsOf(folder, "plain", "slim-paper"), rowsOf(folder, "no_vp", "slim-paper"));
+  EXPECT_EQ(rowsOf(folder, "plain", "drt-l"), rowsOf(folder, "no_vp", "drt-l"));
+
+  EXPECT_EQ(summaryOf(folder, "plain")["options"].count("options"), 0u);
+  const auto options = summaryOf(folder, "no_vp")["options"];
+  EXPECT_EQ(options["options"], folder.file("no_vp.yaml"));
+  EXPECT_EQ(options["slim_init.slim_paper.use_vp"], 0);
+  EXPECT_EQ(options["keyframes"], 10);
+  EXPECT_TRUE(contains(readFile(folder.file("no_vp/report.md")), "no_vp.yaml"));
+}
+
+TEST(AbOptionsFile, TheCommandLineWins) {
+  const ScratchFolder folder;
+  folder.write("file.yaml",
+               "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 6}\n"
+               "  gates: {mode: on}\n");
+  const std::vector<std::string> file = {"--options", folder.file("file.yaml")};
+  ASSERT_EQ(runWithOptions(folder, "file", file).exit_code, 0);
+  auto options = summaryOf(folder, "file")["options"];
+  EXPECT_EQ(options["keyframes"], 8);
+  EXPECT_EQ(options["gates"], "on");
+  EXPECT_TRUE(contains(rowsOf(folder, "file", "drt-l"), ",8,"));
+
+  // Also with the value that would be the default, and below the file's min_keyframes.
+  std::vector<std::string> typed = file;
+  typed.insert(typed.end(), {"--keyframes", "10", "--gates", "own"});
+  ASSERT_EQ(runWithOptions(folder, "typed", typed).exit_code, 0);
+  ASSERT_EQ(runWithOptions(folder, "plain", {}).exit_code, 0);
+  options = summaryOf(folder, "typed")["options"];
+  EXPECT_EQ(options["keyframes"], 10);
+  EXPECT_EQ(options["gates"], "own");
+  EXPECT_EQ(rowsOf(folder, "typed", "drt-l"), rowsOf(folder, "plain", "drt-l"));
+  typed = file;
+  typed.insert(typed.end(), {"--keyframes", "5"});
+  const ProgramRun run = runWithOptions(folder, "short", typed);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(summaryOf(folder, "short")["options"]["keyframes"], 5);
+}
+
+TEST(AbOptionsFile, KeysWithoutEffectAreNoted) {
+  const ScratchFolder folder;
+  folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  sigma_px: 0.9\n");
+  const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_TRUE(contains(run.err, "slim_init: note: ")) << run.err;
+  EXPECT_TRUE(contains(run.err, "not used here: slim_init.sigma_px (")) << run.err;
+  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "slim_init.sigma_px")) << run.err;
+}
+
+TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
+  const ScratchFolder folder;
+  const auto refused = [&](const std::string& text, const std::vector<std::string>& parts) {
+    if (!text.empty()) folder.write("file.yaml", text);
+    const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
+    EXPECT_EQ(run.exit_code, 2) << text;
+    EXPECT_EQ(run.out, "");
+    EXPECT_EQ(run.err.rfind("slim_init: --options: " + folder.file("file.yaml"), 0), 0u) << run.err;
+    for (const std::string& part : parts) {
+      EXPECT_TRUE(contains(run.err, part)) << "\"" << part << "\" in: " << run.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder.file("out")));
+  };
+  refused("", {"cannot be opened"});
+  refused("no YAML: [", {"not a YAML file"});
+  refused("%YAML:1.0\nother: 1\n", {"slim_init: is missing"});
+  refused("%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
+          {"slim_init.slim_paper.use_vb is not a known key", "did you mean slim_paper.use_vp?"});
+  refused("%YAML:1.0\nslim_init:\n  alignment: {min_tracks: many}\n",
+          {"slim_init.alignment.min_tracks is \"many\"", "a whole number"});
+  refused("%YAML:1.0\nslim_init:\n  alignment: {min_tracks: 0}\n",
+          {"slim_init.alignment.min_tracks is 0"});
+  // Good for an estimator, too long for the windows of this program.
+  refused("%YAML:1.0\nslim_init:\n  window: {keyframes: 16}\n",
+          {"slim_init.window.keyframes is 16", "[4, 15]"});
+}
+
+#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+TEST(AbOptionsFile, IsRefusedInABuildWithoutFeatureTrackerLines) {
+  const ScratchFolder folder;
+  folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  slim_paper: {use_vp: 0}\n");
+  const ProgramRun run =
+      runProgram(folder, {"ab", "--builtin", "circle", "--options", folder.file("file.yaml"),
+                          "--out", folder.file("out")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err.rfind("slim_init: --options: ", 0), 0u) << run.err;
+  EXPECT_TRUE(contains(run.err, "built without feature_tracker_lines")) << run.err;
+}
+
+#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 
 /// A recording of a body that swings about, written with `gap` seconds of IMU left out at 2 s.
 void writeRecording(const ScratchFolder& folder, double duration_s, double gap_s) {

@@ -67,8 +67,9 @@ TEST(AlignmentGates, EachOnBothSides) {
   };
   EXPECT_TRUE(passed("linkage", kOptions.min_linkage * (1 + e), 1, 0, 0));
   EXPECT_FALSE(passed("linkage", kOptions.min_linkage * (1 - e), 1, 0, 0));
-  EXPECT_TRUE(passed("scale_positive", 100, 1e-6, 0, 0));
-  EXPECT_FALSE(passed("scale_positive", 100, -1e-6, 0, 0));
+  EXPECT_TRUE(passed("scale_positive", 100, 1.001e-6, 0, 0));
+  EXPECT_FALSE(passed("scale_positive", 100, 0.999e-6, 0, 0));
+  EXPECT_FALSE(passed("scale_positive", 100, -1.0, 0, 0));
   EXPECT_TRUE(passed("alignment_residual", 100, 1, kOptions.max_alignment_residual * (1 - e), 0));
   EXPECT_FALSE(passed("alignment_residual", 100, 1, kOptions.max_alignment_residual * (1 + e), 0));
   EXPECT_TRUE(passed("scale_sigma", 100, 1, 0, kOptions.max_scale_sigma * (1 - e)));
@@ -92,10 +93,31 @@ TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {
   // The sentence carries the measured value and the threshold.
   EXPECT_NE(result.message.find("0.0123"), std::string::npos) << result.message;
   EXPECT_NE(result.message.find("at least 0.1"), std::string::npos) << result.message;
+  result.gates = motionGates(motion, kOptions);
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kSuccess);
   EXPECT_NE(result.message.find("not enforced"), std::string::npos) << result.message;
   for (const GateValue& gate : result.gates) EXPECT_FALSE(gate.enforced);
+}
+
+TEST(Decide, ANonPositiveScaleIsRefusedForEveryMethod) {
+  InitResult result;
+  result.gates = alignmentGates(1.0, -0.5, 0.0, 0.0, kOptions);  // linkage fails as well
+  decide(false, &result);
+  EXPECT_EQ(result.status, InitStatus::kDegenerateAlignment);
+  EXPECT_NE(result.message.find("scale is -0.5 m"), std::string::npos) << result.message;
+}
+
+TEST(MotionGates, WithoutTracksNothingIsClaimedAboutTheMotion) {
+  MotionMeasures motion = goodMotion();
+  motion.parallax_px = kNotComputed;
+  for (double rotation : {0.0, 90.0}) {
+    motion.rotation_deg = rotation;
+    const GateValue gate = find(motionGates(motion, kOptions), "parallax");
+    EXPECT_FALSE(gate.passed);
+    EXPECT_EQ(gate.status_if_failed, InitStatus::kTooFewTracks);
+    EXPECT_NE(describe(gate).find("could not be measured"), std::string::npos);
+  }
 }
 
 TEST(Decide, AllPassedIsSuccess) {
@@ -154,6 +176,25 @@ TEST(Measures, ParallaxIgnoresRotationAndSeesTranslation) {
       EXPECT_GT(parallax, 20.0);
     }
   }
+}
+
+TEST(Measures, ParallaxSeesMotionThatReturnsToItsStart) {
+  // Out and back: first and last sighting agree, the ones between do not.
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (int k = 0; k < 5; ++k) {
+    frames[9 - k].points = exact.keyframes[k].points;
+    frames[k].points = exact.keyframes[k].points;
+  }
+  const auto window = InitWindow::create(exact.calibration, frames, exact.imu);
+  ASSERT_NE(window, nullptr);
+  const Eigen::Matrix3d R_w_c0 = exact.truth[0].R_w_b * exact.calibration.R_b_c;
+  std::vector<Eigen::Matrix3d> R(10);
+  for (int k = 0; k < 5; ++k) {
+    R[k] = R_w_c0.transpose() * exact.truth[k].R_w_b * exact.calibration.R_b_c;
+    R[9 - k] = R[k];
+  }
+  EXPECT_GT(medianParallaxPx(*window, R), 10.0);
 }
 
 TEST(Measures, ParallaxWithoutTracksIsUnknown) {

@@ -145,6 +145,24 @@ TEST_F(KeyframeWindowTest, NoWindowAcrossAGapInTheImu) {
   EXPECT_GE(window.cut().window->times().front(), 3.1 - 1e-9);
 }
 
+TEST_F(KeyframeWindowTest, AGapAfterTheNewestFrameDoesNotMatter) {
+  // The newest covered frame lies exactly on the last sample before the gap.
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 3.0);
+  window.addImu(imu(3.2));
+  ASSERT_NE(window.cut().window, nullptr) << window.cut().message;
+  EXPECT_NEAR(window.cut().window->times().back(), 3.0, 1e-9);
+}
+
+TEST_F(KeyframeWindowTest, AFrameInsideAGapIsNamed) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 3.0);
+  window.addFrame(frame(3.1));
+  window.addImu(imu(3.2));
+  EXPECT_NE(window.cut().message.find("lies in a gap of the IMU data"), std::string::npos)
+      << window.cut().message;
+}
+
 TEST_F(KeyframeWindowTest, MemoryIsBounded) {
   options_.buffer_s = 4.0;
   KeyframeWindow window(calibration_, options_);

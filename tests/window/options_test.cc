@@ -22,8 +22,8 @@ TEST(Options, DefaultsAreValid) {
 TEST(Options, EveryFieldRefusesAValueBelowItsRange) {
   using Change = std::function<void(InitializerOptions&)>;
   const std::vector<std::pair<std::string, Change>> changes = {
-      {"window.keyframes", [](auto& o) { o.window.keyframes = 1; }},
-      {"window.min_keyframes", [](auto& o) { o.window.min_keyframes = 1; }},
+      {"window.keyframes", [](auto& o) { o.window.keyframes = 3; }},
+      {"window.min_keyframes", [](auto& o) { o.window.min_keyframes = 3; }},
       {"window.min_interval_s", [](auto& o) { o.window.min_interval_s = 0.0; }},
       {"window.max_frame_gap_s", [](auto& o) { o.window.max_frame_gap_s = 0.0; }},
       {"window.max_imu_gap_s", [](auto& o) { o.window.max_imu_gap_s = 0.0; }},
@@ -73,6 +73,17 @@ TEST(Options, EveryFieldRefusesAValueBelowItsRange) {
   }
 }
 
+TEST(Options, RoomsOfSlimRefuseWhatIsOutOfRange) {
+  EXPECT_EQ(MultiGapBiasOptions().validate(), "");
+  EXPECT_EQ(ReverseAlignmentOptions().validate(), "");
+  MultiGapBiasOptions bias;
+  bias.max_gap = 9;
+  EXPECT_EQ(bias.validate(), "max_gap is 9, must be in [1, 8]");
+  ReverseAlignmentOptions reverse;
+  reverse.min_scale = 60.0;
+  EXPECT_EQ(reverse.validate(), "min_scale is 60, must not exceed max_scale (50)");
+}
+
 TEST(Options, NotANumberIsOutOfEveryRange) {
   InitializerOptions options;
   options.gates.max_scale_sigma = std::numeric_limits<double>::quiet_NaN();
@@ -85,10 +96,26 @@ TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {
   EXPECT_EQ(options.validate(), "window.min_keyframes is 10, must not exceed keyframes (8)");
 }
 
+TEST(Options, BufferHasToHoldAFullWindow) {
+  InitializerOptions options;
+  options.window.min_interval_s = 1.0;
+  EXPECT_EQ(options.validate(),
+            "window.twice the least length of a full window is 18, must not exceed buffer_s (10)");
+  options.window.buffer_s = 18.0;
+  EXPECT_EQ(options.validate(), "");
+}
+
+TEST(Options, VpConsistencyThresholdMustBeAbleToFail) {
+  InitializerOptions options;
+  options.vanishing_point.consistency_threshold_deg =
+      options.vanishing_point.inlier_threshold_deg * 1.01;
+  EXPECT_EQ(options.validate().find("vanishing_point.consistency_threshold_deg"), 0u);
+}
+
 TEST(Options, SentenceNamesValueAndBound) {
   InitializerOptions options;
   options.window.keyframes = 51;
-  EXPECT_EQ(options.validate(), "window.keyframes is 51, must be in [2, 50]");
+  EXPECT_EQ(options.validate(), "window.keyframes is 51, must be in [4, 50]");
 }
 
 TEST(Calibration, RefusesWhatCannotBe) {

@@ -123,6 +123,17 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
 
   const Eigen::Matrix3d R_b0_w = result.states.front().R_w_b.transpose();
   const Eigen::Matrix3d true_R_b0_w = truth.front().R_w_b.transpose();
+  // A path of two seconds is nearly planar, so that the rotation of the similarity hides an
+  // estimate that runs the wrong way. Seen from the first body it cannot hide.
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), true_mean = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < n; ++k) {
+    mean += estimated_p[k] / static_cast<double>(n);
+    true_mean += true_p[k] / static_cast<double>(n);
+  }
+  double agreement = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    agreement += (R_b0_w * (estimated_p[k] - mean)).dot(true_R_b0_w * (true_p[k] - true_mean));
+  }
   double position_sum = 0.0;
   double speed_sum = 0.0;
   double velocity_sum = 0.0;
@@ -139,8 +150,8 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
   }
   const double count = static_cast<double>(n);
   WindowMetrics computed;
-  computed.scale = similarity.s;
-  computed.scale_error = std::abs(similarity.s - 1.0);
+  computed.scale = agreement < 0.0 ? -similarity.s : similarity.s;
+  computed.scale_error = std::abs(computed.scale - 1.0);
   computed.pose_rmse = std::sqrt(position_sum / count);
   computed.velocity_rmse = std::sqrt(speed_sum / count);
   computed.velocity_vec_rmse = std::sqrt(velocity_sum / count);

@@ -20,6 +20,7 @@ enum class CutOutcome { kWindow, kEnded, kInterrupted, kInvalid };
 struct Cut {
   CutOutcome outcome = CutOutcome::kEnded;
   std::shared_ptr<const InitWindow> window;
+  std::string message;  ///< of a refusal
 };
 
 std::string checkSequence(const Sequence& sequence) {
@@ -86,6 +87,7 @@ class WindowCutter {
       const WindowCut cut = buffer.cut();
       if (cut.status == InitStatus::kInvalidInput) {
         result.outcome = CutOutcome::kInvalid;
+        result.message = cut.message;
         break;
       }
       if (cut.window != nullptr && cut.window->size() == options_.keyframes) {
@@ -209,6 +211,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
       ++counts.interrupted;
     } else if (cut.outcome == CutOutcome::kInvalid) {
       ++counts.invalid;
+      if (result->first_refusal.empty()) result->first_refusal = cut.message;
     } else if (cut.window->times() == times_before) {
       ++counts.repeated;
     } else if (!truthOfWindow(sequence, *cut.window, &truth)) {

@@ -217,14 +217,16 @@ void writeRun(const RunInfo& info, const ProtocolResult& result, std::ostringstr
       << " (data end before the window is full), " << counts.interrupted
       << " (interrupted by a gap), " << counts.repeated
       << " (same keyframes as the window before), " << counts.without_truth
-      << " (no truth at a keyframe), " << counts.invalid << " (data refused).\n";
+      << " (no truth at a keyframe), " << counts.invalid << " (data refused"
+      << (result.first_refusal.empty() ? "" : ", first: " + markdownText(result.first_refusal))
+      << ").\n";
   const WindowCounts& dropped = result.dropped;
-  out << "Dropped on the way, over all trials: "
-      << dropped.imu_not_finite + dropped.imu_out_of_order << " IMU samples, "
-      << dropped.frames_not_finite + dropped.frames_out_of_order << " frames, "
-      << dropped.observations_not_finite + dropped.observations_duplicate_id +
-             dropped.lines_degenerate
-      << " observations.\n";
+  out << "Dropped on the way, over all trials: " << dropped.imu_not_finite
+      << " IMU samples not finite, " << dropped.imu_out_of_order << " out of order; "
+      << dropped.frames_not_finite << " frames not finite, " << dropped.frames_out_of_order
+      << " out of order; " << dropped.observations_not_finite << " observations not finite, "
+      << dropped.observations_duplicate_id << " with a repeated id, " << dropped.lines_degenerate
+      << " lines without length.\n";
   if (!info.notes.empty()) {
     out << "\nNotes on the data:\n\n";
     for (const std::string& note : info.notes) out << "- " << note << "\n";
@@ -385,6 +387,14 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
                     {"windows", counts.windows},   {"without_truth", counts.without_truth},
                     {"ended", counts.ended},       {"interrupted", counts.interrupted},
                     {"repeated", counts.repeated}, {"invalid", counts.invalid}};
+  const WindowCounts& dropped = result.dropped;
+  json["dropped"] = {{"imu_not_finite", dropped.imu_not_finite},
+                     {"imu_out_of_order", dropped.imu_out_of_order},
+                     {"frames_not_finite", dropped.frames_not_finite},
+                     {"frames_out_of_order", dropped.frames_out_of_order},
+                     {"observations_not_finite", dropped.observations_not_finite},
+                     {"observations_duplicate_id", dropped.observations_duplicate_id},
+                     {"lines_degenerate", dropped.lines_degenerate}};
   Json& methods = json["methods"] = Json::object();
   for (const MethodSummary& summary : summaries) {
     methods[summary.name] = {{"all", jsonSubset(summary.all)},

@@ -3,6 +3,7 @@
 // The immutable input of a WindowSolver.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,15 +14,16 @@ namespace slim_init {
 
 /// What was dropped between the sensors and the window; nothing disappears without a count.
 struct WindowCounts {
-  int imu_added = 0;
-  int imu_not_finite = 0;
-  int imu_out_of_order = 0;  ///< time not after the previous sample (duplicates included)
-  int frames_added = 0;
-  int frames_not_finite = 0;
-  int frames_out_of_order = 0;        ///< time not after the previous frame (duplicates included)
-  int observations_not_finite = 0;    ///< point or line with NaN/inf or a zero bearing
-  int observations_duplicate_id = 0;  ///< second use of an id within one frame
-  int lines_degenerate = 0;           ///< end points less than 1e-6 rad apart
+  std::int64_t imu_added = 0;
+  std::int64_t imu_not_finite = 0;
+  std::int64_t imu_out_of_order = 0;  ///< time not after the previous sample (duplicates included)
+  std::int64_t frames_added = 0;
+  std::int64_t frames_not_finite = 0;
+  std::int64_t frames_out_of_order =
+      0;  ///< time not after the previous frame (duplicates included)
+  std::int64_t observations_not_finite = 0;    ///< point or line with NaN/inf or a zero bearing
+  std::int64_t observations_duplicate_id = 0;  ///< second use of an id within one frame
+  std::int64_t lines_degenerate = 0;           ///< end points less than 1e-6 rad apart
 };
 
 /// One sighting of a point track.
@@ -77,7 +79,7 @@ class InitWindow {
   /// Every line of one keyframe, single sightings included: a vanishing point needs no track.
   const std::vector<LineSighting>& linesOfKeyframe(int k) const { return keyframe_lines_[k]; }
 
-  /// Observations rejected while this window was built.
+  /// Observations rejected by create(); zero for frames that a KeyframeWindow has cleaned before.
   const WindowCounts& counts() const { return counts_; }
 
  private:

@@ -31,7 +31,8 @@ class IInitializer {
   /// odometry frame: position and yaw continue from `last_healthy` (its time must lie within the
   /// buffered IMU data), carried on by the IMU to the window; gravity, velocities and biases are
   /// the new ones. Refusals are as for initialize(), plus kInvalidInput when `last_healthy` is not
-  /// finite or lies outside the buffer.
+  /// finite, not a rotation or outside the buffer, or when the IMU has a gap above
+  /// WindowOptions::max_imu_gap_s between it and the window.
   virtual InitResult recover(const NavState& last_healthy) = 0;
 
   /// Forgets all data.

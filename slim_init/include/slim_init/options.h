@@ -8,10 +8,13 @@
 
 namespace slim_init {
 
+/// With three keyframes the alignment has as many rows as unknowns; four are the least for a check.
+inline constexpr int kMinKeyframes = 4;
+
 /// KeyframeWindow: which frames become keyframes and what is kept.
 struct WindowOptions {
   int keyframes = 10;            ///< keyframes of a full window; 10 as in DRT and the paper (V-D)
-  int min_keyframes = 10;        ///< a window with fewer is "too_few_keyframes"; >= 2
+  int min_keyframes = 10;        ///< a window with fewer is "too_few_keyframes"
   double min_interval_s = 0.22;  ///< [s] between keyframes; 0.22 as in DRT's release
   double max_frame_gap_s = 1.0;  ///< [s] a longer gap between frames ends the window (blackout)
   double max_imu_gap_s = 0.05;   ///< [s] a longer gap between samples ends the window
@@ -33,21 +36,39 @@ struct GyroBiasOptions {
   std::string validate() const;
 };
 
+/// Gyroscope bias of `slim`: noise-normalised epipolar cost over keyframe pairs 1, 2, 4 and 8
+/// apart.
+struct MultiGapBiasOptions {
+  int max_gap = 8;              ///< largest gap used; 1 leaves consecutive pairs only (ablation)
+  int min_points_per_pair = 6;  ///< pairs with fewer common tracks do not enter
+  int reweightings = 3;         ///< rounds of robust weights
+  int max_iterations = 10;      ///< Levenberg-Marquardt iterations per round
+  double cauchy_sigmas = 3.0;   ///< Cauchy scale, in standard deviations of a residual
+  double vp_inflation = 4.0;    ///< on the VP covariance: clutter among the inliers is not in it
+  double bias_prior = 0.2;      ///< standard deviation of the bias before any data [rad/s]
+  double max_bias = 1.0;        ///< [rad/s] a larger answer is a numerical failure
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
 /// Dominant vanishing point of a keyframe and its track (paper IV-B-1, IV-B-2).
 struct VanishingPointOptions {
   /// 4: 1281 directions on the hemisphere, none further than 2.8 deg from any direction. Less than
   /// 4 needs a larger vote_threshold_deg (5.5 deg at 3).
   int icosphere_subdivisions = 4;
-  double vote_threshold_deg = 3.0;    ///< a line votes for directions this close to its plane
+  double vote_threshold_deg = 3.0;  ///< a line votes for directions this close to its plane
   /// t_in of the paper: |n . d| of a line on the VP. At 2 deg a quarter of clutter among the lines
   /// doubles the squared error, at 1 deg it adds a fifth.
   double inlier_threshold_deg = 1.0;
   /// Fewer lines make no VP. Among 25 lines without any common direction four meet by chance nine
   /// times in ten, eight once in thirty.
   int min_inliers = 8;
-  double match_threshold_deg = 6.0;        ///< gyro-predicted to observed direction, to keep the id
-  int min_track_age = 2;                   ///< A_min of the paper, in keyframes
-  double consistency_threshold_deg = 1.0;  ///< t_vp of the paper: rms of e^vp over the inliers
+  double match_threshold_deg = 6.0;  ///< gyro-predicted to observed direction, to keep the id
+  int min_track_age = 2;             ///< A_min of the paper, in keyframes
+  /// t_vp of the paper: rms of e^vp over the inliers. Lines spread evenly up to t_in have 0.58
+  /// t_in, so this tells a bundle that is no VP.
+  double consistency_threshold_deg = 0.5;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -68,6 +89,19 @@ struct AlignmentOptions {
   int min_track_length = 3;        ///< keyframes; two views say nothing about relative scale
   int min_tracks = 8;              ///< fewer tracks of that length are "too_few_tracks"
   double min_parallax_rad = 1e-4;  ///< tracks with less rotation-compensated parallax are left out
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+/// Reverse alignment of `slim`.
+struct ReverseAlignmentOptions {
+  double accel_bias_prior = 0.1;      ///< standard deviation of b_a before any data [m/s^2]
+  double min_scale = 0.02;            ///< smallest scale searched [m]
+  double max_scale = 50.0;            ///< largest scale searched [m]
+  int grid = 36;                      ///< points of the logarithmic grid between them
+  double length_weight = 1e3;         ///< kappa, in units of the mean diagonal of the information
+  double log_scale_tolerance = 1e-5;  ///< end of the search, in log(scale)
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;

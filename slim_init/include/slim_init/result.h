@@ -17,8 +17,8 @@ enum class InitStatus {
 
   // Wait: the data does not hold the answer yet. What is observable is returned.
   kTooFewKeyframes,      ///< nothing
-  kTooFewTracks,         ///< nothing
-  kStationary,           ///< gravity_b0 and gyro_bias
+  kTooFewTracks,         ///< gyro_bias, where the points sufficed for it
+  kStationary,           ///< gravity_w, gravity_b0 and gyro_bias
   kTooLittleExcitation,  ///< estimate present, its scale is not to be trusted
   kPureRotation,         ///< gyro_bias
 
@@ -47,6 +47,7 @@ bool isRefused(InitStatus status);
 /// One check: a measured number against its threshold.
 struct GateValue {
   std::string name;                 ///< e.g. "scale_sigma"
+  std::string explanation;          ///< what was measured, for a sentence
   std::string unit;                 ///< "" where dimensionless
   double value = kNotComputed;      ///< measured
   double threshold = kNotComputed;  ///< bound from GateOptions
@@ -84,7 +85,8 @@ struct InitResult {
   Eigen::Vector3d gravity_w = Eigen::Vector3d::Constant(kNotComputed);   ///< [m/s^2]
   Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Constant(kNotComputed);  ///< in first body [m/s^2]
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Constant(kNotComputed);   ///< [rad/s]
-  Eigen::Vector3d accel_bias = Eigen::Vector3d::Constant(kNotComputed);  ///< [m/s^2]
+  /// [m/s^2]; zero where the method takes it as zero (drt-l, slim-paper).
+  Eigen::Vector3d accel_bias = Eigen::Vector3d::Constant(kNotComputed);
 
   /// Metres per unit of the up-to-scale camera trajectory, whose spread about its mean
   /// (root of the summed squares) is 1. NaN where the method has no such stage.

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 namespace slim_init {
@@ -56,7 +57,8 @@ bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
   }
   const Eigen::MatrixXd A = scale.asDiagonal() * H.topLeftCorner(q, q) * scale.asDiagonal();
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(A);
-  // Not finite input fails this test as well.
+  // With a unit diagonal a pivot of 1e-14 is rounding: the unknown is not determined. Input that is
+  // not finite fails this test as well.
   if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 1e-14)) return false;
 
   Eigen::MatrixXd rhs(q, 4);

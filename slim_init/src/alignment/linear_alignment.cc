@@ -2,6 +2,7 @@
 #include "alignment/linear_alignment.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "alignment/gravity_constrained.h"
@@ -55,28 +56,31 @@ double lineEpipolarResidual(const Eigen::Vector3d& n_i, const Eigen::Vector3d& n
   return n_i.dot(t_ci_cj.cross(R_ci_cj * n_j));
 }
 
-AlignmentSystem buildAlignment(const AlignmentProblem& problem) {
+AlignmentSystem buildBaseRows(const AlignmentProblem& problem) {
   const int n = problem.window.size();
-  const Eigen::Matrix3d& R_b_c = problem.window.calibration().R_b_c;
-  const std::vector<LineSighting>& lines = problem.window.lineSightings();
-  const LineTerms& terms = problem.line_terms;
-
   AlignmentSystem system;
   system.H = Eigen::MatrixXd::Zero(3 * n + 4, 3 * n + 4);
   system.b = Eigen::VectorXd::Zero(3 * n + 4);
   for (int i = 0; i + 1 < n; ++i) {
-    const Preintegration& pre = problem.pre[i];
     const PositionRows position = positionRows(problem, i);
     addRows<3>(position.J, position.y, 1.0, i, n, system);
-
     // Velocity rows: v_j - v_i - g dt = R_i dv.
     Eigen::Matrix<double, 3, kLocal> J = Eigen::Matrix<double, 3, kLocal>::Zero();
     J.block<3, 3>(0, kVi).diagonal().setConstant(-1.0);
     J.block<3, 3>(0, kVj).diagonal().setConstant(1.0);
-    J.block<3, 3>(0, kGravity).diagonal().setConstant(-pre.dt);
-    addRows<3>(J, problem.R_b0_bk[i] * pre.dv, 1.0, i, n, system);
+    J.block<3, 3>(0, kGravity).diagonal().setConstant(-problem.pre[i].dt);
+    addRows<3>(J, problem.R_b0_bk[i] * problem.pre[i].dv, 1.0, i, n, system);
+  }
+  return system;
+}
 
-    if (terms.lines == nullptr) continue;
+void addLineRows(const AlignmentProblem& problem, AlignmentSystem* system) {
+  const LineTerms& terms = problem.line_terms;
+  if (terms.lines == nullptr) return;
+  const int n = problem.window.size();
+  const Eigen::Matrix3d& R_b_c = problem.window.calibration().R_b_c;
+  const std::vector<LineSighting>& lines = problem.window.lineSightings();
+  for (int i = 0; i + 1 < n; ++i) {
     const PairLines& pair = (*terms.lines)[i];
     if (terms.use_epipolar) {
       // Eq. (11) with t = s R_ci_b0 (c_j - c_i): the scale is its only unknown.
@@ -87,26 +91,28 @@ AlignmentSystem buildAlignment(const AlignmentProblem& problem) {
       for (const WeightedLine& line : pair.epipolar) {
         const double a = lineEpipolarResidual(lines[line.sighting_i].normal,
                                               lines[line.sighting_j].normal, R_ci_cj, t_ci_cj);
-        system.H(3 * n, 3 * n) += terms.epipolar_weight * line.weight * a * a;
+        system->H(3 * n, 3 * n) += terms.epipolar_weight * line.weight * a * a;
       }
     }
     if (terms.use_normal) {
       // Eq. (12): the normal in the body frame is R_b_c n, r^p in b_i is R_i^T r^p.
+      const PositionRows position = positionRows(problem, i);
       for (const WeightedLine& line : pair.normal) {
         const Eigen::RowVector3d n_b0 =
             (problem.R_b0_bk[i] * R_b_c * lines[line.sighting_i].normal).transpose();
         addRows<1>(n_b0 * position.J, Eigen::Matrix<double, 1, 1>(n_b0 * position.y),
-                   terms.normal_weight * line.weight, i, n, system);
+                   terms.normal_weight * line.weight, i, n, *system);
       }
     }
   }
-  return system;
 }
 
 AlignmentEstimate alignLinear(const AlignmentProblem& problem) {
   const int n = problem.window.size();
   AlignmentEstimate estimate;
-  const AlignmentSystem system = buildAlignment(problem);
+  const AlignmentSystem base = buildBaseRows(problem);
+  AlignmentSystem system = base;
+  addLineRows(problem, &system);
   Eigen::VectorXd x;
   const double G = problem.window.calibration().gravity_magnitude;
   if (!solveGravityConstrained(system.H, system.b, G, &x)) return estimate;
@@ -123,9 +129,11 @@ AlignmentEstimate alignLinear(const AlignmentProblem& problem) {
   const Eigen::Vector3d origin = estimate.positions_b0.col(0);
   estimate.positions_b0.colwise() -= origin;
 
-  // Covariance on the constraint surface: gravity moves in its tangent plane only.
-  const Eigen::MatrixXd H = system.H.selfadjointView<Eigen::Lower>();
-  const double cost = std::max(x.dot(H * x) - 2.0 * system.b.dot(x) + system.c, 0.0);
+  // Residual and covariance come from the position and velocity rows alone, so that they mean the
+  // same with and without line terms (eq. (12) repeats rows, it does not measure anew). On the
+  // constraint surface gravity moves in its tangent plane only.
+  const Eigen::MatrixXd H = base.H.selfadjointView<Eigen::Lower>();
+  const double cost = std::max(x.dot(H * x) - 2.0 * base.b.dot(x) + base.c, 0.0);
   const int rows = 6 * (n - 1);
   const int unknowns = 3 * n + 3;
   estimate.residual_rms = std::sqrt(cost / rows);

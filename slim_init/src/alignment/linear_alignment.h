@@ -49,9 +49,12 @@ struct AlignmentEstimate {
   double scale_sigma = kNotComputed;   ///< relative, from the residual and H
 };
 
-/// Builds the normal equations. Position and velocity rows of consecutive keyframes carry unit
+/// Normal equations of the position and velocity rows of consecutive keyframes, all with unit
 /// weight, as in DRT's release.
-AlignmentSystem buildAlignment(const AlignmentProblem& problem);
+AlignmentSystem buildBaseRows(const AlignmentProblem& problem);
+
+/// Adds the line terms of `problem` (eqs. (11), (12)).
+void addLineRows(const AlignmentProblem& problem, AlignmentSystem* system);
 
 /// Builds and solves. Fails (valid == false) when the system is singular.
 AlignmentEstimate alignLinear(const AlignmentProblem& problem);

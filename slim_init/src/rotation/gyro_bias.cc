@@ -18,6 +18,10 @@ constexpr double kCostTolerance = 1e-12;
 // Above this change of the bias [rad/s] the gyro is integrated anew. Below, the first-order
 // correction over a keyframe interval dt is wrong by about (change * dt)^2 / 2 < 1e-11 rad.
 constexpr double kRelinearizeTolerance = 1e-5;
+// Marquardt damping, relative to the diagonal: the start trusts the model, at the end a step is so
+// short that another try is pointless.
+constexpr double kInitialDamping = 1e-4;
+constexpr double kMaxDamping = 1e8;
 
 struct Cauchy {
   double value;   // rho(s)
@@ -164,14 +168,14 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
   estimate.gyro_bias = initial_bias;
   estimate.point_pairs = objective.pointPairs();
   estimate.vp_pairs = objective.vpPairs();
-  if (estimate.point_pairs + estimate.vp_pairs == 0) return estimate;
+  if (estimate.point_pairs == 0) return estimate;
 
   for (int round = 0; round < options.max_relinearizations; ++round) {
     const Eigen::Vector3d start = estimate.gyro_bias;
     const std::vector<Preintegration> pre =
         preintegrateWindow(window, start, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
     Quadratic at = objective.evaluate(pre, estimate.gyro_bias);
-    double damping = 1e-4;
+    double damping = kInitialDamping;
     for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
       Eigen::Matrix3d H = at.hessian;
       // Marquardt's scaling, with a floor for directions that the data do not see.
@@ -191,13 +195,12 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
       } else {
         damping *= 10.0;
       }
-      if (step.norm() < kStepTolerance || damping > 1e8) break;
+      if (step.norm() < kStepTolerance || damping > kMaxDamping) break;
     }
     estimate.cost = at.cost;
     if ((estimate.gyro_bias - start).norm() < kRelinearizeTolerance) break;
   }
-  estimate.converged =
-      estimate.gyro_bias.allFinite() && estimate.gyro_bias.norm() <= options.max_bias;
+  estimate.valid = estimate.gyro_bias.allFinite() && estimate.gyro_bias.norm() <= options.max_bias;
   return estimate;
 }
 

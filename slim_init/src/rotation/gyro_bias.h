@@ -30,13 +30,13 @@ struct GyroBiasProblem {
   /// VP term of eq. (1); null without it. One entry per keyframe.
   const std::vector<VanishingPoint>* vanishing_points = nullptr;
   VanishingPointOptions vp_options;
-  double vp_weight = 1.0;         ///< multiplies lambda_vp
-  double vp_cauchy_scale = 0.05;  ///< [rad]
+  double vp_weight = 0.0;        ///< SlimPaperOptions::vp_weight
+  double vp_cauchy_scale = 0.0;  ///< SlimPaperOptions::vp_cauchy_scale [rad]
 };
 
 /// Result of step 1.
 struct GyroBiasEstimate {
-  bool converged = false;  ///< finite, within max_bias and with a decreasing cost
+  bool valid = false;  ///< at least one pair had enough points, the bias is finite and <= max_bias
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   double cost = 0.0;
   int iterations = 0;   ///< accepted Levenberg-Marquardt steps, over all re-linearisations
@@ -46,13 +46,14 @@ struct GyroBiasEstimate {
 
 /// VP residual of eq. (4), r = d_j x (R_cj_ci d_i) with the sign of d_i such that both point the
 /// same way, and its derivative under R_bi_bj Exp(phi).
-/// R_cj_ci = R_b_c^T R_bi_bj^T R_b_c: note the transpose (METHOD: eq. (5) takes b_i to b_j).
+/// R_cj_ci = R_b_c^T R_bi_bj^T R_b_c: note the transpose (eq. (5) takes b_i to b_j).
 void vpResidual(const Eigen::Vector3d& d_i, const Eigen::Vector3d& d_j,
                 const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
                 Eigen::Vector3d* residual, Eigen::Matrix3d* jacobian);
 
 /// Minimises the rotation-only cost over the gyroscope bias from `initial_bias`, re-integrating the
-/// gyro at each new estimate. Fails (converged == false) when no pair has enough points.
+/// gyro at each new estimate. Fails (valid == false) when no pair has enough points: vanishing
+/// points alone leave the rotation about the dominant axis open.
 GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProblem& problem,
                                   const GyroBiasOptions& options,
                                   const Eigen::Vector3d& initial_bias = Eigen::Vector3d::Zero());

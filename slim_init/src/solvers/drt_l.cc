@@ -14,25 +14,17 @@ const std::string& DrtL::name() const {
 InitResult DrtL::solve(const InitWindow& window) const {
   InitResult result = startResult(window);
   StageClock clock(&result);
+  if (!hasEnoughKeyframes(window, &result)) return result;
 
   // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
   GyroBiasProblem problem;
   problem.pair_loss = PairLoss::kEigenvalue;
   const GyroBiasEstimate bias = estimateGyroBias(window, problem, options_.gyro_bias);
-  result.counts.gyro_bias_iterations = bias.iterations;
   clock.lap("gyro_bias");
-  if (bias.point_pairs == 0) {
-    fail(InitStatus::kTooFewTracks, "no keyframe pair has enough common points", &result);
-    return result;
-  }
-  if (!bias.converged) {
-    fail(InitStatus::kNumericalFailure, "the gyroscope bias did not converge", &result);
-    return result;
-  }
+  if (!acceptGyroBias(bias, options_.gyro_bias, &result)) return result;
 
   // Translations up to scale, then velocities, gravity and scale linearly (section 4.2).
-  const bool gates_enforced = options_.gates.mode == GateMode::kOn;
-  solveTranslationAndAlign(window, bias, LineTerms(), options_, gates_enforced, &clock, &result);
+  solveTranslationAndAlign(window, LineTerms(), options_, &clock, &result);
   return result;
 }
 

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/initializer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -35,6 +36,20 @@ Eigen::Matrix3d yawBetween(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_
   const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));
   return expSO3(Eigen::Vector3d(0.0, 0.0, yaw));
 }
+
+// Longest time between neighbouring samples that touches [t_from, t_to]; zero for an empty
+// interval.
+double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to) {
+  double largest = 0.0;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    if (imu[i].t <= t_from || imu[i - 1].t >= t_to) continue;
+    largest = std::max(largest, imu[i].t - imu[i - 1].t);
+  }
+  return largest;
+}
+
+// As for R_b_c in Calibration::validate().
+constexpr double kRotationTolerance = 1e-3;
 
 class Initializer : public IInitializer {
  public:
@@ -71,8 +86,21 @@ class Initializer : public IInitializer {
       if (!imu.empty()) sentence << " [" << imu.front().t << ", " << imu.back().t << "] s";
       return refuse(sentence.str());
     }
+    if ((last_healthy.R_w_b.transpose() * last_healthy.R_w_b - Eigen::Matrix3d::Identity()).norm() >
+        kRotationTolerance) {
+      return refuse("R_w_b of the last healthy state is not a rotation to within 1e-3");
+    }
     InitResult result = initialize();
-    if (result.success() && result.hasEstimate()) joinFrame(last_healthy, imu, &result);
+    if (!result.success() || !result.hasEstimate()) return result;
+    // Between the healthy state and the window the IMU alone carries the frame.
+    const double gap = largestGap(imu, last_healthy.t, result.states.front().t);
+    if (gap > window_.options().max_imu_gap_s) {
+      sentence << "IMU data have a gap of " << gap
+               << " s between the last healthy state and the window, must be at most "
+               << window_.options().max_imu_gap_s << " s";
+      return refuse(sentence.str());
+    }
+    joinFrame(last_healthy, imu, &result);
     return result;
   }
 
@@ -108,6 +136,15 @@ class Initializer : public IInitializer {
       state.p_w_b = R_old_new * state.p_w_b + t_old_new;
       state.v_w_b = R_old_new * state.v_w_b;
     }
+    // Attitude errors stand on the body side and do not turn; those of p and v do.
+    if (result->covariance.size() == 0) return;
+    Eigen::MatrixXd T =
+        Eigen::MatrixXd::Identity(result->covariance.rows(), result->covariance.cols());
+    for (std::size_t k = 0; k < result->states.size(); ++k) {
+      T.block<3, 3>(9 * k + 3, 9 * k + 3) = R_old_new;
+      T.block<3, 3>(9 * k + 6, 9 * k + 6) = R_old_new;
+    }
+    result->covariance = T * result->covariance * T.transpose();
   }
 
   std::unique_ptr<WindowSolver> solver_;

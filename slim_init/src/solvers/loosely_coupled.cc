@@ -74,16 +74,41 @@ std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>&
   return R_c0_ck;
 }
 
-void solveTranslationAndAlign(const InitWindow& window, const GyroBiasEstimate& bias,
-                              const LineTerms& line_terms, const InitializerOptions& options,
-                              bool gates_enforced, StageClock* clock, InitResult* result) {
-  const Calibration& calibration = window.calibration();
-  result->gyro_bias = bias.gyro_bias;
-  // Neither method models the accelerometer bias.
-  result->accel_bias.setZero();
+bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
+  if (window.size() >= kMinKeyframes) return true;
+  std::ostringstream message;
+  message << "window holds " << window.size() << " keyframes, needs " << kMinKeyframes;
+  fail(InitStatus::kTooFewKeyframes, message.str(), result);
+  return false;
+}
 
+bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
+                    InitResult* result) {
+  result->counts.gyro_bias_iterations = bias.iterations;
+  result->counts.vp_pairs = bias.vp_pairs;
+  std::ostringstream message;
+  if (bias.point_pairs == 0) {
+    message << "0 keyframe pairs have at least " << options.min_points_per_pair
+            << " common points, needs 1";
+    fail(InitStatus::kTooFewTracks, message.str(), result);
+    return false;
+  }
+  if (!bias.valid) {
+    message << "gyroscope bias of " << bias.gyro_bias.norm() << " rad/s, must be at most "
+            << options.max_bias;
+    fail(InitStatus::kNumericalFailure, message.str(), result);
+    return false;
+  }
+  result->gyro_bias = bias.gyro_bias;
+  return true;
+}
+
+void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
+                              const InitializerOptions& options, StageClock* clock,
+                              InitResult* result) {
+  const Calibration& calibration = window.calibration();
   const std::vector<Preintegration> pre = preintegrateWindow(
-      window, bias.gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
+      window, result->gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
   clock->lap("integration");
@@ -109,9 +134,10 @@ void solveTranslationAndAlign(const InitWindow& window, const GyroBiasEstimate& 
         alignmentGates(translation.linkage(), alignment.scale, alignment.residual_rms,
                        alignment.scale_sigma, options.gates);
     result->gates.insert(result->gates.end(), gates.begin(), gates.end());
+    result->accel_bias.setZero();
     setStates(window, R_b0_bk, alignment, result);
   }
-  decide(gates_enforced, result);
+  decide(options.gates.mode == GateMode::kOn, result);
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, result);
   clock->lap("verdict");
   if (alignment.valid || !result->success()) return;
@@ -123,7 +149,8 @@ void solveTranslationAndAlign(const InitWindow& window, const GyroBiasEstimate& 
             << " keyframes with parallax, needs " << options.alignment.min_tracks;
     fail(InitStatus::kTooFewTracks, message.str(), result);
   } else {
-    fail(InitStatus::kNumericalFailure, "the alignment is singular", result);
+    fail(InitStatus::kNumericalFailure,
+         "the alignment is singular: a pivot of its scaled system is below 1e-14", result);
   }
 }
 

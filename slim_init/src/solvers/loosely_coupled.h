@@ -44,10 +44,18 @@ void fail(InitStatus status, const std::string& message, InitResult* result);
 std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
                                              const Eigen::Matrix3d& R_b_c);
 
+/// False, with status and sentence set, when the window has fewer than kMinKeyframes.
+bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
+
+/// Takes over step 1. False, with status and sentence set, when its estimate cannot be used.
+bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
+                    InitResult* result);
+
 /// Step 2 of both methods: re-integration at the solved bias, translations (LiGT), linear alignment
-/// with `line_terms`, states, gates. `result` comes from startResult() with step 1's counts.
-void solveTranslationAndAlign(const InitWindow& window, const GyroBiasEstimate& bias,
-                              const LineTerms& line_terms, const InitializerOptions& options,
-                              bool gates_enforced, StageClock* clock, InitResult* result);
+/// with `line_terms`, states, gates. The gates are enforced with GateMode::kOn only: as published,
+/// these methods have none. `result` has passed acceptGyroBias().
+void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
+                              const InitializerOptions& options, StageClock* clock,
+                              InitResult* result);
 
 }  // namespace slim_init

@@ -20,6 +20,7 @@ InitResult SlimPaper::solve(const InitWindow& window) const {
   const SlimPaperOptions& terms = options_.slim_paper;
   InitResult result = startResult(window);
   StageClock clock(&result);
+  if (!hasEnoughKeyframes(window, &result)) return result;
 
   // IV-B-1, IV-B-2: dominant vanishing point of each keyframe, tracked by the gyro, with its gate.
   std::vector<VanishingPoint> vanishing_points;
@@ -40,17 +41,8 @@ InitResult SlimPaper::solve(const InitWindow& window) const {
   problem.vp_weight = terms.vp_weight;
   problem.vp_cauchy_scale = terms.vp_cauchy_scale;
   const GyroBiasEstimate bias = estimateGyroBias(window, problem, options_.gyro_bias);
-  result.counts.gyro_bias_iterations = bias.iterations;
-  result.counts.vp_pairs = bias.vp_pairs;
   clock.lap("gyro_bias");
-  if (bias.point_pairs + bias.vp_pairs == 0) {
-    fail(InitStatus::kTooFewTracks, "no keyframe pair has enough common points", &result);
-    return result;
-  }
-  if (!bias.converged) {
-    fail(InitStatus::kNumericalFailure, "the gyroscope bias did not converge", &result);
-    return result;
-  }
+  if (!acceptGyroBias(bias, options_.gyro_bias, &result)) return result;
 
   // IV-C-4: line selection and weights, eq. (13).
   std::vector<PairLines> lines;
@@ -66,8 +58,7 @@ InitResult SlimPaper::solve(const InitWindow& window) const {
   clock.lap("line_selection");
 
   // Step 2, eq. (7): alignment on point and line residuals.
-  const bool gates_enforced = options_.gates.mode == GateMode::kOn;
-  solveTranslationAndAlign(window, bias, line_terms, options_, gates_enforced, &clock, &result);
+  solveTranslationAndAlign(window, line_terms, options_, &clock, &result);
   return result;
 }
 

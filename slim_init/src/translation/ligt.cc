@@ -3,7 +3,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "geometry/so3.h"
 
@@ -116,6 +118,7 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
     std::swap(estimate.positive_votes, estimate.negative_votes);
   }
   estimate.centres_c0 = centres;
+  estimate.normal_matrix = H.selfadjointView<Eigen::Lower>();
   estimate.valid = true;
   return estimate;
 }

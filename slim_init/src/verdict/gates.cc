@@ -13,10 +13,14 @@ namespace {
 
 constexpr double kDegPerRad = 180.0 / M_PI;
 
-GateValue makeGate(const char* name, const char* unit, double value, double threshold,
-                   bool upper_bound, InitStatus status_if_failed) {
+// A scale below a micrometre per unit of the trajectory is no motion at all [m].
+constexpr double kMinScale = 1e-6;
+
+GateValue makeGate(const char* name, const char* explanation, const char* unit, double value,
+                   double threshold, bool upper_bound, InitStatus status_if_failed) {
   GateValue gate;
   gate.name = name;
+  gate.explanation = explanation;
   gate.unit = unit;
   gate.value = value;
   gate.threshold = threshold;
@@ -27,28 +31,21 @@ GateValue makeGate(const char* name, const char* unit, double value, double thre
   return gate;
 }
 
-// What the measured number is, for a reader who does not know the code.
-const char* explain(const std::string& name) {
-  if (name == "parallax") return "median rotation-compensated track motion";
-  if (name == "excitation") return "deviation of the specific force from its mean";
-  if (name == "linkage") return "eigenvalue ratio of the translation system";
-  if (name == "scale_positive") return "scale";
-  if (name == "alignment_residual") return "rms residual of the alignment";
-  if (name == "scale_sigma") return "relative standard deviation of the scale";
-  return "value";
-}
-
 }  // namespace
 
 double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck) {
   std::vector<double> angles;
   angles.reserve(window.pointTracks().size());
   for (const Track& track : window.pointTracks()) {
-    const PointSighting& a = window.pointSightings()[track.begin];
-    const PointSighting& b = window.pointSightings()[track.end - 1];
-    const Eigen::Vector3d u_a = R_c0_ck[a.keyframe] * a.bearing;
-    const Eigen::Vector3d u_b = R_c0_ck[b.keyframe] * b.bearing;
-    angles.push_back(std::atan2(u_a.cross(u_b).norm(), u_a.dot(u_b)));
+    const PointSighting& first = window.pointSightings()[track.begin];
+    const Eigen::Vector3d u_first = R_c0_ck[first.keyframe] * first.bearing;
+    double largest = 0.0;
+    for (int k = track.begin + 1; k < track.end; ++k) {
+      const PointSighting& other = window.pointSightings()[k];
+      const Eigen::Vector3d u = R_c0_ck[other.keyframe] * other.bearing;
+      largest = std::max(largest, std::atan2(u_first.cross(u).norm(), u_first.dot(u)));
+    }
+    angles.push_back(largest);
   }
   if (angles.empty()) return kNotComputed;
   const auto middle = angles.begin() + angles.size() / 2;
@@ -73,48 +70,63 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 }
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
-  const bool turns = motion.rotation_deg >= options.min_rotation_deg;
-  return {makeGate("parallax", "px", motion.parallax_px, options.min_parallax_px, false,
-                   turns ? InitStatus::kPureRotation : InitStatus::kStationary),
-          makeGate("excitation", "m/s^2", motion.excitation, options.min_excitation, false,
-                   InitStatus::kTooLittleExcitation)};
+  InitStatus no_motion = InitStatus::kStationary;
+  if (motion.rotation_deg >= options.min_rotation_deg) no_motion = InitStatus::kPureRotation;
+  // Without tracks nothing is known about the motion.
+  if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
+  return {
+      makeGate("parallax", "median rotation-compensated track motion", "px", motion.parallax_px,
+               options.min_parallax_px, false, no_motion),
+      makeGate("excitation", "deviation of the specific force from its mean", "m/s^2",
+               motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
 }
 
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options) {
-  return {makeGate("linkage", "", linkage, options.min_linkage, false,
-                   InitStatus::kDegenerateAlignment),
-          makeGate("scale_positive", "m", scale, 0.0, false, InitStatus::kDegenerateAlignment),
-          makeGate("alignment_residual", "m, m/s", residual_rms, options.max_alignment_residual,
-                   true, InitStatus::kInconsistentResiduals),
-          makeGate("scale_sigma", "", scale_sigma, options.max_scale_sigma, true,
-                   InitStatus::kScaleTooUncertain)};
+  std::vector<GateValue> gates = {
+      makeGate("linkage", "eigenvalue ratio of the translation system", "", linkage,
+               options.min_linkage, false, InitStatus::kDegenerateAlignment),
+      makeGate("scale_positive", "scale", "m", scale, kMinScale, false,
+               InitStatus::kDegenerateAlignment),
+      makeGate("alignment_residual", "rms residual of the alignment", "m, m/s", residual_rms,
+               options.max_alignment_residual, true, InitStatus::kInconsistentResiduals),
+      makeGate("scale_sigma", "relative standard deviation of the scale", "", scale_sigma,
+               options.max_scale_sigma, true, InitStatus::kScaleTooUncertain)};
+  gates[1].enforced = true;
+  return gates;
 }
 
 std::string describe(const GateValue& gate) {
   std::ostringstream out;
   out.precision(3);
-  out << explain(gate.name) << " is " << gate.value;
-  if (!gate.unit.empty()) out << ' ' << gate.unit;
+  out << gate.explanation;
+  if (std::isfinite(gate.value)) {
+    out << " is " << gate.value;
+    if (!gate.unit.empty()) out << ' ' << gate.unit;
+  } else {
+    out << " could not be measured";
+  }
   out << ", must be at " << (gate.upper_bound ? "most " : "least ") << gate.threshold;
   return out.str();
 }
 
-void decide(bool enforced, InitResult* result) {
+void decide(bool enforce_all, InitResult* result) {
+  const GateValue* refusing = nullptr;
   const GateValue* failed = nullptr;
   for (GateValue& gate : result->gates) {
-    gate.enforced = enforced;
-    if (!gate.passed && failed == nullptr) failed = &gate;
+    gate.enforced = gate.enforced || enforce_all;
+    if (gate.passed) continue;
+    if (failed == nullptr) failed = &gate;
+    if (gate.enforced && refusing == nullptr) refusing = &gate;
+  }
+  if (refusing != nullptr) {
+    result->status = refusing->status_if_failed;
+    result->message = describe(*refusing);
+    return;
   }
   result->status = InitStatus::kSuccess;
-  if (failed == nullptr) {
-    result->message = "all gates passed";
-  } else if (enforced) {
-    result->status = failed->status_if_failed;
-    result->message = describe(*failed);
-  } else {
-    result->message = "gates not enforced; " + describe(*failed);
-  }
+  result->message =
+      failed == nullptr ? "all gates passed" : "gates not enforced; " + describe(*failed);
 }
 
 }  // namespace slim_init

@@ -22,8 +22,9 @@ struct MotionMeasures {
   double excitation = kNotComputed;    ///< see forceDeviation() [m/s^2]
 };
 
-/// Median over the tracks of the rotation-compensated angle between first and last sighting, in
-/// pixels at the image centre. NaN without tracks. `R_c0_ck`: camera k to first camera.
+/// Median over the tracks of the largest rotation-compensated angle between the first sighting and
+/// any other, in pixels at the image centre. NaN without tracks. `R_c0_ck`: camera k to first
+/// camera.
 double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck);
 
 /// Largest rotation of any keyframe against the first [deg].
@@ -35,19 +36,22 @@ double forceDeviation(const std::vector<Preintegration>& pre,
                       const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
 /// Gates on the motion: "parallax" (failing as stationary or, beyond min_rotation_deg, as pure
-/// rotation) and "excitation".
+/// rotation; as too few tracks where it could not be measured) and "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
 /// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
 /// "alignment_residual" (inconsistent residuals), "scale_sigma" (scale too uncertain).
+/// "scale_positive" is enforced for every method: a scale that is not positive contradicts the
+/// points being in front of the camera, so there is no answer to accept.
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options);
 
 /// One sentence: what the gate measured, what it needs.
 std::string describe(const GateValue& gate);
 
-/// Sets status and message of `result` from its gates: the first failed one decides when
-/// `enforced`, else the status is kSuccess and the message names the first failure.
-void decide(bool enforced, InitResult* result);
+/// Sets status and message of `result` from its gates: the first enforced gate that failed decides;
+/// `enforce_all` enforces every one. Without such a failure the status is kSuccess, and the message
+/// names the first failure that was not enforced.
+void decide(bool enforce_all, InitResult* result);
 
 }  // namespace slim_init

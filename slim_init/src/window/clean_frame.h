@@ -7,7 +7,8 @@ namespace slim_init {
 
 /// Sorts points and lines by id, makes bearings unit vectors, and drops what no solver can use:
 /// values that are not finite, zero bearings, the second use of an id, lines whose end points
-/// coincide. Every drop is counted. Applying it twice changes nothing.
+/// coincide. Of several observations with one id the first handed in stays. Every drop is counted.
+/// Applying it twice changes nothing.
 void cleanFrame(FrameObservation& frame, WindowCounts& counts);
 
 }  // namespace slim_init

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
+#include "geometry/so3.h"
 #include "window/clean_frame.h"
 
 namespace slim_init {
@@ -140,6 +142,8 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
 
   const std::shared_ptr<InitWindow> window(new InitWindow());
   window->calibration_ = calibration;
+  // Typed with few digits it may be off by as much as validate() lets pass.
+  window->calibration_.R_b_c = nearestRotation(calibration.R_b_c);
   window->imu_ = std::move(imu);
   window->times_.reserve(keyframes.size());
   window->keyframe_lines_.resize(keyframes.size());

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "window/clean_frame.h"
@@ -56,9 +57,10 @@ WindowCut KeyframeWindow::cut() const {
   // The last gap between IMU samples before the newest frame bounds the window from below.
   double t_imu_start = std::numeric_limits<double>::infinity();
   if (newest >= 0) {
-    auto sample = std::upper_bound(imu_.begin(), imu_.end(), frames_[newest].t,
-                                   [](double t, const ImuSample& s) { return t < s.t; });
-    if (sample == imu_.end()) --sample;
+    // The first sample at or after the frame closes the window; it exists, the IMU covers the
+    // frame.
+    auto sample = std::lower_bound(imu_.begin(), imu_.end(), frames_[newest].t,
+                                   [](const ImuSample& s, double t) { return s.t < t; });
     while (sample != imu_.begin() && sample->t - std::prev(sample)->t <= options_.max_imu_gap_s) {
       --sample;
     }
@@ -76,8 +78,13 @@ WindowCut KeyframeWindow::cut() const {
       break;
     }
     if (frames_[i].t < t_imu_start) {
-      out << "IMU data start or have a gap above " << options_.max_imu_gap_s << " s "
-          << frames_[newest].t - t_imu_start << " s before the newest frame";
+      if (t_imu_start > frames_[newest].t) {
+        out << "the newest frame lies in a gap of the IMU data above " << options_.max_imu_gap_s
+            << " s";
+      } else {
+        out << "IMU data start or have a gap above " << options_.max_imu_gap_s << " s "
+            << frames_[newest].t - t_imu_start << " s before the newest frame";
+      }
       reason = out.str();
       break;
     }

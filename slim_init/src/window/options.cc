@@ -7,13 +7,16 @@ namespace slim_init {
 
 std::string WindowOptions::validate() const {
   return RangeCheck()
-      .within("keyframes", keyframes, 2, 50)
-      .within("min_keyframes", min_keyframes, 2, 50)
+      .within("keyframes", keyframes, kMinKeyframes, 50)
+      .within("min_keyframes", min_keyframes, kMinKeyframes, 50)
       .ordered("min_keyframes", min_keyframes, "keyframes", keyframes)
       .within("min_interval_s", min_interval_s, 0.01, 5.0)
       .within("max_frame_gap_s", max_frame_gap_s, 0.05, 10.0)
       .within("max_imu_gap_s", max_imu_gap_s, 0.001, 1.0)
       .within("buffer_s", buffer_s, 0.5, 600.0)
+      // Frames come at their own pace, so that keyframes lie up to twice as far apart.
+      .ordered("twice the least length of a full window", 2.0 * (keyframes - 1) * min_interval_s,
+               "buffer_s", buffer_s)
       .sentence();
 }
 
@@ -27,6 +30,31 @@ std::string GyroBiasOptions::validate() const {
       .sentence();
 }
 
+std::string MultiGapBiasOptions::validate() const {
+  return RangeCheck()
+      .within("max_gap", max_gap, 1, 8)
+      .within("min_points_per_pair", min_points_per_pair, 5, 1000)
+      .within("reweightings", reweightings, 1, 100)
+      .within("max_iterations", max_iterations, 1, 1000)
+      .within("cauchy_sigmas", cauchy_sigmas, 0.1, 1e6)
+      .within("vp_inflation", vp_inflation, 0.1, 1e6)
+      .within("bias_prior", bias_prior, 1e-4, 10.0)
+      .within("max_bias", max_bias, 1e-3, 10.0)
+      .sentence();
+}
+
+std::string ReverseAlignmentOptions::validate() const {
+  return RangeCheck()
+      .within("accel_bias_prior", accel_bias_prior, 1e-6, 10.0)
+      .within("min_scale", min_scale, 1e-6, 1e3)
+      .within("max_scale", max_scale, 1e-3, 1e6)
+      .ordered("min_scale", min_scale, "max_scale", max_scale)
+      .within("grid", grid, 3, 10000)
+      .within("length_weight", length_weight, 1.0, 1e9)
+      .within("log_scale_tolerance", log_scale_tolerance, 1e-12, 0.1)
+      .sentence();
+}
+
 std::string VanishingPointOptions::validate() const {
   return RangeCheck()
       .within("icosphere_subdivisions", icosphere_subdivisions, 1, 6)
@@ -36,6 +64,9 @@ std::string VanishingPointOptions::validate() const {
       .within("match_threshold_deg", match_threshold_deg, 0.1, 45.0)
       .within("min_track_age", min_track_age, 1, 100)
       .within("consistency_threshold_deg", consistency_threshold_deg, 0.01, 20.0)
+      // The rms over lines chosen by a threshold is always below that threshold.
+      .ordered("consistency_threshold_deg", consistency_threshold_deg, "inlier_threshold_deg",
+               inlier_threshold_deg)
       .sentence();
 }
 

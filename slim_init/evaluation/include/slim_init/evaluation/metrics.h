@@ -32,7 +32,9 @@ inline constexpr double kSuccessScaleError = 0.5;
 /// Errors of one window. Either all fields are finite (gyro_bias_err_pct excepted, which does not
 /// exist for a zero true bias), or `failure` says why none is.
 struct WindowMetrics {
-  double scale = kNotComputed;              ///< s of truth = s R estimate + t
+  /// s of truth = s R estimate + t; negative where the estimate runs the wrong way, seen from the
+  /// first body (R would hide that on a path that is nearly planar).
+  double scale = kNotComputed;
   double scale_error = kNotComputed;        ///< |s - 1|
   double pose_rmse = kNotComputed;          ///< positions after the Sim(3) alignment [m]
   double velocity_rmse = kNotComputed;      ///< difference of speeds, no alignment [m/s]

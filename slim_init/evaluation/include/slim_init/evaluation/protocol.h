@@ -68,7 +68,8 @@ struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;
   ProtocolCounts counts;
-  WindowCounts dropped;  ///< messages and observations rejected on the way, over all windows
+  std::string first_refusal;  ///< sentence of the first trial counted as invalid
+  WindowCounts dropped;       ///< messages and observations rejected on the way, over all windows
 };
 
 /// Called after every trial with the number done and the number in all.

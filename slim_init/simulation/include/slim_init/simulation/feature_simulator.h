@@ -21,20 +21,20 @@ struct PinholeCamera {
 
 struct FeatureSimulationOptions {
   PinholeCamera camera;
-  int max_points = 100;          ///< points tracked in one frame
+  int max_points = 100;              ///< points tracked in one frame
   double min_point_distance = 15.0;  ///< of a new point from all tracked ones [px], as trackers do
-  int max_lines = 25;            ///< lines tracked in one frame
-  double pixel_noise = 0.6;      ///< point observation, standard deviation per axis [px]
-  double line_noise = 0.7;       ///< line end point, standard deviation per axis [px]
-  double drift = 0.0;            ///< random walk of a point track, per frame and axis [px]
-  double outlier_rate = 0.0;     ///< share of point tracks that slide off at constant velocity
-  double outlier_speed = 0.8;    ///< standard deviation of that velocity [px/frame]
-  double track_life = 36.0;      ///< mean life of a track [frames]; tracks end earlier when unseen
-  double line_slide = 0.25;      ///< largest share of a segment cut from each end, anew per frame
-  double line_fragmentation = 0.0;  ///< chance per line and frame that the track breaks (new id)
-  double line_misassociation = 0.0; ///< chance per line and frame that it jumps to a wrong segment
-                                    ///< under the same id, for the rest of the track
-  double min_line_length_px = 25.0; ///< shorter segments are not seen
+  int max_lines = 25;                ///< lines tracked in one frame
+  double pixel_noise = 0.6;          ///< point observation, standard deviation per axis [px]
+  double line_noise = 0.7;           ///< line end point, standard deviation per axis [px]
+  double drift = 0.0;                ///< random walk of a point track, per frame and axis [px]
+  double outlier_rate = 0.0;         ///< share of point tracks that slide off at constant velocity
+  double outlier_speed = 0.8;        ///< standard deviation of that velocity [px/frame]
+  double track_life = 36.0;  ///< mean life of a track [frames]; tracks end earlier when unseen
+  double line_slide = 0.25;  ///< largest share of a segment cut from each end, anew per frame
+  double line_fragmentation = 0.0;   ///< chance per line and frame that the track breaks (new id)
+  double line_misassociation = 0.0;  ///< chance per line and frame that it jumps to a wrong segment
+                                     ///< under the same id, for the rest of the track
+  double min_line_length_px = 25.0;  ///< shorter segments are not seen
   unsigned seed = 1;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.

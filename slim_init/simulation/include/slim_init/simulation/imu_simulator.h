@@ -11,7 +11,7 @@ namespace slim_init::simulation {
 /// How to sample an IMU from a motion.
 struct ImuSimulationOptions {
   double rate_hz = 200.0;
-  ImuNoise noise;        ///< densities; per-sample sigma is density * sqrt(rate_hz)
+  ImuNoise noise;  ///< densities; per-sample sigma is density * sqrt(rate_hz)
   bool add_noise = true;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d(-0.0022, 0.0208, 0.0765);  ///< [rad/s], EuRoC's
   Eigen::Vector3d accel_bias = Eigen::Vector3d(-0.013, 0.10, 0.09);      ///< [m/s^2], EuRoC's

@@ -1,0 +1,75 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Configuration files: VINS-Mono's own OpenCV-YAML file as it is, and our keys under `slim_init:`.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/options.h"
+#include "slim_init/types.h"
+
+namespace slim_init::feature_tracker_lines {
+
+/// Front-end keys of the host's file, under the host's names.
+struct HostFrontEnd {
+  int max_cnt = 150;         ///< points tracked in one image
+  int min_dist = 30;         ///< [px] between two points
+  int freq = 10;             ///< [Hz] of published features; 0 is every image
+  double F_threshold = 1.0;  ///< [px] of the host's outlier rejection
+  bool equalize = true;      ///< histogram equalization before detection
+  bool fisheye = false;      ///< the host masks the image border
+};
+
+/// Everything a program needs to run an initializer on a rig.
+struct Config {
+  std::string method = "drt-l";  ///< a name of solverNames()
+  InitializerOptions options;
+  Calibration calibration;
+  CameraParameters camera;
+  HostFrontEnd front_end;
+  bool estimate_td = false;  ///< the host estimates td itself; ours is its starting value
+  std::string imu_topic;
+  std::string image_topic;
+  /// What the reader should know, one sentence each; nothing here is an error.
+  std::vector<std::string> notes;
+};
+
+/// One of our keys. `key` is the path below `slim_init:`, e.g. "window.keyframes".
+struct ConfigKey {
+  std::string key;
+  std::variant<int*, double*, bool*, std::string*, GateMode*> field;
+  std::string unit;    ///< "" where there is none
+  std::string reason;  ///< what it does and why the default is what it is
+};
+
+/// All our keys, bound to the fields of `config`. Reading, the list of unknown keys and the
+/// documentation all go through this one table.
+std::vector<ConfigKey> configKeys(Config* config);
+
+/// The `slim_init:` section with every key, its default, unit and reason: config/template.yaml.
+std::string documentedDefaults();
+
+/// Reads the host's configuration file: camera (model_type, image_width, image_height,
+/// projection_parameters, distortion_parameters, mirror_parameters), extrinsicRotation and
+/// extrinsicTranslation (camera to IMU), g_norm, td, topics, front-end keys, and our section
+/// `slim_init:`. `acc_n` and `gyr_n` are per-sample tuning values of the host and never become our
+/// noise densities; a note says so. Keys of the host that we do not use are left alone.
+///
+/// Everything else is an error: a missing or malformed file, a missing camera or extrinsic key, a
+/// value of the wrong kind, an unknown key in our section, a value out of range. Then returns
+/// false, leaves `config` as it was and puts a sentence that names file, key, value and bound into
+/// `error` (may be null). Never throws.
+bool loadConfig(const std::string& path, Config* config, std::string* error);
+
+/// The same with our section in a file of its own, which wins over the one in the host's file.
+bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
+                std::string* error);
+
+/// Reads only the section `slim_init:` of a file onto `config`; it has to be there. Errors as
+/// above.
+bool loadOptions(const std::string& path, Config* config, std::string* error);
+
+}  // namespace slim_init::feature_tracker_lines

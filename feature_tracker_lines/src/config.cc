@@ -1,0 +1,654 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/feature_tracker_lines/config.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <sstream>
+#include <utility>
+
+#include "slim_init/window_solver.h"
+
+namespace slim_init::feature_tracker_lines {
+namespace {
+
+constexpr char kSection[] = "slim_init";
+
+// The first problem of a file, as a sentence that starts with the key. Thrown inside this file
+// only.
+struct Problem {
+  std::string sentence;
+};
+
+template <typename... Parts>
+[[noreturn]] void fail(const Parts&... parts) {
+  std::ostringstream out;
+  (out << ... << parts);
+  throw Problem{out.str()};
+}
+
+// ------------------------------------------------------------------------------- scalar values
+
+std::string shown(const cv::FileNode& node) {
+  std::ostringstream out;
+  if (node.isInt()) {
+    out << static_cast<int>(node);
+  } else if (node.isReal()) {
+    out << static_cast<double>(node);
+  } else if (node.isString()) {
+    out << '"' << static_cast<std::string>(node) << '"';
+  } else if (node.isMap()) {
+    out << "a section";
+  } else if (node.isSeq()) {
+    out << "a list";
+  } else {
+    out << "empty";
+  }
+  return out.str();
+}
+
+[[noreturn]] void wrongKind(const std::string& key, const cv::FileNode& node, const char* wanted) {
+  fail(key, " is ", shown(node), ", must be ", wanted);
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+void read(const std::string& key, const cv::FileNode& node, int* value) {
+  if (!node.isInt()) wrongKind(key, node, "a whole number");
+  *value = static_cast<int>(node);
+}
+
+void read(const std::string& key, const cv::FileNode& node, double* value) {
+  if (!node.isInt() && !node.isReal()) wrongKind(key, node, "a number");
+  const double number = static_cast<double>(node);
+  if (!std::isfinite(number)) fail(key, " is ", shown(node), ", must be a finite number");
+  *value = number;
+}
+
+// OpenCV's YAML has no booleans: 0 and 1 are numbers, the words are strings.
+void read(const std::string& key, const cv::FileNode& node, bool* value) {
+  if (node.isInt()) {
+    const int number = static_cast<int>(node);
+    if (number == 0 || number == 1) {
+      *value = number == 1;
+      return;
+    }
+  } else if (node.isString()) {
+    const std::string word = lower(static_cast<std::string>(node));
+    if (word == "true" || word == "false") {
+      *value = word == "true";
+      return;
+    }
+  }
+  wrongKind(key, node, "0, 1, true or false");
+}
+
+void read(const std::string& key, const cv::FileNode& node, std::string* value) {
+  if (!node.isString()) wrongKind(key, node, "a text");
+  *value = static_cast<std::string>(node);
+}
+
+constexpr std::pair<const char*, GateMode> kGateModes[] = {
+    {"own", GateMode::kOwn}, {"on", GateMode::kOn}, {"off", GateMode::kOff}};
+
+void read(const std::string& key, const cv::FileNode& node, GateMode* value) {
+  if (node.isString()) {
+    for (const auto& [name, mode] : kGateModes) {
+      if (static_cast<std::string>(node) == name) {
+        *value = mode;
+        return;
+      }
+    }
+  }
+  wrongKind(key, node, "own, on or off");
+}
+
+std::string written(int value) { return std::to_string(value); }
+std::string written(bool value) { return value ? "1" : "0"; }
+std::string written(const std::string& value) { return value; }
+std::string written(double value) {
+  std::ostringstream out;
+  out.precision(15);
+  out << value;
+  // OpenCV reads "1" as a whole number; a reader should see that a fraction may stand here.
+  if (out.str().find_first_of(".en") == std::string::npos) out << ".0";
+  return out.str();
+}
+std::string written(GateMode value) {
+  for (const auto& [name, mode] : kGateModes) {
+    if (mode == value) return name;
+  }
+  return "own";
+}
+
+// --------------------------------------------------------------------------------- our section
+
+// Number of single-letter edits between two words, for "did you mean".
+size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (size_t i = 1; i <= a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+[[noreturn]] void unknownKey(const std::string& key, const std::vector<ConfigKey>& keys) {
+  const ConfigKey* nearest = nullptr;
+  size_t distance = std::max<size_t>(2, key.size() / 3) + 1;
+  for (const ConfigKey& known : keys) {
+    const size_t d = editDistance(key, known.key);
+    if (d < distance) {
+      distance = d;
+      nearest = &known;
+    }
+  }
+  if (nearest != nullptr) {
+    fail(kSection, ".", key, " is not a known key; did you mean ", nearest->key, "?");
+  }
+  fail(kSection, ".", key, " is not a known key; config/template.yaml lists all of them");
+}
+
+// Where a value came from, to name the right file when it turns out to be out of range.
+using Origins = std::map<std::string, std::string>;
+
+void readSection(const cv::FileNode& section, const std::string& prefix, const std::string& file,
+                 const std::vector<ConfigKey>& keys, Origins* origins) {
+  std::vector<std::string> seen;
+  for (cv::FileNodeIterator it = section.begin(); it != section.end(); ++it) {
+    const cv::FileNode node = *it;
+    const std::string key = prefix + node.name();
+    // OpenCV keeps the last of two equal keys and loses the other without a word.
+    if (std::count(seen.begin(), seen.end(), key) > 0) fail(kSection, ".", key, " stands twice");
+    seen.push_back(key);
+
+    const auto known =
+        std::find_if(keys.begin(), keys.end(), [&key](const ConfigKey& k) { return k.key == key; });
+    if (known != keys.end()) {
+      std::visit([&](auto* field) { read(std::string(kSection) + "." + key, node, field); },
+                 known->field);
+      (*origins)[std::string(kSection) + "." + key] = file;
+      continue;
+    }
+    const bool is_section = std::any_of(keys.begin(), keys.end(), [&key](const ConfigKey& k) {
+      return k.key.compare(0, key.size() + 1, key + ".") == 0;
+    });
+    if (!is_section) unknownKey(key, keys);
+    if (!node.isMap()) wrongKind(std::string(kSection) + "." + key, node, "a section of keys");
+    readSection(node, key + ".", file, keys, origins);
+  }
+}
+
+// ------------------------------------------------------------------------------- the host's keys
+
+template <typename T>
+void readRequired(const cv::FileNode& parent, const std::string& prefix, const char* key,
+                  const char* purpose, T* value) {
+  const cv::FileNode node = parent[key];
+  if (node.empty()) fail(prefix, key, " is missing; it is needed for ", purpose);
+  read(prefix + key, node, value);
+}
+
+template <typename T>
+void readOptional(const cv::FileNode& root, const char* key, T* value) {
+  const cv::FileNode node = root[key];
+  if (!node.empty()) read(key, node, value);
+}
+
+// Names of the intrinsics of each model, in the order of CameraParameters.
+struct IntrinsicNames {
+  CameraModel model;
+  const char* projection[4];  // fx, fy, cx, cy
+  const char* distortion_section;
+  const char* distortion[4];
+};
+constexpr IntrinsicNames kIntrinsics[] = {
+    {CameraModel::kPinhole,
+     {"fx", "fy", "cx", "cy"},
+     "distortion_parameters",
+     {"k1", "k2", "p1", "p2"}},
+    {CameraModel::kKannalaBrandt,
+     {"mu", "mv", "u0", "v0"},
+     "projection_parameters",
+     {"k2", "k3", "k4", "k5"}},
+    {CameraModel::kMei,
+     {"gamma1", "gamma2", "u0", "v0"},
+     "distortion_parameters",
+     {"k1", "k2", "p1", "p2"}},
+};
+
+cv::FileNode requiredSection(const cv::FileNode& root, const char* key) {
+  const cv::FileNode node = root[key];
+  if (node.empty()) fail(key, " is missing; it is needed for the camera model");
+  if (!node.isMap()) wrongKind(key, node, "a section of keys");
+  return node;
+}
+
+CameraParameters readCamera(const cv::FileNode& root) {
+  constexpr char kPurpose[] = "the camera model";
+  std::string type;
+  readRequired(root, "", "model_type", kPurpose, &type);
+  const IntrinsicNames* names = nullptr;
+  for (const IntrinsicNames& candidate : kIntrinsics) {
+    if (lower(type) == lower(toString(candidate.model))) names = &candidate;
+  }
+  if (names == nullptr) {
+    fail("model_type is \"", type, "\", must be PINHOLE, KANNALA_BRANDT or MEI");
+  }
+
+  CameraParameters camera;
+  camera.model = names->model;
+  readRequired(root, "", "image_width", kPurpose, &camera.width);
+  readRequired(root, "", "image_height", kPurpose, &camera.height);
+  const cv::FileNode projection = requiredSection(root, "projection_parameters");
+  double* const intrinsics[4] = {&camera.fx, &camera.fy, &camera.cx, &camera.cy};
+  for (int i = 0; i < 4; ++i) {
+    readRequired(projection, "projection_parameters.", names->projection[i], kPurpose,
+                 intrinsics[i]);
+  }
+  const cv::FileNode distortion = requiredSection(root, names->distortion_section);
+  for (int i = 0; i < 4; ++i) {
+    readRequired(distortion, std::string(names->distortion_section) + ".", names->distortion[i],
+                 kPurpose, &camera.distortion[i]);
+  }
+  if (camera.model == CameraModel::kMei) {
+    readRequired(requiredSection(root, "mirror_parameters"), "mirror_parameters.", "xi", kPurpose,
+                 &camera.xi);
+  }
+
+  const std::string sentence = camera.validate();
+  if (sentence.empty()) return camera;
+  // The sentence names our field; the user knows the key.
+  const auto rename = [&sentence](const std::string& field, const std::string& key) {
+    if (sentence.compare(0, field.size() + 1, field + " ") == 0) {
+      fail(key, sentence.substr(field.size()));
+    }
+  };
+  const char* const fields[4] = {"fx", "fy", "cx", "cy"};
+  for (int i = 0; i < 4; ++i) {
+    rename(fields[i], std::string("projection_parameters.") + names->projection[i]);
+    rename("distortion[" + std::to_string(i) + "]",
+           std::string(names->distortion_section) + "." + names->distortion[i]);
+  }
+  rename("width", "image_width");
+  rename("height", "image_height");
+  rename("xi", "mirror_parameters.xi");
+  fail(sentence);
+}
+
+// A matrix written as !!opencv-matrix, of rows x cols; a vector may also stand as a row.
+Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, int cols) {
+  const cv::FileNode node = root[key];
+  if (node.empty()) {
+    fail(key,
+         " is missing; the initializer needs to know how the camera sits on the IMU, also "
+         "where the host is told to find out itself (estimate_extrinsic: 2)");
+  }
+  cv::Mat matrix;
+  try {
+    node >> matrix;
+  } catch (const std::exception&) {
+    fail(key, " cannot be read as !!opencv-matrix");
+  }
+  const bool transposed = cols == 1 && matrix.rows == 1 && matrix.cols == rows;
+  if (matrix.channels() != 1 || !(transposed || (matrix.rows == rows && matrix.cols == cols))) {
+    fail(key, " is ", matrix.rows, " x ", matrix.cols, ", must be an !!opencv-matrix of ", rows,
+         " x ", cols);
+  }
+  cv::Mat_<double> values;
+  matrix.convertTo(values, CV_64F);
+  Eigen::MatrixXd result(rows, cols);
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < cols; ++c) result(r, c) = transposed ? values(c, r) : values(r, c);
+  }
+  return result;
+}
+
+void readExtrinsic(const cv::FileNode& root, Config* config) {
+  const Eigen::Matrix3d R = readMatrix(root, "extrinsicRotation", 3, 3);
+  const Eigen::Vector3d t = readMatrix(root, "extrinsicTranslation", 3, 1);
+  if (!R.allFinite()) fail("extrinsicRotation has a value that is not a number");
+  if (!t.allFinite()) fail("extrinsicTranslation has a value that is not a number");
+
+  // Files carry a few digits: take the nearest rotation, but only if that is what was meant.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+  constexpr double kLargest = 1e-2;
+  if (nearest.determinant() < 0.0) {
+    fail("extrinsicRotation has determinant ", R.determinant(),
+         ", must be a rotation (+1): one axis is mirrored");
+  }
+  if ((R - nearest).norm() > kLargest) {
+    fail("extrinsicRotation is ", (R - nearest).norm(), " away from the nearest rotation, may be ",
+         kLargest);
+  }
+  config->calibration.R_b_c = nearest;
+  config->calibration.t_b_c = t;
+}
+
+void readHost(const cv::FileNode& root, Config* config) {
+  config->camera = readCamera(root);
+  config->calibration.focal_px = Camera(config->camera).focalPx();
+  readExtrinsic(root, config);
+
+  readOptional(root, "imu_topic", &config->imu_topic);
+  readOptional(root, "image_topic", &config->image_topic);
+  readOptional(root, "g_norm", &config->calibration.gravity_magnitude);
+  readOptional(root, "td", &config->calibration.td);
+  readOptional(root, "estimate_td", &config->estimate_td);
+
+  HostFrontEnd& front_end = config->front_end;
+  readOptional(root, "max_cnt", &front_end.max_cnt);
+  readOptional(root, "min_dist", &front_end.min_dist);
+  readOptional(root, "freq", &front_end.freq);
+  readOptional(root, "F_threshold", &front_end.F_threshold);
+  readOptional(root, "equalize", &front_end.equalize);
+  readOptional(root, "fisheye", &front_end.fisheye);
+  const auto within = [](const char* key, double value, double min, double max) {
+    if (!(value >= min && value <= max)) {
+      fail(key, " is ", value, ", must be in [", min, ", ", max, "]");
+    }
+  };
+  within("max_cnt", front_end.max_cnt, 1, 10000);
+  within("min_dist", front_end.min_dist, 0, 1000);
+  within("freq", front_end.freq, 0, 1000);
+  within("F_threshold", front_end.F_threshold, 0.01, 100.0);
+
+  int rolling_shutter = 0, estimate_extrinsic = 0;
+  readOptional(root, "rolling_shutter", &rolling_shutter);
+  readOptional(root, "estimate_extrinsic", &estimate_extrinsic);
+  if (rolling_shutter != 0) {
+    config->notes.push_back(
+        "rolling_shutter is set: the initializer takes every image as exposed at one instant");
+  }
+  if (estimate_extrinsic != 0) {
+    config->notes.push_back("estimate_extrinsic is " + std::to_string(estimate_extrinsic) +
+                            ": the initializer takes extrinsicRotation and extrinsicTranslation "
+                            "as exact");
+  }
+}
+
+void noteNoise(const cv::FileNode& root, const Origins& origins, Config* config) {
+  const bool has_gyro = origins.count("slim_init.noise.gyro_density") > 0;
+  const bool has_accel = origins.count("slim_init.noise.accel_density") > 0;
+  const bool host_has = !root["acc_n"].empty() || !root["gyr_n"].empty();
+  if (has_gyro && has_accel) return;
+  const ImuNoise& noise = config->calibration.imu_noise;
+  std::ostringstream out;
+  if (host_has) out << "acc_n and gyr_n tune the host and are not noise densities; ";
+  out << "used are " << noise.gyro_density << " rad/s/sqrt(Hz)" << (has_gyro ? "" : " (default)")
+      << " and " << noise.accel_density << " m/s^2/sqrt(Hz)" << (has_accel ? "" : " (default)")
+      << "; set slim_init.noise.gyro_density and slim_init.noise.accel_density to change them";
+  config->notes.push_back(out.str());
+}
+
+// -------------------------------------------------------------------------------------- files
+
+// On the heap: in OpenCV before 4.5.2 nodes point back to the FileStorage object itself, which must
+// therefore not move.
+std::unique_ptr<cv::FileStorage> openFile(const std::string& path) {
+  // Asked first, because OpenCV prints to the console about a file it cannot open.
+  if (!std::ifstream(path).is_open()) fail("the file cannot be opened");
+  try {
+    auto storage = std::make_unique<cv::FileStorage>(path, cv::FileStorage::READ);
+    if (!storage->isOpened()) fail("the file cannot be read");
+    return storage;
+  } catch (const cv::Exception& exception) {
+    // exception.err is the parser's sentence, exception.func "file(line): what".
+    std::string reason = exception.func + " " + exception.err;
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    fail("not a YAML file that OpenCV can read (the first line has to be %YAML:1.0): ", reason);
+  }
+}
+
+void readOurs(const cv::FileNode& root, const std::string& file, bool required, Config* config,
+              Origins* origins) {
+  const cv::FileNode section = root[kSection];
+  if (section.empty()) {
+    if (required) fail("the section ", kSection, ": is missing");
+    return;
+  }
+  if (!section.isMap()) wrongKind(kSection, section, "a section of keys");
+  readSection(section, "", file, configKeys(config), origins);
+}
+
+// Ranges of everything that came from a file; the sentence starts with the key.
+void checkRanges(const Config& config) {
+  const std::vector<std::string>& methods = solverNames();
+  if (std::find(methods.begin(), methods.end(), config.method) == methods.end()) {
+    std::ostringstream known;
+    for (const std::string& name : methods) known << (known.tellp() > 0 ? ", " : "") << name;
+    fail(kSection, ".method is \"", config.method, "\", must be one of ", known.str());
+  }
+  std::string sentence = config.options.validate();
+  if (!sentence.empty()) fail(kSection, ".", sentence);
+
+  sentence = config.calibration.validate();
+  const std::pair<const char*, const char*> renames[] = {
+      {"imu_noise.", "slim_init.noise."},
+      {"gravity_magnitude", "g_norm"},
+      {"focal_px", "the focal length from projection_parameters"},
+      {"sigma_px", "slim_init.sigma_px"},
+      {"sigma_line_px", "slim_init.sigma_line_px"},
+      {"norm of t_b_c", "the length of extrinsicTranslation [m]"},
+      {"distance of R_b_c", "the distance of extrinsicRotation"},
+  };
+  for (const auto& [field, key] : renames) {
+    const std::string name(field);
+    if (sentence.compare(0, name.size(), name) == 0) fail(key, sentence.substr(name.size()));
+  }
+  if (!sentence.empty()) fail(sentence);
+}
+
+// The file to blame for a sentence: where its key was read, or, where its key has the default and
+// clashes with another one of its section, where that one was read.
+std::string originOf(const std::string& sentence, const Origins& origins,
+                     const std::string& fallback) {
+  const std::string key = sentence.substr(0, sentence.find(' '));
+  const auto exact = origins.find(key);
+  if (exact != origins.end()) return exact->second;
+  const std::string section = key.substr(0, key.rfind('.') + 1);
+  for (const auto& [other, file] : origins) {
+    if (other.compare(0, section.size(), section) == 0 &&
+        sentence.find(" " + other.substr(section.size()) + " ") != std::string::npos) {
+      return file;
+    }
+  }
+  return fallback;
+}
+
+// Runs `work` on a copy and hands it over on success; every problem becomes "file: sentence".
+template <typename Work>
+bool transact(Config* config, std::string* error, std::string* file, const Work& work) {
+  Config result = *config;
+  Origins origins;
+  std::string sentence;
+  try {
+    work(&result, &origins);
+    try {
+      checkRanges(result);
+    } catch (const Problem& problem) {
+      *file = originOf(problem.sentence, origins, *file);
+      throw;
+    }
+    *config = std::move(result);
+    return true;
+  } catch (const Problem& problem) {
+    sentence = problem.sentence;
+  } catch (const std::exception& exception) {
+    sentence = exception.what();
+  }
+  if (error != nullptr) *error = *file + ": " + sentence;
+  return false;
+}
+
+}  // namespace
+
+std::vector<ConfigKey> configKeys(Config* config) {
+  Calibration& calibration = config->calibration;
+  WindowOptions& window = config->options.window;
+  GyroBiasOptions& gyro = config->options.gyro_bias;
+  VanishingPointOptions& vp = config->options.vanishing_point;
+  LineSelectionOptions& lines = config->options.line_selection;
+  AlignmentOptions& alignment = config->options.alignment;
+  SlimPaperOptions& paper = config->options.slim_paper;
+  GateOptions& gates = config->options.gates;
+  return {
+      {"method", &config->method, "", "the solver: `slim_init ab --help` lists the names"},
+      {"sigma_px", &calibration.sigma_px, "px", "standard deviation of a tracked point"},
+      {"sigma_line_px", &calibration.sigma_line_px, "px",
+       "standard deviation of a segment's end across the segment"},
+
+      {"noise.gyro_density", &calibration.imu_noise.gyro_density, "rad/s/sqrt(Hz)",
+       "white noise of the gyroscope, from its data sheet; not the host's gyr_n"},
+      {"noise.accel_density", &calibration.imu_noise.accel_density, "m/s^2/sqrt(Hz)",
+       "white noise of the accelerometer, from its data sheet; not the host's acc_n"},
+
+      {"window.keyframes", &window.keyframes, "", "keyframes of a full window"},
+      {"window.min_keyframes", &window.min_keyframes, "",
+       "fewer are answered with too_few_keyframes"},
+      {"window.min_interval_s", &window.min_interval_s, "s",
+       "between keyframes: shorter ones share too little motion"},
+      {"window.max_frame_gap_s", &window.max_frame_gap_s, "s",
+       "a longer gap between images ends the window"},
+      {"window.max_imu_gap_s", &window.max_imu_gap_s, "s",
+       "a longer gap between IMU samples ends the window"},
+      {"window.buffer_s", &window.buffer_s, "s", "data kept; bounds the memory"},
+
+      {"gyro_bias.max_iterations", &gyro.max_iterations, "",
+       "Levenberg-Marquardt iterations per linearisation"},
+      {"gyro_bias.max_relinearizations", &gyro.max_relinearizations, "",
+       "integrations of the gyroscope at a new bias"},
+      {"gyro_bias.cauchy_scale", &gyro.cauchy_scale, "rad^2",
+       "residual of a keyframe pair beyond which it loses weight"},
+      {"gyro_bias.min_points_per_pair", &gyro.min_points_per_pair, "",
+       "keyframe pairs with fewer common points do not enter"},
+      {"gyro_bias.max_bias", &gyro.max_bias, "rad/s", "a larger answer is a numerical failure"},
+
+      {"vanishing_point.icosphere_subdivisions", &vp.icosphere_subdivisions, "",
+       "4 are 2562 directions, two degrees apart"},
+      {"vanishing_point.vote_threshold_deg", &vp.vote_threshold_deg, "deg",
+       "a line votes for directions this close to its plane"},
+      {"vanishing_point.inlier_threshold_deg", &vp.inlier_threshold_deg, "deg",
+       "a line this close belongs to the vanishing point"},
+      {"vanishing_point.min_inliers", &vp.min_inliers, "", "fewer lines make no vanishing point"},
+      {"vanishing_point.match_threshold_deg", &vp.match_threshold_deg, "deg",
+       "between the predicted and the seen direction, to be the same one"},
+      {"vanishing_point.min_track_age", &vp.min_track_age, "keyframes",
+       "younger tracks are not used"},
+      {"vanishing_point.consistency_threshold_deg", &vp.consistency_threshold_deg, "deg",
+       "rms of the inliers above which a vanishing point is not used"},
+
+      {"line_selection.min_keyframes", &lines.min_keyframes, "",
+       "a line seen in fewer keyframes is not used"},
+      {"line_selection.max_lines_per_pair", &lines.max_lines_per_pair, "",
+       "best lines of a keyframe pair that are used"},
+      {"line_selection.full_length_px", &lines.full_length_px, "px",
+       "length from which a line counts fully"},
+
+      {"alignment.min_track_length", &alignment.min_track_length, "keyframes",
+       "shorter tracks say nothing about relative scale"},
+      {"alignment.min_tracks", &alignment.min_tracks, "",
+       "fewer tracks are answered with too_few_tracks"},
+      {"alignment.min_parallax_rad", &alignment.min_parallax_rad, "rad",
+       "tracks with less parallax are left out"},
+
+      {"slim_paper.use_vp", &paper.use_vp, "", "vanishing points in the gyroscope bias, eq. (4)"},
+      {"slim_paper.use_line_epipolar", &paper.use_line_epipolar, "",
+       "the line residual of eq. (11)"},
+      {"slim_paper.use_line_normal", &paper.use_line_normal, "", "the line residual of eq. (12)"},
+      {"slim_paper.vp_weight", &paper.vp_weight, "",
+       "factor on the weight of the vanishing points"},
+      {"slim_paper.vp_cauchy_scale", &paper.vp_cauchy_scale, "rad",
+       "vanishing-point residual beyond which it loses weight"},
+      {"slim_paper.line_epipolar_weight", &paper.line_epipolar_weight, "",
+       "constant of eq. (13) for eq. (11); larger pulls the scale to zero"},
+      {"slim_paper.line_normal_weight", &paper.line_normal_weight, "",
+       "constant of eq. (13) for eq. (12)"},
+
+      {"gates.mode", &gates.mode, "",
+       "own: as the method was published; on: enforced; off: only reported"},
+      {"gates.min_parallax_px", &gates.min_parallax_px, "px",
+       "median motion of the tracks without rotation; less is no translation"},
+      {"gates.min_rotation_deg", &gates.min_rotation_deg, "deg",
+       "tells stationary from pure rotation where there is no translation"},
+      {"gates.min_excitation", &gates.min_excitation, "m/s^2",
+       "rms change of acceleration; at less the scale is not observable"},
+      {"gates.min_linkage", &gates.min_linkage, "",
+       "second to first eigenvalue of the translations; less is a split window"},
+      {"gates.max_alignment_residual", &gates.max_alignment_residual, "m, m/s",
+       "rms of the alignment's rows; more is refused"},
+      {"gates.max_scale_sigma", &gates.max_scale_sigma, "",
+       "relative standard deviation of the scale; more is refused"},
+  };
+}
+
+std::string documentedDefaults() {
+  Config defaults;
+  std::ostringstream out;
+  out << kSection << ":\n";
+  std::string open_section;
+  for (const ConfigKey& key : configKeys(&defaults)) {
+    const size_t dot = key.key.find('.');
+    const std::string section = dot == std::string::npos ? "" : key.key.substr(0, dot);
+    if (section != open_section) out << "  " << section << ":\n";
+    open_section = section;
+    const std::string indent = section.empty() ? "  " : "    ";
+    out << indent << "# " << key.reason;
+    if (!key.unit.empty()) out << " [" << key.unit << "]";
+    out << "\n"
+        << indent << (section.empty() ? key.key : key.key.substr(dot + 1)) << ": "
+        << std::visit([](auto* field) { return written(*field); }, key.field) << "\n";
+  }
+  return out.str();
+}
+
+bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
+                std::string* error) {
+  std::string file = path;
+  // A configuration is read whole: nothing of an earlier one stays.
+  Config fresh;
+  const bool loaded = transact(&fresh, error, &file, [&](Config* result, Origins* origins) {
+    const std::unique_ptr<cv::FileStorage> storage = openFile(path);
+    readHost(storage->root(), result);
+    readOurs(storage->root(), path, false, result, origins);
+    if (!options_path.empty()) {
+      file = options_path;
+      readOurs(openFile(options_path)->root(), options_path, true, result, origins);
+      file = path;
+    }
+    noteNoise(storage->root(), *origins, result);
+  });
+  if (loaded) *config = std::move(fresh);
+  return loaded;
+}
+
+bool loadConfig(const std::string& path, Config* config, std::string* error) {
+  return loadConfig(path, "", config, error);
+}
+
+bool loadOptions(const std::string& path, Config* config, std::string* error) {
+  std::string file = path;
+  return transact(config, error, &file, [&](Config* result, Origins* origins) {
+    readOurs(openFile(path)->root(), path, true, result, origins);
+  });
+}
+
+}  // namespace slim_init::feature_tracker_lines

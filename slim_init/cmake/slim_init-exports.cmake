@@ -1,0 +1,27 @@
+# What the namespaced targets need, then the targets: the part that the plain package file and the
+# catkin package file share. Sets slim_init_NOT_FOUND_MESSAGE to a sentence on failure.
+set(slim_init_NOT_FOUND_MESSAGE)
+
+find_package(Eigen3 3.3 QUIET NO_MODULE)
+if(NOT TARGET Eigen3::Eigen)
+  set(slim_init_NOT_FOUND_MESSAGE
+      "slim_init needs Eigen >= 3.3, which was not found: install libeigen3-dev or set Eigen3_DIR")
+  return()
+endif()
+
+# In a catkin workspace built as one project the targets are already there.
+if(NOT TARGET slim_init::core)
+  include("${CMAKE_CURRENT_LIST_DIR}/slim_init-targets.cmake")
+endif()
+
+# Only the line front end needs OpenCV; who links the core alone need not have it.
+if(TARGET slim_init::feature_tracker_lines AND NOT TARGET SlimInitOpenCV::SlimInitOpenCV)
+  list(INSERT CMAKE_MODULE_PATH 0 "${CMAKE_CURRENT_LIST_DIR}")
+  find_package(SlimInitOpenCV 4.2 QUIET COMPONENTS core imgproc calib3d)
+  list(REMOVE_AT CMAKE_MODULE_PATH 0)
+  if(NOT SlimInitOpenCV_FOUND AND "feature_tracker_lines" IN_LIST slim_init_FIND_COMPONENTS)
+    set(slim_init_NOT_FOUND_MESSAGE
+        "slim_init::feature_tracker_lines needs OpenCV >= 4.2, which was not found: install libopencv-core-dev, libopencv-imgproc-dev and libopencv-calib3d-dev, or set OpenCV_DIR"
+    )
+  endif()
+endif()

@@ -1,0 +1,161 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "alignment/reverse_alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "alignment/gravity_constrained.h"
+
+namespace slim_init {
+namespace {
+
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+
+// Everything that does not depend on u, projected onto the nine unknowns.
+class ReverseCost {
+ public:
+  ReverseCost(const LinearMotion& motion, const Eigen::VectorXd& shape,
+              const Eigen::MatrixXd& information, double kappa, double accel_bias_prior,
+              double gravity_magnitude)
+      : kappa_(kappa), gravity_magnitude_(gravity_magnitude) {
+    const Eigen::VectorXd c0 = motion.position0 + motion.lever;
+    const Eigen::Matrix<double, Eigen::Dynamic, 9> HA = information * motion.position;
+    AHA_ = motion.position.transpose() * HA;
+    AHc0_ = HA.transpose() * c0;
+    c0Hc0_ = c0.dot(information * c0);
+    shape_A_ = motion.position.transpose() * shape;
+    shape_c0_ = shape.dot(c0);
+    prior_.setZero();
+    prior_.segment<3>(3).setConstant(1.0 / (accel_bias_prior * accel_bias_prior));
+  }
+
+  // Cost at inverse scale u, minimised over the other unknowns; infinity where that fails.
+  double operator()(double u, Eigen::VectorXd* x) const {
+    Matrix9d M = u * u * (AHA_ + kappa_ * shape_A_ * shape_A_.transpose());
+    M.diagonal() += prior_;
+    const Vector9d b = kappa_ * u * shape_A_ - u * u * (AHc0_ + kappa_ * shape_c0_ * shape_A_);
+    if (!solveGravityConstrained(M, b, gravity_magnitude_, x)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const double length = u * (shape_A_.dot(*x) + shape_c0_) - 1.0;
+    return u * u * (x->dot(AHA_ * *x) + 2.0 * AHc0_.dot(*x) + c0Hc0_) + kappa_ * length * length +
+           x->dot(prior_.asDiagonal() * *x);
+  }
+
+ private:
+  double kappa_;
+  double gravity_magnitude_;
+  Matrix9d AHA_;
+  Vector9d AHc0_, shape_A_, prior_;
+  double c0Hc0_ = 0.0;
+  double shape_c0_ = 0.0;
+};
+
+}  // namespace
+
+LinearMotion linearMotion(const std::vector<Preintegration>& pre,
+                          const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                          const Eigen::Vector3d& t_b_c) {
+  const int n = static_cast<int>(R_b0_bk.size());
+  LinearMotion motion;
+  motion.position.setZero(3 * n, 9);
+  motion.velocity.setZero(3 * n, 9);
+  motion.position0.setZero(3 * n);
+  motion.velocity0.setZero(3 * n);
+  motion.lever.resize(3 * n);
+  motion.velocity.block<3, 3>(0, 0).setIdentity();
+  motion.lever.head<3>() = R_b0_bk[0] * t_b_c;
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  for (int k = 0; k + 1 < n; ++k) {
+    const Preintegration& p = pre[k];
+    const int a = 3 * k, b = 3 * (k + 1);
+    motion.position.middleRows<3>(b) =
+        motion.position.middleRows<3>(a) + p.dt * motion.velocity.middleRows<3>(a);
+    motion.position.block<3, 3>(b, 3) += R_b0_bk[k] * p.dp_dba;
+    motion.position.block<3, 3>(b, 6) += 0.5 * p.dt * p.dt * I;
+    motion.position0.segment<3>(b) =
+        motion.position0.segment<3>(a) + p.dt * motion.velocity0.segment<3>(a) + R_b0_bk[k] * p.dp;
+    motion.velocity.middleRows<3>(b) = motion.velocity.middleRows<3>(a);
+    motion.velocity.block<3, 3>(b, 3) += R_b0_bk[k] * p.dv_dba;
+    motion.velocity.block<3, 3>(b, 6) += p.dt * I;
+    motion.velocity0.segment<3>(b) = motion.velocity0.segment<3>(a) + R_b0_bk[k] * p.dv;
+    motion.lever.segment<3>(b) = R_b0_bk[k + 1] * t_b_c;
+  }
+  return motion;
+}
+
+ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
+                             const Eigen::MatrixXd& information_b0, double gravity_magnitude,
+                             const ReverseAlignmentOptions& options) {
+  ReverseEstimate out;
+  const Eigen::Index n = shape_b0.cols();
+  if (!shape_b0.allFinite() || !information_b0.allFinite() || !motion.position.allFinite() ||
+      !motion.position0.allFinite()) {
+    return out;
+  }
+  Eigen::Matrix3Xd centred = shape_b0.colwise() - shape_b0.rowwise().mean();
+  if (!(centred.norm() > 0.0)) return out;
+  centred /= centred.norm();
+  const Eigen::VectorXd shape = Eigen::Map<const Eigen::VectorXd>(centred.data(), 3 * n);
+  const double kappa = options.length_weight * information_b0.trace() / static_cast<double>(3 * n);
+  const ReverseCost cost(motion, shape, information_b0, kappa, options.accel_bias_prior,
+                         gravity_magnitude);
+
+  // The cost over log(scale) has one basin per plausible scale: grid first, golden section after.
+  Eigen::VectorXd x;
+  const double step = std::log(options.max_scale / options.min_scale) / (options.grid - 1);
+  double best_cost = std::numeric_limits<double>::infinity();
+  double best = 0.0;
+  for (int k = 0; k < options.grid; ++k) {
+    const double log_scale = std::log(options.min_scale) + k * step;
+    const double value = cost(std::exp(-log_scale), &x);
+    if (value < best_cost) {
+      best_cost = value;
+      best = log_scale;
+    }
+  }
+  if (!std::isfinite(best_cost)) return out;
+  constexpr double kGolden = 0.6180339887498949;
+  double low = best - step, high = best + step;
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double f_a = cost(std::exp(-a), &x), f_b = cost(std::exp(-b), &x);
+  while (high - low > options.log_scale_tolerance) {
+    if (f_a < f_b) {
+      high = b;
+      b = a;
+      f_b = f_a;
+      a = high - kGolden * (high - low);
+      f_a = cost(std::exp(-a), &x);
+    } else {
+      low = a;
+      a = b;
+      f_a = f_b;
+      b = low + kGolden * (high - low);
+      f_b = cost(std::exp(-b), &x);
+    }
+  }
+  const double log_scale = 0.5 * (low + high);
+  out.cost = cost(std::exp(-log_scale), &x);
+  if (!std::isfinite(out.cost)) return out;
+
+  // Half the second derivative of a chi-square over log(scale) is its inverse variance.
+  constexpr double kProbe = 1e-2;
+  Eigen::VectorXd unused;
+  const double curvature = (cost(std::exp(-log_scale - kProbe), &unused) - 2.0 * out.cost +
+                            cost(std::exp(-log_scale + kProbe), &unused)) /
+                           (kProbe * kProbe);
+  out.scale_sigma = 1.0 / std::sqrt(std::max(0.5 * curvature, 1e-12));
+  out.scale = std::exp(log_scale);
+  out.accel_bias = x.segment<3>(3);
+  out.gravity_b0 = x.tail<3>();
+  const Eigen::VectorXd p = motion.position0 + motion.position * x;
+  const Eigen::VectorXd v = motion.velocity0 + motion.velocity * x;
+  out.positions_b0 = Eigen::Map<const Eigen::Matrix3Xd>(p.data(), 3, n);
+  out.velocities_b0 = Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, n);
+  out.valid = true;
+  return out;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,57 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Reverse alignment of `slim`: the IMU's trajectory is fitted to the visual shape, not the other
+// way round.
+//
+// In the alignment of DRT the noisy visual displacements multiply the unknown scale, and noise on a
+// regressor shrinks its coefficient. Here the camera centres C(x) = A x + c0 that the IMU predicts
+// are linear in x = [v_0, b_a, g], the visual shape is the measurement, and the inverse scale u
+// runs over a line search. The accelerometer bias is one of the unknowns.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "imu/preintegration.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// Positions and velocities as the IMU predicts them in b0, linear in x = [v_0, b_a, g].
+struct LinearMotion {
+  Eigen::Matrix<double, Eigen::Dynamic, 9> position;  ///< 3N x 9, of the body
+  Eigen::VectorXd position0;                          ///< 3N
+  Eigen::Matrix<double, Eigen::Dynamic, 9> velocity;  ///< 3N x 9
+  Eigen::VectorXd velocity0;                          ///< 3N
+  Eigen::VectorXd lever;                              ///< 3N, R_b0_bk t_b_c: body to camera centre
+};
+
+/// Chains the preintegrations (made with derivatives) with given attitudes.
+LinearMotion linearMotion(const std::vector<Preintegration>& pre,
+                          const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                          const Eigen::Vector3d& t_b_c);
+
+/// Solution of the reverse alignment, in b0.
+struct ReverseEstimate {
+  bool valid = false;
+  double scale = kNotComputed;        ///< metres per unit of the visual shape
+  double scale_sigma = kNotComputed;  ///< relative, from the curvature of the cost over log scale
+  double cost = kNotComputed;
+  Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();
+  Eigen::Matrix3Xd velocities_b0;  ///< 3xN
+  Eigen::Matrix3Xd positions_b0;   ///< 3xN, body, column 0 zero
+};
+
+/// Minimises over u and x
+///   u^2 C^T H C + kappa (u c^T C - 1)^2 + |b_a|^2 / sigma_ba^2,   |g| fixed,
+/// with the visual shape c (3xN, in b0, unit spread about its mean) and its information H (3N x 3N,
+/// in b0, for a shape of unit spread). The second term fixes the length of u C along the shape.
+/// Each u is a small least-squares problem with a fixed |g|; u by a logarithmic grid, then a
+/// bracketed search. Fails (valid == false) on input that is not finite or a singular problem.
+ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
+                             const Eigen::MatrixXd& information_b0, double gravity_magnitude,
+                             const ReverseAlignmentOptions& options);
+
+}  // namespace slim_init

@@ -1,0 +1,247 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Boost splits the arguments and lays out the help. Values stay text until our own table takes
+// them, so that every sentence is ours and the same with every Boost.
+#include "command_line.h"
+
+#include <algorithm>
+#include <boost/program_options.hpp>
+#include <cctype>
+#include <set>
+#include <sstream>
+#include <utility>
+
+namespace slim_init::tools {
+namespace {
+
+namespace po = boost::program_options;
+
+constexpr unsigned kHelpWidth = 100;
+
+struct Subcommand {
+  const char* name;
+  const char* help;
+  CommandLine::Action action;
+};
+constexpr Subcommand kSubcommands[] = {
+    {"ab", "Compare initializers on identical windows", CommandLine::Action::kAb},
+    {"methods", "List the methods with a line each", CommandLine::Action::kMethods},
+};
+
+/// Options and texts of `slim_init` itself or of a subcommand.
+struct Syntax {
+  explicit Syntax(const std::string& called)
+      : command(called), options("Options", kHelpWidth, kHelpWidth / 2) {
+    options.add_options()("help,h", "Print this help and exit");
+  }
+  std::string command;  ///< "slim_init ab"
+  po::options_description options;
+};
+
+Syntax programSyntax() {
+  Syntax syntax("slim_init");
+  syntax.options.add_options()("version", "Print the version and exit");
+  return syntax;
+}
+
+Syntax abSyntax() {
+  Syntax syntax("slim_init ab");
+  AbOptions defaults;
+  for (const AbOption& option : abOptionTable(&defaults)) {
+    if (std::holds_alternative<bool*>(option.field)) {
+      syntax.options.add_options()(option.name.c_str(), option.help.c_str());
+      continue;
+    }
+    auto* value = po::value<std::string>()->value_name(option.value_name);
+    const std::string text = valueText(option);
+    if (!text.empty()) value->default_value(text);
+    const std::string range = rangeText(option);
+    const std::string help = option.help + (range.empty() ? "" : "; " + range);
+    syntax.options.add_options()(option.name.c_str(), value, help.c_str());
+  }
+  return syntax;
+}
+
+std::string helpText(const Syntax& syntax, const std::string& purpose) {
+  std::ostringstream out;
+  out << purpose << "\nUsage: " << syntax.command << " [OPTION]...\n\n" << syntax.options;
+  return out.str();
+}
+
+std::string programHelp() {
+  std::ostringstream out;
+  out << "Drop-in visual-inertial initialization: evaluation tools\n"
+      << "Usage: slim_init [OPTION] SUBCOMMAND [OPTION]...\n\n"
+      << programSyntax().options << "\nSubcommands:\n";
+  for (const Subcommand& subcommand : kSubcommands) {
+    std::string name = subcommand.name;
+    name.resize(10, ' ');
+    out << "  " << name << subcommand.help << "\n";
+  }
+  out << "\n`slim_init SUBCOMMAND --help` lists the options of a subcommand.\n";
+  return out.str();
+}
+
+/// Number of single-letter edits between two words.
+std::size_t editDistance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+/// "; did you mean --stride?", or nothing when no option is near.
+std::string suggestion(const std::string& typed, const po::options_description& options) {
+  std::string word = typed.substr(std::min(typed.find_first_not_of('-'), typed.size()));
+  std::string nearest;
+  std::size_t distance = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (const auto& option : options.options()) {
+    const std::string& name = option->long_name();
+    // What is cut short is meant as it begins, however much is missing.
+    const bool begins = word.size() >= 3 && name.compare(0, word.size(), word) == 0;
+    const std::size_t d = begins ? 1 : editDistance(word, name);
+    if (d < distance && d < name.size()) {
+      distance = d;
+      nearest = name;
+    }
+  }
+  return nearest.empty() ? "" : "; did you mean --" + nearest + "?";
+}
+
+/// "--name", "-x" or "-x..." rather than a value; "-1" and "-" are values.
+bool looksLikeOption(const std::string& token) {
+  return token.size() > 1 && token[0] == '-' &&
+         (token[1] == '-' || std::isalpha(static_cast<unsigned char>(token[1])) != 0);
+}
+
+using Given = std::vector<std::pair<std::string, std::string>>;  // name without dashes, value
+
+/// Splits the arguments into options and their values. Returns an empty string, or the first
+/// problem as a sentence. --help wins over unknown and stray arguments.
+std::string split(const Syntax& syntax, const std::vector<std::string>& arguments, Given* given) {
+  po::command_line_parser parser(arguments);
+  using Style = po::command_line_style::style_t;
+  // "--str" must not become --stride today and an error when another --str... is added.
+  parser.options(syntax.options)
+      .style(Style::unix_style & ~Style::allow_guessing & ~Style::allow_sticky)
+      .allow_unregistered();
+  std::vector<po::option> found;
+  try {
+    found = parser.run().options;
+  } catch (const po::invalid_command_line_syntax& error) {
+    const std::string name = error.get_option_name();
+    switch (error.kind()) {
+      case po::invalid_syntax::missing_parameter:
+      case po::invalid_syntax::empty_adjacent_parameter: return name + " needs a value";
+      case po::invalid_syntax::extra_parameter: return name + " takes no value";
+      default: return error.what();
+    }
+  } catch (const po::error& error) {
+    return error.what();
+  }
+
+  std::string problem;
+  std::set<std::string> seen;
+  for (const po::option& option : found) {
+    if (option.string_key == "help") {
+      *given = {{"help", ""}};
+      return "";
+    }
+    if (!problem.empty()) continue;  // only --help may still change the answer
+    const std::string typed =
+        option.original_tokens.empty() ? option.string_key : option.original_tokens.front();
+    const std::string value = option.value.empty() ? "" : option.value.front();
+    if (option.position_key >= 0) {
+      problem = "'" + typed + "' was not expected: " + syntax.command + " takes options only";
+    } else if (option.unregistered) {
+      const std::string name = typed.substr(0, typed.find('='));
+      problem = name + " is not an option of " + syntax.command + suggestion(name, syntax.options);
+    } else if (option.original_tokens.size() > 1 && looksLikeOption(value)) {
+      // Boost takes whatever follows.
+      problem = typed + " needs a value, but '" + value + "' follows; if that is meant, write " +
+                typed + "=" + value;
+    } else if (!seen.insert(option.string_key).second) {
+      problem = "--" + option.string_key + " is given twice";
+    } else {
+      given->emplace_back(option.string_key, value);
+    }
+  }
+  return problem;
+}
+
+bool has(const Given& given, const std::string& name) {
+  return std::any_of(given.begin(), given.end(),
+                     [&name](const auto& option) { return option.first == name; });
+}
+
+std::string setAbOptions(const Given& given, AbOptions* options) {
+  const std::vector<AbOption> table = abOptionTable(options);
+  for (const auto& [name, value] : given) {
+    const auto option =
+        std::find_if(table.begin(), table.end(),
+                     [&wanted = name](const AbOption& known) { return known.name == wanted; });
+    if (option == table.end()) continue;  // --help, which does not come here
+    if (std::string sentence = setOption(*option, value); !sentence.empty()) return sentence;
+    options->given.insert(name);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string parseCommandLine(const std::vector<std::string>& arguments, CommandLine* line) {
+  // What stands before the first word is for the program, what comes after it for the subcommand.
+  const auto word = std::find_if(
+      arguments.begin(), arguments.end(),
+      [](const std::string& argument) { return argument.empty() || argument[0] != '-'; });
+  Given given;
+  const std::vector<std::string> before(arguments.begin(), word);
+  if (std::string problem = split(programSyntax(), before, &given); !problem.empty()) {
+    return problem;
+  }
+  if (has(given, "help")) {
+    line->action = CommandLine::Action::kHelp;
+    line->help = programHelp();
+    return "";
+  }
+  if (has(given, "version")) {
+    if (word != arguments.end()) return "'" + *word + "' was not expected after --version";
+    line->action = CommandLine::Action::kVersion;
+    return "";
+  }
+
+  std::string known;
+  for (const Subcommand& candidate : kSubcommands) {
+    known += (known.empty() ? "" : ", ") + std::string(candidate.name);
+  }
+  if (word == arguments.end()) return "a subcommand is needed, known are: " + known;
+  const auto* subcommand =
+      std::find_if(std::begin(kSubcommands), std::end(kSubcommands),
+                   [&word](const Subcommand& candidate) { return *word == candidate.name; });
+  if (subcommand == std::end(kSubcommands)) {
+    return "'" + *word + "' is not a subcommand, known are: " + known;
+  }
+
+  const std::vector<std::string> after(word + 1, arguments.end());
+  const bool is_ab = subcommand->action == CommandLine::Action::kAb;
+  const Syntax syntax = is_ab ? abSyntax() : Syntax("slim_init " + std::string(subcommand->name));
+  given.clear();
+  if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;
+  if (has(given, "help")) {
+    line->action = CommandLine::Action::kHelp;
+    line->help = helpText(syntax, subcommand->help);
+    return "";
+  }
+  line->action = subcommand->action;
+  return is_ab ? setAbOptions(given, &line->ab) : "";
+}
+
+}  // namespace slim_init::tools

@@ -1,0 +1,23 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ab_options.h"
+
+namespace slim_init::tools {
+
+/// What the user wants.
+struct CommandLine {
+  enum class Action { kHelp, kVersion, kAb, kMethods };
+  Action action = Action::kHelp;
+  std::string help;  ///< kHelp: what to print
+  AbOptions ab;      ///< kAb
+};
+
+/// Reads the arguments without the program's name. Returns an empty string, or a sentence naming
+/// the argument at fault and what is allowed.
+std::string parseCommandLine(const std::vector<std::string>& arguments, CommandLine* line);
+
+}  // namespace slim_init::tools

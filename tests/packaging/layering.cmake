@@ -1,0 +1,117 @@
+# Who may include and link whom (docs: dependencies point one way).
+#   cmake -DSOURCE_DIR=<repository> [-DLINKS_FILE=<file>] -P layering.cmake
+# Every #include of a layer has to be allowed: <...> by pattern, "..." by being found below the
+# layer's roots or beside the including file. LINKS_FILE has lines "target:library;library".
+cmake_minimum_required(VERSION 3.16)
+
+set(violations "")
+set(checked 0)
+set(std "[a-z_0-9]+|c[a-z]+") # headers of the standard library have neither slash nor suffix
+set(eigen "(unsupported/)?Eigen/[A-Za-z/]+")
+
+# layer(<name> FOLDERS <where the sources are> ROOTS <where "..." may lie> ANGLE <regex of <...>>)
+function(layer name)
+  cmake_parse_arguments(ARG "" "ANGLE" "FOLDERS;ROOTS" ${ARGN})
+  foreach(folder IN LISTS ARG_FOLDERS)
+    file(GLOB_RECURSE files ${SOURCE_DIR}/${folder}/*.h ${SOURCE_DIR}/${folder}/*.cc)
+    foreach(file IN LISTS files)
+      get_filename_component(beside ${file} DIRECTORY)
+      file(RELATIVE_PATH shown ${SOURCE_DIR} ${file})
+      file(STRINGS ${file} includes REGEX "^[ \t]*#[ \t]*include")
+      math(EXPR checked "${checked} + 1")
+      foreach(line IN LISTS includes)
+        set(allowed FALSE)
+        if(line MATCHES "include[ \t]*<([^>]+)>")
+          set(header ${CMAKE_MATCH_1})
+          if(header MATCHES "^(${ARG_ANGLE})$")
+            set(allowed TRUE)
+          endif()
+        elseif(line MATCHES "include[ \t]*\"([^\"]+)\"")
+          set(header ${CMAKE_MATCH_1})
+          foreach(root IN LISTS ARG_ROOTS)
+            if(EXISTS ${SOURCE_DIR}/${root}/${header})
+              set(allowed TRUE)
+            endif()
+          endforeach()
+          # A path with ".." could lead anywhere.
+          if(EXISTS ${beside}/${header} AND NOT header MATCHES "\\.\\.")
+            set(allowed TRUE)
+          endif()
+        else()
+          set(header ${line})
+        endif()
+        if(NOT allowed)
+          string(APPEND violations "  ${shown}: the layer ${name} must not include ${header}\n")
+        endif()
+      endforeach()
+    endforeach()
+  endforeach()
+  set(violations "${violations}" PARENT_SCOPE)
+  set(checked ${checked} PARENT_SCOPE)
+endfunction()
+
+layer("slim_init core" FOLDERS slim_init/include slim_init/src
+      ROOTS slim_init/include slim_init/src ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h")
+layer("simulation" FOLDERS slim_init/simulation
+      ROOTS slim_init/include feature_tracker_lines/include slim_init/simulation/include
+            slim_init/simulation/src
+      ANGLE "${std}|${eigen}")
+layer("evaluation" FOLDERS slim_init/evaluation
+      ROOTS slim_init/include feature_tracker_lines/include slim_init/evaluation/include
+            slim_init/evaluation/src
+      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp")
+layer("feature_tracker_lines" FOLDERS feature_tracker_lines
+      ROOTS slim_init/include feature_tracker_lines/include feature_tracker_lines/src
+      ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp")
+layer("vins_estimator_patch" FOLDERS vins_estimator_patch
+      ROOTS slim_init/include vins_estimator_patch/include vins_estimator_patch/src
+      ANGLE "${std}|${eigen}")
+layer("tools" FOLDERS slim_init/tools
+      ROOTS slim_init/include slim_init/simulation/include slim_init/evaluation/include
+            feature_tracker_lines/include vins_estimator_patch/include slim_init/tools
+            slim_init/tools/src slim_init/tools/include
+      ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost|benchmark)/[A-Za-z_0-9/]+\\.h(pp)?")
+
+set(linked 0)
+# may_link(<target> <regex of the allowed libraries>)
+function(may_link target allowed)
+  foreach(line IN LISTS links)
+    if(line MATCHES "^${target}:(.*)$")
+      math(EXPR linked "${linked} + 1")
+      string(REPLACE "|" ";" libraries "${CMAKE_MATCH_1}")
+      foreach(library IN LISTS libraries)
+        # What a generator expression wraps is what counts: $<LINK_ONLY:x>, $<BUILD_INTERFACE:x>.
+        string(REGEX REPLACE "^(\\$<[A-Z_]+:)+([^>]*)>+$" "\\2" library "${library}")
+        if(library AND NOT library MATCHES "-NOTFOUND$|^::@" AND NOT library MATCHES "^(${allowed})$")
+          string(APPEND violations "  ${target} must not link ${library}\n")
+        endif()
+      endforeach()
+    endif()
+  endforeach()
+  set(violations "${violations}" PARENT_SCOPE)
+  set(linked ${linked} PARENT_SCOPE)
+endfunction()
+
+if(LINKS_FILE)
+  file(READ ${LINKS_FILE} links)
+  string(REPLACE ";" "|" links "${links}")
+  string(REPLACE "\n" ";" links "${links}")
+  set(base "Eigen3::Eigen|slim_init(_|::)core")
+  set(front "slim_init(_|::)feature_tracker_lines")
+  may_link(slim_init_core "Eigen3::Eigen|Ceres::ceres")
+  may_link(slim_init_vins_adapter "${base}")
+  may_link(slim_init_feature_tracker_lines "${base}|SlimInitOpenCV::SlimInitOpenCV")
+  may_link(slim_init_simulation "${base}|${front}")
+  may_link(slim_init_evaluation "${base}|${front}|nlohmann_json::nlohmann_json")
+  if(linked EQUAL 0)
+    message(FATAL_ERROR "layering: ${LINKS_FILE} names no target of ours")
+  endif()
+endif()
+
+if(checked EQUAL 0)
+  message(FATAL_ERROR "layering: no source file found in ${SOURCE_DIR}")
+endif()
+if(violations)
+  message(FATAL_ERROR "layering: dependencies that point the wrong way\n${violations}")
+endif()
+message("layering: ${checked} files and ${linked} targets are in order")

@@ -1,0 +1,175 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/vins_adapter/host_convention.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+namespace slim_init::vins_adapter {
+namespace {
+
+constexpr double kG = 9.81007;
+constexpr double kTolerance = 1e-12;
+
+Eigen::Matrix3d yawPitchRoll(double yaw, double pitch, double roll) {
+  return (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+// A body in free motion under a constant specific force, so that inertial quantities are known.
+const Eigen::Vector3d kAcceleration(0.3, -0.2, 0.5);
+
+std::vector<NavState> makeStates() {
+  std::vector<NavState> states;
+  const Eigen::Vector3d v0(1.0, -2.0, 0.5);
+  for (int i = 0; i < 11; ++i) {
+    const double t = 0.1 * i;
+    NavState state;
+    state.t = 1403636580.5 + t;
+    state.R_w_b = yawPitchRoll(0.7 + 0.3 * t, -0.2 + 0.1 * t, 0.4 - 0.2 * t);
+    state.p_w_b = Eigen::Vector3d(3.0, -4.0, 1.5) + v0 * t + 0.5 * kAcceleration * t * t;
+    state.v_w_b = v0 + kAcceleration * t;
+    state.gyro_bias = Eigen::Vector3d(0.01, 0.02, 0.03);
+    state.accel_bias = Eigen::Vector3d(0.1, -0.1, 0.05);
+    states.push_back(state);
+  }
+  return states;
+}
+
+TEST(HostConvention, FirstStartBeginsAtZeroPositionAndYaw) {
+  const std::vector<NavState> states = makeStates();
+  HostWindow window;
+  std::string error;
+  ASSERT_TRUE(toHostWindow(states, kG, 0.0, HostOrigin::kFirstBody, &window, &error)) << error;
+  ASSERT_EQ(window.states.size(), states.size());
+  EXPECT_EQ(window.states[0].P, Eigen::Vector3d::Zero());
+  EXPECT_NEAR(hostYaw(window.states[0].R), 0.0, kTolerance);
+  // Roll and pitch are measured against gravity and must not move.
+  EXPECT_LT((window.states[0].R - yawPitchRoll(0.0, -0.2, 0.4)).norm(), kTolerance);
+}
+
+TEST(HostConvention, GravityPointsUp) {
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(makeStates(), kG, 0.0, HostOrigin::kFirstBody, &window, nullptr));
+  EXPECT_EQ(window.G, Eigen::Vector3d(0.0, 0.0, kG));
+}
+
+// The sign of G is the whole conversion: what the host predicts from its states must be what the
+// accelerometer reads. In the host's terms: specific force = R^T (dV/dt + G).
+TEST(HostConvention, HostPredictsTheSpecificForceOfOurMotion) {
+  const std::vector<NavState> states = makeStates();
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(states, kG, 0.0, HostOrigin::kFirstBody, &window, nullptr));
+  const Eigen::Vector3d gravity_w(0.0, 0.0, -kG);
+  for (size_t i = 0; i + 1 < states.size(); ++i) {
+    const double dt = states[i + 1].t - states[i].t;
+    const Eigen::Vector3d ours =
+        states[i].R_w_b.transpose() * ((states[i + 1].v_w_b - states[i].v_w_b) / dt - gravity_w);
+    const Eigen::Vector3d theirs = window.states[i].R.transpose() *
+                                   ((window.states[i + 1].V - window.states[i].V) / dt + window.G);
+    EXPECT_LT((ours - theirs).norm(), 1e-9) << i;
+    // And the displacement: R^T (P1 - P0 - V0 dt + G dt^2 / 2) is the host's position increment.
+    const Eigen::Vector3d alpha_ours =
+        states[i].R_w_b.transpose() *
+        (states[i + 1].p_w_b - states[i].p_w_b - states[i].v_w_b * dt - 0.5 * gravity_w * dt * dt);
+    const Eigen::Vector3d alpha_theirs =
+        window.states[i].R.transpose() * (window.states[i + 1].P - window.states[i].P -
+                                          window.states[i].V * dt + 0.5 * window.G * dt * dt);
+    EXPECT_LT((alpha_ours - alpha_theirs).norm(), 1e-9) << i;
+  }
+}
+
+TEST(HostConvention, RelativeMotionAndBiasesAreUntouched) {
+  const std::vector<NavState> states = makeStates();
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(states, kG, 0.0, HostOrigin::kFirstBody, &window, nullptr));
+  for (size_t i = 0; i < states.size(); ++i) {
+    const Eigen::Vector3d ours = states[0].R_w_b.transpose() * (states[i].p_w_b - states[0].p_w_b);
+    const Eigen::Vector3d theirs =
+        window.states[0].R.transpose() * (window.states[i].P - window.states[0].P);
+    EXPECT_LT((ours - theirs).norm(), kTolerance);
+    EXPECT_NEAR(window.states[i].V.norm(), states[i].v_w_b.norm(), kTolerance);
+    EXPECT_EQ(window.states[i].Ba, states[i].accel_bias);
+    EXPECT_EQ(window.states[i].Bg, states[i].gyro_bias);
+  }
+}
+
+TEST(HostConvention, RecoveryStaysInTheOldFrame) {
+  const std::vector<NavState> states = makeStates();
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(states, kG, 0.0, HostOrigin::kKeep, &window, nullptr));
+  for (size_t i = 0; i < states.size(); ++i) {
+    EXPECT_EQ(window.states[i].P, states[i].p_w_b);
+    EXPECT_EQ(window.states[i].R, states[i].R_w_b);
+    EXPECT_EQ(window.states[i].V, states[i].v_w_b);
+  }
+}
+
+TEST(HostConvention, TimeOffsetAndWayBack) {
+  const std::vector<NavState> states = makeStates();
+  const double td = 0.013;
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(states, kG, td, HostOrigin::kKeep, &window, nullptr));
+  EXPECT_NEAR(window.states[3].stamp, states[3].t - td, 1e-6);
+  const NavState back = fromHostState(window.states[3], td);
+  EXPECT_NEAR(back.t, states[3].t, 1e-6);
+  EXPECT_EQ(back.R_w_b, states[3].R_w_b);
+  EXPECT_EQ(back.p_w_b, states[3].p_w_b);
+  EXPECT_EQ(back.v_w_b, states[3].v_w_b);
+  EXPECT_EQ(back.gyro_bias, states[3].gyro_bias);
+  EXPECT_EQ(back.accel_bias, states[3].accel_bias);
+}
+
+TEST(HostConvention, VerticalBodyAxisHasNoYaw) {
+  const Eigen::Matrix3d up = yawPitchRoll(0.0, -M_PI / 2, 0.0);
+  EXPECT_EQ(hostYaw(up), 0.0);
+  std::vector<NavState> states = makeStates();
+  states[0].R_w_b = up;
+  HostWindow window;
+  ASSERT_TRUE(toHostWindow(states, kG, 0.0, HostOrigin::kFirstBody, &window, nullptr));
+  EXPECT_LT((window.states[0].R - up).norm(), kTolerance);
+}
+
+struct BadInput {
+  const char* word;  // that the sentence must contain
+  void (*spoil)(std::vector<NavState>*, double* gravity);
+};
+
+class HostConventionBadInput : public ::testing::TestWithParam<BadInput> {};
+
+TEST_P(HostConventionBadInput, IsRefusedAndWritesNothing) {
+  std::vector<NavState> states = makeStates();
+  double gravity = kG;
+  GetParam().spoil(&states, &gravity);
+  HostWindow window;
+  window.G = Eigen::Vector3d(1.0, 2.0, 3.0);
+  std::string error;
+  EXPECT_FALSE(toHostWindow(states, gravity, 0.0, HostOrigin::kFirstBody, &window, &error));
+  EXPECT_NE(error.find(GetParam().word), std::string::npos) << error;
+  EXPECT_EQ(window.G, Eigen::Vector3d(1.0, 2.0, 3.0));
+  EXPECT_TRUE(window.states.empty());
+  EXPECT_FALSE(toHostWindow(states, gravity, 0.0, HostOrigin::kFirstBody, &window, nullptr));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, HostConventionBadInput,
+    ::testing::Values(BadInput{"no state", [](std::vector<NavState>* s, double*) { s->clear(); }},
+                      BadInput{"gravity_magnitude is -9.8",
+                               [](std::vector<NavState>*, double* gravity) { *gravity = -9.8; }},
+                      BadInput{"state 4",
+                               [](std::vector<NavState>* s, double*) {
+                                 (*s)[4].v_w_b.x() = std::numeric_limits<double>::quiet_NaN();
+                               }},
+                      BadInput{"state 2 is",
+                               [](std::vector<NavState>* s, double*) { (*s)[2].R_w_b *= 1.01; }},
+                      BadInput{"state 1 is", [](std::vector<NavState>* s,
+                                                double*) { (*s)[1].R_w_b.col(0) *= -1.0; }},
+                      BadInput{"time of state 5",
+                               [](std::vector<NavState>* s, double*) { (*s)[5].t = (*s)[4].t; }}));
+
+}  // namespace
+}  // namespace slim_init::vins_adapter

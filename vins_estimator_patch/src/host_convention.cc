@@ -1,0 +1,101 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/vins_adapter/host_convention.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <sstream>
+
+namespace slim_init::vins_adapter {
+namespace {
+
+// A rotation matrix that went through a file or many products is off by far less than this.
+constexpr double kRotationTolerance = 1e-6;
+// Horizontal length of the body's x axis (a unit vector) below which it has no heading.
+constexpr double kVertical = 1e-9;
+
+std::string checkStates(const std::vector<NavState>& states, double gravity_magnitude, double td) {
+  std::ostringstream out;
+  if (states.empty()) return "there is no state to convert";
+  if (!(gravity_magnitude > 0.0) || !std::isfinite(gravity_magnitude)) {
+    out << "gravity_magnitude is " << gravity_magnitude << ", must be positive";
+    return out.str();
+  }
+  if (!std::isfinite(td)) return "td is not finite";
+  for (size_t i = 0; i < states.size(); ++i) {
+    const NavState& state = states[i];
+    if (!std::isfinite(state.t) || !state.R_w_b.allFinite() || !state.p_w_b.allFinite() ||
+        !state.v_w_b.allFinite() || !state.gyro_bias.allFinite() || !state.accel_bias.allFinite()) {
+      out << "state " << i << " has a value that is not finite";
+      return out.str();
+    }
+    const double error =
+        (state.R_w_b.transpose() * state.R_w_b - Eigen::Matrix3d::Identity()).norm() +
+        std::abs(state.R_w_b.determinant() - 1.0);
+    if (error > kRotationTolerance) {
+      out << "R_w_b of state " << i << " is " << error << " away from a rotation, may be "
+          << kRotationTolerance;
+      return out.str();
+    }
+    if (i > 0 && !(state.t > states[i - 1].t)) {
+      out.precision(17);
+      out << "time of state " << i << " is " << state.t << " s, must be after " << states[i - 1].t;
+      return out.str();
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+double hostYaw(const Eigen::Matrix3d& R_w_b) {
+  const Eigen::Vector3d x = R_w_b.col(0);
+  return x.head<2>().norm() < kVertical ? 0.0 : std::atan2(x.y(), x.x());
+}
+
+bool toHostWindow(const std::vector<NavState>& states, double gravity_magnitude, double td,
+                  HostOrigin origin, HostWindow* window, std::string* error) {
+  const std::string problem = checkStates(states, gravity_magnitude, td);
+  if (!problem.empty()) {
+    if (error != nullptr) *error = problem;
+    return false;
+  }
+
+  // Gravity stays vertical under a turn about z: those four degrees of freedom are free.
+  Eigen::Matrix3d R_h_w = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p_w_h = Eigen::Vector3d::Zero();
+  if (origin == HostOrigin::kFirstBody) {
+    R_h_w = Eigen::AngleAxisd(-hostYaw(states.front().R_w_b), Eigen::Vector3d::UnitZ())
+                .toRotationMatrix();
+    p_w_h = states.front().p_w_b;
+  }
+
+  HostWindow result;
+  result.G = Eigen::Vector3d(0.0, 0.0, gravity_magnitude);
+  result.states.reserve(states.size());
+  for (const NavState& state : states) {
+    HostState host;
+    host.stamp = state.t - td;
+    host.P = R_h_w * (state.p_w_b - p_w_h);
+    host.R = R_h_w * state.R_w_b;
+    host.V = R_h_w * state.v_w_b;
+    host.Ba = state.accel_bias;
+    host.Bg = state.gyro_bias;
+    result.states.push_back(host);
+  }
+  *window = std::move(result);
+  return true;
+}
+
+NavState fromHostState(const HostState& state, double td) {
+  NavState result;
+  result.t = state.stamp + td;
+  result.R_w_b = state.R;
+  result.p_w_b = state.P;
+  result.v_w_b = state.V;
+  result.gyro_bias = state.Bg;
+  result.accel_bias = state.Ba;
+  return result;
+}
+
+}  // namespace slim_init::vins_adapter
