@@ -15,7 +15,7 @@ SLIM_INIT_JOBS="${SLIM_INIT_JOBS:-$(nproc)}"
 # What a bare system needs, one line a package; the names are the same on Debian 11, Debian 12 and
 # Ubuntu 20.04. "both" is needed by the demo and the tests, "tests" only by the tests.
 # OpenCV: the module packages are enough (slim_init/cmake/FindSlimInitOpenCV.cmake), the far larger
-# libopencv-dev is not needed. The versions of Ubuntu 20.04 are those of its package archive.
+# libopencv-dev is not needed. The column of Ubuntu 20.04 is as published for it, not tried yet.
 # package | needed by | Debian 12 | Ubuntu 20.04 | what it is for
 SLIM_INIT_PACKAGES='
 g++                 | both  | 12.2   | 9.3    | C++17 compiler
