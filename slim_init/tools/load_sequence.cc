@@ -32,12 +32,12 @@ Calibration calibrationFor(const AbOptions& options) {
   return calibration;
 }
 
-/// True states at the image times that the trajectory covers; the other images are left out of
-/// `times` and counted in a note. Biases are left for the caller.
-std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, std::vector<double>* times,
-                               std::vector<std::string>* notes) {
+/// True states at the image times (camera clock, `td` to the IMU clock) that the trajectory covers;
+/// the other images are left out of `times` and counted in a note. Biases are left for the caller.
+std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double td,
+                               std::vector<double>* times, std::vector<std::string>* notes) {
   const auto uncovered = std::stable_partition(times->begin(), times->end(),
-                                               [&](double t) { return trajectory.covers(t); });
+                                               [&](double t) { return trajectory.covers(t + td); });
   if (uncovered != times->end()) {
     notes->push_back(std::to_string(times->end() - uncovered) +
                      " images lie in gaps of the ground truth and were left out");
@@ -45,9 +45,9 @@ std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, std::ve
   }
   std::vector<NavState> states;
   for (const double t : *times) {
-    const simulation::Kinematics motion = trajectory.at(t);
+    const simulation::Kinematics motion = trajectory.at(t + td);
     NavState state;
-    state.t = t;
+    state.t = t + td;
     state.R_w_b = motion.R_w_b;
     state.p_w_b = motion.p_w_b;
     state.v_w_b = motion.v_w_b;
@@ -103,7 +103,8 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   std::string error;
   const auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
   if (trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
-  sequence.truth = statesAt(*trajectory, &motion.image_times, &sequence.notes);
+  sequence.truth =
+      statesAt(*trajectory, sequence.calibration.td, &motion.image_times, &sequence.notes);
   if (sequence.truth.empty()) {
     return options.recorded + ": every image lies in a gap of groundtruth.csv";
   }
@@ -141,7 +142,7 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
     if (sequence.imu.empty() || t > sequence.imu.back().t) break;
     image_times.push_back(t);
   }
-  sequence.truth = statesAt(*trajectory, &image_times, &sequence.notes);
+  sequence.truth = statesAt(*trajectory, sequence.calibration.td, &image_times, &sequence.notes);
   for (NavState& state : sequence.truth) {
     state.gyro_bias = imu.gyro_bias;
     state.accel_bias = imu.accel_bias;
