@@ -69,6 +69,7 @@ TEST_P(Degenerate, ExcitedMotionPassesTheSameGates) {
 }
 
 TEST_P(Degenerate, PublishedMethodsHaveNoGatesOfTheirOwn) {
+  if (GetParam() == "slim") GTEST_SKIP() << "slim has its gates";
   // But for a scale that is not positive, which is no answer.
   for (GateMode mode : {GateMode::kOwn, GateMode::kOff}) {
     int successes = 0;
@@ -143,10 +144,11 @@ TEST_P(Degenerate, ParallelBearingsAndCoincidentPointsDoNotCrash) {
   EXPECT_NE(result.status, InitStatus::kSuccess) << result.message;
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Degenerate, ::testing::Values("drt-l", "slim-paper"),
+INSTANTIATE_TEST_SUITE_P(Methods, Degenerate, ::testing::Values("drt-l", "slim-paper", "slim"),
                          [](const auto& param) {
-                           return param.param == "drt-l" ? std::string("DrtL")
-                                                         : std::string("SlimPaper");
+                           return param.param == "drt-l"  ? std::string("DrtL")
+                                  : param.param == "slim" ? std::string("Slim")
+                                                          : std::string("SlimPaper");
                          });
 
 TEST(Registry, KnowsItsMethodsAndRefusesOthers) {

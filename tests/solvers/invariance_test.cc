@@ -79,8 +79,10 @@ TEST_P(Invariance, RenamedTracksMatterOnlyByRounding) {
     for (PointObservation& point : frame.points) point.id = 1000000 - 7 * point.id;
   }
   const InitResult a = solve(*exact.window), b = solve(*rebuild(exact, frames));
-  EXPECT_NEAR(a.scale, b.scale, 1e-8);
-  EXPECT_LT((a.gyro_bias - b.gyro_bias).norm(), 1e-9);
+  // slim sums over more and larger numbers before it stops at a third of a sigma.
+  const double relative = GetParam() == "slim" ? 1e-6 : 1e-8;
+  EXPECT_NEAR(a.scale, b.scale, relative);
+  EXPECT_LT((a.gyro_bias - b.gyro_bias).norm(), 0.1 * relative);
 }
 
 TEST_P(Invariance, YawAndOriginOfTheWorldDoNotMatter) {
@@ -124,10 +126,11 @@ TEST_P(Invariance, ParallelSolvesAgree) {
   for (const InitResult& result : results) EXPECT_TRUE(sameBytes(expected, result));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Invariance, ::testing::Values("drt-l", "slim-paper"),
+INSTANTIATE_TEST_SUITE_P(Methods, Invariance, ::testing::Values("drt-l", "slim-paper", "slim"),
                          [](const auto& param) {
-                           return param.param == "drt-l" ? std::string("DrtL")
-                                                         : std::string("SlimPaper");
+                           return param.param == "drt-l"  ? std::string("DrtL")
+                                  : param.param == "slim" ? std::string("Slim")
+                                                          : std::string("SlimPaper");
                          });
 
 TEST(SlimPaperSwitches, WithoutLinesTheLineTermsChangeNothing) {

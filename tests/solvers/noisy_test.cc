@@ -41,10 +41,11 @@ TEST_P(Noisy, StaysWithinTolerance) {
   EXPECT_LT(gravity[15], kMedianGravityErrorDeg);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Noisy, ::testing::Values("drt-l", "slim-paper"),
+INSTANTIATE_TEST_SUITE_P(Methods, Noisy, ::testing::Values("drt-l", "slim-paper", "slim"),
                          [](const auto& param) {
-                           return param.param == "drt-l" ? std::string("DrtL")
-                                                         : std::string("SlimPaper");
+                           return param.param == "drt-l"  ? std::string("DrtL")
+                                  : param.param == "slim" ? std::string("Slim")
+                                                          : std::string("SlimPaper");
                          });
 
 }  // namespace

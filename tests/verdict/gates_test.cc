@@ -39,15 +39,63 @@ TEST(MotionGates, ParallaxOnBothSides) {
   EXPECT_FALSE(find(motionGates(motion, kOptions), "parallax").passed);
 }
 
-TEST(MotionGates, RotationTellsPureRotationFromStationary) {
+TEST(MotionGates, TracksAndImuTogetherNameAMissingParallax) {
   MotionMeasures motion = goodMotion();
   motion.parallax_px = 0.5;
+  motion.excitation = kOptions.max_rest_deviation * 0.999;
   motion.rotation_deg = kOptions.min_rotation_deg * 1.001;
   EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
             InitStatus::kPureRotation);
   motion.rotation_deg = kOptions.min_rotation_deg * 0.999;
   EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
             InitStatus::kStationary);
+  // The vehicle accelerates, the scene is too far to show it.
+  motion.excitation = kOptions.max_rest_deviation * 1.001;
+  EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
+            InitStatus::kTooLittleExcitation);
+}
+
+TEST(MotionGates, AQuietImuWithMovingTracksIsNoRest) {
+  MotionMeasures motion = goodMotion();
+  motion.excitation = 0.0;
+  EXPECT_TRUE(find(motionGates(motion, kOptions), "parallax").passed);
+  EXPECT_FALSE(find(motionGates(motion, kOptions), "excitation").passed);
+}
+
+TEST(PosteriorGates, EachHasTwoSides) {
+  MotionMeasures motion = goodMotion();
+  PosteriorMeasures good;
+  good.chi2 = kOptions.max_chi2 * 0.999;
+  good.inlier_fraction = kOptions.min_inlier_fraction * 1.001;
+  good.behind_fraction = kOptions.max_behind_fraction * 0.999;
+  good.point_spread_deg = kOptions.min_point_spread_deg * 1.001;
+  good.scale_sigma = kOptions.max_scale_sigma * 0.999;
+  for (const GateValue& gate : posteriorGates(good, motion, kOptions)) {
+    EXPECT_TRUE(gate.passed) << gate.name;
+  }
+  PosteriorMeasures bad;
+  bad.chi2 = kOptions.max_chi2 * 1.001;
+  bad.inlier_fraction = kOptions.min_inlier_fraction * 0.999;
+  bad.behind_fraction = kOptions.max_behind_fraction * 1.001;
+  bad.point_spread_deg = kOptions.min_point_spread_deg * 0.999;
+  bad.scale_sigma = kOptions.max_scale_sigma * 1.001;
+  for (const GateValue& gate : posteriorGates(bad, motion, kOptions)) {
+    EXPECT_FALSE(gate.passed) << gate.name;
+  }
+  for (const GateValue& gate : posteriorGates(PosteriorMeasures(), motion, kOptions)) {
+    EXPECT_FALSE(gate.passed) << gate.name << " of a value that is not known";
+  }
+}
+
+TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
+  MotionMeasures motion = goodMotion();
+  PosteriorMeasures measures;
+  measures.scale_sigma = 1.0;
+  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), "scale_sigma").status_if_failed,
+            InitStatus::kScaleTooUncertain);
+  motion.excitation = kOptions.min_excitation * 0.999;
+  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), "scale_sigma").status_if_failed,
+            InitStatus::kTooLittleExcitation);
 }
 
 TEST(MotionGates, ExcitationOnBothSides) {

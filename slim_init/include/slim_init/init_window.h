@@ -84,6 +84,8 @@ class InitWindow {
 
  private:
   InitWindow() = default;
+  friend std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
+                                                         const std::vector<char>& keep);
 
   Calibration calibration_;
   std::vector<double> times_;

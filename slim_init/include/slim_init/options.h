@@ -43,10 +43,39 @@ struct MultiGapBiasOptions {
   int min_points_per_pair = 6;  ///< pairs with fewer common tracks do not enter
   int reweightings = 3;         ///< rounds of robust weights
   int max_iterations = 10;      ///< Levenberg-Marquardt iterations per round
-  double cauchy_sigmas = 3.0;   ///< Cauchy scale, in standard deviations of a residual
+  double cauchy_sigmas = 3.0;   ///< Cauchy scale of a VP residual, in standard deviations
   double vp_inflation = 4.0;    ///< on the VP covariance: clutter among the inliers is not in it
   double bias_prior = 0.2;      ///< standard deviation of the bias before any data [rad/s]
   double max_bias = 1.0;        ///< [rad/s] a larger answer is a numerical failure
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+/// Known-rotation pruning of point tracks.
+struct TrackPruningOptions {
+  double threshold_sigmas = 3.5;  ///< a residual above this many standard deviations disagrees
+  int min_points_per_pair = 6;    ///< pairs with fewer common tracks are not tested
+  int hypotheses = 20;            ///< two-point translation directions tried per pair
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+/// Consensus gyroscope bias of `slim`: start, pruning, multi-gap refinement.
+struct RobustBiasOptions {
+  MultiGapBiasOptions refinement;
+  TrackPruningOptions pruning;
+  /// Further starts tried, at most, when the first solution does not look clean.
+  int candidates = 3;
+  /// The first solution is taken as it is when this share of the sightings agrees with it.
+  double clean_inlier_fraction = 0.97;
+  /// .. and its mean truncated squared residual [sigma^2] is below this. Right solutions of clean
+  /// windows have 0.9, one in ten 1.1; wrong minima mostly 1.2 to 2.4.
+  double clean_cost = 1.15;
+  double min_inlier_fraction = 0.3;  ///< less is no consensus
+  /// On the calibration's gyroscope density in the covariance of the bias; real sensors vibrate.
+  double gyro_noise_inflation = 3.0;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -107,6 +136,31 @@ struct ReverseAlignmentOptions {
   std::string validate() const;
 };
 
+/// Structureless visual-inertial refinement of `slim`.
+struct RefinementOptions {
+  bool use_lines = true;
+  bool use_vanishing_points = true;
+  bool estimate_accel_bias = true;  ///< off: b_a is held at zero (ablation)
+  int max_iterations = 12;          ///< Levenberg-Marquardt steps of one minimisation
+  /// A step shorter than this is the last: squared length in standard deviations of the state.
+  double tolerance = 0.1;
+  double cauchy_sigmas = 3.0;     ///< Cauchy scale, in standard deviations of a residual
+  double accel_bias_prior = 0.1;  ///< standard deviation of b_a before any data [m/s^2]
+  double gyro_bias_prior = 0.2;   ///< standard deviation of b_g before any data [rad/s]
+  double vp_inflation = 4.0;      ///< on the VP covariance: clutter among the inliers is not in it
+  /// Real sensors in motion are noisier than their data sheet: recorded EuRoC IMU data deviate from
+  /// the truth by 7 to 12 data-sheet sigmas per 0.25 s.
+  double accel_noise_factor = 10.0;
+  double gyro_noise_factor = 3.0;  ///< on the gyro density, for the same reason
+  double min_sigma_px = 0.3;       ///< floor of the estimated noise of a point [px]
+  double reject_sigmas = 3.5;      ///< observations beyond are taken out before the second solve
+  double min_reject_px = 0.5;      ///< .. but never those below this [px]
+  int min_line_views = 3;          ///< two views of a line say nothing about the motion
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
 /// The switches of `slim-paper`, one per term, and the proportionality constants that the paper
 /// leaves open (docs/method_slim_paper.md measures them).
 struct SlimPaperOptions {
@@ -120,6 +174,26 @@ struct SlimPaperOptions {
   double vp_cauchy_scale = 0.05;       ///< Cauchy scale of the VP residual [rad]
   double line_epipolar_weight = 0.01;  ///< constant of eq. (13), type e; above 0.1 success falls
   double line_normal_weight = 1.0;     ///< constant of eq. (13), type n; 1 is best or near it
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+/// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
+/// the refinement are in RefinementOptions, of the bias in RobustBiasOptions.
+struct SlimOptions {
+  bool vanishing_points = true;  ///< in the gyroscope bias and in the refinement
+  bool prune_tracks = true;      ///< take out tracks that contradict the consensus bias
+  bool reverse_start = true;     ///< start from the reverse alignment
+  bool tight_start = true;       ///< start from the closed-form tight alignment
+  bool refine = true;            ///< off: the first start is the answer
+  bool second_search = true;     ///< search for a lower minimum where the first looks wrong
+  /// Visual chi-square per degree of freedom above which it looks wrong; right ones have 0.6
+  /// to 1.1.
+  double suspicious_chi2 = 1.2;
+  /// With fewer point tracks it is searched for in any case: one bad track among a dozen bends the
+  /// minimum without showing, and the search is cheap.
+  int few_tracks = 50;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -140,6 +214,9 @@ struct GateOptions {
   /// Rotation over the window [deg]; less, without translation, is stationary, more is a pure
   /// rotation.
   double min_rotation_deg = 2.0;
+  /// Without parallax, the same rms deviation as of min_excitation up to which the window is at
+  /// rest [m/s^2]. Above it the vehicle accelerates, and the scene is too far to show it.
+  double max_rest_deviation = 0.5;
   /// Rms deviation of the world-frame specific force from its mean over the window [m/s^2]; less
   /// is motion at constant velocity, in which the scale is not observable.
   double min_excitation = 0.10;
@@ -148,8 +225,18 @@ struct GateOptions {
   double min_linkage = 10.0;
   /// Rms residual of the velocity and position rows over the window, in m/s and m alike.
   double max_alignment_residual = 0.10;
-  /// Relative standard deviation of the scale.
+  /// Relative standard deviation of the scale. The strict profile has 0.05.
   double max_scale_sigma = 0.10;
+  /// Robust visual chi-square per degree of freedom before rejection, at the calibration's noise
+  /// (`slim`). Wrong minima sit at 5 to 30. The strict profile has 1.2.
+  double max_chi2 = 1.5;
+  /// Share of the point sightings left after pruning and rejection (`slim`).
+  double min_inlier_fraction = 0.6;
+  /// Angle over which the points of an image are spread, rms [deg] (`slim`). Points in one spot are
+  /// one point.
+  double min_point_spread_deg = 2.0;
+  /// Share of the point tracks behind the camera by over three sigma (`slim`).
+  double max_behind_fraction = 0.2;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -162,6 +249,10 @@ struct InitializerOptions {
   VanishingPointOptions vanishing_point;
   LineSelectionOptions line_selection;
   AlignmentOptions alignment;
+  RobustBiasOptions robust_bias;
+  ReverseAlignmentOptions reverse_alignment;
+  RefinementOptions refinement;
+  SlimOptions slim;
   SlimPaperOptions slim_paper;
   GateOptions gates;
 

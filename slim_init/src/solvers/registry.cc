@@ -4,6 +4,7 @@
 
 #include "slim_init/window_solver.h"
 #include "solvers/drt_l.h"
+#include "solvers/slim.h"
 #include "solvers/slim_paper.h"
 
 namespace slim_init {
@@ -18,6 +19,7 @@ std::unique_ptr<WindowSolver> make(const InitializerOptions& options) {
 
 const std::vector<std::pair<std::string, Maker>>& registry() {
   static const std::vector<std::pair<std::string, Maker>> kRegistry = {
+      {"slim", &make<Slim>},
       {"slim-paper", &make<SlimPaper>},
       {"drt-l", &make<DrtL>},
   };

@@ -69,9 +69,33 @@ double forceDeviation(const std::vector<Preintegration>& pre,
   return std::sqrt((force.colwise() - mean).squaredNorm() / static_cast<double>(pre.size()));
 }
 
+double pointSpreadDeg(const InitWindow& window) {
+  std::vector<Eigen::Vector3d> sum(window.size(), Eigen::Vector3d::Zero());
+  std::vector<int> count(window.size(), 0);
+  for (const PointSighting& sighting : window.pointSightings()) {
+    sum[sighting.keyframe] += sighting.bearing;
+    ++count[sighting.keyframe];
+  }
+  std::vector<double> spreads;
+  for (int k = 0; k < window.size(); ++k) {
+    if (count[k] == 0) continue;
+    // Of unit vectors with mean m, the mean squared chord to m / |m| is 2 (1 - |m|).
+    const double chord2 = 2.0 * (1.0 - sum[k].norm() / count[k]);
+    spreads.push_back(std::sqrt(std::max(chord2, 0.0)) * kDegPerRad);
+  }
+  if (spreads.empty()) return kNotComputed;
+  const auto middle = spreads.begin() + spreads.size() / 2;
+  std::nth_element(spreads.begin(), middle, spreads.end());
+  return *middle;
+}
+
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
   InitStatus no_motion = InitStatus::kStationary;
   if (motion.rotation_deg >= options.min_rotation_deg) no_motion = InitStatus::kPureRotation;
+  // Still tracks alone are no rest: a scene far away shows no parallax either.
+  if (no_motion == InitStatus::kStationary && motion.excitation > options.max_rest_deviation) {
+    no_motion = InitStatus::kTooLittleExcitation;
+  }
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
   return {
@@ -94,6 +118,26 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
                options.max_scale_sigma, true, InitStatus::kScaleTooUncertain)};
   gates[1].enforced = true;
   return gates;
+}
+
+std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
+                                      const MotionMeasures& motion, const GateOptions& options) {
+  const InitStatus uncertain = motion.excitation < options.min_excitation
+                                   ? InitStatus::kTooLittleExcitation
+                                   : InitStatus::kScaleTooUncertain;
+  return {makeGate("chi2", "visual chi-square per degree of freedom", "", measures.chi2,
+                   options.max_chi2, true, InitStatus::kInconsistentResiduals),
+          makeGate("inlier_fraction", "share of the point observations kept", "",
+                   measures.inlier_fraction, options.min_inlier_fraction, false,
+                   InitStatus::kInconsistentResiduals),
+          makeGate("behind_fraction", "share of the points behind the camera", "",
+                   measures.behind_fraction, options.max_behind_fraction, true,
+                   InitStatus::kInconsistentResiduals),
+          makeGate("point_spread", "angle over which the points are spread", "deg",
+                   measures.point_spread_deg, options.min_point_spread_deg, false,
+                   InitStatus::kTooFewTracks),
+          makeGate("scale_sigma", "relative standard deviation of the scale", "",
+                   measures.scale_sigma, options.max_scale_sigma, true, uncertain)};
 }
 
 std::string describe(const GateValue& gate) {

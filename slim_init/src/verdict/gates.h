@@ -35,8 +35,12 @@ double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
 double forceDeviation(const std::vector<Preintegration>& pre,
                       const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
-/// Gates on the motion: "parallax" (failing as stationary or, beyond min_rotation_deg, as pure
-/// rotation; as too few tracks where it could not be measured) and "excitation".
+/// Gates on the motion: "parallax" and "excitation". Tracks and IMU together name what a missing
+/// parallax is: beyond min_rotation_deg a pure rotation; with a steady specific force (below
+/// max_rest_deviation over 0.25 s means, so that a vibrating vehicle is at rest) stationary; with
+/// an unsteady one too little excitation of the camera, the scene is too far. Where it could not be
+/// measured, too few tracks. Tracks that move while the IMU is quiet are a slide at constant
+/// velocity and fail "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
 /// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
@@ -45,6 +49,26 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
 /// points being in front of the camera, so there is no answer to accept.
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options);
+
+/// What the refinement of `slim` says about its answer.
+struct PosteriorMeasures {
+  double chi2 = kNotComputed;              ///< RefinedWindow::chi2
+  double inlier_fraction = kNotComputed;   ///< of all point sightings of the window
+  double behind_fraction = kNotComputed;   ///< of the point tracks
+  double scale_sigma = kNotComputed;       ///< relative
+  double point_spread_deg = kNotComputed;  ///< see pointSpreadDeg()
+};
+
+/// Rms angle between the bearings of a keyframe's points and their mean direction, the median over
+/// the keyframes with points [deg]. Points in one spot are one point, however many. NaN without
+/// any.
+double pointSpreadDeg(const InitWindow& window);
+
+/// Gates on a refined answer: "chi2", "inlier_fraction" and "behind_fraction" (inconsistent
+/// residuals), "point_spread" (too few tracks), "scale_sigma" (scale too uncertain; where the
+/// motion fails the excitation gate as well, too little excitation).
+std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
+                                      const MotionMeasures& motion, const GateOptions& options);
 
 /// One sentence: what the gate measured, what it needs.
 std::string describe(const GateValue& gate);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "geometry/so3.h"
+#include "rotation/track_pruning.h"
 #include "window/clean_frame.h"
 
 namespace slim_init {
@@ -172,6 +173,41 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
   buildTracks(points, window->point_tracks_, window->point_sightings_);
   buildTracks(lines, window->line_tracks_, window->line_sightings_);
   return window;
+}
+
+std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
+                                                const std::vector<char>& keep) {
+  if (keep.size() != window.point_sightings_.size()) return nullptr;
+  const std::shared_ptr<InitWindow> out(new InitWindow());
+  out->calibration_ = window.calibration_;
+  out->times_ = window.times_;
+  out->imu_ = window.imu_;
+  out->line_tracks_ = window.line_tracks_;
+  out->line_sightings_ = window.line_sightings_;
+  out->keyframe_lines_ = window.keyframe_lines_;
+  out->counts_ = window.counts_;
+  out->point_tracks_.reserve(window.point_tracks_.size());
+  out->point_sightings_.reserve(window.point_sightings_.size());
+  for (const Track& track : window.point_tracks_) {
+    Track piece;
+    piece.id = track.id;
+    piece.begin = static_cast<int>(out->point_sightings_.size());
+    const auto close = [&]() {
+      piece.end = static_cast<int>(out->point_sightings_.size());
+      if (piece.size() >= 2) {
+        out->point_tracks_.push_back(piece);
+      } else {
+        out->point_sightings_.resize(piece.begin);
+      }
+      piece.begin = static_cast<int>(out->point_sightings_.size());
+    };
+    for (int a = track.begin; a < track.end; ++a) {
+      if (keep[a] == kStartTrack) close();
+      if (keep[a] != kDropSighting) out->point_sightings_.push_back(window.point_sightings_[a]);
+    }
+    close();
+  }
+  return out;
 }
 
 }  // namespace slim_init

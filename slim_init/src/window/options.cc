@@ -43,6 +43,26 @@ std::string MultiGapBiasOptions::validate() const {
       .sentence();
 }
 
+std::string TrackPruningOptions::validate() const {
+  return RangeCheck()
+      .within("threshold_sigmas", threshold_sigmas, 0.5, 100.0)
+      .within("min_points_per_pair", min_points_per_pair, 5, 1000)
+      .within("hypotheses", hypotheses, 1, 1000)
+      .sentence();
+}
+
+std::string RobustBiasOptions::validate() const {
+  return RangeCheck()
+      .nested("refinement", refinement.validate())
+      .nested("pruning", pruning.validate())
+      .within("candidates", candidates, 0, 1000)
+      .within("clean_inlier_fraction", clean_inlier_fraction, 0.0, 1.0)
+      .within("clean_cost", clean_cost, 0.0, 10.0)
+      .within("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0)
+      .within("gyro_noise_inflation", gyro_noise_inflation, 0.0, 1e3)
+      .sentence();
+}
+
 std::string ReverseAlignmentOptions::validate() const {
   return RangeCheck()
       .within("accel_bias_prior", accel_bias_prior, 1e-6, 10.0)
@@ -52,6 +72,23 @@ std::string ReverseAlignmentOptions::validate() const {
       .within("grid", grid, 3, 10000)
       .within("length_weight", length_weight, 1.0, 1e9)
       .within("log_scale_tolerance", log_scale_tolerance, 1e-12, 0.1)
+      .sentence();
+}
+
+std::string RefinementOptions::validate() const {
+  return RangeCheck()
+      .within("max_iterations", max_iterations, 0, 1000)
+      .within("tolerance", tolerance, 1e-30, 100.0)
+      .within("cauchy_sigmas", cauchy_sigmas, 0.5, 1e6)
+      .within("accel_bias_prior", accel_bias_prior, 1e-6, 10.0)
+      .within("gyro_bias_prior", gyro_bias_prior, 1e-6, 10.0)
+      .within("vp_inflation", vp_inflation, 0.1, 1e4)
+      .within("accel_noise_factor", accel_noise_factor, 1.0, 100.0)
+      .within("gyro_noise_factor", gyro_noise_factor, 1.0, 100.0)
+      .within("min_sigma_px", min_sigma_px, 0.01, 10.0)
+      .within("reject_sigmas", reject_sigmas, 1.0, 100.0)
+      .within("min_reject_px", min_reject_px, 0.01, 100.0)
+      .within("min_line_views", min_line_views, 2, 15)
       .sentence();
 }
 
@@ -86,6 +123,15 @@ std::string AlignmentOptions::validate() const {
       .sentence();
 }
 
+std::string SlimOptions::validate() const {
+  if (!reverse_start && !tight_start)
+    return "reverse_start and tight_start are both off, needs one";
+  return RangeCheck()
+      .within("suspicious_chi2", suspicious_chi2, 0.0, 1e6)
+      .within("few_tracks", few_tracks, 0, 100000)
+      .sentence();
+}
+
 std::string SlimPaperOptions::validate() const {
   return RangeCheck()
       .within("vp_weight", vp_weight, 0.0, 1e6)
@@ -102,6 +148,11 @@ std::string GateOptions::validate() const {
       .within("min_excitation", min_excitation, 0.0, 100.0)
       .within("min_linkage", min_linkage, 1.0, 1e12)
       .within("max_alignment_residual", max_alignment_residual, 0.0, 1e3)
+      .within("max_rest_deviation", max_rest_deviation, 0.0, 100.0)
+      .within("max_chi2", max_chi2, 0.1, 1e6)
+      .within("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0)
+      .within("min_point_spread_deg", min_point_spread_deg, 0.0, 90.0)
+      .within("max_behind_fraction", max_behind_fraction, 0.0, 1.0)
       .within("max_scale_sigma", max_scale_sigma, 0.0, 10.0)
       .sentence();
 }
@@ -113,6 +164,10 @@ std::string InitializerOptions::validate() const {
       .nested("vanishing_point", vanishing_point.validate())
       .nested("line_selection", line_selection.validate())
       .nested("alignment", alignment.validate())
+      .nested("robust_bias", robust_bias.validate())
+      .nested("reverse_alignment", reverse_alignment.validate())
+      .nested("refinement", refinement.validate())
+      .nested("slim", slim.validate())
       .nested("slim_paper", slim_paper.validate())
       .nested("gates", gates.validate())
       .sentence();

@@ -1,0 +1,38 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "rotation/track_pruning.h"
+#include "slim_init/init_window.h"
+
+namespace slim_init {
+
+/// Largest keyframe gap between two sightings whose consistency is tested.
+inline constexpr int kMaxLinkGap = 4;
+
+/// Which pairs of sightings of a track agree with the motion of the camera, and what follows from
+/// it for the sightings.
+class LinkTable {
+ public:
+  explicit LinkTable(const InitWindow& window);
+
+  /// Verdict on the link from sighting `a` to that of the same track `gap` keyframes later,
+  /// 1 <= gap <= kMaxLinkGap.
+  void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
+
+  /// Cuts tracks where they jump and drops what fits nowhere; `pairs` is left at zero.
+  TrackPruning prune() const;
+
+ private:
+  enum Link : char { kUntested, kAgrees, kDisagrees };
+
+  Link link(int a, int b) const;
+  void closePiece(int begin, int end, TrackPruning* out) const;
+
+  const InitWindow& window_;
+  std::vector<std::array<Link, kMaxLinkGap + 1>> links_;  // by sighting and gap
+};
+
+}  // namespace slim_init

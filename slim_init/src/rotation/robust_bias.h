@@ -1,0 +1,52 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The front door of `slim`: a gyroscope bias by consensus, tracks pruned with it, and the bias
+// again from what is left.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "rotation/track_pruning.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+#include "structure/vanishing_point.h"
+
+namespace slim_init {
+
+/// Why there is no bias.
+enum class RobustBiasStatus {
+  kOk,
+  kTooFewPoints,  ///< no keyframe pair has min_points_per_pair common points
+  kNoConsensus,   ///< fewer than min_inlier_fraction of the sightings agree with any bias
+  kOutOfRange,    ///< the bias is not finite or larger than max_bias
+};
+
+/// Gyroscope bias with the sightings that agree with it.
+struct RobustBias {
+  RobustBiasStatus status = RobustBiasStatus::kTooFewPoints;
+  bool valid() const { return status == RobustBiasStatus::kOk; }
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
+  /// Inverse covariance of the bias [1/(rad/s)^2], from the scatter of the tracks' residuals, gyro
+  /// noise included. Positive definite when valid (bias_prior).
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  TrackPruning pruning;  ///< keep mask for withSightings() and counts, at `gyro_bias`
+  /// Mean squared residual over keyframe pairs at gaps 1, 2 and 4 before any pruning, truncated at
+  /// 9 [sigma^2]; up to 1 when the pixel noise is the calibration's and nothing is wrong.
+  double cost = 0.0;
+  int candidates = 0;   ///< starts that were scored
+  int iterations = 0;   ///< accepted Levenberg-Marquardt steps in all
+  int point_pairs = 0;  ///< keyframe pairs with enough common points
+  int vp_pairs = 0;     ///< keyframe pairs with a vanishing point residual
+
+  /// Share of the checked sightings that agree with the bias.
+  double inlierFraction() const { return pruning.inlierFraction(); }
+};
+
+/// Estimates the bias of a window of two or more keyframes. `vanishing_points` may be null, else
+/// one per keyframe. Deterministic.
+RobustBias estimateRobustGyroBias(const InitWindow& window,
+                                  const std::vector<VanishingPoint>* vanishing_points,
+                                  const RobustBiasOptions& options);
+
+}  // namespace slim_init

@@ -1,0 +1,55 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Known-rotation pruning of point tracks: with the rotation from the gyro, two points fix the
+// direction of translation between two keyframes, and every track that disagrees with it is wrong.
+// Finds what a fundamental matrix or an essential matrix lets pass, because it has fewer degrees of
+// freedom to bend: patches of repetitive texture that jump together by one period.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// What becomes of a sighting. Kept sightings are nonzero.
+enum SightingVerdict : char {
+  kDropSighting = 0,
+  kKeepSighting = 1,
+  /// Kept, but the track jumped before it: what follows is a track of its own.
+  kStartTrack = 2,
+};
+
+/// Outcome of a pruning.
+struct TrackPruning {
+  /// One SightingVerdict per sighting, indexed as InitWindow::pointSightings().
+  std::vector<char> keep;
+  int checked = 0;       ///< consecutive sightings of a track whose consistency could be tested
+  int inconsistent = 0;  ///< those found inconsistent
+  int dropped = 0;       ///< sightings with kDropSighting
+  int cuts = 0;          ///< sightings with kStartTrack
+  int pairs = 0;         ///< keyframe pairs whose translation direction was found
+
+  /// Share of the checked sightings that agree; 1 when nothing could be checked.
+  double inlierFraction() const {
+    return checked > 0 ? 1.0 - static_cast<double>(inconsistent) / checked : 1.0;
+  }
+};
+
+/// Finds the translation direction of every keyframe pair of the checked gaps with the rotations of
+/// the gyro at `gyro_bias` [rad/s], and the sightings that disagree with it. A single bad sighting
+/// is dropped and its track goes on; where a track jumps for good it is cut. Pairs with fewer than
+/// min_points_per_pair common points are not tested, their sightings are kept. Deterministic.
+TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
+                         const TrackPruningOptions& options);
+
+/// The window with the kept sightings only. Tracks left with one sighting are dropped, cut tracks
+/// become two with the same id; times, IMU data and lines are unchanged. Null when `keep` has
+/// another size than pointSightings().
+std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
+                                                const std::vector<char>& keep);
+
+}  // namespace slim_init

@@ -1,0 +1,361 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "rotation/robust_bias.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+#include <utility>
+
+#include "rotation/multi_gap_bias.h"
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using Eigen::Vector3d;
+
+// Medians over this many windows.
+constexpr unsigned kWindows = 20;
+
+ExactWindowOptions noisy(unsigned seed) {
+  ExactWindowOptions options;
+  options.seed = seed;
+  options.pixel_noise = 0.6;
+  options.imu_noise = true;
+  return options;
+}
+
+double relativeError(const RobustBias& estimate, const Vector3d& truth) {
+  return (estimate.gyro_bias - truth).norm() / truth.norm();
+}
+
+double median(std::vector<double> v) {
+  std::sort(v.begin(), v.end());
+  return v[v.size() / 2];
+}
+
+void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
+  const Vector3d f = point->bearing / point->bearing.z();
+  point->bearing = (f + Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
+}
+
+struct Corrupted {
+  std::shared_ptr<const InitWindow> window;
+  std::set<std::pair<FeatureId, int>> moved;  // id and keyframe of the sightings that were moved
+};
+
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
+                                           const std::vector<FrameObservation>& frames) {
+  std::string error;
+  auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
+  EXPECT_NE(window, nullptr) << error;
+  return window;
+}
+
+// Moves every sighting with probability `rate`, by 20 px per axis (standard deviation).
+Corrupted withRandomOutliers(const ExactWindow& exact, double rate, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::normal_distribution<double> gaussian(0.0, 20.0);
+  Corrupted out;
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    for (PointObservation& point : frames[k].points) {
+      if (uniform(random) >= rate) continue;
+      const double dx = gaussian(random), dy = gaussian(random);
+      shift(dx, dy, exact.calibration.focal_px, &point);
+      out.moved.emplace(point.id, static_cast<int>(k));
+    }
+  }
+  out.window = windowOf(exact, frames);
+  return out;
+}
+
+// Between some keyframes a patch of the image jumps by one period of its texture, for good.
+Corrupted withCoherentOutliers(const ExactWindow& exact, double share, unsigned seed) {
+  std::mt19937_64 random(seed);
+  Corrupted out;
+  std::vector<FrameObservation> frames = exact.keyframes;
+  std::map<FeatureId, double> offset;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    std::vector<PointObservation>& points = frames[k].points;
+    if (k > 0 && !points.empty()) {
+      const Vector3d centre = points[random() % points.size()].bearing;
+      std::vector<std::pair<double, FeatureId>> near;
+      for (const PointObservation& point : points) {
+        near.emplace_back((point.bearing - centre).norm(), point.id);
+      }
+      std::sort(near.begin(), near.end());
+      const double jump_px = random() % 2 == 0 ? 24.0 : -24.0;
+      for (std::size_t q = 0; q < share * static_cast<double>(near.size()); ++q) {
+        offset[near[q].second] += jump_px;
+      }
+    }
+    for (PointObservation& point : points) {
+      const auto found = offset.find(point.id);
+      if (found == offset.end()) continue;
+      shift(found->second, 0.0, exact.calibration.focal_px, &point);
+    }
+  }
+  out.window = windowOf(exact, frames);
+  return out;
+}
+
+TEST(RobustBias, NoiseFreeRecovery) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    ExactWindowOptions options;
+    options.seed = seed;
+    const ExactWindow exact = makeExactWindow(options);
+    RobustBiasOptions bias_options;
+    bias_options.refinement.bias_prior = 10.0;  // its pull towards zero is all that is left
+    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, bias_options);
+    ASSERT_TRUE(estimate.valid());
+    EXPECT_LT(relativeError(estimate, options.gyro_bias), 1e-8) << "seed " << seed;
+    EXPECT_EQ(estimate.inlierFraction(), 1.0);
+    EXPECT_EQ(estimate.pruning.dropped, 0);
+    EXPECT_EQ(estimate.pruning.cuts, 0);
+    EXPECT_EQ(estimate.candidates, 1) << "clean data need no second start";
+  }
+}
+
+TEST(RobustBias, CleanNoiseKeepsNearlyEverything) {
+  std::vector<double> errors, kept;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const ExactWindowOptions options = noisy(seed);
+    const ExactWindow exact = makeExactWindow(options);
+    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    ASSERT_TRUE(estimate.valid());
+    errors.push_back(relativeError(estimate, options.gyro_bias));
+    kept.push_back(estimate.inlierFraction());
+    // A pixel is a smaller angle at the rim of the image than at its centre.
+    EXPECT_GT(estimate.cost, 0.5) << "seed " << seed;
+    EXPECT_LT(estimate.cost, 1.0) << "seed " << seed;
+  }
+  EXPECT_LT(median(errors), 0.02);
+  EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.08);
+  EXPECT_GT(median(kept), 0.98);
+}
+
+TEST(RobustBias, InformationIsThatOfTheErrors) {
+  double sum = 0.0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    const ExactWindowOptions options = noisy(seed);
+    const ExactWindow exact = makeExactWindow(options);
+    RobustBiasOptions bias_options;
+    bias_options.gyro_noise_inflation = 1.0;
+    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, bias_options);
+    const Vector3d error = estimate.gyro_bias - options.gyro_bias;
+    sum += error.dot(estimate.information * error) / 3.0;
+  }
+  const double rms = std::sqrt(sum / 60);
+  EXPECT_GT(rms, 0.7);
+  EXPECT_LT(rms, 1.5);
+}
+
+TEST(RobustBias, ThirtyPercentRandomOutliers) {
+  std::vector<double> errors;
+  int moved = 0, moved_kept = 0, good = 0, good_dropped = 0;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const ExactWindowOptions options = noisy(seed);
+    const Corrupted corrupted = withRandomOutliers(makeExactWindow(options), 0.3, seed);
+    const RobustBias estimate =
+        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions());
+    ASSERT_TRUE(estimate.valid());
+    errors.push_back(relativeError(estimate, options.gyro_bias));
+    for (const Track& track : corrupted.window->pointTracks()) {
+      for (int a = track.begin; a < track.end; ++a) {
+        const int keyframe = corrupted.window->pointSightings()[a].keyframe;
+        const bool kept = estimate.pruning.keep[a] != kDropSighting;
+        if (corrupted.moved.count({track.id, keyframe}) > 0) {
+          ++moved;
+          moved_kept += kept ? 1 : 0;
+        } else {
+          ++good;
+          good_dropped += kept ? 0 : 1;
+        }
+      }
+    }
+  }
+  EXPECT_LT(median(errors), 0.10);
+  // Of displacements of 20 px the part across the epipolar line is below the 3 px that pass in one
+  // case out of eight.
+  EXPECT_LT(moved_kept, 0.3 * moved);
+  EXPECT_LT(good_dropped, 0.3 * good);
+}
+
+TEST(RobustBias, CoherentOutliers) {
+  std::vector<double> robust, plain;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const ExactWindowOptions options = noisy(seed);
+    const Corrupted corrupted = withCoherentOutliers(makeExactWindow(options), 0.15, seed);
+    const RobustBias estimate =
+        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions());
+    ASSERT_TRUE(estimate.valid());
+    EXPECT_GT(estimate.pruning.cuts, 0);
+    robust.push_back(relativeError(estimate, options.gyro_bias));
+    const MultiGapBiasEstimate unpruned =
+        estimateMultiGapBias(*corrupted.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions());
+    plain.push_back((unpruned.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm());
+  }
+  EXPECT_LT(median(robust), 0.15);
+  EXPECT_LT(median(robust), 0.7 * median(plain));
+}
+
+TEST(RobustBias, PureRotationStillGivesTheBias) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ExactWindowOptions options = noisy(seed);
+    options.motion = Motion::kPureRotation;
+    const ExactWindow exact = makeExactWindow(options);
+    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    ASSERT_TRUE(estimate.valid());
+    EXPECT_LT(relativeError(estimate, options.gyro_bias), 0.1) << "seed " << seed;
+  }
+}
+
+TEST(RobustBias, HoverGivesTheBias) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ExactWindowOptions options = noisy(seed);
+    options.motion = Motion::kHover;
+    const ExactWindow exact = makeExactWindow(options);
+    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    ASSERT_TRUE(estimate.valid());
+    EXPECT_LT(relativeError(estimate, options.gyro_bias), 0.1) << "seed " << seed;
+  }
+}
+
+TEST(RobustBias, ShortWindow) {
+  // What a front end has at hand a moment after its start.
+  std::vector<double> errors;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    ExactWindowOptions options = noisy(seed);
+    options.keyframes = 4;
+    const ExactWindow exact = makeExactWindow(options);
+    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    ASSERT_TRUE(estimate.valid());
+    errors.push_back(relativeError(estimate, options.gyro_bias));
+  }
+  EXPECT_LT(median(errors), 0.10);
+}
+
+TEST(RobustBias, RefusesWithoutPoints) {
+  ExactWindowOptions options;
+  options.points = 3;
+  const RobustBias estimate =
+      estimateRobustGyroBias(*makeExactWindow(options).window, nullptr, RobustBiasOptions());
+  EXPECT_EQ(estimate.status, RobustBiasStatus::kTooFewPoints);
+  EXPECT_FALSE(estimate.valid());
+}
+
+TEST(RobustBias, RefusesWithoutConsensus) {
+  // Bearings drawn anew in every keyframe.
+  const ExactWindowOptions options = noisy(1);
+  const ExactWindow exact = makeExactWindow(options);
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform(-0.6, 0.6);
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (FrameObservation& frame : frames) {
+    for (PointObservation& point : frame.points) {
+      const double x = uniform(random), y = uniform(random);
+      point.bearing = Vector3d(x, y, 1.0).normalized();
+    }
+  }
+  const RobustBias estimate =
+      estimateRobustGyroBias(*windowOf(exact, frames), nullptr, RobustBiasOptions());
+  EXPECT_FALSE(estimate.valid());
+}
+
+TEST(RobustBias, SameInputSameBytes) {
+  const Corrupted corrupted = withRandomOutliers(makeExactWindow(noisy(3)), 0.2, 3);
+  const auto run = [&]() {
+    return estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions());
+  };
+  const RobustBias a = run(), b = run();
+  EXPECT_EQ(a.gyro_bias, b.gyro_bias);
+  EXPECT_EQ(a.information, b.information);
+  EXPECT_EQ(a.pruning.keep, b.pruning.keep);
+}
+
+TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
+  const ExactWindow exact = makeExactWindow(noisy(2));
+  // A track of at least six sightings, bent in the middle, in both axes.
+  const InitWindow& clean = *exact.window;
+  const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
+                                  [](const Track& t) { return t.size() >= 6; });
+  ASSERT_NE(track, clean.pointTracks().end());
+  const int keyframe = clean.pointSightings()[track->begin + 3].keyframe;
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (PointObservation& point : frames[keyframe].points) {
+    if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
+  }
+  const auto window = windowOf(exact, frames);
+  const TrackPruning pruning =
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+  const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
+                                 [&](const Track& t) { return t.id == track->id; });
+  for (int a = bent->begin; a < bent->end; ++a) {
+    const bool bad = window->pointSightings()[a].keyframe == keyframe;
+    EXPECT_EQ(pruning.keep[a], bad ? kDropSighting : kKeepSighting) << a - bent->begin;
+  }
+}
+
+TEST(TrackPruning, JumpForGoodCutsTheTrack) {
+  const ExactWindow exact = makeExactWindow(noisy(2));
+  const InitWindow& clean = *exact.window;
+  const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
+                                  [](const Track& t) { return t.size() >= 8; });
+  ASSERT_NE(track, clean.pointTracks().end());
+  const int keyframe = clean.pointSightings()[track->begin + 4].keyframe;
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (std::size_t k = keyframe; k < frames.size(); ++k) {
+    for (PointObservation& point : frames[k].points) {
+      if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
+    }
+  }
+  const auto window = windowOf(exact, frames);
+  const TrackPruning pruning =
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+  const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
+                                 [&](const Track& t) { return t.id == track->id; });
+  EXPECT_EQ(pruning.keep[bent->begin + 4], kStartTrack);
+  const auto pruned = withSightings(*window, pruning.keep);
+  ASSERT_NE(pruned, nullptr);
+  int pieces = 0;
+  for (const Track& t : pruned->pointTracks()) pieces += t.id == track->id ? 1 : 0;
+  EXPECT_EQ(pieces, 2);
+}
+
+TEST(WithSightings, KeepsWhatItIsToldTo) {
+  const ExactWindow exact = makeExactWindow(noisy(4));
+  const InitWindow& window = *exact.window;
+  const auto all = withSightings(window, std::vector<char>(window.pointSightings().size(), 1));
+  ASSERT_NE(all, nullptr);
+  ASSERT_EQ(all->pointTracks().size(), window.pointTracks().size());
+  ASSERT_EQ(all->pointSightings().size(), window.pointSightings().size());
+  for (std::size_t a = 0; a < window.pointSightings().size(); ++a) {
+    EXPECT_EQ(all->pointSightings()[a].bearing, window.pointSightings()[a].bearing);
+  }
+  EXPECT_EQ(all->times(), window.times());
+  EXPECT_EQ(all->imu().size(), window.imu().size());
+  EXPECT_EQ(all->lineTracks().size(), window.lineTracks().size());
+
+  const auto none = withSightings(window, std::vector<char>(window.pointSightings().size(), 0));
+  ASSERT_NE(none, nullptr);
+  EXPECT_TRUE(none->pointTracks().empty());
+  EXPECT_TRUE(none->pointSightings().empty());
+
+  // One sighting left of the first track: the track is gone.
+  std::vector<char> keep(window.pointSightings().size(), 1);
+  for (int a = 1; a < window.pointTracks()[0].end; ++a) keep[a] = 0;
+  EXPECT_EQ(withSightings(window, keep)->pointTracks().size(), window.pointTracks().size() - 1);
+
+  EXPECT_EQ(withSightings(window, std::vector<char>(3, 1)), nullptr);
+}
+
+}  // namespace
+}  // namespace slim_init
