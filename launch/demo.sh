@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #
-# Installs what is missing, builds, and compares the methods on two simulated motions.
+# Installs what is missing, builds, and compares the methods on two simulated motions; with POV-Ray
+# also from the pixels of a short rendered walk along a corridor.
 #   ./launch/demo.sh [--quick] [--out DIR]
-#     --quick    fewer windows: seconds instead of a minute
+#     --quick    fewer windows and images: half a minute instead of some
 #     --out DIR  where the reports go (default: demo/ in the build folder)
 # The variables that change the set-up are listed in launch/setup.sh.
 set -euo pipefail
@@ -11,17 +12,21 @@ set -euo pipefail
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh"
 
 stride=10 # frames between the starts of two windows, as in the paper's protocol
+seconds=6 # of the rendered walk: some windows of 2.25 s
 out="${SLIM_INIT_BUILD_DIR}/demo"
 while [[ $# -gt 0 ]]; do
   case "$1" in
-    --quick) stride=60 ;;
+    --quick)
+      stride=60
+      seconds=3
+      ;;
     --out)
       [[ $# -ge 2 ]] || slim_init_die "--out needs a folder"
       out="$2"
       shift
       ;;
     -h | --help)
-      sed -n '4,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '4,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
     *) slim_init_die "unknown option $1 (known: --quick, --out DIR, --help)" ;;
@@ -52,5 +57,24 @@ compare() {
 compare figure-eight room "rich motion, rich texture"
 compare corridor-walk corridor "walking along a corridor, where scale is hard to see"
 
+reports=("${out}/figure-eight/report.md" "${out}/corridor-walk/report.md")
+
+# The same walk once more, from pixels.
+if command -v povray >/dev/null; then
+  slim_init_say "Rendering ${seconds} s of a walk along a corridor (POV-Ray)"
+  rm -rf "${out}/corridor-images"
+  "${program}" simulate --builtin corridor-walk --scene corridor --duration "${seconds}" --seed 1 \
+    --threads "${SLIM_INIT_JOBS}" --out "${out}/corridor-images" </dev/null ||
+    slim_init_die "rendering the corridor failed; its message is above"
+  slim_init_say "A/B from these images: points and lines are tracked, not simulated"
+  "${program}" ab --asl "${out}/corridor-images" --stride 5 --seed 1 \
+    --out "${out}/corridor-pixels" </dev/null ||
+    slim_init_die "the comparison on images failed; its message is above"
+  reports+=("${out}/corridor-pixels/report.md")
+else
+  slim_init_say "POV-Ray is not installed: no images were rendered, the comparisons above are on" \
+    "simulated features"
+fi
+
 slim_init_say "Reports:"
-printf '    %s\n' "${out}/figure-eight/report.md" "${out}/corridor-walk/report.md"
+printf '    %s\n' "${reports[@]}"

@@ -13,7 +13,8 @@ SLIM_INIT_BUILD_DIR="${SLIM_INIT_BUILD_DIR:-${SLIM_INIT_ROOT}/build}"
 SLIM_INIT_JOBS="${SLIM_INIT_JOBS:-$(nproc)}"
 
 # What a bare system needs, one line a package; the names are the same on Debian 11, Debian 12 and
-# Ubuntu 20.04. "both" is needed by the demo and the tests, "tests" only by the tests.
+# Ubuntu 20.04. "both" is needed by the demo and the tests, "tests" only by the tests; "extra" comes
+# with the tests where the system's sources have it, and everything works without.
 # OpenCV: the module packages are enough (slim_init/cmake/FindSlimInitOpenCV.cmake), the far larger
 # libopencv-dev is not needed. The column of Ubuntu 20.04 is as published for it, not tried yet.
 # package | needed by | Debian 12 | Ubuntu 20.04 | what it is for
@@ -26,11 +27,18 @@ libeigen3-dev       | both  | 3.4.0  | 3.3.7  | linear algebra
 libopencv-core-dev  | both  | 4.6.0  | 4.2.0  | configuration files, images (line front end only)
 libopencv-imgproc-dev | both | 4.6.0 | 4.2.0  | image processing (line front end only)
 libopencv-calib3d-dev | both | 4.6.0 | 4.2.0  | lens undistortion (line front end only)
+libopencv-imgcodecs-dev | both | 4.6.0 | 4.2.0 | images of recordings (line front end only)
+libopencv-video-dev | both  | 4.6.0  | 4.2.0  | point tracking (line front end only)
+libopencv-contrib-dev | both | 4.6.0 | 4.2.0 | line detection, module ximgproc (line front end only)
 nlohmann-json3-dev  | both  | 3.11.2 | 3.7.3  | summary.json of the evaluation
 libboost-program-options-dev | both | 1.74.0 | 1.71.0 | command line of the program slim_init
+povray              | both  | 3.7.0  | 3.7.0  | rendered sequences (slim_init simulate)
 libceres-dev        | tests | 2.1.0  | 1.14.0 | reference optimizer that tests compare with
 libgtest-dev        | tests | 1.12.1 | 1.10.0 | test framework
 libgmock-dev        | tests | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
+librosbag-storage-dev | extra | 1.15.15 | 1.14.3 | bags of ROS 1: slim_init ab --bag
+libsensor-msgs-dev  | extra | 1.13.1 | 1.12.7 | the messages in those bags
+python3-matplotlib  | extra | 3.6.3  | 3.1.2  | pictures in the report of slim_init ab
 libbenchmark-dev    | tests | 1.7.1  | 1.5.0  | slim_init_bench
 '
 
@@ -40,10 +48,10 @@ slim_init_die() {
   exit 1
 }
 
-# Prints a column of the table above for the packages needed by "$1" (both|tests).
+# Prints the names in the table above that "$1" needs (both|tests|extra).
 slim_init_packages() {
   awk -F'|' -v group="$1" 'NF == 5 { gsub(/ /, "", $1); gsub(/ /, "", $2);
-    if ($2 == "both" || group == "tests") print $1 }' <<<"${SLIM_INIT_PACKAGES}"
+    if ($2 == group || (group == "tests" && $2 == "both")) print $1 }' <<<"${SLIM_INIT_PACKAGES}"
 }
 slim_init_purpose() {
   awk -F'|' -v name="$1" 'NF == 5 { gsub(/ /, "", $1); sub(/^ */, "", $5);
@@ -93,18 +101,24 @@ slim_init_install_packages() {
     return
   fi
 
-  local -a wanted missing=() unavailable=()
+  local -a wanted extra=() missing=() missing_extra=() unavailable=()
   local package
   mapfile -t wanted < <(slim_init_packages "$1")
   for package in "${wanted[@]}"; do
     slim_init_installed "${package}" || missing+=("${package}")
   done
-  if [[ ${#missing[@]} -eq 0 ]]; then
-    slim_init_say "Packages: all ${#wanted[@]} are installed"
+  if [[ "$1" == tests ]]; then
+    mapfile -t extra < <(slim_init_packages extra)
+    for package in "${extra[@]}"; do
+      slim_init_installed "${package}" || missing_extra+=("${package}")
+    done
+  fi
+  if [[ ${#missing[@]} -eq 0 && ${#missing_extra[@]} -eq 0 ]]; then
+    slim_init_say "Packages: all $((${#wanted[@]} + ${#extra[@]})) are installed"
     return
   fi
 
-  slim_init_say "Packages: installing ${#missing[@]} of ${#wanted[@]}: ${missing[*]}"
+  slim_init_say "Packages: ${#missing[@]} of ${#wanted[@]} are missing: ${missing[*]:-none}"
   local updated=0
   for package in "${missing[@]}"; do
     if ! slim_init_available "${package}"; then
@@ -118,6 +132,15 @@ slim_init_install_packages() {
   for package in "${missing[@]}"; do
     slim_init_available "${package}" || unavailable+=("${package}")
   done
+  # What only adds something must not stop us.
+  for package in "${missing_extra[@]}"; do
+    if slim_init_available "${package}"; then
+      missing+=("${package}")
+    else
+      echo "    going on without ${package}, which the package sources do not have; it is for:" \
+        "$(slim_init_purpose "${package}")"
+    fi
+  done
   if [[ ${#unavailable[@]} -gt 0 ]]; then
     printf '\n' >&2
     for package in "${unavailable[@]}"; do
@@ -128,6 +151,8 @@ slim_init_install_packages() {
       "or install by hand and set SLIM_INIT_SKIP_PACKAGES=1"
   fi
 
+  [[ ${#missing[@]} -gt 0 ]] || return 0
+  echo "    installing ${missing[*]}"
   if ! slim_init_apt_get install --no-install-recommends "${missing[@]}"; then
     # Old lists name files that the archive no longer has.
     [[ ${updated} -eq 0 ]] ||

@@ -101,17 +101,29 @@ void read(const std::string& key, const cv::FileNode& node, std::string* value) 
 
 constexpr std::pair<const char*, GateMode> kGateModes[] = {
     {"own", GateMode::kOwn}, {"on", GateMode::kOn}, {"off", GateMode::kOff}};
+constexpr std::pair<const char*, TrackerProfile> kProfiles[] = {
+    {"default", TrackerProfile::kDefault}, {"vins", TrackerProfile::kVins}};
 
-void read(const std::string& key, const cv::FileNode& node, GateMode* value) {
+template <typename T, size_t kSize>
+void readWord(const std::string& key, const cv::FileNode& node,
+              const std::pair<const char*, T> (&words)[kSize], const char* wanted, T* value) {
   if (node.isString()) {
-    for (const auto& [name, mode] : kGateModes) {
+    for (const auto& [name, meaning] : words) {
       if (static_cast<std::string>(node) == name) {
-        *value = mode;
+        *value = meaning;
         return;
       }
     }
   }
-  wrongKind(key, node, "own, on or off");
+  wrongKind(key, node, wanted);
+}
+
+void read(const std::string& key, const cv::FileNode& node, GateMode* value) {
+  readWord(key, node, kGateModes, "own, on or off", value);
+}
+
+void read(const std::string& key, const cv::FileNode& node, TrackerProfile* value) {
+  readWord(key, node, kProfiles, "default or vins", value);
 }
 
 std::string written(int value) { return std::to_string(value); }
@@ -131,6 +143,7 @@ std::string written(GateMode value) {
   }
   return "own";
 }
+std::string written(TrackerProfile value) { return toString(value); }
 
 // --------------------------------------------------------------------------------- our section
 
@@ -354,7 +367,7 @@ void readHost(const cv::FileNode& root, Config* config) {
   readOptional(root, "td", &config->calibration.td);
   readOptional(root, "estimate_td", &config->estimate_td);
 
-  HostFrontEnd& front_end = config->front_end;
+  HostFrontEnd& front_end = config->front_end.host;
   readOptional(root, "max_cnt", &front_end.max_cnt);
   readOptional(root, "min_dist", &front_end.min_dist);
   readOptional(root, "freq", &front_end.freq);
@@ -438,6 +451,7 @@ void checkRanges(const Config& config) {
     fail(kSection, ".method is \"", config.method, "\", must be one of ", known.str());
   }
   std::string sentence = config.options.validate();
+  if (sentence.empty()) sentence = config.front_end.validate();
   if (!sentence.empty()) fail(kSection, ".", sentence);
 
   sentence = config.calibration.validate();
@@ -482,6 +496,7 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
   std::string sentence;
   try {
     work(&result, &origins);
+    result.front_end.vanishing_point = result.options.vanishing_point;
     try {
       checkRanges(result);
     } catch (const Problem& problem) {
@@ -509,7 +524,14 @@ std::vector<ConfigKey> configKeys(Config* config) {
   LineSelectionOptions& lines = config->options.line_selection;
   AlignmentOptions& alignment = config->options.alignment;
   SlimPaperOptions& paper = config->options.slim_paper;
+  RobustBiasOptions& robust = config->options.robust_bias;
+  ReverseAlignmentOptions& reverse = config->options.reverse_alignment;
+  RefinementOptions& refinement = config->options.refinement;
+  SlimOptions& slim = config->options.slim;
   GateOptions& gates = config->options.gates;
+  FrontEndOptions& front_end = config->front_end;
+  PointTrackerOptions& points = front_end.points;
+  LineTrackerOptions& segments = front_end.lines;
   return {
       {"method", &config->method, "", "the solver: `slim_init ab --help` lists the names"},
       {"sigma_px", &calibration.sigma_px, "px", "standard deviation of a tracked point"},
@@ -570,6 +592,91 @@ std::vector<ConfigKey> configKeys(Config* config) {
       {"alignment.min_parallax_rad", &alignment.min_parallax_rad, "rad",
        "tracks with less parallax are left out"},
 
+      {"robust_bias.candidates", &robust.candidates, "",
+       "further starts tried, at most, when the first solution does not look clean"},
+      {"robust_bias.clean_inlier_fraction", &robust.clean_inlier_fraction, "",
+       "share of sightings in agreement from which a solution is clean"},
+      {"robust_bias.clean_cost", &robust.clean_cost, "sigma^2",
+       "mean truncated squared residual up to which it is"},
+      {"robust_bias.min_inlier_fraction", &robust.min_inlier_fraction, "",
+       "less agreement is no consensus"},
+      {"robust_bias.gyro_noise_inflation", &robust.gyro_noise_inflation, "",
+       "on the gyroscope density in the covariance of the bias"},
+      {"robust_bias.refinement.max_gap", &robust.refinement.max_gap, "keyframes",
+       "largest gap between the keyframes of a pair"},
+      {"robust_bias.refinement.min_points_per_pair", &robust.refinement.min_points_per_pair, "",
+       "keyframe pairs with fewer common points do not enter"},
+      {"robust_bias.refinement.reweightings", &robust.refinement.reweightings, "",
+       "rounds of robust weights"},
+      {"robust_bias.refinement.max_iterations", &robust.refinement.max_iterations, "",
+       "Levenberg-Marquardt iterations per round"},
+      {"robust_bias.refinement.cauchy_sigmas", &robust.refinement.cauchy_sigmas, "",
+       "vanishing-point residual beyond which it loses weight, in standard deviations"},
+      {"robust_bias.refinement.vp_inflation", &robust.refinement.vp_inflation, "",
+       "on the covariance of a vanishing point"},
+      {"robust_bias.refinement.bias_prior", &robust.refinement.bias_prior, "rad/s",
+       "standard deviation of the bias before any data"},
+      {"robust_bias.refinement.max_bias", &robust.refinement.max_bias, "rad/s",
+       "a larger answer is a numerical failure"},
+      {"robust_bias.pruning.threshold_sigmas", &robust.pruning.threshold_sigmas, "",
+       "a residual above this many standard deviations disagrees"},
+      {"robust_bias.pruning.min_points_per_pair", &robust.pruning.min_points_per_pair, "",
+       "keyframe pairs with fewer common tracks are not tested"},
+      {"robust_bias.pruning.hypotheses", &robust.pruning.hypotheses, "",
+       "translation directions tried per pair"},
+
+      {"reverse_alignment.accel_bias_prior", &reverse.accel_bias_prior, "m/s^2",
+       "standard deviation of the accelerometer bias before any data"},
+      {"reverse_alignment.min_scale", &reverse.min_scale, "m", "smallest scale searched"},
+      {"reverse_alignment.max_scale", &reverse.max_scale, "m", "largest scale searched"},
+      {"reverse_alignment.grid", &reverse.grid, "", "points of the grid between them"},
+      {"reverse_alignment.length_weight", &reverse.length_weight, "",
+       "weight of the length, in units of the mean information"},
+      {"reverse_alignment.log_scale_tolerance", &reverse.log_scale_tolerance, "",
+       "end of the search, in log(scale)"},
+
+      {"refinement.use_lines", &refinement.use_lines, "", "lines in the refinement"},
+      {"refinement.use_vanishing_points", &refinement.use_vanishing_points, "",
+       "vanishing points in the refinement"},
+      {"refinement.estimate_accel_bias", &refinement.estimate_accel_bias, "",
+       "0: the accelerometer bias is held at zero"},
+      {"refinement.max_iterations", &refinement.max_iterations, "",
+       "Levenberg-Marquardt steps of one minimisation"},
+      {"refinement.tolerance", &refinement.tolerance, "",
+       "squared step in standard deviations of the state that ends it"},
+      {"refinement.cauchy_sigmas", &refinement.cauchy_sigmas, "",
+       "residual beyond which it loses weight, in standard deviations"},
+      {"refinement.accel_bias_prior", &refinement.accel_bias_prior, "m/s^2",
+       "standard deviation of the accelerometer bias before any data"},
+      {"refinement.gyro_bias_prior", &refinement.gyro_bias_prior, "rad/s",
+       "standard deviation of the gyroscope bias before any data"},
+      {"refinement.vp_inflation", &refinement.vp_inflation, "",
+       "on the covariance of a vanishing point"},
+      {"refinement.accel_noise_factor", &refinement.accel_noise_factor, "",
+       "on the accelerometer density: sensors in motion are noisier than their data sheet"},
+      {"refinement.gyro_noise_factor", &refinement.gyro_noise_factor, "",
+       "on the gyroscope density, for the same reason"},
+      {"refinement.min_sigma_px", &refinement.min_sigma_px, "px",
+       "least estimated noise of a point"},
+      {"refinement.reject_sigmas", &refinement.reject_sigmas, "",
+       "observations beyond are taken out before the second solve"},
+      {"refinement.min_reject_px", &refinement.min_reject_px, "px", "but never those below"},
+      {"refinement.min_line_views", &refinement.min_line_views, "keyframes",
+       "a line seen in fewer is not used"},
+
+      {"slim.vanishing_points", &slim.vanishing_points, "",
+       "in the gyroscope bias and in the refinement"},
+      {"slim.prune_tracks", &slim.prune_tracks, "",
+       "take out tracks that contradict the consensus bias"},
+      {"slim.reverse_start", &slim.reverse_start, "", "start from the reverse alignment"},
+      {"slim.tight_start", &slim.tight_start, "", "start from the tight closed form"},
+      {"slim.refine", &slim.refine, "", "0: the first start is the answer"},
+      {"slim.second_search", &slim.second_search, "",
+       "search for a lower minimum where the first looks wrong"},
+      {"slim.suspicious_chi2", &slim.suspicious_chi2, "",
+       "chi-square per degree of freedom above which it does"},
+      {"slim.few_tracks", &slim.few_tracks, "", "with fewer it is searched for in any case"},
+
       {"slim_paper.use_vp", &paper.use_vp, "", "vanishing points in the gyroscope bias, eq. (4)"},
       {"slim_paper.use_line_epipolar", &paper.use_line_epipolar, "",
        "the line residual of eq. (11)"},
@@ -597,6 +704,50 @@ std::vector<ConfigKey> configKeys(Config* config) {
        "rms of the alignment's rows; more is refused"},
       {"gates.max_scale_sigma", &gates.max_scale_sigma, "",
        "relative standard deviation of the scale; more is refused"},
+      {"gates.max_rest_deviation", &gates.max_rest_deviation, "m/s^2",
+       "rms change of acceleration without parallax; more is no rest but a far scene"},
+      {"gates.max_chi2", &gates.max_chi2, "",
+       "visual chi-square per degree of freedom; more is refused"},
+      {"gates.min_inlier_fraction", &gates.min_inlier_fraction, "",
+       "share of point sightings left after rejection; less is refused"},
+      {"gates.min_point_spread_deg", &gates.min_point_spread_deg, "deg",
+       "spread of the points of an image; less is refused"},
+      {"gates.max_behind_fraction", &gates.max_behind_fraction, "",
+       "share of points behind the camera; more is refused"},
+
+      {"front_end.profile", &front_end.profile, "",
+       "default, or vins: points as VINS-Mono tracks them, with the host's keys above"},
+      {"front_end.use_gyro", &front_end.use_gyro, "", "predict the flow from the gyroscope"},
+      {"front_end.estimate_gyro_bias", &front_end.estimate_gyro_bias, "",
+       "from the tracks themselves, for the prediction and the outlier check"},
+      {"front_end.max_rotation_sigma_px", &front_end.max_rotation_sigma_px, "px",
+       "above, the rotation between two images does not count as known"},
+
+      {"points.max_points", &points.max_points, "", "tracked in one image"},
+      {"points.min_distance_px", &points.min_distance_px, "px", "between two points"},
+      {"points.corner_noise_factor", &points.corner_noise_factor, "",
+       "over the strongest corner that image noise alone makes"},
+      {"points.window_px", &points.window_px, "px", "side of the tracked patch, odd"},
+      {"points.levels", &points.levels, "", "pyramid levels above the image"},
+      {"points.forward_backward_px", &points.forward_backward_px, "px",
+       "back and forth a point has to come within this of where it was"},
+      {"points.epipolar_px", &points.epipolar_px, "px",
+       "further from its epipolar line a point is an outlier"},
+      {"points.border_px", &points.border_px, "px", "points closer to the edge are dropped"},
+
+      {"lines.enabled", &segments.enabled, "", "0: points only"},
+      {"lines.max_lines", &segments.max_lines, "", "tracked in one image, old and long ones first"},
+      {"lines.min_length_px", &segments.min_length_px, "px", "shorter segments are left out"},
+      {"lines.samples", &segments.samples, "", "points that a line is predicted with"},
+      {"lines.max_distance_px", &segments.max_distance_px, "px",
+       "predicted to detected line, across"},
+      {"lines.max_angle_deg", &segments.max_angle_deg, "deg", "predicted to detected line"},
+      {"lines.min_overlap", &segments.min_overlap, "",
+       "of predicted and detected segment, part of the shorter one"},
+      {"lines.max_missed", &segments.max_missed, "images",
+       "without a detection over which a line is carried on by its edge"},
+      {"lines.max_refit_rms_px", &segments.max_refit_rms_px, "px",
+       "edge samples about the fitted line; more is no line"},
   };
 }
 
@@ -606,11 +757,18 @@ std::string documentedDefaults() {
   out << kSection << ":\n";
   std::string open_section;
   for (const ConfigKey& key : configKeys(&defaults)) {
-    const size_t dot = key.key.find('.');
-    const std::string section = dot == std::string::npos ? "" : key.key.substr(0, dot);
-    if (section != open_section) out << "  " << section << ":\n";
+    const size_t dot = key.key.rfind('.');
+    const std::string section = dot == std::string::npos ? "" : key.key.substr(0, dot + 1);
+    std::string indent = "  ";
+    // Each level of the section that is not open yet.
+    for (size_t begin = 0, end = section.find('.'); end != std::string::npos;
+         begin = end + 1, end = section.find('.', begin)) {
+      if (open_section.compare(0, end + 1, section, 0, end + 1) != 0) {
+        out << indent << section.substr(begin, end - begin) << ":\n";
+      }
+      indent += "  ";
+    }
     open_section = section;
-    const std::string indent = section.empty() ? "  " : "    ";
     out << indent << "# " << key.reason;
     if (!key.unit.empty()) out << " [" << key.unit << "]";
     out << "\n"

@@ -21,11 +21,12 @@ set_package_properties(Eigen3 PROPERTIES TYPE REQUIRED PURPOSE "linear algebra")
 slim_init_require(Eigen3_FOUND "Eigen >= 3.3" libeigen3-dev "")
 
 if(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
-  find_package(SlimInitOpenCV 4.2 QUIET COMPONENTS core imgproc calib3d)
+  find_package(SlimInitOpenCV 4.2 QUIET
+               COMPONENTS core imgproc calib3d imgcodecs video ximgproc)
   set_package_properties(SlimInitOpenCV PROPERTIES TYPE REQUIRED
                          DESCRIPTION "OpenCV" PURPOSE "feature_tracker_lines")
-  slim_init_require(SlimInitOpenCV_FOUND "OpenCV >= 4.2 (core, imgproc, calib3d)"
-                    "libopencv-core-dev, libopencv-imgproc-dev and libopencv-calib3d-dev"
+  slim_init_require(SlimInitOpenCV_FOUND "OpenCV >= 4.2 (core, imgproc, calib3d, imgcodecs, video, ximgproc)"
+                    "libopencv-imgcodecs-dev, libopencv-video-dev and libopencv-contrib-dev"
                     SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
 endif()
 
@@ -34,6 +35,12 @@ if(SLIM_INIT_BUILD_EVALUATION)
   set_package_properties(nlohmann_json PROPERTIES TYPE REQUIRED PURPOSE "evaluation summaries")
   slim_init_require(nlohmann_json_FOUND "nlohmann-json >= 3.7" nlohmann-json3-dev
                     SLIM_INIT_BUILD_EVALUATION)
+endif()
+
+if(SLIM_INIT_BUILD_EVALUATION AND SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
+  find_package(SlimInitRosbag QUIET)
+  set_package_properties(SlimInitRosbag PROPERTIES TYPE OPTIONAL DESCRIPTION "rosbag of ROS 1"
+                         PURPOSE "reading and writing bags")
 endif()
 
 if(SLIM_INIT_BUILD_TESTS)

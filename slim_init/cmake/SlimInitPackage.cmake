@@ -17,7 +17,8 @@ else()
 endif()
 
 set(_slim_init_parts ${CMAKE_CURRENT_LIST_DIR}/slim_init-exports.cmake
-                     ${CMAKE_CURRENT_LIST_DIR}/FindSlimInitOpenCV.cmake)
+                     ${CMAKE_CURRENT_LIST_DIR}/FindSlimInitOpenCV.cmake
+                     ${CMAKE_CURRENT_LIST_DIR}/FindSlimInitRosbag.cmake)
 foreach(_slim_init_part IN LISTS _slim_init_parts)
   get_filename_component(_slim_init_name ${_slim_init_part} NAME)
   configure_file(${_slim_init_part} ${_slim_init_tree}/${_slim_init_name} COPYONLY)

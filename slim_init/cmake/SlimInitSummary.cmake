@@ -3,6 +3,13 @@ add_feature_info(core TRUE "the initializer library")
 add_feature_info(feature_tracker_lines SLIM_INIT_BUILD_FEATURE_TRACKER_LINES
                  "cameras, configuration, trackers")
 add_feature_info(evaluation SLIM_INIT_BUILD_EVALUATION "simulation and evaluation libraries")
+if(TARGET SlimInitRosbag::SlimInitRosbag)
+  set(_slim_init_bags ON)
+else()
+  set(_slim_init_bags OFF)
+endif()
+add_feature_info(rosbag _slim_init_bags
+                 "bags in evaluation (librosbag-storage-dev with libsensor-msgs-dev, or ROS)")
 add_feature_info(tools SLIM_INIT_BUILD_TOOLS "the slim_init program")
 add_feature_info(tests SLIM_INIT_BUILD_TESTS "run them with ctest")
 set(_slim_init_bench OFF)

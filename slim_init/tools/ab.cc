@@ -8,13 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "ablation.h"
 #include "exit_code.h"
 #include "load_sequence.h"
 #include "options_file.h"
+#include "plots.h"
 #include "progress_bar.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/window_solver.h"
+#include "source_commit.h"
 
 namespace slim_init::tools {
 namespace {
@@ -35,11 +38,22 @@ std::string noWindowSentence(const LoadedSequence& loaded, const AbOptions& opti
   return out.str();
 }
 
+std::string trackingLine(const evaluation::TrackingSummary& tracking) {
+  std::ostringstream out;
+  out.precision(3);
+  out << tracking.tracked << " of " << tracking.images << " images tracked; an image has "
+      << tracking.points << " points and " << tracking.lines << " lines, "
+      << tracking.points_carried << " and " << tracking.lines_carried
+      << " of them from the image before; front end " << tracking.total_ms_median
+      << " ms (medians)\n";
+  return out.str();
+}
+
 }  // namespace
 
 int runAb(AbOptions options) {
-  if (!options.options_file.empty()) {
-    if (const std::string error = readOptionsFile(&options); !error.empty()) {
+  if (options.hasFile()) {
+    if (const std::string error = readConfiguration(&options); !error.empty()) {
       return fail(kExitBadInput, error);
     }
   }
@@ -48,14 +62,12 @@ int runAb(AbOptions options) {
   }
 
   // The methods.
-  std::vector<std::unique_ptr<WindowSolver>> solvers;
-  std::vector<const WindowSolver*> solver_list;
-  for (const std::string& name : options.method_names) {
-    std::string error;
-    solvers.push_back(makeWindowSolver(name, options.initializer, &error));
-    if (solvers.back() == nullptr) return fail(kExitInternal, error);
-    solver_list.push_back(solvers.back().get());
+  std::vector<Method> methods;
+  if (const std::string error = makeMethods(options, &methods); !error.empty()) {
+    return fail(kExitInternal, error);
   }
+  std::vector<const WindowSolver*> solver_list;
+  for (const Method& method : methods) solver_list.push_back(method.solver.get());
 
   // The data.
   LoadedSequence loaded;
@@ -77,6 +89,7 @@ int runAb(AbOptions options) {
   protocol.stride = options.stride;
   protocol.max_windows = options.limit;
   protocol.window = options.initializer.window;
+  protocol.first_keyframes = options.first_keyframes;
   evaluation::ProtocolResult result;
   {
     ProgressBar bar(loaded.sequence.name, !options.quiet);
@@ -91,19 +104,44 @@ int runAb(AbOptions options) {
 
   // The report.
   evaluation::RunInfo info;
+  info.version = SLIM_INIT_VERSION;
+  info.commit = sourceCommit();
   info.dataset = loaded.sequence.name;
   info.command = options.command;
   info.gyro_bias_truth = loaded.gyro_bias_truth;
   info.options = describeAbOptions(options);
   info.notes = notes;
+  for (const Method& method : methods) {
+    if (!method.note.empty()) info.method_notes.emplace_back(method.solver->name(), method.note);
+  }
+  info.tracking = loaded.sequence.tracking;
+  if (loaded.simulated.has_value()) {
+    const simulation::FeatureSimulationCounts& counts = *loaded.simulated;
+    info.simulated = {{"point_tracks", counts.point_tracks},
+                      {"outlier_tracks", counts.outlier_tracks},
+                      {"line_tracks", counts.line_tracks},
+                      {"fragmented_lines", counts.fragmented_lines},
+                      {"misassociated_lines", counts.misassociated_lines}};
+  }
   const std::vector<evaluation::MethodSummary> summaries = evaluation::summarize(result);
   if (const std::string error = evaluation::writeReport(options.out, info, result, summaries);
       !error.empty()) {
     return fail(kExitInternal, error);
   }
+  if (options.plots == "auto") {
+    drawPlots(options.out, &info);
+    if (const std::string error = evaluation::writeReportPage(options.out, info, result, summaries);
+        !error.empty()) {
+      return fail(kExitInternal, error);
+    }
+  }
   if (!options.quiet) {
-    std::cout << info.dataset << " (" << options.world << ", seed " << options.seed << ")\n"
-              << evaluation::summaryTable(summaries)
+    std::cout << info.dataset;
+    if (!options.hasImages())
+      std::cout << " (" << options.world << ", seed " << options.seed << ")";
+    std::cout << "\n";
+    if (info.tracking.has_value()) std::cout << trackingLine(*info.tracking);
+    std::cout << evaluation::summaryTable(result, summaries)
               << "\nReport: " << (std::filesystem::path(options.out) / "report.md").string()
               << "\n";
   }

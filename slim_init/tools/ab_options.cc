@@ -54,6 +54,8 @@ bool readNumber(const std::string& text, double min, double max, T* value) {
   return true;
 }
 
+constexpr int kMaxKeyframes = 15;
+
 std::string join(const std::vector<std::string>& names) {
   std::string joined;
   for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
@@ -84,19 +86,60 @@ std::string checkMethods(AbOptions* options) {
   return "";
 }
 
-/// Where --keyframes and --gates were not typed, the file's values become theirs, for the report.
+bool typed(const AbOptions& options, const char* name) { return options.given.count(name) > 0; }
+
+/// "10", or "4..15" for windows that grow.
+std::string checkKeyframes(AbOptions* options) {
+  const auto read = [](const std::string& text, int* value) {
+    const AbOption range = {"keyframes", value, "", "", "", kMinKeyframes, kMaxKeyframes};
+    return setOption(range, text);
+  };
+  options->first_keyframes = 0;
+  const std::string& text = options->keyframes_text;
+  const std::size_t dots = text.find("..");
+  if (dots == std::string::npos) return read(text, &options->keyframes);
+  std::string sentence = read(text.substr(0, dots), &options->first_keyframes);
+  if (sentence.empty()) sentence = read(text.substr(dots + 2), &options->keyframes);
+  if (sentence.empty() && options->first_keyframes >= options->keyframes) {
+    sentence = "--keyframes: '" + text + "' must grow, as 4..15 does";
+  }
+  return sentence;
+}
+
+/// The file a value of the methods' options came from.
+std::string fileOfOptions(const AbOptions& options) {
+  return options.options_file.empty() ? "--config: " + options.config_file
+                                      : "--options: " + options.options_file;
+}
+
+/// Where --keyframes, --interval and --gates were not typed, the file's values become theirs, for
+/// the report.
 std::string mergeFile(AbOptions* options) {
   AbOptions& o = *options;
   WindowOptions& window = o.initializer.window;
-  if (o.options_file.empty() || o.given.count("keyframes") > 0) {
-    window.keyframes = o.keyframes;
-  } else {
+  if (o.hasFile() && !typed(o, "keyframes")) {
     o.keyframes = window.keyframes;
+    o.keyframes_text = std::to_string(o.keyframes);
+    if (o.keyframes < kMinKeyframes || o.keyframes > kMaxKeyframes) {
+      return fileOfOptions(o) + ": slim_init.window.keyframes is " + o.keyframes_text +
+             ", must be a whole number in [" + std::to_string(kMinKeyframes) + ", " +
+             std::to_string(kMaxKeyframes) + "]";
+    }
+  } else if (std::string sentence = checkKeyframes(options); !sentence.empty()) {
+    return sentence;
   }
+  window.keyframes = o.keyframes;
+  if (o.hasFile() && !typed(o, "interval")) {
+    o.interval_s = window.min_interval_s;
+  } else {
+    window.min_interval_s = o.interval_s;
+  }
+  // The window that the options were made for may be short; the protocol keeps what it needs.
+  window.buffer_s = std::max(window.buffer_s, 2.0 * window.keyframes * window.min_interval_s + 1.0);
   // The protocol counts full windows only.
   window.min_keyframes = window.keyframes;
 
-  if (o.options_file.empty() || o.given.count("gates") > 0) {
+  if (!o.hasFile() || typed(o, "gates")) {
     for (const auto& [name, mode] : kGateModes) {
       if (o.gates != name) continue;
       o.initializer.gates.mode = mode;
@@ -118,9 +161,9 @@ std::string checkRange(const AbOption& option, const AbOptions& options) {
         if constexpr (kIsNumber<T>) {
           const double value = static_cast<double>(*field);
           if (value >= option.min && value <= option.max) return "";
-          const bool from_file = option.name == "keyframes" && !options.options_file.empty() &&
-                                 options.given.count(option.name) == 0;
-          return (from_file ? "--options: " + options.options_file + ": slim_init.window.keyframes"
+          const bool from_file =
+              option.name == "interval" && options.hasFile() && !typed(options, "interval");
+          return (from_file ? fileOfOptions(options) + ": slim_init.window.min_interval_s"
                             : "--" + option.name) +
                  " is " + numberText(value) + ", must be " + allowedText<T>(option);
         }
@@ -129,52 +172,122 @@ std::string checkRange(const AbOption& option, const AbOptions& options) {
       option.field);
 }
 
+/// Exactly one source, and nothing that has no effect with it.
+std::string checkSource(const AbOptions& options) {
+  AbOptions o = options;  // the table binds to fields that can be written
+  std::vector<std::string> sources;
+  for (const auto& [name, value] :
+       {std::make_pair("--asl", o.asl), std::make_pair("--bag", o.bag),
+        std::make_pair("--recorded", o.recorded), std::make_pair("--builtin", o.builtin)}) {
+    if (!value.empty()) sources.emplace_back(name);
+  }
+  if (sources.empty()) {
+    return "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed";
+  }
+  if (sources.size() > 1) return sources[0] + " and " + sources[1] + " exclude each other";
+  for (const char* name : {"options", "config", "groundtruth", "frames"}) {
+    for (const AbOption& option : abOptionTable(&o)) {
+      if (option.name == name && typed(o, name) && valueText(option).empty()) {
+        return "--" + option.name + " is empty, must name a " +
+               (option.value_name == "DIR" ? "folder" : "file");
+      }
+    }
+  }
+  for (const AbOption& option : abOptionTable(&o)) {
+    const OptionScope useless =
+        o.hasImages() ? OptionScope::kSimulatedFeatures : OptionScope::kImages;
+    if (option.scope == useless && typed(o, option.name.c_str())) {
+      return "--" + option.name + " has no effect with " + sources[0];
+    }
+  }
+  if (!o.groundtruth.empty() && o.bag.empty()) {
+    return "--groundtruth is for --bag; an ASL folder holds its own";
+  }
+  if (!o.bag.empty() && o.config_file.empty()) {
+    return "--bag needs --config YAML, which holds the calibration and names the topics";
+  }
+  if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
+    return "--builtin is '" + o.builtin +
+           "', known are: " + join(simulation::builtinTrajectoryNames());
+  }
+  return "";
+}
+
 }  // namespace
 
 std::vector<AbOption> abOptionTable(AbOptions* options) {
   AbOptions& o = *options;
   simulation::FeatureSimulationOptions& f = o.features;
   constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
+  constexpr OptionScope kSimulated = OptionScope::kSimulatedFeatures;
+  constexpr OptionScope kImages = OptionScope::kImages;
   return {
+      {"asl", &o.asl, "DIR",
+       "Recording with images: ASL folder (EuRoC's layout), DIR/mav0 or DIR with cam0 and imu0",
+       "asl"},
+      {"bag", &o.bag, "FILE",
+       "Recording with images: bag of ROS 1; needs --config, which names the topics", "bag"},
+      {"config", &o.config_file, "YAML",
+       "The host's configuration file (VINS-Mono's, as it is): camera, extrinsic, td, topics and "
+       "the section slim_init:",
+       "config"},
+      {"groundtruth", &o.groundtruth, "FILE",
+       "True motion of a bag, 8 or 17 columns (default: BAG.groundtruth.csv, where it is there)",
+       "groundtruth", 0.0, 0.0, kImages},
       {"recorded", &o.recorded, "DIR",
        "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: real IMU data, features "
        "simulated along the true path",
        "recorded"},
       {"builtin", &o.builtin, "NAME",
        "Simulated motion: " + join(simulation::builtinTrajectoryNames()), "builtin"},
-      {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0,
-       3600.0},
-      {"world", &o.world, "NAME", "Scene: room, hall or corridor", "world"},
+      {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0, 3600.0,
+       kSimulated},
+      {"world", &o.world, "NAME", "Scene: room, hall or corridor", "world", 0.0, 0.0, kSimulated},
       {"methods", &o.methods, "LIST",
        "Methods, comma separated: " + join(solverNames()) + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
        "YAML file whose section slim_init: every method is made with (config/template.yaml lists "
-       "the keys)",
+       "the keys); wins over --config",
        "options"},
       {"gates", &o.gates, "MODE",
        "Whose checks decide: own (as published), on or off for every method; wins over --options",
        "gates"},
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal windows", "seed",
-       0.0, kMaxSeed},
+       0.0, kMaxSeed, kSimulated},
       {"stride", &o.stride, "N", "Images between the starts of two windows", "stride", 1, 100000},
-      {"keyframes", &o.keyframes, "N", "Keyframes of a window; wins over --options", "keyframes", 4,
-       15},
+      {"keyframes", &o.keyframes_text, "N",
+       "Keyframes of a window, 4 to 15; A..B: windows grow from A to B keyframes until the method "
+       "accepts one; wins over the files",
+       "keyframes"},
+      {"interval", &o.interval_s, "X",
+       "Least time between keyframes [s]; they fall on images; wins over the files", "interval_s",
+       0.01, 2.0},
       {"limit", &o.limit, "N", "Stop after this many windows (0: no limit)", "limit", 0,
        1000000000},
-      {"points", &f.max_points, "N", "Points tracked in one image", "points", 0, 2000},
-      {"lines", &f.max_lines, "N", "Lines tracked in one image", "lines", 0, 500},
+      {"points", &f.max_points, "N", "Points tracked in one image", "points", 0, 2000, kSimulated},
+      {"lines", &f.max_lines, "N", "Lines tracked in one image", "lines", 0, 500, kSimulated},
       {"pixel-noise", &f.pixel_noise, "X", "Noise of a point, per axis [px]", "pixel_noise", 0.0,
-       10.0},
+       10.0, kSimulated},
       {"drift", &f.drift, "X", "Random walk of a point track, per image and axis [px]", "drift",
-       0.0, 10.0},
+       0.0, 10.0, kSimulated},
       {"outliers", &f.outlier_rate, "X", "Share of point tracks that slide off", "outliers", 0.0,
-       1.0},
-      {"track-life", &f.track_life, "X", "Mean life of a track [images]", "track_life", 1.0, 1e6},
+       1.0, kSimulated},
+      {"track-life", &f.track_life, "X", "Mean life of a track [images]", "track_life", 1.0, 1e6,
+       kSimulated},
       {"line-fragmentation", &f.line_fragmentation, "X",
-       "Chance per line and image that its track breaks", "line_fragmentation", 0.0, 1.0},
+       "Chance per line and image that its track breaks", "line_fragmentation", 0.0, 1.0,
+       kSimulated},
       {"line-misassociation", &f.line_misassociation, "X",
-       "Chance per line and image that it jumps to a wrong line", "line_misassociation", 0.0, 1.0},
+       "Chance per line and image that it jumps to a wrong line", "line_misassociation", 0.0, 1.0,
+       kSimulated},
+      {"frames", &o.frames, "DIR",
+       "Folder for a debug image per tracked image: points by age, lines, vanishing point", "", 0.0,
+       0.0, kImages},
       {"out", &o.out, "DIR", "Folder for the report", ""},
+      {"ablation", &o.ablation, "",
+       "Run the chosen methods also with one ingredient changed at a time", ""},
+      {"plots", &o.plots, "MODE",
+       "Pictures for the report: auto (where python3 has matplotlib) or off", ""},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},
   };
 }
@@ -217,22 +330,18 @@ std::string rangeText(const AbOption& option) {
 
 std::string checkAbOptions(AbOptions* options) {
   AbOptions& o = *options;
-  if (o.recorded.empty() == o.builtin.empty()) {
-    return o.recorded.empty() ? "one of --recorded DIR and --builtin NAME is needed"
-                              : "--recorded and --builtin exclude each other";
-  }
-  if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
-    return "--builtin is '" + o.builtin +
-           "', known are: " + join(simulation::builtinTrajectoryNames());
-  }
+  if (std::string sentence = checkSource(o); !sentence.empty()) return sentence;
   if (!simulation::parseWorldKind(o.world, &o.world_kind)) {
     return "--world is '" + o.world + "', must be room, hall or corridor";
   }
   if (o.out.empty()) return "--out is empty, must name a folder";
-  if (o.given.count("options") > 0 && o.options_file.empty()) {
-    return "--options is empty, must name a file";
+  if (o.plots != "auto" && o.plots != "off") {
+    return "--plots is '" + o.plots + "', must be auto or off";
   }
   if (std::string sentence = mergeFile(options); !sentence.empty()) return sentence;
+  if (o.first_keyframes > 0 && o.gates == "off") {
+    return "--keyframes " + o.keyframes_text + " with gates off: no method would ever wait";
+  }
   for (const AbOption& option : abOptionTable(options)) {
     if (std::string sentence = checkRange(option, o); !sentence.empty()) return sentence;
   }
@@ -245,6 +354,15 @@ NamedValues describeAbOptions(const AbOptions& options) {
   for (const AbOption& option : abOptionTable(&copy)) {
     if (option.report_key.empty()) continue;
     if (option.name == "duration" && options.builtin.empty()) continue;
+    if (option.scope == OptionScope::kSimulatedFeatures && options.hasImages()) continue;
+    if (option.name == "keyframes") {
+      if (options.first_keyframes > 0) {
+        list.emplace_back(option.report_key, options.keyframes_text);
+      } else {
+        list.emplace_back(option.report_key, static_cast<std::int64_t>(options.keyframes));
+      }
+      continue;
+    }
     if (option.name == "methods") {
       list.emplace_back(option.report_key, options.method_names);
       continue;
@@ -263,7 +381,7 @@ NamedValues describeAbOptions(const AbOptions& options) {
         option.field);
   }
   // Of the simulation, but no option.
-  list.emplace_back("line_noise", options.features.line_noise);
+  if (!options.hasImages()) list.emplace_back("line_noise", options.features.line_noise);
   list.insert(list.end(), options.file_values.begin(), options.file_values.end());
   return list;
 }

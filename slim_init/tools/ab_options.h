@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -13,39 +14,69 @@
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/world.h"
 
+namespace slim_init::feature_tracker_lines {
+struct Config;  // of an optional library
+}
+
 namespace slim_init::tools {
 
 using NamedValues = std::vector<std::pair<std::string, evaluation::OptionValue>>;
 
 /// The command line of `slim_init ab`. Defaults of the simulation are those of its own structs.
 struct AbOptions {
-  std::string recorded;  ///< directory; empty with --builtin
-  std::string builtin;   ///< name of a motion; empty with --recorded
+  // The source; exactly one of them is given.
+  std::string recorded;  ///< directory of a recording without pixels
+  std::string builtin;   ///< name of a motion
+  std::string asl;       ///< directory of a recording with pixels
+  std::string bag;       ///< file of a recording with pixels
+
+  std::string config_file;  ///< the host's configuration file; empty: none
+  std::string groundtruth;  ///< of a bag; empty: the file beside it
+  std::string frames;       ///< folder for debug images; empty: none
   std::string world = "room";
   std::string methods;       ///< comma separated; empty: all
   std::string options_file;  ///< YAML with a section `slim_init:`; empty: the defaults
   int stride = evaluation::ProtocolOptions().stride;
-  int keyframes = WindowOptions().keyframes;
+  std::string keyframes_text = std::to_string(WindowOptions().keyframes);  ///< "10" or "4..15"
+  double interval_s = WindowOptions().min_interval_s;
   int limit = 0;  ///< windows; 0: no limit
   unsigned seed = 1;
   std::string out = "out/ab";
   std::string gates = "own";
   double duration_s = 60.0;  ///< of a built-in motion
+  bool ablation = false;
+  std::string plots = "auto";
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
+
+  /// The features come from pixels.
+  bool hasImages() const { return !asl.empty() || !bag.empty(); }
+  /// A file brought options of the methods.
+  bool hasFile() const { return !options_file.empty() || !config_file.empty(); }
 
   std::string command;          ///< as typed, for the report
   std::set<std::string> given;  ///< names of the options that were typed; they win over the file
 
-  // Filled by readOptionsFile() when there is a file.
+  // Filled by readConfiguration() when there is a file.
+  /// --config with the section of --options on top; null without --config.
+  std::shared_ptr<const feature_tracker_lines::Config> config;
   NamedValues file_values;              ///< what the file changes, by key, for the report
   std::vector<std::string> file_notes;  ///< what of the file has no effect
 
   // Filled by checkAbOptions().
+  int keyframes = WindowOptions().keyframes;
+  int first_keyframes = 0;  ///< of growing windows; 0: all windows have `keyframes`
   std::vector<std::string> method_names;
   simulation::WorldKind world_kind = simulation::WorldKind::kRoom;
   /// What every method is made with: the file's values, on top of them --keyframes and --gates.
   InitializerOptions initializer;
+};
+
+/// What an option bears on.
+enum class OptionScope {
+  kAlways,
+  kSimulatedFeatures,  ///< no effect with --asl and --bag
+  kImages,             ///< no effect without them
 };
 
 /// One option of `slim_init ab`. Defaults are the values of a fresh AbOptions.
@@ -57,6 +88,7 @@ struct AbOption {
   std::string report_key;  ///< empty: does not bear on the result
   double min = 0.0;        ///< of a number, inclusive
   double max = 0.0;
+  OptionScope scope = OptionScope::kAlways;
 };
 
 /// All options, bound to the fields of `options`. Parsing, help, range checks and the report all go

@@ -25,6 +25,10 @@ struct Subcommand {
 };
 constexpr Subcommand kSubcommands[] = {
     {"ab", "Compare initializers on identical windows", CommandLine::Action::kAb},
+    {"simulate", "Render a motion through a scene: images, IMU data, truth",
+     CommandLine::Action::kSimulate},
+    {"tracks", "Run the front end over images: how many features, how long, how well",
+     CommandLine::Action::kTracks},
     {"methods", "List the methods with a line each", CommandLine::Action::kMethods},
 };
 
@@ -44,10 +48,9 @@ Syntax programSyntax() {
   return syntax;
 }
 
-Syntax abSyntax() {
-  Syntax syntax("slim_init ab");
-  AbOptions defaults;
-  for (const AbOption& option : abOptionTable(&defaults)) {
+Syntax tableSyntax(const std::string& command, const std::vector<AbOption>& table) {
+  Syntax syntax(command);
+  for (const AbOption& option : table) {
     if (std::holds_alternative<bool*>(option.field)) {
       syntax.options.add_options()(option.name.c_str(), option.help.c_str());
       continue;
@@ -182,15 +185,13 @@ bool has(const Given& given, const std::string& name) {
                      [&name](const auto& option) { return option.first == name; });
 }
 
-std::string setAbOptions(const Given& given, AbOptions* options) {
-  const std::vector<AbOption> table = abOptionTable(options);
+std::string setOptions(const Given& given, const std::vector<AbOption>& table) {
   for (const auto& [name, value] : given) {
     const auto option =
         std::find_if(table.begin(), table.end(),
                      [&wanted = name](const AbOption& known) { return known.name == wanted; });
     if (option == table.end()) continue;  // --help, which does not come here
     if (std::string sentence = setOption(*option, value); !sentence.empty()) return sentence;
-    options->given.insert(name);
   }
   return "";
 }
@@ -231,8 +232,14 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   }
 
   const std::vector<std::string> after(word + 1, arguments.end());
-  const bool is_ab = subcommand->action == CommandLine::Action::kAb;
-  const Syntax syntax = is_ab ? abSyntax() : Syntax("slim_init " + std::string(subcommand->name));
+  // Bound to the fields of `line`; their values are the defaults that the help shows.
+  std::vector<AbOption> table;
+  if (subcommand->action == CommandLine::Action::kAb) table = abOptionTable(&line->ab);
+  if (subcommand->action == CommandLine::Action::kSimulate) {
+    table = simulateOptionTable(&line->simulate);
+  }
+  if (subcommand->action == CommandLine::Action::kTracks) table = tracksOptionTable(&line->tracks);
+  const Syntax syntax = tableSyntax("slim_init " + std::string(subcommand->name), table);
   given.clear();
   if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;
   if (has(given, "help")) {
@@ -241,7 +248,10 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
     return "";
   }
   line->action = subcommand->action;
-  return is_ab ? setAbOptions(given, &line->ab) : "";
+  if (subcommand->action == CommandLine::Action::kAb) {
+    for (const auto& option : given) line->ab.given.insert(option.first);
+  }
+  return setOptions(given, table);
 }
 
 }  // namespace slim_init::tools

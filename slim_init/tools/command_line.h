@@ -5,15 +5,19 @@
 #include <vector>
 
 #include "ab_options.h"
+#include "simulate_options.h"
+#include "tracks_options.h"
 
 namespace slim_init::tools {
 
 /// What the user wants.
 struct CommandLine {
-  enum class Action { kHelp, kVersion, kAb, kMethods };
+  enum class Action { kHelp, kVersion, kAb, kSimulate, kTracks, kMethods };
   Action action = Action::kHelp;
-  std::string help;  ///< kHelp: what to print
-  AbOptions ab;      ///< kAb
+  std::string help;          ///< kHelp: what to print
+  AbOptions ab;              ///< kAb
+  SimulateOptions simulate;  ///< kSimulate
+  TracksOptions tracks;      ///< kTracks
 };
 
 /// Reads the arguments without the program's name. Returns an empty string, or a sentence naming

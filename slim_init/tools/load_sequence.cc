@@ -2,10 +2,12 @@
 #include "load_sequence.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "load_images.h"
 #include "rig.h"
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/truth.h"
@@ -26,10 +28,22 @@ constexpr int kWorldSegmentsPerTrackedLine = 10;
 // With --pixel-noise 0 a solver still divides by its sigma.
 constexpr double kMinSigmaPx = 0.1;
 
+/// The rig of --config, else EuRoC's, with the noise of the simulated features.
 Calibration calibrationFor(const AbOptions& options) {
-  Calibration calibration = eurocCalibration();
+  Calibration calibration = rigOf(options);
   calibration.sigma_px = std::max(options.features.pixel_noise, kMinSigmaPx);
   return calibration;
+}
+
+/// Pose and velocity at time t.
+NavState stateAt(const simulation::Trajectory& trajectory, double t) {
+  const simulation::Kinematics motion = trajectory.at(t);
+  NavState state;
+  state.t = t;
+  state.R_w_b = motion.R_w_b;
+  state.p_w_b = motion.p_w_b;
+  state.v_w_b = motion.v_w_b;
+  return state;
 }
 
 /// True states at the image times (camera clock, `td` to the IMU clock) that the trajectory covers;
@@ -44,21 +58,34 @@ std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double 
     times->erase(uncovered, times->end());
   }
   std::vector<NavState> states;
-  for (const double t : *times) {
-    const simulation::Kinematics motion = trajectory.at(t + td);
-    NavState state;
-    state.t = t + td;
-    state.R_w_b = motion.R_w_b;
-    state.p_w_b = motion.p_w_b;
-    state.v_w_b = motion.v_w_b;
-    states.push_back(state);
-  }
+  for (const double t : *times) states.push_back(stateAt(trajectory, t + td));
   return states;
+}
+
+/// Recorded biases, or one that is fitted. Returns an empty string or a sentence.
+std::string settleBiases(bool has_bias, std::vector<NavState>* truth, LoadedSequence* loaded) {
+  evaluation::Sequence& sequence = loaded->sequence;
+  sequence.has_gyro_bias_truth = has_bias;
+  loaded->gyro_bias_truth = has_bias ? "recorded" : "fitted";
+  if (has_bias) return "";
+  const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(sequence.imu, *truth);
+  if (!fit.ok) return fit.message;
+  sequence.notes.push_back(fit.message);
+  for (NavState& state : *truth) state.gyro_bias = fit.bias;
+  return "";
+}
+
+void setBiases(const std::vector<NavState>& truth, NavState* state) {
+  const NavState& nearest =
+      truth[static_cast<std::size_t>(evaluation::nearestState(truth, state->t))];
+  state->gyro_bias = nearest.gyro_bias;
+  state->accel_bias = nearest.accel_bias;
 }
 
 /// Fills sequence.frames with what a front end would have seen; sequence.truth is the path.
 std::string addFeatures(const AbOptions& options, const simulation::Trajectory& trajectory,
-                        const std::vector<double>& image_times, evaluation::Sequence* sequence) {
+                        const std::vector<double>& image_times, LoadedSequence* loaded) {
+  evaluation::Sequence* sequence = &loaded->sequence;
   simulation::WorldOptions world_options;
   world_options.kind = options.world_kind;
   world_options.seed = options.seed;
@@ -68,13 +95,15 @@ std::string addFeatures(const AbOptions& options, const simulation::Trajectory& 
       std::max(world_options.segments, kWorldSegmentsPerTrackedLine * options.features.max_lines);
   simulation::FeatureSimulationOptions features = options.features;
   features.seed = options.seed;
+  features.camera = cameraOf(options);
   if (std::string sentence = features.validate(); !sentence.empty()) return sentence;
 
   std::vector<Eigen::Vector3d> path_w;
   for (const NavState& state : sequence->truth) path_w.push_back(state.p_w_b);
   const simulation::World world = simulation::makeWorld(world_options, path_w);
-  sequence->frames =
-      simulation::simulateFeatures(trajectory, world, sequence->calibration, image_times, features);
+  loaded->simulated.emplace();
+  sequence->frames = simulation::simulateFeatures(trajectory, world, sequence->calibration,
+                                                  image_times, features, &*loaded->simulated);
   return "";
 }
 
@@ -91,13 +120,10 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   sequence.calibration = calibrationFor(options);
   sequence.t0_ns = motion.t0_ns;
   sequence.notes = motion.notes;
-  sequence.has_gyro_bias_truth = motion.has_bias;
-  loaded->gyro_bias_truth = motion.has_bias ? "recorded" : "fitted";
-  if (!motion.has_bias) {
-    const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(motion.imu, motion.truth);
-    if (!fit.ok) return options.recorded + ": " + fit.message;
-    sequence.notes.push_back(fit.message);
-    for (NavState& state : motion.truth) state.gyro_bias = fit.bias;
+  sequence.imu = std::move(motion.imu);
+  if (std::string problem = settleBiases(motion.has_bias, &motion.truth, loaded);
+      !problem.empty()) {
+    return options.recorded + ": " + problem;
   }
 
   std::string error;
@@ -108,13 +134,8 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   if (sequence.truth.empty()) {
     return options.recorded + ": every image lies in a gap of groundtruth.csv";
   }
-  for (NavState& state : sequence.truth) {
-    const NavState& nearest = motion.truth[evaluation::nearestState(motion.truth, state.t)];
-    state.gyro_bias = nearest.gyro_bias;
-    state.accel_bias = nearest.accel_bias;
-  }
-  sequence.imu = std::move(motion.imu);
-  return addFeatures(options, *trajectory, motion.image_times, &sequence);
+  for (NavState& state : sequence.truth) setBiases(motion.truth, &state);
+  return addFeatures(options, *trajectory, motion.image_times, loaded);
 }
 
 std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
@@ -147,12 +168,49 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
     state.gyro_bias = imu.gyro_bias;
     state.accel_bias = imu.accel_bias;
   }
-  return addFeatures(options, *trajectory, image_times, &sequence);
+  return addFeatures(options, *trajectory, image_times, loaded);
 }
 
 }  // namespace
 
+std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::string& source,
+                     const std::vector<double>& times, LoadedSequence* loaded) {
+  evaluation::Sequence& sequence = loaded->sequence;
+  sequence.truth.assign(times.size(), NavState());  // t is NaN
+  sequence.has_truth = !truth.empty();
+  if (!sequence.has_truth) {
+    loaded->gyro_bias_truth = "none";
+    return "";
+  }
+  std::string problem = settleBiases(has_bias, &truth, loaded);
+  std::string error;
+  const auto trajectory = simulation::makeSampledTrajectory(truth, &error);
+  if (problem.empty() && trajectory == nullptr) problem = "ground truth: " + error;
+  if (!problem.empty()) return source + ": " + problem;
+  int uncovered = 0;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double t = times[i] + sequence.calibration.td;
+    if (!trajectory->covers(t)) {
+      ++uncovered;
+      continue;
+    }
+    sequence.truth[i] = stateAt(*trajectory, t);
+    setBiases(truth, &sequence.truth[i]);
+  }
+  if (uncovered == static_cast<int>(times.size())) {
+    return source + ": no image lies within the ground truth";
+  }
+  if (uncovered > 0) {
+    sequence.notes.push_back(source + ": " + std::to_string(uncovered) + " of " +
+                             std::to_string(times.size()) +
+                             " tracked images lie outside the ground truth or in a gap of it; "
+                             "windows with such a keyframe are not evaluated");
+  }
+  return "";
+}
+
 std::string loadSequence(const AbOptions& options, LoadedSequence* loaded) {
+  if (options.hasImages()) return loadImages(options, loaded);
   return options.recorded.empty() ? loadBuiltin(options, loaded) : loadRecorded(options, loaded);
 }
 

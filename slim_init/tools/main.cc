@@ -10,6 +10,8 @@
 #include "command_line.h"
 #include "exit_code.h"
 #include "methods.h"
+#include "simulate.h"
+#include "tracks.h"
 
 namespace {
 
@@ -53,6 +55,8 @@ int run(int argc, char** argv) {
       std::cout << "slim_init " << SLIM_INIT_VERSION << "\n";
       return kExitOk;
     case CommandLine::Action::kMethods: return slim_init::tools::runMethods();
+    case CommandLine::Action::kSimulate: return slim_init::tools::runSimulate(line.simulate);
+    case CommandLine::Action::kTracks: return slim_init::tools::runTracks(line.tracks);
     case CommandLine::Action::kAb: break;
   }
   line.ab.command = commandLine(argc, argv);

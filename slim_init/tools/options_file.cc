@@ -4,6 +4,7 @@
 #ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 
 #include <cstdint>
+#include <memory>
 #include <set>
 #include <string>
 #include <type_traits>
@@ -22,7 +23,9 @@ evaluation::OptionValue optionValue(const ConfigKey& key) {
   return std::visit(
       [](auto* field) -> evaluation::OptionValue {
         using T = std::remove_pointer_t<decltype(field)>;
-        if constexpr (std::is_same_v<T, GateMode>) {
+        if constexpr (std::is_same_v<T, feature_tracker_lines::TrackerProfile>) {
+          return std::string(toString(*field));
+        } else if constexpr (std::is_same_v<T, GateMode>) {
           return std::string(*field == GateMode::kOn    ? "on"
                              : *field == GateMode::kOff ? "off"
                                                         : "own");
@@ -37,21 +40,38 @@ evaluation::OptionValue optionValue(const ConfigKey& key) {
 
 }  // namespace
 
-std::string readOptionsFile(AbOptions* options) {
+std::string readConfiguration(AbOptions* options) {
+  AbOptions& o = *options;
   Config config;
   std::string error;
-  if (!feature_tracker_lines::loadOptions(options->options_file, &config, &error)) {
-    return "--options: " + error;
+  if (o.config_file.empty()) {
+    if (!feature_tracker_lines::loadOptions(o.options_file, &config, &error)) {
+      return "--options: " + error;
+    }
+  } else {
+    if (!feature_tracker_lines::loadConfig(o.config_file, o.options_file, &config, &error)) {
+      return "--config: " + error;
+    }
+    o.config = std::make_shared<const Config>(config);
+    o.file_notes = config.notes;
   }
-  options->initializer = config.options;
+  o.initializer = config.options;
 
   // The same table three times: as read, as used here, as it is by default. The report has the
-  // window's length and the gates under the names of --keyframes and --gates, which may win, and
-  // the protocol counts full windows only.
+  // window's length and the gates under the names of --keyframes, --interval and --gates, which may
+  // win, and the protocol counts full windows only.
   const std::set<std::string> told_elsewhere = {"window.keyframes", "window.min_keyframes",
-                                                "gates.mode"};
-  Config used;
-  used.options = config.options;
+                                                "window.min_interval_s", "gates.mode"};
+  // Features that are simulated have the noise of --pixel-noise and no front end.
+  Config used = config;
+  const Config fresh;
+  used.method = fresh.method;
+  if (!o.hasImages()) {
+    used.calibration.sigma_px = fresh.calibration.sigma_px;
+    used.calibration.sigma_line_px = fresh.calibration.sigma_line_px;
+    if (o.config_file.empty()) used.calibration.imu_noise = fresh.calibration.imu_noise;
+    used.front_end = fresh.front_end;
+  }
   Config defaults;
   const std::vector<ConfigKey> keys_read = configKeys(&config);
   const std::vector<ConfigKey> keys_used = configKeys(&used);
@@ -63,15 +83,15 @@ std::string readOptionsFile(AbOptions* options) {
     const evaluation::OptionValue value = optionValue(keys_read[i]);
     if (value == optionValue(keys_default[i])) continue;
     if (value == optionValue(keys_used[i])) {
-      options->file_values.emplace_back(name, value);
+      o.file_values.emplace_back(name, value);
     } else {
       unused += (unused.empty() ? "" : ", ") + name;
     }
   }
   if (!unused.empty()) {
-    options->file_notes.push_back(options->options_file + ": not used here: " + unused +
-                                  " (--methods names the methods, the rig is EuRoC's with "
-                                  "--pixel-noise)");
+    o.file_notes.push_back((o.options_file.empty() ? o.config_file : o.options_file) +
+                           ": not used here: " + unused + " (--methods names the methods" +
+                           (o.hasImages() ? ")" : ", the simulated rig has --pixel-noise)"));
   }
   return "";
 }
@@ -82,8 +102,9 @@ std::string readOptionsFile(AbOptions* options) {
 
 namespace slim_init::tools {
 
-std::string readOptionsFile(AbOptions* options) {
-  return "--options: " + options->options_file +
+std::string readConfiguration(AbOptions* options) {
+  const bool config = !options->config_file.empty();
+  return (config ? "--config: " + options->config_file : "--options: " + options->options_file) +
          " cannot be read: this program was built without feature_tracker_lines "
          "(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)";
 }

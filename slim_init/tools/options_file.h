@@ -7,9 +7,10 @@
 
 namespace slim_init::tools {
 
-/// Reads the section `slim_init:` of options->options_file into options->initializer and says what
-/// it changed (file_values) and what has no effect here (file_notes). Returns an empty string, or a
-/// sentence naming file, key, value and bound; also in a build without feature_tracker_lines.
-std::string readOptionsFile(AbOptions* options);
+/// Reads --config into options->config and the section `slim_init:` of --options, or else of
+/// --config, into options->initializer. Says what the files change (file_values) and what of them
+/// has no effect here (file_notes). Returns an empty string, or a sentence naming file, key, value
+/// and bound; also in a build without feature_tracker_lines.
+std::string readConfiguration(AbOptions* options);
 
 }  // namespace slim_init::tools

@@ -3,6 +3,10 @@
 
 #include <Eigen/SVD>
 
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+#include "slim_init/feature_tracker_lines/config.h"
+#endif
+
 namespace slim_init::tools {
 
 Calibration eurocCalibration() {
@@ -18,6 +22,31 @@ Calibration eurocCalibration() {
   calibration.t_b_c = Eigen::Vector3d(-0.0216401454975, -0.064676986768, 0.00981073058949);
   calibration.focal_px = 458.0;  // between fx 458.654 and fy 457.296
   return calibration;
+}
+
+Calibration rigOf(const AbOptions& options) {
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+  if (options.config != nullptr) return options.config->calibration;
+#else
+  (void)options;
+#endif
+  return eurocCalibration();
+}
+
+simulation::PinholeCamera cameraOf(const AbOptions& options) {
+  simulation::PinholeCamera camera = options.features.camera;
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+  if (options.config != nullptr) {
+    const feature_tracker_lines::CameraParameters& from = options.config->camera;
+    camera.width = from.width;
+    camera.height = from.height;
+    camera.fx = from.fx;
+    camera.fy = from.fy;
+    camera.cx = from.cx;
+    camera.cy = from.cy;
+  }
+#endif
+  return camera;
 }
 
 }  // namespace slim_init::tools

@@ -3,6 +3,7 @@
 // Times of the solvers and their stages on simulated windows of 10 keyframes (Google Benchmark).
 // Windows come from the built-in circle, seen by 30, 100 or 300 tracked points and 25 lines a
 // frame. Each iteration solves the next of 40 windows, so that no single one decides.
+// SLIM_INIT_BENCH_SEQUENCE=DIR adds the image front end on the recording in that ASL folder.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -14,6 +15,9 @@
 #include <vector>
 
 #include "ab_options.h"
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+#include "bench_front_end.h"
+#endif
 #include "load_sequence.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/window_solver.h"
@@ -138,6 +142,11 @@ int main(int argc, char** argv) {
   }
   benchmark::RegisterBenchmark("cut_window", slim_init::tools::cutWindow)
       ->Unit(benchmark::kMillisecond);
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+  if (!slim_init::tools::registerFrontEndBenchmarks(std::getenv("SLIM_INIT_BENCH_SEQUENCE"))) {
+    return 1;
+  }
+#endif
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();

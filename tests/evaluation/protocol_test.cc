@@ -237,5 +237,99 @@ TEST(Protocol, UnusableInputIsASentence) {
   EXPECT_EQ(result.counts.trials, 0);
 }
 
+TEST(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
+  Sequence sequence = makeCircleSequence(6.0);
+  sequence.has_truth = false;
+  for (NavState& state : sequence.truth) state = NavState();
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  EXPECT_FALSE(result.has_truth);
+  ASSERT_EQ(result.windows.size(), 8u);
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_EQ(window.methods[0].metrics.failure, "no truth");
+    EXPECT_TRUE(window.methods[0].accepted());
+    EXPECT_TRUE(std::isnan(window.p_w_b.x()));
+  }
+}
+
+TEST(Protocol, TheTruePositionIsThatOfTheFirstKeyframe) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_EQ(window.p_w_b, Circle().state(window.t_start).p_w_b);
+  }
+}
+
+/// Knows the circle, and accepts windows of `enough` keyframes or more.
+FakeSolver makePatientSolver(const std::string& name, int enough) {
+  return FakeSolver(name, [enough](const InitWindow& window) {
+    std::vector<NavState> states;
+    for (const double t : window.times()) states.push_back(Circle().state(t));
+    InitResult result = perfectResult(states, Circle().g);
+    if (window.size() < enough) result.status = InitStatus::kScaleTooUncertain;
+    return result;
+  });
+}
+
+TEST(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const FakeSolver early = makePatientSolver("early", 0);
+  const FakeSolver later = makePatientSolver("later", 7);
+  const FakeSolver never = makePatientSolver("never", 99);
+  ProtocolOptions options;
+  options.first_keyframes = 4;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&early, &later, &never}, options, nullptr, &result), "");
+  EXPECT_EQ(result.first_keyframes, 4);
+  ASSERT_EQ(result.windows.size(), 8u);  // as many as without
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_EQ(window.keyframes, 10);
+    EXPECT_EQ(window.methods[0].keyframes, 4);
+    EXPECT_NEAR(window.methods[0].data_s, 0.75, 1e-12);
+    EXPECT_TRUE(window.methods[0].accepted());
+    EXPECT_EQ(window.methods[1].keyframes, 7);
+    EXPECT_NEAR(window.methods[1].data_s, 1.5, 1e-12);
+    EXPECT_TRUE(window.methods[1].metrics.success());
+    // The last answer, where none was accepted.
+    EXPECT_EQ(window.methods[2].keyframes, 10);
+    EXPECT_EQ(window.methods[2].status, InitStatus::kScaleTooUncertain);
+  }
+  // One solve, four solves, seven solves a trial; each window begins where its trial does.
+  EXPECT_EQ(early.times.size(), 8u);
+  EXPECT_EQ(later.times.size(), 32u);
+  EXPECT_EQ(never.times.size(), 56u);
+  for (std::size_t i = 0; i < 7; ++i) {
+    EXPECT_EQ(never.times[i].size(), 4 + i);
+    EXPECT_EQ(never.times[i].front(), 0.0);
+  }
+}
+
+TEST(AnytimeProtocol, TheLongestWindowIsThatOfThePlainProtocol) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const FakeSolver plain = makePatientSolver("plain", 10);
+  const FakeSolver growing = makePatientSolver("growing", 10);
+  ProtocolOptions options;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&plain}, options, nullptr, &result), "");
+  options.first_keyframes = 10;
+  ASSERT_EQ(runProtocol(sequence, {&growing}, options, nullptr, &result), "");
+  EXPECT_EQ(plain.times, growing.times);
+}
+
+TEST(AnytimeProtocol, RefusesSizesThatCannotGrow) {
+  ProtocolOptions options;
+  for (const int first : {1, 3, 11}) {
+    options.first_keyframes = first;
+    EXPECT_NE(options.validate().find("first_keyframes is " + std::to_string(first)),
+              std::string::npos)
+        << options.validate();
+  }
+  options.first_keyframes = 10;
+  EXPECT_EQ(options.validate(), "");
+}
+
 }  // namespace
 }  // namespace slim_init::evaluation

@@ -164,7 +164,7 @@ TEST(Summary, NumbersThatDoNotExistAreNull) {
   EXPECT_EQ(summaryCsv(someRun(), summaries).find("nan"), std::string::npos);
   EXPECT_EQ(windowsCsv(someRun(), result).find("nan"), std::string::npos);
   EXPECT_EQ(reportMarkdown(someRun(), result, summaries).find("nan"), std::string::npos);
-  EXPECT_NE(summaryTable(summaries).find(" - "), std::string::npos);
+  EXPECT_NE(summaryTable(result, summaries).find(" - "), std::string::npos);
 }
 
 TEST(SummaryJson, HasEveryPromisedKey) {
@@ -323,6 +323,149 @@ TEST(Report, FailureToWriteIsASentence) {
   std::filesystem::create_directories(folder.file("out/summary.csv"));
   error = writeReport(folder.file("out"), someRun(), result, summarize(result));
   EXPECT_NE(error.find("summary.csv cannot be written"), std::string::npos) << error;
+}
+
+TEST(Report, NamesTheProgramAndItsCommit) {
+  RunInfo info = someRun();
+  info.version = "9.8.7";
+  const ProtocolResult result = handMade();
+  EXPECT_NE(reportMarkdown(info, result, {}).find("| program | slim_init 9.8.7 |"),
+            std::string::npos);
+  info.commit = "0123abcd";
+  EXPECT_NE(reportMarkdown(info, result, {}).find("slim_init 9.8.7, commit 0123abcd |"),
+            std::string::npos);
+  const auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  EXPECT_EQ(json["version"], "9.8.7");
+  EXPECT_EQ(json["commit"], "0123abcd");
+}
+
+TEST(Report, AcceptedAnswersHaveErrorsOfTheirOwn) {
+  ProtocolResult result = handMade();
+  result.first_keyframes = 4;
+  for (std::size_t i = 0; i < result.windows.size(); ++i) {
+    MethodRecord& answer = result.windows[i].methods[0];
+    answer.keyframes = 4 + static_cast<int>(i);
+    answer.data_s = 0.75 + 0.25 * static_cast<double>(i);
+  }
+  const SubsetSummary all = summarize(result)[0].all;
+  // Windows 0, 1 and 3 are accepted, with |s-1| of 0.03, 0.4 and 0.7.
+  EXPECT_DOUBLE_EQ(all.accepted_rate, 0.6);
+  EXPECT_NEAR(all.accepted_scale_rmse, std::sqrt((0.03 * 0.03 + 0.4 * 0.4 + 0.7 * 0.7) / 3.0),
+              1e-12);
+  EXPECT_NEAR(all.accepted_scale_median, 0.4, 1e-12);
+  EXPECT_NEAR(all.accepted_gravity_rmse_deg, 10.0 * all.accepted_scale_rmse, 1e-11);
+  EXPECT_NEAR(all.accept_s_median, 1.0, 1e-12);
+  EXPECT_NEAR(all.accept_s_p90, 0.2 * 1.0 + 0.8 * 1.5, 1e-12);  // sorted 0.75, 1.0, 1.5
+  EXPECT_EQ(all.accept_keyframes_median, 5.0);
+  const std::string text = reportMarkdown(someRun(), result, summarize(result));
+  EXPECT_NE(text.find("## Accepted answers, windows growing from 4 keyframes"), std::string::npos);
+  EXPECT_NE(text.find("| hand | 60.0 | 1.00 | 1.40 | 5 |"), std::string::npos) << text;
+  const auto rows = parseCsv(windowsCsv(someRun(), result));
+  EXPECT_EQ(field(rows, 2, "answer_keyframes"), "5");
+  EXPECT_EQ(field(rows, 2, "answer_s"), "1");
+  EXPECT_EQ(field(rows, 2, "keyframes"), "10");
+}
+
+TEST(Report, WithoutTruthThereAreNoErrorColumns) {
+  ProtocolResult result = handMade();
+  result.has_truth = false;
+  for (WindowRecord& window : result.windows) {
+    window.methods[0].metrics = WindowMetrics();
+    window.methods[0].metrics.failure = "no truth";
+  }
+  const std::vector<MethodSummary> summaries = summarize(result);
+  EXPECT_TRUE(std::isnan(summaries[0].all.success_rate));
+  EXPECT_EQ(summaries[0].all.accepted, 3);
+  for (const std::string& text :
+       {reportMarkdown(someRun(), result, summaries), summaryTable(result, summaries)}) {
+    EXPECT_EQ(text.find("scale rmse"), std::string::npos) << text;
+    EXPECT_NE(text.find("accepted"), std::string::npos) << text;
+  }
+  EXPECT_NE(reportMarkdown(someRun(), result, summaries).find("There is no ground truth"),
+            std::string::npos);
+  const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summaries));
+  EXPECT_EQ(json["has_truth"], false);
+  EXPECT_TRUE(json["methods"]["hand"]["all"]["success_rate"].is_null());
+}
+
+TEST(Report, PartialAnswersAreSummedByStatus) {
+  ProtocolResult result = handMade();
+  for (std::size_t i = 0; i < 3; ++i) {
+    MethodRecord answer = record(InitStatus::kStationary, false, 0.0, 1.0);
+    answer.partial.gravity_error_deg = 0.5 + static_cast<double>(i);
+    if (i < 2) {
+      answer.partial.gyro_bias_err_pct = 2.0;
+      answer.partial.gyro_bias_vec_err = 0.001;
+    }
+    result.windows[i].methods = {answer};
+  }
+  const std::vector<MethodSummary> summaries = summarize(result);
+  ASSERT_EQ(summaries[0].all.partial.size(), 1u);  // too_few_tracks said nothing
+  const PartialSummary& partial = summaries[0].all.partial.at("stationary");
+  EXPECT_EQ(partial.windows, 3);
+  EXPECT_DOUBLE_EQ(partial.gravity_median_deg, 1.5);
+  EXPECT_DOUBLE_EQ(partial.gravity_max_deg, 2.5);
+  EXPECT_DOUBLE_EQ(partial.gyro_bias_max_pct, 2.0);
+  EXPECT_NEAR(partial.gyro_bias_vec_rmse, 0.001, 1e-15);
+  EXPECT_NE(reportMarkdown(someRun(), result, summaries)
+                .find("| hand | stationary | 3 | 1.500 | 2.500 | 2.00 | 2.00 | 0.00100 |"),
+            std::string::npos);
+  const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summaries));
+  EXPECT_EQ(json["methods"]["hand"]["all"]["partial"]["stationary"]["windows"], 3);
+  const auto rows = parseCsv(windowsCsv(someRun(), result));
+  EXPECT_EQ(field(rows, 2, "gravity_error_deg"), "1.5");
+  EXPECT_EQ(field(rows, 2, "scale_error"), "");
+}
+
+TEST(Report, TellsWhatTheFrontEndDid) {
+  RunInfo info = someRun();
+  info.tracking.emplace();
+  info.tracking->images = 70;
+  info.tracking->tracked = 65;
+  info.tracking->unreadable = 5;
+  info.tracking->points = 123.0;
+  info.tracking->lines_carried = 45.0;
+  info.tracking->total_ms_median = 6.25;
+  info.tracking->stages_ms_median = {{"points", 2.5}};
+  info.tracking->line_detector = "EDLines";
+  info.simulated = {{"outlier_tracks", 17}};
+  const ProtocolResult result = handMade();
+  const std::string text = reportMarkdown(info, result, summarize(result));
+  for (const char* part : {"65 of 70 images tracked", "5 unreadable", "| points | 123 |",
+                           "median 6.25", "points 2.50", "EDLines", "outlier_tracks 17"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+  }
+  const auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  EXPECT_EQ(json["tracking"]["unreadable"], 5);
+  EXPECT_TRUE(json["tracking"]["points_p10"].is_null());
+  EXPECT_EQ(json["tracking"]["stages_ms_median"]["points"], 2.5);
+  EXPECT_EQ(json["simulated"]["outlier_tracks"], 17);
+}
+
+TEST(Report, ShowsPicturesOrSaysWhyNot) {
+  RunInfo info = someRun();
+  const ProtocolResult result = handMade();
+  EXPECT_EQ(reportMarkdown(info, result, {}).find("## Pictures"), std::string::npos);
+  info.picture_note = "There are none.";
+  EXPECT_NE(reportMarkdown(info, result, {}).find("## Pictures\n\nThere are none."),
+            std::string::npos);
+  info.pictures = {{"a.png", "A title"}};
+  EXPECT_NE(reportMarkdown(info, result, {}).find("![A title](a.png)"), std::string::npos);
+}
+
+TEST(Report, TheTerminalSeesTheVerdicts) {
+  const ProtocolResult result = handMade();
+  const std::string text = summaryTable(result, summarize(result));
+  EXPECT_NE(text.find("hand  scale_too_uncertain 1, success 3, too_few_tracks 1"),
+            std::string::npos)
+      << text;
+}
+
+TEST(Report, VariantsAreExplained) {
+  RunInfo info = someRun();
+  info.method_notes = {{"hand[less]", "with less"}};
+  const ProtocolResult result = handMade();
+  EXPECT_NE(reportMarkdown(info, result, {}).find("- `hand[less]`: with less"), std::string::npos);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <typeinfo>
 #include <vector>
 
 namespace slim_init::feature_tracker_lines {
@@ -134,12 +135,12 @@ TEST_F(ConfigFile, ReadsTheHostsKeys) {
   EXPECT_TRUE(config.estimate_td);
   EXPECT_EQ(config.imu_topic, "/imu");
   EXPECT_EQ(config.image_topic, "/cam");
-  EXPECT_EQ(config.front_end.max_cnt, 200);
-  EXPECT_EQ(config.front_end.min_dist, 20);
-  EXPECT_EQ(config.front_end.freq, 0);
-  EXPECT_EQ(config.front_end.F_threshold, 1.5);
-  EXPECT_FALSE(config.front_end.equalize);
-  EXPECT_TRUE(config.front_end.fisheye);
+  EXPECT_EQ(config.front_end.host.max_cnt, 200);
+  EXPECT_EQ(config.front_end.host.min_dist, 20);
+  EXPECT_EQ(config.front_end.host.freq, 0);
+  EXPECT_EQ(config.front_end.host.F_threshold, 1.5);
+  EXPECT_FALSE(config.front_end.host.equalize);
+  EXPECT_TRUE(config.front_end.host.fisheye);
 }
 
 // The trap: 0.08 and 0.004 are tuning values of the host, about forty times the sensor's densities.
@@ -365,6 +366,12 @@ INSTANTIATE_TEST_SUITE_P(
                  "slim_init.noise.gyro_density is 0, must be in"},
         OurError{"slim_init:\n  gates: {mode: maybe}\n",
                  "slim_init.gates.mode is \"maybe\", must be own, on or off"},
+        OurError{"slim_init:\n  front_end: {profile: best}\n",
+                 "slim_init.front_end.profile is \"best\", must be default or vins"},
+        OurError{"slim_init:\n  points: {window_px: 20}\n",
+                 "slim_init.points.window_px is 20, must be odd"},
+        OurError{"slim_init:\n  lines: {min_overlap: 2.}\n",
+                 "slim_init.lines.min_overlap is 2, must be in"},
         OurError{"slim_init:\n  slim_paper: {use_vp: 3}\n",
                  "slim_init.slim_paper.use_vp is 3, must be 0, 1, true or false"},
         OurError{"slim_init:\n", "slim_init is"},
@@ -413,22 +420,22 @@ TEST(ConfigKeys, AreUniqueAndExplained) {
 // A field that was added to the options and forgotten in the table would be a knob that no file can
 // turn. C++ cannot list fields; but bytes that a constructor writes are fields, bytes that keep the
 // paint of the memory below are padding.
-TEST(ConfigKeys, CoverEveryOption) {
-  constexpr size_t kSize = sizeof(InitializerOptions);
-  alignas(InitializerOptions) unsigned char memory[2][kSize];
+template <typename Options>
+void expectEveryFieldHasAKey(Config* config, const Options* options) {
+  constexpr size_t kSize = sizeof(Options);
+  alignas(Options) unsigned char memory[2][kSize];
   const unsigned char paints[2] = {0x5a, 0xa5};
   for (int i = 0; i < 2; ++i) {
     std::memset(memory[i], paints[i], kSize);
     asm volatile("" : : "r"(memory[i]) : "memory");  // the paint is not dead
-    new (memory[i]) InitializerOptions;              // trivially destructible
+    new (memory[i]) Options;                         // trivially destructible
     asm volatile("" : : "r"(memory[i]) : "memory");
   }
   std::vector<bool> written(kSize), listed(kSize);
   for (size_t i = 0; i < kSize; ++i) written[i] = memory[0][i] == memory[1][i];
 
-  Config config;
-  const auto* begin = reinterpret_cast<const unsigned char*>(&config.options);
-  for (const ConfigKey& key : configKeys(&config)) {
+  const auto* begin = reinterpret_cast<const unsigned char*>(options);
+  for (const ConfigKey& key : configKeys(config)) {
     std::visit(
         [&](auto* field) {
           const auto* bytes = reinterpret_cast<const unsigned char*>(field);
@@ -439,8 +446,15 @@ TEST(ConfigKeys, CoverEveryOption) {
   }
   for (size_t i = 0; i < kSize; ++i) {
     EXPECT_TRUE(!written[i] || listed[i])
-        << "byte " << i << " of InitializerOptions belongs to a field without a key";
+        << "byte " << i << " of " << typeid(Options).name() << " belongs to a field without a key";
   }
+}
+
+TEST(ConfigKeys, CoverEveryOption) {
+  Config config;
+  expectEveryFieldHasAKey(&config, &config.options);
+  expectEveryFieldHasAKey(&config, &config.front_end.points);
+  expectEveryFieldHasAKey(&config, &config.front_end.lines);
 }
 
 TEST(ShippedConfigs, AllLoad) {

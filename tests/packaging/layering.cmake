@@ -55,13 +55,13 @@ layer("slim_init core" FOLDERS slim_init/include slim_init/src
 layer("simulation" FOLDERS slim_init/simulation
       ROOTS slim_init/include feature_tracker_lines/include slim_init/simulation/include
             slim_init/simulation/src
-      ANGLE "${std}|${eigen}")
+      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(sys/)?[a-z]+\\.h")
 layer("evaluation" FOLDERS slim_init/evaluation
       ROOTS slim_init/include feature_tracker_lines/include slim_init/evaluation/include
             slim_init/evaluation/src
-      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp")
+      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|sensor_msgs)/[A-Za-z_]+\\.h")
 layer("feature_tracker_lines" FOLDERS feature_tracker_lines
-      ROOTS slim_init/include feature_tracker_lines/include feature_tracker_lines/src
+      ROOTS slim_init/include slim_init/src feature_tracker_lines/include feature_tracker_lines/src
       ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp")
 layer("vins_estimator_patch" FOLDERS vins_estimator_patch
       ROOTS slim_init/include vins_estimator_patch/include vins_estimator_patch/src
@@ -102,7 +102,10 @@ if(LINKS_FILE)
   may_link(slim_init_vins_adapter "${base}")
   may_link(slim_init_feature_tracker_lines "${base}|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_simulation "${base}|${front}")
-  may_link(slim_init_evaluation "${base}|${front}|nlohmann_json::nlohmann_json")
+  may_link(slim_init_rendering
+           "${base}|${front}|slim_init(_|::)simulation|SlimInitOpenCV::SlimInitOpenCV")
+  may_link(slim_init_evaluation
+           "${base}|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag")
   if(linked EQUAL 0)
     message(FATAL_ERROR "layering: ${LINKS_FILE} names no target of ours")
   endif()

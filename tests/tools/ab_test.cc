@@ -2,7 +2,6 @@
 //
 // `slim_init ab` as a user runs it: the real program, its exit code and what it says.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cmath>
 #include <cstdint>
@@ -15,45 +14,10 @@
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
+#include "tools/run_program.h"
 
 namespace slim_init {
 namespace {
-
-struct ProgramRun {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
-
-// Arguments are plain words of this file; quoting keeps scratch paths with spaces whole.
-ProgramRun runProgram(const ScratchFolder& folder, const std::vector<std::string>& arguments) {
-  std::string command = "\"" SLIM_INIT_PROGRAM "\"";
-  for (const std::string& argument : arguments) command += " \"" + argument + "\"";
-  command += " >\"" + folder.file("stdout") + "\" 2>\"" + folder.file("stderr") + "\" </dev/null";
-  const int status = std::system(command.c_str());
-  ProgramRun run;
-  if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);
-  run.out = readFile(folder.file("stdout"));
-  run.err = readFile(folder.file("stderr"));
-  return run;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-/// windows.csv without its last two columns, which hold wall-clock times. Neither holds a comma or
-/// a quote, so cutting from the right is safe.
-std::string withoutTimes(const std::string& csv) {
-  std::istringstream lines(csv);
-  std::string result;
-  for (std::string line; std::getline(lines, line);) {
-    for (int i = 0; i < 2; ++i)
-      line.resize(line.rfind(',') == std::string::npos ? 0 : line.rfind(','));
-    result += line + "\n";
-  }
-  return result;
-}
 
 struct BadCommand {
   const char* name;
@@ -65,7 +29,9 @@ const std::vector<BadCommand>& badCommands() {
   static const std::vector<BadCommand> kBadCommands = {
       {"NoSubcommand", {}, {"a subcommand is needed"}},
       {"UnknownSubcommand", {"fly"}, {"fly"}},
-      {"NoSource", {"ab"}, {"one of --recorded DIR and --builtin NAME"}},
+      {"NoSource",
+       {"ab"},
+       {"one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed"}},
       {"TwoSources", {"ab", "--builtin", "circle", "--recorded", "x"}, {"exclude each other"}},
       {"UnknownMotion", {"ab", "--builtin", "moonwalk"}, {"--builtin is 'moonwalk'", "circle"}},
       {"UnknownWorld",
@@ -123,6 +89,27 @@ const std::vector<BadCommand>& badCommands() {
       {"DurationShort", {"ab", "--builtin", "circle", "--duration", "2.9"}, {"[3, 3600]"}},
       {"DurationInfinite", {"ab", "--builtin", "circle", "--duration", "inf"}, {"--duration"}},
       {"OutliersAboveOne", {"ab", "--builtin", "circle", "--outliers", "1.01"}, {"[0, 1]"}},
+      {"PlotsMode", {"ab", "--builtin", "circle", "--plots", "3d"}, {"--plots is '3d'"}},
+      {"IntervalZero", {"ab", "--builtin", "circle", "--interval", "0"}, {"'0'", "[0.01, 2]"}},
+      {"KeyframesShrink",
+       {"ab", "--builtin", "circle", "--keyframes", "9..4"},
+       {"'9..4' must grow"}},
+      {"KeyframesHalf", {"ab", "--builtin", "circle", "--keyframes", "4.."}, {"''", "[4, 15]"}},
+      {"GrowingWithoutGates",
+       {"ab", "--builtin", "circle", "--keyframes", "4..9", "--gates", "off"},
+       {"--keyframes 4..9 with gates off"}},
+      {"SimulationOfImages",
+       {"ab", "--asl", "x", "--world", "room"},
+       {"--world has no effect with --asl"}},
+      {"SeedOfImages", {"ab", "--bag", "x", "--seed", "2"}, {"--seed has no effect with --bag"}},
+      {"FramesWithoutImages",
+       {"ab", "--builtin", "circle", "--frames", "x"},
+       {"--frames has no effect with --builtin"}},
+      {"TruthOfAFolder",
+       {"ab", "--asl", "x", "--groundtruth", "y"},
+       {"--groundtruth is for --bag"}},
+      {"BagWithoutConfig", {"ab", "--bag", "x.bag"}, {"--bag needs --config"}},
+      {"EmptyConfig", {"ab", "--builtin", "circle", "--config", ""}, {"--config is empty"}},
       {"NoFolder", {"ab", "--recorded", "no/such/folder"}, {"no/such/folder is not a directory"}},
       {"NoWindow",
        {"ab", "--builtin", "circle", "--duration", "3", "--keyframes", "15", "--quiet"},
@@ -173,6 +160,14 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
                            "--seed N (=1)",
                            "--stride N (=10)",
                            "--keyframes N (=10)",
+                           "--interval X (=0.22)",
+                           "--asl DIR",
+                           "--bag FILE",
+                           "--config YAML",
+                           "--groundtruth FILE",
+                           "--frames DIR",
+                           "--ablation",
+                           "--plots MODE (=auto)",
                            "--limit N (=0)",
                            "--points N (=100)",
                            "--lines N (=25)",
@@ -238,6 +233,103 @@ TEST(Ab, EqualSeedsGiveEqualWindows) {
   EXPECT_GT(first.size(), 1000u);
   EXPECT_EQ(first, windows("5", "again"));
   EXPECT_NE(first, windows("6", "other"));
+}
+
+TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
+  const ScratchFolder folder;
+  const ProgramRun run = runProgram(
+      folder, {"ab", "--builtin", "figure-eight", "--duration", "8", "--methods", "drt-l",
+               "--gates", "on", "--keyframes", "4..10", "--quiet", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
+  EXPECT_EQ(json["options"]["keyframes"], "4..10");
+  EXPECT_EQ(json["first_keyframes"], 4);
+  const auto& all = json["methods"]["drt-l"]["all"];
+  EXPECT_EQ(all["windows"], 12);  // as with --keyframes 10
+  ASSERT_GT(all["accepted"].get<int>(), 0);
+  EXPECT_GE(all["accept_s_median"].get<double>(), 0.75);
+  EXPECT_LT(all["accept_s_median"].get<double>(), 2.25);
+  EXPECT_GE(all["accept_s_p90"].get<double>(), all["accept_s_median"].get<double>());
+  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "time to accept s, median"));
+}
+
+TEST(Ab, TheIntervalSpacesTheKeyframes) {
+  const ScratchFolder folder;
+  const ProgramRun run = runProgram(
+      folder, {"ab", "--builtin", "circle", "--duration", "6", "--methods", "drt-l", "--interval",
+               "0.09", "--keyframes", "8", "--quiet", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  // Images come every 0.05 s: eight keyframes take 0.7 s.
+  EXPECT_TRUE(contains(readFile(folder.file("out/windows.csv")), ",0.7,8,"));
+  EXPECT_EQ(
+      nlohmann::json::parse(readFile(folder.file("out/summary.json")))["options"]["interval_s"],
+      0.09);
+}
+
+TEST(Ab, AblationRunsVariantsBesideTheirMethod) {
+  const ScratchFolder folder;
+  const ProgramRun run =
+      runProgram(folder, {"ab", "--builtin", "circle", "--duration", "4", "--methods", "slim-paper",
+                          "--ablation", "--quiet", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
+  for (const char* name : {"slim-paper", "slim-paper[no-vp]", "slim-paper[no-line-epipolar]",
+                           "slim-paper[no-line-normal]", "slim-paper[points-only]"}) {
+    ASSERT_TRUE(json["methods"].contains(name)) << name;
+    EXPECT_EQ(json["methods"][name]["all"]["windows"], 4) << name;
+  }
+  EXPECT_NE(json["methods"]["slim-paper"]["all"]["scale_rmse"],
+            json["methods"]["slim-paper[points-only]"]["all"]["scale_rmse"]);
+  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "`slim-paper[no-vp]`: without"));
+}
+
+TEST(Ab, AblationOfSlimChangesOneThingAtATime) {
+  const ScratchFolder folder;
+  const ProgramRun run =
+      runProgram(folder, {"ab", "--builtin", "circle", "--duration", "4", "--methods", "slim",
+                          "--ablation", "--quiet", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto methods = nlohmann::json::parse(readFile(folder.file("out/summary.json")))["methods"];
+  for (const char* name : {"points-only", "no-lines", "no-vp", "no-accel-bias", "no-refinement",
+                           "consecutive-pairs"}) {
+    const std::string variant = std::string("slim[") + name + "]";
+    ASSERT_TRUE(methods.contains(variant)) << variant;
+    EXPECT_GT(methods[variant]["all"]["attempted"].get<int>(), 0) << variant;
+    EXPECT_NE(methods[variant]["all"]["gyro_bias_vec_rmse"],
+              methods["slim"]["all"]["gyro_bias_vec_rmse"])
+        << variant;
+  }
+}
+
+TEST(Ab, PicturesAreDrawnOrTheReportSaysWhyNot) {
+  const ScratchFolder folder;
+  const ProgramRun run =
+      runProgram(folder, {"ab", "--builtin", "circle", "--duration", "5", "--methods", "drt-l",
+                          "--plots", "auto", "--quiet", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const std::string report = readFile(folder.file("out/report.md"));
+  const bool drawn = std::filesystem::exists(folder.file("out/error_cdf.png"));
+  for (const char* picture : {"trajectory.png", "error_cdf.png", "solve_time.png"}) {
+    EXPECT_EQ(std::filesystem::exists(folder.file("out/") + picture), drawn) << picture;
+    EXPECT_EQ(contains(report, picture), drawn) << picture;
+  }
+  EXPECT_EQ(contains(report, "There are no pictures: they need python3 with matplotlib"), !drawn);
+  EXPECT_TRUE(std::filesystem::exists(folder.file("out/plot_report.py")));
+}
+
+TEST(Ab, ReportNamesTheProgram) {
+  const ScratchFolder folder;
+  ASSERT_EQ(
+      runProgram(folder, {"ab", "--builtin", "circle", "--duration", "4", "--methods", "drt-l",
+                          "--outliers", "0.1", "--quiet", "--out", folder.file("out")})
+          .exit_code,
+      0);
+  const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
+  const std::string version = runProgram(folder, {"--version"}).out;
+  EXPECT_TRUE(contains(version, json["version"].get<std::string>())) << version;
+  EXPECT_TRUE(json.contains("commit"));
+  EXPECT_GT(json["simulated"]["outlier_tracks"].get<int>(), 0);
+  EXPECT_GT(json["simulated"]["point_tracks"].get<int>(), 100);
 }
 
 TEST(Ab, LeadingZerosAreDecimal) {
@@ -337,6 +429,29 @@ TEST(AbOptionsFile, TheCommandLineWins) {
   const ProgramRun run = runWithOptions(folder, "short", typed);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(summaryOf(folder, "short")["options"]["keyframes"], 5);
+}
+
+TEST(AbOptionsFile, AConfigurationBringsTheRig) {
+  const ScratchFolder folder;
+  const std::string config = SLIM_INIT_SOURCE_DIR "/config/euroc.yaml";
+  ASSERT_EQ(runWithOptions(folder, "plain", {}).exit_code, 0);
+  const ProgramRun run = runWithOptions(folder, "config", {"--config", config});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(summaryOf(folder, "config")["options"]["config"], config);
+  EXPECT_GT(rowsOf(folder, "config", "drt-l").size(), 500u);
+  // A camera turned about its axis by a right angle sees other things.
+  std::string text = readFile(config);
+  const std::string rotation = "data: [ 0.0148655429818, -0.999880929698,   0.00414029679422,";
+  ASSERT_TRUE(contains(text, rotation));
+  text.replace(text.find(rotation), text.find(']', text.find(rotation)) - text.find(rotation),
+               "data: [ 0., 0., 1., -1., 0., 0., 0., -1., 0.");
+  folder.write("turned.yaml", text);
+  ASSERT_EQ(runWithOptions(folder, "turned", {"--config", folder.file("turned.yaml")}).exit_code,
+            0);
+  EXPECT_NE(rowsOf(folder, "config", "drt-l"), rowsOf(folder, "turned", "drt-l"));
+  const ProgramRun missing = runWithOptions(folder, "out", {"--config", folder.file("no.yaml")});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_TRUE(contains(missing.err, "--config: " + folder.file("no.yaml"))) << missing.err;
 }
 
 TEST(AbOptionsFile, KeysWithoutEffectAreNoted) {

@@ -32,6 +32,18 @@ bool finite(const NavState& state) {
   return state.R_w_b.allFinite() && state.p_w_b.allFinite() && state.v_w_b.allFinite();
 }
 
+Eigen::Vector3d meanGyroBias(const std::vector<NavState>& truth) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const NavState& state : truth) sum += state.gyro_bias / static_cast<double>(truth.size());
+  return sum;
+}
+
+/// Does not exist for a true bias of zero.
+double biasErrorPercent(const Eigen::Vector3d& bias, const Eigen::Vector3d& true_bias) {
+  if (!(true_bias.norm() > 0.0)) return kNotComputed;
+  return 100.0 * std::abs(bias.norm() - true_bias.norm()) / true_bias.norm();
+}
+
 std::string findNotFinite(const InitResult& result, const std::vector<NavState>& truth) {
   for (std::size_t k = 0; k < truth.size(); ++k) {
     if (!finite(result.states[k])) {
@@ -137,7 +149,7 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
   double position_sum = 0.0;
   double speed_sum = 0.0;
   double velocity_sum = 0.0;
-  Eigen::Vector3d true_bias = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d true_bias = meanGyroBias(truth);
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d& v = result.states[k].v_w_b;
     const Eigen::Vector3d& true_v = truth[k].v_w_b;
@@ -146,7 +158,6 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
     const double speed_error = v.norm() - true_v.norm();
     speed_sum += speed_error * speed_error;
     velocity_sum += (R_b0_w * v - true_R_b0_w * true_v).squaredNorm();
-    true_bias += truth[k].gyro_bias / static_cast<double>(n);
   }
   const double count = static_cast<double>(n);
   WindowMetrics computed;
@@ -158,10 +169,7 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
   computed.gravity_error_deg =
       kRadToDeg * angleBetween(result.gravity_b0, true_R_b0_w * -Eigen::Vector3d::UnitZ());
   computed.gyro_bias_vec_err = (result.gyro_bias - true_bias).norm();
-  if (true_bias.norm() > 0.0) {
-    computed.gyro_bias_err_pct =
-        100.0 * std::abs(result.gyro_bias.norm() - true_bias.norm()) / true_bias.norm();
-  }
+  computed.gyro_bias_err_pct = biasErrorPercent(result.gyro_bias, true_bias);
   // Finite input can still overflow.
   for (const double value :
        {computed.scale, computed.pose_rmse, computed.velocity_rmse, computed.velocity_vec_rmse,
@@ -172,6 +180,23 @@ WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavStat
     }
   }
   return computed;
+}
+
+PartialMetrics evaluatePartial(const InitResult& result, const std::vector<NavState>& truth) {
+  PartialMetrics metrics;
+  if (!result.states.empty() || truth.empty()) return metrics;
+  if (result.gravity_b0.allFinite() && result.gravity_b0.norm() > 0.0 &&
+      truth.front().R_w_b.allFinite()) {
+    metrics.gravity_error_deg =
+        kRadToDeg * angleBetween(result.gravity_b0,
+                                 truth.front().R_w_b.transpose() * -Eigen::Vector3d::UnitZ());
+  }
+  const Eigen::Vector3d true_bias = meanGyroBias(truth);
+  if (result.gyro_bias.allFinite() && true_bias.allFinite()) {
+    metrics.gyro_bias_vec_err = (result.gyro_bias - true_bias).norm();
+    metrics.gyro_bias_err_pct = biasErrorPercent(result.gyro_bias, true_bias);
+  }
+  return metrics;
 }
 
 Excitation measureExcitation(const InitWindow& window) {

@@ -19,8 +19,10 @@ enum class CutOutcome { kWindow, kEnded, kInterrupted, kInvalid };
 
 struct Cut {
   CutOutcome outcome = CutOutcome::kEnded;
-  std::shared_ptr<const InitWindow> window;
-  std::string message;  ///< of a refusal
+  std::vector<std::shared_ptr<const InitWindow>> windows;  ///< growing; the last one is full
+  std::string message;                                     ///< of a refusal
+
+  const InitWindow& full() const { return *windows.back(); }
 };
 
 std::string checkSequence(const Sequence& sequence) {
@@ -48,7 +50,8 @@ std::string checkSequence(const Sequence& sequence) {
 /// window depends on its own data only.
 class WindowCutter {
  public:
-  WindowCutter(const Sequence& sequence, const WindowOptions& options)
+  /// The smallest window has `first_keyframes`, the full one options.keyframes.
+  WindowCutter(const Sequence& sequence, const WindowOptions& options, int first_keyframes)
       : sequence_(sequence), options_(options) {
     std::vector<double> intervals;
     for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
@@ -58,9 +61,8 @@ class WindowCutter {
     const double frame_interval = intervals.empty() ? options.min_interval_s : median(intervals);
     const double spacing =
         frame_interval * std::max(1.0, std::ceil(options.min_interval_s / frame_interval - 1e-6));
-    shortest_s_ = (options.keyframes - 1) * options.min_interval_s;
     give_up_s_ = kGiveUpLengths * (options.keyframes - 1) * spacing;
-    options_.min_keyframes = options.keyframes;
+    options_.min_keyframes = first_keyframes;
     options_.buffer_s = std::max(options.buffer_s, give_up_s_ + 1.0);
   }
 
@@ -82,17 +84,20 @@ class WindowCutter {
         buffer.addImu(sequence_.imu[next_imu++]);
       }
       buffer.addFrame(sequence_.frames[i]);
-      // cut() copies the window's data: asked only when the answer can be yes.
-      if (elapsed < shortest_s_ - 1e-9) continue;
+      // cut() copies the window's data: asked only when it can be larger than the one before.
+      const int size =
+          result.windows.empty() ? options_.min_keyframes - 1 : result.windows.back()->size();
+      if (elapsed < size * options_.min_interval_s - 1e-9) continue;
       const WindowCut cut = buffer.cut();
       if (cut.status == InitStatus::kInvalidInput) {
         result.outcome = CutOutcome::kInvalid;
         result.message = cut.message;
         break;
       }
-      if (cut.window != nullptr && cut.window->size() == options_.keyframes) {
+      if (cut.window == nullptr || cut.window->size() <= size) continue;
+      result.windows.push_back(cut.window);
+      if (cut.window->size() == options_.keyframes) {
         result.outcome = CutOutcome::kWindow;
-        result.window = cut.window;
         break;
       }
     }
@@ -127,14 +132,14 @@ class WindowCutter {
 
   const Sequence& sequence_;
   WindowOptions options_;
-  double shortest_s_ = 0.0;
   double give_up_s_ = 0.0;
 };
 
-/// Truth at every keyframe; false where there is none.
+/// Truth at every keyframe; false where there is none. Empty for a sequence without any truth.
 bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
                    std::vector<NavState>* truth) {
   truth->clear();
+  if (!sequence.has_truth) return true;
   const double td = sequence.calibration.td;
   auto frame = sequence.frames.begin();
   for (const double t : window.times()) {
@@ -158,11 +163,18 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   const auto end = std::chrono::steady_clock::now();
 
   MethodRecord record;
+  record.keyframes = window.size();
+  record.data_s = window.times().back() - window.times().front();
   record.solve_ms = std::chrono::duration<double, std::milli>(end - begin).count();
   record.status = answer.status;
   record.message = answer.message;
   record.attempted = answer.hasEstimate();
-  record.metrics = evaluateWindow(answer, truth);
+  if (truth.empty()) {
+    record.metrics.failure = "no truth";
+  } else {
+    record.metrics = evaluateWindow(answer, truth);
+    record.partial = evaluatePartial(answer, truth);
+  }
   record.scale_sigma = answer.scale_sigma;
   record.gates = answer.gates;
   record.point_tracks = answer.counts.point_tracks;
@@ -171,12 +183,38 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   return record;
 }
 
+/// The first window that the solver accepts, or else the full one.
+MethodRecord runSolver(const WindowSolver& solver, const Cut& cut,
+                       const std::vector<std::vector<NavState>>& truths) {
+  MethodRecord record;
+  for (std::size_t i = 0; i < cut.windows.size(); ++i) {
+    record = runSolver(solver, *cut.windows[i], truths[i]);
+    if (record.accepted()) break;
+  }
+  return record;
+}
+
+/// Truth of all windows of a trial; false where a keyframe lacks it.
+bool truthOfWindows(const Sequence& sequence, const Cut& cut,
+                    std::vector<std::vector<NavState>>* truths) {
+  truths->assign(cut.windows.size(), {});
+  for (std::size_t i = 0; i < cut.windows.size(); ++i) {
+    if (!truthOfWindow(sequence, *cut.windows[i], &(*truths)[i])) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::string ProtocolOptions::validate() const {
   if (stride < 1) return "stride is " + std::to_string(stride) + ", must be at least 1";
   if (max_windows < 0) {
     return "max_windows is " + std::to_string(max_windows) + ", must be at least 0";
+  }
+  if (first_keyframes != 0 &&
+      (first_keyframes < kMinKeyframes || first_keyframes > window.keyframes)) {
+    return "first_keyframes is " + std::to_string(first_keyframes) + ", must be 0 or in [" +
+           std::to_string(kMinKeyframes) + ", " + std::to_string(window.keyframes) + "]";
   }
   const std::string sentence = window.validate();
   return sentence.empty() ? "" : "window." + sentence;
@@ -189,15 +227,19 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   if (std::string sentence = checkSequence(sequence); !sentence.empty()) return sentence;
 
   *result = ProtocolResult();
+  result->has_truth = sequence.has_truth;
+  result->first_keyframes = options.first_keyframes;
   for (const WindowSolver* solver : solvers) result->methods.push_back(solver->name());
   ProtocolCounts& counts = result->counts;
   counts.frames = static_cast<int>(sequence.frames.size());
-  const WindowCutter cutter(sequence, options.window);
+  const WindowCutter cutter(
+      sequence, options.window,
+      options.first_keyframes > 0 ? options.first_keyframes : options.window.keyframes);
   const int trials = (counts.frames + options.stride - 1) / options.stride;
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
   std::vector<double> times_before;
-  std::vector<NavState> truth;
+  std::vector<std::vector<NavState>> truths;
 
   for (int trial = 0; trial < trials; ++trial) {
     if (options.max_windows > 0 && counts.windows >= options.max_windows) break;
@@ -212,13 +254,13 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
     } else if (cut.outcome == CutOutcome::kInvalid) {
       ++counts.invalid;
       if (result->first_refusal.empty()) result->first_refusal = cut.message;
-    } else if (cut.window->times() == times_before) {
+    } else if (cut.full().times() == times_before) {
       ++counts.repeated;
-    } else if (!truthOfWindow(sequence, *cut.window, &truth)) {
+    } else if (!truthOfWindows(sequence, cut, &truths)) {
       ++counts.without_truth;
-      times_before = cut.window->times();
+      times_before = cut.full().times();
     } else {
-      const InitWindow& window = *cut.window;
+      const InitWindow& window = cut.full();
       times_before = window.times();
       ++counts.windows;
       WindowRecord record;
@@ -228,8 +270,9 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
       record.duration_s = window.times().back() - window.times().front();
       record.keyframes = window.size();
       record.excitation = measureExcitation(window);
+      if (!truths.back().empty()) record.p_w_b = truths.back().front().p_w_b;
       for (const WindowSolver* solver : solvers) {
-        record.methods.push_back(runSolver(*solver, window, truth));
+        record.methods.push_back(runSolver(*solver, cut, truths));
       }
       result->windows.push_back(std::move(record));
     }

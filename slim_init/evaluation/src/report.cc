@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "statistics.h"
 
@@ -37,11 +38,12 @@ class SubsetCollector {
       ++summary_.failed;
     }
     if (record.attempted && record.metrics.success()) addSuccess(record.metrics);
+    if (!record.attempted) addPartial(toString(record.status), record.partial);
   }
 
-  SubsetSummary summary() const {
+  SubsetSummary summary(bool has_truth) const {
     SubsetSummary s = summary_;
-    s.success_rate = ratio(s.success, s.windows);
+    if (has_truth) s.success_rate = ratio(s.success, s.windows);
     s.scale_rmse = rootMeanSquare(scale_);
     s.scale_median = median(scale_);
     s.scale_p90 = quantile(scale_, 0.9);
@@ -53,8 +55,27 @@ class SubsetCollector {
     s.pose_rmse = rootMeanSquare(pose_);
     s.gyro_bias_err_pct = rootMeanSquare(gyro_bias_pct_);
     s.gyro_bias_vec_rmse = rootMeanSquare(gyro_bias_vec_);
-    s.accepted_within_0_1_rate = ratio(s.accepted_within_0_1, s.accepted);
-    s.accepted_within_0_5_rate = ratio(s.accepted_within_0_5, s.accepted);
+    s.accepted_rate = ratio(s.accepted, s.windows);
+    s.accept_s_median = median(accept_s_);
+    s.accept_s_p90 = quantile(accept_s_, 0.9);
+    s.accept_keyframes_median = median(accept_keyframes_);
+    s.accepted_scale_rmse = rootMeanSquare(accepted_scale_);
+    s.accepted_scale_median = median(accepted_scale_);
+    s.accepted_gravity_rmse_deg = rootMeanSquare(accepted_gravity_);
+    s.accepted_velocity_rmse = rootMeanSquare(accepted_velocity_);
+    if (has_truth) {
+      s.accepted_within_0_1_rate = ratio(s.accepted_within_0_1, s.accepted);
+      s.accepted_within_0_5_rate = ratio(s.accepted_within_0_5, s.accepted);
+    }
+    for (const auto& [status, errors] : partial_) {
+      PartialSummary& partial = s.partial[status];
+      partial.windows = errors.windows;
+      partial.gravity_median_deg = median(errors.gravity);
+      partial.gravity_max_deg = quantile(errors.gravity, 1.0);
+      partial.gyro_bias_median_pct = median(errors.bias_pct);
+      partial.gyro_bias_max_pct = quantile(errors.bias_pct, 1.0);
+      partial.gyro_bias_vec_rmse = rootMeanSquare(errors.bias_vec);
+    }
     s.solve_ms_median = median(solve_ms_);
     s.solve_ms_mean = mean(solve_ms_);
     return s;
@@ -63,8 +84,13 @@ class SubsetCollector {
  private:
   void addAccepted(const MethodRecord& record) {
     ++summary_.accepted;
+    accept_s_.push_back(record.data_s);
+    accept_keyframes_.push_back(record.keyframes);
     if (!record.metrics.computed()) return;
     const double scale_error = record.metrics.scale_error;
+    accepted_scale_.push_back(scale_error);
+    accepted_gravity_.push_back(record.metrics.gravity_error_deg);
+    accepted_velocity_.push_back(record.metrics.velocity_rmse);
     if (scale_error < 0.1) ++summary_.accepted_within_0_1;
     if (scale_error < 0.5) ++summary_.accepted_within_0_5;
     // Written so that the first window replaces the NaN.
@@ -87,9 +113,30 @@ class SubsetCollector {
     }
   }
 
+  void addPartial(const std::string& status, const PartialMetrics& metrics) {
+    const bool gravity = std::isfinite(metrics.gravity_error_deg);
+    const bool bias = std::isfinite(metrics.gyro_bias_vec_err);
+    if (!gravity && !bias) return;
+    PartialErrors& errors = partial_[status];
+    ++errors.windows;
+    if (gravity) errors.gravity.push_back(metrics.gravity_error_deg);
+    if (bias) errors.bias_vec.push_back(metrics.gyro_bias_vec_err);
+    if (std::isfinite(metrics.gyro_bias_err_pct)) {
+      errors.bias_pct.push_back(metrics.gyro_bias_err_pct);
+    }
+  }
+
+  struct PartialErrors {
+    int windows = 0;
+    std::vector<double> gravity, bias_pct, bias_vec;
+  };
+
   SubsetSummary summary_;
+  std::map<std::string, PartialErrors> partial_;
   std::vector<double> scale_, gravity_, velocity_, velocity_vec_, pose_;
   std::vector<double> gyro_bias_pct_, gyro_bias_vec_, solve_ms_;
+  std::vector<double> accept_s_, accept_keyframes_;
+  std::vector<double> accepted_scale_, accepted_gravity_, accepted_velocity_;
 };
 
 std::string writeText(const fs::path& path, const std::string& text) {
@@ -110,7 +157,8 @@ std::vector<MethodSummary> summarize(const ProtocolResult& result) {
       all.add(window.methods[m]);
       if (window.excitation.excited) excited.add(window.methods[m]);
     }
-    summaries.push_back({result.methods[m], all.summary(), excited.summary()});
+    summaries.push_back(
+        {result.methods[m], all.summary(result.has_truth), excited.summary(result.has_truth)});
   }
   return summaries;
 }
@@ -131,8 +179,13 @@ std::string writeReport(const std::string& directory, const RunInfo& info,
   if (error.empty()) error = writeText(base / "windows.csv", windowsCsv(info, result));
   if (error.empty()) error = writeText(base / "summary.csv", summaryCsv(info, summaries));
   if (error.empty()) error = writeText(base / "summary.json", summaryJson(info, result, summaries));
-  if (error.empty()) error = writeText(base / "report.md", reportMarkdown(info, result, summaries));
-  return error;
+  return error.empty() ? writeReportPage(directory, info, result, summaries) : error;
+}
+
+std::string writeReportPage(const std::string& directory, const RunInfo& info,
+                            const ProtocolResult& result,
+                            const std::vector<MethodSummary>& summaries) {
+  return writeText(fs::path(directory) / "report.md", reportMarkdown(info, result, summaries));
 }
 
 }  // namespace slim_init::evaluation

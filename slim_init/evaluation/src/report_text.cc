@@ -45,6 +45,14 @@ constexpr SummaryField kSummaryFields[] = {
     {"accepted_within_0_1_rate", &SubsetSummary::accepted_within_0_1_rate, nullptr},
     {"accepted_within_0_5_rate", &SubsetSummary::accepted_within_0_5_rate, nullptr},
     {"accepted_scale_error_max", &SubsetSummary::accepted_scale_error_max, nullptr},
+    {"accepted_rate", &SubsetSummary::accepted_rate, nullptr},
+    {"accepted_scale_rmse", &SubsetSummary::accepted_scale_rmse, nullptr},
+    {"accepted_scale_median", &SubsetSummary::accepted_scale_median, nullptr},
+    {"accepted_gravity_rmse_deg", &SubsetSummary::accepted_gravity_rmse_deg, nullptr},
+    {"accepted_velocity_rmse", &SubsetSummary::accepted_velocity_rmse, nullptr},
+    {"accept_s_median", &SubsetSummary::accept_s_median, nullptr},
+    {"accept_s_p90", &SubsetSummary::accept_s_p90, nullptr},
+    {"accept_keyframes_median", &SubsetSummary::accept_keyframes_median, nullptr},
     {"waiting", nullptr, &SubsetSummary::waiting},
     {"refused", nullptr, &SubsetSummary::refused},
     {"failed", nullptr, &SubsetSummary::failed},
@@ -116,6 +124,30 @@ std::string optionText(const OptionValue& value) {
   return joined;
 }
 
+Json jsonTracking(const TrackingSummary& tracking) {
+  Json json = {{"images", tracking.images},
+               {"tracked", tracking.tracked},
+               {"outside_imu", tracking.outside_imu},
+               {"unreadable", tracking.unreadable},
+               {"refused", tracking.refused},
+               {"images_without_gyro", tracking.images_without_gyro},
+               {"images_with_vp", tracking.images_with_vp},
+               {"points", jsonNumber(tracking.points)},
+               {"points_p10", jsonNumber(tracking.points_p10)},
+               {"points_carried", jsonNumber(tracking.points_carried)},
+               {"lines", jsonNumber(tracking.lines)},
+               {"lines_p10", jsonNumber(tracking.lines_p10)},
+               {"lines_carried", jsonNumber(tracking.lines_carried)},
+               {"line_detector", tracking.line_detector},
+               {"total_ms_median", jsonNumber(tracking.total_ms_median)},
+               {"total_ms_p90", jsonNumber(tracking.total_ms_p90)}};
+  Json& stages = json["stages_ms_median"] = Json::object();
+  for (const StageTime& stage : tracking.stages_ms_median) {
+    stages[stage.name] = jsonNumber(stage.ms);
+  }
+  return json;
+}
+
 Json jsonSubset(const SubsetSummary& subset) {
   Json json = Json::object();
   for (const SummaryField& field : kSummaryFields) {
@@ -123,12 +155,22 @@ Json jsonSubset(const SubsetSummary& subset) {
         field.real != nullptr ? jsonNumber(subset.*field.real) : Json(subset.*field.count);
   }
   json["statuses"] = subset.statuses;
+  Json& partial = json["partial"] = Json::object();
+  for (const auto& [status, errors] : subset.partial) {
+    partial[status] = {{"windows", errors.windows},
+                       {"gravity_median_deg", jsonNumber(errors.gravity_median_deg)},
+                       {"gravity_max_deg", jsonNumber(errors.gravity_max_deg)},
+                       {"gyro_bias_median_pct", jsonNumber(errors.gyro_bias_median_pct)},
+                       {"gyro_bias_max_pct", jsonNumber(errors.gyro_bias_max_pct)},
+                       {"gyro_bias_vec_rmse", jsonNumber(errors.gyro_bias_vec_rmse)}};
+  }
   return json;
 }
 
 /// A column of the tables for people.
 struct TableColumn {
   const char* title;
+  bool needs_truth;
   std::string (*cell)(const SubsetSummary& s);
 };
 
@@ -137,19 +179,44 @@ std::string cell(const char* pattern, double value, double factor = 1.0) {
 }
 
 const TableColumn kTableColumns[] = {
-    {"success %", [](const SubsetSummary& s) { return cell("%.1f", s.success_rate, 100.0); }},
-    {"scale rmse", [](const SubsetSummary& s) { return cell("%.4f", s.scale_rmse); }},
-    {"median", [](const SubsetSummary& s) { return cell("%.4f", s.scale_median); }},
-    {"p90", [](const SubsetSummary& s) { return cell("%.4f", s.scale_p90); }},
-    {"gravity deg", [](const SubsetSummary& s) { return cell("%.3f", s.gravity_rmse_deg); }},
-    {"speed m/s", [](const SubsetSummary& s) { return cell("%.4f", s.velocity_rmse); }},
-    {"velocity m/s", [](const SubsetSummary& s) { return cell("%.4f", s.velocity_vec_rmse); }},
-    {"pose m", [](const SubsetSummary& s) { return cell("%.4f", s.pose_rmse); }},
-    {"gyro bias %", [](const SubsetSummary& s) { return cell("%.2f", s.gyro_bias_err_pct); }},
-    {"accepted", [](const SubsetSummary& s) { return std::to_string(s.accepted); }},
-    {"of them < 0.1 %",
+    {"success %", true, [](const SubsetSummary& s) { return cell("%.1f", s.success_rate, 100.0); }},
+    {"scale rmse", true, [](const SubsetSummary& s) { return cell("%.4f", s.scale_rmse); }},
+    {"median", true, [](const SubsetSummary& s) { return cell("%.4f", s.scale_median); }},
+    {"p90", true, [](const SubsetSummary& s) { return cell("%.4f", s.scale_p90); }},
+    {"gravity deg", true, [](const SubsetSummary& s) { return cell("%.3f", s.gravity_rmse_deg); }},
+    {"speed m/s", true, [](const SubsetSummary& s) { return cell("%.4f", s.velocity_rmse); }},
+    {"velocity m/s", true,
+     [](const SubsetSummary& s) { return cell("%.4f", s.velocity_vec_rmse); }},
+    {"pose m", true, [](const SubsetSummary& s) { return cell("%.4f", s.pose_rmse); }},
+    {"gyro bias %", true, [](const SubsetSummary& s) { return cell("%.2f", s.gyro_bias_err_pct); }},
+    {"accepted", false, [](const SubsetSummary& s) { return std::to_string(s.accepted); }},
+    {"of them < 0.1 %", true,
      [](const SubsetSummary& s) { return cell("%.1f", s.accepted_within_0_1_rate, 100.0); }},
-    {"solve ms", [](const SubsetSummary& s) { return cell("%.3f", s.solve_ms_median); }},
+    {"solve ms", false, [](const SubsetSummary& s) { return cell("%.3f", s.solve_ms_median); }},
+};
+
+/// Of what the methods themselves called a success, and in the anytime protocol how soon.
+const TableColumn kAcceptedColumns[] = {
+    {"accepted %", false,
+     [](const SubsetSummary& s) { return cell("%.1f", s.accepted_rate, 100.0); }},
+    {"time to accept s, median", false,
+     [](const SubsetSummary& s) { return cell("%.2f", s.accept_s_median); }},
+    {"p90", false, [](const SubsetSummary& s) { return cell("%.2f", s.accept_s_p90); }},
+    {"keyframes, median", false,
+     [](const SubsetSummary& s) { return cell("%.0f", s.accept_keyframes_median); }},
+    {"scale rmse", true,
+     [](const SubsetSummary& s) { return cell("%.4f", s.accepted_scale_rmse); }},
+    {"median", true, [](const SubsetSummary& s) { return cell("%.4f", s.accepted_scale_median); }},
+    {"largest", true,
+     [](const SubsetSummary& s) { return cell("%.4f", s.accepted_scale_error_max); }},
+    {"< 0.1 %", true,
+     [](const SubsetSummary& s) { return cell("%.1f", s.accepted_within_0_1_rate, 100.0); }},
+    {"< 0.5 %", true,
+     [](const SubsetSummary& s) { return cell("%.1f", s.accepted_within_0_5_rate, 100.0); }},
+    {"gravity deg", true,
+     [](const SubsetSummary& s) { return cell("%.3f", s.accepted_gravity_rmse_deg); }},
+    {"speed m/s", true,
+     [](const SubsetSummary& s) { return cell("%.4f", s.accepted_velocity_rmse); }},
 };
 
 using Subset = SubsetSummary MethodSummary::*;
@@ -158,14 +225,18 @@ int windowsOf(const std::vector<MethodSummary>& summaries, Subset subset) {
   return summaries.empty() ? 0 : (summaries.front().*subset).windows;
 }
 
-std::vector<std::vector<std::string>> tableCells(const std::vector<MethodSummary>& summaries,
-                                                 Subset subset) {
+/// Without truth the columns that need it are left out.
+template <std::size_t N>
+std::vector<std::vector<std::string>> tableCells(const TableColumn (&columns)[N],
+                                                 const std::vector<MethodSummary>& summaries,
+                                                 Subset subset, bool has_truth) {
   std::vector<std::vector<std::string>> rows(1, {"method"});
-  for (const TableColumn& column : kTableColumns) rows.front().emplace_back(column.title);
-  for (const MethodSummary& summary : summaries) {
-    rows.push_back({summary.name});
-    for (const TableColumn& column : kTableColumns) {
-      rows.back().push_back(column.cell(summary.*subset));
+  for (const MethodSummary& summary : summaries) rows.push_back({summary.name});
+  for (const TableColumn& column : columns) {
+    if (column.needs_truth && !has_truth) continue;
+    rows.front().emplace_back(column.title);
+    for (std::size_t m = 0; m < summaries.size(); ++m) {
+      rows[m + 1].push_back(column.cell(summaries[m].*subset));
     }
   }
   return rows;
@@ -205,7 +276,8 @@ void writeRun(const RunInfo& info, const ProtocolResult& result, std::ostringstr
   for (const auto& [key, value] : info.options) {
     out << "| " << key << " | " << markdownText(optionText(value)) << " |\n";
   }
-  out << "| true gyro bias | " << info.gyro_bias_truth << " |\n\n";
+  out << "| true gyro bias | " << info.gyro_bias_truth << " |\n| program | slim_init "
+      << info.version << (info.commit.empty() ? "" : ", commit " + info.commit) << " |\n\n";
 
   const ProtocolCounts& counts = result.counts;
   const int excited = static_cast<int>(
@@ -231,6 +303,83 @@ void writeRun(const RunInfo& info, const ProtocolResult& result, std::ostringstr
     out << "\nNotes on the data:\n\n";
     for (const std::string& note : info.notes) out << "- " << note << "\n";
   }
+}
+
+void writeAccepted(const ProtocolResult& result, const std::vector<MethodSummary>& summaries,
+                   std::ostringstream& out) {
+  out << "\n## Accepted answers";
+  if (result.first_keyframes > 0) {
+    out << ", windows growing from " << result.first_keyframes
+        << " keyframes\n\nEvery trial hands a method a window of " << result.first_keyframes
+        << " keyframes, then one with a keyframe more, and so on until it accepts; what it says "
+           "then counts,\nin the tables above too. Time to accept is the data from the first to "
+           "the "
+           "last keyframe of that window";
+  }
+  out << (result.first_keyframes > 0 ? ".\n" : "\n");
+  for (const bool excited : {true, false}) {
+    const Subset subset = excited ? &MethodSummary::excited : &MethodSummary::all;
+    out << "\n"
+        << (excited ? "Excited windows:" : "All windows:") << "\n\n"
+        << markdownTable(tableCells(kAcceptedColumns, summaries, subset, result.has_truth));
+  }
+}
+
+void writePictures(const RunInfo& info, std::ostringstream& out) {
+  if (info.pictures.empty() && info.picture_note.empty()) return;
+  out << "\n## Pictures\n\n";
+  if (info.pictures.empty()) out << info.picture_note << "\n";
+  for (std::size_t i = 0; i < info.pictures.size(); ++i) {
+    const auto& [file, title] = info.pictures[i];
+    out << (i > 0 ? "\n" : "") << "![" << markdownText(title) << "](" << file << ")\n\n"
+        << markdownText(title) << "\n";
+  }
+}
+
+void writeTracking(const TrackingSummary& tracking, std::ostringstream& out) {
+  out << "\n## Features from images\n\n"
+      << tracking.tracked << " of " << plural(tracking.images, "image") << " tracked; "
+      << tracking.outside_imu << " outside the IMU data, " << tracking.unreadable << " unreadable, "
+      << tracking.refused << " refused, " << tracking.images_without_gyro
+      << " tracked without the gyro's rotation. A vanishing point was found in "
+      << tracking.images_with_vp << ".";
+  if (!tracking.line_detector.empty()) out << " Line detector: " << tracking.line_detector << ".";
+  const auto row = [](const std::string& name, double median_value, double p10, double carried) {
+    return std::vector<std::string>{name, cell("%.0f", median_value), cell("%.0f", p10),
+                                    cell("%.0f", carried)};
+  };
+  out << "\n\n"
+      << markdownTable(
+             {{"a frame", "median", "10 % quantile", "of them from the frame before, median"},
+              row("points", tracking.points, tracking.points_p10, tracking.points_carried),
+              row("lines", tracking.lines, tracking.lines_p10, tracking.lines_carried)})
+      << "\nFront end, one image [ms]: median " << cell("%.2f", tracking.total_ms_median)
+      << ", 90 % quantile " << cell("%.2f", tracking.total_ms_p90) << "; median per stage:";
+  for (std::size_t i = 0; i < tracking.stages_ms_median.size(); ++i) {
+    out << (i > 0 ? ", " : " ") << tracking.stages_ms_median[i].name << " "
+        << cell("%.2f", tracking.stages_ms_median[i].ms);
+  }
+  out << ".\n";
+}
+
+/// What was known where no trajectory was.
+void writePartial(const std::vector<MethodSummary>& summaries, std::ostringstream& out) {
+  std::vector<std::vector<std::string>> rows(
+      1, {"method", "status", "windows", "gravity deg, median", "max", "gyro bias %, median", "max",
+          "gyro bias rad/s, rms"});
+  for (const MethodSummary& summary : summaries) {
+    for (const auto& [status, partial] : summary.all.partial) {
+      rows.push_back(
+          {summary.name, status, std::to_string(partial.windows),
+           cell("%.3f", partial.gravity_median_deg), cell("%.3f", partial.gravity_max_deg),
+           cell("%.2f", partial.gyro_bias_median_pct), cell("%.2f", partial.gyro_bias_max_pct),
+           cell("%.5f", partial.gyro_bias_vec_rmse)});
+    }
+  }
+  if (rows.size() == 1) return;
+  out << "\n## Answers without a trajectory\n\nGravity and gyroscope bias of windows in which "
+         "nothing more is observable.\n\n"
+      << markdownTable(rows);
 }
 
 void writeStatuses(const std::vector<MethodSummary>& summaries, std::ostringstream& out) {
@@ -296,8 +445,13 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                              "excited",
                              "force_deviation",
                              "quiet_pairs",
+                             "p_x",
+                             "p_y",
+                             "p_z",
                              "method",
                              "status",
+                             "answer_keyframes",
+                             "answer_s",
                              "attempted",
                              "success",
                              "scale",
@@ -329,18 +483,26 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                       yesNo(window.excitation.excited),
                       csvNumber(window.excitation.mean_deviation),
                       std::to_string(window.excitation.quiet_pairs),
+                      csvNumber(window.p_w_b.x()),
+                      csvNumber(window.p_w_b.y()),
+                      csvNumber(window.p_w_b.z()),
                       csvText(result.methods[m]),
                       toString(record.status),
+                      std::to_string(record.keyframes),
+                      csvNumber(record.data_s),
                       yesNo(record.attempted),
                       yesNo(record.attempted && metrics.success()),
                       csvNumber(metrics.scale),
                       csvNumber(metrics.scale_error),
-                      csvNumber(metrics.gravity_error_deg),
+                      csvNumber(metrics.computed() ? metrics.gravity_error_deg
+                                                   : record.partial.gravity_error_deg),
                       csvNumber(metrics.velocity_rmse),
                       csvNumber(metrics.velocity_vec_rmse),
                       csvNumber(metrics.pose_rmse),
-                      csvNumber(metrics.gyro_bias_err_pct),
-                      csvNumber(metrics.gyro_bias_vec_err),
+                      csvNumber(metrics.computed() ? metrics.gyro_bias_err_pct
+                                                   : record.partial.gyro_bias_err_pct),
+                      csvNumber(metrics.computed() ? metrics.gyro_bias_vec_err
+                                                   : record.partial.gyro_bias_vec_err),
                       csvNumber(record.scale_sigma),
                       std::to_string(record.point_tracks),
                       std::to_string(record.line_tracks),
@@ -387,6 +549,15 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
                     {"windows", counts.windows},   {"without_truth", counts.without_truth},
                     {"ended", counts.ended},       {"interrupted", counts.interrupted},
                     {"repeated", counts.repeated}, {"invalid", counts.invalid}};
+  json["has_truth"] = result.has_truth;
+  if (result.first_keyframes > 0) json["first_keyframes"] = result.first_keyframes;
+  json["version"] = info.version;
+  json["commit"] = info.commit.empty() ? Json(nullptr) : Json(info.commit);
+  if (info.tracking.has_value()) json["tracking"] = jsonTracking(*info.tracking);
+  if (!info.simulated.empty()) {
+    Json& simulated = json["simulated"] = Json::object();
+    for (const auto& [name, count] : info.simulated) simulated[name] = count;
+  }
   const WindowCounts& dropped = result.dropped;
   json["dropped"] = {{"imu_not_finite", dropped.imu_not_finite},
                      {"imu_out_of_order", dropped.imu_out_of_order},
@@ -409,10 +580,32 @@ std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
   std::ostringstream out;
   writeRun(info, result, out);
   out << "\n## Excited windows (" << windowsOf(summaries, &MethodSummary::excited) << ")\n\n"
-      << markdownTable(tableCells(summaries, &MethodSummary::excited)) << "\n## All windows ("
-      << windowsOf(summaries, &MethodSummary::all) << ")\n\n"
-      << markdownTable(tableCells(summaries, &MethodSummary::all));
+      << markdownTable(
+             tableCells(kTableColumns, summaries, &MethodSummary::excited, result.has_truth))
+      << "\n## All windows (" << windowsOf(summaries, &MethodSummary::all) << ")\n\n"
+      << markdownTable(tableCells(kTableColumns, summaries, &MethodSummary::all, result.has_truth));
+  if (!result.has_truth) {
+    out << "\nThere is no ground truth, so no error was computed: the tables tell what the methods "
+           "said.\n";
+  }
+  if (!info.method_notes.empty()) {
+    out << "\nVariants:\n\n";
+    for (const auto& [name, sentence] : info.method_notes) {
+      out << "- `" << name << "`: " << sentence << "\n";
+    }
+  }
+  writeAccepted(result, summaries, out);
+  writePictures(info, out);
   writeStatuses(summaries, out);
+  writePartial(summaries, out);
+  if (info.tracking.has_value()) writeTracking(*info.tracking, out);
+  if (!info.simulated.empty()) {
+    out << "\n## Simulated features\n\n";
+    for (std::size_t i = 0; i < info.simulated.size(); ++i) {
+      out << (i > 0 ? ", " : "") << info.simulated[i].first << " " << info.simulated[i].second;
+    }
+    out << ".\n";
+  }
   writeTimes(result, summaries, out);
   out << "\n## How to read this\n\n"
          "Every method saw the same windows, byte for byte. With s the scale of the Sim(3) "
@@ -440,11 +633,12 @@ std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
   return out.str();
 }
 
-std::string summaryTable(const std::vector<MethodSummary>& summaries) {
+std::string summaryTable(const ProtocolResult& result,
+                         const std::vector<MethodSummary>& summaries) {
   std::ostringstream out;
   for (const bool excited : {true, false}) {
     const Subset subset = excited ? &MethodSummary::excited : &MethodSummary::all;
-    const auto rows = tableCells(summaries, subset);
+    const auto rows = tableCells(kTableColumns, summaries, subset, result.has_truth);
     std::vector<std::size_t> widths(rows.front().size(), 0);
     for (const auto& row : rows) {
       for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
@@ -452,6 +646,7 @@ std::string summaryTable(const std::vector<MethodSummary>& summaries) {
     out << (excited ? "" : "\n")
         << plural(windowsOf(summaries, subset), excited ? "excited window" : "window")
         << (excited ? "" : " in all") << "\n";
+    if (windowsOf(summaries, subset) == 0) continue;
     for (const auto& row : rows) {
       for (std::size_t c = 0; c < row.size(); ++c) {
         const std::string padding(widths[c] - row[c].size(), ' ');
@@ -459,6 +654,18 @@ std::string summaryTable(const std::vector<MethodSummary>& summaries) {
       }
       out << "\n";
     }
+  }
+  out << "\nVerdicts, all windows\n";
+  std::size_t width = 0;
+  for (const MethodSummary& summary : summaries) width = std::max(width, summary.name.size());
+  for (const MethodSummary& summary : summaries) {
+    out << "  " << summary.name << std::string(width - summary.name.size() + 2, ' ');
+    const char* separator = "";
+    for (const auto& [status, count] : summary.all.statuses) {
+      out << separator << status << " " << count;
+      separator = ", ";
+    }
+    out << "\n";
   }
   return out.str();
 }

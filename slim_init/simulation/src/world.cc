@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "hull.h"
 #include "random.h"
 
 namespace slim_init::simulation {
@@ -40,62 +41,14 @@ const Style& styleOf(WorldKind kind) {
   return room;
 }
 
-constexpr double kMinSegment = 0.8;         // [m] before cutting at the surface's edge
-constexpr double kMinCutSegment = 0.3;      // [m] after it
-constexpr double kObstacleClearance = 0.7;  // [m] obstacle to path
-constexpr double kObstacleGap = 0.4;        // [m] between obstacles
-constexpr double kCorridorOverrun = 10.0;   // [m] beyond the path, so that there is always an ahead
-constexpr double kCorridorEyeHeight = 1.5;  // [m] of the path's middle above the floor
-constexpr double kCorridorHeight = 2.7;     // [m]
+constexpr double kMinSegment = 0.8;               // [m] before cutting at the surface's edge
+constexpr double kMinCutSegment = 0.3;            // [m] after it
+constexpr double kObstacleClearance = 0.7;        // [m] obstacle to path
+constexpr double kObstacleGap = 0.4;              // [m] between obstacles
 constexpr double kCorridorReferenceArea = 200.0;  // [m^2] of surface on 20 m of natural corridor
 // Leaves some thirty trackable points in view with the default count: textureless.
 constexpr double kCorridorPointShare = 0.0125;
 constexpr int kMaxTries = 200;  // draws for one obstacle; of one point or segment: a tenth
-
-struct Bounds {
-  Box box;
-  bool empty = true;
-};
-
-Bounds boundsOf(const std::vector<Eigen::Vector3d>& path) {
-  Bounds bounds;
-  for (const Eigen::Vector3d& p : path) {
-    if (!p.allFinite()) continue;
-    if (bounds.empty) bounds.box = {p, p};
-    bounds.empty = false;
-    bounds.box.min = bounds.box.min.cwiseMin(p);
-    bounds.box.max = bounds.box.max.cwiseMax(p);
-  }
-  return bounds;
-}
-
-// Axis of the longest horizontal extent; x, which the built-in motions face, where the extents are
-// much the same.
-int longAxis(const Box& box) {
-  const Eigen::Vector3d size = box.max - box.min;
-  constexpr double kClearlyLonger = 1.25;
-  constexpr double kStill = 0.1;  // [m] the wobble of a vehicle at rest has no direction
-  return size.y() > kClearlyLonger * size.x() + kStill ? 1 : 0;
-}
-
-Box makeHull(WorldKind kind, const Style& style, const Box& path) {
-  const Eigen::Vector3d center = 0.5 * (path.min + path.max);
-  Box hull{center - style.half_size, center + style.half_size};
-  if (kind == WorldKind::kCorridor) {
-    const int along = longAxis(path);
-    const int across = 1 - along;
-    hull.min[along] = path.min[along] - kCorridorOverrun;
-    hull.max[along] = path.max[along] + kCorridorOverrun;
-    hull.min[across] = center[across] - style.half_size.y();
-    hull.max[across] = center[across] + style.half_size.y();
-    hull.min.z() = center.z() - kCorridorEyeHeight;
-    hull.max.z() = hull.min.z() + kCorridorHeight;
-  }
-  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(style.path_margin);
-  hull.min = hull.min.cwiseMin(path.min - margin);
-  hull.max = hull.max.cwiseMax(path.max + margin);
-  return hull;
-}
 
 bool contains(const Box& box, const Eigen::Vector3d& p, double grow) {
   return (p.array() >= box.min.array() - grow).all() && (p.array() <= box.max.array() + grow).all();
@@ -369,10 +322,11 @@ bool parseWorldKind(const std::string& name, WorldKind* kind) {
 
 World makeWorld(const WorldOptions& options, const std::vector<Eigen::Vector3d>& path_w) {
   const Style& style = styleOf(options.kind);
-  const Box path = boundsOf(path_w).box;
+  const Box path = boundsOf(path_w);
 
   World world;
-  world.hull = makeHull(options.kind, style, path);
+  world.hull =
+      makeHull(options.kind == WorldKind::kCorridor, style.half_size, style.path_margin, path);
   world.obstacles = makeObstacles(style, world.hull, path_w, options.seed);
 
   double points = std::max(0, options.points);

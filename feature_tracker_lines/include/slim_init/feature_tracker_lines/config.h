@@ -8,29 +8,20 @@
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/options.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
 
 namespace slim_init::feature_tracker_lines {
 
-/// Front-end keys of the host's file, under the host's names.
-struct HostFrontEnd {
-  int max_cnt = 150;         ///< points tracked in one image
-  int min_dist = 30;         ///< [px] between two points
-  int freq = 10;             ///< [Hz] of published features; 0 is every image
-  double F_threshold = 1.0;  ///< [px] of the host's outlier rejection
-  bool equalize = true;      ///< histogram equalization before detection
-  bool fisheye = false;      ///< the host masks the image border
-};
-
 /// Everything a program needs to run an initializer on a rig.
 struct Config {
-  std::string method = "drt-l";  ///< a name of solverNames()
+  std::string method = "slim";  ///< a name of solverNames()
   InitializerOptions options;
   Calibration calibration;
   CameraParameters camera;
-  HostFrontEnd front_end;
-  bool estimate_td = false;  ///< the host estimates td itself; ours is its starting value
+  FrontEndOptions front_end;  ///< the host's own keys are in front_end.host
+  bool estimate_td = false;   ///< the host estimates td itself; ours is its starting value
   std::string imu_topic;
   std::string image_topic;
   /// What the reader should know, one sentence each; nothing here is an error.
@@ -40,7 +31,7 @@ struct Config {
 /// One of our keys. `key` is the path below `slim_init:`, e.g. "window.keyframes".
 struct ConfigKey {
   std::string key;
-  std::variant<int*, double*, bool*, std::string*, GateMode*> field;
+  std::variant<int*, double*, bool*, std::string*, GateMode*, TrackerProfile*> field;
   std::string unit;    ///< "" where there is none
   std::string reason;  ///< what it does and why the default is what it is
 };

@@ -48,6 +48,18 @@ struct WindowMetrics {
   bool success() const { return computed() && scale_error < kSuccessScaleError; }
 };
 
+/// Errors of what a method knows although it found no trajectory, of a window that stands still for
+/// example. NaN where it did not say.
+struct PartialMetrics {
+  double gravity_error_deg = kNotComputed;
+  double gyro_bias_err_pct = kNotComputed;
+  double gyro_bias_vec_err = kNotComputed;  ///< [rad/s]
+};
+
+/// Gravity and gyro bias of an answer without states; as in WindowMetrics. Nothing for an answer
+/// with states, nor without truth.
+PartialMetrics evaluatePartial(const InitResult& result, const std::vector<NavState>& truth);
+
 /// Compares an estimate with the truth at the same keyframes; the true gyro bias is the mean over
 /// them. A value that is not finite on either side makes the whole window fail.
 WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavState>& truth);

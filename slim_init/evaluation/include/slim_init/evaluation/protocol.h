@@ -20,6 +20,10 @@ struct ProtocolOptions {
   int stride = 10;       ///< images between the starts of two trials; 10 as in the paper (V-C)
   int max_windows = 0;   ///< stop after this many windows; 0: no limit
   WindowOptions window;  ///< a window counts when it holds window.keyframes keyframes
+  /// Anytime protocol: every trial hands windows of first_keyframes, first_keyframes + 1, ..,
+  /// window.keyframes keyframes to a method until it accepts one; that answer counts, or else the
+  /// last. 0: windows of window.keyframes only.
+  int first_keyframes = 0;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -30,18 +34,22 @@ struct MethodRecord {
   InitStatus status = InitStatus::kInvalidInput;
   std::string message;
   bool attempted = false;  ///< an estimate was returned, whatever its verdict
+  int keyframes = 0;       ///< of the window answered; fewer than WindowRecord's where it accepted
+  double data_s = 0.0;     ///< first to last keyframe of that window [s]
   WindowMetrics metrics;
+  PartialMetrics partial;  ///< of an answer without an estimate
   double scale_sigma = kNotComputed;
   std::vector<GateValue> gates;
   int point_tracks = 0;
   int line_tracks = 0;
-  double solve_ms = kNotComputed;  ///< wall time of solve(), measured around the call
+  double solve_ms = kNotComputed;  ///< wall time of that solve(), measured around the call
   std::vector<StageTime> stages;   ///< as the method reports them
 
   bool accepted() const { return status == InitStatus::kSuccess; }
 };
 
-/// One window and every method's answer, in the order of ProtocolResult::methods.
+/// One window (the longest of its trial) and every method's answer, in the order of
+/// ProtocolResult::methods.
 struct WindowRecord {
   int trial = 0;                ///< the trial starts at image trial * stride
   double t_start = 0.0;         ///< first keyframe, IMU clock of the sequence [s]
@@ -49,6 +57,8 @@ struct WindowRecord {
   double duration_s = 0.0;      ///< first to last keyframe
   int keyframes = 0;
   Excitation excitation;
+  /// True position of the body at the first keyframe [m]; NaN without truth.
+  Eigen::Vector3d p_w_b = Eigen::Vector3d::Constant(kNotComputed);
   std::vector<MethodRecord> methods;
 };
 
@@ -69,6 +79,8 @@ struct ProtocolResult {
   std::vector<WindowRecord> windows;
   ProtocolCounts counts;
   std::string first_refusal;  ///< sentence of the first trial counted as invalid
+  int first_keyframes = 0;    ///< of the anytime protocol; 0 without it
+  bool has_truth = true;      ///< false: no error of any window was computed
   WindowCounts dropped;       ///< messages and observations rejected on the way, over all windows
 };
 
@@ -76,7 +88,8 @@ struct ProtocolResult {
 using ProgressCallback = std::function<void(int done, int total)>;
 
 /// Runs every solver on the windows of a sequence: a trial every `stride` images, each cut once
-/// from a fresh KeyframeWindow and handed to every solver in turn, on one thread. Returns an empty
+/// from a fresh KeyframeWindow and handed to every solver in turn, on one thread. A trial whose
+/// data end before its longest window is full does not count, for any method. Returns an empty
 /// string, or a sentence when options or sequence cannot be used.
 std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
                         const ProtocolOptions& options, const ProgressCallback& progress,

@@ -19,7 +19,9 @@ enum class ReadError {
   kBadValue,     ///< NaN or infinity, quaternion that is no rotation
   kOutOfOrder,   ///< time not after the one before (duplicates included)
   kTooFewRows,
-  kNoOverlap,  ///< no image within both the IMU data and the ground truth
+  kNoOverlap,     ///< no image within both the IMU data and the ground truth
+  kMissingTopic,  ///< the bag has no such topic, or one of another type
+  kNotSupported,  ///< this build lacks the library that could read it
 };
 
 /// Outcome of reading: kNone, or the error and one sentence naming file, line, column and value.

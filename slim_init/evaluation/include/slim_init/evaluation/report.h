@@ -5,14 +5,26 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "slim_init/evaluation/protocol.h"
+#include "slim_init/evaluation/sequence.h"
 
 namespace slim_init::evaluation {
+
+/// Gravity and gyro bias of windows with one status and without an estimate.
+struct PartialSummary {
+  int windows = 0;  ///< with a gravity or a gyro bias
+  double gravity_median_deg = kNotComputed;
+  double gravity_max_deg = kNotComputed;
+  double gyro_bias_median_pct = kNotComputed;
+  double gyro_bias_max_pct = kNotComputed;
+  double gyro_bias_vec_rmse = kNotComputed;  ///< [rad/s]
+};
 
 /// One method over one set of windows. A number that does not exist (no successful window, say) is
 /// NaN here and null or empty in the files.
@@ -20,7 +32,7 @@ struct SubsetSummary {
   int windows = 0;    ///< windows with truth
   int attempted = 0;  ///< windows with an estimate, whatever its verdict
   int success = 0;    ///< attempted windows with |s - 1| < 0.5, whatever the verdict
-  double success_rate = kNotComputed;  ///< success / windows
+  double success_rate = kNotComputed;  ///< success / windows; NaN without truth
 
   // Over successful windows.
   double scale_rmse = kNotComputed;
@@ -42,11 +54,22 @@ struct SubsetSummary {
   double accepted_within_0_1_rate = kNotComputed;  ///< of accepted
   double accepted_within_0_5_rate = kNotComputed;  ///< of accepted
   double accepted_scale_error_max = kNotComputed;
+  double accepted_rate = kNotComputed;              ///< of windows
+  double accepted_scale_rmse = kNotComputed;        ///< whatever the errors are
+  double accepted_scale_median = kNotComputed;      ///< likewise
+  double accepted_gravity_rmse_deg = kNotComputed;  ///< likewise
+  double accepted_velocity_rmse = kNotComputed;     ///< likewise [m/s]
+  double accept_s_median = kNotComputed;  ///< data from first to last keyframe at acceptance [s]
+  double accept_s_p90 = kNotComputed;     ///< likewise, 90 % quantile
+  double accept_keyframes_median = kNotComputed;
 
   int waiting = 0;                      ///< isWait(status)
   int refused = 0;                      ///< isRefused(status)
   int failed = 0;                       ///< invalid input or numerical failure
   std::map<std::string, int> statuses;  ///< windows by status name; names that occur
+
+  /// What was known in windows without an estimate, by name of the status; names with a number.
+  std::map<std::string, PartialSummary> partial;
 
   // Over attempted windows: an early "wait" is no fast solution.
   double solve_ms_median = kNotComputed;
@@ -64,13 +87,25 @@ std::vector<MethodSummary> summarize(const ProtocolResult& result);
 
 using OptionValue = std::variant<std::int64_t, double, std::string, std::vector<std::string>>;
 
+/// A number with a name, for a table of counts.
+using NamedCount = std::pair<std::string, std::int64_t>;
+
 /// What was run, for the reader of the files.
 struct RunInfo {
+  std::string version;  ///< of the program
+  std::string commit;   ///< of its source, where known
   std::string dataset;
   std::string command;
-  std::string gyro_bias_truth;  ///< "recorded", "fitted" or "simulated"
+  std::string gyro_bias_truth;  ///< "recorded", "fitted", "simulated" or "none"
   std::vector<std::pair<std::string, OptionValue>> options;
   std::vector<std::string> notes;
+  std::optional<TrackingSummary> tracking;  ///< where the features come from images
+  std::vector<NamedCount> simulated;        ///< what was simulated; empty with images
+  /// What a method of that name is, one sentence each; empty: the names speak for themselves.
+  std::vector<std::pair<std::string, std::string>> method_notes;
+  /// Files of pictures in the report's folder, with a title each.
+  std::vector<std::pair<std::string, std::string>> pictures;
+  std::string picture_note;  ///< a sentence where there are none
 };
 
 /// The files as text.
@@ -81,8 +116,14 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
 std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
                            const std::vector<MethodSummary>& summaries);
 
-/// The main table for a terminal, one block per subset.
-std::string summaryTable(const std::vector<MethodSummary>& summaries);
+/// The main table for a terminal, one block per subset, and the verdicts.
+std::string summaryTable(const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
+
+/// Writes report.md alone, for example when its pictures have been drawn from windows.csv. Returns
+/// an empty string, or a sentence naming the file.
+std::string writeReportPage(const std::string& directory, const RunInfo& info,
+                            const ProtocolResult& result,
+                            const std::vector<MethodSummary>& summaries);
 
 /// Makes `directory` with its parents. Returns an empty string, or a sentence naming the path.
 std::string makeReportDirectory(const std::string& directory);

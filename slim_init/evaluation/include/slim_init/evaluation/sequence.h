@@ -2,12 +2,37 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "slim_init/result.h"
 #include "slim_init/types.h"
 
 namespace slim_init::evaluation {
+
+/// What a front end made of the images of a recording. Numbers per tracked image are medians over
+/// the images unless they say otherwise; NaN without images.
+struct TrackingSummary {
+  int images = 0;               ///< of the recording
+  int tracked = 0;              ///< a frame came out
+  int outside_imu = 0;          ///< before the first or after the last IMU sample: left out
+  int unreadable = 0;           ///< could not be read or decoded
+  int refused = 0;              ///< the front end did not take them: wrong size
+  std::string first_problem;    ///< sentence of the first image unreadable or refused
+  int images_without_gyro = 0;  ///< tracked without a rotation from the gyro
+  int images_with_vp = 0;       ///< a dominant vanishing point was found
+  double points = kNotComputed;
+  double points_p10 = kNotComputed;      ///< 10 % quantile
+  double points_carried = kNotComputed;  ///< with an id of the image before
+  double lines = kNotComputed;
+  double lines_p10 = kNotComputed;
+  double lines_carried = kNotComputed;
+  double total_ms_median = kNotComputed;    ///< of the front end; reading the image is not in it
+  double total_ms_p90 = kNotComputed;       ///< 90 % quantile
+  std::vector<StageTime> stages_ms_median;  ///< as the front end names them
+  std::string line_detector;
+};
 
 /// One sequence ready for evaluation: what the sensors said and what was true.
 struct Sequence {
@@ -19,8 +44,11 @@ struct Sequence {
   /// Truth at the instant of frames[i] (frames[i].t + calibration.td on the IMU clock), one entry
   /// per frame; t is NaN where there is none.
   std::vector<NavState> truth;
+  /// False: there is no truth at all. Windows are solved all the same, and no error is computed.
+  bool has_truth = true;
   bool has_gyro_bias_truth = false;  ///< else truth[].gyro_bias was fitted to gyro and orientation
-  std::vector<std::string> notes;    ///< what the reader of a report must know about the data
+  std::optional<TrackingSummary> tracking;  ///< where the features come from images
+  std::vector<std::string> notes;  ///< what the reader of a report must know about the data
 };
 
 }  // namespace slim_init::evaluation

@@ -1,0 +1,147 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "corner_detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace slim_init::feature_tracker_lines {
+namespace {
+
+constexpr int kCellPx = 48;
+constexpr int kHalfBlock = kCornerBlock / 2;
+// Of a derivative as OpenCV leaves it: Scharr's 3, 10, 3 over two pixels.
+constexpr float kDerivativeUnit = 1.0F / 32.0F;
+
+// Free pixels among every fourth: enough to say whether looking is worth it.
+bool hasRoom(const cv::Mat& mask, const cv::Rect& area) {
+  int free = 0, seen = 0;
+  for (int y = area.y + 2; y < area.br().y; y += 4) {
+    const uchar* row = mask.ptr<uchar>(y);
+    for (int x = area.x + 2; x < area.br().x; x += 4, ++seen) free += row[x] != 0 ? 1 : 0;
+  }
+  return 8 * free > seen;
+}
+
+}  // namespace
+
+CornerDetector::CornerDetector(cv::Size image_size, double min_distance_px, double border_px)
+    : min_distance_(static_cast<int>(std::ceil(min_distance_px))) {
+  const int border = static_cast<int>(std::ceil(border_px));
+  const cv::Rect usable(border, border, image_size.width - 2 * border,
+                        image_size.height - 2 * border);
+  for (int y = usable.y; y < usable.br().y; y += kCellPx) {
+    for (int x = usable.x; x < usable.br().x; x += kCellPx) {
+      cells_.push_back({cv::Rect(x, y, kCellPx, kCellPx) & usable, -1});
+    }
+  }
+}
+
+void CornerDetector::reset() {
+  calls_ = 0;
+  for (Cell& cell : cells_) cell.last_seen = -1;
+}
+
+// Appends the local maxima in `area` that are free, strong enough and no edges.
+void CornerDetector::searchCell(const cv::Mat& derivative, const cv::Mat& mask,
+                                const cv::Rect& area, float min_eigenvalue,
+                                std::vector<Corner>* found) {
+  // Responses are needed one pixel around, derivatives half a block more: up to three pixels past
+  // the edge of the area, which the padding of the pyramid covers.
+  const int rows = area.height + 2, cols = area.width + 2;
+  const int wide_rows = rows + 2 * kHalfBlock, wide_cols = cols + 2 * kHalfBlock;
+  // Sums along the rows of xx, xy and yy: a plane each.
+  const auto plane = static_cast<std::size_t>(cols) * static_cast<std::size_t>(wide_rows);
+  sums_.resize(3 * plane);
+  products_.resize(3 * static_cast<std::size_t>(wide_cols));
+  const auto stride = static_cast<std::ptrdiff_t>(derivative.step1());
+  for (int j = 0; j < wide_rows; ++j) {
+    const short* d = derivative.ptr<short>(0) + (area.y - 1 - kHalfBlock + j) * stride +
+                     2 * (area.x - 1 - kHalfBlock);
+    float* xx = products_.data();
+    float* xy = xx + wide_cols;
+    float* yy = xy + wide_cols;
+    for (int i = 0; i < wide_cols; ++i) {
+      const float gx = kDerivativeUnit * static_cast<float>(d[2 * i]);
+      const float gy = kDerivativeUnit * static_cast<float>(d[2 * i + 1]);
+      xx[i] = gx * gx;
+      xy[i] = gx * gy;
+      yy[i] = gy * gy;
+    }
+    for (int p = 0; p < 3; ++p) {
+      const float* from = products_.data() + p * wide_cols;
+      float* to = sums_.data() + static_cast<std::size_t>(p) * plane + j * cols;
+      static_assert(kCornerBlock == 5, "five terms below");
+      for (int i = 0; i < cols; ++i) {
+        to[i] = from[i] + from[i + 1] + from[i + 2] + from[i + 3] + from[i + 4];
+      }
+    }
+  }
+  responses_.resize(static_cast<std::size_t>(cols) * static_cast<std::size_t>(rows));
+  constexpr float kMean = 1.0F / (kCornerBlock * kCornerBlock);
+  constexpr auto kRatio = static_cast<float>(kLeastCornerRatio);
+  const auto column = [cols](const float* s) {
+    return s[0] + s[cols] + s[2 * cols] + s[3 * cols] + s[4 * cols];
+  };
+  for (int j = 0; j < rows; ++j) {
+    const float* xx = sums_.data() + j * cols;
+    const float* xy = xx + plane;
+    const float* yy = xy + plane;
+    float* response = responses_.data() + j * cols;
+    for (int i = 0; i < cols; ++i) {
+      const float a = column(xx + i), b = column(xy + i), c = column(yy + i);
+      const float half_trace = 0.5F * (a + c);
+      const float root = std::sqrt(0.25F * (a - c) * (a - c) + b * b);
+      const float smaller = half_trace - root, larger = half_trace + root;
+      response[i] = smaller > kRatio * larger ? kMean * smaller : 0.0F;
+    }
+  }
+  for (int j = 1; j + 1 < rows; ++j) {
+    const float* here = responses_.data() + j * cols;
+    const float* above = here - cols;
+    const float* below = here + cols;
+    const uchar* free = mask.ptr<uchar>(area.y + j - 1) + area.x - 1;
+    for (int i = 1; i + 1 < cols; ++i) {
+      const float value = here[i];
+      if (!(value > min_eigenvalue) || free[i] == 0) continue;
+      // Of equals (a flat top) the first in reading order.
+      if (value > above[i - 1] && value > above[i] && value > above[i + 1] && value > here[i - 1] &&
+          value >= here[i + 1] && value >= below[i - 1] && value >= below[i] &&
+          value >= below[i + 1]) {
+        found->push_back({value, area.x + i - 1, area.y + j - 1});
+      }
+    }
+  }
+}
+
+void CornerDetector::detect(const cv::Mat& derivative, double min_eigenvalue, int count,
+                            int max_cells, cv::Mat* mask, std::vector<cv::Point2f>* corners) {
+  if (count <= 0) return;
+  ++calls_;
+  std::vector<Cell*> order;
+  for (Cell& cell : cells_) {
+    if (hasRoom(*mask, cell.area)) order.push_back(&cell);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Cell* a, const Cell* b) { return a->last_seen < b->last_seen; });
+  if (static_cast<int>(order.size()) > max_cells) order.resize(static_cast<std::size_t>(max_cells));
+
+  std::vector<Corner> found;
+  for (Cell* cell : order) {
+    cell->last_seen = calls_;
+    searchCell(derivative, *mask, cell->area, static_cast<float>(min_eigenvalue), &found);
+  }
+  std::sort(found.begin(), found.end(), [](const Corner& a, const Corner& b) {
+    if (a.eigenvalue != b.eigenvalue) return a.eigenvalue > b.eigenvalue;
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  });
+  for (const Corner& corner : found) {
+    if (count <= 0) break;
+    if (mask->at<uchar>(corner.y, corner.x) == 0) continue;
+    corners->emplace_back(static_cast<float>(corner.x), static_cast<float>(corner.y));
+    cv::circle(*mask, cv::Point(corner.x, corner.y), min_distance_, cv::Scalar(0), cv::FILLED);
+    --count;
+  }
+}
+
+}  // namespace slim_init::feature_tracker_lines

@@ -1,0 +1,19 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "line_tracker.h"
+#include "point_tracker.h"
+#include "structure/vanishing_point.h"
+
+namespace slim_init::feature_tracker_lines {
+
+/// ImageFrontEnd::debugImage(). `grey` CV_8UC1; `vp.inliers` are indices into `lines`; `detected`
+/// are the detector's segments [px].
+cv::Mat drawDebugImage(const cv::Mat& grey, const Camera& camera,
+                       const std::vector<PointTrack>& points, const std::vector<LineTrack>& lines,
+                       const std::vector<cv::Vec4f>& detected, const VanishingPoint& vp);
+
+}  // namespace slim_init::feature_tracker_lines

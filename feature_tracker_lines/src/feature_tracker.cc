@@ -1,0 +1,196 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "feature_tracker.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "debug_image.h"
+#include "stopwatch.h"
+
+namespace slim_init::feature_tracker_lines {
+namespace {
+
+constexpr double kRadPerDeg = 0.017453292519943295;
+// VINS-Mono's constants.
+constexpr double kClaheLimit = 3.0;
+constexpr int kClaheTiles = 8;
+// An axis out of sight for so many images is forgotten: its prediction has drifted away.
+constexpr int kAxisMemory = 100;
+constexpr std::size_t kMaxAxes = 8;
+// Length of its lines by which another axis has to beat the one that is followed.
+constexpr double kStrongerAxis = 1.5;
+
+double supportOf(const std::vector<LineSighting>& lines, const VanishingPoint& vp) {
+  double length = 0.0;
+  for (const int k : vp.inliers) length += lines[static_cast<std::size_t>(k)].length_px;
+  return length;
+}
+
+}  // namespace
+
+FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options,
+                               double sigma_line_rad)
+    : camera_(camera),
+      options_(options),
+      sigma_line_rad_(sigma_line_rad),
+      points_(camera, options),
+      lines_(camera, options) {}
+
+void FeatureTracker::reset() {
+  points_.reset();
+  lines_.reset();
+  before_ = ImagePyramid();
+  now_ = ImagePyramid();
+  axes_.clear();
+  vp_ = VanishingPoint();
+}
+
+void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& prior,
+                           FrameObservation* frame, FrontEndReport* report) {
+  const bool as_vins = options_.profile == TrackerProfile::kVins;
+  Stopwatch watch;
+  std::swap(before_, now_);
+  if (as_vins && options_.host.equalize) {
+    cv::createCLAHE(kClaheLimit, cv::Size(kClaheTiles, kClaheTiles))->apply(grey, equalized_);
+  }
+  buildImagePyramid(as_vins && options_.host.equalize ? equalized_ : grey,
+                    as_vins ? 21 : options_.points.window_px,
+                    std::max(as_vins ? 3 : options_.points.levels, 1), &now_);
+  report->image_noise = now_.noise;
+  report->stages.push_back({"prepare", watch.lap()});
+
+  points_.track(t, before_, now_, prior, report);
+  report->stages.push_back({"points", watch.lap()});
+
+  if (options_.lines.enabled) {
+    lines_.track(before_, now_, prior, points_, report);
+    report->stages.push_back({"lines", watch.lap()});
+    trackVanishingPoint(prior, report);
+    report->stages.push_back({"vanishing_point", watch.lap()});
+  }
+
+  frame->points.clear();
+  for (const PointTrack& track : points_.tracks()) {
+    PointObservation point;
+    point.id = track.id;
+    point.bearing = track.bearing;
+    point.pixel = Eigen::Vector2d(track.pixel.x, track.pixel.y);
+    frame->points.push_back(point);
+  }
+  frame->lines.clear();
+  for (const LineTrack& track : lines_.tracks()) {
+    LineObservation line;
+    line.id = track.id;
+    line.start_bearing = track.edge.start;
+    line.end_bearing = track.edge.end;
+    line.start_pixel = track.edge.start_pixel;
+    line.end_pixel = track.edge.end_pixel;
+    line.length_px = track.edge.length_px;
+    line.detection_confidence = track.confidence;
+    line.match_quality = track.match_quality;
+    frame->lines.push_back(line);
+  }
+}
+
+// The vanishing point of the lines that may meet in `predicted`.
+VanishingPoint FeatureTracker::estimateNear(const std::vector<LineSighting>& lines,
+                                            const Eigen::Vector3d& predicted) const {
+  VanishingPointOptions near = options_.vanishing_point;
+  near.min_inliers = std::max(2, near.min_inliers / 2);  // fewer meet there by chance
+  const double largest = std::sin(near.vote_threshold_deg * kRadPerDeg);
+  std::vector<LineSighting> chosen;
+  std::vector<int> index;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    if (std::abs(lines[k].normal.dot(predicted)) > largest) continue;
+    chosen.push_back(lines[k]);
+    index.push_back(static_cast<int>(k));
+  }
+  VanishingPoint vp = estimateVanishingPoint(chosen, sigma_line_rad_, near);
+  for (int& line : vp.inliers) line = index[static_cast<std::size_t>(line)];
+  if (vp.found &&
+      std::abs(vp.direction.dot(predicted)) < std::cos(near.match_threshold_deg * kRadPerDeg)) {
+    vp.found = false;
+  }
+  return vp;
+}
+
+void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, FrontEndReport* report) {
+  const VanishingPointOptions& o = options_.vanishing_point;
+  std::vector<LineSighting> sightings;
+  for (const LineTrack& track : lines_.tracks()) {
+    LineSighting sighting;
+    sighting.start_bearing = track.edge.start;
+    sighting.end_bearing = track.edge.end;
+    sighting.normal = track.edge.normal();
+    sighting.length_px = track.edge.length_px;
+    sighting.detection_confidence = track.confidence;
+    sighting.match_quality = track.match_quality;
+    sightings.push_back(sighting);
+  }
+  const int last_id = vp_.track_id, last_age = vp_.age;
+  for (Axis& axis : axes_) {
+    axis.direction = prior.R_now_before * axis.direction;
+    ++axis.unseen;
+  }
+  axes_.erase(std::remove_if(axes_.begin(), axes_.end(),
+                             [](const Axis& axis) { return axis.unseen > kAxisMemory; }),
+              axes_.end());
+  vp_ = estimateVanishingPoint(sightings, sigma_line_rad_, o);
+
+  // Of two axes about as strong now the one and now the other wins by a line; the one that is
+  // followed stays until another is clearly stronger.
+  if (last_id >= 0 && !axes_.empty() && axes_.front().id == last_id) {
+    VanishingPoint same = estimateNear(sightings, axes_.front().direction);
+    if (same.found &&
+        (!vp_.found || supportOf(sightings, vp_) < kStrongerAxis * supportOf(sightings, same))) {
+      vp_ = std::move(same);
+    }
+  }
+  if (!vp_.found) {
+    // Still followed: one image without it is no reason to change over.
+    vp_.track_id = last_id;
+    vp_.age = 0;
+    return;
+  }
+
+  const double least_cosine = std::cos(o.match_threshold_deg * kRadPerDeg);
+  auto nearest = axes_.end();
+  double largest = least_cosine;
+  for (auto axis = axes_.begin(); axis != axes_.end(); ++axis) {
+    const double cosine = std::abs(axis->direction.dot(vp_.direction));
+    if (cosine < largest) continue;
+    largest = cosine;
+    nearest = axis;
+  }
+  Axis axis;
+  if (nearest == axes_.end()) {
+    axis.id = next_axis_++;
+  } else {
+    axis.id = nearest->id;
+    axes_.erase(nearest);
+  }
+  axis.direction = vp_.direction;
+  axes_.insert(axes_.begin(), axis);
+  if (axes_.size() > kMaxAxes) axes_.pop_back();
+  vp_.track_id = axis.id;
+  vp_.age = axis.id == last_id ? last_age + 1 : 1;
+
+  report->vp_found = true;
+  report->vp_direction = vp_.direction;
+  report->vp_sigma_rad = std::sqrt(std::max(
+      0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(vp_.covariance, Eigen::EigenvaluesOnly)
+               .eigenvalues()[2]));
+  report->vp_inliers = static_cast<int>(vp_.inliers.size());
+  report->vp_track_id = vp_.track_id;
+  report->vp_age = vp_.age;
+}
+
+cv::Mat FeatureTracker::debugImage() const {
+  if (now_.empty()) return {};
+  return drawDebugImage(now_.level(0), camera_, points_.tracks(), lines_.tracks(),
+                        lines_.detected(), vp_);
+}
+
+}  // namespace slim_init::feature_tracker_lines

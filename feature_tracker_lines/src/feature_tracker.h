@@ -1,0 +1,67 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Points, lines and the dominant vanishing point of one image after another.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "image_pyramid.h"
+#include "line_tracker.h"
+#include "point_tracker.h"
+#include "rotation_prior.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/image_front_end.h"
+#include "slim_init/feature_tracker_lines/options.h"
+#include "slim_init/types.h"
+#include "structure/vanishing_point.h"
+
+namespace slim_init::feature_tracker_lines {
+
+/// Image and rotation in, observations out. Pyramids are built once per image and shared.
+class FeatureTracker {
+ public:
+  /// `sigma_line_rad`: standard deviation of a line's end across it, for the covariance of the
+  /// vanishing point [rad].
+  FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options,
+                 double sigma_line_rad);
+
+  /// Tracks into `grey` (CV_8UC1, of the camera's size). `prior` is the rotation since the image
+  /// before. Fills points and lines of `frame`, and what concerns this image of `report`.
+  void track(double t, const cv::Mat& grey, const RotationPrior& prior, FrameObservation* frame,
+             FrontEndReport* report);
+
+  const char* lineDetectorName() const { return lines_.detectorName(); }
+
+  /// See ImageFrontEnd::debugImage().
+  cv::Mat debugImage() const;
+
+  /// Forgets everything but the ids.
+  void reset();
+
+ private:
+  VanishingPoint estimateNear(const std::vector<LineSighting>& lines,
+                              const Eigen::Vector3d& predicted) const;
+  void trackVanishingPoint(const RotationPrior& prior, FrontEndReport* report);
+
+  Camera camera_;
+  FrontEndOptions options_;
+  double sigma_line_rad_;
+  PointTracker points_;
+  LineTracker lines_;
+  ImagePyramid before_, now_;
+  cv::Mat equalized_;
+
+  // Axes seen so far: their direction in the camera now, most recent first.
+  struct Axis {
+    int id = 0;
+    int unseen = 0;  // images
+    Eigen::Vector3d direction;
+  };
+  std::vector<Axis> axes_;
+  int next_axis_ = 0;
+  VanishingPoint vp_;
+};
+
+}  // namespace slim_init::feature_tracker_lines

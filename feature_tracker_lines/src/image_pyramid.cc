@@ -1,0 +1,56 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "image_pyramid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/video/tracking.hpp>
+
+namespace slim_init::feature_tracker_lines {
+namespace {
+
+constexpr int kBlock = 16;
+// Every other block in both directions: a quarter of the pixels tells the noise as well.
+constexpr int kBlockStep = 2 * kBlock;
+constexpr int kDark = 3, kBright = 252;  // beyond, the sensor clips
+
+}  // namespace
+
+void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, ImagePyramid* out) {
+  // Not the input's memory: the caller may use it again for the next image.
+  out->max_level =
+      cv::buildOpticalFlowPyramid(grey, out->pyramid, cv::Size(window_px, window_px), levels, true,
+                                  cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT, false);
+  out->noise = measureNoise(grey);
+}
+
+double measureNoise(const cv::Mat& grey) {
+  std::vector<double> variances;
+  for (int y0 = 1; y0 + kBlock < grey.rows; y0 += kBlockStep) {
+    for (int x0 = 1; x0 + kBlock < grey.cols; x0 += kBlockStep) {
+      int sum = 0, sum_squares = 0, darkest = 255, brightest = 0;
+      for (int y = y0; y < y0 + kBlock; ++y) {
+        const uchar* above = grey.ptr<uchar>(y - 1) + x0;
+        const uchar* here = grey.ptr<uchar>(y) + x0;
+        const uchar* below = grey.ptr<uchar>(y + 1) + x0;
+        for (int x = 0; x < kBlock; ++x) {
+          const int response = 4 * here[x] - 2 * (above[x] + below[x] + here[x - 1] + here[x + 1]) +
+                               above[x - 1] + above[x + 1] + below[x - 1] + below[x + 1];
+          sum += response;
+          sum_squares += response * response;
+          darkest = std::min<int>(darkest, here[x]);
+          brightest = std::max<int>(brightest, here[x]);
+        }
+      }
+      if (darkest < kDark || brightest > kBright) continue;
+      constexpr double kCount = kBlock * kBlock;
+      variances.push_back(sum_squares / kCount - (sum / kCount) * (sum / kCount));
+    }
+  }
+  if (variances.empty()) return kLeastNoise;
+  const auto tenth = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 10);
+  std::nth_element(variances.begin(), tenth, variances.end());
+  // The filter's coefficients have a sum of squares of 36.
+  return std::max(std::sqrt(*tenth) / 6.0, kLeastNoise);
+}
+
+}  // namespace slim_init::feature_tracker_lines

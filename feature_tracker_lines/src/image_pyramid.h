@@ -1,0 +1,37 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What points and lines share of an image: its pyramid, built once, and its noise.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace slim_init::feature_tracker_lines {
+
+/// An image, its pyramid with derivatives and the noise of its pixels.
+struct ImagePyramid {
+  /// As cv::buildOpticalFlowPyramid() makes it, with derivatives: image and derivative of every
+  /// level in turn. Each is padded, so that KLT windows may reach over the edge.
+  std::vector<cv::Mat> pyramid;
+  int max_level = 0;   ///< last level there is; small images have few
+  double noise = 0.0;  ///< standard deviation of the pixel noise [grey levels]
+
+  bool empty() const { return pyramid.empty(); }
+  /// Scharr derivatives of level 0 (CV_16SC2), 32 times those per pixel.
+  const cv::Mat& derivative() const { return pyramid[1]; }
+  /// Level 0 is the image itself (CV_8UC1); a pixel (x, y) of level l lies at (x, y) 2^l of it.
+  const cv::Mat& level(int l) const { return pyramid[static_cast<std::size_t>(2 * l)]; }
+};
+
+/// Builds the pyramid of a CV_8UC1 image for KLT windows of up to `window_px`; copies the image.
+void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, ImagePyramid* out);
+
+/// Standard deviation of the pixel noise [grey levels], at least kLeastNoise: the tenth percentile
+/// over image blocks of the response to a filter that no linear or bilinear brightness passes
+/// (Immerkaer 1996). Saturated blocks have no noise to tell and are left out.
+double measureNoise(const cv::Mat& grey);
+
+/// Rounding to whole grey levels alone is 0.29.
+inline constexpr double kLeastNoise = 0.3;
+
+}  // namespace slim_init::feature_tracker_lines

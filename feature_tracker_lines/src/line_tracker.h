@@ -1,0 +1,76 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Follows straight edges from image to image: predicted by KLT of points on them, confirmed by a
+// detector, refitted to the edge.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "edge_fit.h"
+#include "image_pyramid.h"
+#include "line_detector.h"
+#include "point_tracker.h"
+#include "rotation_prior.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/image_front_end.h"
+#include "slim_init/feature_tracker_lines/options.h"
+#include "slim_init/types.h"
+
+namespace slim_init::feature_tracker_lines {
+
+/// A tracked line.
+struct LineTrack {
+  FeatureId id = -1;
+  int age = 1;     ///< images it was seen in
+  int missed = 0;  ///< images in a row without a detection, this one included
+  Edge edge;
+  double confidence = 1.0;     ///< LineObservation::detection_confidence
+  double match_quality = 1.0;  ///< LineObservation::match_quality
+  /// Change of the normal since the image before beyond what the rotation explains; from age 2 on.
+  Eigen::Vector3d normal_drift = Eigen::Vector3d::Zero();
+};
+
+/// Detects and follows lines.
+class LineTracker {
+ public:
+  LineTracker(const CameraParameters& camera, const FrontEndOptions& options);
+
+  /// Tracks from `before` (empty for the first image) to `now`. `points` have been tracked to `now`
+  /// already: their motion predicts that of new lines. Writes the line part of `report`.
+  void track(const ImagePyramid& before, const ImagePyramid& now, const RotationPrior& prior,
+             const PointTracker& points, FrontEndReport* report);
+
+  /// Current lines; those kept longest and the longest first.
+  const std::vector<LineTrack>& tracks() const { return tracks_; }
+
+  /// Segments of the detector in the last image [px], for display.
+  const std::vector<cv::Vec4f>& detected() const { return detected_; }
+
+  const char* detectorName() const { return detector_->name(); }
+
+  /// Ids go on counting.
+  void reset();
+
+ private:
+  struct Segment;
+  struct Prediction;
+
+  std::vector<Segment> detect(const ImagePyramid& now);
+  std::vector<Prediction> predict(const ImagePyramid& before, const ImagePyramid& now,
+                                  const RotationPrior& prior, const PointTracker& points) const;
+  bool isSameLine(const Edge& a, const Edge& b, double max_distance_px) const;
+
+  Camera camera_;
+  FrontEndOptions options_;
+  double focal_px_ = 0.0;
+  std::unique_ptr<LineDetector> detector_;
+  std::vector<LineTrack> tracks_;
+  std::vector<cv::Vec4f> detected_;
+  cv::Mat half_;
+  FeatureId next_id_ = 0;
+};
+
+}  // namespace slim_init::feature_tracker_lines

@@ -1,0 +1,164 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "patch_anchor.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace slim_init::feature_tracker_lines {
+namespace {
+
+constexpr int kHalf = PatchAnchor::kSide / 2;
+constexpr int kIterations = 6;
+constexpr double kConvergedPx = 0.03;  // a step; what is left after it is far less
+constexpr double kMaxShiftPx = 3.0;
+// Expected size of what deform() does not know of, at the patch's edge as a share of its half side.
+constexpr double kDeformationSigma = 0.03;
+constexpr double kLeastContrast = 1.0;  // [grey levels]
+constexpr double kLeastRatio = 0.08;    // weaker to stronger direction; an edge has less
+
+}  // namespace
+
+bool PatchAnchor::sample(const cv::Mat& grey, const Eigen::Vector2d& centre,
+                         const Eigen::Matrix2d& affine, Patch* out) const {
+  // All four corners inside; the map is affine, so everything else is as well.
+  const double reach_x = kHalf * (std::abs(affine(0, 0)) + std::abs(affine(0, 1)));
+  const double reach_y = kHalf * (std::abs(affine(1, 0)) + std::abs(affine(1, 1)));
+  if (!(centre.x() - reach_x >= 0.0 && centre.y() - reach_y >= 0.0 &&
+        centre.x() + reach_x < grey.cols - 1 && centre.y() + reach_y < grey.rows - 1)) {
+    return false;
+  }
+  const auto a00 = static_cast<float>(affine(0, 0)), a10 = static_cast<float>(affine(1, 0));
+  const std::size_t stride = grey.step[0];
+  const uchar* data = grey.data;
+  float* target = out->data();
+  for (int v = -kHalf; v <= kHalf; ++v) {
+    const auto x0 = static_cast<float>(centre.x() + affine(0, 1) * v);
+    const auto y0 = static_cast<float>(centre.y() + affine(1, 1) * v);
+    for (int u = -kHalf; u <= kHalf; ++u) {
+      const float x = x0 + a00 * static_cast<float>(u), y = y0 + a10 * static_cast<float>(u);
+      const int xi = static_cast<int>(x), yi = static_cast<int>(y);
+      const float fx = x - static_cast<float>(xi), fy = y - static_cast<float>(yi);
+      const uchar* top = data + static_cast<std::size_t>(yi) * stride + xi;
+      const uchar* bottom = top + stride;
+      const float upper = static_cast<float>(top[0]) + fx * static_cast<float>(top[1] - top[0]);
+      const float lower =
+          static_cast<float>(bottom[0]) + fx * static_cast<float>(bottom[1] - bottom[0]);
+      *target++ = upper + fy * (lower - upper);
+    }
+  }
+  return true;
+}
+
+bool PatchAnchor::set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double noise) {
+  valid_ = false;
+  affine_.setIdentity();
+  aligned_affine_.setIdentity();
+  const Eigen::Matrix2d unit = Eigen::Matrix2d::Identity();
+  Patch left, right, above, below;
+  if (!sample(grey, pixel, unit, &patch_) ||
+      !sample(grey, pixel - Eigen::Vector2d::UnitX(), unit, &left) ||
+      !sample(grey, pixel + Eigen::Vector2d::UnitX(), unit, &right) ||
+      !sample(grey, pixel - Eigen::Vector2d::UnitY(), unit, &above) ||
+      !sample(grey, pixel + Eigen::Vector2d::UnitY(), unit, &below)) {
+    return false;
+  }
+  float mean = 0.0F;
+  for (const float value : patch_) mean += value;
+  mean /= kCount;
+  float squares = 0.0F;
+  hessian_.setZero();
+  std::size_t i = 0;
+  for (int v = -kHalf; v <= kHalf; ++v) {
+    for (int u = -kHalf; u <= kHalf; ++u, ++i) {
+      patch_[i] -= mean;
+      squares += patch_[i] * patch_[i];
+      gradient_x_[i] = 0.5F * (right[i] - left[i]);
+      gradient_y_[i] = 0.5F * (below[i] - above[i]);
+      Eigen::Matrix<double, 6, 1> row;
+      const double su = static_cast<double>(u) / kHalf, sv = static_cast<double>(v) / kHalf;
+      row << gradient_x_[i], gradient_y_[i], gradient_x_[i] * su, gradient_x_[i] * sv,
+          gradient_y_[i] * su, gradient_y_[i] * sv;
+      hessian_.selfadjointView<Eigen::Lower>().rankUpdate(row);
+    }
+  }
+  hessian_ = hessian_.selfadjointView<Eigen::Lower>();
+  deviation_ = std::sqrt(squares / kCount);
+  // Noise itself has slopes: half its variance in a difference over two pixels.
+  const double from_noise = 0.5 * noise * noise * kCount;
+  const double half_trace = 0.5 * (hessian_(0, 0) + hessian_(1, 1)) - from_noise;
+  const double root = std::hypot(0.5 * (hessian_(0, 0) - hessian_(1, 1)), hessian_(0, 1));
+  const double weaker = half_trace - root, stronger = half_trace + root;
+  valid_ = deviation_ > kLeastContrast && weaker > kLeastRatio * stronger &&
+           weaker * kMaxSigmaPx * kMaxSigmaPx > noise * noise;
+  return valid_;
+}
+
+PatchAnchor::Match PatchAnchor::align(const cv::Mat& grey, const Eigen::Vector2d& start,
+                                      double noise) {
+  Match match;
+  match.pixel = start;
+  if (!valid_) return match;
+  Eigen::Matrix2d affine = affine_;
+  Eigen::Vector2d centre = start;
+  Eigen::Matrix<double, 6, 6> H = hessian_;
+  const double stiffness = std::pow(noise / (kDeformationSigma * kHalf), 2);
+  H.diagonal().tail<4>().array() += stiffness;
+  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> solver(H);
+  if (solver.info() != Eigen::Success) return match;
+
+  Patch now;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    if (!sample(grey, centre, affine, &now)) return match;
+    float sum = 0.0F, squares = 0.0F, product = 0.0F;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      sum += now[i];
+      squares += now[i] * now[i];
+      product += now[i] * patch_[i];
+    }
+    const float mean = sum / kCount;
+    const float deviation = std::sqrt(std::max(squares / kCount - mean * mean, 1e-6F));
+    match.correlation = product / (kCount * deviation * deviation_);
+    const float gain = deviation_ / deviation;
+    // Row by row: u changes inside, v outside.
+    std::array<float, 6> b{};
+    std::size_t i = 0;
+    for (int v = -kHalf; v <= kHalf; ++v) {
+      float x = 0.0F, y = 0.0F, xu = 0.0F, yu = 0.0F;
+      for (int u = -kHalf; u <= kHalf; ++u, ++i) {
+        const float residual = (now[i] - mean) * gain - patch_[i];
+        const float gx = gradient_x_[i] * residual, gy = gradient_y_[i] * residual;
+        x += gx;
+        y += gy;
+        xu += gx * static_cast<float>(u);
+        yu += gy * static_cast<float>(u);
+      }
+      b[0] += x;
+      b[1] += y;
+      b[2] += xu;
+      b[3] += x * static_cast<float>(v);
+      b[4] += yu;
+      b[5] += y * static_cast<float>(v);
+    }
+    Eigen::Matrix<double, 6, 1> gradient;
+    gradient << b[0], b[1], b[2] / kHalf, b[3] / kHalf, b[4] / kHalf, b[5] / kHalf;
+    const Eigen::Matrix<double, 6, 1> step = solver.solve(gradient);
+    Eigen::Matrix2d D;
+    D << step[2], step[3], step[4], step[5];
+    const Eigen::Matrix2d change = Eigen::Matrix2d::Identity() + D / kHalf;
+    if (!(change.determinant() > 0.2)) return match;
+    affine = affine * change.inverse();
+    centre -= affine * step.head<2>();
+    if (!((centre - start).norm() < kMaxShiftPx)) return match;
+    if (step.head<2>().norm() < kConvergedPx) {
+      match.ok = true;
+      break;
+    }
+  }
+  // Still moving a little after all steps: good all the same, if the match is.
+  match.ok = match.ok || match.correlation > 0.9;
+  match.pixel = centre;
+  aligned_affine_ = affine;
+  return match;
+}
+
+}  // namespace slim_init::feature_tracker_lines

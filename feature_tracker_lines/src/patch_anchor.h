@@ -1,0 +1,69 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What a point looked like when it was first seen. Tracking from image to image adds up small
+// errors; comparing with the first sight does not.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+namespace slim_init::feature_tracker_lines {
+
+/// A patch with the affine map from it to the current image. Inverse compositional Lucas-Kanade
+/// (Baker and Matthews 2004) over translation and affine deformation, brightness and contrast
+/// normalised. The affine part is what Shi and Tomasi (1994) use to tell whether a track still
+/// shows the same thing.
+class PatchAnchor {
+ public:
+  static constexpr int kSide = 15;  ///< [px], odd
+  static constexpr double kMaxSigmaPx = 0.07;
+
+  /// Takes the patch about `pixel`. False, and the anchor is invalid, where it reaches over the
+  /// edge of the image or cannot be told from itself a little aside: image noise of standard
+  /// deviation `noise` [grey levels] alone would move it by more than kMaxSigmaPx in the direction
+  /// that it is weakest in, or it is an edge, which its stair steps on the pixel grid move.
+  bool set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double noise);
+
+  bool valid() const { return valid_; }
+
+  /// Multiplies the affine map by what is known to have happened since the last image.
+  void deform(const Eigen::Matrix2d& jacobian) { affine_ = jacobian * affine_; }
+
+  /// Result of align().
+  struct Match {
+    bool ok = false;           ///< converged inside the image
+    Eigen::Vector2d pixel;     ///< where the patch is
+    double correlation = 0.0;  ///< of the patch with what is there now, at most 1
+  };
+
+  /// Looks for the patch near `start`, which should be right to some two pixels. `noise` [grey
+  /// levels] weighs the image against the expectation that the deformation is as deform() said. The
+  /// deformation found is kept only after accept().
+  Match align(const cv::Mat& grey, const Eigen::Vector2d& start, double noise);
+
+  /// Keeps the deformation of the last align().
+  void accept() { affine_ = aligned_affine_; }
+
+  /// Change of size since the first sight (square root of the area's); 1 at first.
+  double scale() const { return std::sqrt(std::abs(affine_.determinant())); }
+
+ private:
+  static constexpr int kCount = kSide * kSide;
+  using Patch = std::array<float, kCount>;
+
+  bool sample(const cv::Mat& grey, const Eigen::Vector2d& centre, const Eigen::Matrix2d& affine,
+              Patch* out) const;
+
+  bool valid_ = false;
+  Patch patch_{}, gradient_x_{}, gradient_y_{};  // patch_: mean zero
+  float deviation_ = 0.0F;                       // root of the mean square of patch_
+  Eigen::Matrix<double, 6, 6> hessian_ = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix2d affine_ = Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d aligned_affine_ = Eigen::Matrix2d::Identity();
+};
+
+}  // namespace slim_init::feature_tracker_lines

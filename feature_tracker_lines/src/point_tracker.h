@@ -1,0 +1,96 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Shi-Tomasi corners followed by pyramidal KLT, in the two profiles of FrontEndOptions.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "corner_detector.h"
+#include "image_pyramid.h"
+#include "patch_anchor.h"
+#include "rotation_prior.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/image_front_end.h"
+#include "slim_init/feature_tracker_lines/options.h"
+#include "slim_init/types.h"
+
+namespace slim_init::feature_tracker_lines {
+
+/// A tracked point.
+struct PointTrack {
+  FeatureId id = -1;
+  int age = 1;  ///< images it was seen in under this id
+  cv::Point2f pixel;
+  Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();         ///< unit, in c
+  Eigen::Vector3d bearing_before = Eigen::Vector3d::UnitZ();  ///< in the image before
+  cv::Point2f pixel_before;
+  /// Motion since the image before beyond what the rotation explains [px].
+  cv::Point2f residual_flow;
+  /// Rays at the last two marks of PointTracker, the older first; how many of them there are.
+  Eigen::Vector3d mark_rays[2] = {Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ()};
+  int marks = 0;
+  bool has_flow = false;  ///< false in its first image
+  /// Distance from where it was predicted in the last image [px].
+  float surprise_px = std::numeric_limits<float>::infinity();
+  std::shared_ptr<PatchAnchor> anchor;  ///< default profile only
+  int anchor_misses = 0;                ///< images in a row without a match of the anchor
+};
+
+/// Follows points from image to image.
+class PointTracker {
+ public:
+  PointTracker(const CameraParameters& camera, const FrontEndOptions& options);
+
+  /// Tracks from `before` (empty for the first image) to `now`, rejects outliers, then fills up
+  /// with new corners. `t` [s] is needed for HostFrontEnd::freq only. Writes the point part of
+  /// `report`.
+  void track(double t, const ImagePyramid& before, const ImagePyramid& now,
+             const RotationPrior& prior, FrontEndReport* report);
+
+  /// Current points, oldest first.
+  const std::vector<PointTrack>& tracks() const { return tracks_; }
+
+  /// Median of residual_flow over the up to five nearest points that have one; zero if there are
+  /// none.
+  cv::Point2f residualFlowNear(const cv::Point2f& pixel) const;
+
+  /// Ids go on counting.
+  void reset();
+
+ private:
+  void trackDefault(const ImagePyramid& before, const ImagePyramid& now, const RotationPrior& prior,
+                    FrontEndReport* report);
+  void trackVins(double t, const ImagePyramid& before, const ImagePyramid& now,
+                 FrontEndReport* report);
+  std::vector<unsigned char> findOutliers(const std::vector<PointTrack>& moved,
+                                          const RotationPrior& prior, FrontEndReport* report);
+  void anchorTracks(const ImagePyramid& now, const RotationPrior& prior,
+                    std::vector<PointTrack>* moved);
+  int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);
+  void refill(const ImagePyramid& now, FrontEndReport* report);
+  /// Keeps the older of two points closer than `min_distance`; returns the mask for new ones.
+  cv::Mat thinOut(double min_distance, double mask_distance);
+  bool isInside(const cv::Point2f& pixel, double border) const;
+  bool addTrack(const cv::Point2f& pixel);
+
+  Camera camera_;
+  FrontEndOptions options_;
+  double focal_px_ = 0.0;
+  cv::Mat usable_;  // image circle of a fisheye, or everything
+  CornerDetector corners_;
+  std::vector<PointTrack> tracks_;
+  FeatureId next_id_ = 0;
+  // Every few images a mark is made, at which each track remembers its ray.
+  int images_since_mark_ = 0;
+  Eigen::Matrix3d R_now_mark_ = Eigen::Matrix3d::Identity();    // of the newer mark
+  Eigen::Matrix3d R_mark_older_ = Eigen::Matrix3d::Identity();  // from the older to the newer
+  // HostFrontEnd::freq
+  double t_count_start_ = kNotComputed;
+  int published_ = 0;
+};
+
+}  // namespace slim_init::feature_tracker_lines

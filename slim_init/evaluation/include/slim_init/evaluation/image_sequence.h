@@ -1,0 +1,133 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Recordings with pixels: ASL folders and rosbags behind one interface.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "slim_init/evaluation/recorded.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+struct ImageSequenceOptions {
+  double max_imu_gap_s = 0.05;  ///< a longer step between samples is counted and noted
+  int min_imu_samples = 2;      ///< two samples make the shortest interval
+  int min_images = 2;           ///< two keyframes make the smallest window
+  int min_truth_rows = 4;       ///< a cubic through the neighbours needs four
+};
+
+/// What was read, and what of it was dropped or moved. What is dropped is not in the sequence.
+struct ImageSequenceCounts {
+  int imu_samples = 0;             ///< kept
+  int imu_repeated = 0;            ///< same stamp as one before: dropped
+  int imu_out_of_order = 0;        ///< stamp before one before: sorted in
+  int imu_unreadable = 0;          ///< not finite, or a message that cannot be read: dropped
+  int imu_gaps = 0;                ///< steps longer than ImageSequenceOptions::max_imu_gap_s
+  double largest_imu_gap_s = 0.0;  ///< longest step between samples, gap or not
+  int images = 0;                  ///< kept; whether they can be decoded shows when they are read
+  int images_repeated = 0;         ///< same stamp as one before: dropped
+  int images_out_of_order = 0;     ///< stamp before one before: sorted in
+  int images_unreadable = 0;       ///< listed but without a file, or a message without a header
+  int truth_samples = 0;
+  int truth_repeated = 0;      ///< dropped
+  int truth_out_of_order = 0;  ///< sorted in
+};
+
+/// Calibration that lies beside the data.
+struct SequenceCalibration {
+  Calibration calibration;  ///< extrinsic, noise densities and focal length; the rest is default
+  feature_tracker_lines::CameraParameters camera;
+};
+
+/// A recording with pixels. All times are relative to the first IMU sample, [s]; the nanoseconds
+/// are subtracted as integers. Everything but the pixels is in memory; those are read one image at
+/// a time. Not thread-safe.
+class ImageSequence {
+ public:
+  virtual ~ImageSequence() = default;
+  ImageSequence(const ImageSequence&) = delete;
+  ImageSequence& operator=(const ImageSequence&) = delete;
+
+  /// The last component of the folder's or file's name that says something.
+  const std::string& name() const { return name_; }
+  /// Stamp of t = 0, the first IMU sample [ns].
+  std::int64_t t0Ns() const { return t0_ns_; }
+  const std::vector<ImuSample>& imu() const { return imu_; }  ///< ascending in time
+
+  /// At the times of the ground truth, ascending; empty without ground truth. v_w_b is NaN without
+  /// hasVelocity(), the biases without hasBias().
+  const std::vector<NavState>& truth() const { return truth_; }
+  bool hasVelocity() const { return has_velocity_; }
+  bool hasBias() const { return has_bias_; }
+
+  std::size_t images() const { return image_stamps_ns_.size(); }
+  /// Camera clock, ascending; before 0 when images start before the IMU.
+  double imageTime(std::size_t k) const {
+    return 1e-9 * static_cast<double>(image_stamps_ns_[k] - t0_ns_);
+  }
+  std::int64_t imageStampNs(std::size_t k) const { return image_stamps_ns_[k]; }
+
+  /// Image k < images(), grey, CV_8UC1; colour is converted. An image that cannot be read is empty,
+  /// and `error` (may be null) holds a sentence naming file or message and the reason. Never
+  /// throws.
+  virtual cv::Mat image(std::size_t k, std::string* error) = 0;
+
+  /// From files beside the data, where there are any.
+  const std::optional<SequenceCalibration>& calibration() const { return calibration_; }
+  /// Why there is no calibration(): a sentence; empty where there is one.
+  const std::string& calibrationProblem() const { return calibration_problem_; }
+  const ImageSequenceCounts& counts() const { return counts_; }
+  /// One sentence per thing dropped or suspicious.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ protected:
+  ImageSequence() = default;
+
+  std::string name_;
+  std::int64_t t0_ns_ = 0;
+  std::vector<ImuSample> imu_;
+  std::vector<NavState> truth_;
+  bool has_velocity_ = false;
+  bool has_bias_ = false;
+  std::vector<std::int64_t> image_stamps_ns_;
+  std::optional<SequenceCalibration> calibration_;
+  std::string calibration_problem_;
+  ImageSequenceCounts counts_;
+  std::vector<std::string> notes_;
+};
+
+/// Opens an ASL folder (EuRoC's layout): DIR/mav0 or DIR itself with imu0/data.csv, cam0/data.csv,
+/// cam0/data/*, cam0/sensor.yaml, imu0/sensor.yaml and, where known,
+/// state_groundtruth_estimate0/data.csv. Without sensor.yaml files there is no calibration(). On an
+/// error null, and `status` says what, where and which bound (docs/evaluation.md, "Images").
+std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory,
+                                             const ImageSequenceOptions& options,
+                                             ReadStatus* status);
+
+/// Topics of a bag, as in `imu_topic` and `image_topic` of the host's configuration file.
+struct BagTopics {
+  std::string imu = "/imu0";
+  std::string image = "/cam0/image_raw";
+};
+
+/// Whether this build has the rosbag library.
+bool rosbagSupported();
+
+/// Opens a bag of ROS 1 (version 2.0): sensor_msgs/Imu, and sensor_msgs/Image (mono8, 8UC1, bgr8,
+/// rgb8, bgra8, rgba8) or sensor_msgs/CompressedImage. Times are those of the message headers. The
+/// ground truth is read from `groundtruth_file`, columns as in an ASL folder; empty: none. Neither
+/// a master nor any process of ROS is needed. On an error null, and a sentence in `status`; in a
+/// build without rosbag always so.
+std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopics& topics,
+                                          const std::string& groundtruth_file,
+                                          const ImageSequenceOptions& options, ReadStatus* status);
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,43 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// From a recording with pixels to what a solver sees.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/sequence.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/image_front_end.h"
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+/// What happens on the way; all may be empty.
+struct TrackingHooks {
+  /// After every image: number done and number in all.
+  std::function<void(int done, int total)> progress;
+  /// After every tracked image: its stamp and the front end, for its report and debug image.
+  /// Returns an empty string, or a sentence that ends the tracking.
+  std::function<std::string(std::int64_t stamp_ns,
+                            const feature_tracker_lines::ImageFrontEnd& front_end)>
+      tracked;
+};
+
+/// Runs one ImageFrontEnd over all images that the IMU data cover, in order, the IMU fed up to each
+/// of them: tracks run through the whole recording, as in flight. An image that cannot be read or
+/// that the front end refuses is counted and left out. `frames` gets one observation per tracked
+/// image. Returns an empty string, or a sentence when fewer than two images could be tracked, or
+/// that of a hook.
+std::string trackImages(ImageSequence* images,
+                        const feature_tracker_lines::CameraParameters& camera,
+                        const Calibration& calibration,
+                        const feature_tracker_lines::FrontEndOptions& options,
+                        const TrackingHooks& hooks, std::vector<FrameObservation>* frames,
+                        TrackingSummary* summary);
+
+}  // namespace slim_init::evaluation

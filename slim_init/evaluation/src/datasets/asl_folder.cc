@@ -1,0 +1,171 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <exception>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+#include <utility>
+
+#include "datasets/csv_table.h"
+#include "datasets/image_truth.h"
+#include "datasets/sensor_yaml.h"
+#include "slim_init/evaluation/image_sequence.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::array<const char*, 2> kImageColumns = {"timestamp", "filename"};
+
+ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
+
+class AslFolder : public ImageSequence {
+ public:
+  ReadStatus open(const std::string& directory, const ImageSequenceOptions& options) {
+    if (ReadStatus status = findRoot(directory); !status.ok()) return status;
+    if (ReadStatus status = readImu(options); !status.ok()) return status;
+    if (ReadStatus status = readImages(options.min_images); !status.ok()) return status;
+    if (ReadStatus status = readTruth(options.min_truth_rows); !status.ok()) return status;
+    SequenceCalibration calibration;
+    calibration_problem_ =
+        readSensorYaml(file("cam0/sensor.yaml"), file("imu0/sensor.yaml"), &calibration);
+    if (calibration_problem_.empty()) calibration_ = calibration;
+    return {};
+  }
+
+  cv::Mat image(std::size_t k, std::string* sentence) override {
+    const std::string& path = image_files_[k];
+    // Asked first, because OpenCV prints to the console about a file it cannot open.
+    std::error_code code;
+    std::string reason = "is gone";
+    if (fs::is_regular_file(path, code)) {
+      reason = "cannot be decoded";
+      try {
+        cv::Mat read = cv::imread(path, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+        if (!read.empty()) return read;
+      } catch (const std::exception&) {
+      }
+    }
+    if (sentence != nullptr) *sentence = path + " " + reason;
+    return cv::Mat();
+  }
+
+ private:
+  std::string file(const char* name) const { return (fs::path(root_) / name).string(); }
+
+  ReadStatus findRoot(const std::string& directory) {
+    std::error_code code;
+    if (!fs::is_directory(directory, code)) {
+      return error(ReadError::kMissingFile, directory + " is not a directory");
+    }
+    const fs::path given(directory);
+    for (const fs::path& candidate : {given / "mav0", given}) {
+      if (!fs::is_directory(candidate / "cam0", code)) continue;
+      if (!fs::is_directory(candidate / "imu0", code)) continue;
+      root_ = candidate.string();
+      name_ = lastComponent(directory);
+      // "V1_01/mav0" is V1_01.
+      if (name_ == "mav0") name_ = lastComponent((given / "..").string());
+      return {};
+    }
+    return error(ReadError::kMissingFile,
+                 directory + " is not an ASL folder: neither it nor its mav0 holds cam0 and imu0");
+  }
+
+  ReadStatus readImu(const ImageSequenceOptions& options) {
+    Table table;
+    if (ReadStatus status = readTable(file("imu0/data.csv"),
+                                      imuFormat(RowOrder::kSort, options.min_imu_samples), &table);
+        !status.ok()) {
+      return status;
+    }
+    t0_ns_ = table.rows.front().stamp_ns;
+    imu_ = imuSamples(table, t0_ns_);
+    counts_.imu_samples = static_cast<int>(imu_.size());
+    counts_.imu_repeated = table.repeated;
+    counts_.imu_out_of_order = table.out_of_order;
+    note(disorderNote(table.path, "IMU samples", table.repeated, table.out_of_order));
+    const ImuGaps gaps = findImuGaps(table.path, imu_, options.max_imu_gap_s, &table);
+    counts_.imu_gaps = gaps.count;
+    counts_.largest_imu_gap_s = gaps.largest_s;
+    note(gaps.note);
+    return {};
+  }
+
+  ReadStatus readImages(int min_images) {
+    Table table;
+    const TableFormat format = {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1};
+    if (ReadStatus status = readTable(file("cam0/data.csv"), format, &table); !status.ok()) {
+      return status;
+    }
+    counts_.images_repeated = table.repeated;
+    counts_.images_out_of_order = table.out_of_order;
+    note(disorderNote(table.path, "images", table.repeated, table.out_of_order));
+    const fs::path folder = fs::path(root_) / "cam0" / "data";
+    std::string first_missing;
+    std::error_code code;
+    for (const TableRow& row : table.rows) {
+      const fs::path path =
+          folder / (row.text.empty() ? std::to_string(row.stamp_ns) + ".png" : row.text);
+      if (!fs::is_regular_file(path, code)) {
+        if (counts_.images_unreadable++ == 0) first_missing = path.string();
+        continue;
+      }
+      image_stamps_ns_.push_back(row.stamp_ns);
+      image_files_.push_back(path.string());
+    }
+    counts_.images = static_cast<int>(image_stamps_ns_.size());
+    if (counts_.images_unreadable > 0) {
+      note(std::to_string(counts_.images_unreadable) + " of " + std::to_string(table.rows.size()) +
+           " images of " + table.path + " have no file, the first is " + first_missing);
+    }
+    if (counts_.images < min_images) {
+      std::ostringstream out;
+      out << table.path << " names " << counts_.images << " images that are there, needs at least "
+          << min_images;
+      if (!first_missing.empty()) out << "; " << first_missing << " does not exist";
+      return error(ReadError::kTooFewRows, out.str());
+    }
+    return {};
+  }
+
+  ReadStatus readTruth(int min_rows) {
+    const std::string path = file("state_groundtruth_estimate0/data.csv");
+    std::error_code code;
+    if (!fs::exists(path, code)) {
+      note(path + " does not exist: without ground truth there are no errors to report");
+      return {};
+    }
+    TruthFile truth;
+    if (ReadStatus status = readTruthFile(path, t0_ns_, min_rows, &truth); !status.ok()) {
+      return status;
+    }
+    truth_ = std::move(truth.states);
+    has_velocity_ = has_bias_ = truth.has_velocity_and_bias;
+    counts_.truth_samples = static_cast<int>(truth_.size());
+    counts_.truth_repeated = truth.repeated;
+    counts_.truth_out_of_order = truth.out_of_order;
+    for (const std::string& sentence : truth.notes) note(sentence);
+    return {};
+  }
+
+  void note(const std::string& sentence) {
+    if (!sentence.empty()) notes_.push_back(sentence);
+  }
+
+  std::string root_;  ///< the folder that holds cam0 and imu0
+  std::vector<std::string> image_files_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory,
+                                             const ImageSequenceOptions& options,
+                                             ReadStatus* status) {
+  auto folder = std::make_unique<AslFolder>();
+  *status = folder->open(directory, options);
+  if (!status->ok()) return nullptr;
+  return folder;
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,108 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "datasets/sensor_yaml.h"
+#include "datasets/truth_csv.h"
+#include "slim_init/evaluation/sequence_writer.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Rendered images with noise hardly shrink; the fastest level writes three times faster.
+constexpr int kPngCompression = 1;
+
+class AslWriter : public SequenceWriter {
+ public:
+  std::string open(const std::string& directory, const WriterRig& rig) {
+    const fs::path root = fs::path(directory) / "mav0";
+    image_folder_ = root / "cam0" / "data";
+    std::error_code code;
+    for (const fs::path& folder :
+         {image_folder_, root / "imu0", root / "state_groundtruth_estimate0"}) {
+      fs::create_directories(folder, code);
+      if (!fs::is_directory(folder, code)) return folder.string() + " cannot be made";
+    }
+    if (!fs::is_empty(image_folder_, code) || code) {
+      return image_folder_.string() + " holds files already, must be empty";
+    }
+    std::string problem = writeText(root / "cam0" / "sensor.yaml", cameraSensorYaml(rig));
+    if (problem.empty()) problem = writeText(root / "imu0" / "sensor.yaml", imuSensorYaml(rig));
+    if (problem.empty()) {
+      problem = images_.open((root / "cam0" / "data.csv").string(), "#timestamp [ns],filename");
+    }
+    if (problem.empty()) {
+      problem =
+          imu_.open((root / "imu0" / "data.csv").string(),
+                    "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],"
+                    "a_y [m s^-2],a_z [m s^-2]");
+    }
+    if (problem.empty()) {
+      problem = truth_.open((root / "state_groundtruth_estimate0" / "data.csv").string());
+    }
+    return problem;
+  }
+
+  std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) override {
+    const Eigen::Vector3d& w = sample.gyro;
+    const Eigen::Vector3d& a = sample.accel;
+    return imu_.add(stamp_ns, {w.x(), w.y(), w.z(), a.x(), a.y(), a.z()});
+  }
+
+  std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
+    if (image.empty() || image.type() != CV_8UC1) {
+      return image_folder_.string() + ": image at " + std::to_string(stamp_ns) +
+             " ns is not CV_8UC1";
+    }
+    const std::string name = std::to_string(stamp_ns) + ".png";
+    if (std::string problem = images_.addText(stamp_ns, name); !problem.empty()) return problem;
+    const std::string path = (image_folder_ / name).string();
+    try {
+      if (cv::imwrite(path, image, {cv::IMWRITE_PNG_COMPRESSION, kPngCompression})) return "";
+    } catch (const std::exception&) {
+    }
+    return path + " cannot be written";
+  }
+
+  std::string addTruth(std::int64_t stamp_ns, const NavState& state) override {
+    return truth_.add(stamp_ns, state);
+  }
+
+  std::string finish() override {
+    std::string problem = images_.finish();
+    if (problem.empty()) problem = imu_.finish();
+    if (problem.empty()) problem = truth_.finish();
+    return problem;
+  }
+
+ private:
+  static std::string writeText(const fs::path& path, const std::string& text) {
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    file << text;
+    file.close();
+    return file.good() ? "" : path.string() + " cannot be written";
+  }
+
+  fs::path image_folder_;
+  CsvFile images_;
+  CsvFile imu_;
+  TruthCsv truth_;
+};
+
+}  // namespace
+
+std::unique_ptr<SequenceWriter> makeAslWriter(const std::string& directory, const WriterRig& rig,
+                                              std::string* error) {
+  auto writer = std::make_unique<AslWriter>();
+  *error = writer->open(directory, rig);
+  if (!error->empty()) return nullptr;
+  return writer;
+}
+
+std::string groundtruthFileOf(const std::string& bag_file) { return bag_file + ".groundtruth.csv"; }
+
+}  // namespace slim_init::evaluation

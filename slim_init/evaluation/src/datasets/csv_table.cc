@@ -1,0 +1,310 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "datasets/csv_table.h"
+
+#include <Eigen/Geometry>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <tuple>
+
+namespace slim_init::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMaxQuaternionNormError = 1e-2;
+
+const std::array<const char*, 7> kImuColumns = {"timestamp", "w_x", "w_y", "w_z",
+                                                "a_x",       "a_y", "a_z"};
+const std::array<const char*, 17> kTruthColumns = {
+    "timestamp", "p_x", "p_y",  "p_z",  "q_w",  "q_x",  "q_y",  "q_z", "v_x",
+    "v_y",       "v_z", "bw_x", "bw_y", "bw_z", "ba_x", "ba_y", "ba_z"};
+constexpr std::size_t kPoseColumns = 8;
+
+ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
+
+ReadStatus readText(const std::string& path, std::string* text) {
+  std::error_code code;
+  if (!fs::exists(path, code)) return error(ReadError::kMissingFile, path + " does not exist");
+  if (!fs::is_regular_file(path, code)) {
+    return error(ReadError::kMissingFile, path + " is not a regular file");
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  // Streaming an empty file would set the fail bit of `content`; that is "too few rows", not an
+  // error of reading.
+  if (file && file.peek() != std::ifstream::traits_type::eof()) content << file.rdbuf();
+  if (!file.is_open() || file.bad() || content.fail()) {
+    return error(ReadError::kMissingFile, path + " cannot be read");
+  }
+  *text = content.str();
+  return {};
+}
+
+/// Splits a file into rows of numbers; the first column is an integer stamp, ascending.
+class TableParser {
+ public:
+  explicit TableParser(const TableFormat& format) : format_(format) {}
+
+  ReadStatus parse(const std::string& path, const std::string& text, Table* table) {
+    table_ = table;
+    table_->path = path;
+    table_->rows.reserve(text.size() / 64 + 1);
+    const char* cursor = text.data();
+    const char* const end = cursor + text.size();
+    if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) cursor += 3;  // byte order mark of some editors
+    int empty_line = 0;
+    for (line_ = 1; cursor < end; ++line_) {
+      const void* newline = std::memchr(cursor, '\n', static_cast<std::size_t>(end - cursor));
+      const char* line_end = newline != nullptr ? static_cast<const char*>(newline) : end;
+      const char* const next = newline != nullptr ? line_end + 1 : end;
+      if (line_end > cursor && line_end[-1] == '\r') --line_end;
+      trim(&cursor, &line_end);
+      if (cursor == line_end) {
+        if (empty_line == 0) empty_line = line_;
+      } else if (*cursor != '#') {
+        if (empty_line != 0) {
+          return error(ReadError::kMalformed, path + " line " + std::to_string(empty_line) +
+                                                  " is empty, data go on after");
+        }
+        if (ReadStatus status = parseRow(cursor, line_end); !status.ok()) return status;
+      }
+      cursor = next;
+    }
+    return {};
+  }
+
+ private:
+  static void trim(const char** begin, const char** end) {
+    const auto blank = [](char c) { return c == ' ' || c == '\t'; };
+    while (*begin < *end && blank(**begin)) ++*begin;
+    while (*begin < *end && blank((*end)[-1])) --*end;
+  }
+
+  std::string place() const { return table_->path + " line " + std::to_string(line_); }
+  std::string place(std::size_t column) const {
+    return place() + " column " + std::to_string(column + 1) + " (" + format_.names[column] + ")";
+  }
+
+  ReadStatus checkColumnCount(const char* begin, const char* end) {
+    std::size_t count = 1;
+    for (const char* c = begin; c != end; ++c) count += *c == ',' ? 1 : 0;
+    if (table_->columns == 0) {
+      for (const std::size_t allowed : format_.allowed) {
+        if (count == allowed) table_->columns = count;
+      }
+    }
+    if (count == table_->columns) return {};
+    std::ostringstream out;
+    out << place() << " has " << count << " columns, must have ";
+    if (table_->columns != 0) {
+      out << table_->columns;
+    } else {
+      for (std::size_t i = 0; i < format_.allowed.size(); ++i)
+        out << (i > 0 ? " or " : "") << format_.allowed[i];
+    }
+    out << ": " << quoted({begin, end});
+    return error(ReadError::kMalformed, out.str());
+  }
+
+  ReadStatus parseRow(const char* begin, const char* end) {
+    if (ReadStatus status = checkColumnCount(begin, end); !status.ok()) return status;
+    TableRow row;
+    row.line = line_;
+    const char* field = begin;
+    for (std::size_t column = 0; column < table_->columns; ++column) {
+      const char* field_end = field;
+      while (field_end < end && *field_end != ',') ++field_end;
+      const char* first = field;
+      const char* last = field_end;
+      trim(&first, &last);
+      ReadStatus status;
+      if (column == 0) {
+        status = parseStamp(first, last, &row.stamp_ns);
+      } else if (format_.last_is_text && column + 1 == format_.allowed.back()) {
+        row.text.assign(first, last);
+      } else {
+        status = parseNumber(first, last, column, &row.values[column - 1]);
+      }
+      if (!status.ok()) return status;
+      field = field_end + 1;
+    }
+    if (format_.order == RowOrder::kReject && !table_->rows.empty() &&
+        row.stamp_ns <= table_->rows.back().stamp_ns) {
+      const TableRow& before = table_->rows.back();
+      std::ostringstream out;
+      out << place() << ": time " << row.stamp_ns << " ns "
+          << (row.stamp_ns == before.stamp_ns
+                  ? "repeats that"
+                  : "is before the " + std::to_string(before.stamp_ns) + " ns")
+          << " of line " << before.line << ", times must increase";
+      return error(ReadError::kOutOfOrder, out.str());
+    }
+    table_->rows.push_back(std::move(row));
+    return {};
+  }
+
+  ReadStatus parseStamp(const char* first, const char* last, std::int64_t* stamp_ns) const {
+    const auto parsed = std::from_chars(first, last, *stamp_ns);
+    if (parsed.ec == std::errc() && parsed.ptr == last && first != last && *stamp_ns >= 0) {
+      return {};
+    }
+    return error(ReadError::kMalformed,
+                 place(0) + ": " + quoted({first, last}) + " is not a whole number of nanoseconds");
+  }
+
+  ReadStatus parseNumber(const char* first, const char* last, std::size_t column,
+                         double* value) const {
+    // The field is not empty and starts with no space, so strtod cannot run into the next field: it
+    // stops at the comma or the end of the line. (from_chars for double needs GCC 11.)
+    char* stopped = nullptr;
+    if (first != last) *value = std::strtod(first, &stopped);
+    if (first == last || stopped != last) {
+      return error(ReadError::kMalformed,
+                   place(column) + ": " + quoted({first, last}) + " is not a number");
+    }
+    if (!std::isfinite(*value)) {
+      return error(ReadError::kBadValue,
+                   place(column) + ": " + quoted({first, last}) + " is not finite");
+    }
+    return {};
+  }
+
+  const TableFormat& format_;
+  Table* table_ = nullptr;
+  int line_ = 0;
+};
+
+}  // namespace
+
+ReadStatus readTable(const std::string& path, const TableFormat& format, Table* table) {
+  *table = Table();
+  std::string text;
+  if (ReadStatus status = readText(path, &text); !status.ok()) return status;
+  if (ReadStatus status = TableParser(format).parse(path, text, table); !status.ok()) {
+    return status;
+  }
+  std::tie(table->repeated, table->out_of_order) = sortByStamp(&table->rows);
+  if (static_cast<int>(table->rows.size()) < format.min_rows) {
+    std::ostringstream out;
+    out << path << " has " << table->rows.size() << " rows of data, needs at least "
+        << format.min_rows;
+    return error(ReadError::kTooFewRows, out.str());
+  }
+  return {};
+}
+
+TableFormat imuFormat(RowOrder order, int min_rows) {
+  return {kImuColumns.data(), {kImuColumns.size()}, false, order, min_rows};
+}
+
+TableFormat truthFormat(RowOrder order, int min_rows) {
+  return {kTruthColumns.data(), {kPoseColumns, kTruthColumns.size()}, false, order, min_rows};
+}
+
+std::string quoted(const std::string& text) {
+  constexpr std::size_t kLongest = 40;
+  std::string shown = "'";
+  for (const char c : text.substr(0, kLongest)) shown += c >= 32 && c < 127 ? c : '?';
+  return shown + (text.size() > kLongest ? "...'" : "'");
+}
+
+double relativeSeconds(std::int64_t stamp_ns, std::int64_t t0_ns) {
+  return 1e-9 * static_cast<double>(stamp_ns - t0_ns);
+}
+
+namespace {
+
+Eigen::Vector3d vectorAt(const TableRow& row, std::size_t first) {
+  return {row.values[first], row.values[first + 1], row.values[first + 2]};
+}
+
+}  // namespace
+
+std::vector<ImuSample> imuSamples(const Table& table, std::int64_t t0_ns) {
+  std::vector<ImuSample> samples;
+  samples.reserve(table.rows.size());
+  for (const TableRow& row : table.rows) {
+    ImuSample sample;
+    sample.t = relativeSeconds(row.stamp_ns, t0_ns);
+    sample.gyro = vectorAt(row, 0);
+    sample.accel = vectorAt(row, 3);
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+ReadStatus truthStates(const Table& table, std::int64_t t0_ns, std::vector<NavState>* states,
+                       bool* has_velocity_and_bias) {
+  *has_velocity_and_bias = table.columns > kPoseColumns;
+  states->clear();
+  states->reserve(table.rows.size());
+  for (const TableRow& row : table.rows) {
+    NavState state;
+    state.t = relativeSeconds(row.stamp_ns, t0_ns);
+    state.p_w_b = vectorAt(row, 0);
+    const Eigen::Quaterniond q(row.values[3], row.values[4], row.values[5], row.values[6]);
+    if (!(std::abs(q.norm() - 1.0) <= kMaxQuaternionNormError)) {
+      std::ostringstream out;
+      out << table.path << " line " << row.line << " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is "
+          << q.norm() << ", must be within " << kMaxQuaternionNormError << " of 1";
+      return error(ReadError::kBadValue, out.str());
+    }
+    state.R_w_b = q.normalized().toRotationMatrix();
+    if (*has_velocity_and_bias) {
+      state.v_w_b = vectorAt(row, 7);
+      state.gyro_bias = vectorAt(row, 10);
+      state.accel_bias = vectorAt(row, 13);
+    } else {
+      state.v_w_b.setConstant(kNotComputed);
+      state.gyro_bias.setConstant(kNotComputed);
+      state.accel_bias.setConstant(kNotComputed);
+    }
+    states->push_back(state);
+  }
+  return {};
+}
+
+ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
+                    const Table* table) {
+  ImuGaps gaps;
+  std::string longest;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    const double step = imu[i].t - imu[i - 1].t;
+    if (step > max_gap_s) ++gaps.count;
+    if (step > gaps.largest_s) {
+      gaps.largest_s = step;
+      std::ostringstream out;
+      out << step << " s ";
+      if (table != nullptr) out << "before line " << table->rows[i].line << ", ";
+      out << imu[i - 1].t << " s after the first sample";
+      longest = out.str();
+    }
+  }
+  if (gaps.count > 0) {
+    std::ostringstream out;
+    out << source << " has " << gaps.count << " IMU gap" << (gaps.count > 1 ? "s" : "")
+        << " longer than " << max_gap_s << " s, the longest " << longest
+        << "; no window reaches across a gap";
+    gaps.note = out.str();
+  }
+  return gaps;
+}
+
+std::string lastComponent(const std::string& path_text) {
+  fs::path path = fs::path(path_text).lexically_normal();
+  if (!path.has_filename()) path = path.parent_path();  // "a/b/"
+  std::string name = path.filename().string();
+  if (name.empty() || name == "." || name == "..") {
+    std::error_code code;
+    const fs::path real = fs::canonical(path_text, code);
+    if (!code) name = real.filename().string();
+  }
+  return name.empty() ? "recorded" : name;
+}
+
+}  // namespace slim_init::evaluation

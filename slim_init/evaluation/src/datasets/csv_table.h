@@ -1,0 +1,108 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Tables of comma-separated numbers whose first column is a stamp, and what all readers share.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slim_init/evaluation/recorded.h"
+
+namespace slim_init::evaluation {
+
+inline constexpr std::size_t kMaxTableColumns = 17;
+
+/// One parsed row: stamp, then the other columns.
+struct TableRow {
+  int line = 0;  ///< of the file, from 1
+  std::int64_t stamp_ns = 0;
+  std::array<double, kMaxTableColumns - 1> values{};
+  std::string text;  ///< last column, where TableFormat::last_is_text
+};
+
+struct Table {
+  std::string path;
+  std::size_t columns = 0;
+  std::vector<TableRow> rows;  ///< ascending in time
+  int repeated = 0;            ///< rows dropped: the stamp is that of an earlier line
+  int out_of_order = 0;        ///< rows moved: the stamp is before that of an earlier line
+};
+
+/// What to do with a row whose stamp is not after the one before.
+enum class RowOrder {
+  kReject,  ///< an error
+  kSort,    ///< repeated stamps are dropped, the rest is sorted; both are counted
+};
+
+struct TableFormat {
+  const char* const* names = nullptr;  ///< of the columns in order
+  std::vector<std::size_t> allowed;    ///< column counts; all rows have as many as the first
+  bool last_is_text = false;           ///< the last of the largest allowed count is no number
+  RowOrder order = RowOrder::kReject;
+  int min_rows = 1;
+};
+
+/// Reads a table. Lines that begin with # are comments; both line ends, a byte order mark and blank
+/// lines at the end are accepted. The message of an error names file, line, column and value.
+ReadStatus readTable(const std::string& path, const TableFormat& format, Table* table);
+
+/// `stamp_ns` and inertial columns of imu0.csv and imu0/data.csv.
+TableFormat imuFormat(RowOrder order, int min_rows);
+/// Pose, or pose with velocity and biases.
+TableFormat truthFormat(RowOrder order, int min_rows);
+
+/// In quotes, for a sentence. Values are quoted from files we know nothing about: cut, and
+/// printable only.
+std::string quoted(const std::string& text);
+
+/// Seconds from t0_ns. The difference is taken in integers: a double holds 1.4e18 ns only to 256.
+double relativeSeconds(std::int64_t stamp_ns, std::int64_t t0_ns);
+
+/// Rows of an imuFormat() table.
+std::vector<ImuSample> imuSamples(const Table& table, std::int64_t t0_ns);
+
+/// Rows of a truthFormat() table; without velocity columns v_w_b and the biases are NaN. A
+/// quaternion whose norm is off 1 by more than 0.01 is an error.
+ReadStatus truthStates(const Table& table, std::int64_t t0_ns, std::vector<NavState>* states,
+                       bool* has_velocity_and_bias);
+
+/// Steps between samples longer than a bound.
+struct ImuGaps {
+  int count = 0;
+  double largest_s = 0.0;  ///< longest step, gap or not
+  std::string note;        ///< one sentence; empty without gaps
+};
+
+/// `table` names the lines of `imu` in the note; may be null.
+ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
+                    const Table* table);
+
+/// The last component of a path that says something: "a/b/" is b.
+std::string lastComponent(const std::string& path);
+
+/// Sorts by `stamp_ns` and drops what repeats an earlier stamp (the first in the given order
+/// stays). Returns the numbers of (repeated, out of order).
+template <typename T>
+std::pair<int, int> sortByStamp(std::vector<T>* items) {
+  int out_of_order = 0;
+  std::int64_t latest = items->empty() ? 0 : items->front().stamp_ns;
+  for (const T& item : *items) {
+    if (item.stamp_ns < latest) ++out_of_order;
+    latest = std::max(latest, item.stamp_ns);
+  }
+  if (out_of_order > 0) {
+    std::stable_sort(items->begin(), items->end(),
+                     [](const T& a, const T& b) { return a.stamp_ns < b.stamp_ns; });
+  }
+  const auto kept = std::unique(items->begin(), items->end(),
+                                [](const T& a, const T& b) { return a.stamp_ns == b.stamp_ns; });
+  const int repeated = static_cast<int>(items->end() - kept);
+  items->erase(kept, items->end());
+  return {repeated, out_of_order};
+}
+
+}  // namespace slim_init::evaluation

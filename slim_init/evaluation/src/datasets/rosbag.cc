@@ -1,0 +1,462 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Bags of ROS 1 through the rosbag library. Everything that library and its message code may throw
+// ends in this file.
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/Imu.h>
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <utility>
+
+#include "datasets/csv_table.h"
+#include "datasets/image_truth.h"
+#include "datasets/truth_csv.h"
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/sequence_writer.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kImuType[] = "sensor_msgs/Imu";
+constexpr char kImageType[] = "sensor_msgs/Image";
+constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
+
+ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
+
+/// Encodings of sensor_msgs/Image that can be turned to grey.
+struct Encoding {
+  const char* name;
+  int channels;
+  int to_grey;  ///< code of cv::cvtColor; -1: is grey
+};
+constexpr Encoding kEncodings[] = {
+    {"mono8", 1, -1},
+    {"8UC1", 1, -1},
+    {"bgr8", 3, cv::COLOR_BGR2GRAY},
+    {"8UC3", 3, cv::COLOR_BGR2GRAY},
+    {"rgb8", 3, cv::COLOR_RGB2GRAY},
+    {"bgra8", 4, cv::COLOR_BGRA2GRAY},
+    {"rgba8", 4, cv::COLOR_RGBA2GRAY},
+};
+
+std::string withoutSlash(const std::string& topic) {
+  return topic.substr(std::min(topic.find_first_not_of('/'), topic.size()));
+}
+
+std::int64_t stampNs(const ros::Time& time) {
+  return std::int64_t{1000000000} * time.sec + time.nsec;
+}
+
+/// Header of a message of any type that begins with one, as ours do. The pixels are read from the
+/// file but not taken apart.
+std::int64_t headerStampNs(const rosbag::MessageInstance& message) {
+  std::vector<std::uint8_t> bytes(message.size());
+  ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  message.write(out);
+  ros::serialization::IStream in(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  std_msgs::Header header;
+  ros::serialization::deserialize(in, header);
+  return stampNs(header.stamp);
+}
+
+/// Grey image of a message, or a sentence about it.
+std::string decode(const sensor_msgs::Image& message, cv::Mat* grey) {
+  std::ostringstream out;
+  const auto* encoding =
+      std::find_if(std::begin(kEncodings), std::end(kEncodings),
+                   [&](const Encoding& known) { return message.encoding == known.name; });
+  if (encoding == std::end(kEncodings)) {
+    out << "has encoding " << quoted(message.encoding) << ", must be ";
+    for (const Encoding& known : kEncodings) {
+      out << (&known == std::begin(kEncodings) ? "" : ", ") << known.name;
+    }
+    return out.str();
+  }
+  const std::uint64_t row = std::uint64_t{message.width} * encoding->channels;
+  const std::uint64_t needed = std::uint64_t{message.step} * message.height;
+  if (message.width == 0 || message.height == 0 || message.step < row ||
+      message.data.size() < needed) {
+    out << "is said to be " << message.width << " x " << message.height << " in rows of "
+        << message.step << " bytes (" << encoding->name << "), but holds " << message.data.size()
+        << " bytes";
+    return out.str();
+  }
+  const cv::Mat pixels(static_cast<int>(message.height), static_cast<int>(message.width),
+                       CV_8UC(encoding->channels), const_cast<std::uint8_t*>(message.data.data()),
+                       message.step);
+  if (encoding->to_grey < 0) {
+    *grey = pixels.clone();
+  } else {
+    cv::cvtColor(pixels, *grey, encoding->to_grey);
+  }
+  return "";
+}
+
+std::string decode(const sensor_msgs::CompressedImage& message, cv::Mat* grey) {
+  if (!message.data.empty()) {
+    *grey = cv::imdecode(message.data, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  }
+  if (!grey->empty()) return "";
+  return "cannot be decoded: " + std::to_string(message.data.size()) + " bytes of " +
+         quoted(message.format);
+}
+
+template <typename Message>
+std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey) {
+  const auto message = instance.instantiate<Message>();
+  if (message == nullptr) return "is of another version of its type";
+  return decode(*message, grey);
+}
+
+class BagFile : public ImageSequence {
+ public:
+  ReadStatus open(const std::string& file, const BagTopics& topics,
+                  const std::string& groundtruth_file, const ImageSequenceOptions& options) {
+    file_ = file;
+    name_ = fs::path(lastComponent(file)).stem().string();
+    std::error_code code;
+    if (!fs::is_regular_file(file, code)) {
+      return error(ReadError::kMissingFile,
+                   file + (fs::exists(file, code) ? " is not a regular file" : " does not exist"));
+    }
+    try {
+      bag_.open(file, rosbag::bagmode::Read);
+    } catch (const rosbag::BagUnindexedException&) {
+      return error(ReadError::kMalformed, file + cutShort("it has no index"));
+    } catch (const std::exception& exception) {
+      // The index stands at the end and is read first.
+      return error(ReadError::kMalformed, file + cutShort(exception.what()));
+    }
+    try {
+      return readMessages(topics, groundtruth_file, options);
+    } catch (const std::exception& exception) {
+      return error(ReadError::kMalformed, file + " cannot be read: " + exception.what());
+    }
+  }
+
+  cv::Mat image(std::size_t k, std::string* sentence) override {
+    const rosbag::MessageInstance& message = image_messages_[message_of_image_[k]];
+    cv::Mat grey;
+    std::string problem;
+    try {
+      problem = message.getDataType() == kImageType
+                    ? decodeMessage<sensor_msgs::Image>(message, &grey)
+                    : decodeMessage<sensor_msgs::CompressedImage>(message, &grey);
+    } catch (const std::exception& exception) {
+      problem = std::string("cannot be read: ") + exception.what();
+    }
+    if (problem.empty()) return grey;
+    if (sentence != nullptr) {
+      *sentence = file_ + ": image of " + message.getTopic() + " at " +
+                  std::to_string(image_stamps_ns_[k]) + " ns " + problem;
+    }
+    return cv::Mat();
+  }
+
+ private:
+  static std::string cutShort(const std::string& reason) {
+    return " cannot be opened as a bag of ROS 1: " + reason +
+           "; if its recording was cut short, `rosbag reindex` repairs it";
+  }
+
+  /// The topic of the bag that is meant by `wanted`, which carries one of `types`. An image topic
+  /// may also be there in its compressed form only.
+  ReadStatus findTopic(const std::map<std::string, std::string>& known, const std::string& key,
+                       const std::string& wanted, const std::vector<std::string>& types,
+                       std::string* topic) {
+    for (const std::string suffix : {"", "/compressed"}) {
+      if (!suffix.empty() && types.size() < 2) continue;
+      for (const auto& [name, type] : known) {
+        if (withoutSlash(name) != withoutSlash(wanted) + suffix) continue;
+        if (std::find(types.begin(), types.end(), type) == types.end()) {
+          return error(ReadError::kMissingTopic, file_ + ": " + key + " " + wanted + " carries " +
+                                                     quoted(type) + ", must be " + types.front());
+        }
+        if (!suffix.empty()) note(file_ + ": " + wanted + " is there as " + name);
+        *topic = name;
+        return {};
+      }
+    }
+    std::ostringstream out;
+    out << file_ << " has no topic " << quoted(wanted) << " (" << key << "); it has ";
+    if (known.empty()) out << "none";
+    bool first = true;
+    for (const auto& [name, type] : known) {
+      out << (first ? "" : ", ") << name << " (" << type << ")";
+      first = false;
+    }
+    return error(ReadError::kMissingTopic, out.str());
+  }
+
+  ReadStatus readMessages(const BagTopics& topics, const std::string& groundtruth_file,
+                          const ImageSequenceOptions& options) {
+    std::map<std::string, std::string> known;
+    {
+      rosbag::View all(bag_);
+      for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+        known[connection->topic] = connection->datatype;
+      }
+    }
+    std::string imu_topic;
+    std::string image_topic;
+    ReadStatus status = findTopic(known, "imu_topic", topics.imu, {kImuType}, &imu_topic);
+    if (status.ok()) {
+      status = findTopic(known, "image_topic", topics.image, {kImageType, kCompressedType},
+                         &image_topic);
+    }
+    if (status.ok()) status = readImu(imu_topic, options);
+    if (status.ok()) status = readImageStamps(image_topic, options.min_images);
+    if (status.ok() && !groundtruth_file.empty()) {
+      status = readTruth(groundtruth_file, options.min_truth_rows);
+    } else if (status.ok()) {
+      note(file_ + ": without ground truth there are no errors to report");
+    }
+    return status;
+  }
+
+  ReadStatus readImu(const std::string& topic, const ImageSequenceOptions& options) {
+    struct Stamped {
+      std::int64_t stamp_ns;
+      ImuSample sample;
+    };
+    std::vector<Stamped> samples;
+    rosbag::View view(bag_, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& instance : view) {
+      sensor_msgs::Imu::ConstPtr message;
+      try {
+        message = instance.instantiate<sensor_msgs::Imu>();
+      } catch (const std::exception&) {
+      }
+      Stamped stamped;
+      if (message != nullptr) {
+        const auto vector = [](const geometry_msgs::Vector3& v) {
+          return Eigen::Vector3d(v.x, v.y, v.z);
+        };
+        stamped.stamp_ns = stampNs(message->header.stamp);
+        stamped.sample.gyro = vector(message->angular_velocity);
+        stamped.sample.accel = vector(message->linear_acceleration);
+      }
+      if (message == nullptr || !stamped.sample.gyro.allFinite() ||
+          !stamped.sample.accel.allFinite()) {
+        ++counts_.imu_unreadable;
+        continue;
+      }
+      samples.push_back(stamped);
+    }
+    if (counts_.imu_unreadable > 0) {
+      note(file_ + ": " + std::to_string(counts_.imu_unreadable) + " messages of " + topic +
+           " cannot be read or hold a value that is not finite, and were dropped");
+    }
+    std::tie(counts_.imu_repeated, counts_.imu_out_of_order) = sortByStamp(&samples);
+    note(disorderNote(file_, "IMU messages", counts_.imu_repeated, counts_.imu_out_of_order));
+    counts_.imu_samples = static_cast<int>(samples.size());
+    if (counts_.imu_samples < options.min_imu_samples) {
+      return error(ReadError::kTooFewRows, file_ + ": " + topic + " has " +
+                                               std::to_string(counts_.imu_samples) +
+                                               " usable messages, needs at least " +
+                                               std::to_string(options.min_imu_samples));
+    }
+    t0_ns_ = samples.front().stamp_ns;
+    imu_.reserve(samples.size());
+    for (Stamped& stamped : samples) {
+      stamped.sample.t = relativeSeconds(stamped.stamp_ns, t0_ns_);
+      imu_.push_back(stamped.sample);
+    }
+    const ImuGaps gaps =
+        findImuGaps(file_ + ": " + topic, imu_, options.max_imu_gap_s, /*table=*/nullptr);
+    counts_.imu_gaps = gaps.count;
+    counts_.largest_imu_gap_s = gaps.largest_s;
+    note(gaps.note);
+    return {};
+  }
+
+  ReadStatus readImageStamps(const std::string& topic, int min_images) {
+    struct Stamped {
+      std::int64_t stamp_ns;
+      std::size_t message;  ///< messages themselves can be copied, but not moved about
+    };
+    std::vector<Stamped> images;
+    image_view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& instance : *image_view_) {
+      try {
+        images.push_back({headerStampNs(instance), image_messages_.size()});
+        image_messages_.push_back(instance);
+      } catch (const std::exception&) {
+        ++counts_.images_unreadable;
+      }
+    }
+    if (counts_.images_unreadable > 0) {
+      note(file_ + ": " + std::to_string(counts_.images_unreadable) + " messages of " + topic +
+           " cannot be read and were dropped");
+    }
+    std::tie(counts_.images_repeated, counts_.images_out_of_order) = sortByStamp(&images);
+    note(disorderNote(file_, "images", counts_.images_repeated, counts_.images_out_of_order));
+    counts_.images = static_cast<int>(images.size());
+    if (counts_.images < min_images) {
+      return error(ReadError::kTooFewRows,
+                   file_ + ": " + topic + " has " + std::to_string(counts_.images) +
+                       " usable messages, needs at least " + std::to_string(min_images));
+    }
+    for (const Stamped& image : images) {
+      image_stamps_ns_.push_back(image.stamp_ns);
+      message_of_image_.push_back(image.message);
+    }
+    return {};
+  }
+
+  ReadStatus readTruth(const std::string& path, int min_rows) {
+    TruthFile truth;
+    if (ReadStatus status = readTruthFile(path, t0_ns_, min_rows, &truth); !status.ok()) {
+      return status;
+    }
+    truth_ = std::move(truth.states);
+    has_velocity_ = has_bias_ = truth.has_velocity_and_bias;
+    counts_.truth_samples = static_cast<int>(truth_.size());
+    counts_.truth_repeated = truth.repeated;
+    counts_.truth_out_of_order = truth.out_of_order;
+    for (const std::string& sentence : truth.notes) note(sentence);
+    return {};
+  }
+
+  void note(const std::string& sentence) {
+    if (!sentence.empty()) notes_.push_back(sentence);
+  }
+
+  std::string file_;
+  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::View> image_view_;             ///< the messages below point into it
+  std::vector<rosbag::MessageInstance> image_messages_;  ///< as recorded
+  std::vector<std::size_t> message_of_image_;
+};
+
+// ------------------------------------------------------------------------------------- writing
+
+class BagWriter : public SequenceWriter {
+ public:
+  std::string open(const std::string& file, const BagTopics& topics) {
+    file_ = file;
+    topics_ = topics;
+    std::error_code code;
+    if (const fs::path parent = fs::path(file).parent_path(); !parent.empty()) {
+      fs::create_directories(parent, code);
+    }
+    const std::string problem =
+        guarded([&] { bag_.open(file, static_cast<std::uint32_t>(rosbag::bagmode::Write)); });
+    return problem.empty() ? truth_.open(groundtruthFileOf(file)) : problem;
+  }
+
+  std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) override {
+    sensor_msgs::Imu message;
+    if (std::string problem = fillHeader(stamp_ns, "imu0", &imu_, &message.header);
+        !problem.empty()) {
+      return problem;
+    }
+    const auto fill = [](const Eigen::Vector3d& from, geometry_msgs::Vector3* to) {
+      to->x = from.x();
+      to->y = from.y();
+      to->z = from.z();
+    };
+    fill(sample.gyro, &message.angular_velocity);
+    fill(sample.accel, &message.linear_acceleration);
+    message.orientation_covariance[0] = -1.0;  // no orientation, by the message's own definition
+    return guarded([&] { bag_.write(topics_.imu, message.header.stamp, message); });
+  }
+
+  std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
+    if (image.empty() || image.type() != CV_8UC1) return file_ + ": image is not CV_8UC1";
+    sensor_msgs::Image message;
+    if (std::string problem = fillHeader(stamp_ns, "cam0", &images_, &message.header);
+        !problem.empty()) {
+      return problem;
+    }
+    message.height = static_cast<std::uint32_t>(image.rows);
+    message.width = static_cast<std::uint32_t>(image.cols);
+    message.encoding = "mono8";
+    message.step = message.width;
+    const cv::Mat whole = image.isContinuous() ? image : image.clone();
+    message.data.assign(whole.datastart, whole.datastart + whole.total());
+    return guarded([&] { bag_.write(topics_.image, message.header.stamp, message); });
+  }
+
+  std::string addTruth(std::int64_t stamp_ns, const NavState& state) override {
+    return truth_.add(stamp_ns, state);
+  }
+
+  std::string finish() override {
+    std::string problem = guarded([&] { bag_.close(); });
+    return problem.empty() ? truth_.finish() : problem;
+  }
+
+ private:
+  struct Stream {
+    std::uint32_t seq = 0;
+    std::int64_t last_ns = -1;
+  };
+
+  std::string fillHeader(std::int64_t stamp_ns, const char* frame, Stream* stream,
+                         std_msgs::Header* header) const {
+    constexpr std::int64_t kNsPerS = 1000000000;
+    if (stamp_ns <= stream->last_ns || stamp_ns < 1 || stamp_ns / kNsPerS > 0xFFFFFFFFLL) {
+      return file_ + ": stamp " + std::to_string(stamp_ns) + " ns of " + frame +
+             " must be after the one before (" + std::to_string(stream->last_ns) +
+             " ns), at least 1 ns and less than 2^32 s";
+    }
+    stream->last_ns = stamp_ns;
+    header->seq = stream->seq++;
+    header->frame_id = frame;
+    header->stamp = ros::Time(static_cast<std::uint32_t>(stamp_ns / kNsPerS),
+                              static_cast<std::uint32_t>(stamp_ns % kNsPerS));
+    return "";
+  }
+
+  template <typename Function>
+  std::string guarded(const Function& function) const {
+    try {
+      function();
+    } catch (const std::exception& exception) {
+      return file_ + " cannot be written: " + exception.what();
+    }
+    return "";
+  }
+
+  std::string file_;
+  BagTopics topics_;
+  rosbag::Bag bag_;
+  TruthCsv truth_;
+  Stream imu_;
+  Stream images_;
+};
+
+}  // namespace
+
+bool rosbagSupported() { return true; }
+
+std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopics& topics,
+                                          const std::string& groundtruth_file,
+                                          const ImageSequenceOptions& options, ReadStatus* status) {
+  auto bag = std::make_unique<BagFile>();
+  *status = bag->open(file, topics, groundtruth_file, options);
+  if (!status->ok()) return nullptr;
+  return bag;
+}
+
+std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& topics,
+                                              std::string* error) {
+  auto writer = std::make_unique<BagWriter>();
+  *error = writer->open(file, topics);
+  if (!error->empty()) return nullptr;
+  return writer;
+}
+
+}  // namespace slim_init::evaluation

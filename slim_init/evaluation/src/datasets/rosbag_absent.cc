@@ -1,0 +1,32 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// In place of rosbag.cc where that library was not found.
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/sequence_writer.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+constexpr char kWithoutRosbag[] =
+    " is a bag, and this build is without rosbag (install librosbag-storage-dev and "
+    "libsensor-msgs-dev, or source a ROS installation, and configure again)";
+
+}  // namespace
+
+bool rosbagSupported() { return false; }
+
+std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopics& /*topics*/,
+                                          const std::string& /*groundtruth_file*/,
+                                          const ImageSequenceOptions& /*options*/,
+                                          ReadStatus* status) {
+  *status = {ReadError::kNotSupported, file + kWithoutRosbag};
+  return nullptr;
+}
+
+std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& /*topics*/,
+                                              std::string* error) {
+  *error = file + kWithoutRosbag;
+  return nullptr;
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,255 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "datasets/sensor_yaml.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <sstream>
+#include <vector>
+
+namespace slim_init::evaluation {
+namespace {
+
+using feature_tracker_lines::Camera;
+using feature_tracker_lines::CameraModel;
+using feature_tracker_lines::CameraParameters;
+
+// Twelve printed digits are a rotation to 1e-12, a few digits to 1e-3.
+constexpr double kMaxRotationError = 1e-2;
+constexpr double kMaxBodyImuDifference = 1e-6;
+
+/// The first problem of a file. Thrown inside this file only.
+struct Problem {
+  std::string sentence;
+};
+
+template <typename... Parts>
+[[noreturn]] void fail(const Parts&... parts) {
+  std::ostringstream out;
+  (out << ... << parts);
+  throw Problem{out.str()};
+}
+
+/// A sensor.yaml file. It is plain YAML without the "%YAML:1.0" that OpenCV's parser insists on.
+class SensorFile {
+ public:
+  explicit SensorFile(const std::string& path) : path_(path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream content;
+    if (file && file.peek() != std::ifstream::traits_type::eof()) content << file.rdbuf();
+    if (!file.is_open() || file.bad()) fail(path, " cannot be read");
+    std::string text = content.str();
+    if (text.compare(0, 5, "%YAML") != 0) text.insert(0, "%YAML:1.0\n");
+    try {
+      storage_.open(text,
+                    cv::FileStorage::READ | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
+    } catch (const std::exception&) {
+      fail(path, " is not YAML that OpenCV can read");
+    }
+    if (!storage_.isOpened()) fail(path, " is not YAML that OpenCV can read");
+  }
+
+  std::string text(const char* key) const {
+    const cv::FileNode node = required(storage_.root(), key);
+    if (!node.isString()) fail(path_, ": ", key, " must be a word");
+    return static_cast<std::string>(node);
+  }
+
+  double number(const char* key) const {
+    const cv::FileNode node = required(storage_.root(), key);
+    if (!node.isInt() && !node.isReal()) fail(path_, ": ", key, " must be a number");
+    return static_cast<double>(node);
+  }
+
+  std::vector<double> numbers(const char* key) const {
+    return numbersOf(required(storage_.root(), key), key);
+  }
+
+  /// T_BS: sensor to body.
+  Eigen::Matrix4d transform() const {
+    const cv::FileNode node = required(storage_.root(), "T_BS");
+    if (!node.isMap()) fail(path_, ": T_BS must have rows, cols and data");
+    const std::vector<double> data = numbersOf(required(node, "data"), "T_BS.data");
+    if (data.size() != 16) {
+      fail(path_, ": T_BS.data has ", data.size(), " numbers, must have 16 (4 x 4)");
+    }
+    Eigen::Matrix4d T_b_s;
+    for (int r = 0; r < 4; ++r) {
+      for (int c = 0; c < 4; ++c) T_b_s(r, c) = data[static_cast<std::size_t>(4 * r + c)];
+    }
+    return T_b_s;
+  }
+
+  const std::string& path() const { return path_; }
+
+ private:
+  cv::FileNode required(const cv::FileNode& parent, const char* key) const {
+    const cv::FileNode node = parent.isMap() ? parent[key] : cv::FileNode();
+    if (node.empty()) fail(path_, ": ", key, " is missing");
+    return node;
+  }
+
+  std::vector<double> numbersOf(const cv::FileNode& node, const char* key) const {
+    if (!node.isSeq()) fail(path_, ": ", key, " must be a list of numbers");
+    std::vector<double> values;
+    for (const cv::FileNode& item : node) {
+      if (!item.isInt() && !item.isReal()) fail(path_, ": ", key, " must be a list of numbers");
+      values.push_back(static_cast<double>(item));
+      if (!std::isfinite(values.back())) fail(path_, ": ", key, " has a value that is not finite");
+    }
+    return values;
+  }
+
+  std::string path_;
+  cv::FileStorage storage_;
+};
+
+CameraParameters readCameraModel(const SensorFile& file) {
+  CameraParameters camera;
+  const std::vector<double> resolution = file.numbers("resolution");
+  if (resolution.size() != 2) {
+    fail(file.path(), ": resolution has ", resolution.size(), " numbers, must have 2");
+  }
+  for (const double side : resolution) {
+    if (!(side >= 1.0 && side <= 100000.0) || side != std::floor(side)) {
+      fail(file.path(), ": resolution has ", side, ", must be whole numbers from 1 to 100000");
+    }
+  }
+  camera.width = static_cast<int>(resolution[0]);
+  camera.height = static_cast<int>(resolution[1]);
+
+  const std::string lens = file.text("camera_model");
+  std::vector<double> intrinsics = file.numbers("intrinsics");
+  const bool omni = lens == "omni";
+  if (!omni && lens != "pinhole") {
+    fail(file.path(), ": camera_model is \"", lens, "\", must be pinhole or omni");
+  }
+  if (intrinsics.size() != (omni ? 5u : 4u)) {
+    fail(file.path(), ": intrinsics has ", intrinsics.size(), " numbers, must have ",
+         omni ? "5 (xi, fu, fv, cu, cv)" : "4 (fu, fv, cu, cv)");
+  }
+  if (omni) {
+    camera.model = CameraModel::kMei;
+    camera.xi = intrinsics.front();
+    intrinsics.erase(intrinsics.begin());
+  }
+  camera.fx = intrinsics[0];
+  camera.fy = intrinsics[1];
+  camera.cx = intrinsics[2];
+  camera.cy = intrinsics[3];
+
+  const std::string distortion = file.text("distortion_model");
+  if (distortion == "equidistant" && !omni) {
+    camera.model = CameraModel::kKannalaBrandt;
+  } else if (distortion != "radial-tangential" && distortion != "radtan" &&
+             distortion != "plumb_bob") {
+    fail(file.path(), ": distortion_model is \"", distortion,
+         "\", must be radial-tangential or (with camera_model pinhole) equidistant");
+  }
+  const std::vector<double> coefficients = file.numbers("distortion_coefficients");
+  // A fifth, k3, is written by some tools; zero is no loss.
+  const bool zero_k3 = coefficients.size() == 5 && coefficients[4] == 0.0;
+  if (coefficients.size() != 4 && !zero_k3) {
+    fail(file.path(), ": distortion_coefficients has ", coefficients.size(),
+         " numbers, must have 4");
+  }
+  for (std::size_t i = 0; i < 4; ++i) camera.distortion[i] = coefficients[i];
+  if (const std::string sentence = camera.validate(); !sentence.empty()) {
+    fail(file.path(), ": ", sentence);
+  }
+  return camera;
+}
+
+void readFiles(const std::string& camera_file, const std::string& imu_file,
+               SequenceCalibration* result) {
+  const SensorFile camera(camera_file);
+  const SensorFile imu(imu_file);
+  result->camera = readCameraModel(camera);
+  Calibration& calibration = result->calibration;
+  calibration.focal_px = Camera(result->camera).focalPx();
+
+  const Eigen::Matrix4d T_b_i = imu.transform();
+  if (!((T_b_i - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff() <= kMaxBodyImuDifference)) {
+    fail(imu.path(), ": T_BS is not the identity; the IMU has to be the body frame");
+  }
+  const Eigen::Matrix4d T_b_c = camera.transform();
+  const Eigen::Matrix3d R = T_b_c.topLeftCorner<3, 3>();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+  if (!((R - nearest).norm() <= kMaxRotationError) || nearest.determinant() < 0.0) {
+    fail(camera.path(), ": T_BS does not hold a rotation");
+  }
+  calibration.R_b_c = nearest;
+  calibration.t_b_c = T_b_c.topRightCorner<3, 1>();
+  calibration.imu_noise.gyro_density = imu.number("gyroscope_noise_density");
+  calibration.imu_noise.accel_density = imu.number("accelerometer_noise_density");
+  if (const std::string sentence = calibration.validate(); !sentence.empty()) {
+    fail(camera.path(), " and ", imu.path(), ": ", sentence);
+  }
+}
+
+std::string transformYaml(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  std::ostringstream out;
+  out.precision(17);
+  out << "T_BS:\n  cols: 4\n  rows: 4\n  data: [";
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) out << R(r, c) << ", ";
+    out << t(r) << ",\n         ";
+  }
+  out << "0.0, 0.0, 0.0, 1.0]\n";
+  return out.str();
+}
+
+}  // namespace
+
+std::string readSensorYaml(const std::string& camera_file, const std::string& imu_file,
+                           SequenceCalibration* calibration) {
+  SequenceCalibration read;
+  try {
+    readFiles(camera_file, imu_file, &read);
+  } catch (const Problem& problem) {
+    return problem.sentence;
+  } catch (const std::exception& exception) {
+    return camera_file + " and " + imu_file + ": " + exception.what();
+  }
+  *calibration = read;
+  return "";
+}
+
+std::string cameraSensorYaml(const WriterRig& rig) {
+  const CameraParameters& camera = rig.camera;
+  std::ostringstream out;
+  out.precision(17);
+  out << "%YAML:1.0\nsensor_type: camera\ncomment: " << rig.comment
+      << "\n\n# Camera in the body frame, which is the IMU's.\n"
+      << transformYaml(rig.calibration.R_b_c, rig.calibration.t_b_c)
+      << "\nrate_hz: " << rig.image_rate_hz << "\nresolution: [" << camera.width << ", "
+      << camera.height
+      << "]\ncamera_model: " << (camera.model == CameraModel::kMei ? "omni" : "pinhole")
+      << "\nintrinsics: [";
+  if (camera.model == CameraModel::kMei) out << camera.xi << ", ";
+  out << camera.fx << ", " << camera.fy << ", " << camera.cx << ", " << camera.cy
+      << "]\ndistortion_model: "
+      << (camera.model == CameraModel::kKannalaBrandt ? "equidistant" : "radial-tangential")
+      << "\ndistortion_coefficients: [";
+  for (std::size_t i = 0; i < 4; ++i) out << (i > 0 ? ", " : "") << camera.distortion[i];
+  out << "]\n";
+  return out.str();
+}
+
+std::string imuSensorYaml(const WriterRig& rig) {
+  std::ostringstream out;
+  out.precision(17);
+  out << "%YAML:1.0\nsensor_type: imu\ncomment: " << rig.comment << "\n\n"
+      << transformYaml(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero())
+      << "rate_hz: " << rig.imu_rate_hz
+      << "\ngyroscope_noise_density: " << rig.calibration.imu_noise.gyro_density
+      << "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: "
+      << rig.calibration.imu_noise.accel_density << "  # [m/s^2/sqrt(Hz)]\n";
+  return out.str();
+}
+
+}  // namespace slim_init::evaluation

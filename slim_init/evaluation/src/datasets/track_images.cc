@@ -1,0 +1,153 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/track_images.h"
+
+#include <algorithm>
+#include <sstream>
+#include <unordered_set>
+#include <utility>
+
+#include "statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+using feature_tracker_lines::FrontEndReport;
+using feature_tracker_lines::ImageFrontEnd;
+using feature_tracker_lines::ImageStatus;
+
+/// Collects one number per image.
+class SummaryCollector {
+ public:
+  void add(const FrameObservation& frame, const FrontEndReport& report) {
+    points_.push_back(static_cast<double>(frame.points.size()));
+    lines_.push_back(static_cast<double>(frame.lines.size()));
+    const double carried_points = carried(frame.points, &point_ids_);
+    const double carried_lines = carried(frame.lines, &line_ids_);
+    // The first image carries nothing on, by definition.
+    if (points_.size() > 1) {
+      points_carried_.push_back(carried_points);
+      lines_carried_.push_back(carried_lines);
+    }
+    total_ms_.push_back(report.total_ms);
+    for (const StageTime& stage : report.stages) {
+      auto found = std::find_if(stages_.begin(), stages_.end(),
+                                [&](const auto& known) { return known.first == stage.name; });
+      if (found == stages_.end()) found = stages_.insert(stages_.end(), {stage.name, {}});
+      found->second.push_back(stage.ms);
+    }
+    if (report.vp_found) ++vp_images_;
+    without_gyro_ = static_cast<int>(report.images_without_imu);
+    detector_ = report.line_detector;
+  }
+
+  void finish(TrackingSummary* summary) const {
+    summary->points = median(points_);
+    summary->points_p10 = quantile(points_, 0.1);
+    summary->points_carried = median(points_carried_);
+    summary->lines = median(lines_);
+    summary->lines_p10 = quantile(lines_, 0.1);
+    summary->lines_carried = median(lines_carried_);
+    summary->images_with_vp = vp_images_;
+    summary->images_without_gyro = without_gyro_;
+    summary->line_detector = detector_;
+    summary->total_ms_median = median(total_ms_);
+    summary->total_ms_p90 = quantile(total_ms_, 0.9);
+    for (const auto& [name, times] : stages_) {
+      summary->stages_ms_median.push_back({name, median(times)});
+    }
+  }
+
+ private:
+  /// Number of observations whose id was there in the image before.
+  template <typename Observation>
+  static double carried(const std::vector<Observation>& observations,
+                        std::unordered_set<FeatureId>* before) {
+    std::unordered_set<FeatureId> ids;
+    int count = 0;
+    for (const Observation& observation : observations) {
+      if (before->count(observation.id) > 0) ++count;
+      ids.insert(observation.id);
+    }
+    *before = std::move(ids);
+    return count;
+  }
+
+  std::vector<double> points_, lines_, points_carried_, lines_carried_, total_ms_;
+  std::vector<std::pair<std::string, std::vector<double>>> stages_;
+  std::unordered_set<FeatureId> point_ids_, line_ids_;
+  int vp_images_ = 0;
+  int without_gyro_ = 0;
+  std::string detector_;
+};
+
+}  // namespace
+
+std::string trackImages(ImageSequence* images,
+                        const feature_tracker_lines::CameraParameters& camera,
+                        const Calibration& calibration,
+                        const feature_tracker_lines::FrontEndOptions& options,
+                        const TrackingHooks& hooks, std::vector<FrameObservation>* frames,
+                        TrackingSummary* summary) {
+  frames->clear();
+  *summary = TrackingSummary();
+  const std::vector<ImuSample>& imu = images->imu();
+  ImageFrontEnd front_end(camera, calibration, options);
+  SummaryCollector collector;
+  const int total = static_cast<int>(images->images());
+  summary->images = total;
+  std::size_t next_imu = 0;
+  const auto problem = [summary](const std::string& sentence) {
+    if (summary->first_problem.empty()) summary->first_problem = sentence;
+  };
+
+  for (std::size_t k = 0; k < images->images(); ++k) {
+    const double t = images->imageTime(k);
+    const double t_imu = t + calibration.td;
+    if (imu.empty() || t_imu < imu.front().t || t_imu > imu.back().t) {
+      ++summary->outside_imu;
+      continue;
+    }
+    std::string sentence;
+    const cv::Mat image = images->image(k, &sentence);
+    if (image.empty()) {
+      ++summary->unreadable;
+      problem(sentence);
+      continue;
+    }
+    // Up to the first sample at or after the image, which then is covered.
+    while (next_imu < imu.size() && (next_imu == 0 || imu[next_imu - 1].t < t_imu)) {
+      front_end.addImu(imu[next_imu++]);
+    }
+    FrameObservation frame;
+    const ImageStatus status = front_end.addImage(t, image, &frame);
+    if (status != ImageStatus::kTracked) {
+      ++summary->refused;
+      std::ostringstream out;
+      out << "image at " << images->imageStampNs(k) << " ns was refused (" << toString(status)
+          << "): it has " << image.cols << " x " << image.rows << " pixels, the camera "
+          << camera.width << " x " << camera.height;
+      problem(out.str());
+      continue;
+    }
+    collector.add(frame, front_end.report());
+    frames->push_back(std::move(frame));
+    if (hooks.tracked) {
+      if (std::string stop = hooks.tracked(images->imageStampNs(k), front_end); !stop.empty()) {
+        return stop;
+      }
+    }
+    if (hooks.progress) hooks.progress(static_cast<int>(k) + 1, total);
+  }
+  summary->tracked = static_cast<int>(frames->size());
+  collector.finish(summary);
+  if (summary->tracked >= 2) return "";
+  std::ostringstream out;
+  out << images->name() << ": " << summary->tracked << " of " << total
+      << " images could be tracked, needs at least 2: " << summary->outside_imu
+      << " lie outside the IMU data, " << summary->unreadable << " cannot be read, "
+      << summary->refused << " were refused";
+  if (!summary->first_problem.empty()) out << "; first: " << summary->first_problem;
+  return out.str();
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,125 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Scenes to take pictures of: solids with patterns on them, described once. POV-Ray draws them
+// (rendering.h), and the ray caster here tells what is seen where.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "slim_init/simulation/world.h"
+
+namespace slim_init::simulation {
+
+/// What is painted on a surface. Lengths are Look::size_m.
+enum class Pattern {
+  kPlain,    ///< one brightness
+  kPlaster,  ///< faint blotches of a painted wall
+  kGranite,  ///< noise from `size_m` down to a fiftieth of it
+  kBricks,   ///< running bond, bricks `size_m` long, joints of the brightness `dark`
+  kTiles,    ///< square tiles `size_m`, joints of the brightness `dark`
+  kPlanks,   ///< boards `size_m` wide with grain
+  kMosaic,   ///< polygons of random brightness, `size_m` across
+  kChecker,  ///< squares `size_m`
+  kStripes,  ///< bars of width `size_m`
+};
+
+/// Material of a solid. Brightnesses are linear reflectances.
+struct Look {
+  Pattern pattern = Pattern::kPlain;
+  double bright = 0.6;     ///< in [0, 1]
+  double dark = 0.3;       ///< in [0, 1]; not used by kPlain
+  double size_m = 0.2;     ///< of one element of the pattern
+  double angle_deg = 0.0;  ///< turn of the pattern within the surface
+  double glow = 0.0;       ///< emitted brightness, for lamps and window panes
+};
+
+enum class Shape { kBox, kCylinder };
+
+/// A solid: a box along its own axes, turned by `yaw_deg` about the vertical through its centre, or
+/// a cylinder along one of its axes (elliptic where the other two half sizes differ).
+struct Solid {
+  std::string name;
+  Shape shape = Shape::kBox;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();     ///< in w [m]
+  Eigen::Vector3d half_size = Eigen::Vector3d::Ones();  ///< along its own axes [m]
+  double yaw_deg = 0.0;
+  int axis = 2;  ///< of a cylinder
+  int look = 0;  ///< index into Scene::looks
+};
+
+/// A lamp without shadow: twice as bright close by, falling with the square of the distance far
+/// off.
+struct Light {
+  Eigen::Vector3d position_w = Eigen::Vector3d::Zero();  ///< [m]
+  double brightness = 0.5;                               ///< at `reach_m`
+  double reach_m = 4.0;
+};
+
+/// Where a ray first meets a surface.
+struct RayHit {
+  int solid = -1;  ///< index into Scene::solids; -1: nothing was met
+  int face = -1;   ///< box: 2 axis + (upper side); cylinder: the same for its ends, 6 its mantle
+  double distance = 0.0;  ///< along the unit direction [m]
+  Eigen::Vector3d point_w = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal_w = Eigen::Vector3d::UnitZ();  ///< unit, out of the solid
+  bool hit() const { return solid >= 0; }
+};
+
+/// An edge of a box.
+struct SceneEdge {
+  int solid = -1;
+  Eigen::Vector3d start_w = Eigen::Vector3d::Zero();
+  Eigen::Vector3d end_w = Eigen::Vector3d::Zero();
+};
+
+/// Names of the scenes: "room", "brick-room", "tile-room", "blank-room", "hall", "corridor".
+const std::vector<std::string>& sceneNames();
+
+struct Scene {
+  std::string kind;  ///< one of sceneNames(), or a name of the user's own
+  Box hull;          ///< inside of the walls
+  double ambient = 0.3;
+  std::vector<Look> looks;
+  std::vector<Light> lights;
+  std::vector<Solid> solids;  ///< walls included
+
+  /// First surface along the ray from `origin_w` in `direction_w` (any length but zero), farther
+  /// than a micrometre. A ray from inside a solid meets its far side.
+  RayHit castRay(const Eigen::Vector3d& origin_w, const Eigen::Vector3d& direction_w) const;
+
+  /// Whether nothing stands between a place and a point on a surface. What is nearer to the point
+  /// than `tolerance_m` is the surface itself.
+  bool visible(const Eigen::Vector3d& from_w, const Eigen::Vector3d& to_w,
+               double tolerance_m = 0.01) const;
+
+  /// The twelve edges of every box that are not inside another solid at both ends.
+  std::vector<SceneEdge> edges() const;
+
+  /// Distance from a place to the nearest surface [m]; negative inside a solid.
+  double clearance(const Eigen::Vector3d& place_w) const;
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+struct SceneOptions {
+  std::string kind = "room";
+  unsigned seed = 1;
+};
+
+/// Builds a scene around the path of a camera: as large as its kind is by nature, grown where
+/// needed so that the path keeps its distance from walls (0.5 m in the corridor, 1 m elsewhere) and
+/// furniture (0.7 m). Unknown kind, or a path without a finite place: false and a sentence.
+bool makeScene(const SceneOptions& options, const std::vector<Eigen::Vector3d>& path_w,
+               Scene* scene, std::string* error);
+
+/// The scene as JSON: every solid, look and light in the names of these structs, so that truth can
+/// be computed later, also for scenes of the user's own.
+std::string sceneToJson(const Scene& scene);
+
+/// Reads sceneToJson()'s text. False and a sentence naming the key or element at fault.
+bool sceneFromJson(const std::string& text, Scene* scene, std::string* error);
+
+}  // namespace slim_init::simulation

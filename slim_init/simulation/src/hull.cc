@@ -1,0 +1,52 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "hull.h"
+
+namespace slim_init::simulation {
+namespace {
+
+constexpr double kCorridorOverrun = 10.0;   // [m] beyond the path, so that there is always an ahead
+constexpr double kCorridorEyeHeight = 1.5;  // [m] of the path's middle above the floor
+constexpr double kCorridorHeight = 2.7;     // [m]
+
+}  // namespace
+
+Box boundsOf(const std::vector<Eigen::Vector3d>& path_w) {
+  Box box;
+  bool empty = true;
+  for (const Eigen::Vector3d& p : path_w) {
+    if (!p.allFinite()) continue;
+    if (empty) box = {p, p};
+    empty = false;
+    box.min = box.min.cwiseMin(p);
+    box.max = box.max.cwiseMax(p);
+  }
+  return box;
+}
+
+int longAxis(const Box& box) {
+  const Eigen::Vector3d size = box.max - box.min;
+  constexpr double kClearlyLonger = 1.25;
+  constexpr double kStill = 0.1;  // [m] the wobble of a vehicle at rest has no direction
+  return size.y() > kClearlyLonger * size.x() + kStill ? 1 : 0;
+}
+
+Box makeHull(bool corridor, const Eigen::Vector3d& half_size, double path_margin, const Box& path) {
+  const Eigen::Vector3d center = 0.5 * (path.min + path.max);
+  Box hull{center - half_size, center + half_size};
+  if (corridor) {
+    const int along = longAxis(path);
+    const int across = 1 - along;
+    hull.min[along] = path.min[along] - kCorridorOverrun;
+    hull.max[along] = path.max[along] + kCorridorOverrun;
+    hull.min[across] = center[across] - half_size.y();
+    hull.max[across] = center[across] + half_size.y();
+    hull.min.z() = center.z() - kCorridorEyeHeight;
+    hull.max.z() = hull.min.z() + kCorridorHeight;
+  }
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(path_margin);
+  hull.min = hull.min.cwiseMin(path.min - margin);
+  hull.max = hull.max.cwiseMax(path.max + margin);
+  return hull;
+}
+
+}  // namespace slim_init::simulation

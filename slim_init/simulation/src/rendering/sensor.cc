@@ -1,0 +1,55 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "random.h"
+#include "range_sentence.h"
+#include "slim_init/simulation/rendering.h"
+
+namespace slim_init::simulation {
+
+std::string SensorOptions::validate() const {
+  std::string sentence;
+  requireWithin("gain", gain, 1e-3, 1e5, &sentence);
+  requireWithin("blur_px", blur_px, 0.0, 20.0, &sentence);
+  requireWithin("vignetting", vignetting, 0.0, 1.0, &sentence);
+  requireWithin("exposure_swing", exposure_swing, 0.0, 0.9, &sentence);
+  requireWithin("exposure_period_s", exposure_period_s, 0.1, 1e6, &sentence);
+  requireWithin("read_noise", read_noise, 0.0, 100.0, &sentence);
+  requireWithin("shot_noise", shot_noise, 0.0, 100.0, &sentence);
+  return sentence;
+}
+
+cv::Mat expose(const cv::Mat& radiance, std::int64_t index, double t,
+               const SensorOptions& options) {
+  constexpr double kTwoPi = 6.283185307179586;
+  cv::Mat light = radiance;
+  if (options.blur_px > 0.0) {
+    cv::GaussianBlur(radiance, light, cv::Size(), options.blur_px, options.blur_px,
+                     cv::BORDER_REFLECT_101);
+  }
+  const double exposure =
+      1.0 + options.exposure_swing * std::sin(kTwoPi * t / options.exposure_period_s);
+  const double cx = 0.5 * (light.cols - 1);
+  const double cy = 0.5 * (light.rows - 1);
+  const double corner2 = std::max(1.0, cx * cx + cy * cy);
+  const double read2 = options.read_noise * options.read_noise;
+  Random random(options.seed, ("sensor/" + std::to_string(index)).c_str());
+  cv::Mat image(light.size(), CV_8UC1);
+  for (int v = 0; v < light.rows; ++v) {
+    const float* in = light.ptr<float>(v);
+    std::uint8_t* out = image.ptr<std::uint8_t>(v);
+    for (int u = 0; u < light.cols; ++u) {
+      const double r2 = ((u - cx) * (u - cx) + (v - cy) * (v - cy)) / corner2;
+      const double grey = options.gain * exposure * (1.0 - options.vignetting * r2) * in[u];
+      const double sigma = std::sqrt(read2 + options.shot_noise * std::max(0.0, grey));
+      const double noisy = grey + (sigma > 0.0 ? sigma * random.gaussian() : 0.0);
+      out[u] = static_cast<std::uint8_t>(std::clamp(std::floor(noisy + 0.5), 0.0, 255.0));
+    }
+  }
+  return image;
+}
+
+}  // namespace slim_init::simulation

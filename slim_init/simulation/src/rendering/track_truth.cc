@@ -1,0 +1,359 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/simulation/track_truth.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "range_sentence.h"
+
+namespace slim_init::simulation {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = 3.141592653589793 / 180.0;
+constexpr int kMantle = 6;  // RayHit::face of a curved surface
+
+// A flat face of a solid.
+struct Face {
+  int solid = -1;
+  int face = -1;
+  Vector3d point_w = Vector3d::Zero();
+  Vector3d normal_w = Vector3d::UnitZ();
+};
+
+bool operator==(const Face& a, const Face& b) { return a.solid == b.solid && a.face == b.face; }
+
+Face faceOf(const RayHit& hit) { return {hit.solid, hit.face, hit.point_w, hit.normal_w}; }
+
+// Where a ray meets the face's plane, in front of the camera.
+std::optional<Vector3d> meet(const Face& face, const CameraPose& pose, const Vector3d& bearing_c) {
+  const Vector3d d = pose.R_w_c * bearing_c;
+  const double along = d.dot(face.normal_w);
+  constexpr double kGrazing = 1e-4;
+  if (std::abs(along) < kGrazing) return std::nullopt;
+  const double distance = (face.point_w - pose.t_w_c).dot(face.normal_w) / along;
+  if (!(distance > 1e-3)) return std::nullopt;
+  return pose.t_w_c + distance * d;
+}
+
+// Unit vectors at right angles to a bearing.
+std::pair<Vector3d, Vector3d> tangents(const Vector3d& bearing) {
+  const Vector3d seed = std::abs(bearing.x()) < 0.7 ? Vector3d::UnitX() : Vector3d::UnitY();
+  const Vector3d a = bearing.cross(seed).normalized();
+  return {a, bearing.cross(a)};
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return kNotComputed;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// One observation, with the index of its view.
+template <typename Observation>
+struct Seen {
+  int frame = 0;
+  const Observation* observation = nullptr;
+};
+
+template <typename Observation>
+using Track = std::vector<Seen<Observation>>;
+
+template <typename Observation>
+using Tracks = std::map<FeatureId, Track<Observation>>;
+
+// The observation of a track in one view; null when it was not seen there.
+template <typename Observation>
+const Observation* seenAt(const Track<Observation>& track, int frame) {
+  const auto it = std::find_if(track.begin(), track.end(),
+                               [frame](const auto& seen) { return seen.frame == frame; });
+  return it == track.end() ? nullptr : it->observation;
+}
+
+// The surface that explains a track best, and the errors of the later observations on it.
+template <typename Error>
+struct Explanation {
+  std::optional<Face> face;
+  double median_error = 0.0;
+  std::vector<Error> errors;
+
+  void offer(const Face& candidate, double median_of_candidate, std::vector<Error> list) {
+    if (face && !(median_of_candidate < median_error)) return;
+    face = candidate;
+    median_error = median_of_candidate;
+    errors = std::move(list);
+  }
+};
+
+// A 3D line, by two places on it.
+struct Line {
+  Vector3d start_w, end_w;
+};
+
+}  // namespace
+
+// One evaluation over all views.
+class TrackTruth::Evaluation {
+ public:
+  explicit Evaluation(const TrackTruth& truth)
+      : scene_(truth.scene_),
+        camera_(truth.camera_),
+        options_(truth.options_),
+        views_(truth.views_),
+        px_(1.0 / truth.camera_.focalPx()) {
+    // Keyframes as an initializer takes them: the first image at least an interval after the last.
+    keyframe_before_.assign(views_.size(), -1);
+    int last = -1;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      constexpr double kSlack = 1e-6;  // [s] stamps are rounded
+      if (last >= 0 && views_[i].t - views_[static_cast<std::size_t>(last)].t <
+                           options_.keyframe_interval_s - kSlack) {
+        continue;
+      }
+      keyframe_before_[i] = last;
+      last = static_cast<int>(i);
+    }
+  }
+
+  TrackQuality run() const {
+    TrackQuality quality;
+    quality.frames = static_cast<int>(views_.size());
+    Tracks<PointObservation> points;
+    Tracks<LineObservation> lines;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      for (const PointObservation& point : views_[i].points) {
+        points[point.id].push_back({static_cast<int>(i), &point});
+      }
+      for (const LineObservation& line : views_[i].lines) {
+        lines[line.id].push_back({static_cast<int>(i), &line});
+      }
+    }
+    for (const auto& track : points) measurePoint(track.second, &quality);
+    for (const auto& track : lines) measureLine(track.second, &quality);
+    return quality;
+  }
+
+ private:
+  const CameraPose& pose(int frame) const { return views_[static_cast<std::size_t>(frame)].pose; }
+
+  // --- Points ---
+
+  // Surfaces at a point and around it, with the place on each of them.
+  std::vector<std::pair<Face, Vector3d>> placesOf(const Seen<PointObservation>& first) const {
+    const Vector3d& bearing = first.observation->bearing;
+    const CameraPose& from = pose(first.frame);
+    const auto [a, b] = tangents(bearing);
+    std::vector<std::pair<Face, Vector3d>> places;
+    constexpr int kAround = 8;
+    for (int i = 0; i <= kAround; ++i) {
+      const double angle = 360.0 / kAround * kDegree * i;
+      const double reach = i == kAround ? 0.0 : options_.border_px * px_;
+      const Vector3d ray = bearing + reach * std::cos(angle) * a + reach * std::sin(angle) * b;
+      const RayHit hit = scene_.castRay(from.t_w_c, from.R_w_c * ray);
+      if (!hit.hit()) continue;
+      const Face face = faceOf(hit);
+      if (std::any_of(places.begin(), places.end(),
+                      [&](const auto& known) { return known.first == face; })) {
+        continue;
+      }
+      if (const auto place = placeOn(face, first.frame, bearing)) places.emplace_back(face, *place);
+    }
+    return places;
+  }
+
+  // Where a bearing meets a surface; a curved one is asked for along the ray itself.
+  std::optional<Vector3d> placeOn(const Face& face, int frame, const Vector3d& bearing) const {
+    const CameraPose& from = pose(frame);
+    if (face.face != kMantle) return meet(face, from, bearing);
+    const RayHit hit = scene_.castRay(from.t_w_c, from.R_w_c * bearing);
+    if (!hit.hit()) return std::nullopt;
+    return hit.point_w;
+  }
+
+  PointError errorOf(const Vector3d& place_w, const Face& face, int from,
+                     const Seen<PointObservation>& seen) const {
+    const CameraPose& to = pose(seen.frame);
+    const Vector3d place_c = to.R_w_c.transpose() * (place_w - to.t_w_c);
+    PointError error;
+    error.id = seen.observation->id;
+    error.frame = seen.frame;
+    error.age = seen.frame - from;
+    error.solid = face.solid;
+    Vector2d pixel;
+    if (camera_.project(place_c, &pixel)) {
+      constexpr double kSurface = 0.02;  // [m] what stands out of a wall less does not hide it
+      error.error_px = (pixel - seen.observation->pixel).norm();
+      error.occluded = !scene_.visible(to.t_w_c, place_w, kSurface);
+    } else {
+      error.error_px = place_c.normalized().cross(seen.observation->bearing).norm() / px_;
+      error.occluded = true;
+    }
+    return error;
+  }
+
+  void measurePoint(const Track<PointObservation>& track, TrackQuality* quality) const {
+    if (track.size() < 2) return;
+    ++quality->point_tracks;
+    Explanation<PointError> best;
+    for (const auto& [face, place_w] : placesOf(track.front())) {
+      std::vector<PointError> errors;
+      std::vector<double> values;
+      for (std::size_t k = 1; k < track.size(); ++k) {
+        errors.push_back(errorOf(place_w, face, track.front().frame, track[k]));
+        values.push_back(errors.back().error_px);
+      }
+      best.offer(face, median(values), std::move(errors));
+    }
+    if (!best.face) {
+      ++quality->point_tracks_without_truth;
+      return;
+    }
+    quality->points.insert(quality->points.end(), best.errors.begin(), best.errors.end());
+
+    // From keyframe to keyframe, anew from the surface.
+    for (std::size_t k = 1; k < track.size(); ++k) {
+      const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
+      const PointObservation* from = before < 0 ? nullptr : seenAt(track, before);
+      if (from == nullptr) continue;
+      const auto place_w = placeOn(*best.face, before, from->bearing);
+      if (!place_w) continue;
+      quality->keyframe_points.push_back(errorOf(*place_w, *best.face, before, track[k]));
+    }
+  }
+
+  // --- Lines ---
+
+  // Surfaces that are seen along a segment, on it or beside it; none where one of them is curved.
+  std::vector<Face> facesAlong(const Seen<LineObservation>& first) const {
+    const CameraPose& from = pose(first.frame);
+    const Vector3d& start = first.observation->start_bearing;
+    const Vector3d& end = first.observation->end_bearing;
+    const Vector3d normal = start.cross(end).normalized();
+    constexpr int kPlaces = 5;
+    std::vector<std::pair<Face, int>> counted;  // and at how many places
+    for (int i = 0; i < kPlaces; ++i) {
+      const double s = 0.1 + 0.8 * i / (kPlaces - 1);
+      const Vector3d on = ((1.0 - s) * start + s * end).normalized();
+      std::vector<Face> here;
+      for (const double side : {0.0, -1.0, 1.0}) {
+        const RayHit hit = scene_.castRay(
+            from.t_w_c, from.R_w_c * (on + side * options_.border_px * px_ * normal));
+        if (!hit.hit()) continue;
+        if (hit.face == kMantle) return {};
+        const Face face = faceOf(hit);
+        if (std::find(here.begin(), here.end(), face) == here.end()) here.push_back(face);
+      }
+      for (const Face& face : here) {
+        const auto known = std::find_if(counted.begin(), counted.end(),
+                                        [&](const auto& f) { return f.first == face; });
+        if (known == counted.end()) {
+          counted.emplace_back(face, 1);
+        } else {
+          ++known->second;
+        }
+      }
+    }
+    std::vector<Face> faces;
+    for (const auto& [face, places] : counted) {
+      // One place may be hidden behind something thin.
+      if (places >= kPlaces - 1) faces.push_back(face);
+    }
+    return faces;
+  }
+
+  std::optional<Line> lineOn(const Face& face, int frame, const LineObservation& seen) const {
+    const auto start = meet(face, pose(frame), seen.start_bearing);
+    const auto end = meet(face, pose(frame), seen.end_bearing);
+    if (!start || !end) return std::nullopt;
+    return Line{*start, *end};
+  }
+
+  LineError errorOf(const Line& line, const Face& face, int from,
+                    const Seen<LineObservation>& seen) const {
+    const CameraPose& to = pose(seen.frame);
+    const Vector3d start = to.R_w_c.transpose() * (line.start_w - to.t_w_c);
+    const Vector3d end = to.R_w_c.transpose() * (line.end_w - to.t_w_c);
+    const Vector3d normal = start.cross(end).normalized();
+    const Vector3d& seen_start = seen.observation->start_bearing;
+    const Vector3d& seen_end = seen.observation->end_bearing;
+    const Vector3d middle = (seen_start + seen_end).normalized();
+    LineError error;
+    error.id = seen.observation->id;
+    error.frame = seen.frame;
+    error.age = seen.frame - from;
+    error.solid = face.solid;
+    error.offset_px = std::abs(std::asin(std::clamp(middle.dot(normal), -1.0, 1.0))) / px_;
+    error.end_px = std::max(std::abs(seen_start.dot(normal)), std::abs(seen_end.dot(normal))) / px_;
+    // Both directions in the plane at right angles to the segment's middle.
+    const Vector3d observed = seen_start.cross(seen_end).cross(middle).normalized();
+    const Vector3d truth = normal.cross(middle).normalized();
+    error.angle_deg = std::asin(std::clamp(observed.cross(truth).norm(), 0.0, 1.0)) / kDegree;
+    return error;
+  }
+
+  void measureLine(const Track<LineObservation>& track, TrackQuality* quality) const {
+    if (track.size() < 2) return;
+    ++quality->line_tracks;
+    const Seen<LineObservation>& first = track.front();
+    Explanation<LineError> best;
+    for (const Face& face : facesAlong(first)) {
+      const auto line = lineOn(face, first.frame, *first.observation);
+      if (!line) continue;
+      std::vector<LineError> errors;
+      std::vector<double> values;
+      for (std::size_t k = 1; k < track.size(); ++k) {
+        errors.push_back(errorOf(*line, face, first.frame, track[k]));
+        values.push_back(errors.back().end_px);
+      }
+      best.offer(face, median(values), std::move(errors));
+    }
+    if (!best.face) {
+      ++quality->line_tracks_without_truth;
+      return;
+    }
+    quality->lines.insert(quality->lines.end(), best.errors.begin(), best.errors.end());
+    for (std::size_t k = 1; k < track.size(); ++k) {
+      const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
+      const LineObservation* from = before < 0 ? nullptr : seenAt(track, before);
+      if (from == nullptr) continue;
+      const auto line = lineOn(*best.face, before, *from);
+      if (!line) continue;
+      quality->keyframe_lines.push_back(errorOf(*line, *best.face, before, track[k]));
+    }
+  }
+
+  const Scene& scene_;
+  const feature_tracker_lines::Camera& camera_;
+  const TrackTruthOptions& options_;
+  const std::vector<View>& views_;
+  double px_;                         // [rad] of one pixel at the axis
+  std::vector<int> keyframe_before_;  // of a view that is a keyframe; else -1
+};
+
+std::string TrackTruthOptions::validate() const {
+  std::string sentence;
+  requireWithin("outlier_px", outlier_px, 0.01, 1e3, &sentence);
+  requireWithin("border_px", border_px, 0.0, 100.0, &sentence);
+  requireWithin("keyframe_interval_s", keyframe_interval_s, 1e-3, 1e3, &sentence);
+  requireWithin("same_line_px", same_line_px, 0.01, 1e3, &sentence);
+  return sentence;
+}
+
+TrackTruth::TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera,
+                       const TrackTruthOptions& options)
+    : scene_(scene), camera_(camera), options_(options) {}
+
+void TrackTruth::addFrame(const FrameObservation& frame, const CameraPose& pose) {
+  views_.push_back({frame.t, pose, frame.points, frame.lines});
+}
+
+TrackQuality TrackTruth::evaluate() const { return Evaluation(*this).run(); }
+
+}  // namespace slim_init::simulation

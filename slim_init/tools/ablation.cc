@@ -1,0 +1,84 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "ablation.h"
+
+#include <utility>
+
+namespace slim_init::tools {
+namespace {
+
+/// A method under another name.
+class NamedSolver : public WindowSolver {
+ public:
+  NamedSolver(std::string name, std::unique_ptr<WindowSolver> solver)
+      : name_(std::move(name)), solver_(std::move(solver)) {}
+  const std::string& name() const override { return name_; }
+  InitResult solve(const InitWindow& window) const override { return solver_->solve(window); }
+
+ private:
+  std::string name_;
+  std::unique_ptr<WindowSolver> solver_;
+};
+
+}  // namespace
+
+const std::vector<AblationVariant>& ablationVariants() {
+  static const std::vector<AblationVariant> kVariants = {
+      {"slim", "points-only", "neither lines nor vanishing points",
+       [](InitializerOptions* o) {
+         o->refinement.use_lines = false;
+         o->slim.vanishing_points = false;
+       }},
+      {"slim", "no-lines", "vanishing points, but no lines in the refinement",
+       [](InitializerOptions* o) { o->refinement.use_lines = false; }},
+      {"slim", "no-vp", "lines, but no vanishing points",
+       [](InitializerOptions* o) { o->slim.vanishing_points = false; }},
+      {"slim", "no-accel-bias", "accelerometer bias held at zero in the refinement",
+       [](InitializerOptions* o) { o->refinement.estimate_accel_bias = false; }},
+      {"slim", "no-refinement", "the first start is the answer",
+       [](InitializerOptions* o) { o->slim.refine = false; }},
+      {"slim", "no-pruning", "tracks that contradict the consensus bias stay in",
+       [](InitializerOptions* o) { o->slim.prune_tracks = false; }},
+      {"slim", "consecutive-pairs", "gyroscope bias from consecutive keyframes only",
+       [](InitializerOptions* o) { o->robust_bias.refinement.max_gap = 1; }},
+      {"slim", "no-reverse-start", "the tight alignment is the only start",
+       [](InitializerOptions* o) { o->slim.reverse_start = false; }},
+      {"slim", "no-tight-start", "the reverse alignment is the only start",
+       [](InitializerOptions* o) { o->slim.tight_start = false; }},
+      {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",
+       [](InitializerOptions* o) { o->slim_paper.use_vp = false; }},
+      {"slim-paper", "no-line-epipolar", "without eq. (11)",
+       [](InitializerOptions* o) { o->slim_paper.use_line_epipolar = false; }},
+      {"slim-paper", "no-line-normal", "without eq. (12)",
+       [](InitializerOptions* o) { o->slim_paper.use_line_normal = false; }},
+      {"slim-paper", "points-only", "without eqs. (4), (11) and (12)",
+       [](InitializerOptions* o) {
+         o->slim_paper.use_vp = false;
+         o->slim_paper.use_line_epipolar = false;
+         o->slim_paper.use_line_normal = false;
+       }},
+  };
+  return kVariants;
+}
+
+std::string makeMethods(const AbOptions& options, std::vector<Method>* methods) {
+  methods->clear();
+  for (const std::string& name : options.method_names) {
+    std::string error;
+    methods->push_back({makeWindowSolver(name, options.initializer, &error), ""});
+    if (methods->back().solver == nullptr) return error;
+    if (!options.ablation) continue;
+    for (const AblationVariant& variant : ablationVariants()) {
+      if (name != variant.method) continue;
+      InitializerOptions changed = options.initializer;
+      variant.change(&changed);
+      std::unique_ptr<WindowSolver> solver = makeWindowSolver(name, changed, &error);
+      const std::string label = name + "[" + variant.name + "]";
+      if (solver == nullptr) return label + ": " + error;
+      methods->push_back(
+          {std::make_unique<NamedSolver>(label, std::move(solver)), variant.sentence});
+    }
+  }
+  return "";
+}
+
+}  // namespace slim_init::tools

@@ -1,0 +1,155 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "load_images.h"
+
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <system_error>
+#include <utility>
+
+#include "progress_bar.h"
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/evaluation/track_images.h"
+#include "slim_init/feature_tracker_lines/config.h"
+
+namespace slim_init::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using feature_tracker_lines::Config;
+
+std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
+                                                      evaluation::ReadStatus* status) {
+  evaluation::ImageSequenceOptions read_options;
+  read_options.max_imu_gap_s = options.initializer.window.max_imu_gap_s;
+  if (!options.asl.empty()) return evaluation::openAslFolder(options.asl, read_options, status);
+  evaluation::BagTopics topics;
+  if (!options.config->imu_topic.empty()) topics.imu = options.config->imu_topic;
+  if (!options.config->image_topic.empty()) topics.image = options.config->image_topic;
+  std::string truth = options.groundtruth;
+  std::error_code code;
+  if (truth.empty() && fs::exists(evaluation::groundtruthFileOf(options.bag), code)) {
+    truth = evaluation::groundtruthFileOf(options.bag);
+  }
+  return evaluation::openRosbag(options.bag, topics, truth, read_options, status);
+}
+
+/// Camera, calibration and front end: those of --config, else those beside the data.
+std::string configure(const AbOptions& options, const evaluation::ImageSequence& images,
+                      Config* config) {
+  if (!options.config_file.empty()) {
+    *config = *options.config;
+    return "";
+  }
+  if (!images.calibration().has_value()) {
+    return options.asl + " has no calibration that can be used (" + images.calibrationProblem() +
+           "); give one with --config YAML";
+  }
+  config->calibration = images.calibration()->calibration;
+  config->camera = images.calibration()->camera;
+  std::string error;
+  if (!options.options_file.empty() &&
+      !feature_tracker_lines::loadOptions(options.options_file, config, &error)) {
+    return "--options: " + error;
+  }
+  return "";
+}
+
+/// Writes the debug image of one frame.
+std::string writeDebugImage(const std::string& folder, std::int64_t stamp_ns,
+                            const cv::Mat& picture) {
+  const std::string path = (fs::path(folder) / (std::to_string(stamp_ns) + ".png")).string();
+  try {
+    if (cv::imwrite(path, picture)) return "";
+  } catch (const std::exception&) {
+  }
+  return "--frames: " + path + " cannot be written";
+}
+
+std::string makeFolder(const std::string& folder) {
+  std::error_code code;
+  fs::create_directories(folder, code);
+  return fs::is_directory(folder, code) ? "" : "--frames: folder " + folder + " cannot be made";
+}
+
+void noteTracking(const evaluation::TrackingSummary& tracking, const std::string& name,
+                  std::vector<std::string>* notes) {
+  const auto note = [&](int count, const std::string& what) {
+    if (count == 0) return;
+    notes->push_back(name + ": " + std::to_string(count) + " of " +
+                     std::to_string(tracking.images) + " images " + what);
+  };
+  const std::string first =
+      tracking.first_problem.empty() ? "" : "; first: " + tracking.first_problem;
+  note(tracking.outside_imu, "lie outside the IMU data and were left out");
+  note(tracking.unreadable, "cannot be read and were left out" + first);
+  note(tracking.refused, "were refused by the front end and left out" + first);
+  note(tracking.images_without_gyro, "were tracked without a rotation from the gyro");
+}
+
+}  // namespace
+
+std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
+  evaluation::ReadStatus status;
+  const std::unique_ptr<evaluation::ImageSequence> images = openImages(options, &status);
+  if (images == nullptr) return status.message;
+  Config config;
+  if (std::string sentence = configure(options, *images, &config); !sentence.empty()) {
+    return sentence;
+  }
+  if (!options.frames.empty()) {
+    if (std::string sentence = makeFolder(options.frames); !sentence.empty()) return sentence;
+  }
+
+  evaluation::Sequence& sequence = loaded->sequence;
+  sequence.name = images->name();
+  sequence.calibration = config.calibration;
+  sequence.t0_ns = images->t0Ns();
+  sequence.imu = images->imu();
+  sequence.notes = images->notes();
+
+  evaluation::TrackingSummary tracking;
+  {
+    ProgressBar bar(images->name() + ": images", !options.quiet);
+    evaluation::TrackingHooks hooks;
+    hooks.progress = [&bar](int done, int total) { bar.update(done, total); };
+    if (!options.frames.empty()) {
+      hooks.tracked = [&options](std::int64_t stamp_ns,
+                                 const feature_tracker_lines::ImageFrontEnd& front_end) {
+        return writeDebugImage(options.frames, stamp_ns, front_end.debugImage());
+      };
+    }
+    if (std::string sentence =
+            evaluation::trackImages(images.get(), config.camera, config.calibration,
+                                    config.front_end, hooks, &sequence.frames, &tracking);
+        !sentence.empty()) {
+      return sentence;
+    }
+  }
+  noteTracking(tracking, images->name(), &sequence.notes);
+  sequence.tracking = std::move(tracking);
+
+  std::vector<double> times;
+  for (const FrameObservation& frame : sequence.frames) times.push_back(frame.t);
+  return addTruth(images->truth(), images->hasBias(), images->name(), times, loaded);
+}
+
+}  // namespace slim_init::tools
+
+#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+namespace slim_init::tools {
+
+std::string loadImages(const AbOptions& options, LoadedSequence* /*loaded*/) {
+  return (options.asl.empty() ? options.bag : options.asl) +
+         " cannot be used: this program was built without feature_tracker_lines "
+         "(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)";
+}
+
+}  // namespace slim_init::tools
+
+#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

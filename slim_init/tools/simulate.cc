@@ -1,0 +1,289 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "simulate.h"
+
+#include <iostream>
+
+#include "exit_code.h"
+
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "progress_bar.h"
+#include "rig.h"
+#include "simulate_motion.h"
+#include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/simulation/rendering.h"
+#include "slim_init/simulation/scene.h"
+
+namespace slim_init::tools {
+namespace {
+
+using feature_tracker_lines::CameraParameters;
+
+int fail(ExitCode code, const std::string& sentence) {
+  std::cerr << "slim_init: " << sentence << "\n";
+  return code;
+}
+
+// EuRoC's cam0 (sensor.yaml of the dataset).
+CameraParameters eurocCamera() {
+  CameraParameters camera;
+  camera.fx = 458.654;
+  camera.fy = 457.296;
+  camera.cx = 367.215;
+  camera.cy = 248.375;
+  camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
+  return camera;
+}
+
+std::string loadRig(const SimulateOptions& options, Calibration* calibration,
+                    CameraParameters* camera) {
+  *calibration = eurocCalibration();
+  *camera = eurocCamera();
+  if (!options.config.empty()) {
+    feature_tracker_lines::Config config;
+    std::string error;
+    if (!feature_tracker_lines::loadConfig(options.config, &config, &error)) {
+      return "--config: " + error;
+    }
+    *calibration = config.calibration;
+    *camera = config.camera;
+  }
+  const double scale = options.image_scale;
+  camera->width = static_cast<int>(std::lround(scale * camera->width));
+  camera->height = static_cast<int>(std::lround(scale * camera->height));
+  camera->fx *= scale;
+  camera->fy *= scale;
+  // Pixel centres are at whole numbers: the image's edge at -0.5 stays where it is.
+  camera->cx = scale * (camera->cx + 0.5) - 0.5;
+  camera->cy = scale * (camera->cy + 0.5) - 0.5;
+  if (options.distortion == "off") {
+    camera->model = feature_tracker_lines::CameraModel::kPinhole;
+    camera->distortion = {0.0, 0.0, 0.0, 0.0};
+    camera->xi = 0.0;
+  }
+  calibration->focal_px = feature_tracker_lines::Camera(*camera).focalPx();
+  return camera->validate();
+}
+
+simulation::CameraPose poseAt(const SimulatedMotion& motion, const Calibration& calibration,
+                              double t_imu) {
+  const simulation::Kinematics body = motion.trajectory->at(t_imu);
+  simulation::CameraPose pose;
+  pose.R_w_c = body.R_w_b * calibration.R_b_c;
+  pose.t_w_c = body.p_w_b + body.R_w_b * calibration.t_b_c;
+  return pose;
+}
+
+// Every picture to be drawn: `sub_frames` of them per image, spread over the exposure.
+std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options,
+                                            const SimulatedMotion& motion,
+                                            const Calibration& calibration, int sub_frames) {
+  const double exposure = 1e-3 * options.motion_blur_ms;
+  std::vector<simulation::CameraPose> poses;
+  for (const double t : motion.image_times) {
+    for (int i = 0; i < sub_frames; ++i) {
+      const double offset = ((i + 0.5) / sub_frames - 0.5) * exposure;
+      poses.push_back(poseAt(motion, calibration, t + calibration.td + offset));
+    }
+  }
+  return poses;
+}
+
+std::int64_t stampOf(const SimulatedMotion& motion, double t) {
+  return motion.t0_ns + static_cast<std::int64_t>(std::llround(1e9 * t));
+}
+
+// One sequence to one or two writers.
+class Writers {
+ public:
+  std::string open(const SimulateOptions& options, const SimulatedMotion& motion,
+                   const Calibration& calibration, const CameraParameters& camera) {
+    evaluation::WriterRig rig;
+    rig.calibration = calibration;
+    rig.camera = camera;
+    rig.comment = "simulated: " + motion.name + " in " + options.scene;
+    rig.imu_rate_hz = options.recorded.empty() ? options.imu_rate_hz : rig.imu_rate_hz;
+    rig.image_rate_hz = options.recorded.empty() ? options.rate_hz : rig.image_rate_hz;
+    std::string error;
+    list_.push_back(evaluation::makeAslWriter(options.out, rig, &error));
+    if (list_.back() == nullptr) return "--out: " + error;
+    if (options.bag.empty()) return "";
+    list_.push_back(evaluation::makeBagWriter(options.bag, evaluation::BagTopics(), &error));
+    return list_.back() == nullptr ? "--bag: " + error : "";
+  }
+
+  template <typename Call>
+  std::string each(const Call& call) {
+    for (const auto& writer : list_) {
+      if (std::string sentence = call(writer.get()); !sentence.empty()) return sentence;
+    }
+    return "";
+  }
+
+ private:
+  std::vector<std::unique_ptr<evaluation::SequenceWriter>> list_;
+};
+
+std::string writeMotion(const SimulatedMotion& motion, Writers* writers) {
+  for (const ImuSample& sample : motion.imu) {
+    const std::int64_t stamp = stampOf(motion, sample.t);
+    if (std::string s = writers->each([&](auto* w) { return w->addImu(stamp, sample); });
+        !s.empty()) {
+      return s;
+    }
+  }
+  for (const NavState& state : motion.truth) {
+    const std::int64_t stamp = stampOf(motion, state.t);
+    if (std::string s = writers->each([&](auto* w) { return w->addTruth(stamp, state); });
+        !s.empty()) {
+      return s;
+    }
+  }
+  return "";
+}
+
+// Draws, exposes and writes every image.
+std::string writeImages(const SimulateOptions& options, const SimulatedMotion& motion,
+                        const simulation::SensorOptions& sensor, int sub_frames,
+                        simulation::Renderer* renderer, Writers* writers) {
+  ProgressBar bar(motion.name + " in " + options.scene, !options.quiet);
+  const std::size_t count = motion.image_times.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    cv::Mat radiance;
+    std::string error;
+    for (int i = 0; i < sub_frames; ++i) {
+      const cv::Mat picture = renderer->next(&error);
+      if (picture.empty()) return error;
+      radiance = i == 0 ? picture : cv::Mat(radiance + picture);
+    }
+    if (sub_frames > 1) radiance /= sub_frames;
+    const double t = motion.image_times[k];
+    const cv::Mat image = simulation::expose(radiance, static_cast<std::int64_t>(k), t, sensor);
+    const std::int64_t stamp = stampOf(motion, t);
+    if (std::string s = writers->each([&](auto* w) { return w->addImage(stamp, image); });
+        !s.empty()) {
+      return s;
+    }
+    bar.update(static_cast<int>(k + 1), static_cast<int>(count));
+  }
+  return "";
+}
+
+std::string writeScene(const simulation::Scene& scene, const std::string& out) {
+  const std::filesystem::path path = std::filesystem::path(out) / "scene.json";
+  std::ofstream file(path, std::ios::binary);
+  file << simulation::sceneToJson(scene);
+  return file.flush() ? "" : path.string() + " cannot be written";
+}
+
+}  // namespace
+
+int runSimulate(const SimulateOptions& options) {
+  if (const std::string error = checkSimulateOptions(options); !error.empty()) {
+    return fail(kExitBadInput, error);
+  }
+  std::string error;
+  if (!simulation::povrayAvailable(options.povray, &error)) return fail(kExitBadInput, error);
+  if (!options.bag.empty() && !evaluation::rosbagSupported()) {
+    return fail(kExitBadInput, "--bag: this program was built without the rosbag library");
+  }
+  simulation::SensorOptions sensor;
+  sensor.gain = options.gain;
+  sensor.blur_px = options.lens_blur_px;
+  sensor.vignetting = options.vignetting;
+  sensor.exposure_swing = options.exposure_swing;
+  sensor.read_noise = options.read_noise;
+  sensor.shot_noise = options.shot_noise;
+  sensor.seed = options.seed;
+  if (error = sensor.validate(); !error.empty()) return fail(kExitBadInput, error);
+
+  Calibration calibration;
+  CameraParameters camera;
+  if (error = loadRig(options, &calibration, &camera); !error.empty()) {
+    return fail(kExitBadInput, error);
+  }
+  SimulatedMotion motion;
+  if (error = loadSimulatedMotion(options, calibration, &motion); !error.empty()) {
+    return fail(kExitBadInput, error);
+  }
+  for (const std::string& note : motion.notes) std::cerr << "slim_init: note: " << note << "\n";
+
+  // The scene is built around the whole path of the camera.
+  const int sub_frames = options.motion_blur_ms > 0.0 ? options.sub_frames : 1;
+  const std::vector<simulation::CameraPose> poses =
+      posesOf(options, motion, calibration, sub_frames);
+  std::vector<Eigen::Vector3d> path_w;
+  for (const simulation::CameraPose& pose : poses) path_w.push_back(pose.t_w_c);
+  simulation::SceneOptions scene_options;
+  scene_options.kind = options.scene;
+  scene_options.seed = options.seed;
+  simulation::Scene scene;
+  if (!simulation::makeScene(scene_options, path_w, &scene, &error)) {
+    return fail(kExitBadInput, error);
+  }
+
+  Writers writers;
+  if (error = writers.open(options, motion, calibration, camera); !error.empty()) {
+    return fail(kExitBadInput, error);
+  }
+  if (error = writeScene(scene, options.out); !error.empty()) return fail(kExitInternal, error);
+  if (error = writeMotion(motion, &writers); !error.empty()) return fail(kExitInternal, error);
+
+  simulation::RenderOptions render;
+  render.supersample = options.supersample;
+  render.threads = options.threads;
+  render.program = options.povray;
+  render.work_directory = options.out;
+  const auto start = std::chrono::steady_clock::now();
+  const auto renderer = simulation::Renderer::start(scene, camera, poses, render, &error);
+  if (renderer == nullptr) return fail(kExitBadInput, error);
+  if (error = writeImages(options, motion, sensor, sub_frames, renderer.get(), &writers);
+      !error.empty()) {
+    return fail(kExitInternal, error);
+  }
+  if (error = writers.each([](auto* w) { return w->finish(); }); !error.empty()) {
+    return fail(kExitInternal, error);
+  }
+  if (!options.quiet) {
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    std::ostringstream out;
+    out.precision(3);
+    out << motion.image_times.size() << " images of " << camera.width << "x" << camera.height
+        << " over " << motion.image_times.back() - motion.image_times.front() << " s in "
+        << options.out << ", " << seconds / static_cast<double>(motion.image_times.size())
+        << " s an image\n";
+    std::cout << out.str();
+  }
+  return kExitOk;
+}
+
+}  // namespace slim_init::tools
+
+#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+namespace slim_init::tools {
+
+int runSimulate(const SimulateOptions&) {
+  std::cerr << "slim_init: simulate is not part of this program: it was built without "
+               "feature_tracker_lines (SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)\n";
+  return kExitBadInput;
+}
+
+}  // namespace slim_init::tools
+
+#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

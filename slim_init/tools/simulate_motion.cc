@@ -1,0 +1,234 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "simulate_motion.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "slim_init/evaluation/recorded.h"
+#include "slim_init/evaluation/truth.h"
+#include "slim_init/simulation/imu_simulator.h"
+
+namespace slim_init::tools {
+namespace {
+
+constexpr std::int64_t kBuiltinT0Ns = 1400000000000000000;  // a stamp that ros::Time can hold
+constexpr double kBuiltinDuration = 20.0;                   // [s]
+// IMU and truth reach this far beyond the images: integration and interpolation need neighbours.
+constexpr double kMargin = 0.1;       // [s]
+constexpr double kTruthStep = 0.005;  // [s] of simulated motion, as EuRoC's 200 Hz
+
+// Keeps what lies in [low, high].
+template <typename T>
+void cut(double low, double high, std::vector<T>* list) {
+  list->erase(std::remove_if(list->begin(), list->end(),
+                             [&](const T& x) { return x.t < low || x.t > high; }),
+              list->end());
+}
+
+// Keeps the images from --start on for --duration; the clock starts at the first that can be
+// rendered.
+std::string cutImages(const SimulateOptions& options, const Calibration& calibration,
+                      SimulatedMotion* motion) {
+  std::vector<double>& times = motion->image_times;
+  const std::size_t before = times.size();
+  times.erase(
+      std::remove_if(times.begin(), times.end(),
+                     [&](double t) { return !motion->trajectory->covers(t + calibration.td); }),
+      times.end());
+  if (before > times.size()) {
+    motion->notes.push_back(std::to_string(before - times.size()) + " of " +
+                            std::to_string(before) +
+                            " images lie outside or in gaps of the true motion and were left out");
+  }
+  if (times.empty()) return motion->name + ": no image lies within the true motion";
+  const double begin = times.front() + options.start_s;
+  const double last = times.back();
+  const double end = options.duration_s > 0.0 ? begin + options.duration_s : last;
+  // Half a nanosecond of slack: the sum is rounded.
+  times.erase(std::remove_if(times.begin(), times.end(),
+                             [&](double t) { return t < begin - 5e-10 || t > end + 5e-10; }),
+              times.end());
+  if (times.size() < 2) {
+    std::ostringstream out;
+    out << "--start " << options.start_s << " leaves " << times.size() << " images of "
+        << motion->name << ", whose motion is " << last - (begin - options.start_s)
+        << " s long; at least 2 are needed";
+    return out.str();
+  }
+  return "";
+}
+
+std::string loadRecorded(const SimulateOptions& options, const Calibration& calibration,
+                         SimulatedMotion* motion) {
+  evaluation::RecordedMotion recorded;
+  const evaluation::ReadStatus status =
+      evaluation::readRecordedMotion(options.recorded, evaluation::RecordedOptions(), &recorded);
+  if (!status.ok()) return status.message;
+  motion->name = recorded.name;
+  motion->t0_ns = recorded.t0_ns;
+  motion->notes = recorded.notes;
+  motion->image_times = recorded.image_times;
+  std::string error;
+  motion->trajectory = simulation::makeSampledTrajectory(recorded.truth, &error);
+  if (motion->trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
+  if (!recorded.has_bias) {
+    const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(recorded.imu, recorded.truth);
+    if (!fit.ok) return options.recorded + ": " + fit.message;
+    motion->notes.push_back(fit.message);
+    motion->notes.push_back(
+        "the accelerometer bias is not known; the written truth has zero in its place");
+    for (NavState& state : recorded.truth) {
+      state.gyro_bias = fit.bias;
+      state.accel_bias.setZero();
+    }
+  }
+  if (!recorded.has_velocity) {
+    for (NavState& state : recorded.truth) state.v_w_b = motion->trajectory->at(state.t).v_w_b;
+  }
+  motion->imu = std::move(recorded.imu);
+  motion->truth = std::move(recorded.truth);
+  return cutImages(options, calibration, motion);
+}
+
+// Stamp, position, quaternion; further columns are left alone.
+std::string readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<NavState>* states) {
+  std::ifstream file(path);
+  if (!file || !std::filesystem::is_regular_file(path)) return path + " cannot be opened";
+  int number = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++number;
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line[0] == '#') continue;
+    const auto problem = [&](const std::string& what) {
+      return path + " line " + std::to_string(number) + ": " + what;
+    };
+    std::istringstream cells(line);
+    std::string cell;
+    std::int64_t stamp_ns = 0;
+    double value[7] = {};
+    for (int column = 0; column < 8; ++column) {
+      if (!std::getline(cells, cell, ',')) {
+        return problem("has " + std::to_string(column) + " columns, must have at least 8");
+      }
+      char* end = nullptr;
+      if (column == 0) {
+        stamp_ns = std::strtoll(cell.c_str(), &end, 10);
+      } else {
+        value[column - 1] = std::strtod(cell.c_str(), &end);
+      }
+      const std::string rest = end == nullptr ? "" : end;
+      const bool number_read =
+          end != cell.c_str() && rest.find_first_not_of(" \t") == std::string::npos;
+      if (!number_read || (column > 0 && !std::isfinite(value[column - 1]))) {
+        return problem("column " + std::to_string(column + 1) + ": '" + cell +
+                       "' is not a finite number");
+      }
+    }
+    const Eigen::Quaterniond q(value[3], value[4], value[5], value[6]);
+    if (!(std::abs(q.norm() - 1.0) < 0.01)) {
+      std::ostringstream out;
+      out << "the quaternion has norm " << q.norm() << ", must be 1 within 0.01";
+      return problem(out.str());
+    }
+    if (states->empty()) *t0_ns = stamp_ns;
+    NavState state;
+    state.t = 1e-9 * static_cast<double>(stamp_ns - *t0_ns);
+    if (!states->empty() && !(state.t > states->back().t)) {
+      return problem("the stamp is not after the one before");
+    }
+    state.R_w_b = q.normalized().toRotationMatrix();
+    state.p_w_b = {value[0], value[1], value[2]};
+    state.v_w_b.setConstant(kNotComputed);
+    states->push_back(state);
+  }
+  return "";
+}
+
+// IMU, truth and image times along a known motion.
+std::string simulateSensors(const SimulateOptions& options, const Calibration& calibration,
+                            SimulatedMotion* motion) {
+  simulation::ImuSimulationOptions imu;
+  imu.rate_hz = options.imu_rate_hz;
+  imu.noise = calibration.imu_noise;
+  imu.gravity_magnitude = calibration.gravity_magnitude;
+  imu.seed = options.seed;
+  if (options.imu_errors == "off") {
+    imu.add_noise = false;
+    imu.gyro_bias.setZero();
+    imu.accel_bias.setZero();
+  }
+  if (std::string sentence = imu.validate(); !sentence.empty()) return sentence;
+  const simulation::Trajectory& trajectory = *motion->trajectory;
+  motion->imu = simulation::simulateImu(trajectory, imu);
+  for (std::int64_t k = 0;; ++k) {
+    const double t = trajectory.begin() + static_cast<double>(k) * kTruthStep;
+    if (t > trajectory.end()) break;
+    const simulation::Kinematics at = trajectory.at(t);
+    NavState state;
+    state.t = t;
+    state.R_w_b = at.R_w_b;
+    state.p_w_b = at.p_w_b;
+    state.v_w_b = at.v_w_b;
+    state.gyro_bias = imu.gyro_bias;
+    state.accel_bias = imu.accel_bias;
+    motion->truth.push_back(state);
+  }
+  // The first image has IMU data before it, the last one after it.
+  for (std::int64_t k = 0;; ++k) {
+    const double t = trajectory.begin() + kMargin + static_cast<double>(k) / options.rate_hz;
+    if (motion->imu.empty() || t > motion->imu.back().t - kMargin) break;
+    motion->image_times.push_back(t);
+  }
+  return cutImages(options, calibration, motion);
+}
+
+std::string loadCsv(const SimulateOptions& options, const Calibration& calibration,
+                    SimulatedMotion* motion) {
+  std::vector<NavState> states;
+  if (std::string s = readPoses(options.csv, &motion->t0_ns, &states); !s.empty()) {
+    return "--csv: " + s;
+  }
+  motion->name = std::filesystem::path(options.csv).stem().string();
+  constexpr double kSmoothRate = 20.0;  // [Hz]
+  std::string error;
+  motion->trajectory = simulation::makeSmoothTrajectory(states, kSmoothRate, &error);
+  if (motion->trajectory == nullptr) return "--csv: " + options.csv + ": " + error;
+  return simulateSensors(options, calibration, motion);
+}
+
+std::string loadBuiltin(const SimulateOptions& options, const Calibration& calibration,
+                        SimulatedMotion* motion) {
+  motion->name = options.builtin;
+  motion->t0_ns = kBuiltinT0Ns;
+  const double duration = options.start_s + 2.0 * kMargin + 0.01 +
+                          (options.duration_s > 0.0 ? options.duration_s : kBuiltinDuration);
+  std::string error;
+  motion->trajectory = simulation::makeBuiltinTrajectory(options.builtin, duration,
+                                                         calibration.R_b_c, options.seed, &error);
+  if (motion->trajectory == nullptr) return "--builtin: " + error;
+  return simulateSensors(options, calibration, motion);
+}
+
+}  // namespace
+
+std::string loadSimulatedMotion(const SimulateOptions& options, const Calibration& calibration,
+                                SimulatedMotion* motion) {
+  std::string sentence = !options.recorded.empty() ? loadRecorded(options, calibration, motion)
+                         : !options.csv.empty()    ? loadCsv(options, calibration, motion)
+                                                   : loadBuiltin(options, calibration, motion);
+  if (!sentence.empty()) return sentence;
+  const double low = motion->image_times.front() + calibration.td - kMargin;
+  const double high = motion->image_times.back() + calibration.td + kMargin;
+  cut(low, high, &motion->imu);
+  // Recorded truth may be sparse: some samples more, for whoever interpolates.
+  cut(low - 0.5, high + 0.5, &motion->truth);
+  return "";
+}
+
+}  // namespace slim_init::tools

@@ -1,0 +1,104 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "simulate_options.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "slim_init/simulation/scene.h"
+#include "slim_init/simulation/trajectory.h"
+
+namespace slim_init::tools {
+namespace {
+
+std::string join(const std::vector<std::string>& names) {
+  std::string joined;
+  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
+  SimulateOptions& o = *options;
+  constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
+  return {
+      {"csv", &o.csv, "FILE",
+       "Motion from poses: stamp [ns], position [m], quaternion w x y z of the body, as in EuRoC's "
+       "ground truth; the IMU is simulated",
+       ""},
+      {"builtin", &o.builtin, "NAME",
+       "Built-in motion: " + join(simulation::builtinTrajectoryNames()) + "; the IMU is simulated",
+       ""},
+      {"recorded", &o.recorded, "DIR",
+       "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: the real IMU and the real "
+       "image "
+       "times are kept",
+       ""},
+      {"scene", &o.scene, "NAME", "Scene: " + join(simulation::sceneNames()), ""},
+      {"start", &o.start_s, "X", "Skip this much of the motion [s]", "", 0.0, 1e6},
+      {"duration", &o.duration_s, "X",
+       "Length of the images [s]; 0: to the end of the motion, 20 s of a built-in one", "", 0.0,
+       1e6},
+      {"config", &o.config, "FILE",
+       "YAML file with camera, extrinsic and td (default: EuRoC's cam0 and IMU)", ""},
+      {"image-scale", &o.image_scale, "X", "Size of the images against the camera's", "", 0.05,
+       4.0},
+      {"distortion", &o.distortion, "MODE", "on: the camera's lens, off: a pinhole", ""},
+      {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
+      {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
+       4000.0},
+      {"imu-errors", &o.imu_errors, "MODE",
+       "on: noise and biases of EuRoC's IMU, off: none; not with --recorded", ""},
+      {"vignetting", &o.vignetting, "X", "Share of the light lost in the corners", "", 0.0, 1.0},
+      {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
+       0.0, 100.0},
+      {"shot-noise", &o.shot_noise, "X", "Variance of the noise per grey level of signal", "", 0.0,
+       100.0},
+      {"exposure-swing", &o.exposure_swing, "X", "Largest relative change of the exposure", "", 0.0,
+       0.9},
+      {"lens-blur", &o.lens_blur_px, "X", "Standard deviation of the point spread [px]", "", 0.0,
+       20.0},
+      {"motion-blur", &o.motion_blur_ms, "X", "Exposure time centred on the stamp [ms]; 0: none",
+       "", 0.0, 1000.0},
+      {"sub-frames", &o.sub_frames, "N", "Pictures averaged with --motion-blur", "", 2, 100},
+      {"gain", &o.gain, "X", "Grey level of a white surface in full light", "", 1.0, 1e4},
+      {"supersample", &o.supersample, "X",
+       "Pixels drawn per pixel along each axis; the time grows with the square", "", 0.25, 8.0},
+      {"threads", &o.threads, "N", "Threads of POV-Ray", "", 1, 512},
+      {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal files", "", 0.0,
+       kMaxSeed},
+      {"povray", &o.povray, "PROGRAM", "POV-Ray 3.7, by name or path", ""},
+      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0 and DIR/scene.json", ""},
+      {"bag", &o.bag, "FILE", "Write a rosbag as well", ""},
+      {"quiet", &o.quiet, "", "No progress bar and no summary", ""},
+  };
+}
+
+std::string checkSimulateOptions(const SimulateOptions& o) {
+  const int sources =
+      (o.csv.empty() ? 0 : 1) + (o.builtin.empty() ? 0 : 1) + (o.recorded.empty() ? 0 : 1);
+  if (sources == 0) return "one of --csv FILE, --builtin NAME and --recorded DIR is needed";
+  if (sources > 1) return "--csv, --builtin and --recorded exclude each other";
+  if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
+    return "--builtin is '" + o.builtin +
+           "', known are: " + join(simulation::builtinTrajectoryNames());
+  }
+  if (!contains(simulation::sceneNames(), o.scene)) {
+    return "--scene is '" + o.scene + "', known are: " + join(simulation::sceneNames());
+  }
+  if (o.distortion != "on" && o.distortion != "off") {
+    return "--distortion is '" + o.distortion + "', must be on or off";
+  }
+  if (o.imu_errors != "on" && o.imu_errors != "off") {
+    return "--imu-errors is '" + o.imu_errors + "', must be on or off";
+  }
+  if (o.out.empty()) return "--out is empty, must name a folder";
+  if (o.povray.empty()) return "--povray is empty, must name a program";
+  return "";
+}
+
+}  // namespace slim_init::tools

@@ -1,0 +1,49 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ab_options.h"
+
+namespace slim_init::tools {
+
+/// The command line of `slim_init simulate`.
+struct SimulateOptions {
+  std::string csv;       ///< file of poses; one of these three
+  std::string builtin;   ///< name of a motion
+  std::string recorded;  ///< folder with real IMU data and image times
+  std::string scene = "room";
+  double start_s = 0.0;     ///< from the first image that could be rendered
+  double duration_s = 0.0;  ///< of the images; 0: to the end of the motion, 20 s of a built-in one
+  std::string config;       ///< YAML with camera and extrinsic; empty: EuRoC's cam0
+  double image_scale = 1.0;
+  std::string distortion = "on";  ///< "off": a pinhole of the same focal length
+  double rate_hz = 20.0;          ///< of images where the motion has no image times of its own
+  double imu_rate_hz = 200.0;     ///< where the IMU is simulated
+  std::string imu_errors = "on";  ///< noise and bias of a simulated IMU
+  double vignetting = 0.25;
+  double read_noise = 1.5;
+  double shot_noise = 0.04;
+  double exposure_swing = 0.1;
+  double lens_blur_px = 0.5;
+  double motion_blur_ms = 0.0;
+  int sub_frames = 5;
+  double gain = 255.0;
+  double supersample = 1.0;
+  int threads = 1;
+  unsigned seed = 1;
+  std::string povray = "povray";
+  std::string out = "out/simulate";
+  std::string bag;  ///< file; empty: none
+  bool quiet = false;
+};
+
+/// All options, bound to the fields of `options`; see abOptionTable().
+std::vector<AbOption> simulateOptionTable(SimulateOptions* options);
+
+/// Checks what a single option cannot know. Returns an empty string, or a sentence naming the
+/// option, its value and what is allowed.
+std::string checkSimulateOptions(const SimulateOptions& options);
+
+}  // namespace slim_init::tools

@@ -1,0 +1,702 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The formulas of docs/derivation.md against the code, where no other test holds them.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <functional>
+#include <random>
+
+#include "alignment/gravity_constrained.h"
+#include "alignment/linear_alignment.h"
+#include "alignment/starting_states.h"
+#include "geometry/so3.h"
+#include "refinement/inertial_factor.h"
+#include "refinement/refine_window.h"
+#include "refinement/visual_inertial_map.h"
+#include "rotation/epipolar_pair.h"
+#include "rotation/normalized_epipolar_pair.h"
+#include "support/exact_window.h"
+#include "support/jacobian_check.h"
+#include "translation/ligt.h"
+
+namespace slim_init {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using testing_support::ExactWindow;
+using testing_support::ExactWindowOptions;
+using testing_support::makeExactWindow;
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double gaussian() { return normal_(engine_); }
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
+  Vector3d vector(double size) {
+    const double x = gaussian(), y = gaussian(), z = gaussian();
+    return size * Vector3d(x, y, z);
+  }
+
+ private:
+  std::mt19937_64 engine_;
+  std::normal_distribution<double> normal_;
+};
+
+// ---- lines ---------------------------------------------------------------------------------------
+
+// A line and cameras that see it without noise; the camera is the body.
+struct LineViews {
+  Vector3d point, direction;  // in b0, unit direction
+  MapState state;
+  std::vector<LineView> views;
+
+  // Normal of the interpretation plane of view k in b0, for a state near `state`.
+  Vector3d normal(int k, const MapState& at) const {
+    return at.R_b0_bk[k] * views[k].start_b.cross(views[k].end_b).normalized();
+  }
+};
+
+LineViews makeLineViews(unsigned seed, int count) {
+  Random random(seed);
+  LineViews out;
+  out.point = Vector3d(0, 0, 4) + random.vector(0.5);
+  out.direction = random.vector(1.0).normalized();
+  out.state.p_b0.setZero(3, count);
+  out.state.v_b0.setZero(3, count);
+  for (int k = 0; k < count; ++k) {
+    out.state.R_b0_bk.push_back(k == 0 ? Matrix3d(Matrix3d::Identity())
+                                       : expSO3(random.vector(0.2)));
+    if (k > 0) out.state.p_b0.col(k) = random.vector(0.7);
+    const auto seen = [&](double along) -> Vector3d {
+      return (out.state.R_b0_bk[k].transpose() *
+              (out.point + along * out.direction - out.state.p_b0.col(k)))
+          .normalized();
+    };
+    out.views.push_back({k, k, seen(-0.5 - 0.2 * k), seen(0.7 + 0.1 * k)});
+  }
+  return out;
+}
+
+// det [N_i N_j N_k], and the sum a N_i.c_i + b N_j.c_j + c N_k.c_k with the coefficients of the
+// identity (N_j x N_k . D) N_i + (N_k x N_i . D) N_j + (N_i x N_j . D) N_k = det D.
+Eigen::Vector2d threeViewConstraints(const LineViews& line, int i, int j, int k,
+                                     const MapState& at) {
+  const Vector3d N_i = line.normal(i, at), N_j = line.normal(j, at), N_k = line.normal(k, at);
+  const double a = N_j.cross(N_k).dot(line.direction);
+  const double b = N_k.cross(N_i).dot(line.direction);
+  const double c = N_i.cross(N_j).dot(line.direction);
+  const double det = N_i.dot(N_j.cross(N_k));
+  EXPECT_LT((a * N_i + b * N_j + c * N_k - det * line.direction).norm(), 1e-14);
+  return {det, a * N_i.dot(at.p_b0.col(i)) + b * N_j.dot(at.p_b0.col(j)) +
+                   c * N_k.dot(at.p_b0.col(k))};
+}
+
+TEST(Lines, Equation9IsTheBaselineAlongTheLineTimesTheSineBetweenThePlanes) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    const LineViews line = makeLineViews(seed, 2);
+    const Vector3d N_i = line.normal(0, line.state), N_j = line.normal(1, line.state);
+    const double sine = N_i.cross(N_j).norm();
+    const auto residual = [&](const Vector3d& baseline_b0) {
+      const Matrix3d& R_i = line.state.R_b0_bk[0];
+      return lineEpipolarResidual(R_i.transpose() * N_i,
+                                  line.state.R_b0_bk[1].transpose() * N_j,
+                                  R_i.transpose() * line.state.R_b0_bk[1],
+                                  R_i.transpose() * baseline_b0);
+    };
+    const Vector3d t = line.state.p_b0.col(1) - line.state.p_b0.col(0);
+    EXPECT_NEAR(std::abs(residual(t)), std::abs(t.dot(line.direction)) * sine, 1e-12);
+    // The part of the baseline across the line, the only one that the images are moved by, is not
+    // in it; the part along the line, which moves nothing, is all of it.
+    const Vector3d along = t.dot(line.direction) * line.direction;
+    EXPECT_NEAR(residual(t - along), 0.0, 1e-12);
+    EXPECT_NEAR(residual(along), residual(t), 1e-12);
+  }
+}
+
+TEST(Lines, ThreeViewConstraintIsExact) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    const LineViews line = makeLineViews(seed, 3);
+    const Eigen::Vector2d zero = threeViewConstraints(line, 0, 1, 2, line.state);
+    EXPECT_NEAR(zero[0], 0.0, 1e-12);
+    EXPECT_NEAR(zero[1], 0.0, 1e-12);
+  }
+}
+
+// The left null space of the track's Jacobian, projected on the poses: 2 m - 4 rows.
+template <int D, typename View, typename Parameters>
+MatrixXd eliminatedRows(const std::vector<View>& views, const Parameters& parameters,
+                        const MapState& state, const Vector3d& t_b_c, double sqrt_information,
+                        double cauchy2, VectorXd* residual) {
+  const int m = static_cast<int>(views.size());
+  MatrixXd J_track(2 * m, D), J_pose = MatrixXd::Zero(2 * m, 6 * state.size());
+  VectorXd r(2 * m);
+  for (int a = 0; a < m; ++a) {
+    ViewDerivatives<D> view;
+    evaluate(views[a], parameters, state, t_b_c, sqrt_information, &view);
+    const double root = std::sqrt(1.0 / (1.0 + view.r.squaredNorm() / cauchy2));
+    J_track.middleRows<2>(2 * a) = root * view.J_track;
+    J_pose.block<2, 6>(2 * a, 6 * views[a].keyframe) = root * view.J_pose;
+    r.segment<2>(2 * a) = root * view.r;
+  }
+  const MatrixXd Q = Eigen::HouseholderQR<MatrixXd>(J_track).householderQ();
+  const MatrixXd null = Q.rightCols(2 * m - D);
+  if (residual != nullptr) *residual = null.transpose() * r;
+  return null.transpose() * J_pose;
+}
+
+// Largest part of a row of A, relative to A, outside the row space of B.
+double outsideOf(const MatrixXd& A, const MatrixXd& B) {
+  const MatrixXd V = Eigen::JacobiSVD<MatrixXd>(B, Eigen::ComputeThinV).matrixV();
+  return (A - A * V * V.transpose()).norm() / A.norm();
+}
+
+TEST(Lines, EliminatedRowsAreTheTwoConstraintsOfThreeViews) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const LineViews line = makeLineViews(seed, 3);
+    LineParameters parameters;
+    ASSERT_TRUE(triangulate(line.views.data(), 3, line.state, Vector3d::Zero(), &parameters));
+    const MatrixXd rows = eliminatedRows<4>(line.views, parameters, line.state, Vector3d::Zero(),
+                                            1.0, 1e12, nullptr);
+    ASSERT_EQ(rows.rows(), 2);
+    const MatrixXd constraints = testing_support::numericJacobian(
+        [&](const VectorXd& d) -> VectorXd {
+          VectorXd step = VectorXd::Zero(MapLayout(3).size());
+          step.head<18>() = d;
+          return threeViewConstraints(line, 0, 1, 2, retract(line.state, step));
+        },
+        18, 1e-5);
+    constexpr double kDifferences = 1e-6;  // of the numeric derivative
+    EXPECT_LT(outsideOf(constraints, rows), kDifferences) << "seed " << seed;
+    EXPECT_LT(outsideOf(rows, constraints), kDifferences) << "seed " << seed;
+  }
+}
+
+TEST(Lines, MoreViewsAddTwoRowsEach) {
+  for (int m : {3, 4, 5, 8}) {
+    const LineViews line = makeLineViews(11, m);
+    LineParameters parameters;
+    ASSERT_TRUE(triangulate(line.views.data(), m, line.state, Vector3d::Zero(), &parameters));
+    const MatrixXd rows = eliminatedRows<4>(line.views, parameters, line.state, Vector3d::Zero(),
+                                            1.0, 1e12, nullptr);
+    Eigen::JacobiSVD<MatrixXd> svd(rows);
+    svd.setThreshold(1e-9);
+    EXPECT_EQ(svd.rank(), 2 * m - 4);
+  }
+}
+
+// ---- rotation ------------------------------------------------------------------------------------
+
+constexpr double kSigma = 1.3e-3;  // 0.6 px at EuRoC's focal length [rad]
+
+// Points of a pair; the same for every draw of the noise.
+struct Pair {
+  Matrix3d R_ci_cj = expSO3({0.05, -0.12, 0.08});
+  std::vector<Vector3d> f_i, f_j;
+};
+
+Pair makePair(int points, const Vector3d& t) {
+  Random random(7);
+  Pair pair;
+  for (int k = 0; k < points; ++k) {
+    const double z = random.uniform(2.0, 8.0);
+    const double x = random.uniform(-0.7, 0.7), y = random.uniform(-0.5, 0.5);
+    const Vector3d X(x * z, y * z, z);
+    pair.f_i.push_back(X.normalized());
+    pair.f_j.push_back((pair.R_ci_cj.transpose() * (X - t)).normalized());
+  }
+  return pair;
+}
+
+template <typename Sink>
+void addNoisy(const Pair& pair, double sigma, unsigned seed, Sink* sink) {
+  Random random(seed);
+  const auto noisy = [&](const Vector3d& f) -> Vector3d {
+    const double x = random.gaussian(), y = random.gaussian();
+    return (f + sigma * (tangentBasis(f) * Eigen::Vector2d(x, y))).normalized();
+  };
+  for (std::size_t k = 0; k < pair.f_i.size(); ++k) {
+    const Vector3d f_i = noisy(pair.f_i[k]), f_j = noisy(pair.f_j[k]);
+    sink->add(f_i, f_j);
+  }
+}
+
+TEST(Rotation, NoiseAddsSigmaSquaredNToTheEpipolarMatrix) {
+  // E[e^T M e] = e^T M_0 e + sigma^2 e^T N e for any e, the true baseline or not. Every draw also
+  // with its sign turned, which takes out the part of first order in the noise.
+  const Pair pair = makePair(40, {0.3, -0.1, 0.1});
+  constexpr int kDraws = 2000;
+  constexpr double kMonteCarlo = 0.02;  // three standard deviations of the mean
+  for (const Vector3d& direction :
+       {Vector3d(0.3, -0.1, 0.1), Vector3d(0, 0, 1), Vector3d(1, 1, 0)}) {
+    const Vector3d e = direction.normalized();
+    const auto evaluateAt = [&](double sigma, unsigned seed) {
+      NormalizedEpipolarPair noisy;
+      addNoisy(pair, sigma, seed, &noisy);
+      PointResiduals out;
+      noisy.residuals(pair.R_ci_cj, e, kSigma, &out);
+      return out;
+    };
+    const auto eMe = [](const PointResiduals& at) {
+      return kSigma * kSigma * (at.z2 * at.noise).sum();
+    };
+    const PointResiduals exact = evaluateAt(0.0, 0);
+    const double predicted = kSigma * kSigma * exact.noise.sum();
+    double added = 0.0;
+    for (unsigned seed = 0; seed < kDraws; ++seed) {
+      const double both = eMe(evaluateAt(kSigma, seed)) + eMe(evaluateAt(-kSigma, seed));
+      added += (0.5 * both - eMe(exact)) / kDraws;
+    }
+    EXPECT_NEAR(added, predicted, kMonteCarlo * predicted);
+  }
+}
+
+TEST(Rotation, MinimumOfTheQuotientIsUnbiasedThatOfTheEigenvalueIsNot) {
+  // Little parallax, where the noise decides. Levenberg-Marquardt from the true rotation.
+  const Pair pair = makePair(60, {0.10, 0.03, 0.04});
+  constexpr int kDraws = 600;
+  // Mean of the error over the draws, in units of its scatter; the largest of the three axes.
+  const auto bias = [&](const auto& make) {
+    Vector3d mean = Vector3d::Zero(), square = Vector3d::Zero();
+    for (unsigned seed = 0; seed < kDraws; ++seed) {
+      const auto evaluateAt = make(seed);
+      Matrix3d R = pair.R_ci_cj;
+      auto now = evaluateAt(R);
+      double damping = 1e-3;
+      for (int iteration = 0; iteration < 30; ++iteration) {
+        Matrix3d H = now.hessian;
+        H.diagonal() *= 1.0 + damping;
+        const Matrix3d next = R * expSO3(-H.ldlt().solve(now.gradient));
+        const auto there = evaluateAt(next);
+        damping *= there.lambda < now.lambda ? 0.1 : 10.0;
+        if (!(there.lambda < now.lambda)) continue;
+        R = next;
+        now = there;
+      }
+      const Vector3d error = logSO3(pair.R_ci_cj.transpose() * R);
+      mean += error / kDraws;
+      square += error.cwiseAbs2() / kDraws;
+    }
+    const Vector3d scatter = (square - mean.cwiseAbs2()).cwiseSqrt();
+    return (mean.cwiseAbs().array() / scatter.array()).maxCoeff();
+  };
+  const double quotient = bias([&](unsigned seed) {
+    NormalizedEpipolarPair noisy;
+    addNoisy(pair, kSigma, seed, &noisy);
+    noisy.resetWeights();
+    return [noisy](const Matrix3d& R) { return noisy.evaluate(R, 0.0); };
+  });
+  const double eigenvalue = bias([&](unsigned seed) {
+    EpipolarPair noisy;
+    addNoisy(pair, kSigma, seed, &noisy);
+    return [noisy](const Matrix3d& R) { return noisy.evaluate(R); };
+  });
+  // A mean of kDraws draws scatters by 1 / sqrt(kDraws) of one.
+  const double noise_of_a_mean = 1.0 / std::sqrt(static_cast<double>(kDraws));
+  EXPECT_LT(quotient, 3.5 * noise_of_a_mean);
+  EXPECT_GT(eigenvalue, 7.0 * noise_of_a_mean);
+}
+
+// ---- alignment -----------------------------------------------------------------------------------
+
+// True shape of a window (camera centres in b0, zero mean, unit spread) with what the alignments
+// need, at the true rotations.
+struct Shape {
+  ExactWindow exact;
+  std::vector<Preintegration> pre;
+  std::vector<Matrix3d> R_b0_bk;
+  Eigen::Matrix3Xd centres;
+  double metres = 0.0;  // per unit of the shape
+};
+
+Shape makeShape(double pixel_noise, unsigned seed) {
+  ExactWindowOptions options;
+  options.pixel_noise = pixel_noise;
+  options.seed = seed;
+  Shape out{makeExactWindow(options), {}, {}, {}, 0.0};
+  out.pre = preintegrateWindow(*out.exact.window, options.gyro_bias, Vector3d::Zero(),
+                               PreintegrationParts::kMean);
+  out.R_b0_bk = chainRotations(out.pre);
+  out.centres.resize(3, out.exact.window->size());
+  const std::vector<NavState>& truth = out.exact.truth;
+  for (int k = 0; k < out.exact.window->size(); ++k) {
+    out.centres.col(k) =
+        truth[0].R_w_b.transpose() *
+        (truth[k].p_w_b + truth[k].R_w_b * out.exact.calibration.t_b_c - truth[0].p_w_b);
+  }
+  const Vector3d mean = out.centres.rowwise().mean();
+  out.centres.colwise() -= mean;
+  out.metres = out.centres.norm();
+  out.centres /= out.metres;
+  return out;
+}
+
+// Information of the scale in the forward alignment of `shape`, everything else eliminated, with
+// gravity in the tangent plane of the truth.
+double forwardInformation(const Shape& shape, const Eigen::Matrix3Xd& centres) {
+  const AlignmentSystem system =
+      buildBaseRows({*shape.exact.window, shape.pre, shape.R_b0_bk, centres, LineTerms()});
+  const int n = static_cast<int>(centres.cols());
+  const MatrixXd H = system.H.selfadjointView<Eigen::Lower>();
+  const Vector3d down = shape.exact.truth[0].R_w_b.transpose() * -Vector3d::UnitZ();
+  MatrixXd T = MatrixXd::Zero(3 * n + 4, 3 * n + 2);
+  T.topLeftCorner(3 * n, 3 * n).setIdentity();
+  T.bottomRightCorner<3, 2>() = tangentBasis(down);
+  const MatrixXd others = T.transpose() * H * T;
+  const VectorXd cross = T.transpose() * H.col(3 * n);
+  return H(3 * n, 3 * n) - cross.dot(others.ldlt().solve(cross));
+}
+
+TEST(Alignment, NoiseOnTheRegressorShrinksTheForwardScaleAsPredicted) {
+  // s^ / s = h(c) / (h(c) + sigma^2 sum_k h(e_k)), h the information of the scale as a quadratic
+  // form of the shape, e_k the unit vectors.
+  constexpr double kNoise = 0.01;  // on every coordinate of a shape of unit spread
+  constexpr int kDraws = 300;
+  const Shape shape = makeShape(0.0, 1);
+  const double signal = forwardInformation(shape, shape.centres);
+  double noise = 0.0;
+  for (Eigen::Index k = 0; k < shape.centres.size(); ++k) {
+    Eigen::Matrix3Xd unit = Eigen::Matrix3Xd::Zero(3, shape.centres.cols());
+    unit.data()[k] = 1.0;
+    noise += kNoise * kNoise * forwardInformation(shape, unit);
+  }
+  double mean = 0.0;
+  for (unsigned seed = 0; seed < kDraws; ++seed) {
+    Random random(seed);
+    Eigen::Matrix3Xd noisy = shape.centres;
+    for (Eigen::Index k = 0; k < noisy.size(); ++k) noisy.data()[k] += kNoise * random.gaussian();
+    const AlignmentEstimate estimate =
+        alignLinear({*shape.exact.window, shape.pre, shape.R_b0_bk, noisy, LineTerms()});
+    ASSERT_TRUE(estimate.valid);
+    mean += estimate.scale / shape.metres / kDraws;
+  }
+  const double predicted = signal / (signal + noise);
+  std::printf("attenuation predicted %g measured %g\n", predicted, mean);
+  EXPECT_LT(predicted, 0.99);
+  EXPECT_NEAR(1.0 - mean, 1.0 - predicted, 0.2 * (1.0 - predicted));
+}
+
+TEST(Alignment, TightStartShrinksWithoutTheNoiseTermAndNotWithIt) {
+  constexpr double kPixelNoise = 2.0;
+  constexpr int kDraws = 60;
+  double with = 0.0, without = 0.0;
+  for (unsigned seed = 1; seed <= kDraws; ++seed) {
+    const Shape shape = makeShape(kPixelNoise, seed);
+    const InitWindow& window = *shape.exact.window;
+    const Matrix3d& R_b_c = window.calibration().R_b_c;
+    std::vector<Matrix3d> R_c0_ck;
+    for (const Matrix3d& R : shape.R_b0_bk) R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
+    const TranslationEstimate translation =
+        estimateTranslations(window, R_c0_ck, AlignmentOptions());
+    ASSERT_TRUE(translation.valid);
+    const int n = window.size();
+    MatrixXd turn = MatrixXd::Zero(3 * n, 3 * n);
+    for (int k = 0; k < n; ++k) turn.block<3, 3>(3 * k, 3 * k) = R_b_c;
+    const MatrixXd H = turn * translation.normal_matrix * turn.transpose();
+    const Eigen::Matrix3Xd visual = R_b_c * translation.centres_c0;
+    const LinearMotion motion =
+        linearMotion(shape.pre, shape.R_b0_bk, window.calibration().t_b_c);
+    const int observations = static_cast<int>(window.pointSightings().size());
+    const double G = window.calibration().gravity_magnitude;
+    constexpr double kBiasPrior = 0.1;  // [m/s^2]
+    const ReverseEstimate tight = alignTight(motion, visual, H, observations, G, kBiasPrior);
+    ASSERT_TRUE(tight.valid);
+    with += (tight.scale / shape.metres - 1.0) / kDraws;
+
+    // The same problem with C^T H C alone, at the same weight.
+    const VectorXd c0 = motion.position0 + motion.lever;
+    const double weight =
+        observations / (translation.lambda_1 * tight.scale * tight.scale);
+    MatrixXd M = weight * motion.position.transpose() * H * motion.position;
+    M.diagonal().segment<3>(3).array() += 1.0 / (kBiasPrior * kBiasPrior);
+    VectorXd x;
+    ASSERT_TRUE(solveGravityConstrained(
+        M, -weight * (motion.position.transpose() * (H * c0)), G, &x));
+    const VectorXd c = motion.position * x + c0;
+    const Eigen::Map<const Eigen::Matrix3Xd> C(c.data(), 3, n);
+    without += ((C.colwise() - C.rowwise().mean()).norm() / shape.metres - 1.0) / kDraws;
+  }
+  std::printf("tight with %g without %g\n", with, without);
+  EXPECT_LT(without, -0.05);
+  EXPECT_LT(std::abs(with), 0.3 * std::abs(without));
+}
+
+// ---- elimination ---------------------------------------------------------------------------------
+
+MapState trueState(const ExactWindow& exact) {
+  MapState state;
+  const NavState& first = exact.truth.front();
+  const Matrix3d R_b0_w = first.R_w_b.transpose();
+  const int n = static_cast<int>(exact.truth.size());
+  state.p_b0.resize(3, n);
+  state.v_b0.resize(3, n);
+  for (int k = 0; k < n; ++k) {
+    state.R_b0_bk.push_back(R_b0_w * exact.truth[k].R_w_b);
+    state.p_b0.col(k) = R_b0_w * (exact.truth[k].p_w_b - first.p_w_b);
+    state.v_b0.col(k) = R_b0_w * exact.truth[k].v_w_b;
+  }
+  state.gyro_bias = first.gyro_bias;
+  state.accel_bias = first.accel_bias;
+  state.gravity_b0 = R_b0_w * Vector3d(0, 0, -exact.calibration.gravity_magnitude);
+  return state;
+}
+
+TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
+  ExactWindowOptions window_options;
+  window_options.pixel_noise = 0.6;
+  window_options.imu_noise = true;
+  window_options.points = 40;
+  const ExactWindow exact = makeExactWindow(window_options);
+  const InitWindow& window = *exact.window;
+  const Matrix3d& R_b_c = window.calibration().R_b_c;
+  const Vector3d& t_b_c = window.calibration().t_b_c;
+  RefinementOptions options;
+  options.use_vanishing_points = false;
+  options.tolerance = 1e-12;
+  const MapState start = trueState(exact);
+  const MapLayout at(start.size());
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(window, start.gyro_bias, start.accel_bias, options);
+  VisualInertialMap map(window, pre, nullptr, options);
+  MapState moved = start;
+  ASSERT_EQ(map.minimize(1, &moved).iterations, 1);
+
+  // The normal equations at the start from the null space of every track.
+  MatrixXd H = MatrixXd::Zero(at.size(), at.size());
+  VectorXd g = VectorXd::Zero(at.size());
+  const double cauchy2 = options.cauchy_sigmas * options.cauchy_sigmas;
+  const auto add = [&](const MatrixXd& J, const VectorXd& r) {
+    H.topLeftCorner(J.cols(), J.cols()) += J.transpose() * J;
+    g.head(J.cols()) += J.transpose() * r;
+  };
+  for (const Track& track : window.pointTracks()) {
+    std::vector<PointView> views;
+    for (int s = track.begin; s < track.end; ++s) {
+      PointView view;
+      view.keyframe = window.pointSightings()[s].keyframe;
+      view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
+      view.tangent_b = tangentBasis(view.bearing_b).transpose();
+      views.push_back(view);
+    }
+    const PointParameters point =
+        triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c);
+    VectorXd r;
+    const MatrixXd J =
+        eliminatedRows<3>(views, point, start, t_b_c, 1.0 / map.sigmaPoint(), cauchy2, &r);
+    ASSERT_EQ(J.rows(), 2 * track.size() - 3);
+    add(J, r);
+  }
+  int lines = 0;
+  for (const Track& track : window.lineTracks()) {
+    if (track.size() < options.min_line_views) continue;
+    std::vector<LineView> views;
+    for (int s = track.begin; s < track.end; ++s) {
+      const LineSighting& line = window.lineSightings()[s];
+      views.push_back({line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
+    }
+    LineParameters line;
+    ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c, &line));
+    VectorXd r;
+    const MatrixXd J =
+        eliminatedRows<4>(views, line, start, t_b_c, 1.0 / map.sigmaLine(), cauchy2, &r);
+    add(J, r);
+    ++lines;
+  }
+  ASSERT_GT(lines, 5);
+  for (int i = 0; i + 1 < at.n; ++i) {
+    Eigen::Matrix<double, 9, 9> W;
+    ASSERT_TRUE(inertialWhitening(pre[i], &W));
+    const InertialResidual factor = inertialResidual(start, i, pre[i]);
+    MatrixXd J = MatrixXd::Zero(9, at.size());
+    J.middleCols<12>(at.pose(i)) = W * factor.J.leftCols<12>();
+    J.middleCols<6>(at.velocity(i)) = W * factor.J.middleCols<6>(12);
+    J.rightCols<8>() = W * factor.J.rightCols<8>();
+    add(J, W * factor.r);
+  }
+  const auto prior = [&](int column, const Vector3d& value, double sigma) {
+    H.diagonal().segment<3>(column).array() += 1.0 / (sigma * sigma);
+    g.segment<3>(column) += value / (sigma * sigma);
+  };
+  prior(at.gyroBias(), start.gyro_bias, options.gyro_bias_prior);
+  prior(at.accelBias(), start.accel_bias, options.accel_bias_prior);
+
+  const int m = at.size() - MapLayout::kGauge;
+  VectorXd step = VectorXd::Zero(at.size());
+  step.tail(m) = -H.bottomRightCorner(m, m).llt().solve(g.tail(m));
+  const MapState expected = retract(start, step);
+  const auto difference = [](const MatrixXd& a, const MatrixXd& b, const MatrixXd& from) {
+    return (a - b).norm() / (b - from).norm();
+  };
+  // What is left are the small dampings of the code, of the state and of the tracks.
+  constexpr double kDamping = 1e-3;
+  std::printf("schur %g %g %g %g\n", difference(moved.p_b0, expected.p_b0, start.p_b0),
+              difference(moved.v_b0, expected.v_b0, start.v_b0),
+              difference(moved.gyro_bias, expected.gyro_bias, start.gyro_bias),
+              difference(moved.gravity_b0, expected.gravity_b0, start.gravity_b0));
+  EXPECT_LT(difference(moved.p_b0, expected.p_b0, start.p_b0), kDamping);
+  EXPECT_LT(difference(moved.v_b0, expected.v_b0, start.v_b0), kDamping);
+  EXPECT_LT(difference(moved.gyro_bias, expected.gyro_bias, start.gyro_bias), kDamping);
+  EXPECT_LT(difference(moved.accel_bias, expected.accel_bias, start.accel_bias), kDamping);
+  EXPECT_LT(difference(moved.gravity_b0, expected.gravity_b0, start.gravity_b0), kDamping);
+}
+
+// ---- observability -------------------------------------------------------------------------------
+
+// What the window holds, and how it moves: position in b0 at a time.
+struct MotionCase {
+  std::string name;
+  std::function<Vector3d(double)> position;
+  bool rotates = false;
+  int points = 60;
+  std::vector<Vector3d> line_directions = {};
+  bool vanishing_point = false;
+  int nullity_bias_known = 0;
+  int nullity_bias_free = 0;
+};
+
+void PrintTo(const MotionCase& motion, std::ostream* out) { *out << motion.name; }
+
+class Observability : public ::testing::TestWithParam<MotionCase> {
+ protected:
+  // Gravity along +y of b0, as a camera sees it that looks ahead; the camera is the body.
+  static constexpr double kGravity = 9.81;
+  static constexpr int kKeyframes = 10;
+  static constexpr double kInterval = 0.25;
+
+  static Matrix3d attitude(const MotionCase& motion, double t) {
+    if (!motion.rotates) return Matrix3d::Identity();
+    return expSO3({0.3 * std::sin(1.1 * t), 0.25 * t, 0.2 * std::sin(1.7 * t)});
+  }
+
+  // Number of directions of the state that the information leaves free.
+  int nullity(const MotionCase& motion, bool bias_known) const {
+    const Vector3d gravity(0, kGravity, 0);
+    Calibration calibration;
+    calibration.gravity_magnitude = kGravity;
+    MapState state;
+    state.p_b0.resize(3, kKeyframes);
+    state.v_b0.resize(3, kKeyframes);
+    state.gravity_b0 = gravity;
+    constexpr double kDifference = 1e-4;
+    const auto& p = motion.position;
+    std::vector<ImuSample> imu;
+    for (int k = 0; k <= 200 * kKeyframes * kInterval; ++k) {
+      const double t = 0.005 * k;
+      const Matrix3d R = attitude(motion, t);
+      ImuSample sample;
+      sample.t = t;
+      sample.gyro = logSO3(attitude(motion, t - kDifference).transpose() *
+                           attitude(motion, t + kDifference)) /
+                    (2.0 * kDifference);
+      sample.accel = R.transpose() * ((p(t + kDifference) - 2.0 * p(t) + p(t - kDifference)) /
+                                          (kDifference * kDifference) -
+                                      gravity);
+      imu.push_back(sample);
+    }
+    std::vector<FrameObservation> frames(kKeyframes);
+    for (int k = 0; k < kKeyframes; ++k) {
+      const double t = k * kInterval;
+      frames[k].t = t;
+      state.R_b0_bk.push_back(attitude(motion, t));
+      state.p_b0.col(k) = p(t);
+      state.v_b0.col(k) = (p(t + kDifference) - p(t - kDifference)) / (2.0 * kDifference);
+    }
+    const auto seen = [&](int k, const Vector3d& X) -> Vector3d {
+      return (state.R_b0_bk[k].transpose() * (X - state.p_b0.col(k))).normalized();
+    };
+    Random random(1);
+    for (int id = 0; id < motion.points; ++id) {
+      const double z = random.uniform(3.0, 8.0);
+      const double x = random.uniform(-0.6, 0.6), y = random.uniform(-0.4, 0.4);
+      for (int k = 0; k < kKeyframes; ++k) {
+        PointObservation point;
+        point.id = id;
+        point.bearing = seen(k, Vector3d(x * z, y * z, z));
+        frames[k].points.push_back(point);
+      }
+    }
+    for (int id = 0; id < static_cast<int>(25 * motion.line_directions.size()); ++id) {
+      const Vector3d along = motion.line_directions[id / 25];
+      const double z = random.uniform(3.0, 8.0);
+      const double x = random.uniform(-0.6, 0.6), y = random.uniform(-0.4, 0.4);
+      for (int k = 0; k < kKeyframes; ++k) {
+        LineObservation line;
+        line.id = id;
+        line.start_bearing = seen(k, Vector3d(x * z, y * z, z) - 0.7 * along);
+        line.end_bearing = seen(k, Vector3d(x * z, y * z, z) + 0.7 * along);
+        line.length_px = 100.0;
+        frames[k].lines.push_back(line);
+      }
+    }
+    std::vector<VanishingPoint> vanishing_points(kKeyframes);
+    for (int k = 0; motion.vanishing_point && k < kKeyframes; ++k) {
+      VanishingPoint& vp = vanishing_points[k];
+      vp.found = true;
+      vp.track_id = 0;
+      vp.direction = state.R_b0_bk[k].transpose() * Vector3d::UnitX();
+      vp.covariance = 1e-5 * (Matrix3d::Identity() - vp.direction * vp.direction.transpose());
+    }
+    std::string error;
+    const auto window = InitWindow::create(calibration, frames, imu, &error);
+    EXPECT_NE(window, nullptr) << error;
+    RefinementOptions options;
+    options.accel_noise_factor = options.gyro_noise_factor = 1.0;
+    options.estimate_accel_bias = !bias_known;
+    options.accel_bias_prior = options.gyro_bias_prior = 1e6;  // none
+    const std::vector<Preintegration> pre =
+        preintegrateInflated(*window, Vector3d::Zero(), Vector3d::Zero(), options);
+    VisualInertialMap map(*window, pre, &vanishing_points, options);
+    EXPECT_TRUE(map.minimize(0, &state).valid);
+    // In units of 1 m, 1 m/s, 1 m/s^2, 1 rad; gravity by what it does to the acceleration.
+    VectorXd unit = VectorXd::Ones(map.information().rows());
+    unit.tail<2>().setConstant(1.0 / kGravity);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(
+        unit.asDiagonal() * map.information() * unit.asDiagonal());
+    std::cout << motion.name << (bias_known ? " known " : " free  ")
+              << solver.eigenvalues().head(14).transpose() << "\n";
+    constexpr double kFree = 1.0;
+    return static_cast<int>((solver.eigenvalues().array() < kFree).count());
+  }
+};
+
+TEST_P(Observability, FreeDirectionsAreThoseOfTheDerivation) {
+  EXPECT_EQ(nullity(GetParam(), true), GetParam().nullity_bias_known);
+  EXPECT_EQ(nullity(GetParam(), false), GetParam().nullity_bias_free);
+}
+
+Vector3d still(double) { return Vector3d::Zero(); }
+Vector3d steady(double t) { return t * Vector3d(0.4, 0.1, 0.6); }
+Vector3d uniformAhead(double t) { return (0.3 * t + 0.5 * t * t) * Vector3d::UnitZ(); }
+Vector3d uniformUp(double t) { return (0.3 * t + 0.5 * t * t) * -Vector3d::UnitY(); }
+Vector3d straight(double t) {
+  return (0.3 * t + 0.4 * std::sin(2.0 * t)) * Vector3d(0.6, 0.0, 0.8);
+}
+Vector3d excited(double t) {
+  return {0.4 * std::sin(2.0 * t), 0.3 * (1.0 - std::cos(2.6 * t)), 0.35 * std::sin(1.5 * t)};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Motions, Observability,
+    ::testing::Values(
+        MotionCase{"Excited", excited, true, 60, {}, false, 0, 0},
+        MotionCase{"ExcitedWithoutRotation", excited, false, 60, {}, false, 0, 2},
+        MotionCase{"ConstantVelocity", steady, false, 60, {}, false, 1, 3},
+        MotionCase{"UniformAccelerationLevel", uniformAhead, false, 60, {}, false, 1, 3},
+        MotionCase{"UniformAccelerationVertical", uniformUp, false, 60, {}, false, 0, 3},
+        MotionCase{"AlongAStraightLine", straight, false, 60, {}, false, 0, 2},
+        MotionCase{"PureRotation", still, true, 60, {}, false, 5, 8},
+        MotionCase{"Stationary", still, false, 60, {}, false, 5, 8},
+        MotionCase{"VerticalLinesOnly", excited, false, 0, {Vector3d::UnitY()}, false, 1, 4},
+        MotionCase{"LevelLinesOnly", excited, false, 0, {Vector3d::UnitX()}, false, 2, 4},
+        MotionCase{"TwoLineDirectionsOnly", excited, false, 0,
+                   {Vector3d::UnitX(), Vector3d::UnitY()}, false, 0, 2},
+        MotionCase{"VanishingPointOnly", excited, false, 0, {}, true, 6, 9}),
+    [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace slim_init

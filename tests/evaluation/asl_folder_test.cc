@@ -1,0 +1,352 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// ASL folders: what is written is read back, and what is wrong is named.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "evaluation/image_files.h"
+#include "evaluation/scratch_folder.h"
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/sequence_writer.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+namespace fs = std::filesystem;
+using feature_tracker_lines::CameraModel;
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// A folder with a TinyRecording in it.
+class AslFolderTest : public ::testing::Test {
+ protected:
+  void SetUp() override { write(TinyRecording::rig()); }
+
+  void write(const WriterRig& rig) {
+    fs::remove_all(directory());
+    std::string error;
+    const auto writer = makeAslWriter(directory(), rig, &error);
+    ASSERT_NE(writer, nullptr) << error;
+    TinyRecording::write(writer.get());
+  }
+
+  std::string directory() const { return folder_.file("V9_01"); }
+  std::string file(const std::string& name) const { return directory() + "/mav0/" + name; }
+  std::string image(int k) const {
+    return file("cam0/data/" +
+                std::to_string(TinyRecording::kT0Ns + k * TinyRecording::kImageStepNs) + ".png");
+  }
+
+  void edit(const std::string& name, const std::string& from, const std::string& to) const {
+    std::string text = readFile(file(name));
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from << " is not in " << name;
+    text.replace(at, from.size(), to);
+    folder_.write("V9_01/mav0/" + name, text);
+  }
+  void append(const std::string& name, const std::string& text) const {
+    folder_.write("V9_01/mav0/" + name, readFile(file(name)) + text);
+  }
+
+  std::unique_ptr<ImageSequence> open() {
+    return openAslFolder(directory(), ImageSequenceOptions(), &status_);
+  }
+
+  ScratchFolder folder_;
+  ReadStatus status_;
+};
+
+TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  TinyRecording::expectIn(sequence.get());
+  EXPECT_EQ(sequence->name(), "V9_01");
+  EXPECT_EQ(sequence->counts().images, TinyRecording::kImages);
+  EXPECT_EQ(sequence->counts().imu_gaps, 0);
+  EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
+
+  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+  const WriterRig rig = TinyRecording::rig();
+  const Calibration& calibration = sequence->calibration()->calibration;
+  const auto& camera = sequence->calibration()->camera;
+  EXPECT_LT((calibration.R_b_c - rig.calibration.R_b_c).norm(), 1e-14);
+  EXPECT_EQ(calibration.t_b_c, rig.calibration.t_b_c);
+  EXPECT_EQ(calibration.imu_noise.gyro_density, rig.calibration.imu_noise.gyro_density);
+  EXPECT_EQ(calibration.imu_noise.accel_density, rig.calibration.imu_noise.accel_density);
+  EXPECT_NEAR(calibration.focal_px, 60.666, 1e-3);
+  EXPECT_EQ(camera.model, CameraModel::kPinhole);
+  EXPECT_EQ(camera.width, 64);
+  EXPECT_EQ(camera.height, 48);
+  EXPECT_EQ(camera.fx, rig.camera.fx);
+  EXPECT_EQ(camera.cy, rig.camera.cy);
+  EXPECT_EQ(camera.distortion, rig.camera.distortion);
+}
+
+TEST_F(AslFolderTest, AnyOfTheUsualFoldersMayBeNamed) {
+  for (const std::string& name :
+       {directory(), directory() + "/", directory() + "/mav0", directory() + "/mav0/"}) {
+    const auto sequence = openAslFolder(name, ImageSequenceOptions(), &status_);
+    ASSERT_NE(sequence, nullptr) << name << ": " << status_.message;
+    EXPECT_EQ(sequence->name(), "V9_01") << name;
+  }
+}
+
+TEST_F(AslFolderTest, OtherLensesComeBack) {
+  WriterRig rig = TinyRecording::rig();
+  for (const CameraModel model : {CameraModel::kKannalaBrandt, CameraModel::kMei}) {
+    rig.camera.model = model;
+    rig.camera.xi = model == CameraModel::kMei ? 1.9 : 0.0;
+    write(rig);
+    const auto sequence = open();
+    ASSERT_NE(sequence, nullptr) << status_.message;
+    ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+    EXPECT_EQ(sequence->calibration()->camera.model, model);
+    EXPECT_EQ(sequence->calibration()->camera.xi, rig.camera.xi);
+    EXPECT_EQ(sequence->calibration()->camera.distortion, rig.camera.distortion);
+  }
+}
+
+TEST_F(AslFolderTest, SensorFilesOfTheDatasetHaveNoDirective) {
+  for (const char* name : {"cam0/sensor.yaml", "imu0/sensor.yaml"}) {
+    edit(name, "%YAML:1.0\n", "# General sensor definitions.\n");
+  }
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  EXPECT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+}
+
+struct BadSensor {
+  const char* name;
+  const char* file;
+  const char* from;
+  const char* to;
+  std::vector<std::string> parts;
+};
+
+TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
+  const std::vector<BadSensor> cases = {
+      {"lens", "cam0/sensor.yaml", "pinhole", "double-sphere", {"camera_model", "double-sphere"}},
+      {"distortion", "cam0/sensor.yaml", "radial-tangential", "fov", {"distortion_model", "fov"}},
+      {"count", "cam0/sensor.yaml", "intrinsics: [", "intrinsics: [1.0, ", {"intrinsics", "5"}},
+      {"kind", "cam0/sensor.yaml", "resolution: [64", "resolution: [wide", {"resolution"}},
+      {"size", "cam0/sensor.yaml", "resolution: [64", "resolution: [-64", {"resolution", "-64"}},
+      {"key", "cam0/sensor.yaml", "intrinsics:", "intrinsic:", {"intrinsics is missing"}},
+      {"rotation", "cam0/sensor.yaml", "data: [", "data: [7", {"T_BS", "rotation"}},
+      {"noise",
+       "imu0/sensor.yaml",
+       "gyroscope_noise_density: ",
+       "gyroscope_noise_density: -",
+       {"gyro_density"}},
+      {"body", "imu0/sensor.yaml", "data: [1", "data: [0.5", {"T_BS is not the identity"}},
+      {"yaml", "imu0/sensor.yaml", "T_BS:", "T_BS: [", {"not YAML"}},
+  };
+  for (const BadSensor& bad : cases) {
+    SCOPED_TRACE(bad.name);
+    const std::string original = readFile(file(bad.file));
+    edit(bad.file, bad.from, bad.to);
+    const auto sequence = open();
+    // --config may still bring a calibration, so the data are no error.
+    ASSERT_NE(sequence, nullptr) << status_.message;
+    EXPECT_FALSE(sequence->calibration().has_value());
+    EXPECT_TRUE(contains(sequence->calibrationProblem(), bad.file))
+        << sequence->calibrationProblem();
+    for (const std::string& part : bad.parts) {
+      EXPECT_TRUE(contains(sequence->calibrationProblem(), part))
+          << part << " in: " << sequence->calibrationProblem();
+    }
+    folder_.write(std::string("V9_01/mav0/") + bad.file, original);
+  }
+  fs::remove(file("imu0/sensor.yaml"));
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  EXPECT_TRUE(contains(sequence->calibrationProblem(), "imu0/sensor.yaml cannot be read"))
+      << sequence->calibrationProblem();
+}
+
+struct BadFolder {
+  const char* name;
+  ReadError error;
+  std::function<void(const std::string& mav0)> spoil;
+  std::vector<std::string> parts;
+};
+
+TEST_F(AslFolderTest, ErrorsNameFileLineAndValue) {
+  const auto overwrite = [](const char* name, const char* text) {
+    return [name, text](const std::string& mav0) { std::ofstream(mav0 + "/" + name) << text; };
+  };
+  const std::vector<BadFolder> cases = {
+      {"no camera",
+       ReadError::kMissingFile,
+       [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0"); },
+       {"not an ASL folder"}},
+      {"no IMU",
+       ReadError::kMissingFile,
+       [](const std::string& mav0) { fs::remove(mav0 + "/imu0/data.csv"); },
+       {"imu0/data.csv does not exist"}},
+      {"IMU word",
+       ReadError::kMalformed,
+       overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n2,0,0,x,0,0,9\n"),
+       {"imu0/data.csv line 2", "column 4 (w_z)", "'x'"}},
+      {"IMU NaN",
+       ReadError::kBadValue,
+       overwrite("imu0/data.csv", "1,0,0,0,0,0,nan\n"),
+       {"line 1", "not finite"}},
+      {"one sample",
+       ReadError::kTooFewRows,
+       overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n"),
+       {"imu0/data.csv has 1 rows", "at least 2"}},
+      {"image stamp",
+       ReadError::kMalformed,
+       overwrite("cam0/data.csv", "1.5,a.png\n"),
+       {"cam0/data.csv line 1", "'1.5'", "whole number"}},
+      {"images gone",
+       ReadError::kTooFewRows,
+       [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0/data"); },
+       {"names 0 images that are there", ".png does not exist"}},
+      {"truth columns",
+       ReadError::kMalformed,
+       overwrite("state_groundtruth_estimate0/data.csv", "1,2,3\n"),
+       {"state_groundtruth_estimate0/data.csv line 1 has 3 columns", "8 or 17"}},
+      {"truth quaternion",
+       ReadError::kBadValue,
+       overwrite("state_groundtruth_estimate0/data.csv",
+                 "1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n3,0,0,0,2,0,0,0\n4,0,0,0,1,0,0,0\n"),
+       {"line 3", "norm is 2"}},
+  };
+  for (const BadFolder& bad : cases) {
+    SCOPED_TRACE(bad.name);
+    write(TinyRecording::rig());
+    bad.spoil(directory() + "/mav0");
+    EXPECT_EQ(open(), nullptr);
+    EXPECT_EQ(status_.error, bad.error) << status_.message;
+    for (const std::string& part : bad.parts) {
+      EXPECT_TRUE(contains(status_.message, part)) << part << " in: " << status_.message;
+    }
+  }
+  EXPECT_EQ(openAslFolder(directory() + "/nothing", ImageSequenceOptions(), &status_), nullptr);
+  EXPECT_TRUE(contains(status_.message, "is not a directory")) << status_.message;
+}
+
+TEST_F(AslFolderTest, WhatIsOutOfOrderIsSortedInAndWhatRepeatsIsDropped) {
+  const std::int64_t t = TinyRecording::kT0Ns;
+  append("imu0/data.csv", std::to_string(t + 1000000) + ",1,2,3,4,5,6\n" +  // between the first two
+                              std::to_string(t) + ",9,9,9,9,9,9\n");        // again
+  append("cam0/data.csv", std::to_string(t + TinyRecording::kImageStepNs) + ",other.png\n" +
+                              std::to_string(t + 1) + "," + std::to_string(t) + ".png\n");
+  const std::string truth = readFile(file("state_groundtruth_estimate0/data.csv"));
+  const std::size_t second = truth.find('\n', truth.find('\n') + 1) + 1;
+  append("state_groundtruth_estimate0/data.csv",
+         truth.substr(second, truth.find('\n', second) + 1 - second));
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  const ImageSequenceCounts& counts = sequence->counts();
+  EXPECT_EQ(counts.imu_out_of_order, 2);
+  EXPECT_EQ(counts.imu_repeated, 1);
+  EXPECT_EQ(counts.imu_samples, TinyRecording::kImuSamples + 1);
+  EXPECT_EQ(sequence->imu()[0].gyro, TinyRecording::imu(0).gyro);  // the first of the two stays
+  EXPECT_EQ(sequence->imu()[1].gyro, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(counts.images_out_of_order, 2);
+  EXPECT_EQ(counts.images_repeated, 1);
+  EXPECT_EQ(counts.images, TinyRecording::kImages + 1);
+  EXPECT_EQ(sequence->imageStampNs(1), t + 1);
+  EXPECT_EQ(cv::norm(sequence->image(1, nullptr), TinyRecording::image(0), cv::NORM_INF), 0.0);
+  EXPECT_EQ(counts.truth_repeated, 1);
+  ASSERT_EQ(sequence->notes().size(), 3u);
+  for (const char* part :
+       {"imu0/data.csv", "1 IMU samples with the stamp of another", "2 IMU samples out of order"}) {
+    EXPECT_TRUE(contains(sequence->notes()[0], part)) << part << " in: " << sequence->notes()[0];
+  }
+}
+
+TEST_F(AslFolderTest, UnreadableImagesAreNamedAndTheRestIsRead) {
+  fs::remove(image(3));
+  folder_.write("V9_01/mav0/cam0/data/" + fs::path(image(5)).filename().string(),
+                readFile(image(5)).substr(0, 60));
+  folder_.write("V9_01/mav0/cam0/data/" + fs::path(image(6)).filename().string(), "no image");
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  // Without a file: known before anything is decoded.
+  EXPECT_EQ(sequence->counts().images_unreadable, 1);
+  ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
+  ASSERT_EQ(sequence->notes().size(), 1u);
+  EXPECT_TRUE(contains(sequence->notes()[0], "1 of 20 images")) << sequence->notes()[0];
+  EXPECT_TRUE(contains(sequence->notes()[0], image(3))) << sequence->notes()[0];
+  for (const std::size_t k : {4u, 5u}) {
+    std::string error;
+    EXPECT_TRUE(sequence->image(k, &error).empty());
+    EXPECT_TRUE(contains(error, "cannot be decoded")) << error;
+    EXPECT_TRUE(contains(error, std::to_string(sequence->imageStampNs(k)))) << error;
+    EXPECT_TRUE(sequence->image(k, nullptr).empty());
+  }
+  fs::remove(image(7));  // after opening
+  std::string error;
+  EXPECT_TRUE(sequence->image(6, &error).empty());
+  EXPECT_TRUE(contains(error, "is gone")) << error;
+  EXPECT_EQ(cv::norm(sequence->image(7, nullptr), TinyRecording::image(8), cv::NORM_INF), 0.0);
+}
+
+TEST_F(AslFolderTest, ColourBecomesGrey) {
+  cv::Mat colour(48, 64, CV_8UC3, cv::Scalar(255, 0, 0));
+  ASSERT_TRUE(cv::imwrite(image(0), colour));
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  const cv::Mat grey = sequence->image(0, nullptr);
+  ASSERT_EQ(grey.type(), CV_8UC1);
+  EXPECT_NEAR(grey.at<std::uint8_t>(10, 10), 0.114 * 255, 1.0);  // ITU-R BT.601 blue
+}
+
+TEST_F(AslFolderTest, TruthIsOptional) {
+  fs::remove_all(file("state_groundtruth_estimate0"));
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  EXPECT_TRUE(sequence->truth().empty());
+  ASSERT_EQ(sequence->notes().size(), 1u);
+  EXPECT_TRUE(contains(sequence->notes()[0], "does not exist")) << sequence->notes()[0];
+}
+
+TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
+  std::string rows;
+  for (int k = 0; k < 10; ++k) {
+    rows += std::to_string(TinyRecording::kT0Ns + 100000000LL * k) + ",1,2,3,1,0,0,0\n";
+  }
+  folder_.write("V9_01/mav0/state_groundtruth_estimate0/data.csv", rows);
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  ASSERT_EQ(sequence->truth().size(), 10u);
+  EXPECT_FALSE(sequence->hasVelocity());
+  EXPECT_FALSE(sequence->hasBias());
+  EXPECT_TRUE(std::isnan(sequence->truth()[0].v_w_b.x()));
+}
+
+TEST_F(AslFolderTest, WriterRefusesWhatCouldNotBeReadBack) {
+  std::string error;
+  EXPECT_EQ(makeAslWriter(directory(), TinyRecording::rig(), &error), nullptr);
+  EXPECT_TRUE(contains(error, "holds files already")) << error;
+
+  const auto writer = makeAslWriter(folder_.file("new"), TinyRecording::rig(), &error);
+  ASSERT_NE(writer, nullptr) << error;
+  EXPECT_EQ(writer->addImu(5, TinyRecording::imu(0)), "");
+  EXPECT_TRUE(contains(writer->addImu(5, TinyRecording::imu(1)), "stamp 5 ns must be after the 5"));
+  ImuSample bad = TinyRecording::imu(2);
+  bad.gyro.x() = std::nan("");
+  EXPECT_TRUE(contains(writer->addImu(6, bad), "not finite"));
+  EXPECT_TRUE(contains(writer->addImage(5, cv::Mat()), "CV_8UC1"));
+  EXPECT_TRUE(contains(writer->addImage(5, cv::Mat(4, 4, CV_8UC3)), "CV_8UC1"));
+  NavState state = TinyRecording::truth(0);
+  state.v_w_b.z() = kNotComputed;
+  EXPECT_TRUE(contains(writer->addTruth(5, state), "not finite"));
+
+  folder_.write("occupied", "");
+  EXPECT_EQ(makeAslWriter(folder_.file("occupied"), TinyRecording::rig(), &error), nullptr);
+  EXPECT_TRUE(contains(error, "cannot be made")) << error;
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

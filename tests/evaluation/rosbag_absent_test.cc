@@ -1,0 +1,24 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/sequence_writer.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+TEST(Rosbag, ABuildWithoutItSaysSo) {
+  EXPECT_FALSE(rosbagSupported());
+  ReadStatus status;
+  EXPECT_EQ(openRosbag("x.bag", BagTopics(), "", ImageSequenceOptions(), &status), nullptr);
+  EXPECT_EQ(status.error, ReadError::kNotSupported);
+  EXPECT_NE(status.message.find("x.bag is a bag, and this build is without rosbag"),
+            std::string::npos)
+      << status.message;
+  std::string error;
+  EXPECT_EQ(makeBagWriter("x.bag", BagTopics(), &error), nullptr);
+  EXPECT_EQ(error, status.message);
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

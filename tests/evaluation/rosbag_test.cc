@@ -1,0 +1,311 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Bags: what is written is read back; bags that others wrote, whole and broken.
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/Imu.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "evaluation/image_files.h"
+#include "evaluation/scratch_folder.h"
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/sequence_writer.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+ros::Time rosTime(std::int64_t stamp_ns) {
+  return ros::Time(static_cast<std::uint32_t>(stamp_ns / 1000000000),
+                   static_cast<std::uint32_t>(stamp_ns % 1000000000));
+}
+
+sensor_msgs::Imu imuMessage(int k) {
+  const ImuSample sample = TinyRecording::imu(k);
+  sensor_msgs::Imu message;
+  message.header.stamp = rosTime(TinyRecording::kT0Ns + k * TinyRecording::kImuStepNs);
+  message.angular_velocity.x = sample.gyro.x();
+  message.angular_velocity.y = sample.gyro.y();
+  message.angular_velocity.z = sample.gyro.z();
+  message.linear_acceleration.x = sample.accel.x();
+  message.linear_acceleration.y = sample.accel.y();
+  message.linear_acceleration.z = sample.accel.z();
+  return message;
+}
+
+/// A message with the pixels of `image`, rows padded by `padding` bytes.
+sensor_msgs::Image imageMessage(int k, const cv::Mat& image, const std::string& encoding,
+                                int padding = 0) {
+  sensor_msgs::Image message;
+  message.header.stamp = rosTime(TinyRecording::kT0Ns + k * TinyRecording::kImageStepNs);
+  message.width = static_cast<std::uint32_t>(image.cols);
+  message.height = static_cast<std::uint32_t>(image.rows);
+  message.encoding = encoding;
+  const std::size_t row = image.cols * image.elemSize();
+  message.step = static_cast<std::uint32_t>(row + padding);
+  for (int y = 0; y < image.rows; ++y) {
+    message.data.insert(message.data.end(), image.ptr(y), image.ptr(y) + row);
+    message.data.insert(message.data.end(), padding, 0xAA);
+  }
+  return message;
+}
+
+class RosbagTest : public ::testing::Test {
+ protected:
+  std::string file() const { return folder_.file("tiny.bag"); }
+
+  void writeTiny() const {
+    std::string error;
+    const auto writer = makeBagWriter(file(), BagTopics(), &error);
+    ASSERT_NE(writer, nullptr) << error;
+    TinyRecording::write(writer.get());
+  }
+
+  /// A bag with IMU messages and whatever `images` writes.
+  void writeBag(const std::function<void(rosbag::Bag&)>& images) const {
+    rosbag::Bag bag;
+    bag.open(file(), static_cast<std::uint32_t>(rosbag::bagmode::Write));
+    for (int k = 0; k < TinyRecording::kImuSamples; ++k) {
+      const sensor_msgs::Imu message = imuMessage(k);
+      bag.write("/imu0", message.header.stamp, message);
+    }
+    images(bag);
+    bag.close();
+  }
+
+  std::unique_ptr<ImageSequence> open(const BagTopics& topics = BagTopics(),
+                                      const std::string& truth = "") {
+    return openRosbag(file(), topics, truth, ImageSequenceOptions(), &status_);
+  }
+
+  ScratchFolder folder_;
+  ReadStatus status_;
+};
+
+TEST_F(RosbagTest, ReadsBackWhatWasWritten) {
+  writeTiny();
+  const auto sequence = open(BagTopics(), groundtruthFileOf(file()));
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  TinyRecording::expectIn(sequence.get());
+  EXPECT_EQ(sequence->name(), "tiny");
+  EXPECT_TRUE(sequence->notes().empty()) << sequence->notes().front();
+  EXPECT_FALSE(sequence->calibration().has_value());
+}
+
+TEST_F(RosbagTest, WithoutTruthAndWithoutLeadingSlashes) {
+  writeTiny();
+  const auto sequence = open({"imu0", "cam0/image_raw"});
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  EXPECT_TRUE(sequence->truth().empty());
+  EXPECT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages));
+}
+
+TEST_F(RosbagTest, EncodingsBecomeTheGreyOfOpenCv) {
+  cv::Mat bgr(48, 64, CV_8UC3);
+  cv::RNG random(7);
+  random.fill(bgr, cv::RNG::UNIFORM, 0, 256);
+  cv::Mat grey, rgb, bgra, rgba;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  cv::cvtColor(bgr, bgra, cv::COLOR_BGR2BGRA);
+  cv::cvtColor(bgr, rgba, cv::COLOR_BGR2RGBA);
+  writeBag([&](rosbag::Bag& bag) {
+    int k = 0;
+    const auto write = [&](const sensor_msgs::Image& message) {
+      bag.write("/cam0/image_raw", message.header.stamp, message);
+      ++k;
+    };
+    for (const int padding : {0, 5}) {
+      write(imageMessage(k, grey, "mono8", padding));
+      write(imageMessage(k, bgr, "bgr8", padding));
+      write(imageMessage(k, rgb, "rgb8", padding));
+      write(imageMessage(k, bgra, "bgra8", padding));
+      write(imageMessage(k, rgba, "rgba8", padding));
+    }
+  });
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  ASSERT_EQ(sequence->images(), 10u);
+  for (std::size_t k = 0; k < 10; ++k) {
+    std::string error;
+    const cv::Mat read = sequence->image(k, &error);
+    ASSERT_EQ(read.type(), CV_8UC1) << error;
+    EXPECT_EQ(cv::norm(read, grey, cv::NORM_INF), 0.0) << "image " << k;
+  }
+}
+
+TEST_F(RosbagTest, CompressedImagesAreDecodedAndFoundBesideTheRawTopic) {
+  writeBag([](rosbag::Bag& bag) {
+    for (int k = 0; k < 3; ++k) {
+      sensor_msgs::CompressedImage message;
+      message.header.stamp = rosTime(TinyRecording::kT0Ns + k * TinyRecording::kImageStepNs);
+      message.format = "mono8; png compressed";
+      cv::imencode(".png", TinyRecording::image(k), message.data);
+      if (k == 2) message.data.resize(20);
+      bag.write("/cam0/image_raw/compressed", message.header.stamp, message);
+    }
+  });
+  for (const char* topic : {"/cam0/image_raw", "/cam0/image_raw/compressed"}) {
+    const auto sequence = open({"/imu0", topic});
+    ASSERT_NE(sequence, nullptr) << status_.message;
+    EXPECT_EQ(cv::norm(sequence->image(1, nullptr), TinyRecording::image(1), cv::NORM_INF), 0.0);
+    std::string error;
+    EXPECT_TRUE(sequence->image(2, &error).empty());
+    EXPECT_TRUE(contains(error, "cannot be decoded: 20 bytes")) << error;
+  }
+}
+
+TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
+  writeBag([](rosbag::Bag& bag) {
+    std::vector<sensor_msgs::Image> messages = {
+        imageMessage(0, TinyRecording::image(0), "mono8"),
+        imageMessage(1, TinyRecording::image(1), "bayer_rggb8"),
+        imageMessage(2, TinyRecording::image(2), "mono8"),
+        imageMessage(3, TinyRecording::image(3), "mono8"),
+        imageMessage(4, TinyRecording::image(4), "bgr8")};  // a third of the bytes it needs
+    messages[2].data.resize(100);
+    messages[3].height = 4000000000u;
+    for (const sensor_msgs::Image& message : messages) {
+      bag.write("/cam0/image_raw", message.header.stamp, message);
+    }
+  });
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  EXPECT_FALSE(sequence->image(0, nullptr).empty());
+  const auto problem = [&](std::size_t k) {
+    std::string error;
+    EXPECT_TRUE(sequence->image(k, &error).empty()) << k;
+    EXPECT_TRUE(contains(error, "/cam0/image_raw at " + std::to_string(sequence->imageStampNs(k))))
+        << error;
+    return error;
+  };
+  EXPECT_TRUE(contains(problem(1), "encoding 'bayer_rggb8', must be mono8")) << problem(1);
+  EXPECT_TRUE(contains(problem(2), "holds 100 bytes")) << problem(2);
+  EXPECT_TRUE(contains(problem(3), "64 x 4000000000")) << problem(3);
+  EXPECT_TRUE(contains(problem(4), "bgr8")) << problem(4);
+}
+
+TEST_F(RosbagTest, MissingTopicsAreListedWithThoseThatAreThere) {
+  writeTiny();
+  EXPECT_EQ(open({"/imu0", "/camera/image"}), nullptr);
+  EXPECT_EQ(status_.error, ReadError::kMissingTopic);
+  for (const char* part : {"tiny.bag has no topic '/camera/image' (image_topic)",
+                           "/imu0 (sensor_msgs/Imu)", "/cam0/image_raw (sensor_msgs/Image)"}) {
+    EXPECT_TRUE(contains(status_.message, part)) << part << " in: " << status_.message;
+  }
+  EXPECT_EQ(open({"/cam0/image_raw", "/cam0/image_raw"}), nullptr);
+  EXPECT_TRUE(contains(status_.message, "imu_topic /cam0/image_raw carries 'sensor_msgs/Image'"))
+      << status_.message;
+}
+
+TEST_F(RosbagTest, DisorderIsSortedRepeatsAndNotFiniteAreDropped) {
+  writeBag([](rosbag::Bag& bag) {
+    // Recorded in this order, stamped in another.
+    const std::int64_t t = TinyRecording::kT0Ns;
+    int recorded = 0;
+    for (const int k : {0, 2, 1, 2, 3}) {
+      sensor_msgs::Image message = imageMessage(k, TinyRecording::image(k), "mono8");
+      bag.write("/cam0/image_raw", rosTime(t + 1000 * ++recorded), message);
+    }
+    sensor_msgs::Imu nan = imuMessage(7);
+    nan.header.stamp = rosTime(t + 12345);
+    nan.linear_acceleration.y = std::nan("");
+    bag.write("/imu0", nan.header.stamp, nan);
+    sensor_msgs::Imu twice = imuMessage(9);
+    bag.write("/imu0", rosTime(t + 2000000000), twice);
+  });
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  const ImageSequenceCounts& counts = sequence->counts();
+  EXPECT_EQ(counts.images, 4);
+  EXPECT_EQ(counts.images_out_of_order, 1);
+  EXPECT_EQ(counts.images_repeated, 1);
+  EXPECT_EQ(counts.imu_unreadable, 1);
+  EXPECT_EQ(counts.imu_repeated, 1);
+  EXPECT_EQ(counts.imu_samples, TinyRecording::kImuSamples);
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(cv::norm(sequence->image(k, nullptr), TinyRecording::image(static_cast<int>(k)),
+                       cv::NORM_INF),
+              0.0)
+        << k;
+  }
+  std::string notes;
+  for (const std::string& note : sequence->notes()) notes += note + "\n";
+  EXPECT_TRUE(contains(notes, "1 images out of order")) << notes;
+  EXPECT_TRUE(contains(notes, "not finite")) << notes;
+}
+
+TEST_F(RosbagTest, ABagCutShortAnywhereIsRefusedWithASentence) {
+  writeTiny();
+  const std::string whole = readFile(file());
+  ASSERT_NE(open(), nullptr) << status_.message;
+  for (const double share : {0.0, 0.0001, 0.01, 0.3, 0.6, 0.9, 0.999}) {
+    folder_.write("tiny.bag", whole.substr(0, static_cast<std::size_t>(share * whole.size())));
+    EXPECT_EQ(open(), nullptr) << share;
+    EXPECT_EQ(status_.error, ReadError::kMalformed) << share;
+    EXPECT_TRUE(contains(status_.message, "tiny.bag cannot be opened as a bag")) << status_.message;
+  }
+  folder_.write("tiny.bag", "this is no bag\n");
+  EXPECT_EQ(open(), nullptr);
+  std::filesystem::remove(file());
+  EXPECT_EQ(open(), nullptr);
+  EXPECT_EQ(status_.error, ReadError::kMissingFile);
+  EXPECT_TRUE(contains(status_.message, "does not exist")) << status_.message;
+}
+
+TEST_F(RosbagTest, DamagedMessagesAreDroppedOrNamed) {
+  writeTiny();
+  std::string bytes = readFile(file());
+  const auto damage = [&bytes](const std::string& what, int occurrence, const std::string& with) {
+    std::size_t at = bytes.find(what);
+    for (int i = 0; i < occurrence && at != std::string::npos; ++i) at = bytes.find(what, at + 1);
+    ASSERT_NE(at, std::string::npos) << what;
+    bytes.replace(at, with.size(), with);
+  };
+  // Lengths before a text: of the header's frame, and of the encoding.
+  const std::string huge = "\xff\xff\xff\x7f";
+  damage(std::string("\x04\0\0\0cam0", 8), 3, huge);
+  damage(std::string("\x05\0\0\0mono8", 9), 5, huge);
+  damage(std::string("\x04\0\0\0imu0", 8), 10, huge);
+  folder_.write("tiny.bag", bytes);
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  EXPECT_EQ(sequence->counts().images_unreadable, 1);
+  EXPECT_EQ(sequence->counts().imu_unreadable, 1);
+  EXPECT_EQ(sequence->counts().imu_samples, TinyRecording::kImuSamples - 1);
+  ASSERT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages - 1));
+  std::string error;
+  EXPECT_TRUE(sequence->image(4, &error).empty());
+  EXPECT_TRUE(contains(error, "cannot be read")) << error;
+  EXPECT_EQ(cv::norm(sequence->image(5, nullptr), TinyRecording::image(6), cv::NORM_INF), 0.0);
+}
+
+TEST_F(RosbagTest, WriterRefusesWhatABagCannotHold) {
+  std::string error;
+  const auto writer = makeBagWriter(file(), BagTopics(), &error);
+  ASSERT_NE(writer, nullptr) << error;
+  EXPECT_TRUE(contains(writer->addImu(0, TinyRecording::imu(0)), "at least 1 ns"));
+  EXPECT_TRUE(contains(writer->addImu(4294967296000000000, TinyRecording::imu(0)), "2^32 s"));
+  EXPECT_EQ(writer->addImu(5, TinyRecording::imu(0)), "");
+  EXPECT_TRUE(contains(writer->addImu(5, TinyRecording::imu(0)), "after the one before"));
+  EXPECT_TRUE(contains(writer->addImage(5, cv::Mat(4, 4, CV_8UC3)), "CV_8UC1"));
+  EXPECT_EQ(writer->finish(), "");
+  folder_.write("occupied", "");
+  EXPECT_EQ(makeBagWriter(folder_.file("occupied/x.bag"), BagTopics(), &error), nullptr);
+  EXPECT_TRUE(contains(error, "cannot be written")) << error;
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

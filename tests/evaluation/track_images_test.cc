@@ -1,0 +1,166 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/track_images.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace slim_init::evaluation {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Pictures of a card with squares that slides to the right, 2 px an image; the camera turns about
+/// nothing.
+class SlidingCard : public ImageSequence {
+ public:
+  explicit SlidingCard(int images) {
+    name_ = "card";
+    t0_ns_ = 1000;
+    for (int k = 0; k <= 10 * images; ++k) {
+      ImuSample sample;
+      sample.t = 0.005 * k;
+      sample.accel.z() = 9.81;
+      imu_.push_back(sample);
+    }
+    for (int k = 0; k < images; ++k) image_stamps_ns_.push_back(t0_ns_ + 50000000LL * k);
+  }
+
+  cv::Mat image(std::size_t k, std::string* error) override {
+    if (unreadable.count(k) > 0) {
+      *error = "image " + std::to_string(k) + " is torn";
+      return cv::Mat();
+    }
+    cv::Mat picture(240, 320, CV_8UC1, cv::Scalar(60));
+    for (int i = 0; i < 20; ++i) {
+      const int x = 20 + 55 * (i % 5) + 2 * static_cast<int>(k);
+      cv::rectangle(picture, cv::Rect(x, 20 + 50 * (i / 5), 22, 22), cv::Scalar(110 + 6 * i),
+                    cv::FILLED);
+    }
+    if (small.count(k) > 0) return picture(cv::Rect(0, 0, 100, 100)).clone();
+    return picture;
+  }
+
+  void moveImages(std::int64_t ns) {
+    for (std::int64_t& stamp : image_stamps_ns_) stamp += ns;
+  }
+
+  std::set<std::size_t> unreadable, small;
+};
+
+struct Tracked {
+  std::string error;
+  std::vector<FrameObservation> frames;
+  TrackingSummary summary;
+};
+
+Tracked track(SlidingCard* card, const Calibration& calibration = Calibration(),
+              const TrackingHooks& hooks = TrackingHooks()) {
+  feature_tracker_lines::CameraParameters camera;
+  camera.width = 320;
+  camera.height = 240;
+  camera.fx = camera.fy = 200.0;
+  camera.cx = 160.0;
+  camera.cy = 120.0;
+  Tracked tracked;
+  tracked.error = trackImages(card, camera, calibration, feature_tracker_lines::FrontEndOptions(),
+                              hooks, &tracked.frames, &tracked.summary);
+  return tracked;
+}
+
+TEST(TrackImages, TracksRunThroughTheWholeRecording) {
+  SlidingCard card(12);
+  int calls = 0;
+  int last_done = 0;
+  TrackingHooks hooks;
+  hooks.progress = [&](int done, int total) {
+    EXPECT_EQ(total, 12);
+    EXPECT_GT(done, last_done);
+    last_done = done;
+  };
+  hooks.tracked = [&](std::int64_t stamp_ns,
+                      const feature_tracker_lines::ImageFrontEnd& front_end) {
+    EXPECT_EQ(stamp_ns, 1000 + 50000000LL * calls);
+    EXPECT_EQ(front_end.report().images, ++calls);
+    return std::string();
+  };
+  const Tracked tracked = track(&card, Calibration(), hooks);
+  ASSERT_EQ(tracked.error, "");
+  EXPECT_EQ(calls, 12);
+  EXPECT_EQ(last_done, 12);
+  ASSERT_EQ(tracked.frames.size(), 12u);
+  EXPECT_EQ(tracked.summary.tracked, 12);
+  EXPECT_EQ(tracked.summary.images, 12);
+  EXPECT_EQ(tracked.frames[5].t, card.imageTime(5));
+  // 80 corners of squares that nothing hides.
+  EXPECT_GT(tracked.summary.points, 20.0);
+  EXPECT_GT(tracked.summary.points_carried, 0.7 * tracked.summary.points);
+  EXPECT_LE(tracked.summary.points_p10, tracked.summary.points);
+  std::set<FeatureId> first;
+  for (const PointObservation& point : tracked.frames.front().points) first.insert(point.id);
+  int alive = 0;
+  for (const PointObservation& point : tracked.frames.back().points) {
+    alive += static_cast<int>(first.count(point.id));
+  }
+  EXPECT_GT(alive, 10);
+  EXPECT_GT(tracked.summary.total_ms_median, 0.0);
+  EXPECT_FALSE(tracked.summary.stages_ms_median.empty());
+}
+
+TEST(TrackImages, WhatCannotBeUsedIsCountedAndLeftOut) {
+  SlidingCard card(12);
+  card.unreadable = {3, 7};
+  card.small = {5};
+  const Tracked tracked = track(&card);
+  ASSERT_EQ(tracked.error, "");
+  EXPECT_EQ(tracked.summary.unreadable, 2);
+  EXPECT_EQ(tracked.summary.refused, 1);
+  EXPECT_EQ(tracked.summary.tracked, 9);
+  EXPECT_EQ(tracked.summary.first_problem, "image 3 is torn");
+  ASSERT_EQ(tracked.frames.size(), 9u);
+  EXPECT_EQ(tracked.frames[3].t, card.imageTime(4));
+}
+
+TEST(TrackImages, ImagesOutsideTheImuAreLeftOut) {
+  SlidingCard card(12);
+  card.moveImages(-60000000);  // images 0 and 1 lie before the first sample
+  Tracked tracked = track(&card);
+  ASSERT_EQ(tracked.error, "");
+  EXPECT_EQ(tracked.summary.outside_imu, 2);
+  EXPECT_EQ(tracked.summary.tracked, 10);
+  // The offset of the camera's clock brings them back.
+  Calibration calibration;
+  calibration.td = 0.061;
+  tracked = track(&card, calibration);
+  EXPECT_EQ(tracked.summary.outside_imu, 0);
+  EXPECT_EQ(tracked.summary.tracked, 12);
+}
+
+TEST(TrackImages, TooFewImagesAreAnErrorThatCountsThem) {
+  SlidingCard card(4);
+  card.unreadable = {0, 1};
+  card.small = {2};
+  const Tracked tracked = track(&card);
+  for (const char* part : {"card: 1 of 4 images could be tracked", "2 cannot be read",
+                           "1 were refused", "first: image 0 is torn"}) {
+    EXPECT_TRUE(contains(tracked.error, part)) << part << " in: " << tracked.error;
+  }
+}
+
+TEST(TrackImages, AHookMayStop) {
+  SlidingCard card(12);
+  TrackingHooks hooks;
+  hooks.tracked = [](std::int64_t, const feature_tracker_lines::ImageFrontEnd& front_end) {
+    return front_end.report().images == 3 ? std::string("disk full") : std::string();
+  };
+  EXPECT_EQ(track(&card, Calibration(), hooks).error, "disk full");
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation

@@ -1,0 +1,400 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The whole front end on rendered rooms with an exact truth.
+#include "slim_init/feature_tracker_lines/image_front_end.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "room_walk.h"
+
+namespace slim_init::feature_tracker_lines {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+const Eigen::Vector3d kRoom(2.2, 1.5, 2.4);
+
+FrontEndOptions smallOptions() {
+  FrontEndOptions options;
+  options.points.max_points = 100;
+  options.points.min_distance_px = 12.0;
+  options.lines.min_length_px = 24.0;
+  return options;
+}
+
+struct Outcome {
+  TrackErrors errors;
+  FrontEndReport report;                                                       // of the last image
+  double points = 0.0, lines = 0.0, persisting = 0.0, lines_persisting = 0.0;  // a frame, mean
+  int known_rotation = 0;                                                      // images
+  std::set<int> vp_ids;
+  int vp_found = 0;
+  FrameObservation last;
+};
+
+Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
+            ImageFrontEnd* given = nullptr) {
+  ImageFrontEnd own(walk->parameters, walk->calibration, options);
+  ImageFrontEnd& front_end = given != nullptr ? *given : own;
+  Outcome outcome;
+  for (int k = 0; k < images; ++k) {
+    FrameObservation frame;
+    EXPECT_EQ(walk->feed(k, walk->image(k), &front_end, &frame), ImageStatus::kTracked);
+    outcome.errors.add(*walk, k, frame);
+    outcome.report = front_end.report();
+    std::set<FeatureId> points, lines;
+    for (const PointObservation& point : outcome.last.points) points.insert(point.id);
+    for (const LineObservation& line : outcome.last.lines) lines.insert(line.id);
+    for (const PointObservation& point : frame.points) {
+      outcome.persisting += static_cast<double>(points.count(point.id)) / (images - 1);
+    }
+    for (const LineObservation& line : frame.lines) {
+      outcome.lines_persisting += static_cast<double>(lines.count(line.id)) / (images - 1);
+    }
+    outcome.points += static_cast<double>(frame.points.size()) / images;
+    outcome.lines += static_cast<double>(frame.lines.size()) / images;
+    outcome.known_rotation += outcome.report.outlier_check == OutlierCheck::kKnownRotation ? 1 : 0;
+    if (outcome.report.vp_found) {
+      ++outcome.vp_found;
+      outcome.vp_ids.insert(outcome.report.vp_track_id);
+    }
+    outcome.last = frame;
+  }
+  return outcome;
+}
+
+// --------------------------------------------------------------------------------------- accuracy
+
+TEST(FrontEndPoints, RichTextureWithoutNoise) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
+  const Outcome outcome = run(&walk, smallOptions(), 30);
+  EXPECT_GT(outcome.persisting, 80.0);
+  EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.08);
+  EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.9), 0.25);
+  EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.01);
+}
+
+TEST(FrontEndPoints, RepetitiveBricksWithNoise) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::bricks), Motion(), 3);
+  walk.noise = 2.0;
+  const Outcome outcome = run(&walk, smallOptions(), 30);
+  EXPECT_GT(outcome.persisting, 60.0);
+  EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.2);
+  EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.04);
+}
+
+TEST(FrontEndPoints, BlankWallsGiveNoneAtAll) {
+  const auto flat = [](int, double, double) { return 128.0; };
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, flat), Motion(), 1);
+  walk.noise = 4.0;
+  const Outcome outcome = run(&walk, smallOptions(), 5);
+  EXPECT_EQ(outcome.points, 0.0);
+  EXPECT_EQ(outcome.lines, 0.0);
+  // VINS-Mono's tracker, with its equalization, makes corners of the noise.
+  FrontEndOptions as_vins = smallOptions();
+  as_vins.profile = TrackerProfile::kVins;
+  RoomWalk again(smallCamera(), BoxRoom(kRoom, flat), Motion(), 1);
+  again.noise = 4.0;
+  EXPECT_GT(run(&again, as_vins, 5).points, 50.0);
+}
+
+TEST(FrontEndLines, PanelsKeepTheirLinesAndIdentities) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 3);
+  walk.noise = 2.0;
+  const Outcome outcome = run(&walk, smallOptions(), 31);
+  EXPECT_GT(outcome.lines_persisting, 25.0);
+  EXPECT_LT(TrackErrors::quantile(outcome.errors.line_angle_deg, 0.5), 0.15);
+  EXPECT_LT(TrackErrors::quantile(outcome.errors.line_offset_px, 0.5), 0.15);
+  EXPECT_GT(outcome.errors.line_pairs, 100);
+  EXPECT_GE(outcome.errors.line_pairs_right, 0.98 * outcome.errors.line_pairs);
+  for (const LineObservation& line : outcome.last.lines) {
+    EXPECT_NEAR(line.start_bearing.norm(), 1.0, 1e-9);
+    EXPECT_GE(line.detection_confidence, 0.0);
+    EXPECT_LE(line.detection_confidence, 1.0);
+    EXPECT_GE(line.match_quality, 0.0);
+    EXPECT_LE(line.match_quality, 1.0);
+    Eigen::Vector2d pixel;
+    ASSERT_TRUE(walk.camera().project(line.end_bearing, &pixel));
+    EXPECT_LT((pixel - line.end_pixel).norm(), 1e-6);
+  }
+  // The walls' three axes: the one that is followed stays itself and is one of them.
+  EXPECT_GE(outcome.vp_found, 28);
+  EXPECT_EQ(outcome.vp_ids.size(), 1U);
+  const Eigen::Vector3d axis = walk.R_w_c(30) * outcome.report.vp_direction;
+  EXPECT_GT(axis.cwiseAbs().maxCoeff(), std::cos(0.5 * M_PI / 180.0)) << axis.transpose();
+}
+
+TEST(FrontEndLines, NoMoreThanTheCap) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 1);
+  FrontEndOptions options = smallOptions();
+  options.lines.max_lines = 7;
+  const Outcome outcome = run(&walk, options, 6);
+  EXPECT_EQ(outcome.last.lines.size(), 7U);
+  options.lines.enabled = false;
+  RoomWalk again(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 1);
+  const Outcome without = run(&again, options, 3);
+  EXPECT_TRUE(without.last.lines.empty());
+  EXPECT_EQ(without.report.line_detector, "");
+}
+
+class FrontEndCameras : public ::testing::TestWithParam<CameraModel> {};
+
+TEST_P(FrontEndCameras, TrackThroughEveryLens) {
+  CameraParameters camera = smallCamera();
+  camera.model = GetParam();
+  if (camera.model == CameraModel::kKannalaBrandt) {
+    camera.fx = camera.fy = 110.0;  // about 180 degrees across
+    camera.distortion = {-0.02, 0.005, -0.002, 0.0003};
+  } else if (camera.model == CameraModel::kMei) {
+    camera.xi = 0.9;
+    camera.fx = camera.fy = 280.0;
+    camera.distortion = {-0.1, 0.05, 0.0005, -0.0003};
+  }
+  RoomWalk walk(camera, BoxRoom(kRoom, textures::rich), Motion(), 2);
+  const Outcome outcome = run(&walk, smallOptions(), 20);
+  EXPECT_GT(outcome.persisting, 70.0);
+  EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.15);
+  EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, FrontEndCameras,
+                         ::testing::Values(CameraModel::kPinhole, CameraModel::kKannalaBrandt,
+                                           CameraModel::kMei));
+
+// -------------------------------------------------------------------------------------- gyro bias
+
+TEST(FrontEndBias, IsFoundFromTheTracksAndUsed) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
+  walk.gyro_bias = Eigen::Vector3d(0.02, -0.03, 0.08);
+  const Outcome outcome = run(&walk, smallOptions(), 40);
+  ASSERT_TRUE(outcome.report.gyro_bias_known);
+  EXPECT_LT((outcome.report.gyro_bias - walk.gyro_bias).norm(), 0.005)
+      << outcome.report.gyro_bias.transpose();
+  EXPECT_GT(outcome.known_rotation, 20);
+  EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.01);
+}
+
+TEST(FrontEndBias, AWrongOneDoesNotKillTheTracks) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
+  FrontEndOptions options = smallOptions();
+  options.estimate_gyro_bias = false;
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
+  // Told with confidence: 0.6 rad/s are 7 px between two images.
+  front_end.setGyroBias(Eigen::Vector3d(0.0, 0.0, 0.6), 1e-3);
+  const Outcome outcome = run(&walk, options, 15, &front_end);
+  EXPECT_GT(outcome.persisting, 70.0);
+  EXPECT_GT(outcome.report.fallbacks, 0);
+  EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.02);
+}
+
+TEST(FrontEndBias, ToldWithANonsenseItIsIgnored) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 1);
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, smallOptions());
+  front_end.setGyroBias(Eigen::Vector3d(kNan, 0.0, 0.0), 1e-3);
+  front_end.setGyroBias(Eigen::Vector3d::Zero(), kNan);
+  front_end.setGyroBias(Eigen::Vector3d::Zero(), -1.0);
+  FrameObservation frame;
+  ASSERT_EQ(walk.feed(0, walk.image(0), &front_end, &frame), ImageStatus::kTracked);
+  EXPECT_FALSE(front_end.report().gyro_bias_known);
+}
+
+TEST(FrontEndBias, WithoutImuItTracksAndSaysSo) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, smallOptions());
+  FrameObservation frame;
+  for (int k = 0; k < 8; ++k) {
+    ASSERT_EQ(front_end.addImage(walk.time(k), walk.image(k), &frame), ImageStatus::kTracked);
+    EXPECT_FALSE(front_end.report().rotation_from_gyro);
+  }
+  EXPECT_EQ(front_end.report().images_without_imu, 7);
+  EXPECT_GT(front_end.report().points_tracked, 60);
+}
+
+// ------------------------------------------------------------------------------ what goes wrong
+
+class FrontEndFailures : public ::testing::Test {
+ protected:
+  FrontEndFailures()
+      : walk_(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 1),
+        front_end_(walk_.parameters, walk_.calibration, smallOptions()) {
+    for (int k = 0; k < 4; ++k) walk_.feed(k, walk_.image(k), &front_end_, &frame_);
+  }
+  RoomWalk walk_;
+  ImageFrontEnd front_end_;
+  FrameObservation frame_;
+};
+
+TEST_F(FrontEndFailures, BadImagesAreRefusedCountedAndForgotten) {
+  const FrameObservation before = frame_;
+  const cv::Mat good = walk_.image(4);
+  EXPECT_EQ(front_end_.addImage(kNan, good, &frame_), ImageStatus::kNotFinite);
+  EXPECT_EQ(front_end_.addImage(walk_.time(3), good, &frame_), ImageStatus::kOutOfOrder);
+  EXPECT_EQ(front_end_.addImage(walk_.time(1), good, &frame_), ImageStatus::kOutOfOrder);
+  EXPECT_EQ(front_end_.addImage(walk_.time(4), cv::Mat(), &frame_), ImageStatus::kBadImage);
+  EXPECT_EQ(front_end_.addImage(walk_.time(4), good.rowRange(0, 100), &frame_),
+            ImageStatus::kBadImage);
+  cv::Mat wide;
+  good.convertTo(wide, CV_16U);
+  EXPECT_EQ(front_end_.addImage(walk_.time(4), wide, &frame_), ImageStatus::kBadImage);
+  EXPECT_EQ(frame_.t, before.t);
+  EXPECT_EQ(frame_.points.size(), before.points.size());
+  const FrontEndReport& report = front_end_.report();
+  EXPECT_EQ(report.images, 4);
+  EXPECT_EQ(report.images_not_finite, 1);
+  EXPECT_EQ(report.images_out_of_order, 2);
+  EXPECT_EQ(report.images_bad, 3);
+  // The next good one goes on from image 3.
+  EXPECT_EQ(walk_.feed(4, good, &front_end_, &frame_), ImageStatus::kTracked);
+  EXPECT_GT(front_end_.report().points_tracked, 60);
+  EXPECT_STREQ(toString(ImageStatus::kBadImage), "bad_image");
+}
+
+TEST_F(FrontEndFailures, BlackAndSaturatedImagesEndAllTracksAndTheNextStartsAnew) {
+  std::set<FeatureId> seen;
+  for (const PointObservation& point : frame_.points) seen.insert(point.id);
+  int k = 4;
+  for (const double brightness : {0.0, 255.0}) {
+    const cv::Mat flat(walk_.parameters.height, walk_.parameters.width, CV_8UC1,
+                       cv::Scalar(brightness));
+    EXPECT_EQ(walk_.feed(k++, flat, &front_end_, &frame_), ImageStatus::kTracked);
+    EXPECT_TRUE(frame_.points.empty());
+    EXPECT_TRUE(frame_.lines.empty());
+    EXPECT_FALSE(front_end_.report().vp_found);
+  }
+  EXPECT_EQ(walk_.feed(k, walk_.image(k), &front_end_, &frame_), ImageStatus::kTracked);
+  EXPECT_GT(frame_.points.size(), 60U);
+  for (const PointObservation& point : frame_.points) EXPECT_EQ(seen.count(point.id), 0U);
+}
+
+TEST_F(FrontEndFailures, ALongGapEndsAllTracks) {
+  std::set<FeatureId> seen;
+  for (const PointObservation& point : frame_.points) seen.insert(point.id);
+  EXPECT_EQ(front_end_.addImage(walk_.time(3) + 1.5, walk_.image(3), &frame_),
+            ImageStatus::kTracked);
+  EXPECT_GT(frame_.points.size(), 60U);
+  for (const PointObservation& point : frame_.points) EXPECT_EQ(seen.count(point.id), 0U);
+}
+
+TEST_F(FrontEndFailures, ResetForgetsAllButTheIds) {
+  FeatureId largest = 0;
+  for (const PointObservation& point : frame_.points) largest = std::max(largest, point.id);
+  front_end_.reset();
+  EXPECT_EQ(front_end_.report().images, 0);
+  EXPECT_TRUE(front_end_.debugImage().empty());
+  EXPECT_EQ(front_end_.addImage(0.0, walk_.image(0), &frame_), ImageStatus::kTracked);
+  for (const PointObservation& point : frame_.points) EXPECT_GT(point.id, largest);
+}
+
+TEST_F(FrontEndFailures, ImuStatusesArePassedOn) {
+  ImuSample sample = walk_.imu(5.0);
+  EXPECT_EQ(front_end_.addImu(sample), AddStatus::kAdded);
+  EXPECT_EQ(front_end_.addImu(sample), AddStatus::kOutOfOrder);
+  sample.t = kNan;
+  EXPECT_EQ(front_end_.addImu(sample), AddStatus::kNotFinite);
+  EXPECT_EQ(front_end_.report().imu_out_of_order, 1);
+  EXPECT_EQ(front_end_.report().imu_not_finite, 1);
+}
+
+// ----------------------------------------------------------------------------------------- others
+
+bool same(const FrameObservation& a, const FrameObservation& b) {
+  if (a.t != b.t || a.points.size() != b.points.size() || a.lines.size() != b.lines.size()) {
+    return false;
+  }
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    if (a.points[i].id != b.points[i].id || a.points[i].pixel != b.points[i].pixel ||
+        a.points[i].bearing != b.points[i].bearing) {
+      return false;
+    }
+  }
+  for (std::size_t i = 0; i < a.lines.size(); ++i) {
+    if (a.lines[i].id != b.lines[i].id || a.lines[i].start_bearing != b.lines[i].start_bearing ||
+        a.lines[i].end_bearing != b.lines[i].end_bearing) {
+      return false;
+    }
+  }
+  return true;
+}
+
+TEST(FrontEnd, EqualInputsGiveEqualFramesWhateverTheThreads) {
+  const auto mixed = [](int wall, double u, double v) {
+    return 0.5 * textures::rich(wall, u, v) + 0.5 * textures::panels(wall, u, v);
+  };
+  std::vector<FrameObservation> last;
+  for (const int threads : {1, 2}) {
+    cv::setNumThreads(threads);
+    RoomWalk walk(smallCamera(), BoxRoom(kRoom, mixed), Motion(), 1);
+    last.push_back(run(&walk, smallOptions(), 12).last);
+  }
+  cv::setNumThreads(-1);
+  EXPECT_FALSE(last[0].points.empty());
+  EXPECT_FALSE(last[0].lines.empty());
+  EXPECT_TRUE(same(last[0], last[1]));
+}
+
+TEST(FrontEnd, ColourImagesAreTakenAsGrey) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 1);
+  ImageFrontEnd grey(walk.parameters, walk.calibration, smallOptions());
+  ImageFrontEnd colour(walk.parameters, walk.calibration, smallOptions());
+  FrameObservation a, b;
+  for (int k = 0; k < 3; ++k) {
+    const cv::Mat image = walk.image(k);
+    cv::Mat bgr;
+    cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
+    ASSERT_EQ(grey.addImage(walk.time(k), image, &a), ImageStatus::kTracked);
+    ASSERT_EQ(colour.addImage(walk.time(k), bgr, &b), ImageStatus::kTracked);
+  }
+  EXPECT_TRUE(same(a, b));
+}
+
+TEST(FrontEnd, TheDebugImageShowsPointsLinesAndTheVanishingPoint) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 2);
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, smallOptions());
+  FrameObservation frame;
+  cv::Mat grey;
+  for (int k = 0; k < 5; ++k) {
+    grey = walk.image(k);
+    ASSERT_EQ(walk.feed(k, grey, &front_end, &frame), ImageStatus::kTracked);
+  }
+  const cv::Mat drawn = front_end.debugImage();
+  ASSERT_EQ(drawn.size(), grey.size());
+  ASSERT_EQ(drawn.type(), CV_8UC3);
+  const auto count = [&drawn](const cv::Scalar& low, const cv::Scalar& high) {
+    cv::Mat mask;
+    cv::inRange(drawn, low, high, mask);
+    return cv::countNonZero(mask);
+  };
+  ASSERT_TRUE(front_end.report().vp_found);
+  EXPECT_GT(count(cv::Scalar(0, 210, 0), cv::Scalar(10, 230, 10)), 50);     // on the VP
+  EXPECT_GT(count(cv::Scalar(245, 110, 0), cv::Scalar(255, 130, 10)), 50);  // matched
+  // Its text; the point itself may lie outside the image.
+  EXPECT_GT(count(cv::Scalar(0, 245, 245), cv::Scalar(10, 255, 255)), 10);
+}
+
+TEST(FrontEndVins, BehavesAsTheHostDoes) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
+  FrontEndOptions options = smallOptions();
+  options.profile = TrackerProfile::kVins;
+  options.host.max_cnt = 60;
+  options.host.min_dist = 15;
+  options.host.freq = 10;
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
+  int refilled = 0;
+  FrameObservation frame;
+  for (int k = 0; k < 21; ++k) {
+    ASSERT_EQ(walk.feed(k, walk.image(k), &front_end, &frame), ImageStatus::kTracked);
+    EXPECT_LE(frame.points.size(), 60U);
+    refilled += front_end.report().outlier_check != OutlierCheck::kNone ? 1 : 0;
+    EXPECT_NE(front_end.report().outlier_check, OutlierCheck::kKnownRotation);
+  }
+  // Outliers, mask and refill at 10 Hz of 20.
+  EXPECT_GE(refilled, 9);
+  EXPECT_LE(refilled, 13);
+  EXPECT_GT(front_end.report().points_tracked, 40);
+}
+
+}  // namespace
+}  // namespace slim_init::feature_tracker_lines

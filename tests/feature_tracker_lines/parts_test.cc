@@ -1,0 +1,393 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The pieces of the front end, each on its own.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <vector>
+
+#include "corner_detector.h"
+#include "edge_fit.h"
+#include "image_pyramid.h"
+#include "line_detector.h"
+#include "outliers.h"
+#include "patch_anchor.h"
+#include "room_walk.h"
+
+namespace slim_init::feature_tracker_lines {
+namespace {
+
+cv::Mat flatImage(double brightness, double noise, std::uint64_t seed) {
+  cv::Mat image(480, 752, CV_8UC1, cv::Scalar(brightness));
+  if (noise > 0.0) addNoise(noise, seed, &image);
+  return image;
+}
+
+std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat mask = cv::Mat()) {
+  ImagePyramid pyramid;
+  buildImagePyramid(image, 21, 3, &pyramid);
+  CornerDetector detector(image.size(), 20.0, 8.0);
+  if (mask.empty()) mask = cv::Mat(image.size(), CV_8UC1, cv::Scalar(255));
+  std::vector<cv::Point2f> corners;
+  detector.detect(pyramid.derivative(), factor * kNoiseEigenvalue * pyramid.noise * pyramid.noise,
+                  1000, detector.cells(), &mask, &corners);
+  return corners;
+}
+
+// ----------------------------------------------------------------------------------------- noise
+
+TEST(ImageNoise, IsMeasuredOnFlatAndOnTexturedImages) {
+  for (const double sigma : {1.0, 2.0, 5.0, 10.0}) {
+    // The tenth percentile of the blocks lies some ten percent low.
+    EXPECT_NEAR(measureNoise(flatImage(120.0, sigma, 3)), 0.9 * sigma, 0.07 * sigma);
+    cv::Mat ramp(480, 752, CV_8UC1);
+    for (int y = 0; y < ramp.rows; ++y) {
+      for (int x = 0; x < ramp.cols; ++x) {
+        ramp.at<uchar>(y, x) = cv::saturate_cast<uchar>(60.0 + 0.1 * x + 0.2 * y);
+      }
+    }
+    addNoise(sigma, 5, &ramp);
+    EXPECT_NEAR(measureNoise(ramp), 0.9 * sigma, 0.09 * sigma);
+  }
+}
+
+TEST(ImageNoise, SaturatedAndTinyImagesHaveTheLeast) {
+  EXPECT_EQ(measureNoise(flatImage(255.0, 0.0, 1)), kLeastNoise);
+  EXPECT_EQ(measureNoise(flatImage(0.0, 0.0, 1)), kLeastNoise);
+  EXPECT_EQ(measureNoise(cv::Mat(10, 10, CV_8UC1, cv::Scalar(99))), kLeastNoise);
+}
+
+// --------------------------------------------------------------------------------------- corners
+
+TEST(Corners, NoneFromNoiseAlone) {
+  for (const double sigma : {0.5, 1.0, 3.0, 8.0}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const cv::Mat image = flatImage(128.0, sigma, seed);
+      EXPECT_TRUE(cornersOf(image, 2.0).empty()) << "sigma " << sigma;
+      // The constant is what noise makes: well below it there are plenty.
+      EXPECT_GT(cornersOf(image, 0.4).size(), 20U) << "sigma " << sigma;
+    }
+  }
+}
+
+TEST(Corners, OfABoardAndNotOfItsEdges) {
+  cv::Mat image(480, 752, CV_8UC1, cv::Scalar(60));
+  // Four corners, 200 px of edge between them, tilted so that the edges are stair steps.
+  const std::vector<cv::Point> quad = {{220, 130}, {420, 150}, {400, 350}, {200, 330}};
+  cv::fillConvexPoly(image, quad, cv::Scalar(190), cv::LINE_AA);
+  cv::GaussianBlur(image, image, cv::Size(), 0.7);
+  addNoise(2.0, 9, &image);
+  const std::vector<cv::Point2f> corners = cornersOf(image, 2.0);
+  ASSERT_EQ(corners.size(), 4U);
+  for (const cv::Point& vertex : quad) {
+    double nearest = 1e9;
+    for (const cv::Point2f& corner : corners) {
+      nearest = std::min(nearest, cv::norm(corner - cv::Point2f(vertex)));
+    }
+    EXPECT_LT(nearest, 3.0);
+  }
+}
+
+TEST(Corners, KeepOutOfTheMaskAndApart) {
+  cv::Mat image(480, 752, CV_8UC1);
+  cv::RNG random(4);
+  random.fill(image, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(image, image, cv::Size(), 2.0);
+  cv::Mat mask(image.size(), CV_8UC1, cv::Scalar(255));
+  mask.colRange(0, 300).setTo(0);
+  const std::vector<cv::Point2f> corners = cornersOf(image, 2.0, mask);
+  ASSERT_GT(corners.size(), 100U);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    EXPECT_GE(corners[i].x, 300.0F);
+    EXPECT_LT(corners[i].x, 752.0F - 8.0F);
+    for (std::size_t j = 0; j < i; ++j) EXPECT_GT(cv::norm(corners[i] - corners[j]), 19.5);
+  }
+}
+
+TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
+  cv::Mat image = flatImage(128.0, 1.0, 2);
+  ImagePyramid pyramid;
+  buildImagePyramid(image, 21, 3, &pyramid);
+  CornerDetector detector(image.size(), 20.0, 8.0);
+  const int at_a_time = 10;
+  // A corner that is only there in the last round must still be found within it.
+  const int rounds = (detector.cells() + at_a_time - 1) / at_a_time;
+  std::vector<cv::Point2f> corners;
+  cv::Mat mask(image.size(), CV_8UC1, cv::Scalar(255));
+  for (int i = 0; i < rounds; ++i) {
+    detector.detect(pyramid.derivative(), 100.0, 10, at_a_time, &mask, &corners);
+  }
+  EXPECT_TRUE(corners.empty());
+  cv::rectangle(image, cv::Rect(400, 300, 90, 60), cv::Scalar(220), cv::FILLED);
+  buildImagePyramid(image, 21, 3, &pyramid);
+  for (int i = 0; i < rounds; ++i) {
+    detector.detect(pyramid.derivative(), 100.0, 10, at_a_time, &mask, &corners);
+  }
+  EXPECT_EQ(corners.size(), 4U);
+}
+
+// ---------------------------------------------------------------------------------- patch anchor
+
+// Smooth texture about a centre, seen through an affine map.
+cv::Mat texture(const Eigen::Vector2d& centre, const Eigen::Matrix2d& affine, double gain,
+                double bias) {
+  cv::Mat image(120, 120, CV_8UC1);
+  const Eigen::Matrix2d inverse = affine.inverse();
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const Eigen::Vector2d p = inverse * (Eigen::Vector2d(x, y) - centre);
+      const double value = 60.0 * textures::cloud(1, p.x(), p.y(), 5.0) +
+                           60.0 * textures::cloud(2, p.x(), p.y(), 9.0);
+      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(gain * value + bias);
+    }
+  }
+  return image;
+}
+
+TEST(PatchAnchorTest, FindsItselfThroughAffineMapsAndExposure) {
+  const Eigen::Vector2d here(58.3, 61.6);
+  PatchAnchor anchor;
+  ASSERT_TRUE(anchor.set(texture(here, Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0));
+  const Eigen::Vector2d there(60.45, 59.2);
+  Eigen::Matrix2d affine;
+  affine << 1.12, -0.08, 0.10, 1.05;
+  const PatchAnchor::Match match =
+      anchor.align(texture(there, affine, 1.3, 10.0), there + Eigen::Vector2d(0.9, -1.1), 1.0);
+  ASSERT_TRUE(match.ok);
+  EXPECT_GT(match.correlation, 0.98);
+  EXPECT_LT((match.pixel - there).norm(), 0.05);
+  EXPECT_EQ(anchor.scale(), 1.0);  // nothing kept yet
+  anchor.accept();
+  EXPECT_NEAR(anchor.scale(), std::sqrt(affine.determinant()), 0.02);
+}
+
+TEST(PatchAnchorTest, ToldOfALargeTurnItFollows) {
+  const Eigen::Vector2d here(60.0, 60.0);
+  PatchAnchor anchor;
+  ASSERT_TRUE(anchor.set(texture(here, Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0));
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(0.9).toRotationMatrix();
+  const cv::Mat now = texture(here, turn, 1.0, 40.0);
+  const PatchAnchor::Match untold = anchor.align(now, here, 1.0);
+  EXPECT_TRUE(!untold.ok || untold.correlation < 0.8);
+  anchor.deform(turn);
+  const PatchAnchor::Match told = anchor.align(now, here + Eigen::Vector2d(0.5, 0.5), 1.0);
+  ASSERT_TRUE(told.ok);
+  EXPECT_LT((told.pixel - here).norm(), 0.05);
+}
+
+TEST(PatchAnchorTest, DoesNotRecogniseSomethingElse) {
+  const Eigen::Vector2d here(60.0, 60.0);
+  PatchAnchor anchor;
+  ASSERT_TRUE(anchor.set(texture(here, Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0));
+  const PatchAnchor::Match match = anchor.align(
+      texture(Eigen::Vector2d(1000.0, -700.0), Eigen::Matrix2d::Identity(), 1.0, 40.0), here, 1.0);
+  EXPECT_TRUE(!match.ok || match.correlation < 0.8);
+}
+
+TEST(PatchAnchorTest, NeedsTextureAndRoom) {
+  PatchAnchor anchor;
+  EXPECT_FALSE(anchor.set(flatImage(100.0, 0.0, 1), {100.0, 100.0}, 1.0));
+  EXPECT_FALSE(anchor.align(flatImage(100.0, 0.0, 1), {100.0, 100.0}, 1.0).ok);
+  const cv::Mat image = texture({60.0, 60.0}, Eigen::Matrix2d::Identity(), 1.0, 40.0);
+  EXPECT_FALSE(anchor.set(image, {4.0, 60.0}, 1.0));
+  EXPECT_FALSE(anchor.set(image, {60.0, 119.0}, 1.0));
+  ASSERT_TRUE(anchor.set(image, {60.0, 60.0}, 1.0));
+  EXPECT_FALSE(anchor.align(image, {2.0, 2.0}, 1.0).ok);
+  // Far too much noise for this contrast.
+  EXPECT_FALSE(anchor.set(image, {60.0, 60.0}, 40.0));
+}
+
+TEST(PatchAnchorTest, RefusesAnEdge) {
+  cv::Mat image(120, 120, CV_8UC1, cv::Scalar(60));
+  const std::vector<cv::Point> half = {{0, 50}, {119, 71}, {119, 119}, {0, 119}};
+  cv::fillConvexPoly(image, half, cv::Scalar(200), cv::LINE_AA);
+  cv::GaussianBlur(image, image, cv::Size(), 0.7);
+  addNoise(2.0, 3, &image);
+  PatchAnchor anchor;
+  EXPECT_FALSE(anchor.set(image, {60.0, 60.0}, 2.0));
+  cv::rectangle(image, cv::Rect(60, 0, 60, 120), cv::Scalar(120), cv::FILLED);
+  EXPECT_TRUE(anchor.set(image, {60.0, 60.0}, 2.0));
+}
+
+// -------------------------------------------------------------------------------------- outliers
+
+struct Scene {
+  std::vector<Eigen::Vector3d> rotated_before, before, now;
+  std::vector<bool> wrong;
+};
+
+Scene makeScene(const Eigen::Vector3d& translation, double noise_rad, int count, int wrong) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::normal_distribution<double> normal(0.0, noise_rad);
+  const Eigen::Matrix3d R_now_before = expSO3(Eigen::Vector3d(0.02, -0.03, 0.01));
+  Scene scene;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d place(2.0 * uniform(random), 1.3 * uniform(random),
+                                4.0 + 2.0 * uniform(random));
+    Eigen::Vector3d now = (R_now_before * (place - translation)).normalized();
+    for (int axis = 0; axis < 2; ++axis) now[axis] += normal(random);
+    scene.wrong.push_back(i < wrong);
+    // Off its epipolar line by 8 px at 460 px.
+    if (i < wrong) {
+      const Eigen::Vector3d epipole = R_now_before * translation.normalized();
+      now += 8.0 / 460.0 * epipole.cross(now).normalized();
+    }
+    scene.now.push_back(now.normalized());
+    scene.before.push_back(place.normalized());
+    scene.rotated_before.push_back(R_now_before * scene.before.back());
+  }
+  return scene;
+}
+
+TEST(KnownRotation, FindsExactlyThePlantedOutliers) {
+  for (const Eigen::Vector3d& translation :
+       {Eigen::Vector3d(0.05, 0.02, 0.0), Eigen::Vector3d(0.0, 0.0, 0.08),
+        Eigen::Vector3d(-0.02, 0.03, 0.05)}) {
+    const Scene scene = makeScene(translation, 0.2 / 460.0, 150, 60);
+    Eigen::Vector3d epipole;
+    const std::vector<unsigned char> inlier =
+        knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5, &epipole);
+    for (std::size_t i = 0; i < inlier.size(); ++i) {
+      EXPECT_EQ(inlier[i] != 0, !scene.wrong[i]) << i;
+    }
+    const Eigen::Vector3d expected =
+        expSO3(Eigen::Vector3d(0.02, -0.03, 0.01)) * translation.normalized();
+    EXPECT_LT(std::acos(std::min(1.0, std::abs(epipole.dot(expected)))), 0.05);
+  }
+}
+
+TEST(KnownRotation, WithoutTranslationNothingIsWrong) {
+  const Scene scene = makeScene(Eigen::Vector3d(1e-9, 0.0, 0.0), 0.2 / 460.0, 100, 0);
+  const std::vector<unsigned char> inlier =
+      knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5, nullptr);
+  for (const unsigned char flag : inlier) EXPECT_EQ(flag, 1);
+  // And bit for bit nothing moved.
+  for (const unsigned char flag : knownRotationInliers(scene.now, scene.now, 460.0, 1.5, nullptr)) {
+    EXPECT_EQ(flag, 1);
+  }
+}
+
+TEST(KnownRotation, FewPairsAreLeftAlone) {
+  const Scene scene = makeScene(Eigen::Vector3d(0.1, 0.0, 0.0), 0.0, 2, 2);
+  for (const unsigned char flag :
+       knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5, nullptr)) {
+    EXPECT_EQ(flag, 1);
+  }
+  EXPECT_TRUE(knownRotationInliers({}, {}, 460.0, 1.5, nullptr).empty());
+}
+
+TEST(Fundamental, FindsThePlantedOutliersWithoutKnowingTheRotation) {
+  const Scene scene = makeScene(Eigen::Vector3d(0.3, 0.1, 0.0), 0.1 / 460.0, 150, 30);
+  const std::vector<unsigned char> inlier = fundamentalInliers(scene.before, scene.now, 460.0, 1.5);
+  int caught = 0, lost = 0;
+  for (std::size_t i = 0; i < inlier.size(); ++i) {
+    (scene.wrong[i] ? caught : lost) += inlier[i] == 0 ? 1 : 0;
+  }
+  EXPECT_GE(caught, 27);
+  EXPECT_LE(lost, 3);
+}
+
+TEST(Fundamental, RaysFarOffTheAxisAreNotJudged) {
+  Scene scene = makeScene(Eigen::Vector3d(0.3, 0.1, 0.0), 0.0, 50, 0);
+  scene.before.push_back(Eigen::Vector3d(1.0, 0.0, -0.2).normalized());
+  scene.now.push_back(Eigen::Vector3d(0.0, 1.0, -0.2).normalized());
+  EXPECT_EQ(fundamentalInliers(scene.before, scene.now, 460.0, 1.5).back(), 1);
+}
+
+// --------------------------------------------------------------------------------------- edge fit
+
+// One straight 3D edge: a plane through the camera centre parts bright from dark.
+cv::Mat edgeImage(const Camera& camera, const Eigen::Vector3d& normal, double dark, double bright) {
+  cv::Mat image(camera.parameters().height, camera.parameters().width, CV_8UC1);
+  constexpr int kRays = 4;
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      double sum = 0.0;
+      for (int s = 0; s < kRays * kRays; ++s) {
+        const Eigen::Vector2d pixel(x + (s % kRays + 0.5) / kRays - 0.5,
+                                    y + (s / kRays + 0.5) / kRays - 0.5);
+        sum += camera.bearing(pixel).dot(normal) > 0.0 ? bright : dark;
+      }
+      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(sum / (kRays * kRays));
+    }
+  }
+  cv::GaussianBlur(image, image, cv::Size(), 0.7);
+  return image;
+}
+
+TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
+  const Camera camera(smallCamera());
+  // Far from the centre, where the lens bends it by several pixels.
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.08, 1.0, 0.32).normalized();
+  const cv::Mat image = edgeImage(camera, normal, 60.0, 170.0);
+  const auto onPlane = [&normal](double x) {
+    return Eigen::Vector3d(x, -(0.08 * x + 0.32), 1.0).normalized();
+  };
+  const Eigen::Vector3d s = onPlane(-0.6), e = onPlane(0.6);
+  Eigen::Vector2d a, b, m;
+  ASSERT_TRUE(camera.project(s, &a) && camera.project(e, &b) && camera.project(onPlane(0.0), &m));
+  EXPECT_GT((0.5 * (a + b) - m).norm(), 4.0) << "the image of the edge is not curved";
+
+  // Brighter at the side of `normal`: start x end has to point there. Begun 2 px off and tilted.
+  const Eigen::Vector3d start = s.cross(e).dot(normal) > 0.0 ? s : e;
+  const Eigen::Vector3d end = s.cross(e).dot(normal) > 0.0 ? e : s;
+  const double off = 2.0 / camera.focalPx();
+  Edge edge;
+  ASSERT_TRUE(fitEdge(image, camera, (start + off * normal).normalized(),
+                      (end + 0.5 * off * normal).normalized(), 3.0, 0.5, 0.6, 0.5, &edge));
+  EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * camera.focalPx(), 0.05);
+  EXPECT_GT(edge.support, 0.95);
+  EXPECT_LT(edge.rms_px, 0.1);
+  Eigen::Vector2d pixel;
+  ASSERT_TRUE(camera.project(edge.start, &pixel));
+  EXPECT_LT((pixel - edge.start_pixel).norm(), 1e-9);
+  EXPECT_NEAR(edge.length_px, (a - b).norm(), 5.0);
+
+  // The other sense of brightness is another edge.
+  EXPECT_FALSE(fitEdge(image, camera, end, start, 3.0, 0.5, 0.6, 0.5, &edge));
+}
+
+TEST(EdgeFitTest, NoiseCostsLittleAndABlankImageHasNone) {
+  const Camera camera(smallCamera());
+  const Eigen::Vector3d normal = Eigen::Vector3d(1.0, 0.3, -0.1).normalized();
+  cv::Mat image = edgeImage(camera, normal, 90.0, 130.0);
+  addNoise(3.0, 5, &image);
+  const Eigen::Vector3d along = normal.cross(Eigen::Vector3d::UnitZ()).normalized();
+  const Eigen::Vector3d middle = along.cross(normal);
+  const Eigen::Vector3d s = (middle - 0.3 * along).normalized();
+  const Eigen::Vector3d e = (middle + 0.3 * along).normalized();
+  const bool in_order = s.cross(e).dot(normal) > 0.0;
+  Edge edge;
+  ASSERT_TRUE(
+      fitEdge(image, camera, in_order ? s : e, in_order ? e : s, 3.0, 3.0, 0.6, 0.5, &edge));
+  EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * camera.focalPx(), 0.15);
+  cv::Mat blank(image.size(), CV_8UC1, cv::Scalar(100));
+  addNoise(3.0, 6, &blank);
+  EXPECT_FALSE(fitEdge(blank, camera, s, e, 3.0, 3.0, 0.6, 0.5, &edge));
+  EXPECT_FALSE(fitEdge(image, camera, s, s, 3.0, 3.0, 0.6, 0.5, &edge));
+}
+
+TEST(LineDetectorTest, SeesALineAndNothingInBlackness) {
+  const auto detector = makeLineDetector(20.0);
+  EXPECT_NE(std::string(detector->name()), "");
+  std::vector<cv::Vec4f> segments;
+  for (const double brightness : {0.0, 255.0}) {
+    detector->detect(cv::Mat(240, 376, CV_8UC1, cv::Scalar(brightness)), &segments);
+    EXPECT_TRUE(segments.empty());
+  }
+  cv::Mat image(240, 376, CV_8UC1, cv::Scalar(50));
+  cv::rectangle(image, cv::Rect(100, 60, 150, 100), cv::Scalar(200), cv::FILLED);
+  detector->detect(image, &segments);
+  ASSERT_GE(segments.size(), 4U);
+  for (const cv::Vec4f& s : segments) {
+    EXPECT_TRUE(std::abs(s[0] - s[2]) < 2.0F || std::abs(s[1] - s[3]) < 2.0F);
+  }
+}
+
+}  // namespace
+}  // namespace slim_init::feature_tracker_lines

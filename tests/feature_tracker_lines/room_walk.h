@@ -1,0 +1,193 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// A camera with IMU moving about a BoxRoom, and what tracks are worth against the truth.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "box_room.h"
+#include "geometry/so3.h"
+#include "slim_init/feature_tracker_lines/image_front_end.h"
+
+namespace slim_init::feature_tracker_lines {
+
+/// EuRoC's lens at half its resolution.
+inline CameraParameters smallCamera() {
+  CameraParameters camera;
+  camera.width = 376;
+  camera.height = 240;
+  camera.fx = 229.3;
+  camera.fy = 228.6;
+  camera.cx = 183.6;
+  camera.cy = 124.2;
+  camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
+  return camera;
+}
+
+inline Calibration calibrationOf(const CameraParameters& camera) {
+  Calibration calibration;
+  calibration.R_b_c = expSO3(Eigen::Vector3d(0.3, -0.2, 1.5));
+  calibration.t_b_c = Eigen::Vector3d(0.02, -0.05, 0.01);
+  calibration.focal_px = Camera(camera).focalPx();
+  return calibration;
+}
+
+/// Poses of the camera over time; smooth and known exactly.
+struct Motion {
+  double translation = 1.0;  ///< factor on the path
+  double rotation = 1.0;     ///< factor on the turns
+
+  Eigen::Vector3d p_w_c(double t) const {
+    return translation * Eigen::Vector3d(0.35 * std::sin(1.2 * t), 0.2 * std::sin(0.9 * t),
+                                         0.35 * std::sin(0.7 * t) - 0.3);
+  }
+  Eigen::Matrix3d R_w_c(double t) const {
+    return expSO3(rotation * Eigen::Vector3d(0.15 * std::sin(1.5 * t), 0.3 * std::sin(1.1 * t),
+                                             0.2 * std::sin(0.8 * t))) *
+           expSO3(Eigen::Vector3d(0.1, 0.35, 0.0));
+  }
+};
+
+/// Renders images and makes gyro samples for a front end.
+class RoomWalk {
+ public:
+  static constexpr double kImagePeriod = 0.05, kImuPeriod = 0.005;  // [s]
+
+  RoomWalk(const CameraParameters& camera, const BoxRoom& room, const Motion& motion, int samples)
+      : parameters(camera),
+        calibration(calibrationOf(camera)),
+        room_(room),
+        motion_(motion),
+        camera_(camera),
+        samples_(samples) {}
+
+  CameraParameters parameters;
+  Calibration calibration;
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
+  double noise = 0.0;                                   ///< of the images [grey levels]
+
+  double time(int k) const { return k * kImagePeriod; }
+
+  cv::Mat image(int k) {
+    cv::Mat image =
+        room_.render(camera_, motion_.R_w_c(time(k)), motion_.p_w_c(time(k)), samples_, &rays_);
+    // A lens is no pinhole: without it the edges are stair steps.
+    cv::GaussianBlur(image, image, cv::Size(), 0.6);
+    if (noise > 0.0) addNoise(noise, static_cast<std::uint64_t>(k) + 1, &image);
+    return image;
+  }
+
+  ImuSample imu(double t) const {
+    constexpr double kStep = 1e-4;
+    ImuSample sample;
+    sample.t = t;
+    const Eigen::Matrix3d R_before = motion_.R_w_c(t - kStep), R_after = motion_.R_w_c(t + kStep);
+    sample.gyro =
+        calibration.R_b_c * logSO3(R_before.transpose() * R_after) / (2.0 * kStep) + gyro_bias;
+    sample.accel = Eigen::Vector3d(0.0, 0.0, 9.81);
+    return sample;
+  }
+
+  /// Feeds the IMU up to image k and the image.
+  ImageStatus feed(int k, const cv::Mat& picture, ImageFrontEnd* front_end,
+                   FrameObservation* frame) {
+    for (; next_imu_ * kImuPeriod <= time(k) + 1e-9; ++next_imu_) {
+      front_end->addImu(imu(next_imu_ * kImuPeriod));
+    }
+    return front_end->addImage(time(k), picture, frame);
+  }
+
+  /// The place in the world that a ray of image k meets.
+  Eigen::Vector3d place(int k, const Eigen::Vector3d& bearing) const {
+    return room_.hit(motion_.p_w_c(time(k)), motion_.R_w_c(time(k)) * bearing);
+  }
+  /// Ray of image k to a place in the world, not unit.
+  Eigen::Vector3d ray(int k, const Eigen::Vector3d& place) const {
+    return motion_.R_w_c(time(k)).transpose() * (place - motion_.p_w_c(time(k)));
+  }
+  Eigen::Matrix3d R_w_c(int k) const { return motion_.R_w_c(time(k)); }
+  const Camera& camera() const { return camera_; }
+
+ private:
+  BoxRoom room_;
+  Motion motion_;
+  Camera camera_;
+  int samples_;
+  std::vector<Eigen::Vector3f> rays_;
+  int next_imu_ = -2;
+};
+
+/// Errors of tracks against where they were first seen.
+struct TrackErrors {
+  std::vector<double> point_px, line_angle_deg, line_offset_px;
+  int line_pairs = 0, line_pairs_right = 0;  ///< the same id five images apart
+
+  static double quantile(std::vector<double> values, double share) {
+    if (values.empty()) return 1e9;
+    std::sort(values.begin(), values.end());
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+  }
+  double pointsBeyond(double px) const {
+    return static_cast<double>(
+               std::count_if(point_px.begin(), point_px.end(), [px](double e) { return e > px; })) /
+           std::max<double>(1.0, static_cast<double>(point_px.size()));
+  }
+
+  void add(const RoomWalk& walk, int k, const FrameObservation& frame) {
+    for (const PointObservation& point : frame.points) {
+      const auto first = points_.try_emplace(point.id, walk.place(k, point.bearing));
+      if (first.second) continue;
+      Eigen::Vector2d pixel(-1e6, -1e6);
+      walk.camera().project(walk.ray(k, first.first->second), &pixel);
+      point_px.push_back((pixel - point.pixel).norm());
+    }
+    for (const LineObservation& line : frame.lines) {
+      const auto first = lines_.try_emplace(
+          line.id, Ends{walk.place(k, line.start_bearing), walk.place(k, line.end_bearing)});
+      if (first.second) continue;
+      double angle = 0.0, offset = 0.0;
+      compare(walk, k, first.first->second, line, &angle, &offset);
+      line_angle_deg.push_back(angle);
+      line_offset_px.push_back(offset);
+    }
+    if (k % 5 != 0) return;
+    for (const LineObservation& line : frame.lines) {
+      const auto before = keyframe_.find(line.id);
+      if (before == keyframe_.end()) continue;
+      double angle = 0.0, offset = 0.0;
+      compare(walk, k, before->second, line, &angle, &offset);
+      ++line_pairs;
+      line_pairs_right += angle < 2.0 && offset < 3.0 ? 1 : 0;
+    }
+    keyframe_.clear();
+    for (const LineObservation& line : frame.lines) {
+      keyframe_[line.id] = {walk.place(k, line.start_bearing), walk.place(k, line.end_bearing)};
+    }
+  }
+
+ private:
+  struct Ends {
+    Eigen::Vector3d start, end;
+  };
+  static void compare(const RoomWalk& walk, int k, const Ends& truth, const LineObservation& line,
+                      double* angle_deg, double* offset_px) {
+    const Eigen::Vector3d expected =
+        walk.ray(k, truth.start).cross(walk.ray(k, truth.end)).normalized();
+    const Eigen::Vector3d seen = line.start_bearing.cross(line.end_bearing).normalized();
+    const Eigen::Vector3d middle = (line.start_bearing + line.end_bearing).normalized();
+    const Eigen::Vector3d a = expected.cross(middle).normalized(),
+                          b = seen.cross(middle).normalized();
+    *angle_deg = std::asin(std::min(1.0, a.cross(b).norm())) * 180.0 / M_PI;
+    *offset_px = std::abs(expected.dot(middle)) * walk.camera().focalPx();
+  }
+  std::map<FeatureId, Eigen::Vector3d> points_;
+  std::map<FeatureId, Ends> lines_, keyframe_;
+};
+
+}  // namespace slim_init::feature_tracker_lines

@@ -1,0 +1,340 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// `slim_init simulate` and `slim_init tracks` as a user runs them. Without POV-Ray only what needs
+// no picture is tested, and the rest skipped with a line that says so.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "evaluation/scratch_folder.h"
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/recorded.h"
+#include "slim_init/simulation/rendering.h"
+#include "slim_init/simulation/scene.h"
+#include "slim_init/simulation/trajectory.h"
+
+namespace slim_init {
+namespace {
+
+struct ProgramRun {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+ProgramRun runProgram(const ScratchFolder& folder, const std::vector<std::string>& arguments) {
+  std::string command = "\"" SLIM_INIT_PROGRAM "\"";
+  for (const std::string& argument : arguments) command += " \"" + argument + "\"";
+  command += " >\"" + folder.file("stdout") + "\" 2>\"" + folder.file("stderr") + "\" </dev/null";
+  const int status = std::system(command.c_str());
+  ProgramRun run;
+  if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);
+  run.out = readFile(folder.file("stdout"));
+  run.err = readFile(folder.file("stderr"));
+  return run;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+bool povray(std::string* problem) { return simulation::povrayAvailable("povray", problem); }
+
+/// A short, small sequence; more arguments follow.
+std::vector<std::string> smallSequence(const std::string& out,
+                                       const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {
+      "simulate", "--builtin", "circle",     "--scene", "room",          "--out", out,
+      "--rate",   "10",        "--duration", "0.6",     "--image-scale", "0.2"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST(Simulate, WritesASequenceThatIsReadBack) {
+  std::string problem;
+  if (!povray(&problem)) GTEST_SKIP() << problem;
+  const ScratchFolder folder;
+  const ProgramRun run = runProgram(folder, smallSequence(folder.file("seq")));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "");  // no progress bar in a pipe
+  EXPECT_TRUE(contains(run.out, "7 images of 150x96")) << run.out;
+
+  evaluation::ReadStatus status;
+  const auto sequence =
+      evaluation::openAslFolder(folder.file("seq"), evaluation::ImageSequenceOptions(), &status);
+  ASSERT_NE(sequence, nullptr) << status.message;
+  ASSERT_EQ(sequence->images(), 7u);
+  ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
+  const auto& camera = sequence->calibration()->camera;
+  EXPECT_EQ(camera.width, 150);
+  EXPECT_NEAR(camera.fx, 0.2 * 458.654, 1e-9);
+  EXPECT_NEAR(camera.distortion[0], -0.28340811, 1e-12);
+  // 200 Hz and 0.1 s before and after the images.
+  EXPECT_NEAR(static_cast<double>(sequence->imu().size()), 200 * 0.8, 2.0);
+  EXPECT_LE(sequence->imu().front().t, sequence->imageTime(0));
+  EXPECT_GE(sequence->imu().back().t, sequence->imageTime(6));
+  EXPECT_TRUE(sequence->hasVelocity());
+  EXPECT_TRUE(sequence->hasBias());
+
+  // The truth is the motion.
+  std::string error;
+  const auto motion = simulation::makeBuiltinTrajectory(
+      "circle", 5.0, sequence->calibration()->calibration.R_b_c, 1, &error);
+  ASSERT_NE(motion, nullptr) << error;
+  constexpr std::int64_t kStart = 1400000000000000000;
+  for (const NavState& state : sequence->truth()) {
+    const double t = 1e-9 * static_cast<double>(sequence->t0Ns() - kStart) + state.t;
+    EXPECT_LT((state.p_w_b - motion->at(t).p_w_b).norm(), 1e-6);
+    EXPECT_LT((state.R_w_b - motion->at(t).R_w_b).norm(), 1e-6);
+  }
+  // Pictures of a room, neither black nor white nor the same.
+  cv::Mat before;
+  for (std::size_t k = 0; k < sequence->images(); ++k) {
+    const cv::Mat image = sequence->image(k, &error);
+    ASSERT_EQ(image.type(), CV_8UC1) << error;
+    ASSERT_EQ(image.cols, 150);
+    cv::Scalar mean, deviation;
+    cv::meanStdDev(image, mean, deviation);
+    EXPECT_GT(mean[0], 40.0);
+    EXPECT_LT(mean[0], 200.0);
+    EXPECT_GT(deviation[0], 10.0);
+    if (k > 0) EXPECT_GT(cv::norm(image, before, cv::NORM_INF), 0.0);
+    before = image;
+  }
+  simulation::Scene scene;
+  EXPECT_TRUE(simulation::sceneFromJson(readFile(folder.file("seq/scene.json")), &scene, &error))
+      << error;
+  EXPECT_EQ(scene.kind, "room");
+  // Nothing of the renderer stays.
+  int entries = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.file("seq"))) {
+    (void)entry;
+    ++entries;
+  }
+  EXPECT_EQ(entries, 2);
+
+  // The same again gives the same bytes; into a folder that has images it does not write.
+  ASSERT_EQ(runProgram(folder, smallSequence(folder.file("again"), {"--threads", "2"})).exit_code,
+            0);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.file("seq"))) {
+    if (!entry.is_regular_file()) continue;
+    const auto name = std::filesystem::relative(entry.path(), folder.file("seq"));
+    EXPECT_EQ(readFile(entry.path().string()), readFile((folder.file("again") / name).string()))
+        << name;
+  }
+  const ProgramRun refused = runProgram(folder, smallSequence(folder.file("seq")));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(contains(refused.err, "--out")) << refused.err;
+}
+
+TEST(Simulate, MotionBlurAveragesOverTheExposure) {
+  std::string problem;
+  if (!povray(&problem)) GTEST_SKIP() << problem;
+  const ScratchFolder folder;
+  const std::vector<std::string> clean = {"--read-noise", "0", "--shot-noise", "0"};
+  std::vector<std::string> blurred = clean;
+  blurred.insert(blurred.end(), {"--motion-blur", "50", "--sub-frames", "4"});
+  ASSERT_EQ(runProgram(folder, smallSequence(folder.file("sharp"), clean)).exit_code, 0);
+  ASSERT_EQ(runProgram(folder, smallSequence(folder.file("blurred"), blurred)).exit_code, 0);
+  evaluation::ReadStatus status;
+  double energy[2] = {};
+  int i = 0;
+  for (const char* name : {"sharp", "blurred"}) {
+    const auto sequence =
+        evaluation::openAslFolder(folder.file(name), evaluation::ImageSequenceOptions(), &status);
+    ASSERT_NE(sequence, nullptr) << status.message;
+    for (std::size_t k = 0; k < sequence->images(); ++k) {
+      cv::Mat image;
+      sequence->image(k, nullptr).convertTo(image, CV_32F);
+      energy[i] += cv::norm(image.colRange(1, image.cols), image.colRange(0, image.cols - 1),
+                            cv::NORM_L2SQR);
+    }
+    ++i;
+  }
+  EXPECT_LT(energy[1], 0.9 * energy[0]);
+}
+
+TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
+  std::string problem;
+  if (!povray(&problem)) GTEST_SKIP() << problem;
+  const std::string data = SLIM_INIT_SHARED_DATA;
+  if (!std::filesystem::is_directory(data)) {
+    // The EuRoC recordings are not part of the repository (their licence is not ours).
+    GTEST_SKIP() << "no recordings at " << data;
+  }
+  const ScratchFolder folder;
+  const ProgramRun run = runProgram(
+      folder, {"simulate", "--recorded", data + "/MH_04", "--scene", "hall", "--start", "30",
+               "--duration", "0.3", "--image-scale", "0.15", "--out", folder.file("seq")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.err, "slim_init: note: ")) << run.err;
+  evaluation::RecordedMotion recorded;
+  ASSERT_TRUE(
+      evaluation::readRecordedMotion(data + "/MH_04", evaluation::RecordedOptions(), &recorded)
+          .ok());
+  evaluation::ReadStatus status;
+  const auto sequence =
+      evaluation::openAslFolder(folder.file("seq"), evaluation::ImageSequenceOptions(), &status);
+  ASSERT_NE(sequence, nullptr) << status.message;
+  EXPECT_GE(sequence->images(), 6u);
+  const double shift = 1e-9 * static_cast<double>(sequence->t0Ns() - recorded.t0_ns);
+  for (std::size_t k = 0; k < sequence->images(); ++k) {
+    const double t = sequence->imageTime(k) + shift;
+    EXPECT_TRUE(std::any_of(recorded.image_times.begin(), recorded.image_times.end(),
+                            [t](double r) { return std::abs(r - t) < 1e-8; }))
+        << t;
+  }
+  const auto first = std::find_if(recorded.imu.begin(), recorded.imu.end(),
+                                  [&](const auto& s) { return std::abs(s.t - shift) < 1e-8; });
+  ASSERT_NE(first, recorded.imu.end());
+  for (std::size_t i = 0; i < sequence->imu().size(); ++i) {
+    EXPECT_EQ(sequence->imu()[i].gyro, (first + static_cast<std::ptrdiff_t>(i))->gyro);
+    EXPECT_EQ(sequence->imu()[i].accel, (first + static_cast<std::ptrdiff_t>(i))->accel);
+  }
+}
+
+TEST(Simulate, PosesFromAFile) {
+  std::string problem;
+  if (!povray(&problem)) GTEST_SKIP() << problem;
+  const ScratchFolder folder;
+  std::ostringstream csv;
+  csv << "#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n";
+  for (int k = 0; k <= 40; ++k) {
+    // Camera ahead along x for EuRoC's extrinsic (upright body: x up).
+    csv << 1500000000000000000 + 50000000LL * k << "," << 0.1 * k
+        << ",0,1.5,0,0.70710678,0,0.70710678\n";
+  }
+  folder.write("poses.csv", csv.str());
+  const ProgramRun run = runProgram(
+      folder, {"simulate", "--csv", folder.file("poses.csv"), "--scene", "corridor", "--duration",
+               "0.2", "--image-scale", "0.1", "--imu-errors", "off", "--out", folder.file("seq")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  evaluation::ReadStatus status;
+  const auto sequence =
+      evaluation::openAslFolder(folder.file("seq"), evaluation::ImageSequenceOptions(), &status);
+  ASSERT_NE(sequence, nullptr) << status.message;
+  EXPECT_EQ(sequence->images(), 5u);
+  for (const ImuSample& sample : sequence->imu()) {
+    EXPECT_LT(sample.gyro.norm(), 1e-9);
+    EXPECT_NEAR(sample.accel.norm(), 9.81007, 1e-6);
+  }
+}
+
+struct BadCommand {
+  const char* name;
+  std::vector<std::string> arguments;
+  std::vector<std::string> parts;
+};
+
+TEST(Simulate, BadInputIsASentence) {
+  const ScratchFolder folder;
+  folder.write("bad.csv", "#t\n1500000000000000000,0,0,1.5,1,0,0\n");
+  folder.write("word.csv", "1500000000000000000,0,0,one,1,0,0,0\n");
+  folder.write("norm.csv", "1500000000000000000,0,0,1,2,0,0,0\n");
+  const std::vector<BadCommand> commands = {
+      {"no source", {}, {"one of --csv FILE, --builtin NAME and --recorded DIR"}},
+      {"two sources", {"--builtin", "circle", "--csv", "x"}, {"exclude each other"}},
+      {"unknown motion", {"--builtin", "moonwalk"}, {"--builtin is 'moonwalk'", "corridor-walk"}},
+      {"unknown scene",
+       {"--builtin", "circle", "--scene", "moon"},
+       {"--scene is 'moon'", "brick-room"}},
+      {"bad lens", {"--builtin", "circle", "--distortion", "maybe"}, {"--distortion is 'maybe'"}},
+      {"bad number", {"--builtin", "circle", "--vignetting", "2"}, {"--vignetting: '2'", "[0, 1]"}},
+      {"unknown option", {"--builtin", "circle", "--sceen", "room"}, {"--sceen", "--scene"}},
+      {"no povray",
+       {"--builtin", "circle", "--povray", "no-such-renderer"},
+       {"'no-such-renderer'", "package povray"}},
+      {"no recording", {"--recorded", folder.file("none"), "--povray", "sh"}, {"imu0.csv"}},
+      {"no config",
+       {"--builtin", "circle", "--config", folder.file("none.yaml"), "--povray", "sh"},
+       {"--config: ", "none.yaml"}},
+      {"few columns",
+       {"--csv", folder.file("bad.csv"), "--povray", "sh"},
+       {"bad.csv line 2", "7 columns"}},
+      {"no number",
+       {"--csv", folder.file("word.csv"), "--povray", "sh"},
+       {"word.csv line 1", "column 4: 'one'"}},
+      {"no rotation", {"--csv", folder.file("norm.csv"), "--povray", "sh"}, {"norm 2"}},
+  };
+  for (const BadCommand& command : commands) {
+    std::vector<std::string> arguments = {"simulate", "--out", folder.file("out")};
+    arguments.insert(arguments.end(), command.arguments.begin(), command.arguments.end());
+    const ProgramRun run = runProgram(folder, arguments);
+    EXPECT_EQ(run.exit_code, 2) << command.name << ": " << run.err;
+    EXPECT_EQ(run.out, "");
+    for (const std::string& part : command.parts) {
+      EXPECT_TRUE(contains(run.err, part)) << command.name << ": \"" << part << "\" in " << run.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder.file("out"))) << command.name;
+  }
+}
+
+TEST(Simulate, FailingRendererIsReportedWithItsLastLines) {
+  const ScratchFolder folder;
+  folder.write("broken", "#!/bin/sh\necho Fatal error in parser\nexit 9\n");
+  std::filesystem::permissions(folder.file("broken"), std::filesystem::perms::owner_all);
+  const ProgramRun run =
+      runProgram(folder, smallSequence(folder.file("out"), {"--povray", folder.file("broken")}));
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_TRUE(contains(run.err, "exit code 9 at frame 1 of 7")) << run.err;
+  EXPECT_TRUE(contains(run.err, "Fatal error in parser")) << run.err;
+}
+
+TEST(Tracks, MeasuresARenderedSequence) {
+  std::string problem;
+  if (!povray(&problem)) GTEST_SKIP() << problem;
+  const ScratchFolder folder;
+  // Half of EuRoC's size: enough features, little time.
+  ASSERT_EQ(runProgram(folder, {"simulate", "--builtin", "circle", "--scene", "room", "--duration",
+                                "0.6", "--image-scale", "0.5", "--out", folder.file("seq")})
+                .exit_code,
+            0);
+  const ProgramRun run =
+      runProgram(folder, {"tracks", "--asl", folder.file("seq"), "--out", folder.file("tracks")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.out, "keyframe to keyframe")) << run.out;
+  const auto json = nlohmann::json::parse(readFile(folder.file("tracks/tracks.json")));
+  EXPECT_EQ(json["images"], 13);
+  const auto& points = json["points"];
+  EXPECT_GT(points["per_image_median"].get<double>(), 20.0);
+  EXPECT_GT(points["survival"].get<double>(), 0.7);
+  EXPECT_GT(points["errors"]["observations"].get<int>(), 100);
+  // A sanity bound, not the front end's quality: a wrong lens, pose or time gives several pixels.
+  EXPECT_LT(points["errors"]["median_px"].get<double>(), 0.5);
+  EXPECT_GT(json["lines"]["errors"]["observations"].get<int>(), 10);
+  EXPECT_LT(json["lines"]["errors"]["offset_px_median"].get<double>(), 1.0);
+  for (const char* name : {"frames.csv", "points.csv", "lines.csv"}) {
+    EXPECT_GT(readFile(folder.file(std::string("tracks/") + name)).size(), 200u) << name;
+  }
+  // Without the scene there is nothing to measure against.
+  std::filesystem::remove(folder.file("seq/scene.json"));
+  const ProgramRun without = runProgram(folder, {"tracks", "--asl", folder.file("seq")});
+  ASSERT_EQ(without.exit_code, 0) << without.err;
+  EXPECT_TRUE(contains(without.err, "no scene.json: no errors are measured")) << without.err;
+  EXPECT_FALSE(contains(without.out, "keyframe to keyframe")) << without.out;
+  folder.write("seq/scene.json", "{}");
+  const ProgramRun broken = runProgram(folder, {"tracks", "--asl", folder.file("seq")});
+  EXPECT_EQ(broken.exit_code, 2);
+  EXPECT_TRUE(contains(broken.err, "scene.json: format")) << broken.err;
+}
+
+TEST(Tracks, BadInputIsASentence) {
+  const ScratchFolder folder;
+  ProgramRun run = runProgram(folder, {"tracks"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(contains(run.err, "--asl DIR is needed")) << run.err;
+  run = runProgram(folder, {"tracks", "--asl", folder.file("none")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(contains(run.err, "none")) << run.err;
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,58 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "evaluation/scratch_folder.h"
+
+namespace slim_init {
+
+struct ProgramRun {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+/// Arguments are plain words of the test; quoting keeps scratch paths with spaces whole. Pictures
+/// are drawn only where a test asks for them: they take longer than most runs.
+inline ProgramRun runProgram(const ScratchFolder& folder, std::vector<std::string> arguments) {
+  if (arguments.size() > 1 && arguments.front() == "ab" &&
+      std::find(arguments.begin(), arguments.end(), "--plots") == arguments.end()) {
+    arguments.insert(arguments.begin() + 1, {"--plots", "off"});
+  }
+  std::string command = "\"" SLIM_INIT_PROGRAM "\"";
+  for (const std::string& argument : arguments) command += " \"" + argument + "\"";
+  command += " >\"" + folder.file("stdout") + "\" 2>\"" + folder.file("stderr") + "\" </dev/null";
+  const int status = std::system(command.c_str());
+  ProgramRun run;
+  if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);
+  run.out = readFile(folder.file("stdout"));
+  run.err = readFile(folder.file("stderr"));
+  return run;
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// windows.csv without its last two columns, which hold wall-clock times. Neither holds a comma or
+/// a quote, so cutting from the right is safe.
+inline std::string withoutTimes(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string result;
+  for (std::string line; std::getline(lines, line);) {
+    for (int i = 0; i < 2; ++i)
+      line.resize(line.rfind(',') == std::string::npos ? 0 : line.rfind(','));
+    result += line + "\n";
+  }
+  return result;
+}
+
+}  // namespace slim_init
