@@ -606,8 +606,6 @@ std::vector<ConfigKey> configKeys(Config* config) {
        "largest gap between the keyframes of a pair"},
       {"robust_bias.refinement.min_points_per_pair", &robust.refinement.min_points_per_pair, "",
        "keyframe pairs with fewer common points do not enter"},
-      {"robust_bias.refinement.reweightings", &robust.refinement.reweightings, "",
-       "rounds of robust weights"},
       {"robust_bias.refinement.max_iterations", &robust.refinement.max_iterations, "",
        "Levenberg-Marquardt iterations per round"},
       {"robust_bias.refinement.cauchy_sigmas", &robust.refinement.cauchy_sigmas, "",
@@ -663,6 +661,8 @@ std::vector<ConfigKey> configKeys(Config* config) {
       {"refinement.min_reject_px", &refinement.min_reject_px, "px", "but never those below"},
       {"refinement.min_line_views", &refinement.min_line_views, "keyframes",
        "a line seen in fewer is not used"},
+      {"refinement.suspicious_chi2", &refinement.suspicious_chi2, "",
+       "chi-square per degree of freedom above which a minimum is searched for again"},
 
       {"slim.vanishing_points", &slim.vanishing_points, "",
        "in the gyroscope bias and in the refinement"},
@@ -673,8 +673,6 @@ std::vector<ConfigKey> configKeys(Config* config) {
       {"slim.refine", &slim.refine, "", "0: the first start is the answer"},
       {"slim.second_search", &slim.second_search, "",
        "search for a lower minimum where the first looks wrong"},
-      {"slim.suspicious_chi2", &slim.suspicious_chi2, "",
-       "chi-square per degree of freedom above which it does"},
       {"slim.few_tracks", &slim.few_tracks, "", "with fewer it is searched for in any case"},
 
       {"slim_paper.use_vp", &paper.use_vp, "", "vanishing points in the gyroscope bias, eq. (4)"},
@@ -692,6 +690,8 @@ std::vector<ConfigKey> configKeys(Config* config) {
 
       {"gates.mode", &gates.mode, "",
        "own: as the method was published; on: enforced; off: only reported"},
+      {"gates.strict", &gates.strict, "",
+       "tighter bounds for slim: fewer windows are accepted, and those are better"},
       {"gates.min_parallax_px", &gates.min_parallax_px, "px",
        "median motion of the tracks without rotation; less is no translation"},
       {"gates.min_rotation_deg", &gates.min_rotation_deg, "deg",

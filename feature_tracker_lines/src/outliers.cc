@@ -113,7 +113,7 @@ std::vector<unsigned char> knownRotationInliers(const std::vector<Eigen::Vector3
 std::vector<unsigned char> threeViewInliers(const std::vector<Eigen::Vector3d>& first,
                                             const std::vector<Eigen::Vector3d>& second,
                                             const std::vector<Eigen::Vector3d>& third,
-                                            double focal_px, double threshold_px) {
+                                            double focal_px, double threshold_px, double least_px) {
   const std::size_t n = first.size();
   const std::vector<unsigned char> all(n, 1);
   const double least_parallax = kLeastParallaxPx / focal_px;
@@ -172,14 +172,24 @@ std::vector<unsigned char> threeViewInliers(const std::vector<Eigen::Vector3d>& 
     ratio = value;
     break;
   }
+  std::vector<double> difference_px(n), magnitudes;
   for (std::size_t i = 0; i < n; ++i) {
     const Along two = along(first[i], second[i], e_second);
     const Along three = along(first[i], third[i], e_third);
     // Near the epipole both are about nothing.
     const double lever = ratio * three.unit / std::max(two.unit, 1e-6);
-    const double difference_px = (three.parallax - lever * two.parallax) * focal_px;
-    const bool fits = std::abs(difference_px) <= threshold_px * std::sqrt(1.0 + lever * lever);
-    inlier[i] = inlier[i] != 0 && inlier_third[i] != 0 && fits ? 1 : 0;
+    difference_px[i] =
+        std::abs(three.parallax - lever * two.parallax) * focal_px / std::sqrt(1.0 + lever * lever);
+    inlier[i] = inlier[i] != 0 && inlier_third[i] != 0 ? 1 : 0;
+    if (inlier[i] != 0) magnitudes.push_back(difference_px[i]);
+  }
+  const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
+  std::nth_element(magnitudes.begin(), middle, magnitudes.end());
+  constexpr double kSigmaOfMedian = 1.4826;
+  const double largest_px =
+      std::min(threshold_px, std::max(least_px, 3.0 * kSigmaOfMedian * *middle));
+  for (std::size_t i = 0; i < n; ++i) {
+    if (difference_px[i] > largest_px) inlier[i] = 0;
   }
   return inlier;
 }

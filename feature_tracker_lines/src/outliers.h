@@ -28,14 +28,16 @@ std::vector<unsigned char> knownRotationInliers(const std::vector<Eigen::Vector3
 /// shading or where one edge crosses another behind it, passes every check of two views and fails
 /// this one.
 ///
-/// Returns one flag per point, 1 for an inlier: both epipolar distances and the difference along
-/// the epipolar line, in units of its own propagation of equal image errors, within `threshold_px`.
+/// Returns one flag per point, 1 for an inlier: both epipolar distances within `threshold_px`, and
+/// the difference along the epipolar line, divided by what equal image errors make of it, within
+/// three times the robust standard deviation of all of them, `least_px` at least and `threshold_px`
+/// at most.
 /// All are inliers where there is too little translation to tell: fewer than eight points with more
 /// than two pixels of parallax in both pairs.
 std::vector<unsigned char> threeViewInliers(const std::vector<Eigen::Vector3d>& first,
                                             const std::vector<Eigen::Vector3d>& second,
                                             const std::vector<Eigen::Vector3d>& third,
-                                            double focal_px, double threshold_px);
+                                            double focal_px, double threshold_px, double least_px);
 
 /// Fundamental-matrix RANSAC (OpenCV) on the plane z = 1 times `focal_px`. Pairs with a ray more
 /// than 75 degrees off the axis, which that plane does not hold well, are not checked and count as

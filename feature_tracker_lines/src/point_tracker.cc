@@ -26,14 +26,14 @@ constexpr int kBackwardWindowPx = 15;
 const cv::TermCriteria kForward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.02);
 const cv::TermCriteria kBackward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 15, 0.02);
 constexpr int kVertexHalfPx = 4;
-const double kMaxVertexPx = getenv("VX")?atof(getenv("VX")):3.0;
+constexpr double kMaxVertexPx = 4.0;
 const cv::TermCriteria kVertexEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 15, 0.02);
 // First sight: correlation below which it is not recognised, images in a row of that which a point
 // is followed over by KLT alone, and the largest change of size. What a place a pixel wide is at
 // first turns out to be several as it comes closer, and an error of the first sight grows alike.
-const double kLeastCorrelation = getenv("CO")?atof(getenv("CO")):0.8;
+constexpr double kLeastCorrelation = 0.8;
 constexpr int kMaxAnchorMisses = 2;
-const double kMaxScale = getenv("SC")?atof(getenv("SC")):1.6;
+constexpr double kMaxScale = 1.3;
 // Corners are looked for in so many cells of the image at a time (there are about 150), except when
 // most points are gone.
 constexpr int kCellsPerImage = 30;
@@ -41,8 +41,9 @@ constexpr double kRefillAll = 0.5;
 // A free rotation has to explain so much more than the known one before that one is doubted.
 constexpr double kDoubtBelow = 0.8, kFallbackGain = 1.2;
 // Three views: from mark to mark, and the share of tracks above which none is thrown out.
-const int kMarkImages = getenv("MK")?atoi(getenv("MK")):4;
+constexpr int kMarkImages = 5;
 constexpr double kMostWrong = 0.4;
+constexpr double kThreeViewPx = 0.6;  // where most tracks agree far better
 // VINS-Mono's constants.
 constexpr double kVinsFocalPx = 460.0;
 constexpr double kVinsBorderPx = 1.0;
@@ -379,7 +380,7 @@ int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointT
     now.push_back(track.bearing);
   }
   const std::vector<unsigned char> inlier =
-      threeViewInliers(older, newer, now, focal_px_, getenv("TH")?atof(getenv("TH")):options_.points.epipolar_px);
+      threeViewInliers(older, newer, now, focal_px_, options_.points.epipolar_px, kThreeViewPx);
   const auto wrong = static_cast<std::size_t>(std::count(inlier.begin(), inlier.end(), 0));
   int removed = 0;
   // Where many are wrong it is the rotation or the scene that moves.

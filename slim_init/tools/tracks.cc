@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
 #include <set>
 #include <sstream>
 #include <string>
@@ -310,6 +311,7 @@ int runTracks(const TracksOptions& options) {
                  << number(r.total_ms) << '\n';
       return std::string();
     };
+    cv::setNumThreads(1);  // the times are those of one thread
     if (const std::string error =
             evaluation::trackImages(&images, config.camera, config.calibration, config.front_end,
                                     hooks, &frames, &tracking);

@@ -281,6 +281,42 @@ TEST(KnownRotation, FewPairsAreLeftAlone) {
   EXPECT_TRUE(knownRotationInliers({}, {}, 460.0, 1.5, nullptr).empty());
 }
 
+// Three views of a moving camera; the last third of the points slide along their epipolar lines.
+TEST(ThreeViews, FindWhatSlidesAlongTheEpipolarLine) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const Eigen::Vector3d step(0.02, -0.01, 0.15);
+  std::vector<Eigen::Vector3d> first, second, third;
+  constexpr int kPoints = 60, kSliding = 20;
+  for (int i = 0; i < kPoints; ++i) {
+    const Eigen::Vector3d place(2.0 * uniform(random), 1.5 * uniform(random),
+                                5.0 + 2.0 * uniform(random));
+    first.push_back(place.normalized());
+    second.push_back((place - step).normalized());
+    // Not evenly: the first step is longer than the second.
+    Eigen::Vector3d last = (place - 1.7 * step).normalized();
+    if (i >= kPoints - kSliding) {
+      const Eigen::Vector3d along =
+          (step.normalized() - last * last.dot(step.normalized())).normalized();
+      last = (last + 6.0 / 460.0 * along).normalized();
+    }
+    third.push_back(last);
+  }
+  // No check of two views sees it.
+  for (const unsigned char flag : knownRotationInliers(first, third, 460.0, 1.5, nullptr)) {
+    EXPECT_EQ(flag, 1);
+  }
+  const std::vector<unsigned char> inlier = threeViewInliers(first, second, third, 460.0, 1.5, 0.6);
+  for (int i = 0; i < kPoints; ++i) {
+    EXPECT_EQ(inlier[static_cast<std::size_t>(i)] != 0, i < kPoints - kSliding) << i;
+  }
+  // Nothing to tell by where nothing moves.
+  for (const unsigned char flag : threeViewInliers(first, first, first, 460.0, 1.5, 0.6)) {
+    EXPECT_EQ(flag, 1);
+  }
+  EXPECT_TRUE(threeViewInliers({}, {}, {}, 460.0, 1.5, 0.6).empty());
+}
+
 TEST(Fundamental, FindsThePlantedOutliersWithoutKnowingTheRotation) {
   const Scene scene = makeScene(Eigen::Vector3d(0.3, 0.1, 0.0), 0.1 / 460.0, 150, 30);
   const std::vector<unsigned char> inlier = fundamentalInliers(scene.before, scene.now, 460.0, 1.5);

@@ -106,7 +106,9 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
     EXPECT_GT(mean[0], 40.0);
     EXPECT_LT(mean[0], 200.0);
     EXPECT_GT(deviation[0], 10.0);
-    if (k > 0) EXPECT_GT(cv::norm(image, before, cv::NORM_INF), 0.0);
+    if (k > 0) {
+      EXPECT_GT(cv::norm(image, before, cv::NORM_INF), 0.0);
+    }
     before = image;
   }
   simulation::Scene scene;
@@ -252,7 +254,9 @@ TEST(Simulate, BadInputIsASentence) {
       {"no povray",
        {"--builtin", "circle", "--povray", "no-such-renderer"},
        {"'no-such-renderer'", "package povray"}},
-      {"no recording", {"--recorded", folder.file("none"), "--povray", "sh"}, {"imu0.csv"}},
+      {"no recording",
+       {"--recorded", folder.file("none"), "--povray", "sh"},
+       {"none is not a directory"}},
       {"no config",
        {"--builtin", "circle", "--config", folder.file("none.yaml"), "--povray", "sh"},
        {"--config: ", "none.yaml"}},

@@ -87,6 +87,19 @@ TEST(PosteriorGates, EachHasTwoSides) {
   }
 }
 
+TEST(PosteriorGates, TheStrictProfileIsTighterAndNeverLooser) {
+  GateOptions options;
+  EXPECT_EQ(gatesInForce(options).max_scale_sigma, options.max_scale_sigma);
+  options.strict = true;
+  EXPECT_EQ(gatesInForce(options).max_scale_sigma, 0.05);
+  EXPECT_EQ(gatesInForce(options).max_chi2, 1.2);
+  EXPECT_EQ(gatesInForce(options).min_inlier_fraction, 0.7);
+  options.max_scale_sigma = 0.02;
+  options.min_inlier_fraction = 0.9;
+  EXPECT_EQ(gatesInForce(options).max_scale_sigma, 0.02);
+  EXPECT_EQ(gatesInForce(options).min_inlier_fraction, 0.9);
+}
+
 TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures measures;

@@ -41,7 +41,6 @@ struct GyroBiasOptions {
 struct MultiGapBiasOptions {
   int max_gap = 8;              ///< largest gap used; 1 leaves consecutive pairs only (ablation)
   int min_points_per_pair = 6;  ///< pairs with fewer common tracks do not enter
-  int reweightings = 3;         ///< rounds of robust weights
   int max_iterations = 10;      ///< Levenberg-Marquardt iterations per round
   double cauchy_sigmas = 3.0;   ///< Cauchy scale of a VP residual, in standard deviations
   double vp_inflation = 4.0;    ///< on the VP covariance: clutter among the inliers is not in it
@@ -156,6 +155,9 @@ struct RefinementOptions {
   double reject_sigmas = 3.5;      ///< observations beyond are taken out before the second solve
   double min_reject_px = 0.5;      ///< .. but never those below this [px]
   int min_line_views = 3;          ///< two views of a line say nothing about the motion
+  /// Visual chi-square per degree of freedom above which a minimum looks wrong and is searched for
+  /// again. Right ones have 0.6 to 1.1, and a search in vain costs little.
+  double suspicious_chi2 = 1.0;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -188,9 +190,6 @@ struct SlimOptions {
   bool tight_start = true;       ///< start from the closed-form tight alignment
   bool refine = true;            ///< off: the first start is the answer
   bool second_search = true;     ///< search for a lower minimum where the first looks wrong
-  /// Visual chi-square per degree of freedom above which it looks wrong; right ones have 0.6
-  /// to 1.1.
-  double suspicious_chi2 = 1.2;
   /// With fewer point tracks it is searched for in any case: one bad track among a dozen bends the
   /// minimum without showing, and the search is cheap.
   int few_tracks = 50;
@@ -209,6 +208,9 @@ enum class GateMode {
 /// Thresholds of the verdict (src/verdict).
 struct GateOptions {
   GateMode mode = GateMode::kOwn;
+  /// The strict profile of `slim`: max_scale_sigma at most 0.05, max_chi2 at most 1.2,
+  /// min_inlier_fraction at least 0.7. Fewer windows are accepted, and those are better.
+  bool strict = false;
   /// Rotation-compensated track motion over the window, median [px]; less is "no translation".
   double min_parallax_px = 3.0;
   /// Rotation over the window [deg]; less, without translation, is stationary, more is a pure
@@ -225,10 +227,10 @@ struct GateOptions {
   double min_linkage = 10.0;
   /// Rms residual of the velocity and position rows over the window, in m/s and m alike.
   double max_alignment_residual = 0.10;
-  /// Relative standard deviation of the scale. The strict profile has 0.05.
+  /// Relative standard deviation of the scale.
   double max_scale_sigma = 0.10;
   /// Robust visual chi-square per degree of freedom before rejection, at the calibration's noise
-  /// (`slim`). Wrong minima sit at 5 to 30. The strict profile has 1.2.
+  /// (`slim`). Wrong minima sit at 1.5 to 30.
   double max_chi2 = 1.5;
   /// Share of the point sightings left after pruning and rejection (`slim`).
   double min_inlier_fraction = 0.6;

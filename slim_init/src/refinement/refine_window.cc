@@ -14,9 +14,6 @@ constexpr double kRayleighMedian = 1.17741;
 // Median of the larger of two independent unit |Gaussians|.
 constexpr double kMaxOfTwoMedian = 1.05;
 
-// A right minimum has 0.7 to 1.1; above this a second search is worth its time.
-constexpr double kSuspiciousChi2 = 1.2;
-
 // First-order biases are exact enough below this [rad/s].
 constexpr double kRelinearizeGyro = 5e-3;
 
@@ -51,16 +48,17 @@ double chi2(const Basin& basin, const VisualInertialMap& map) {
 // tried. A wrong minimum shows in its chi-square (5 to 30), so a second start beside a good first
 // one found nothing better in any window of the recordings and took as long again. The map is left
 // at the last one tried.
-Basin findBasin(const std::vector<MapState>& starts, int max_iterations, VisualInertialMap* map) {
+Basin findBasin(const std::vector<MapState>& starts, const RefinementOptions& options,
+                VisualInertialMap* map) {
   Basin best;
   for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
     MapState state = starts[s];
-    const MapSummary summary = map->minimize(max_iterations, &state);
+    const MapSummary summary = map->minimize(options.max_iterations, &state);
     best.last_start = s;
     best.iterations += summary.iterations;
     if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
     best = {summary, state, s, s, best.iterations};
-    if (chi2(best, *map) <= kSuspiciousChi2) break;
+    if (chi2(best, *map) <= options.suspicious_chi2) break;
   }
   return best;
 }
@@ -117,7 +115,7 @@ RefinedWindow refineWindow(const InitWindow& window, std::vector<Preintegration>
   VisualInertialMap map(window, pre, vanishing_points, options);
   const int handed_in = map.pointViews();
 
-  Basin basin = mode == StartMode::kFine ? findBasin(starts, options.max_iterations, &map)
+  Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
                                          : descendFromCoarse(starts, options.max_iterations, &map);
   if (basin.start < 0) return out;
   if (basin.start != basin.last_start) {

@@ -4,7 +4,7 @@
 //
 // Minimises over the keyframe states, both biases and the gravity direction
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
-//   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g - b_g0|^2 / sigma_bg^2,
+//   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss. The parameters of every track are eliminated inside each
 // Gauss-Newton step (Schur complement), which is the same step as on their null space.
 #pragma once
@@ -24,7 +24,7 @@ namespace slim_init {
 /// What the minimisation reports.
 struct MapSummary {
   bool valid = false;      ///< finite, and the information of the state is positive definite
-  bool converged = false;  ///< the last step lowered the cost by less than the tolerance
+  bool converged = false;  ///< the last step was shorter than the tolerance
   int iterations = 0;
   double cost = 0.0;         ///< the whole robust cost
   double visual_cost = 0.0;  ///< its part from points, lines and vanishing points

@@ -55,9 +55,9 @@ bool accept(const RobustBias& bias, const RobustBiasOptions& options, InitResult
 }
 
 // A wrong minimum shows in its chi-square; with few tracks one bad one among them does not.
-bool isSuspicious(const RefinedWindow& refined, const SlimOptions& options) {
-  return !refined.valid || refined.chi2 > options.suspicious_chi2 ||
-         refined.point_tracks < options.few_tracks;
+bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& options) {
+  return !refined.valid || refined.chi2 > options.refinement.suspicious_chi2 ||
+         refined.point_tracks < options.slim.few_tracks;
 }
 
 // Starts from the tracks that agree with one inertial trajectory; and where that does not help,
@@ -74,7 +74,7 @@ void searchAgain(const InitWindow& tracks, const std::vector<Preintegration>& pr
   if (!agreeing.empty()) {
     keepLower(refineWindow(tracks, pre, vps, agreeing, StartMode::kFine, options.refinement));
   }
-  if (refined->valid && refined->chi2 <= options.slim.suspicious_chi2) return;
+  if (refined->valid && refined->chi2 <= options.refinement.suspicious_chi2) return;
   keepLower(refineWindow(tracks, pre, vps, agreeing.empty() ? starts : agreeing,
                          StartMode::kCoarseToFine, options.refinement));
 }
@@ -168,7 +168,7 @@ InitResult Slim::solve(const InitWindow& window) const {
     clock.lap("alignment");
     if (use.refine && !starts.empty()) {
       refined = refineWindow(tracks, pre, vps, starts, StartMode::kFine, options_.refinement);
-      if (use.second_search && isSuspicious(refined, options_.slim)) {
+      if (use.second_search && isSuspicious(refined, options_)) {
         searchAgain(tracks, pre, R_c0_ck, vps, starts, options_, &refined);
       }
     }
@@ -190,7 +190,8 @@ InitResult Slim::solve(const InitWindow& window) const {
     measures.behind_fraction = refined.behind_fraction;
     measures.scale_sigma = posterior.scale_sigma;
     measures.point_spread_deg = pointSpreadDeg(tracks);
-    const std::vector<GateValue> gates = posteriorGates(measures, motion, options_.gates);
+    const std::vector<GateValue> gates =
+        posteriorGates(measures, motion, gatesInForce(options_.gates));
     result.gates.insert(result.gates.end(), gates.begin(), gates.end());
   }
   enforceGates(options_.gates.mode, &result);

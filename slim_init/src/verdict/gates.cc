@@ -120,6 +120,15 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
   return gates;
 }
 
+GateOptions gatesInForce(const GateOptions& options) {
+  GateOptions gates = options;
+  if (!options.strict) return gates;
+  gates.max_scale_sigma = std::min(options.max_scale_sigma, 0.05);
+  gates.max_chi2 = std::min(options.max_chi2, 1.2);
+  gates.min_inlier_fraction = std::max(options.min_inlier_fraction, 0.7);
+  return gates;
+}
+
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options) {
   const InitStatus uncertain = motion.excitation < options.min_excitation

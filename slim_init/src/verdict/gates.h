@@ -50,6 +50,10 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options);
 
+/// The bounds in force: `options` with those of the strict profile where it is asked for and they
+/// are tighter.
+GateOptions gatesInForce(const GateOptions& options);
+
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
   double chi2 = kNotComputed;              ///< RefinedWindow::chi2

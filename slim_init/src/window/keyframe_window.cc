@@ -9,6 +9,12 @@
 #include "window/clean_frame.h"
 
 namespace slim_init {
+namespace {
+
+// Frames at exactly the interval count; a stamp in seconds since 1970 has 0.2 us of rounding [s].
+constexpr double kStampRounding = 1e-6;
+
+}  // namespace
 
 KeyframeWindow::KeyframeWindow(const Calibration& calibration, const WindowOptions& options)
     : calibration_(calibration), options_(options) {}
@@ -88,7 +94,8 @@ WindowCut KeyframeWindow::cut() const {
       reason = out.str();
       break;
     }
-    if (chosen.empty() || frames_[chosen.back()].t - frames_[i].t >= options_.min_interval_s) {
+    if (chosen.empty() ||
+        frames_[chosen.back()].t - frames_[i].t >= options_.min_interval_s - kStampRounding) {
       chosen.push_back(i);
     }
   }

@@ -34,7 +34,6 @@ std::string MultiGapBiasOptions::validate() const {
   return RangeCheck()
       .within("max_gap", max_gap, 1, 8)
       .within("min_points_per_pair", min_points_per_pair, 5, 1000)
-      .within("reweightings", reweightings, 1, 100)
       .within("max_iterations", max_iterations, 1, 1000)
       .within("cauchy_sigmas", cauchy_sigmas, 0.1, 1e6)
       .within("vp_inflation", vp_inflation, 0.1, 1e6)
@@ -89,6 +88,7 @@ std::string RefinementOptions::validate() const {
       .within("reject_sigmas", reject_sigmas, 1.0, 100.0)
       .within("min_reject_px", min_reject_px, 0.01, 100.0)
       .within("min_line_views", min_line_views, 2, 15)
+      .within("suspicious_chi2", suspicious_chi2, 0.0, 1e6)
       .sentence();
 }
 
@@ -126,10 +126,7 @@ std::string AlignmentOptions::validate() const {
 std::string SlimOptions::validate() const {
   if (!reverse_start && !tight_start)
     return "reverse_start and tight_start are both off, needs one";
-  return RangeCheck()
-      .within("suspicious_chi2", suspicious_chi2, 0.0, 1e6)
-      .within("few_tracks", few_tracks, 0, 100000)
-      .sentence();
+  return RangeCheck().within("few_tracks", few_tracks, 0, 100000).sentence();
 }
 
 std::string SlimPaperOptions::validate() const {
