@@ -48,7 +48,7 @@ program="${SLIM_INIT_BUILD_DIR}/bin/slim_init"
 # compare <motion> <world> <what it shows>
 compare() {
   slim_init_say "A/B on \"$1\" in a $2: $3"
-  "${program}" ab --builtin "$1" --world "$2" --methods slim-paper,drt-l --stride "${stride}" \
+  "${program}" ab --builtin "$1" --world "$2" --methods slim,slim-paper,drt-l --stride "${stride}" \
     --seed 1 --out "${out}/$1" </dev/null ||
     slim_init_die "the comparison on \"$1\" failed; its message is above"
   [[ -f "${out}/$1/report.md" ]] || slim_init_die "the comparison left no ${out}/$1/report.md"
@@ -67,7 +67,7 @@ if command -v povray >/dev/null; then
     --threads "${SLIM_INIT_JOBS}" --out "${out}/corridor-images" </dev/null ||
     slim_init_die "rendering the corridor failed; its message is above"
   slim_init_say "A/B from these images: points and lines are tracked, not simulated"
-  "${program}" ab --asl "${out}/corridor-images" --stride 5 --seed 1 \
+  "${program}" ab --asl "${out}/corridor-images" --stride 5 \
     --out "${out}/corridor-pixels" </dev/null ||
     slim_init_die "the comparison on images failed; its message is above"
   reports+=("${out}/corridor-pixels/report.md")
