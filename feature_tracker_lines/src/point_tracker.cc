@@ -130,6 +130,20 @@ bool PointTracker::isInside(const cv::Point2f& pixel, double border) const {
          usable_.at<uchar>(cvRound(pixel.y), cvRound(pixel.x)) != 0;
 }
 
+bool PointTracker::advance(const cv::Point2f& to, const cv::Point2f& without_flow,
+                           PointTrack* track) const {
+  const Eigen::Vector3d bearing = camera_.bearing(toEigen(to));
+  if (!bearing.allFinite()) return false;
+  track->bearing_before = track->bearing;
+  track->pixel_before = track->pixel;
+  track->pixel = to;
+  track->bearing = bearing;
+  track->residual_flow = to - without_flow;
+  track->has_flow = true;
+  ++track->age;
+  return true;
+}
+
 bool PointTracker::addTrack(const cv::Point2f& pixel) {
   PointTrack track;
   track.bearing = camera_.bearing(toEigen(pixel));
@@ -246,15 +260,8 @@ void PointTracker::trackDefault(const ImagePyramid& before, const ImagePyramid& 
     for (std::size_t i = 0; i < n; ++i) {
       if (found[i] == 0 || !isInside(to[i], o.border_px)) continue;
       PointTrack track = tracks_[i];
-      track.bearing_before = track.bearing;
-      track.pixel_before = track.pixel;
-      track.pixel = to[i];
-      track.bearing = camera_.bearing(toEigen(to[i]));
-      if (!track.bearing.allFinite()) continue;
-      track.residual_flow = to[i] - rotated[i];
-      track.has_flow = true;
+      if (!advance(to[i], rotated[i], &track)) continue;
       track.surprise_px = static_cast<float>(cv::norm(to[i] - predicted[i]));
-      ++track.age;
       moved.push_back(track);
     }
     report->points_flow = static_cast<int>(moved.size());
@@ -479,14 +486,7 @@ void PointTracker::trackVins(double t, const ImagePyramid& before, const ImagePy
                           rounded.y < usable_.rows - kVinsBorderPx;
       if (ok[i] == 0 || !inside) continue;
       PointTrack track = tracks_[i];
-      track.bearing_before = track.bearing;
-      track.pixel_before = track.pixel;
-      track.pixel = to[i];
-      track.bearing = camera_.bearing(toEigen(to[i]));
-      if (!track.bearing.allFinite()) continue;
-      track.residual_flow = to[i] - from[i];
-      track.has_flow = true;
-      ++track.age;
+      if (!advance(to[i], from[i], &track)) continue;
       moved.push_back(track);
     }
     report->points_flow = static_cast<int>(moved.size());

@@ -76,6 +76,9 @@ class PointTracker {
   cv::Mat thinOut(double min_distance, double mask_distance);
   bool isInside(const cv::Point2f& pixel, double border) const;
   bool addTrack(const cv::Point2f& pixel);
+  /// Moves a track on to the pixel `to` of this image; it would be at `without_flow` if nothing but
+  /// the camera had turned. False where the camera model has no ray for `to`.
+  bool advance(const cv::Point2f& to, const cv::Point2f& without_flow, PointTrack* track) const;
 
   Camera camera_;
   FrontEndOptions options_;

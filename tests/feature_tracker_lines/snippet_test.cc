@@ -57,6 +57,7 @@ class Snippet : public ::testing::TestWithParam<TrackerProfile> {};
 
 TEST_P(Snippet, TracksPersistAndTheVanishingPointStays) {
   Recording recording;
+  // The EuRoC recordings are not part of the repository (their licence is not ours).
   if (!readSnippet(&recording)) GTEST_SKIP() << "no recording in " << kSnippet;
   Config config;
   std::string error;

@@ -13,14 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "evaluation/scratch_folder.h"
-
-#define SKIP_WITHOUT_POVRAY()                                                 \
-  do {                                                                        \
-    std::string povray_problem;                                               \
-    if (!povrayAvailable("povray", &povray_problem)) {                        \
-      GTEST_SKIP() << "nothing is rendered in this test: " << povray_problem; \
-    }                                                                         \
-  } while (false)
+#include "simulation/needs_povray.h"
 
 namespace slim_init::simulation {
 namespace {
@@ -111,7 +104,7 @@ class Rendering : public testing::TestWithParam<Lens> {};
 
 // Away from borders every pixel has the brightness of the solid that its ray meets.
 TEST_P(Rendering, ShowsTheSolidThatTheRayMeets) {
-  SKIP_WITHOUT_POVRAY();
+  NEEDS_POVRAY();
   const ScratchFolder folder;
   RenderOptions options;
   options.work_directory = folder.path();
@@ -154,7 +147,7 @@ TEST_P(Rendering, ShowsTheSolidThatTheRayMeets) {
 // Edges of a bright box against the ray caster, to a fraction of a pixel: a picture that is shifted
 // by half a pixel fails.
 TEST_P(Rendering, EdgesAgreeToAFractionOfAPixel) {
-  SKIP_WITHOUT_POVRAY();
+  NEEDS_POVRAY();
   const ScratchFolder folder;
   RenderOptions options;
   options.work_directory = folder.path();
@@ -220,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(Lenses, Rendering,
                          [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(RenderingRun, FramesComeInOrderAndNothingIsLeftBehind) {
-  SKIP_WITHOUT_POVRAY();
+  NEEDS_POVRAY();
   const ScratchFolder folder;
   RenderOptions options;
   options.work_directory = folder.path();

@@ -3,10 +3,8 @@
 // `slim_init simulate` and `slim_init tracks` as a user runs them. Without POV-Ray only what needs
 // no picture is tested, and the rest skipped with a line that says so.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -15,38 +13,15 @@
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
+#include "simulation/needs_povray.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/recorded.h"
-#include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/trajectory.h"
+#include "tools/run_program.h"
 
 namespace slim_init {
 namespace {
-
-struct ProgramRun {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
-
-ProgramRun runProgram(const ScratchFolder& folder, const std::vector<std::string>& arguments) {
-  std::string command = "\"" SLIM_INIT_PROGRAM "\"";
-  for (const std::string& argument : arguments) command += " \"" + argument + "\"";
-  command += " >\"" + folder.file("stdout") + "\" 2>\"" + folder.file("stderr") + "\" </dev/null";
-  const int status = std::system(command.c_str());
-  ProgramRun run;
-  if (WIFEXITED(status)) run.exit_code = WEXITSTATUS(status);
-  run.out = readFile(folder.file("stdout"));
-  run.err = readFile(folder.file("stderr"));
-  return run;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-bool povray(std::string* problem) { return simulation::povrayAvailable("povray", problem); }
 
 /// A short, small sequence; more arguments follow.
 std::vector<std::string> smallSequence(const std::string& out,
@@ -59,8 +34,7 @@ std::vector<std::string> smallSequence(const std::string& out,
 }
 
 TEST(Simulate, WritesASequenceThatIsReadBack) {
-  std::string problem;
-  if (!povray(&problem)) GTEST_SKIP() << problem;
+  NEEDS_POVRAY();
   const ScratchFolder folder;
   const ProgramRun run = runProgram(folder, smallSequence(folder.file("seq")));
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -138,8 +112,7 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
 }
 
 TEST(Simulate, MotionBlurAveragesOverTheExposure) {
-  std::string problem;
-  if (!povray(&problem)) GTEST_SKIP() << problem;
+  NEEDS_POVRAY();
   const ScratchFolder folder;
   const std::vector<std::string> clean = {"--read-noise", "0", "--shot-noise", "0"};
   std::vector<std::string> blurred = clean;
@@ -165,8 +138,7 @@ TEST(Simulate, MotionBlurAveragesOverTheExposure) {
 }
 
 TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
-  std::string problem;
-  if (!povray(&problem)) GTEST_SKIP() << problem;
+  NEEDS_POVRAY();
   const std::string data = SLIM_INIT_SHARED_DATA;
   if (!std::filesystem::is_directory(data)) {
     // The EuRoC recordings are not part of the repository (their licence is not ours).
@@ -204,8 +176,7 @@ TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
 }
 
 TEST(Simulate, PosesFromAFile) {
-  std::string problem;
-  if (!povray(&problem)) GTEST_SKIP() << problem;
+  NEEDS_POVRAY();
   const ScratchFolder folder;
   std::ostringstream csv;
   csv << "#timestamp [ns],p_x,p_y,p_z,q_w,q_x,q_y,q_z\n";
@@ -293,8 +264,7 @@ TEST(Simulate, FailingRendererIsReportedWithItsLastLines) {
 }
 
 TEST(Tracks, MeasuresARenderedSequence) {
-  std::string problem;
-  if (!povray(&problem)) GTEST_SKIP() << problem;
+  NEEDS_POVRAY();
   const ScratchFolder folder;
   // Half of EuRoC's size: enough features, little time.
   ASSERT_EQ(runProgram(folder, {"simulate", "--builtin", "circle", "--scene", "room", "--duration",

@@ -86,6 +86,17 @@ LinearMotion linearMotion(const std::vector<Preintegration>& pre,
   return motion;
 }
 
+void setSolution(const LinearMotion& motion, const Eigen::VectorXd& x, ReverseEstimate* estimate) {
+  const Eigen::Index n = motion.position0.size() / 3;
+  const Eigen::VectorXd p = motion.position0 + motion.position * x;
+  const Eigen::VectorXd v = motion.velocity0 + motion.velocity * x;
+  estimate->positions_b0 = Eigen::Map<const Eigen::Matrix3Xd>(p.data(), 3, n);
+  estimate->velocities_b0 = Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, n);
+  estimate->accel_bias = x.segment<3>(3);
+  estimate->gravity_b0 = x.tail<3>();
+  estimate->valid = true;
+}
+
 ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
                              const Eigen::MatrixXd& information_b0, double gravity_magnitude,
                              const ReverseAlignmentOptions& options) {
@@ -148,13 +159,7 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
                            (kProbe * kProbe);
   out.scale_sigma = 1.0 / std::sqrt(std::max(0.5 * curvature, 1e-12));
   out.scale = std::exp(log_scale);
-  out.accel_bias = x.segment<3>(3);
-  out.gravity_b0 = x.tail<3>();
-  const Eigen::VectorXd p = motion.position0 + motion.position * x;
-  const Eigen::VectorXd v = motion.velocity0 + motion.velocity * x;
-  out.positions_b0 = Eigen::Map<const Eigen::Matrix3Xd>(p.data(), 3, n);
-  out.velocities_b0 = Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, n);
-  out.valid = true;
+  setSolution(motion, x, &out);
   return out;
 }
 

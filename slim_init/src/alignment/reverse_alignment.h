@@ -44,6 +44,10 @@ struct ReverseEstimate {
   Eigen::Matrix3Xd positions_b0;   ///< 3xN, body, column 0 zero
 };
 
+/// Takes over x = [v_0, b_a, g]: biases, gravity, and the motion that they give; the scale is the
+/// caller's.
+void setSolution(const LinearMotion& motion, const Eigen::VectorXd& x, ReverseEstimate* estimate);
+
 /// Minimises over u and x
 ///   u^2 C^T H C + kappa (u c^T C - 1)^2 + |b_a|^2 / sigma_ba^2,   |g| fixed,
 /// with the visual shape c (3xN, in b0, unit spread about its mean) and its information H (3N x 3N,

@@ -78,13 +78,7 @@ ReverseEstimate alignTight(const LinearMotion& motion, const Eigen::Matrix3Xd& s
     if (!(metres > 0.0)) return out;
   }
   out.scale = metres / spread;
-  out.accel_bias = x.segment<3>(3);
-  out.gravity_b0 = x.tail<3>();
-  const Eigen::VectorXd p = motion.position0 + motion.position * x;
-  const Eigen::VectorXd v = motion.velocity0 + motion.velocity * x;
-  out.positions_b0 = Eigen::Map<const Eigen::Matrix3Xd>(p.data(), 3, n);
-  out.velocities_b0 = Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, n);
-  out.valid = true;
+  setSolution(motion, x, &out);
   return out;
 }
 

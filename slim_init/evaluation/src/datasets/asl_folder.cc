@@ -25,7 +25,7 @@ class AslFolder : public ImageSequence {
     if (ReadStatus status = findRoot(directory); !status.ok()) return status;
     if (ReadStatus status = readImu(options); !status.ok()) return status;
     if (ReadStatus status = readImages(options.min_images); !status.ok()) return status;
-    if (ReadStatus status = readTruth(options.min_truth_rows); !status.ok()) return status;
+    if (ReadStatus status = readFolderTruth(options.min_truth_rows); !status.ok()) return status;
     SequenceCalibration calibration;
     calibration_problem_ =
         readSensorYaml(file("cam0/sensor.yaml"), file("imu0/sensor.yaml"), &calibration);
@@ -129,28 +129,14 @@ class AslFolder : public ImageSequence {
     return {};
   }
 
-  ReadStatus readTruth(int min_rows) {
+  ReadStatus readFolderTruth(int min_rows) {
     const std::string path = file("state_groundtruth_estimate0/data.csv");
     std::error_code code;
     if (!fs::exists(path, code)) {
       note(path + " does not exist: without ground truth there are no errors to report");
       return {};
     }
-    TruthFile truth;
-    if (ReadStatus status = readTruthFile(path, t0_ns_, min_rows, &truth); !status.ok()) {
-      return status;
-    }
-    truth_ = std::move(truth.states);
-    has_velocity_ = has_bias_ = truth.has_velocity_and_bias;
-    counts_.truth_samples = static_cast<int>(truth_.size());
-    counts_.truth_repeated = truth.repeated;
-    counts_.truth_out_of_order = truth.out_of_order;
-    for (const std::string& sentence : truth.notes) note(sentence);
-    return {};
-  }
-
-  void note(const std::string& sentence) {
-    if (!sentence.empty()) notes_.push_back(sentence);
+    return readTruth(path, min_rows);
   }
 
   std::string root_;  ///< the folder that holds cam0 and imu0

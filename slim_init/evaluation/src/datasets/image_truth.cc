@@ -4,26 +4,29 @@
 #include <sstream>
 
 #include "datasets/csv_table.h"
+#include "slim_init/evaluation/image_sequence.h"
 
 namespace slim_init::evaluation {
 
-ReadStatus readTruthFile(const std::string& path, std::int64_t t0_ns, int min_rows,
-                         TruthFile* truth) {
+ReadStatus ImageSequence::readTruth(const std::string& path, int min_rows) {
   Table table;
+  bool has_velocity_and_bias = false;
   ReadStatus status = readTable(path, truthFormat(RowOrder::kSort, min_rows), &table);
-  if (status.ok()) {
-    status = truthStates(table, t0_ns, &truth->states, &truth->has_velocity_and_bias);
-  }
+  if (status.ok()) status = truthStates(table, t0_ns_, &truth_, &has_velocity_and_bias);
   if (!status.ok()) return status;
-  truth->out_of_order = table.out_of_order;
-  truth->repeated = table.repeated;
-  const std::string note = disorderNote(path, "rows", table.repeated, table.out_of_order);
-  if (!note.empty()) truth->notes.push_back(note);
-  if (!truth->has_velocity_and_bias) {
-    truth->notes.push_back(path +
-                           " holds poses only: true velocities are derivatives of the positions");
+  has_velocity_ = has_bias_ = has_velocity_and_bias;
+  counts_.truth_samples = static_cast<int>(truth_.size());
+  counts_.truth_repeated = table.repeated;
+  counts_.truth_out_of_order = table.out_of_order;
+  note(disorderNote(path, "rows", table.repeated, table.out_of_order));
+  if (!has_velocity_and_bias) {
+    note(path + " holds poses only: true velocities are derivatives of the positions");
   }
   return {};
+}
+
+void ImageSequence::note(const std::string& sentence) {
+  if (!sentence.empty()) notes_.push_back(sentence);
 }
 
 std::string disorderNote(const std::string& source, const std::string& things, int repeated,

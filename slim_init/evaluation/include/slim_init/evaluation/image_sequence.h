@@ -91,6 +91,12 @@ class ImageSequence {
  protected:
   ImageSequence() = default;
 
+  /// Reads a ground truth table (8 or 17 columns) into truth(), its flags, counts() and notes().
+  /// t0Ns() is known by then.
+  ReadStatus readTruth(const std::string& path, int min_rows);
+  /// Adds to notes(); an empty sentence is none.
+  void note(const std::string& sentence);
+
   std::string name_;
   std::int64_t t0_ns_ = 0;
   std::vector<ImuSample> imu_;

@@ -1,0 +1,28 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "refinement/map_state.h"
+#include "support/exact_window.h"
+
+namespace slim_init::testing_support {
+
+/// The true motion of a window in its first body frame, as the refinement has it.
+inline MapState trueState(const ExactWindow& exact) {
+  MapState state;
+  const NavState& first = exact.truth.front();
+  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
+  const int n = static_cast<int>(exact.truth.size());
+  state.p_b0.resize(3, n);
+  state.v_b0.resize(3, n);
+  for (int k = 0; k < n; ++k) {
+    state.R_b0_bk.push_back(R_b0_w * exact.truth[k].R_w_b);
+    state.p_b0.col(k) = R_b0_w * (exact.truth[k].p_w_b - first.p_w_b);
+    state.v_b0.col(k) = R_b0_w * exact.truth[k].v_w_b;
+  }
+  state.gyro_bias = first.gyro_bias;
+  state.accel_bias = first.accel_bias;
+  state.gravity_b0 = R_b0_w * Eigen::Vector3d(0, 0, -exact.calibration.gravity_magnitude);
+  return state;
+}
+
+}  // namespace slim_init::testing_support
