@@ -22,6 +22,7 @@
 #include "rotation/normalized_epipolar_pair.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
+#include "support/true_state.h"
 #include "translation/ligt.h"
 
 namespace slim_init {
@@ -34,6 +35,7 @@ using Eigen::VectorXd;
 using testing_support::ExactWindow;
 using testing_support::ExactWindowOptions;
 using testing_support::makeExactWindow;
+using testing_support::trueState;
 
 class Random {
  public:
@@ -431,24 +433,6 @@ TEST(Alignment, TightStartShrinksWithoutTheNoiseTermAndNotWithIt) {
 // ---- elimination
 // ---------------------------------------------------------------------------------
 
-MapState trueState(const ExactWindow& exact) {
-  MapState state;
-  const NavState& first = exact.truth.front();
-  const Matrix3d R_b0_w = first.R_w_b.transpose();
-  const int n = static_cast<int>(exact.truth.size());
-  state.p_b0.resize(3, n);
-  state.v_b0.resize(3, n);
-  for (int k = 0; k < n; ++k) {
-    state.R_b0_bk.push_back(R_b0_w * exact.truth[k].R_w_b);
-    state.p_b0.col(k) = R_b0_w * (exact.truth[k].p_w_b - first.p_w_b);
-    state.v_b0.col(k) = R_b0_w * exact.truth[k].v_w_b;
-  }
-  state.gyro_bias = first.gyro_bias;
-  state.accel_bias = first.accel_bias;
-  state.gravity_b0 = R_b0_w * Vector3d(0, 0, -exact.calibration.gravity_magnitude);
-  return state;
-}
-
 TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   ExactWindowOptions window_options;
   window_options.pixel_noise = 0.6;
@@ -465,7 +449,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   const MapLayout at(start.size());
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, start.gyro_bias, start.accel_bias, options);
-  VisualInertialMap map(window, pre, nullptr, options);
+  VisualInertialMap map(window, window.lineTracks(), pre, nullptr, options);
   MapState moved = start;
   ASSERT_TRUE(map.minimize(0, &moved).valid);
   const MatrixXd information = map.information();
@@ -660,7 +644,7 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
     options.accel_bias_prior = options.gyro_bias_prior = 1e6;  // none
     const std::vector<Preintegration> pre =
         preintegrateInflated(*window, Vector3d::Zero(), Vector3d::Zero(), options);
-    VisualInertialMap map(*window, pre, &vanishing_points, options);
+    VisualInertialMap map(*window, window->lineTracks(), pre, &vanishing_points, options);
     EXPECT_TRUE(map.minimize(0, &state).valid);
     // In units of 1 m, 1 m/s, 1 m/s^2, 1 rad; gravity by what it does to the acceleration.
     VectorXd unit = VectorXd::Ones(map.information().rows());

@@ -16,6 +16,7 @@
 #include "refinement/inertial_factor.h"
 #include "refinement/refine_window.h"
 #include "support/exact_window.h"
+#include "support/true_state.h"
 
 namespace slim_init {
 namespace {
@@ -23,25 +24,7 @@ namespace {
 using testing_support::ExactWindow;
 using testing_support::ExactWindowOptions;
 using testing_support::makeExactWindow;
-
-// The true motion in the first body frame.
-MapState trueState(const ExactWindow& exact) {
-  MapState state;
-  const NavState& first = exact.truth.front();
-  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
-  const int n = static_cast<int>(exact.truth.size());
-  state.p_b0.resize(3, n);
-  state.v_b0.resize(3, n);
-  for (int k = 0; k < n; ++k) {
-    state.R_b0_bk.push_back(R_b0_w * exact.truth[k].R_w_b);
-    state.p_b0.col(k) = R_b0_w * (exact.truth[k].p_w_b - first.p_w_b);
-    state.v_b0.col(k) = R_b0_w * exact.truth[k].v_w_b;
-  }
-  state.gyro_bias = first.gyro_bias;
-  state.accel_bias = first.accel_bias;
-  state.gravity_b0 = R_b0_w * Eigen::Vector3d(0, 0, -exact.calibration.gravity_magnitude);
-  return state;
-}
+using testing_support::trueState;
 
 MapState perturbed(const MapState& state, double amount, unsigned seed) {
   std::mt19937 rng(seed);
@@ -75,7 +58,7 @@ TEST(VisualInertialMap, NoiseFreeMinimumIsTheTruth) {
   const MapState truth = trueState(exact);
   const std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
-  VisualInertialMap map(*exact.window, pre, nullptr, options);
+  VisualInertialMap map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
   MapState state = perturbed(truth, 0.02, 3);
   const MapSummary summary = map.minimize(options.max_iterations, &state);
   ASSERT_TRUE(summary.valid);
@@ -188,7 +171,7 @@ TEST(VisualInertialMap, SameMinimumAsCeres) {
   const MapState truth = trueState(exact);
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, truth.gyro_bias, truth.accel_bias, options);
-  VisualInertialMap map(window, pre, nullptr, options);
+  VisualInertialMap map(window, window.lineTracks(), pre, nullptr, options);
   MapState ours = truth;
   const MapSummary summary = map.minimize(200, &ours);
   ASSERT_TRUE(summary.valid && summary.converged);
@@ -308,7 +291,7 @@ TEST(VisualInertialMap, InformationPredictsTheScatterOfTheScale) {
     const MapState truth = trueState(exact);
     const std::vector<Preintegration> pre =
         preintegrateInflated(*exact.window, truth.gyro_bias, Eigen::Vector3d::Zero(), options);
-    VisualInertialMap map(*exact.window, pre, nullptr, options);
+    VisualInertialMap map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
     // What was added to the tracks, line end points included.
     const double sigma = 0.6 / exact.calibration.focal_px;
     map.setNoise(sigma, sigma);
@@ -341,7 +324,7 @@ TEST(VisualInertialMap, RejectTakesOutWhatIsBeyond) {
   RefinementOptions options;
   const std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
-  VisualInertialMap map(*exact.window, pre, nullptr, options);
+  VisualInertialMap map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
   MapState state = truth;
   ASSERT_TRUE(map.minimize(10, &state).valid);
   const MapResiduals residuals = map.residuals();
@@ -365,7 +348,7 @@ TEST(VisualInertialMap, RefusesACovarianceThatIsNone) {
   std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, state.gyro_bias, state.accel_bias, options);
   pre[3].covariance.setZero();
-  VisualInertialMap map(*exact.window, pre, nullptr, options);
+  VisualInertialMap map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
   EXPECT_FALSE(map.minimize(10, &state).valid);
 }
 

@@ -62,6 +62,28 @@ TEST(MotionGates, AQuietImuWithMovingTracksIsNoRest) {
   EXPECT_FALSE(find(motionGates(motion, kOptions), "excitation").passed);
 }
 
+TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
+  CalibrationCheck check;
+  EXPECT_TRUE(calibrationGates(check, kOptions).empty()) << "nothing is known";
+  check.valid = true;
+  check.extrinsic_sigma_deg = 1.0;
+  check.td_sigma_s = 0.002;
+  const double doubt_deg = CalibrationCheck::kConfidence * check.extrinsic_sigma_deg;
+  const double doubt_s = CalibrationCheck::kConfidence * check.td_sigma_s;
+  check.extrinsic_error_deg = 0.999 * kOptions.max_extrinsic_error_deg + doubt_deg;
+  check.td_error_s = -0.999 * kOptions.max_td_error_s - doubt_s;
+  for (const GateValue& gate : calibrationGates(check, kOptions)) EXPECT_TRUE(gate.passed);
+  check.extrinsic_error_deg = 1.001 * kOptions.max_extrinsic_error_deg + doubt_deg;
+  check.td_error_s = -1.001 * kOptions.max_td_error_s - doubt_s;
+  for (const GateValue& gate : calibrationGates(check, kOptions)) {
+    EXPECT_FALSE(gate.passed) << gate.name;
+    EXPECT_EQ(gate.status_if_failed, InitStatus::kInconsistentResiduals);
+  }
+  EXPECT_EQ(describe(find(calibrationGates(check, kOptions), "extrinsic_rotation")),
+            "extrinsic rotation is off by about 5 deg (sigma 1 deg), of which beyond doubt is 2.5 "
+            "deg, must be at most 2.5");
+}
+
 TEST(PosteriorGates, EachHasTwoSides) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures good;

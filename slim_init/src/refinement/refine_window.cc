@@ -106,13 +106,14 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
   return pre;
 }
 
-RefinedWindow refineWindow(const InitWindow& window, std::vector<Preintegration> pre,
+RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
+                           std::vector<Preintegration> pre,
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<MapState>& starts, StartMode mode,
                            const RefinementOptions& options) {
   RefinedWindow out;
   const double focal = window.calibration().focal_px;
-  VisualInertialMap map(window, pre, vanishing_points, options);
+  VisualInertialMap map(window, lines, pre, vanishing_points, options);
   const int handed_in = map.pointViews();
 
   Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
@@ -129,6 +130,7 @@ RefinedWindow refineWindow(const InitWindow& window, std::vector<Preintegration>
   out.iterations = basin.iterations;
   out.chi2 = chi2(basin, map);
   out.cost = basin.summary.cost;
+  out.line_cost = basin.summary.line_cost;
 
   // Noise from the residuals, then without what is beyond it.
   const MapResiduals residuals = map.residuals();

@@ -30,8 +30,9 @@ struct RefinedWindow {
   int iterations = 0;            ///< accepted steps in all
   int point_tracks = 0;          ///< tracks left
   int line_tracks = 0;
-  double cost = 0.0;      ///< of the first solve, comparable between starts on the same data
-  int chosen_start = -1;  ///< index into the starts
+  double cost = 0.0;       ///< of the first solve, comparable between starts on the same data
+  double line_cost = 0.0;  ///< its part from lines
+  int chosen_start = -1;   ///< index into the starts
 };
 
 /// Preintegrations with covariance at the biases, the densities of the calibration times the noise
@@ -47,9 +48,11 @@ enum class StartMode {
   kCoarseToFine,  ///< through a widened noise of the tracks: the IMU leads, the pixels follow
 };
 
-/// Refines from `starts` (at least one) and keeps the lowest cost. `pre` made by
+/// Refines from `starts` (at least one) and keeps the lowest cost. `lines` as the constructor of
+/// VisualInertialMap takes them, `pre` made by
 /// preintegrateInflated() at the starts' gyroscope bias.
-RefinedWindow refineWindow(const InitWindow& window, std::vector<Preintegration> pre,
+RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
+                           std::vector<Preintegration> pre,
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<MapState>& starts, StartMode mode,
                            const RefinementOptions& options);

@@ -26,7 +26,7 @@ double square(double x) { return x * x; }
 
 }  // namespace
 
-VisualInertialMap::VisualInertialMap(const InitWindow& window,
+VisualInertialMap::VisualInertialMap(const InitWindow& window, const std::vector<Track>& lines,
                                      const std::vector<Preintegration>& pre,
                                      const std::vector<VanishingPoint>* vanishing_points,
                                      const RefinementOptions& options)
@@ -53,15 +53,15 @@ VisualInertialMap::VisualInertialMap(const InitWindow& window,
     }
     point_tracks_.push_back(range);
   }
-  if (options_.use_lines) addLineTracks();
+  if (options_.use_lines) addLineTracks(lines);
   if (options_.use_vanishing_points && vanishing_points != nullptr) {
     addDirectionTracks(*vanishing_points);
   }
 }
 
-void VisualInertialMap::addLineTracks() {
+void VisualInertialMap::addLineTracks(const std::vector<Track>& lines) {
   const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
-  for (const Track& track : window_.lineTracks()) {
+  for (const Track& track : lines) {
     if (track.size() < options_.min_line_views) continue;
     TrackRange range;
     range.begin = static_cast<int>(line_views_.size());
@@ -237,10 +237,11 @@ void VisualInertialMap::linearize(const MapState& state, const Structure& struct
   system->H.setZero(layout_.size(), layout_.size());
   system->g.setZero(layout_.size());
   pose_blocks_.assign(n * n, Eigen::Matrix<double, 6, 6>::Zero());
+  system->line_cost = addTracks(line_tracks_, line_views_, structure.lines, state,
+                                1.0 / sigma_line_, &system->lines, system);
   system->visual_cost = addTracks(point_tracks_, point_views_, structure.points, state,
                                   1.0 / sigma_point_, &system->points, system) +
-                        addTracks(line_tracks_, line_views_, structure.lines, state,
-                                  1.0 / sigma_line_, &system->lines, system) +
+                        system->line_cost +
                         addTracks(direction_tracks_, direction_views_, structure.directions, state,
                                   1.0, &system->directions, system);
   for (int a = 0; a < n; ++a) {
@@ -317,6 +318,7 @@ MapSummary VisualInertialMap::resume(int max_iterations, MapState* state) {
   }
   summary.cost = system_.cost;
   summary.visual_cost = system_.visual_cost;
+  summary.line_cost = system_.line_cost;
   information_ = system_.H.bottomRightCorner(m, m).selfadjointView<Eigen::Lower>();
   final_state_ = *state;
   summary.valid = std::isfinite(summary.cost) && information_.allFinite();

@@ -28,6 +28,7 @@ struct MapSummary {
   int iterations = 0;
   double cost = 0.0;         ///< the whole robust cost
   double visual_cost = 0.0;  ///< its part from points, lines and vanishing points
+  double line_cost = 0.0;    ///< its part from lines
 };
 
 /// Residuals of the observations that take part, at a state.
@@ -42,10 +43,12 @@ struct MapResiduals {
 /// elimination; one object serves several starts and the solve after the rejection of outliers.
 class VisualInertialMap {
  public:
-  /// `pre`: one preintegration per consecutive pair, with covariance; kept by reference.
-  /// `vanishing_points`: one per keyframe, or null. Lines and vanishing points take part only as
-  /// `options` says.
-  VisualInertialMap(const InitWindow& window, const std::vector<Preintegration>& pre,
+  /// `lines`: ranges of window.lineSightings() (window.lineTracks(), or what agreeingLineTracks()
+  /// left of them). `pre`: one preintegration per consecutive pair, with covariance; kept by
+  /// reference. `vanishing_points`: one per keyframe, or null. Lines and vanishing points take part
+  /// only as `options` says.
+  VisualInertialMap(const InitWindow& window, const std::vector<Track>& lines,
+                    const std::vector<Preintegration>& pre,
                     const std::vector<VanishingPoint>* vanishing_points,
                     const RefinementOptions& options);
 
@@ -110,12 +113,13 @@ class VisualInertialMap {
     Eigen::VectorXd g;
     double cost = 0.0;
     double visual_cost = 0.0;
+    double line_cost = 0.0;
     Elimination<3> points;
     Elimination<4> lines;
     Elimination<2> directions;
   };
 
-  void addLineTracks();
+  void addLineTracks(const std::vector<Track>& lines);
   void addDirectionTracks(const std::vector<VanishingPoint>& vanishing_points);
   void triangulateAll(const MapState& state);
   double addPriors(const MapState& state, System* system) const;

@@ -29,6 +29,12 @@ constexpr double kCurvatureShare = 0.02;
 // eleven motions the errors are 1.2 times what it says.
 constexpr double kScatterInflation = 1.5;
 constexpr int kHypotheses = 20;
+// Freed rotations: with a wider cutoff than this the baseline at hand is not to be trusted; damping
+// where a narrow view hardly tells a rotation from a translation; and the largest answer [rad].
+constexpr double kWideCutoff = 5.0;
+constexpr int kFreeSteps = 3;
+constexpr double kFreeDamping = 1e-3;
+constexpr double kLargestCorrection = 0.3;
 // Keyframes and points per pair from which consecutive pairs stay out of the minimisation.
 constexpr int kMinKeyframesToSkip = 8;
 constexpr int kPointsToSkip = 25;
@@ -286,6 +292,49 @@ void MultiGapProblem::keepOnly(const std::vector<char>& keep) {
       if (a < 0 || a != piece[pair.sighting_j[k]]) pair.points.mask(k);
     }
   }
+}
+
+std::vector<RotationCorrection> MultiGapProblem::freeRotations(
+    const Eigen::Vector3d& gyro_bias, int gap, std::initializer_list<double> cutoff_sigmas) {
+  std::vector<RotationCorrection> out;
+  const double prior = kBaselinePriorSigmas2 * sigma_ * sigma_;
+  linearizeNear(gyro_bias, kRelinearizeTolerance);
+  rotateTo(gyro_bias, gap);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    Pair& pair = pairs_[p];
+    if (!pair.use_points || pair.j - pair.i != gap) continue;
+    pair.points.clearMask();
+    Eigen::Matrix3d R = pair.R;
+    Eigen::Vector3d baseline = pair.baseline;
+    NormalizedEvaluation at;
+    bool determined = true;
+    for (const double cutoff : cutoff_sigmas) {
+      if (baseline.squaredNorm() == 0.0 || cutoff > kWideCutoff) {
+        double cost = 0.0;
+        baseline =
+            pair.points.consensusBaseline(R, sigma_, cutoff, kHypotheses, static_cast<unsigned>(p),
+                                          baseline, 0.0, &consensus_, &cost);
+      }
+      pair.points.updateWeights(R, baseline, sigma_, cutoff, &residuals_);
+      determined = determined && pair.points.robustCount() > kMinRobustCount;
+      for (int step = 0; step < kFreeSteps && determined; ++step) {
+        at = pair.points.evaluate(R, prior);
+        Eigen::Matrix3d H = at.hessian;
+        H.diagonal() *= 1.0 + kFreeDamping;
+        const Eigen::Vector3d delta = -H.ldlt().solve(at.gradient);
+        determined = delta.allFinite() && delta.norm() < kLargestCorrection;
+        if (determined) R = R * expSO3(delta);
+      }
+      baseline = at.baseline;
+    }
+    const Eigen::Vector3d phi = logSO3(pair.R.transpose() * R);
+    if (!determined || !(phi.norm() < kLargestCorrection)) continue;
+    // Half the Hessian of a chi-square is an information.
+    const Eigen::Matrix3d information =
+        0.5 * pair.points.robustCount() / (sigma_ * sigma_) * at.hessian;
+    out.push_back({pair.i, pair.j, pair.R, pair.dR_dbg, phi, information});
+  }
+  return out;
 }
 
 Eigen::Matrix3d MultiGapProblem::information(const Eigen::Vector3d& gyro_bias,

@@ -46,6 +46,15 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<VanishingPoint>* vanishing_points,
                                           const MultiGapBiasOptions& options);
 
+/// Rotation of a keyframe pair as its points alone have it, against the gyroscope's.
+struct RotationCorrection {
+  int i = 0, j = 0;
+  Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();  ///< from the gyroscope, bias taken off
+  Eigen::Matrix3d dR_dbg = Eigen::Matrix3d::Zero();       ///< R Exp(dR_dbg d) for a bias d more
+  Eigen::Vector3d phi = Eigen::Vector3d::Zero();          ///< the points have R Exp(phi) [rad]
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of phi [1/rad^2]
+};
+
 /// The keyframe pairs of a window with their common points, for repeated pruning and minimisation.
 /// Keeps references to its arguments.
 class MultiGapProblem {
@@ -86,6 +95,13 @@ class MultiGapProblem {
 
   /// Robust weights at a bias and the baselines at hand, as minimize() leaves them.
   void refreshWeights(const Eigen::Vector3d& gyro_bias, int max_gap, double cutoff_sigmas);
+
+  /// The pairs `gap` keyframes apart with their rotation freed. `cutoff_sigmas` decreasing, one
+  /// round of re-weighting for each; a first one of tens of standard deviations finds rotations
+  /// that are degrees off. Pairs whose points do not determine a rotation are left out. Masks and
+  /// weights of these pairs are reset.
+  std::vector<RotationCorrection> freeRotations(const Eigen::Vector3d& gyro_bias, int gap,
+                                                std::initializer_list<double> cutoff_sigmas);
 
   /// Inverse covariance of a minimiser, for the weights at hand [1/(rad/s)^2]: the curvature of the
   /// cost and the scatter of the tracks' gradients, so that points that enter at several gaps, or

@@ -19,6 +19,8 @@ constexpr double kScoreMargin = 0.99;
 constexpr double kTruncationSigmas = 3.0;
 // The first pruning is at a bias that may be off by several residuals.
 constexpr double kFirstPruning = 1.5;
+// Two keyframes apart a camera has turned enough and the tracks have not yet drifted.
+constexpr int kFreeGap = 2;
 
 struct Candidate {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
@@ -125,6 +127,9 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
   }
   if (out.candidates > 1) door.restore(best);  // the weights are those of the last candidate
   out.information = door.problem().information(best.gyro_bias, options.gyro_noise_inflation);
+  out.rotations =
+      clean ? door.problem().freeRotations(best.gyro_bias, kFreeGap, {kTruncationSigmas})
+            : door.problem().freeRotations(best.gyro_bias, kFreeGap, {40.0, 12.0, 4.0, 3.0});
   out.pruning = std::move(best.pruning);
   out.status = out.inlierFraction() < options.min_inlier_fraction ? RobustBiasStatus::kNoConsensus
                                                                   : RobustBiasStatus::kOk;

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "rotation/multi_gap_bias.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
@@ -34,6 +35,9 @@ struct RobustBias {
   /// Mean squared residual over keyframe pairs at gaps 1, 2 and 4 before any pruning, truncated at
   /// 9 [sigma^2]; up to 1 when the pixel noise is the calibration's and nothing is wrong.
   double cost = 0.0;
+  /// Pairs two keyframes apart with the rotation that the points alone see, for the check of the
+  /// calibration. Rotations that are degrees off are found where the bias did not look clean.
+  std::vector<RotationCorrection> rotations;
   int candidates = 0;   ///< starts that were scored
   int iterations = 0;   ///< accepted Levenberg-Marquardt steps in all
   int point_pairs = 0;  ///< keyframe pairs with enough common points

@@ -3,11 +3,13 @@
 
 #include <memory>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "alignment/starting_states.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
+#include "refinement/line_agreement.h"
 #include "refinement/posterior.h"
 #include "refinement/refine_window.h"
 #include "rotation/robust_bias.h"
@@ -19,6 +21,13 @@
 
 namespace slim_init {
 namespace {
+
+// Share of the line sightings cut off above which the line tracks are doubtful. Clean tracks lose
+// up to a tenth to the error of the start.
+constexpr double kDoubtfulLines = 0.2;
+// 99.9 % point of a chi-square with nine degrees of freedom: start velocity, gravity, both biases
+// and scale are what lines and points can disagree about.
+constexpr double kLineConflict = 28.0;
 
 std::vector<VanishingPoint> findVanishingPoints(const InitWindow& window,
                                                 const VanishingPointOptions& options) {
@@ -43,7 +52,8 @@ bool accept(const RobustBias& bias, const RobustBiasOptions& options, InitResult
     case RobustBiasStatus::kNoConsensus:
       message << "a share of " << bias.inlierFraction()
               << " of the point tracks agrees with one gyroscope bias, must be at least "
-              << options.min_inlier_fraction;
+              << options.min_inlier_fraction
+              << " (a wrong extrinsic rotation or time offset does this: try slim_init doctor)";
       fail(InitStatus::kInconsistentResiduals, message.str(), result);
       return false;
     case RobustBiasStatus::kOutOfRange: break;
@@ -60,9 +70,47 @@ bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& option
          refined.point_tracks < options.slim.few_tracks;
 }
 
+// The line tracks that agree with the start that more of them agree with.
+AgreeingLines agreeingLines(const InitWindow& tracks, const std::vector<MapState>& starts,
+                            const InitializerOptions& options) {
+  if (!options.slim.prune_lines || !options.refinement.use_lines) {
+    AgreeingLines all;
+    all.tracks = tracks.lineTracks();
+    return all;
+  }
+  const Calibration& calibration = tracks.calibration();
+  const double bound =
+      options.refinement.line_agreement_sigmas * calibration.sigma_line_px / calibration.focal_px;
+  AgreeingLines best;
+  for (const MapState& start : starts) {
+    AgreeingLines lines =
+        agreeingLineTracks(tracks, start, bound, options.refinement.min_line_views);
+    if (lines.sightings > best.sightings) best = std::move(lines);
+  }
+  return best;
+}
+
+// Many cut tracks are the mark of a line tracker that confuses lines, and what is left of them need
+// not be right. Then the points have the last word: lines that cost them more than a measurement of
+// the same motion would are left out.
+void checkAgainstPoints(const InitWindow& tracks, const AgreeingLines& lines,
+                        const std::vector<Preintegration>& pre,
+                        const std::vector<VanishingPoint>* vps, std::vector<MapState> starts,
+                        const InitializerOptions& options, RefinedWindow* refined) {
+  if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.sightings)) return;
+  if (refined->valid) starts.insert(starts.begin(), refined->state);
+  const RefinedWindow points =
+      refineWindow(tracks, {}, pre, vps, starts, StartMode::kFine, options.refinement);
+  if (!points.valid) return;
+  const bool conflict =
+      !refined->valid || refined->cost - refined->line_cost > points.cost + kLineConflict;
+  if (conflict) *refined = points;
+}
+
 // Starts from the tracks that agree with one inertial trajectory; and where that does not help,
 // from all of them coarse to fine. The lowest cost over all tracks wins.
-void searchAgain(const InitWindow& tracks, const std::vector<Preintegration>& pre,
+void searchAgain(const InitWindow& tracks, const std::vector<Track>& lines,
+                 const std::vector<Preintegration>& pre,
                  const std::vector<Eigen::Matrix3d>& R_c0_ck,
                  const std::vector<VanishingPoint>* vps, const std::vector<MapState>& starts,
                  const InitializerOptions& options, RefinedWindow* refined) {
@@ -72,10 +120,11 @@ void searchAgain(const InitWindow& tracks, const std::vector<Preintegration>& pr
   const std::vector<MapState> agreeing = consistentStartingStates(
       tracks, pre, R_c0_ck, options.slim, options.alignment, options.reverse_alignment);
   if (!agreeing.empty()) {
-    keepLower(refineWindow(tracks, pre, vps, agreeing, StartMode::kFine, options.refinement));
+    keepLower(
+        refineWindow(tracks, lines, pre, vps, agreeing, StartMode::kFine, options.refinement));
   }
   if (refined->valid && refined->chi2 <= options.refinement.suspicious_chi2) return;
-  keepLower(refineWindow(tracks, pre, vps, agreeing.empty() ? starts : agreeing,
+  keepLower(refineWindow(tracks, lines, pre, vps, agreeing.empty() ? starts : agreeing,
                          StartMode::kCoarseToFine, options.refinement));
 }
 
@@ -156,6 +205,9 @@ InitResult Slim::solve(const InitWindow& window) const {
   motion.rotation_deg = maxRotationDeg(R_b0_bk);
   motion.excitation = forceDeviation(pre, R_b0_bk);
   result.gates = motionGates(motion, options_.gates);
+  const std::vector<GateValue> calibration =
+      calibrationGates(checkCalibration(window, result.gyro_bias, bias.rotations), options_.gates);
+  result.gates.insert(result.gates.end(), calibration.begin(), calibration.end());
   const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options_.alignment);
   clock.lap("translation");
 
@@ -165,12 +217,15 @@ InitResult Slim::solve(const InitWindow& window) const {
   if (translation.valid) {
     const std::vector<MapState> starts =
         startingStates(tracks, pre, translation, use, options_.reverse_alignment);
+    const AgreeingLines lines = agreeingLines(tracks, starts, options_);
     clock.lap("alignment");
     if (use.refine && !starts.empty()) {
-      refined = refineWindow(tracks, pre, vps, starts, StartMode::kFine, options_.refinement);
+      refined = refineWindow(tracks, lines.tracks, pre, vps, starts, StartMode::kFine,
+                             options_.refinement);
       if (use.second_search && isSuspicious(refined, options_)) {
-        searchAgain(tracks, pre, R_c0_ck, vps, starts, options_, &refined);
+        searchAgain(tracks, lines.tracks, pre, R_c0_ck, vps, starts, options_, &refined);
       }
+      checkAgainstPoints(tracks, lines, pre, vps, starts, options_, &refined);
     }
     clock.lap("refinement");
     if (refined.valid) posterior = posteriorOf(refined.state, refined.information);

@@ -31,7 +31,62 @@ BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u) {
   return best;
 }
 
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Adds the rows of all line tracks to the lower triangle of H.
+int addLineRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                const AlignmentOptions& options, double weight, Eigen::MatrixXd* H) {
+  int rows = 0;
+  std::vector<Eigen::Vector3d> N;
+  for (const Track& track : window.lineTracks()) {
+    if (track.size() < options.min_track_length) continue;
+    N.clear();
+    for (int s = track.begin; s < track.end; ++s) {
+      const LineSighting& line = window.lineSightings()[s];
+      N.push_back(R_c0_ck[line.keyframe] * line.normal);
+      // The normal of a plane has no sign of its own; end points may have been swapped.
+      if (N.back().dot(N.front()) < 0.0) N.back() = -N.back();
+    }
+    const BaseViews base = chooseBaseViews(N);
+    if (base.parallax2 <= options.min_parallax_rad * options.min_parallax_rad) continue;
+    for (int a = 0; a < track.size(); ++a) {
+      if (a == base.l || a == base.r) continue;
+      const LineRow row = lineRow(N[base.l], N[base.r], N[a]);
+      const LineSighting* const views = &window.lineSightings()[track.begin];
+      const int k[3] = {views[base.l].keyframe, views[base.r].keyframe, views[a].keyframe};
+      const Eigen::RowVector3d* block[3] = {&row.block_l, &row.block_r, &row.block_i};
+      for (int p = 0; p < 3; ++p) {
+        for (int q = 0; q < 3; ++q) {
+          if (k[p] < k[q]) continue;
+          H->block<3, 3>(3 * k[p], 3 * k[q]).noalias() +=
+              weight * weight * block[p]->transpose() * *block[q];
+        }
+      }
+      ++rows;
+    }
+  }
+  return rows;
+}
+
 }  // namespace
+
+LineRow lineRow(const Eigen::Vector3d& N_l, const Eigen::Vector3d& N_r,
+                const Eigen::Vector3d& N_i) {
+  // N_l and N_r span the plane across the line; the foot of N_i in it gives a and b.
+  const double lr = N_l.dot(N_r), li = N_l.dot(N_i), ri = N_r.dot(N_i);
+  const double determinant = std::max(1.0 - lr * lr, 1e-300);
+  Eigen::Vector3d abc(-(li - lr * ri) / determinant, -(ri - lr * li) / determinant, 1.0);
+  abc.normalize();
+  LineRow row;
+  row.block_l = abc[0] * N_l.transpose();
+  row.block_r = abc[1] * N_r.transpose();
+  row.block_i = -(row.block_l + row.block_r);
+  return row;
+}
 
 LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r,
                 const Eigen::Vector3d& u_i) {
@@ -62,6 +117,7 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
   };
   std::vector<Vote> votes;
   votes.reserve(window.pointTracks().size());
+  std::vector<double> parallax2;
   std::vector<Eigen::Vector3d> u;
   for (const Track& track : window.pointTracks()) {
     if (track.size() < options.min_track_length) continue;
@@ -91,10 +147,18 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
       }
       estimate.rows += 3;
     }
+    parallax2.push_back(base.parallax2);
     votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
     ++estimate.tracks;
   }
   if (estimate.tracks < options.min_tracks) return estimate;
+  if (options.use_line_rows) {
+    // A point row is about |theta|^2 of its track times its distance times the noise, a line row
+    // the distance times the noise.
+    const Calibration& calibration = window.calibration();
+    const double weight = median(parallax2) * calibration.sigma_px / calibration.sigma_line_px;
+    estimate.rows += addLineRows(window, R_c0_ck, options, weight, &H);
+  }
 
   const int m = 3 * (n - 1);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(H.bottomRightCorner(m, m));

@@ -105,6 +105,30 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
                motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
 }
 
+std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const GateOptions& options) {
+  if (!check.valid) return {};
+  const auto sentence = [](const char* what, double error, double sigma, const char* unit) {
+    std::ostringstream out;
+    out.precision(2);
+    out << what << " is off by about " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
+        << "), of which beyond doubt";
+    return out.str();
+  };
+  constexpr double kMsPerS = 1e3;
+  return {makeGate("extrinsic_rotation",
+                   sentence("extrinsic rotation", check.extrinsic_error_deg,
+                            check.extrinsic_sigma_deg, "deg")
+                       .c_str(),
+                   "deg", check.certainExtrinsicDeg(), options.max_extrinsic_error_deg, true,
+                   InitStatus::kInconsistentResiduals),
+          makeGate("time_offset",
+                   sentence("camera-IMU time offset td", kMsPerS * check.td_error_s,
+                            kMsPerS * check.td_sigma_s, "ms")
+                       .c_str(),
+                   "ms", kMsPerS * check.certainTdS(), kMsPerS * options.max_td_error_s, true,
+                   InitStatus::kInconsistentResiduals)};
+}
+
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options) {
   std::vector<GateValue> gates = {

@@ -12,6 +12,7 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "verdict/calibration_check.h"
 
 namespace slim_init {
 
@@ -42,6 +43,11 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 /// measured, too few tracks. Tracks that move while the IMU is quiet are a slide at constant
 /// velocity and fail "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
+
+/// Gates on the calibration: "extrinsic_rotation" and "time_offset", values the part of each error
+/// that is beyond doubt, explanations the estimate itself. None where the check is not valid. They
+/// come before those on the answer: a wrong calibration is the reason of what those find.
+std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const GateOptions& options);
 
 /// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
 /// "alignment_residual" (inconsistent residuals), "scale_sigma" (scale too uncertain).

@@ -1,0 +1,123 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "verdict/calibration_check.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace slim_init {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / M_PI;
+
+// Unknowns [delta, td, b_g] and their standard deviations before any data.
+using Vector7d = Eigen::Matrix<double, 7, 1>;
+using Matrix7d = Eigen::Matrix<double, 7, 7>;
+constexpr double kExtrinsicPrior = M_PI / 2;  // [rad]
+constexpr double kTdPrior = 0.5;              // [s]
+constexpr double kBiasPrior = 0.5;            // [rad/s]
+
+// Rotations of the gyroscope itself, vibration and scale error [rad]: no pair is more exact.
+constexpr double kRotationFloor = 1e-3;
+// The rate at an instant is the mean of the samples this close [s].
+constexpr double kRateSpan = 0.012;
+constexpr int kRounds = 5;
+constexpr double kCutoffSigmas = 3.0;
+constexpr int kMinPairs = 4;
+
+Eigen::Vector3d cameraRateAt(const InitWindow& window, double t, const Eigen::Vector3d& gyro_bias) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  const ImuSample* nearest = &window.imu().front();
+  for (const ImuSample& sample : window.imu()) {
+    if (std::abs(sample.t - t) < std::abs(nearest->t - t)) nearest = &sample;
+    if (std::abs(sample.t - t) > kRateSpan) continue;
+    sum += sample.gyro;
+    ++count;
+  }
+  const Eigen::Vector3d rate = count > 0 ? Eigen::Vector3d(sum / count) : nearest->gyro;
+  return window.calibration().R_b_c.transpose() * (rate - gyro_bias);
+}
+
+struct Row {
+  Eigen::Vector3d phi;
+  Eigen::Matrix<double, 3, 7> J;
+  Eigen::Matrix3d information;
+  double weight = 1.0;
+};
+
+}  // namespace
+
+double CalibrationCheck::certainExtrinsicDeg() const {
+  return std::max(0.0, extrinsic_error_deg - kConfidence * extrinsic_sigma_deg);
+}
+
+double CalibrationCheck::certainTdS() const {
+  return std::max(0.0, std::abs(td_error_s) - kConfidence * td_sigma_s);
+}
+
+CalibrationCheck checkCalibration(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
+                                  const std::vector<RotationCorrection>& corrections) {
+  CalibrationCheck out;
+  out.pairs = static_cast<int>(corrections.size());
+  if (out.pairs < kMinPairs) return out;
+  std::vector<Eigen::Vector3d> rate;
+  for (const double t : window.times()) rate.push_back(cameraRateAt(window, t, gyro_bias));
+
+  std::vector<Row> rows;
+  for (const RotationCorrection& pair : corrections) {
+    const Eigen::Matrix3d Rt = pair.R_ci_cj.transpose();
+    Row row;
+    row.phi = pair.phi;
+    row.J << Eigen::Matrix3d::Identity() - Rt, rate[pair.j] - Rt * rate[pair.i], pair.dR_dbg;
+    const Eigen::Matrix3d floor = kRotationFloor * kRotationFloor * Eigen::Matrix3d::Identity();
+    // (information^-1 + floor)^-1 without inverting a matrix that may be singular.
+    row.information = (Eigen::Matrix3d::Identity() + pair.information * floor)
+                          .partialPivLu()
+                          .solve(pair.information);
+    rows.push_back(row);
+  }
+
+  Vector7d prior;
+  prior << Eigen::Vector3d::Constant(kExtrinsicPrior), kTdPrior,
+      Eigen::Vector3d::Constant(kBiasPrior);
+  Vector7d x = Vector7d::Zero();
+  Matrix7d covariance = Matrix7d::Identity();
+  double scatter = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    Matrix7d H = prior.cwiseAbs2().cwiseInverse().asDiagonal();
+    Vector7d g = Vector7d::Zero();
+    for (const Row& row : rows) {
+      H += row.weight * row.J.transpose() * row.information * row.J;
+      g += row.weight * row.J.transpose() * (row.information * row.phi);
+    }
+    const Eigen::LDLT<Matrix7d> ldlt(H);
+    x = ldlt.solve(g);
+    covariance = ldlt.solve(Matrix7d::Identity());
+    double chi2 = 0.0, weights = 0.0;
+    for (Row& row : rows) {
+      const Eigen::Vector3d r = row.phi - row.J * x;
+      const double z2 = r.dot(row.information * r);
+      chi2 += row.weight * z2;
+      weights += row.weight;
+      row.weight = 1.0 / (1.0 + z2 / (3.0 * kCutoffSigmas * kCutoffSigmas));
+    }
+    scatter = chi2 / std::max(3.0 * weights - 7.0, 1.5 * weights);
+  }
+  if (!x.allFinite() || !covariance.allFinite()) return out;
+  covariance *= std::max(scatter, 1.0);
+  out.extrinsic_error = x.head<3>();
+  const double angle = out.extrinsic_error.norm();
+  const Eigen::Vector3d axis =
+      angle > 0.0 ? Eigen::Vector3d(out.extrinsic_error / angle) : Eigen::Vector3d::UnitX();
+  out.extrinsic_error_deg = angle * kDegPerRad;
+  out.extrinsic_sigma_deg =
+      std::sqrt(axis.dot(covariance.topLeftCorner<3, 3>() * axis)) * kDegPerRad;
+  out.td_error_s = x[3];
+  out.td_sigma_s = std::sqrt(covariance(3, 3));
+  out.valid = true;
+  return out;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,44 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Does the calibration fit the data? Rotations that the points alone measure against those of the
+// gyroscope, in terms of the two errors that turn them: extrinsic rotation and time offset.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "rotation/multi_gap_bias.h"
+#include "slim_init/init_window.h"
+
+namespace slim_init {
+
+/// What has to be added to the calibration to make both sensors agree, first order.
+struct CalibrationCheck {
+  bool valid = false;  ///< the pairs determine all unknowns
+  /// True extrinsic rotation: R_b_c Exp(extrinsic_error) [rad].
+  Eigen::Vector3d extrinsic_error = Eigen::Vector3d::Zero();
+  double extrinsic_error_deg = 0.0;  ///< its angle
+  double extrinsic_sigma_deg = 0.0;  ///< standard deviation in the direction of the error
+  double td_error_s = 0.0;           ///< true td: Calibration::td + td_error_s [s]
+  double td_sigma_s = 0.0;
+  int pairs = 0;
+
+  /// The part of the error that is beyond doubt: the estimate less this many standard deviations,
+  /// not below zero. (On recorded motion the deviations are stated half as large again as they
+  /// are.)
+  static constexpr double kConfidence = 2.5;
+  double certainExtrinsicDeg() const;
+  double certainTdS() const;
+};
+
+/// With extrinsic error delta, time offset error d and gyroscope bias error b, and w the angular
+/// rate in the camera at both ends, the points see R_ci_cj Exp(phi),
+///   phi = (I - R_cj_ci) delta + (w_j - R_cj_ci w_i) d + dR_dbg b   (docs/derivation.md),
+/// solved by robust weighted least squares over the pairs. Standard deviations are scaled by the
+/// scatter of the pairs about the model where that is larger than expected. A window that turns
+/// about one axis only leaves the error about that axis open: it has a large standard deviation
+/// then, from a prior of 90 deg, 0.5 s and 0.5 rad/s.
+CalibrationCheck checkCalibration(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
+                                  const std::vector<RotationCorrection>& corrections);
+
+}  // namespace slim_init

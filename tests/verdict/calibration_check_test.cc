@@ -1,0 +1,141 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "verdict/calibration_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "geometry/so3.h"
+#include "rotation/robust_bias.h"
+#include "slim_init/window_solver.h"
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+constexpr double kRadPerDeg = M_PI / 180.0;
+
+ExactWindow exactWindow(unsigned seed, double pixel_noise, Motion motion = Motion::kExcited) {
+  ExactWindowOptions options;
+  options.seed = seed;
+  options.pixel_noise = pixel_noise;
+  options.imu_noise = pixel_noise > 0.0;
+  options.motion = motion;
+  return makeExactWindow(options);
+}
+
+// What a user with a wrong calibration hands over: the true extrinsic is R_b_c Exp(error), the true
+// time offset td_error more than the one assumed.
+std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
+                                                const Eigen::Vector3d& extrinsic_error,
+                                                double td_error) {
+  Calibration calibration = exact.calibration;
+  calibration.R_b_c = calibration.R_b_c * expSO3(-extrinsic_error);
+  std::vector<FrameObservation> keyframes = exact.keyframes;
+  for (FrameObservation& frame : keyframes) frame.t -= td_error;
+  std::string error;
+  std::vector<ImuSample> imu = exact.imu;
+  // The data reach just over the window: the outermost samples are held for what the error asks.
+  if (keyframes.front().t < imu.front().t) {
+    imu.insert(imu.begin(), imu.front());
+    imu.front().t = keyframes.front().t;
+  }
+  if (keyframes.back().t > imu.back().t) {
+    imu.push_back(imu.back());
+    imu.back().t = keyframes.back().t;
+  }
+  auto window = InitWindow::create(calibration, keyframes, imu, &error);
+  EXPECT_NE(window, nullptr) << error;
+  return window;
+}
+
+CalibrationCheck check(const InitWindow& window) {
+  const RobustBias bias = estimateRobustGyroBias(window, nullptr, RobustBiasOptions());
+  EXPECT_TRUE(bias.valid());
+  return checkCalibration(window, bias.gyro_bias, bias.rotations);
+}
+
+TEST(CalibrationCheck, ATrueCalibrationHasNoError) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const CalibrationCheck found = check(*exactWindow(seed, 0.0).window);
+    ASSERT_TRUE(found.valid);
+    EXPECT_LT(found.extrinsic_error_deg, 0.02) << "seed " << seed;
+    EXPECT_LT(std::abs(found.td_error_s), 2e-4) << "seed " << seed;
+  }
+}
+
+TEST(CalibrationCheck, ErrorsAreFoundWithTheirSignAndAxis) {
+  // First order in the error: a twentieth of it is left at three degrees and 20 ms.
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = exactWindow(seed, 0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d error = 3.0 * kRadPerDeg * Eigen::Vector3d::Unit(axis);
+      const CalibrationCheck found = check(*miscalibrated(exact, error, 0.0));
+      ASSERT_TRUE(found.valid);
+      EXPECT_LT((found.extrinsic_error - error).norm(), 0.3 * kRadPerDeg)
+          << "seed " << seed << " axis " << axis;
+      EXPECT_LT(std::abs(found.td_error_s), 2e-3);
+    }
+    for (const double td : {-0.02, 0.02}) {
+      const CalibrationCheck found = check(*miscalibrated(exact, Eigen::Vector3d::Zero(), td));
+      ASSERT_TRUE(found.valid);
+      EXPECT_NEAR(found.td_error_s, td, 2e-3) << "seed " << seed;
+    }
+  }
+}
+
+TEST(CalibrationCheck, WithNoiseTheStandardDeviationsHold) {
+  double sum_extrinsic = 0.0, sum_td = 0.0;
+  constexpr int kWindows = 60;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const CalibrationCheck found = check(*exactWindow(seed, 0.6).window);
+    ASSERT_TRUE(found.valid);
+    sum_td += std::pow(found.td_error_s / found.td_sigma_s, 2);
+    sum_extrinsic += std::pow(found.extrinsic_error_deg / found.extrinsic_sigma_deg, 2);
+    EXPECT_EQ(found.certainTdS(), 0.0) << "seed " << seed;
+    EXPECT_EQ(found.certainExtrinsicDeg(), 0.0) << "seed " << seed;
+  }
+  EXPECT_LT(std::sqrt(sum_td / kWindows), 1.5);
+  EXPECT_GT(std::sqrt(sum_td / kWindows), 0.3);
+  // The error's own direction is not free: three degrees of freedom at the most.
+  EXPECT_LT(std::sqrt(sum_extrinsic / kWindows), 2.0);
+}
+
+TEST(CalibrationCheck, WithoutRotationNothingIsSaid) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const CalibrationCheck found = check(*exactWindow(seed, 0.6, Motion::kConstantVelocity).window);
+    if (!found.valid) continue;
+    EXPECT_EQ(found.certainTdS(), 0.0);
+    EXPECT_EQ(found.certainExtrinsicDeg(), 0.0);
+  }
+}
+
+TEST(CalibrationCheck, TooFewPairsAreNotValid) {
+  const ExactWindow exact = exactWindow(1, 0.0);
+  EXPECT_FALSE(checkCalibration(*exact.window, Eigen::Vector3d::Zero(), {}).valid);
+}
+
+TEST(CalibrationCheck, SlimNamesAWrongCalibrationInsteadOfAScale) {
+  const InitializerOptions options;
+  const auto slim = makeWindowSolver("slim", options);
+  int extrinsic = 0, td = 0;
+  constexpr int kWindows = 20;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const ExactWindow exact = exactWindow(seed, 0.6);
+    EXPECT_EQ(slim->solve(*exact.window).status, InitStatus::kSuccess);
+    const InitResult turned =
+        slim->solve(*miscalibrated(exact, 10.0 * kRadPerDeg * Eigen::Vector3d(0.6, 0.0, 0.8), 0.0));
+    EXPECT_NE(turned.status, InitStatus::kSuccess) << "seed " << seed;
+    extrinsic += turned.message.find("extrinsic rotation is off by about") == 0 ? 1 : 0;
+    const InitResult late = slim->solve(*miscalibrated(exact, Eigen::Vector3d::Zero(), 0.03));
+    EXPECT_NE(late.status, InitStatus::kSuccess) << "seed " << seed;
+    td += late.message.find("camera-IMU time offset td is off by about") == 0 ? 1 : 0;
+  }
+  EXPECT_GE(extrinsic, 0.8 * kWindows);
+  EXPECT_GE(td, 0.8 * kWindows);
+}
+
+}  // namespace
+}  // namespace slim_init
