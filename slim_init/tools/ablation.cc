@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "methods.h"
+
 namespace slim_init::tools {
 namespace {
 
@@ -38,6 +40,10 @@ const std::vector<AblationVariant>& ablationVariants() {
        [](InitializerOptions* o) { o->slim.refine = false; }},
       {"slim", "no-pruning", "tracks that contradict the consensus bias stay in",
        [](InitializerOptions* o) { o->slim.prune_tracks = false; }},
+      {"slim", "no-line-pruning", "lines that contradict the start stay in",
+       [](InitializerOptions* o) { o->slim.prune_lines = false; }},
+      {"slim", "line-rows", "three-view rows of lines beside those of the points",
+       [](InitializerOptions* o) { o->alignment.use_line_rows = true; }},
       {"slim", "consecutive-pairs", "gyroscope bias from consecutive keyframes only",
        [](InitializerOptions* o) { o->robust_bias.refinement.max_gap = 1; }},
       {"slim", "no-reverse-start", "the tight alignment is the only start",
@@ -64,14 +70,14 @@ std::string makeMethods(const AbOptions& options, std::vector<Method>* methods) 
   methods->clear();
   for (const std::string& name : options.method_names) {
     std::string error;
-    methods->push_back({makeWindowSolver(name, options.initializer, &error), ""});
+    methods->push_back({makeMethod(name, options.initializer, &error), ""});
     if (methods->back().solver == nullptr) return error;
     if (!options.ablation) continue;
     for (const AblationVariant& variant : ablationVariants()) {
       if (name != variant.method) continue;
       InitializerOptions changed = options.initializer;
       variant.change(&changed);
-      std::unique_ptr<WindowSolver> solver = makeWindowSolver(name, changed, &error);
+      std::unique_ptr<WindowSolver> solver = makeMethod(name, changed, &error);
       const std::string label = name + "[" + variant.name + "]";
       if (solver == nullptr) return label + ": " + error;
       methods->push_back(

@@ -4,12 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <random>
 #include <thread>
 
 #include "slim_init/window_solver.h"
 #include "support/exact_window.h"
+#include "support/method_name.h"
+#include "support/same_result.h"
 
 namespace slim_init {
 namespace {
@@ -21,21 +22,6 @@ ExactWindow noisyWindow(const ExactWindowOptions& base = ExactWindowOptions()) {
   options.pixel_noise = 0.6;
   options.imu_noise = true;
   return makeExactWindow(options);
-}
-
-bool sameBytes(const InitResult& a, const InitResult& b) {
-  if (a.status != b.status || a.message != b.message || a.states.size() != b.states.size()) {
-    return false;
-  }
-  const auto same = [](const auto& x, const auto& y) {
-    return std::memcmp(x.data(), y.data(), sizeof(double) * x.size()) == 0;
-  };
-  for (std::size_t k = 0; k < a.states.size(); ++k) {
-    const NavState &s = a.states[k], &t = b.states[k];
-    if (!same(s.R_w_b, t.R_w_b) || !same(s.p_w_b, t.p_w_b) || !same(s.v_w_b, t.v_w_b)) return false;
-  }
-  return same(a.gyro_bias, b.gyro_bias) && same(a.gravity_b0, b.gravity_b0) &&
-         std::memcmp(&a.scale, &b.scale, sizeof(double)) == 0;
 }
 
 class Invariance : public ::testing::TestWithParam<std::string> {
@@ -126,12 +112,7 @@ TEST_P(Invariance, ParallelSolvesAgree) {
   for (const InitResult& result : results) EXPECT_TRUE(sameBytes(expected, result));
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Invariance, ::testing::Values("drt-l", "slim-paper", "slim"),
-                         [](const auto& param) {
-                           return param.param == "drt-l"  ? std::string("DrtL")
-                                  : param.param == "slim" ? std::string("Slim")
-                                                          : std::string("SlimPaper");
-                         });
+INSTANTIATE_TEST_SUITE_P(Methods, Invariance, ::testing::ValuesIn(solverNames()), methodTestName);
 
 TEST(SlimPaperSwitches, WithoutLinesTheLineTermsChangeNothing) {
   ExactWindowOptions options;

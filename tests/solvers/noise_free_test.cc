@@ -6,6 +6,7 @@
 
 #include "slim_init/window_solver.h"
 #include "support/exact_window.h"
+#include "support/method_name.h"
 
 namespace slim_init {
 namespace {
@@ -87,12 +88,7 @@ TEST_P(NoiseFree, OtherWindowLengthsAndIntervals) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, NoiseFree, ::testing::Values("drt-l", "slim-paper", "slim"),
-                         [](const auto& param) {
-                           return param.param == "drt-l"  ? std::string("DrtL")
-                                  : param.param == "slim" ? std::string("Slim")
-                                                          : std::string("SlimPaper");
-                         });
+INSTANTIATE_TEST_SUITE_P(Methods, NoiseFree, ::testing::ValuesIn(solverNames()), methodTestName);
 
 TEST(NoiseFreeEquation11, PullsTheScaleDownAndMoreWithMoreWeight) {
   ExactWindowOptions options;

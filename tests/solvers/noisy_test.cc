@@ -7,6 +7,7 @@
 
 #include "slim_init/window_solver.h"
 #include "support/exact_window.h"
+#include "support/method_name.h"
 
 namespace slim_init {
 namespace {
@@ -41,12 +42,7 @@ TEST_P(Noisy, StaysWithinTolerance) {
   EXPECT_LT(gravity[15], kMedianGravityErrorDeg);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, Noisy, ::testing::Values("drt-l", "slim-paper", "slim"),
-                         [](const auto& param) {
-                           return param.param == "drt-l"  ? std::string("DrtL")
-                                  : param.param == "slim" ? std::string("Slim")
-                                                          : std::string("SlimPaper");
-                         });
+INSTANTIATE_TEST_SUITE_P(Methods, Noisy, ::testing::ValuesIn(solverNames()), methodTestName);
 
 }  // namespace
 }  // namespace slim_init

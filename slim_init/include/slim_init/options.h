@@ -117,6 +117,8 @@ struct AlignmentOptions {
   int min_track_length = 3;        ///< keyframes; two views say nothing about relative scale
   int min_tracks = 8;              ///< fewer tracks of that length are "too_few_tracks"
   double min_parallax_rad = 1e-4;  ///< tracks with less rotation-compensated parallax are left out
+  /// Three-view rows of line tracks beside those of the points (`slim`).
+  bool use_line_rows = false;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -155,6 +157,9 @@ struct RefinementOptions {
   double reject_sigmas = 3.5;      ///< observations beyond are taken out before the second solve
   double min_reject_px = 0.5;      ///< .. but never those below this [px]
   int min_line_views = 3;          ///< two views of a line say nothing about the motion
+  /// A line track is cut where it departs from one line in space, seen from the start, by more
+  /// than this [standard deviations of an end point]; room for the start's own error.
+  double line_agreement_sigmas = 6.0;
   /// Visual chi-square per degree of freedom above which a minimum looks wrong and is searched for
   /// again. Right ones have 0.6 to 1.1, and a search in vain costs little.
   double suspicious_chi2 = 1.0;
@@ -181,11 +186,23 @@ struct SlimPaperOptions {
   std::string validate() const;
 };
 
+/// Structureless visual-inertial bundle adjustment of `drt-vi-ba` (Song et al. 2025).
+struct DrtViBaOptions {
+  double sigma_px = 1.5;      ///< standard deviation of an epipolar residual [px], VINS-Mono's
+  double huber_sigmas = 1.0;  ///< Huber scale of an epipolar residual, in standard deviations
+  int max_iterations = 50;    ///< Levenberg-Marquardt steps
+  double tolerance = 1e-6;    ///< relative decrease of the cost that ends the minimisation
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
 /// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
 /// the refinement are in RefinementOptions, of the bias in RobustBiasOptions.
 struct SlimOptions {
   bool vanishing_points = true;  ///< in the gyroscope bias and in the refinement
   bool prune_tracks = true;      ///< take out tracks that contradict the consensus bias
+  bool prune_lines = true;       ///< cut line tracks where they contradict the start
   bool reverse_start = true;     ///< start from the reverse alignment
   bool tight_start = true;       ///< start from the closed-form tight alignment
   bool refine = true;            ///< off: the first start is the answer
@@ -237,6 +254,12 @@ struct GateOptions {
   /// Angle over which the points of an image are spread, rms [deg] (`slim`). Points in one spot are
   /// one point.
   double min_point_spread_deg = 2.0;
+  /// Error of the extrinsic rotation that is beyond doubt (`slim`): what tracks and gyroscope say,
+  /// less 2.5 standard deviations [deg]. Two degrees cost 2 % of scale, four 5 %, eight 15 %.
+  double max_extrinsic_error_deg = 2.5;
+  /// The same of the time offset between camera and IMU [s] (`slim`). 10 ms cost 5 % of scale, 20
+  /// ms 10 to 20 %, without a trace in any other gate.
+  double max_td_error_s = 0.008;
   /// Share of the point tracks behind the camera by over three sigma (`slim`).
   double max_behind_fraction = 0.2;
 
@@ -256,6 +279,7 @@ struct InitializerOptions {
   RefinementOptions refinement;
   SlimOptions slim;
   SlimPaperOptions slim_paper;
+  DrtViBaOptions drt_vi_ba;
   GateOptions gates;
 
   /// Returns an empty string, or the first sentence of a nested validate(), prefixed with the

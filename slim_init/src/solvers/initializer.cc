@@ -60,6 +60,9 @@ class Initializer : public IInitializer {
   const std::string& name() const override { return solver_->name(); }
   AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
   AddStatus addFrame(const FrameObservation& frame) override { return window_.addFrame(frame); }
+  bool addLines(double t, const std::vector<LineObservation>& lines) override {
+    return window_.addLines(t, lines);
+  }
   void reset() override { window_.reset(); }
   const KeyframeWindow& window() const override { return window_; }
 

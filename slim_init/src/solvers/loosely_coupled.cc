@@ -3,33 +3,9 @@
 
 #include <sstream>
 
-#include "geometry/so3.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
-namespace {
-
-// States in the gravity-aligned world from the alignment in b0.
-void setStates(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b0_bk,
-               const AlignmentEstimate& alignment, InitResult* result) {
-  const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(alignment.gravity_b0);
-  result->gravity_w = Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
-  result->gravity_b0 = alignment.gravity_b0;
-  result->scale = alignment.scale;
-  result->scale_sigma = alignment.scale_sigma;
-  for (int k = 0; k < window.size(); ++k) {
-    NavState state;
-    state.t = window.times()[k];
-    state.R_w_b = R_w_b0 * R_b0_bk[k];
-    state.p_w_b = R_w_b0 * alignment.positions_b0.col(k);
-    state.v_w_b = R_w_b0 * alignment.velocities_b0.col(k);
-    state.gyro_bias = result->gyro_bias;
-    state.accel_bias = result->accel_bias;
-    result->states.push_back(state);
-  }
-}
-
-}  // namespace
 
 bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
                     InitResult* result) {
@@ -52,6 +28,19 @@ bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options
   return true;
 }
 
+void failAlignment(const TranslationEstimate& translation, const AlignmentOptions& options,
+                   InitResult* result) {
+  if (translation.valid) {
+    fail(InitStatus::kNumericalFailure,
+         "the alignment is singular: a pivot of its scaled system is below 1e-14", result);
+    return;
+  }
+  std::ostringstream message;
+  message << translation.tracks << " tracks over at least " << options.min_track_length
+          << " keyframes with parallax, needs " << options.min_tracks;
+  fail(InitStatus::kTooFewTracks, message.str(), result);
+}
+
 void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
                               const InitializerOptions& options, StageClock* clock,
                               InitResult* result) {
@@ -65,11 +54,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   const TranslationEstimate translation = estimateTranslations(window, R_c0_ck, options.alignment);
   clock->lap("translation");
 
-  MotionMeasures motion;
-  motion.parallax_px = medianParallaxPx(window, R_c0_ck);
-  motion.rotation_deg = maxRotationDeg(R_b0_bk);
-  motion.excitation = forceDeviation(pre, R_b0_bk);
-  result->gates = motionGates(motion, options.gates);
+  result->gates = measuredMotionGates(window, pre, R_b0_bk, options.gates);
 
   AlignmentEstimate alignment;
   if (translation.valid) {
@@ -83,8 +68,15 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
         alignmentGates(translation.linkage(), alignment.scale, alignment.residual_rms,
                        alignment.scale_sigma, options.gates);
     result->gates.insert(result->gates.end(), gates.begin(), gates.end());
-    result->accel_bias.setZero();
-    setStates(window, R_b0_bk, alignment, result);
+    MapState state;
+    state.R_b0_bk = R_b0_bk;
+    state.p_b0 = alignment.positions_b0;
+    state.v_b0 = alignment.velocities_b0;
+    state.gyro_bias = result->gyro_bias;
+    state.gravity_b0 = alignment.gravity_b0;
+    setWorldStates(window, state, result);
+    result->scale = alignment.scale;
+    result->scale_sigma = alignment.scale_sigma;
   }
   decide(options.gates.mode == GateMode::kOn, result);
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, result);
@@ -92,15 +84,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   if (alignment.valid || !result->success()) return;
 
   // No gate has refused, and yet there is no answer.
-  if (!translation.valid) {
-    std::ostringstream message;
-    message << translation.tracks << " tracks over at least " << options.alignment.min_track_length
-            << " keyframes with parallax, needs " << options.alignment.min_tracks;
-    fail(InitStatus::kTooFewTracks, message.str(), result);
-  } else {
-    fail(InitStatus::kNumericalFailure,
-         "the alignment is singular: a pivot of its scaled system is below 1e-14", result);
-  }
+  failAlignment(translation, options.alignment, result);
 }
 
 }  // namespace slim_init

@@ -4,6 +4,8 @@
 
 #include "slim_init/window_solver.h"
 #include "solvers/drt_l.h"
+#include "solvers/drt_t.h"
+#include "solvers/drt_vi_ba.h"
 #include "solvers/slim.h"
 #include "solvers/slim_paper.h"
 
@@ -19,9 +21,8 @@ std::unique_ptr<WindowSolver> make(const InitializerOptions& options) {
 
 const std::vector<std::pair<std::string, Maker>>& registry() {
   static const std::vector<std::pair<std::string, Maker>> kRegistry = {
-      {"slim", &make<Slim>},
-      {"slim-paper", &make<SlimPaper>},
-      {"drt-l", &make<DrtL>},
+      {"slim", &make<Slim>},  {"slim-paper", &make<SlimPaper>}, {"drt-l", &make<DrtL>},
+      {"drt-t", &make<DrtT>}, {"drt-vi-ba", &make<DrtViBa>},
   };
   return kRegistry;
 }

@@ -3,7 +3,8 @@
 
 #include <sstream>
 
-#include "slim_init/options.h"
+#include "geometry/so3.h"
+#include "verdict/gates.h"
 
 namespace slim_init {
 
@@ -36,6 +37,40 @@ bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   message << "window holds " << window.size() << " keyframes, needs " << kMinKeyframes;
   fail(InitStatus::kTooFewKeyframes, message.str(), result);
   return false;
+}
+
+std::vector<GateValue> measuredMotionGates(const InitWindow& window,
+                                           const std::vector<Preintegration>& pre,
+                                           const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                           const GateOptions& options) {
+  MotionMeasures motion;
+  motion.parallax_px =
+      medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
+  motion.rotation_deg = maxRotationDeg(R_b0_bk);
+  motion.excitation = forceDeviation(pre, R_b0_bk);
+  return motionGates(motion, options);
+}
+
+void setWorldStates(const InitWindow& window, const MapState& state, InitResult* result) {
+  const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(state.gravity_b0);
+  result->gravity_w = Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
+  result->gravity_b0 = state.gravity_b0;
+  result->gyro_bias = state.gyro_bias;
+  result->accel_bias = state.accel_bias;
+  result->states.clear();
+  Eigen::Matrix3Xd centres_b0(3, state.size());
+  for (int k = 0; k < state.size(); ++k) {
+    NavState out;
+    out.t = window.times()[k];
+    out.R_w_b = R_w_b0 * state.R_b0_bk[k];
+    out.p_w_b = R_w_b0 * state.p_b0.col(k);
+    out.v_w_b = R_w_b0 * state.v_b0.col(k);
+    out.gyro_bias = state.gyro_bias;
+    out.accel_bias = state.accel_bias;
+    result->states.push_back(out);
+    centres_b0.col(k) = state.p_b0.col(k) + state.R_b0_bk[k] * window.calibration().t_b_c;
+  }
+  result->scale = (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
 }
 
 void keepObservable(const std::vector<Preintegration>& pre,

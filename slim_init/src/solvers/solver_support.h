@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "imu/preintegration.h"
+#include "refinement/map_state.h"
 #include "slim_init/init_window.h"
+#include "slim_init/options.h"
 #include "slim_init/result.h"
 
 namespace slim_init {
@@ -43,6 +45,16 @@ std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>&
 
 /// False, with status and sentence set, when the window has fewer than kMinKeyframes.
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
+
+/// Gates on the motion (verdict/gates.h) as the tracks and `pre` show it.
+std::vector<GateValue> measuredMotionGates(const InitWindow& window,
+                                           const std::vector<Preintegration>& pre,
+                                           const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                           const GateOptions& options);
+
+/// Turns a motion in b0 into the states, gravity, biases and scale of `result`, in its
+/// gravity-aligned world.
+void setWorldStates(const InitWindow& window, const MapState& state, InitResult* result);
 
 /// A window without translation holds no scale: where the status says so, takes out what is not
 /// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is

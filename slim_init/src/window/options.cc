@@ -88,6 +88,7 @@ std::string RefinementOptions::validate() const {
       .within("reject_sigmas", reject_sigmas, 1.0, 100.0)
       .within("min_reject_px", min_reject_px, 0.01, 100.0)
       .within("min_line_views", min_line_views, 2, 15)
+      .within("line_agreement_sigmas", line_agreement_sigmas, 1.0, 1e3)
       .within("suspicious_chi2", suspicious_chi2, 0.0, 1e6)
       .sentence();
 }
@@ -138,6 +139,15 @@ std::string SlimPaperOptions::validate() const {
       .sentence();
 }
 
+std::string DrtViBaOptions::validate() const {
+  return RangeCheck()
+      .within("sigma_px", sigma_px, 1e-3, 1e3)
+      .within("huber_sigmas", huber_sigmas, 1e-3, 1e6)
+      .within("max_iterations", max_iterations, 1, 1000)
+      .within("tolerance", tolerance, 0.0, 1.0)
+      .sentence();
+}
+
 std::string GateOptions::validate() const {
   return RangeCheck()
       .within("min_parallax_px", min_parallax_px, 0.0, 1e3)
@@ -149,6 +159,8 @@ std::string GateOptions::validate() const {
       .within("max_chi2", max_chi2, 0.1, 1e6)
       .within("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0)
       .within("min_point_spread_deg", min_point_spread_deg, 0.0, 90.0)
+      .within("max_extrinsic_error_deg", max_extrinsic_error_deg, 0.0, 180.0)
+      .within("max_td_error_s", max_td_error_s, 0.0, 1.0)
       .within("max_behind_fraction", max_behind_fraction, 0.0, 1.0)
       .within("max_scale_sigma", max_scale_sigma, 0.0, 10.0)
       .sentence();
@@ -166,6 +178,7 @@ std::string InitializerOptions::validate() const {
       .nested("refinement", refinement.validate())
       .nested("slim", slim.validate())
       .nested("slim_paper", slim_paper.validate())
+      .nested("drt_vi_ba", drt_vi_ba.validate())
       .nested("gates", gates.validate())
       .sentence();
 }

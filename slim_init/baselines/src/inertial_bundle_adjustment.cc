@@ -1,0 +1,246 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "inertial_bundle_adjustment.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+
+#include "geometry/so3.h"
+#include "refinement/inertial_factor.h"
+
+namespace slim_init::baselines {
+namespace {
+
+// Parameter blocks of a keyframe: pose [theta, p] with R_w_b = R_start Exp(theta), and
+// motion [v, b_g, b_a]. All keyframes lie in one vector: Ceres orders blocks by their address, and
+// equal input has to give equal bytes.
+struct KeyframeBlocks {
+  std::array<double, 6> pose;
+  std::array<double, 9> motion;
+};
+
+template <int Rows, int Columns>
+using RowMajor = Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>;
+using ConstMap3 = Eigen::Map<const Eigen::Vector3d>;
+
+// IMU between two keyframes: [rotation, velocity, position] whitened, then the walk of the biases.
+class ImuFactor : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
+ public:
+  ImuFactor(const Preintegration& pre, const Eigen::Matrix<double, 9, 9>& whitening,
+            const Eigen::Matrix3d& R_start_i, const Eigen::Matrix3d& R_start_j,
+            const Eigen::Vector3d& gravity_w, const OpenVinsOptions& options)
+      : pre_(pre), whitening_(whitening), R_start_{R_start_i, R_start_j}, gravity_w_(gravity_w) {
+    gyro_walk_ = 1.0 / (options.gyro_walk * std::sqrt(pre.dt));
+    accel_walk_ = 1.0 / (options.accel_walk * std::sqrt(pre.dt));
+  }
+
+  bool Evaluate(double const* const* parameters, double* residual,
+                double** jacobians) const override {
+    MapState state;
+    state.p_b0.resize(3, 2);
+    state.v_b0.resize(3, 2);
+    for (int k = 0; k < 2; ++k) {
+      state.R_b0_bk.push_back(R_start_[k] * expSO3(ConstMap3(parameters[2 * k])));
+      state.p_b0.col(k) = ConstMap3(parameters[2 * k] + 3);
+      state.v_b0.col(k) = ConstMap3(parameters[2 * k + 1]);
+    }
+    state.gyro_bias = ConstMap3(parameters[1] + 3);
+    state.accel_bias = ConstMap3(parameters[1] + 6);
+    state.gravity_b0 = gravity_w_;
+    InertialResidual factor = inertialResidual(state, 0, pre_);
+    Eigen::Map<Eigen::Matrix<double, 15, 1>> r(residual);
+    r.head<9>() = whitening_ * factor.r;
+    r.segment<3>(9) = gyro_walk_ * (ConstMap3(parameters[3] + 3) - state.gyro_bias);
+    r.tail<3>() = accel_walk_ * (ConstMap3(parameters[3] + 6) - state.accel_bias);
+    if (jacobians == nullptr) return true;
+
+    // Columns of the factor: theta_i, p_i, theta_j, p_j, v_i, v_j, b_g, b_a.
+    factor.J = whitening_ * factor.J;
+    for (int k = 0; k < 2; ++k) {
+      if (jacobians[2 * k] != nullptr) {
+        Eigen::Map<RowMajor<15, 6>> J(jacobians[2 * k]);
+        J.setZero();
+        J.topRows<9>() = factor.J.middleCols<6>(6 * k);
+        J.leftCols<3>() *= rightJacobian(ConstMap3(parameters[2 * k]));
+      }
+      if (jacobians[2 * k + 1] != nullptr) {
+        Eigen::Map<RowMajor<15, 9>> J(jacobians[2 * k + 1]);
+        J.setZero();
+        J.topLeftCorner<9, 3>() = factor.J.middleCols<3>(12 + 3 * k);
+        if (k == 0) J.topRightCorner<9, 6>() = factor.J.middleCols<6>(18);
+        const double sign = k == 0 ? -1.0 : 1.0;
+        J.block<3, 3>(9, 3).diagonal().setConstant(sign * gyro_walk_);
+        J.block<3, 3>(12, 6).diagonal().setConstant(sign * accel_walk_);
+      }
+    }
+    return true;
+  }
+
+ private:
+  const Preintegration& pre_;
+  Eigen::Matrix<double, 9, 9> whitening_;
+  Eigen::Matrix3d R_start_[2];
+  Eigen::Vector3d gravity_w_;
+  double gyro_walk_, accel_walk_;
+};
+
+// A sighting of a point, in pixels over sigma.
+class ReprojectionFactor : public ceres::SizedCostFunction<2, 6, 3> {
+ public:
+  ReprojectionFactor(const Eigen::Vector2d& uv, const Calibration& calibration,
+                     const Eigen::Matrix3d& R_start, double sqrt_information)
+      : uv_(uv),
+        R_c_b_(calibration.R_b_c.transpose()),
+        t_b_c_(calibration.t_b_c),
+        R_start_(R_start),
+        sqrt_information_(sqrt_information) {}
+
+  bool Evaluate(double const* const* parameters, double* residual,
+                double** jacobians) const override {
+    const ConstMap3 theta(parameters[0]), p(parameters[0] + 3), point(parameters[1]);
+    const Eigen::Matrix3d R_b_w = (R_start_ * expSO3(theta)).transpose();
+    const Eigen::Vector3d x_b = R_b_w * (point - p);
+    const Eigen::Vector3d x_c = R_c_b_ * (x_b - t_b_c_);
+    Eigen::Map<Eigen::Vector2d> r(residual);
+    r = sqrt_information_ * (x_c.hnormalized() - uv_);
+    if (jacobians == nullptr) return true;
+
+    Eigen::Matrix<double, 2, 3> J_x;
+    J_x << 1.0, 0.0, -x_c.x() / x_c.z(), 0.0, 1.0, -x_c.y() / x_c.z();
+    J_x *= sqrt_information_ / x_c.z();
+    J_x *= R_c_b_;
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<RowMajor<2, 6>> J(jacobians[0]);
+      J.leftCols<3>() = J_x * skew(x_b) * rightJacobian(theta);
+      J.rightCols<3>() = -J_x * R_b_w;
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<RowMajor<2, 3>> J(jacobians[1]);
+      J = J_x * R_b_w;
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Vector2d uv_;
+  Eigen::Matrix3d R_c_b_;
+  Eigen::Vector3d t_b_c_;
+  Eigen::Matrix3d R_start_;
+  double sqrt_information_;
+};
+
+// The first keyframe: yaw and position, which nothing observes, and the biases about zero.
+class FirstStatePrior : public ceres::SizedCostFunction<10, 6, 9> {
+ public:
+  FirstStatePrior(const NavState& start, const OpenVinsOptions& options)
+      : up_b_(start.R_w_b.transpose() * Eigen::Vector3d::UnitZ()), p_(start.p_w_b) {
+    bias_.head<3>().setConstant(1.0 / options.gyro_bias_prior);
+    bias_.tail<3>().setConstant(1.0 / options.accel_bias_prior);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residual,
+                double** jacobians) const override {
+    // The release's standard deviation of what only fixes the gauge [rad], [m].
+    constexpr double kGauge = 1.0 / 1e-5;
+    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> bias(parameters[1] + 3);
+    Eigen::Map<Eigen::Matrix<double, 10, 1>> r(residual);
+    r[0] = kGauge * up_b_.dot(ConstMap3(parameters[0]));
+    r.segment<3>(1) = kGauge * (ConstMap3(parameters[0] + 3) - p_);
+    r.tail<6>() = bias_.cwiseProduct(bias);
+    if (jacobians == nullptr) return true;
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<RowMajor<10, 6>> J(jacobians[0]);
+      J.setZero();
+      J.topLeftCorner<1, 3>() = kGauge * up_b_.transpose();
+      J.block<3, 3>(1, 3).diagonal().setConstant(kGauge);
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<RowMajor<10, 9>> J(jacobians[1]);
+      J.setZero();
+      J.bottomRightCorner<6, 6>().diagonal() = bias_;
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Vector3d up_b_, p_;
+  Eigen::Matrix<double, 6, 1> bias_;  // square root of the information
+};
+
+}  // namespace
+
+InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Preintegration>& pre,
+                                  const OpenVinsOptions& options, std::vector<NavState>* states,
+                                  std::vector<MappedTrack>* points) {
+  InertialAdjustment out;
+  const Calibration& calibration = window.calibration();
+  const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
+  const std::size_t n = states->size();
+  std::vector<KeyframeBlocks> blocks(n);
+  ceres::Problem problem;
+  auto* ordering = new ceres::ParameterBlockOrdering;
+  for (std::size_t k = 0; k < n; ++k) {
+    const NavState& state = (*states)[k];
+    Eigen::Map<Eigen::Matrix<double, 6, 1>>(blocks[k].pose.data()) << Eigen::Vector3d::Zero(),
+        state.p_w_b;
+    Eigen::Map<Eigen::Matrix<double, 9, 1>>(blocks[k].motion.data()) << state.v_w_b,
+        state.gyro_bias, state.accel_bias;
+    ordering->AddElementToGroup(blocks[k].pose.data(), 1);
+    ordering->AddElementToGroup(blocks[k].motion.data(), 1);
+  }
+  problem.AddResidualBlock(new FirstStatePrior(states->front(), options), nullptr,
+                           blocks[0].pose.data(), blocks[0].motion.data());
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    Eigen::Matrix<double, 9, 9> whitening;
+    if (!inertialWhitening(pre[i], &whitening)) {
+      delete ordering;
+      return out;
+    }
+    problem.AddResidualBlock(new ImuFactor(pre[i], whitening, (*states)[i].R_w_b,
+                                           (*states)[i + 1].R_w_b, gravity_w, options),
+                             nullptr, blocks[i].pose.data(), blocks[i].motion.data(),
+                             blocks[i + 1].pose.data(), blocks[i + 1].motion.data());
+  }
+  const double sqrt_information = calibration.focal_px / options.sigma_px;
+  for (MappedTrack& mapped : *points) {
+    const Track& track = window.pointTracks()[mapped.track];
+    for (int s = track.begin; s < track.end; ++s) {
+      const PointSighting& sighting = window.pointSightings()[s];
+      const int k = sighting.keyframe;
+      problem.AddResidualBlock(new ReprojectionFactor(sighting.bearing.hnormalized(), calibration,
+                                                      (*states)[k].R_w_b, sqrt_information),
+                               new ceres::CauchyLoss(options.cauchy_sigmas), blocks[k].pose.data(),
+                               mapped.point_w.data());
+    }
+    ordering->AddElementToGroup(mapped.point_w.data(), 0);
+  }
+
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.linear_solver_ordering.reset(ordering);
+  solver.trust_region_strategy_type = ceres::DOGLEG;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.function_tolerance;
+  solver.gradient_tolerance = 1e-4 * options.function_tolerance;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  out.converged = summary.termination_type == ceres::CONVERGENCE;
+  out.iterations = summary.num_successful_steps;
+  out.first_cost = summary.initial_cost;
+  out.cost = summary.final_cost;
+
+  for (std::size_t k = 0; k < n; ++k) {
+    NavState& state = (*states)[k];
+    state.R_w_b *= expSO3(ConstMap3(blocks[k].pose.data()));
+    state.p_w_b = ConstMap3(blocks[k].pose.data() + 3);
+    state.v_w_b = ConstMap3(blocks[k].motion.data());
+    state.gyro_bias = ConstMap3(blocks[k].motion.data() + 3);
+    state.accel_bias = ConstMap3(blocks[k].motion.data() + 6);
+  }
+  return out;
+}
+
+}  // namespace slim_init::baselines

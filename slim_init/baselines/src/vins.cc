@@ -1,0 +1,146 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "vins.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include "alignment/linear_alignment.h"
+#include "geometry/so3.h"
+#include "imu/preintegration.h"
+#include "rotation/track_pruning.h"
+#include "solvers/solver_support.h"
+#include "structure_from_motion.h"
+#include "verdict/gates.h"
+
+namespace slim_init::baselines {
+namespace {
+
+// T-RO 2018, section V-B-1: the bias that turns the gyroscope's rotations into those of the vision,
+// a linear step about the last bias. The release makes one from zero; more only remove its
+// linearisation error.
+Eigen::Vector3d calibrateGyroBias(const InitWindow& window,
+                                  const std::vector<Eigen::Matrix3d>& R_b0_bk) {
+  constexpr int kSteps = 3;
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  for (int step = 0; step < kSteps; ++step) {
+    const std::vector<Preintegration> pre =
+        preintegrateWindow(window, bias, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < pre.size(); ++i) {
+      const Eigen::Matrix3d& J = pre[i].dR_dbg;
+      H += J.transpose() * J;
+      b += J.transpose() * logSO3(pre[i].dR.transpose() * R_b0_bk[i].transpose() * R_b0_bk[i + 1]);
+    }
+    bias += H.ldlt().solve(b);
+  }
+  return bias;
+}
+
+// Velocities, gravity and scale without the constraint on |g| (section V-B-2).
+struct FreeAlignment {
+  double scale = kNotComputed;
+  double gravity = kNotComputed;
+};
+
+FreeAlignment alignFreely(const AlignmentProblem& problem) {
+  const AlignmentSystem system = buildBaseRows(problem);
+  const Eigen::MatrixXd H = system.H.selfadjointView<Eigen::Lower>();
+  const Eigen::VectorXd x = H.ldlt().solve(system.b);
+  FreeAlignment out;
+  out.scale = x[x.size() - 4];
+  out.gravity = x.tail<3>().norm();
+  return out;
+}
+
+// The release's own checks of the alignment.
+bool accept(const FreeAlignment& alignment, double gravity_magnitude, const VinsOptions& options,
+            InitResult* result) {
+  std::ostringstream message;
+  if (!(std::abs(alignment.gravity - gravity_magnitude) <= options.max_gravity_residual)) {
+    message << "free gravity of the alignment is " << alignment.gravity << " m/s^2, must be within "
+            << options.max_gravity_residual << " of " << gravity_magnitude;
+  } else if (!(alignment.scale >= 0.0)) {
+    message << "free scale of the alignment is " << alignment.scale << ", must be at least 0";
+  } else {
+    return true;
+  }
+  fail(InitStatus::kDegenerateAlignment, message.str(), result);
+  return false;
+}
+
+}  // namespace
+
+const std::string& Vins::name() const {
+  static const std::string kName = "vins";
+  return kName;
+}
+
+InitResult Vins::solve(const InitWindow& window) const {
+  const Calibration& calibration = window.calibration();
+  InitResult result = startResult(window);
+  StageClock clock(&result);
+  if (!hasEnoughKeyframes(window, &result)) return result;
+
+  // The tracker's outlier rejection, where it is asked for.
+  const std::shared_ptr<const InitWindow> tracks =
+      withSightings(window, rejectByFundamentalMatrix(window, options_));
+  clock.lap("outliers");
+
+  // Camera poses up to scale by structure from motion (section V-A).
+  const StructureFromMotion sfm = reconstruct(*tracks, options_);
+  clock.lap("structure_from_motion");
+  if (!sfm.valid()) {
+    fail(sfm.status, sfm.message, &result);
+    return result;
+  }
+  std::vector<Eigen::Matrix3d> R_b0_bk;
+  for (const Eigen::Matrix3d& R_c0_ck : sfm.R_c0_ck) {
+    R_b0_bk.push_back(calibration.R_b_c * R_c0_ck * calibration.R_b_c.transpose());
+  }
+  const Eigen::Matrix3Xd centres_b0 = calibration.R_b_c * sfm.centres_c0;
+
+  // Gyroscope bias, and the preintegration with it.
+  result.gyro_bias = calibrateGyroBias(window, R_b0_bk);
+  const std::vector<Preintegration> pre = preintegrateWindow(
+      window, result.gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
+  result.gates = measuredMotionGates(*tracks, pre, R_b0_bk, gates_);
+  clock.lap("gyro_bias");
+
+  // Velocities, gravity and scale linearly, then with gravity on its sphere (section V-B-3): the
+  // release's four steps in the tangent plane end in the minimum that alignLinear() solves for.
+  const AlignmentProblem problem = {window, pre, R_b0_bk, centres_b0, LineTerms()};
+  if (!accept(alignFreely(problem), calibration.gravity_magnitude, options_, &result)) {
+    return result;
+  }
+  const AlignmentEstimate alignment = alignLinear(problem);
+  clock.lap("alignment");
+  if (!alignment.valid || !(alignment.scale >= 0.0)) {
+    fail(InitStatus::kDegenerateAlignment,
+         "the alignment with gravity on its sphere is singular or has a negative scale", &result);
+    return result;
+  }
+
+  MapState state;
+  state.R_b0_bk = R_b0_bk;
+  state.p_b0 = alignment.positions_b0;
+  state.v_b0 = alignment.velocities_b0;
+  state.gyro_bias = result.gyro_bias;
+  state.gravity_b0 = alignment.gravity_b0;
+  setWorldStates(window, state, &result);
+  result.scale_sigma = alignment.scale_sigma;
+  for (const GateValue& gate : alignmentGates(kNotComputed, result.scale, alignment.residual_rms,
+                                              alignment.scale_sigma, gates_)) {
+    // Of the linear translation system, which this method does not have.
+    if (gate.name != "linkage") result.gates.push_back(gate);
+  }
+  decide(gates_.mode == GateMode::kOn, &result);
+  keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
+  clock.lap("verdict");
+  return result;
+}
+
+}  // namespace slim_init::baselines
