@@ -335,34 +335,76 @@ Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, 
 }
 
 void readExtrinsic(const cv::FileNode& root, Config* config) {
-  const Eigen::Matrix3d R = readMatrix(root, "extrinsicRotation", 3, 3);
-  const Eigen::Vector3d t = readMatrix(root, "extrinsicTranslation", 3, 1);
-  if (!R.allFinite()) fail("extrinsicRotation has a value that is not a number");
-  if (!t.allFinite()) fail("extrinsicTranslation has a value that is not a number");
+  // VINS-Fusion writes both into one matrix.
+  const bool one_matrix = root["extrinsicRotation"].empty() && !root["body_T_cam0"].empty();
+  const char* const R_key = one_matrix ? "body_T_cam0" : "extrinsicRotation";
+  const char* const t_key = one_matrix ? "body_T_cam0" : "extrinsicTranslation";
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+  if (one_matrix) {
+    const Eigen::Matrix4d T = readMatrix(root, R_key, 4, 4);
+    R = T.topLeftCorner<3, 3>();
+    t = T.topRightCorner<3, 1>();
+  } else {
+    R = readMatrix(root, R_key, 3, 3);
+    t = readMatrix(root, t_key, 3, 1);
+  }
+  if (!R.allFinite()) fail(R_key, " has a value that is not a number");
+  if (!t.allFinite()) fail(t_key, " has a value that is not a number");
 
   // Files carry a few digits: take the nearest rotation, but only if that is what was meant.
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
   constexpr double kLargest = 1e-2;
   if (nearest.determinant() < 0.0) {
-    fail("extrinsicRotation has determinant ", R.determinant(),
+    fail(R_key, " has determinant ", R.determinant(),
          ", must be a rotation (+1): one axis is mirrored");
   }
   if ((R - nearest).norm() > kLargest) {
-    fail("extrinsicRotation is ", (R - nearest).norm(), " away from the nearest rotation, may be ",
-         kLargest);
+    fail(R_key, " is ", (R - nearest).norm(), " away from the nearest rotation, may be ", kLargest);
   }
   config->calibration.R_b_c = nearest;
   config->calibration.t_b_c = t;
 }
 
-void readHost(const cv::FileNode& root, Config* config) {
-  config->camera = readCamera(root);
+// On the heap: in OpenCV before 4.5.2 nodes point back to the FileStorage object itself, which must
+// therefore not move.
+std::unique_ptr<cv::FileStorage> openFile(const std::string& path);
+
+// VINS-Fusion keeps the camera in a file beside its own.
+CameraParameters readHostCamera(const cv::FileNode& root, const std::string& path) {
+  std::string name;
+  readOptional(root, "cam0_calib", &name);
+  if (name.empty()) return readCamera(root);
+  const size_t slash = path.rfind('/');
+  const std::string file = slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
+  try {
+    return readCamera(openFile(file)->root());
+  } catch (const Problem& problem) {
+    fail("cam0_calib, ", file, ": ", problem.sentence);
+  }
+}
+
+void readHostKeys(const cv::FileNode& root, HostKeys* host) {
+  readOptional(root, "initializer", &host->initializer);
+  if (host->initializer != "stock" && host->initializer != "slim" &&
+      host->initializer != "shadow") {
+    fail("initializer is \"", host->initializer, "\", must be stock, slim or shadow");
+  }
+  readOptional(root, "reinit", &host->reinit);
+  readOptional(root, "output_path", &host->output_path);
+  readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);
+}
+
+void readHost(const cv::FileNode& root, const std::string& path, Config* config) {
+  config->camera = readHostCamera(root, path);
   config->calibration.focal_px = Camera(config->camera).focalPx();
   readExtrinsic(root, config);
 
   readOptional(root, "imu_topic", &config->imu_topic);
+  readOptional(root, "image0_topic", &config->image_topic);
   readOptional(root, "image_topic", &config->image_topic);
+  readHostKeys(root, &config->host);
   readOptional(root, "g_norm", &config->calibration.gravity_magnitude);
   readOptional(root, "td", &config->calibration.td);
   readOptional(root, "estimate_td", &config->estimate_td);
@@ -384,9 +426,9 @@ void readHost(const cv::FileNode& root, Config* config) {
   within("freq", front_end.freq, 0, 1000);
   within("F_threshold", front_end.F_threshold, 0.01, 100.0);
 
-  int rolling_shutter = 0, estimate_extrinsic = 0;
+  int rolling_shutter = 0;
   readOptional(root, "rolling_shutter", &rolling_shutter);
-  readOptional(root, "estimate_extrinsic", &estimate_extrinsic);
+  const int estimate_extrinsic = config->host.estimate_extrinsic;
   if (rolling_shutter != 0) {
     config->notes.push_back(
         "rolling_shutter is set: the initializer takes every image as exposed at one instant");
@@ -414,8 +456,6 @@ void noteNoise(const cv::FileNode& root, const Origins& origins, Config* config)
 
 // -------------------------------------------------------------------------------------- files
 
-// On the heap: in OpenCV before 4.5.2 nodes point back to the FileStorage object itself, which must
-// therefore not move.
 std::unique_ptr<cv::FileStorage> openFile(const std::string& path) {
   // Asked first, because OpenCV prints to the console about a file it cannot open.
   if (!std::ifstream(path).is_open()) fail("the file cannot be opened");
@@ -524,6 +564,7 @@ std::vector<ConfigKey> configKeys(Config* config) {
   LineSelectionOptions& lines = config->options.line_selection;
   AlignmentOptions& alignment = config->options.alignment;
   SlimPaperOptions& paper = config->options.slim_paper;
+  DrtViBaOptions& vi_ba = config->options.drt_vi_ba;
   RobustBiasOptions& robust = config->options.robust_bias;
   ReverseAlignmentOptions& reverse = config->options.reverse_alignment;
   RefinementOptions& refinement = config->options.refinement;
@@ -589,6 +630,8 @@ std::vector<ConfigKey> configKeys(Config* config) {
        "shorter tracks say nothing about relative scale"},
       {"alignment.min_tracks", &alignment.min_tracks, "",
        "fewer tracks are answered with too_few_tracks"},
+      {"alignment.use_line_rows", &alignment.use_line_rows, "",
+       "slim: three-view rows of line tracks beside those of the points"},
       {"alignment.min_parallax_rad", &alignment.min_parallax_rad, "rad",
        "tracks with less parallax are left out"},
 
@@ -659,6 +702,8 @@ std::vector<ConfigKey> configKeys(Config* config) {
       {"refinement.reject_sigmas", &refinement.reject_sigmas, "",
        "observations beyond are taken out before the second solve"},
       {"refinement.min_reject_px", &refinement.min_reject_px, "px", "but never those below"},
+      {"refinement.line_agreement_sigmas", &refinement.line_agreement_sigmas, "",
+       "departure from one line in space at which a line track is cut, in standard deviations"},
       {"refinement.min_line_views", &refinement.min_line_views, "keyframes",
        "a line seen in fewer is not used"},
       {"refinement.suspicious_chi2", &refinement.suspicious_chi2, "",
@@ -666,6 +711,7 @@ std::vector<ConfigKey> configKeys(Config* config) {
 
       {"slim.vanishing_points", &slim.vanishing_points, "",
        "in the gyroscope bias and in the refinement"},
+      {"slim.prune_lines", &slim.prune_lines, "", "cut line tracks where they contradict the start"},
       {"slim.prune_tracks", &slim.prune_tracks, "",
        "take out tracks that contradict the consensus bias"},
       {"slim.reverse_start", &slim.reverse_start, "", "start from the reverse alignment"},
@@ -687,6 +733,13 @@ std::vector<ConfigKey> configKeys(Config* config) {
        "constant of eq. (13) for eq. (11); larger pulls the scale to zero"},
       {"slim_paper.line_normal_weight", &paper.line_normal_weight, "",
        "constant of eq. (13) for eq. (12)"},
+
+      {"drt_vi_ba.sigma_px", &vi_ba.sigma_px, "px", "standard deviation of an epipolar residual"},
+      {"drt_vi_ba.huber_sigmas", &vi_ba.huber_sigmas, "",
+       "epipolar residual beyond which it loses weight, in standard deviations"},
+      {"drt_vi_ba.max_iterations", &vi_ba.max_iterations, "", "Levenberg-Marquardt steps"},
+      {"drt_vi_ba.tolerance", &vi_ba.tolerance, "",
+       "relative decrease of the cost that ends the minimisation"},
 
       {"gates.mode", &gates.mode, "",
        "own: as the method was published; on: enforced; off: only reported"},
@@ -712,6 +765,10 @@ std::vector<ConfigKey> configKeys(Config* config) {
        "share of point sightings left after rejection; less is refused"},
       {"gates.min_point_spread_deg", &gates.min_point_spread_deg, "deg",
        "spread of the points of an image; less is refused"},
+      {"gates.max_extrinsic_error_deg", &gates.max_extrinsic_error_deg, "deg",
+       "slim: largest error of the extrinsic rotation beyond doubt; four degrees cost 5 % of scale"},
+      {"gates.max_td_error_s", &gates.max_td_error_s, "s",
+       "slim: largest error of the time offset beyond doubt; 10 ms cost 5 % of scale"},
       {"gates.max_behind_fraction", &gates.max_behind_fraction, "",
        "share of points behind the camera; more is refused"},
 
@@ -778,14 +835,17 @@ std::string documentedDefaults() {
   return out.str();
 }
 
-bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
-                std::string* error) {
+namespace {
+
+bool loadWhole(const std::string& path, const std::string& options_path,
+               const InitializerOptions& defaults, Config* config, std::string* error) {
   std::string file = path;
   // A configuration is read whole: nothing of an earlier one stays.
   Config fresh;
+  fresh.options = defaults;
   const bool loaded = transact(&fresh, error, &file, [&](Config* result, Origins* origins) {
     const std::unique_ptr<cv::FileStorage> storage = openFile(path);
-    readHost(storage->root(), result);
+    readHost(storage->root(), path, result);
     readOurs(storage->root(), path, false, result, origins);
     if (!options_path.empty()) {
       file = options_path;
@@ -798,8 +858,30 @@ bool loadConfig(const std::string& path, const std::string& options_path, Config
   return loaded;
 }
 
+}  // namespace
+
 bool loadConfig(const std::string& path, Config* config, std::string* error) {
-  return loadConfig(path, "", config, error);
+  return loadWhole(path, "", InitializerOptions(), config, error);
+}
+
+bool loadConfig(const std::string& path, const InitializerOptions& defaults, Config* config,
+                std::string* error) {
+  return loadWhole(path, "", defaults, config, error);
+}
+
+bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
+                std::string* error) {
+  return loadWhole(path, options_path, InitializerOptions(), config, error);
+}
+
+bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error) {
+  Config config;
+  std::string file = path;
+  const bool loaded = transact(&config, error, &file, [&](Config* result, Origins* /*origins*/) {
+    readHostKeys(openFile(path)->root(), &result->host);
+  });
+  if (loaded) *keys = config.host;
+  return loaded;
 }
 
 bool loadOptions(const std::string& path, Config* config, std::string* error) {

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "slim_init/keyframe_window.h"
 #include "slim_init/options.h"
@@ -23,6 +24,12 @@ class IInitializer {
 
   virtual AddStatus addImu(const ImuSample& sample) = 0;
   virtual AddStatus addFrame(const FrameObservation& frame) = 0;
+
+  /// Lines that come after their frame, by its stamp; false when there is no such frame or it has
+  /// lines already. An initializer without use for them keeps this default.
+  virtual bool addLines(double /*t*/, const std::vector<LineObservation>& /*lines*/) {
+    return false;
+  }
 
   /// Solves the newest window. The data stay, so it may be called again at any time.
   virtual InitResult initialize() = 0;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
@@ -42,6 +43,11 @@ class KeyframeWindow {
   /// Appends a frame; time must increase. The frame may run ahead of the IMU: it is used as soon
   /// as the samples cover it.
   AddStatus addFrame(const FrameObservation& frame);
+
+  /// Gives the frame with stamp `t` (camera clock, to within a tenth of a millisecond) its lines
+  /// where they come after it. False, and nothing changes, when there is no such frame or it has
+  /// lines already.
+  bool addLines(double t, const std::vector<LineObservation>& lines);
 
   /// Cuts the newest window. Keyframes are chosen backwards from the newest frame that the IMU
   /// covers, each at least `min_interval_s` before the next, up to `keyframes` of them, and never

@@ -13,6 +13,8 @@ namespace {
 
 // Frames at exactly the interval count; a stamp in seconds since 1970 has 0.2 us of rounding [s].
 constexpr double kStampRounding = 1e-6;
+// Two stamps of one image differ by rounding at most, those of two images by far more [s].
+constexpr double kSameStamp = 1e-4;
 
 }  // namespace
 
@@ -50,6 +52,18 @@ AddStatus KeyframeWindow::addFrame(const FrameObservation& frame) {
   ++counts_.frames_added;
   trim();
   return AddStatus::kAdded;
+}
+
+bool KeyframeWindow::addLines(double t, const std::vector<LineObservation>& lines) {
+  const double t_imu = t + calibration_.td;
+  for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame) {
+    if (std::abs(frame->t - t_imu) > kSameStamp) continue;
+    if (!frame->lines.empty()) return false;
+    frame->lines = lines;
+    cleanFrame(*frame, counts_);
+    return true;
+  }
+  return false;
 }
 
 WindowCut KeyframeWindow::cut() const {

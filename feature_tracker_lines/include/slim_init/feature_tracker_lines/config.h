@@ -14,6 +14,15 @@
 
 namespace slim_init::feature_tracker_lines {
 
+/// What a patched host finds in its own file beside our section; absent keys leave it as it was
+/// (docs/vins_mono.md).
+struct HostKeys {
+  std::string initializer = "stock";  ///< who initializes: stock, slim or shadow
+  bool reinit = false;                ///< re-initialize on a failure and on request
+  std::string output_path;            ///< the host's folder for results
+  int estimate_extrinsic = 0;         ///< 2: the host starts without an extrinsic
+};
+
 /// Everything a program needs to run an initializer on a rig.
 struct Config {
   std::string method = "slim";  ///< a name of solverNames()
@@ -24,6 +33,7 @@ struct Config {
   bool estimate_td = false;   ///< the host estimates td itself; ours is its starting value
   std::string imu_topic;
   std::string image_topic;
+  HostKeys host;
   /// What the reader should know, one sentence each; nothing here is an error.
   std::vector<std::string> notes;
 };
@@ -47,7 +57,9 @@ std::string documentedDefaults();
 /// projection_parameters, distortion_parameters, mirror_parameters), extrinsicRotation and
 /// extrinsicTranslation (camera to IMU), g_norm, td, topics, front-end keys, and our section
 /// `slim_init:`. `acc_n` and `gyr_n` are per-sample tuning values of the host and never become our
-/// noise densities; a note says so. Keys of the host that we do not use are left alone.
+/// noise densities; a note says so. Keys of the host that we do not use are left alone. VINS-Fusion
+/// writes some of them otherwise, and both ways are read: cam0_calib names a file beside this one
+/// that holds the camera, body_T_cam0 is the extrinsic, image0_topic the topic.
 ///
 /// Everything else is an error: a missing or malformed file, a missing camera or extrinsic key, a
 /// value of the wrong kind, an unknown key in our section, a value out of range. Then returns
@@ -55,9 +67,17 @@ std::string documentedDefaults();
 /// `error` (may be null). Never throws.
 bool loadConfig(const std::string& path, Config* config, std::string* error);
 
+/// The same for our keys that have another default in a host: where the file is silent the values
+/// of `defaults` hold.
+bool loadConfig(const std::string& path, const InitializerOptions& defaults, Config* config,
+                std::string* error);
+
 /// The same with our section in a file of its own, which wins over the one in the host's file.
 bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
                 std::string* error);
+
+/// Reads only the keys of HostKeys, whatever else the file holds. Errors as above.
+bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error);
 
 /// Reads only the section `slim_init:` of a file onto `config`; it has to be there. Errors as
 /// above.

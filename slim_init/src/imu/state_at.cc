@@ -1,0 +1,117 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/state_at.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "geometry/so3.h"
+#include "imu/preintegration.h"
+
+namespace slim_init {
+namespace {
+
+Preintegration between(const std::vector<ImuSample>& imu, double t_i, double t_j,
+                       const NavState& at_biases) {
+  return preintegrate(imu, t_i, t_j, at_biases.gyro_bias, at_biases.accel_bias, ImuNoise(),
+                      PreintegrationParts::kMean);
+}
+
+NavState forward(const NavState& from, double t, const Eigen::Vector3d& gravity_w,
+                 const std::vector<ImuSample>& imu) {
+  NavState state = from.t < t ? propagate(from, between(imu, from.t, t, from), gravity_w) : from;
+  state.t = t;
+  return state;
+}
+
+// The inverse of propagate(): the state that the preintegration carries to `from`.
+NavState backward(const NavState& from, double t, const Eigen::Vector3d& gravity_w,
+                  const std::vector<ImuSample>& imu) {
+  if (!(t < from.t)) return from;
+  const Preintegration pre = between(imu, t, from.t, from);
+  NavState state = from;
+  state.t = t;
+  state.R_w_b = from.R_w_b * pre.dR.transpose();
+  state.v_w_b = from.v_w_b - gravity_w * pre.dt - state.R_w_b * pre.dv;
+  state.p_w_b =
+      from.p_w_b - state.v_w_b * pre.dt - 0.5 * gravity_w * pre.dt * pre.dt - state.R_w_b * pre.dp;
+  return state;
+}
+
+NavState blend(const NavState& a, const NavState& b, double weight_b) {
+  NavState state = a;
+  state.R_w_b = a.R_w_b * expSO3(weight_b * logSO3(a.R_w_b.transpose() * b.R_w_b));
+  state.p_w_b += weight_b * (b.p_w_b - a.p_w_b);
+  state.v_w_b += weight_b * (b.v_w_b - a.v_w_b);
+  state.gyro_bias += weight_b * (b.gyro_bias - a.gyro_bias);
+  state.accel_bias += weight_b * (b.accel_bias - a.accel_bias);
+  return state;
+}
+
+// A problem with the samples that carry the state over [t_from, t_to], or "".
+std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double t_to,
+                       double max_gap_s) {
+  std::ostringstream out;
+  if (imu.empty() || t_from < imu.front().t || t_to > imu.back().t) {
+    out << "the IMU data do not cover the " << t_to - t_from << " s up to " << std::fixed << t_to
+        << " s";
+    return out.str();
+  }
+  // From the last sample at or before t_from to the first at or after t_to.
+  auto sample = std::upper_bound(imu.begin(), imu.end(), t_from,
+                                 [](double t, const ImuSample& s) { return t < s.t; });
+  for (; sample != imu.end() && std::prev(sample)->t < t_to; ++sample) {
+    const double gap = sample->t - std::prev(sample)->t;
+    if (gap > max_gap_s) {
+      out << "the IMU data have a gap of " << gap << " s, may be " << max_gap_s << " s";
+      return out.str();
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gravity_w,
+              const std::vector<ImuSample>& imu, const std::vector<double>& times,
+              const StateAtOptions& options, std::vector<NavState>* states, std::string* error) {
+  const auto refuse = [error](const std::string& sentence) {
+    if (error != nullptr) *error = sentence;
+    return false;
+  };
+  if (keyframes.empty()) return refuse("there is no keyframe to start from");
+  std::vector<NavState> result;
+  result.reserve(times.size());
+  for (const double t : times) {
+    if (!std::isfinite(t)) return refuse("a time asked for is not finite");
+    const auto right = std::lower_bound(keyframes.begin(), keyframes.end(), t,
+                                        [](const NavState& s, double time) { return s.t < time; });
+    const bool before = right == keyframes.begin();
+    const bool after = right == keyframes.end();
+    const NavState& a = before ? *right : *std::prev(right);
+    const NavState& b = after ? a : *right;
+    const double reach = before ? b.t - t : after ? t - a.t : 0.0;
+    if (reach > options.max_reach_s) {
+      std::ostringstream out;
+      out << "a state is asked for " << reach << " s " << (before ? "before" : "after")
+          << " the window, may be " << options.max_reach_s << " s";
+      return refuse(out.str());
+    }
+    const std::string problem =
+        checkCover(imu, std::min(a.t, t), std::max(b.t, t), options.max_imu_gap_s);
+    if (!problem.empty()) return refuse(problem);
+    if (before) {
+      result.push_back(backward(b, t, gravity_w, imu));
+    } else if (after) {
+      result.push_back(forward(a, t, gravity_w, imu));
+    } else {
+      result.push_back(blend(forward(a, t, gravity_w, imu), backward(b, t, gravity_w, imu),
+                             (t - a.t) / (b.t - a.t)));
+    }
+  }
+  *states = std::move(result);
+  return true;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,325 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The adapter as a host drives it: frames at 10 Hz, questions about eleven of them.
+#include "slim_init/vins_adapter/host_adapter.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "geometry/so3.h"
+#include "support/exact_window.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+constexpr int kHostFrames = 11;
+
+ExactWindowOptions tenHertz() {
+  ExactWindowOptions options;
+  options.keyframes = 35;
+  options.interval_s = 0.1;
+  options.yaw_rad = 0.4;
+  return options;
+}
+
+class HostAdapterTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<HostAdapter> make(const Calibration& calibration, HostOptions options = {}) {
+    options.reinit = true;
+    std::string error;
+    auto adapter =
+        HostAdapter::create("slim", calibration, HostAdapter::hostDefaults(), options, &error);
+    EXPECT_NE(adapter, nullptr) << error;
+    return adapter;
+  }
+  std::unique_ptr<HostAdapter> make() { return make(exact_.calibration); }
+
+  // All frames up to `frame` and the IMU samples to the first one after it, in the host's order.
+  void feed(HostAdapter& adapter, int first, int last) {
+    for (int k = first; k <= last; ++k) {
+      const double t = exact_.truth[k].t;
+      while (next_ < exact_.imu.size() && (next_ == 0 || exact_.imu[next_ - 1].t < t)) {
+        const ImuSample& sample = exact_.imu[next_++];
+        adapter.addImu(sample.t, sample.accel, sample.gyro);
+      }
+      adapter.addFrame(exact_.keyframes[k]);
+    }
+  }
+  std::vector<double> stamps(int last, int count = kHostFrames) const {
+    std::vector<double> result;
+    for (int k = last - count + 1; k <= last; ++k) result.push_back(exact_.keyframes[k].t);
+    return result;
+  }
+  HostState healthy(int k) const {
+    HostState state;
+    state.stamp = exact_.keyframes[k].t;
+    state.P = exact_.truth[k].p_w_b;
+    state.R = exact_.truth[k].R_w_b;
+    state.V = exact_.truth[k].v_w_b;
+    return state;
+  }
+
+  const ExactWindow exact_ = makeExactWindow(tenHertz());
+  std::size_t next_ = 0;
+};
+
+// Largest errors against the truth, after the turn and shift that put frame 0 of the answer there.
+void expectTruth(const HostAnswer& answer, const std::vector<NavState>& truth, int first,
+                 bool aligned, double tolerance) {
+  const NavState& origin = truth[first];
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  if (aligned) {
+    R = expSO3(Eigen::Vector3d(0.0, 0.0, -hostYaw(origin.R_w_b)));
+    p = origin.p_w_b;
+  }
+  for (std::size_t i = 0; i < answer.window.states.size(); ++i) {
+    const NavState& true_state = truth[first + i];
+    const HostState& state = answer.window.states[i];
+    EXPECT_LT((state.P - R * (true_state.p_w_b - p)).norm(), tolerance) << i;
+    EXPECT_LT((state.V - R * true_state.v_w_b).norm(), tolerance) << i;
+    EXPECT_LT(logSO3(state.R.transpose() * R * true_state.R_w_b).norm(), tolerance) << i;
+    EXPECT_LT((state.Bg - true_state.gyro_bias).norm(), tolerance) << i;
+    EXPECT_LT((state.Ba - true_state.accel_bias).norm(), 10.0 * tolerance) << i;
+  }
+}
+
+TEST_F(HostAdapterTest, FillsEveryFrameOfTheHost) {
+  const auto adapter = make();
+  feed(*adapter, 0, 30);
+  const HostAnswer answer = adapter->seed(stamps(30));
+  ASSERT_TRUE(answer.success()) << answer.sentence;
+  ASSERT_EQ(answer.window.states.size(), static_cast<std::size_t>(kHostFrames));
+  EXPECT_EQ(answer.window.G, Eigen::Vector3d(0, 0, exact_.calibration.gravity_magnitude));
+  EXPECT_EQ(answer.window.states[0].P, Eigen::Vector3d::Zero());
+  EXPECT_NEAR(hostYaw(answer.window.states[0].R), 0.0, 1e-12);
+  for (int i = 0; i < kHostFrames; ++i) {
+    EXPECT_EQ(answer.window.states[i].stamp, exact_.keyframes[20 + i].t) << "bit for bit";
+  }
+  // Every second frame is no keyframe of ours.
+  EXPECT_LT(answer.verdict.states.size(), 14u);
+  expectTruth(answer, exact_.truth, 20, true, 2e-3);
+  EXPECT_FALSE(answer.joined);
+  EXPECT_GT(answer.total_ms, 0.0);
+  EXPECT_NEAR(answer.data_s, 3.0, 1e-6);
+}
+
+TEST_F(HostAdapterTest, AnswersWithinTheFirstSecondOfExcitedMotion) {
+  const auto adapter = make();
+  int first = -1;
+  for (int k = 0; k < 35 && first < 0; ++k) {
+    feed(*adapter, k, k);
+    if (k + 1 < kHostFrames) continue;
+    const HostAnswer answer = adapter->seed(stamps(k));
+    if (answer.success()) first = k;
+  }
+  ASSERT_GE(first, 0);
+  EXPECT_LE(exact_.keyframes[first].t - exact_.keyframes[0].t, 1.3);
+}
+
+TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
+  HostOptions options;
+  options.max_reach_s = 0.5;
+  const auto adapter = make(exact_.calibration, options);
+  feed(*adapter, 0, 34);
+  // The window of twelve keyframes spans 2.2 s; the host asks for frames 2.6 s back.
+  std::vector<double> old = stamps(34);
+  old.front() = exact_.keyframes[34].t - 2.6;
+  HostAnswer answer = adapter->seed(old);
+  ASSERT_TRUE(answer.success()) << answer.sentence;
+  EXPECT_LT((answer.window.states[10].P - answer.window.states[9].P).norm(), 0.5);
+  EXPECT_NEAR((answer.window.states[10].P - answer.window.states[0].P).norm(),
+              (exact_.truth[34].p_w_b - exact_.truth[8].p_w_b).norm(), 5e-3);
+  old.front() = exact_.keyframes[34].t - 3.1;
+  answer = adapter->seed(old);
+  EXPECT_FALSE(answer.success());
+  EXPECT_EQ(answer.verdict.status, InitStatus::kTooFewKeyframes);
+  EXPECT_NE(answer.sentence.find("s before the window, may be 0.5 s"), std::string::npos)
+      << answer.sentence;
+  // A frame that the IMU does not cover yet.
+  std::vector<double> early = stamps(34);
+  early.push_back(exact_.keyframes[34].t + 0.1);
+  answer = adapter->seed(early);
+  EXPECT_FALSE(answer.success());
+  EXPECT_NE(answer.sentence.find("do not cover"), std::string::npos) << answer.sentence;
+}
+
+TEST_F(HostAdapterTest, TimeOffset) {
+  // The same data, stamped 20 ms early by the camera; told by calibration or later by the host.
+  const double td = 0.02;
+  for (const bool by_host : {false, true}) {
+    Calibration calibration = exact_.calibration;
+    if (!by_host) calibration.td = td;
+    const auto adapter = make(calibration);
+    if (by_host) adapter->setTd(td);
+    for (const ImuSample& sample : exact_.imu) {
+      adapter->addImu(sample.t, sample.accel, sample.gyro);
+    }
+    std::vector<double> asked;
+    for (int k = 0; k <= 33; ++k) {
+      FrameObservation frame = exact_.keyframes[k];
+      frame.t = exact_.truth[k].t - td;
+      adapter->addFrame(frame);
+      if (k > 33 - kHostFrames) asked.push_back(frame.t);
+    }
+    const HostAnswer answer = adapter->seed(asked);
+    ASSERT_TRUE(answer.success()) << answer.sentence;
+    EXPECT_EQ(answer.window.states[4].stamp, asked[4]);
+    expectTruth(answer, exact_.truth, 33 - kHostFrames + 1, true, 2e-3);
+    EXPECT_EQ(adapter->calibration().td, td);
+  }
+}
+
+TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
+  const auto adapter = make();
+  feed(*adapter, 0, 30);
+  // Tilt and velocity of the failed host do not matter, position and yaw do.
+  HostState last = healthy(24);
+  last.V += Eigen::Vector3d(3.0, -2.0, 1.0);
+  const HostAnswer answer = adapter->recover(stamps(30), last);
+  ASSERT_TRUE(answer.success()) << answer.sentence;
+  EXPECT_TRUE(answer.joined);
+  expectTruth(answer, exact_.truth, 20, false, 2e-3);
+}
+
+TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
+  const auto adapter = make();
+  feed(*adapter, 0, 3);
+  EXPECT_EQ(adapter->recover(stamps(3, 4), healthy(2)).verdict.status,
+            InitStatus::kTooFewKeyframes);
+  HostState bad = healthy(2);
+  bad.P.x() = kNotComputed;
+  EXPECT_EQ(adapter->recover(stamps(3, 4), bad).verdict.status, InitStatus::kInvalidInput);
+  std::string error;
+  const auto off = HostAdapter::create("slim", exact_.calibration, HostAdapter::hostDefaults(),
+                                       HostOptions(), &error);
+  EXPECT_NE(off->recover(stamps(3, 4), healthy(2)).sentence.find("reinit: 0"), std::string::npos);
+}
+
+TEST_F(HostAdapterTest, LinesMeetTheirFrameInAnyOrder) {
+  const auto adapter = make();
+  const std::vector<LineObservation> lines = exact_.keyframes[0].lines;
+  ASSERT_FALSE(lines.empty());
+  std::vector<FrameObservation> bare(exact_.keyframes.begin(), exact_.keyframes.begin() + 6);
+  for (FrameObservation& frame : bare) frame.lines.clear();
+
+  adapter->addLines(bare[1].t, lines);  // before their frame, out of order among themselves
+  adapter->addLines(bare[0].t, lines);
+  EXPECT_EQ(adapter->counts().lines_waiting, 2);
+  EXPECT_FALSE(adapter->hasLines());
+  adapter->addFrame(bare[0]);
+  EXPECT_EQ(adapter->counts().lines_merged, 1);
+  adapter->addFrame(bare[1]);
+  adapter->addFrame(bare[2]);
+  adapter->addLines(bare[2].t, lines);         // after it
+  adapter->addLines(bare[2].t, lines);         // twice
+  adapter->addLines(bare[2].t - 0.05, lines);  // of a frame that the host skipped
+  adapter->addLines(bare[3].t - 0.05, lines);  // of one that it will skip
+  adapter->addLines(kNotComputed, lines);
+  adapter->addFrame(bare[3]);
+  const HostCounts counts = adapter->counts();
+  EXPECT_EQ(counts.lines_merged, 3);
+  EXPECT_EQ(counts.lines_unmatched, 3);
+  EXPECT_EQ(counts.lines_waiting, 0);
+  EXPECT_EQ(counts.lines_not_finite, 1);
+  EXPECT_TRUE(adapter->hasLines());
+  // A flood for frames that never come is bounded, and what falls out is counted.
+  for (int i = 0; i < 1000; ++i) adapter->addLines(bare[3].t + 1.0 + i, lines);
+  EXPECT_EQ(adapter->counts().lines_waiting + adapter->counts().lines_unmatched, 1003);
+  EXPECT_LE(adapter->counts().lines_waiting, 100);
+}
+
+TEST_F(HostAdapterTest, LateLinesGiveTheSameAnswer) {
+  const auto together = make();
+  feed(*together, 0, 30);
+  const HostAnswer expected = together->seed(stamps(30));
+  const auto apart = make();
+  for (const ImuSample& sample : exact_.imu) apart->addImu(sample.t, sample.accel, sample.gyro);
+  for (int k = 0; k <= 30; ++k) {
+    FrameObservation bare = exact_.keyframes[k];
+    bare.lines.clear();
+    if (k % 2 == 0) apart->addLines(bare.t, exact_.keyframes[k].lines);
+    apart->addFrame(bare);
+    if (k % 2 == 1) apart->addLines(bare.t, exact_.keyframes[k].lines);
+  }
+  const HostAnswer answer = apart->seed(stamps(30));
+  ASSERT_TRUE(expected.success() && answer.success()) << answer.sentence;
+  EXPECT_EQ(answer.verdict.counts.line_observations, expected.verdict.counts.line_observations);
+  EXPECT_GT(answer.verdict.counts.line_observations, 0);
+  for (int i = 0; i < kHostFrames; ++i) {
+    EXPECT_EQ(answer.window.states[i].P, expected.window.states[i].P);
+  }
+}
+
+TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
+  const auto adapter = make();
+  feed(*adapter, 0, 30);
+  const ImuSample late = exact_.imu[10];
+  // A little late: one message out of order.
+  EXPECT_EQ(adapter->addImu(exact_.imu[next_ - 1].t - 0.5, late.accel, late.gyro),
+            AddStatus::kOutOfOrder);
+  EXPECT_EQ(adapter->counts().stream_restarts, 0);
+  // A bag played again.
+  EXPECT_EQ(adapter->addImu(late.t, late.accel, late.gyro), AddStatus::kAdded);
+  EXPECT_EQ(adapter->counts().stream_restarts, 1);
+  EXPECT_EQ(adapter->seed(stamps(30)).verdict.status, InitStatus::kTooFewKeyframes);
+  next_ = 11;
+  feed(*adapter, 1, 31);
+  EXPECT_TRUE(adapter->seed(stamps(31)).success());
+}
+
+TEST_F(HostAdapterTest, BadQuestionsAndArguments) {
+  const auto adapter = make();
+  feed(*adapter, 0, 30);
+  EXPECT_EQ(adapter->seed({}).sentence, "the host's window is empty");
+  std::vector<double> asked = stamps(30);
+  asked[3] = kNotComputed;
+  EXPECT_EQ(adapter->seed(asked).sentence, "stamp 3 of the host's window is not finite");
+  asked[3] = asked[2];
+  EXPECT_EQ(adapter->seed(asked).sentence,
+            "stamp 3 of the host's window is 0 s after the one before, must be after it");
+  std::string error;
+  EXPECT_EQ(HostAdapter::create(nullptr, HostOptions(), &error), nullptr);
+  EXPECT_EQ(error, "the initializer is null");
+  HostOptions options;
+  options.max_reach_s = -1.0;
+  EXPECT_EQ(options.validate(), "max_reach_s is -1, must be in [0, 60]");
+  EXPECT_EQ(HostAdapter::create("slim", exact_.calibration, {}, options, &error), nullptr);
+  EXPECT_EQ(HostAdapter::create("none", exact_.calibration, {}, {}, &error), nullptr);
+  EXPECT_NE(error.find("unknown method"), std::string::npos);
+  HostMode mode = HostMode::kStock;
+  EXPECT_TRUE(parseHostMode("shadow", &mode));
+  EXPECT_EQ(mode, HostMode::kShadow);
+  EXPECT_FALSE(parseHostMode("Slim", &mode));
+}
+
+TEST_F(HostAdapterTest, LinesFromAnotherThread) {
+  const auto adapter = make();
+  std::atomic<int> fed{0};
+  std::thread lines([&] {
+    for (int k = 0; k <= 30; ++k) {
+      while (fed < k) std::this_thread::yield();
+      adapter->addLines(exact_.keyframes[k].t, exact_.keyframes[k].lines);
+    }
+  });
+  std::vector<FrameObservation> bare = exact_.keyframes;
+  for (const ImuSample& sample : exact_.imu) {
+    adapter->addImu(sample.t, sample.accel, sample.gyro);
+  }
+  for (int k = 0; k <= 30; ++k) {
+    bare[k].lines.clear();
+    adapter->addFrame(bare[k]);
+    fed = k + 1;
+    if (k >= 20) adapter->seed(stamps(k));
+  }
+  lines.join();
+  EXPECT_EQ(adapter->counts().lines_merged, 31);
+  EXPECT_TRUE(adapter->seed(stamps(30)).success());
+}
+
+}  // namespace
+}  // namespace slim_init::vins_adapter

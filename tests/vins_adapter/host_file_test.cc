@@ -1,0 +1,142 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The host's own file, VINS-Mono's and VINS-Fusion's.
+#include "slim_init/vins_adapter/host_file.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace slim_init::vins_adapter {
+namespace {
+
+class HostFileTest : public ::testing::Test {
+ protected:
+  HostFileTest() {
+    folder_ = ::testing::TempDir() + "slim_init-host-file-XXXXXX";
+    EXPECT_NE(mkdtemp(&folder_[0]), nullptr);
+    std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
+    std::ostringstream text;
+    text << in.rdbuf();
+    euroc_ = text.str();
+  }
+  ~HostFileTest() override {
+    for (const std::string& name : written_) unlink((folder_ + "/" + name).c_str());
+    rmdir(folder_.c_str());
+  }
+  std::string write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ + "/" + name) << text;
+    written_.push_back(name);
+    return folder_ + "/" + name;
+  }
+  // euroc.yaml with `from` replaced.
+  std::string edited(const std::string& from, const std::string& to) const {
+    std::string text = euroc_;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  }
+
+  std::string folder_, euroc_;
+  std::vector<std::string> written_;
+};
+
+TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
+  const std::string path = write("host.yaml", euroc_);
+  HostFile file;
+  file.mode = HostMode::kSlim;
+  std::string error;
+  ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
+  EXPECT_EQ(file.mode, HostMode::kStock);
+  EXPECT_FALSE(file.reinit);
+  EXPECT_FALSE(file.output_path.empty());
+}
+
+TEST_F(HostFileTest, OurKeysAndDefaults) {
+  const std::string path = write("host.yaml", edited("slim_init:\n",
+                                                     "initializer: slim\nreinit: 1\nslim_init:\n"
+                                                     "  window:\n    min_keyframes: 7\n"));
+  HostFile file;
+  std::string error;
+  const auto adapter = openHostFile(path, &file, &error);
+  ASSERT_NE(adapter, nullptr) << error;
+  EXPECT_EQ(file.mode, HostMode::kSlim);
+  EXPECT_EQ(adapter->options().mode, HostMode::kSlim);
+  EXPECT_TRUE(adapter->options().reinit);
+  EXPECT_EQ(adapter->method(), "slim");
+  // What the file says wins, what it does not say is the host's default and not the benchmark's.
+  const WindowOptions window = adapter->windowOptions();
+  EXPECT_EQ(window.min_keyframes, 7);
+  EXPECT_EQ(window.min_interval_s, HostAdapter::hostDefaults().window.min_interval_s);
+  EXPECT_NE(window.min_interval_s, WindowOptions().min_interval_s);
+  // acc_n and gyr_n are in the file and are not densities; both densities are, so nothing to tell.
+  EXPECT_EQ(adapter->calibration().imu_noise.accel_density, 2.0e-3);
+  EXPECT_TRUE(file.notes.empty()) << file.notes.front();
+}
+
+TEST_F(HostFileTest, WithoutDensitiesOneSentenceNamesTheDefaults) {
+  const std::string path = write("host.yaml", euroc_.substr(0, euroc_.find("slim_init:\n")));
+  HostFile file;
+  std::string error;
+  const auto adapter = openHostFile(path, &file, &error);
+  ASSERT_NE(adapter, nullptr) << error;
+  ASSERT_EQ(file.notes.size(), 1u);
+  EXPECT_NE(file.notes[0].find("acc_n and gyr_n tune the host"), std::string::npos);
+  EXPECT_EQ(adapter->calibration().imu_noise.gyro_density, ImuNoise().gyro_density);
+  EXPECT_EQ(adapter->calibration().imu_noise.accel_density, ImuNoise().accel_density);
+}
+
+TEST_F(HostFileTest, VinsFusionsLayout) {
+  write("cam0.yaml",
+        "%YAML:1.0\n---\nmodel_type: PINHOLE\nimage_width: 752\nimage_height: 480\n"
+        "distortion_parameters:\n   k1: -0.28\n   k2: 0.07\n   p1: 0.0\n   p2: 0.0\n"
+        "projection_parameters:\n   fx: 458.0\n   fy: 457.0\n   cx: 367.0\n   cy: 248.0\n");
+  const std::string text =
+      "%YAML:1.0\nimu: 1\nnum_of_cam: 1\nimage0_topic: \"/cam0/image_raw\"\n"
+      "cam0_calib: \"cam0.yaml\"\nestimate_extrinsic: 0\n"
+      "body_T_cam0: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n"
+      "   data: [ 0., -1., 0., 0.1, 1., 0., 0., 0.2, 0., 0., 1., 0.3, 0., 0., 0., 1. ]\n"
+      "g_norm: 9.81\ninitializer: shadow\n";
+  HostFile file;
+  std::string error;
+  const auto adapter = openHostFile(write("host.yaml", text), &file, &error);
+  ASSERT_NE(adapter, nullptr) << error;
+  EXPECT_EQ(file.mode, HostMode::kShadow);
+  const Calibration calibration = adapter->calibration();
+  EXPECT_EQ(calibration.t_b_c, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_NEAR(calibration.R_b_c(1, 0), 1.0, 1e-12);
+  EXPECT_NEAR(calibration.focal_px, 457.5, 0.1);
+
+  // What is wrong in the camera's file is said to be there.
+  write("cam0.yaml", "%YAML:1.0\n---\nmodel_type: PINHOLE\n");
+  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file, &error), nullptr);
+  EXPECT_NE(error.find("host.yaml: cam0_calib, " + folder_ + "/cam0.yaml: image_width is missing"),
+            std::string::npos)
+      << error;
+  unlink((folder_ + "/cam0.yaml").c_str());
+  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file, &error), nullptr);
+  EXPECT_NE(error.find("cam0.yaml: the file cannot be opened"), std::string::npos) << error;
+}
+
+TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
+  HostFile file;
+  std::string error;
+  std::string path = write("host.yaml", "%YAML:1.0\ninitializer: Slim\n");
+  EXPECT_FALSE(readHostFile(path, &file, &error));
+  EXPECT_EQ(error, path + ": initializer is \"Slim\", must be stock, slim or shadow");
+  path = write("host.yaml", "%YAML:1.0\nreinit: 2\n");
+  EXPECT_FALSE(readHostFile(path, &file, &error));
+  EXPECT_EQ(error, path + ": reinit is 2, must be 0, 1, true or false");
+  path = write("host.yaml", edited("estimate_extrinsic: 0", "estimate_extrinsic: 2"));
+  EXPECT_TRUE(readHostFile(path, &file, &error));
+  EXPECT_EQ(openHostFile(path, nullptr, &error), nullptr);
+  EXPECT_NE(error.find("estimate_extrinsic is 2, must be 0 or 1"), std::string::npos) << error;
+  EXPECT_FALSE(readHostFile(folder_ + "/absent.yaml", &file, &error));
+  EXPECT_NE(error.find("absent.yaml: the file cannot be opened"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace slim_init::vins_adapter

@@ -1,0 +1,137 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What both stand-ins share: the parts that a host's estimator holds and its state, reduced to what
+// slim_init touches.
+#pragma once
+
+#include <Eigen/Core>
+#include <list>
+#include <map>
+#include <utility>
+#include <vector>
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+const int WINDOW_SIZE = 10;
+
+typedef std::map<int, std::vector<std::pair<int, Eigen::Matrix<double, 7, 1>>>> ImageFeatures;
+
+struct TicToc {};
+
+/// Counts its deletions: a prior must not stay, nor be deleted twice.
+struct MarginalizationInfo {
+  static int& deleted() {
+    static int count = 0;
+    return count;
+  }
+  ~MarginalizationInfo() { ++deleted(); }
+};
+
+struct IntegrationBase {
+  Vector3d ba = Vector3d::Zero(), bg = Vector3d::Zero();
+  void repropagate(const Vector3d& new_ba, const Vector3d& new_bg) {
+    ba = new_ba;
+    bg = new_bg;
+  }
+};
+
+struct Feature {
+  double estimated_depth = 5.0;
+  int solve_flag = 1;
+};
+
+struct FeatureManager {
+  std::list<Feature> feature;
+  Matrix3d ric = Matrix3d::Zero();
+  int triangulations = 0;
+  void setRic(Matrix3d new_ric[]) { ric = new_ric[0]; }
+  void removeFailures() {}
+  void triangulate(int, Vector3d[], Matrix3d[], Vector3d[], Matrix3d[]) { ++triangulations; }
+};
+
+/// The members that are alike in both hosts. `Header` is what the window keeps of a frame.
+template <typename Header, int kCameras>
+class EstimatorParts {
+ public:
+  enum SolverFlag { INITIAL, NON_LINEAR };
+  enum MarginalizationFlag { MARGIN_OLD = 0, MARGIN_SECOND_NEW = 1 };
+
+  EstimatorParts() {
+    for (IntegrationBase*& pre_integration : pre_integrations)
+      pre_integration = new IntegrationBase;
+    clearState();
+    resets = 0;
+  }
+  ~EstimatorParts() {
+    for (IntegrationBase* pre_integration : pre_integrations) delete pre_integration;
+    delete last_marginalization_info;
+  }
+  EstimatorParts(const EstimatorParts&) = delete;
+  EstimatorParts& operator=(const EstimatorParts&) = delete;
+
+  void setParameter() { td = 0.0; }
+  void clearState() {
+    for (int i = 0; i <= WINDOW_SIZE; i++) {
+      Ps[i].setZero();
+      Vs[i].setZero();
+      Rs[i].setIdentity();
+      Bas[i].setZero();
+      Bgs[i].setZero();
+    }
+    ric[0].setIdentity();
+    tic[0].setZero();
+    solver_flag = INITIAL;
+    marginalization_flag = MARGIN_SECOND_NEW;
+    frame_count = 0;
+    initial_timestamp = 0.0;
+    failure_occur = false;
+    resets++;
+  }
+  bool initialStructure() {
+    stock_tries++;
+    return stock_succeeds;
+  }
+  bool failureDetection() { return fails-- > 0; }
+  void optimization() { optimizations++; }
+  void slideWindow() {
+    const int first = marginalization_flag == MARGIN_OLD ? 0 : WINDOW_SIZE - 1;
+    for (int i = first; i < WINDOW_SIZE; i++) {
+      Headers[i] = Headers[i + 1];
+      Ps[i] = Ps[i + 1];
+      Vs[i] = Vs[i + 1];
+      Rs[i] = Rs[i + 1];
+      Bas[i] = Bas[i + 1];
+      Bgs[i] = Bgs[i + 1];
+    }
+  }
+
+  SolverFlag solver_flag;
+  MarginalizationFlag marginalization_flag;
+  Vector3d g;
+  Matrix3d ric[kCameras];
+  Vector3d tic[kCameras];
+  Vector3d Ps[(WINDOW_SIZE + 1)];
+  Vector3d Vs[(WINDOW_SIZE + 1)];
+  Matrix3d Rs[(WINDOW_SIZE + 1)];
+  Vector3d Bas[(WINDOW_SIZE + 1)];
+  Vector3d Bgs[(WINDOW_SIZE + 1)];
+  double td = 0.0;
+  Matrix3d last_R, last_R0;
+  Vector3d last_P, last_P0;
+  Header Headers[(WINDOW_SIZE + 1)];
+  IntegrationBase* pre_integrations[(WINDOW_SIZE + 1)];
+  int frame_count;
+  FeatureManager f_manager;
+  bool failure_occur;
+  std::vector<Vector3d> key_poses;
+  double initial_timestamp;
+  MarginalizationInfo* last_marginalization_info = nullptr;
+  std::vector<double*> last_marginalization_parameter_blocks;
+
+  // For the test: what it plays, and what was seen.
+  MarginalizationFlag next_flag = MARGIN_OLD;
+  bool stock_succeeds = false;
+  int fails = 0;  // this many calls of failureDetection()
+  int stock_tries = 0, resets = 0, optimizations = 0;
+};

@@ -1,0 +1,307 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The inserted lines, compiled as C++11 into a stand-in for the host and run there: what lands in
+// which member, and when. Built once per flavour.
+#include <gtest/gtest.h>
+#include <sensor_msgs/PointCloud.h>
+#include <std_msgs/Bool.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include "geometry/so3.h"
+#include "node.h"
+#include "slim_init/vins_adapter/feature_message.h"
+#include "slim_init/vins_adapter/host_convention.h"
+#include "support/exact_window.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+const int kNewest = WINDOW_SIZE;
+
+// The node is one per process, as in the host; each test runs in a process of its own (CTest).
+class StandInRun : public ::testing::Test {
+ protected:
+  StandInRun() {
+    folder_ = ::testing::TempDir() + "slim_init-stand-in-XXXXXX";
+    EXPECT_NE(mkdtemp(&folder_[0]), nullptr);
+    ExactWindowOptions options;
+    options.keyframes = 60;
+    options.interval_s = 0.1;
+    exact_ = makeExactWindow(options);
+  }
+  ~StandInRun() override {
+    unlink((folder_ + "/host.yaml").c_str());
+    unlink((folder_ + "/slim_init_starts.csv").c_str());
+    rmdir(folder_.c_str());
+  }
+
+  // The host's file with our keys, and the node's start.
+  void start(const std::string& keys) {
+    const std::string path = folder_ + "/host.yaml";
+    std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
+    std::ofstream out(path);
+    for (std::string line; std::getline(in, line);) {
+      if (line.find("output_path:") == 0) line = "output_path: \"" + folder_ + "\"";
+      if (line.find("slim_init:") == 0) out << keys;
+      out << line << "\n";
+    }
+    out.close();
+    ros::parameters()["config_file"] = path;
+    startNode();
+    host().f_manager.feature.resize(5);
+  }
+
+  Estimator& host() { return hostEstimator(); }
+
+  void frame(int k, bool with_lines = true) {
+    std::vector<sensor_msgs::ImuConstPtr> imu;
+    const double t = exact_.truth[k].t;
+    // The sample after the frame comes again with the next one, as the host has it.
+    if (next_ > 0) --next_;
+    while (next_ == 0 || (next_ < exact_.imu.size() && exact_.imu[next_ - 1].t < t)) {
+      const ImuSample& sample = exact_.imu[next_++];
+      sensor_msgs::Imu msg;
+      msg.header.stamp.seconds = sample.t;
+      msg.linear_acceleration = {sample.accel.x(), sample.accel.y(), sample.accel.z()};
+      msg.angular_velocity = {sample.gyro.x(), sample.gyro.y(), sample.gyro.z()};
+      imu.push_back(std::make_shared<const sensor_msgs::Imu>(msg));
+    }
+    const auto& callbacks = ros::callbacks<sensor_msgs::PointCloudConstPtr>();
+    if (with_lines && callbacks.count("/feature_tracker_lines/lines") > 0) {
+      sensor_msgs::PointCloud cloud;
+      cloud.header.stamp.seconds = exact_.keyframes[k].t;
+      ASSERT_TRUE(writeLineMessage(exact_.keyframes[k], &cloud, nullptr));
+      callbacks.at("/feature_tracker_lines/lines")(
+          std::make_shared<const sensor_msgs::PointCloud>(cloud));
+    }
+    ImageFeatures image;
+    for (const PointObservation& point : exact_.keyframes[k].points) {
+      Eigen::Matrix<double, 7, 1> values;
+      const Eigen::Vector3d xyz = point.bearing / point.bearing.z();
+      values << xyz, point.pixel, 0.0, 0.0;
+      image[static_cast<int>(point.id)].emplace_back(0, values);
+    }
+    process(imu, image, exact_.keyframes[k].t);
+  }
+  // What the host's optimization would make of its newest frame.
+  void track(int k) {
+    Estimator& e = host();
+    e.Ps[kNewest] = exact_.truth[k].p_w_b;
+    e.Rs[kNewest] = exact_.truth[k].R_w_b;
+    e.Vs[kNewest] = exact_.truth[k].v_w_b;
+  }
+  void request(bool reset) {
+    std_msgs::Bool message;
+    message.data = reset;
+    ros::callbacks<std_msgs::BoolConstPtr>().at("slim_init/reinit")(
+        std::make_shared<const std_msgs::Bool>(message));
+  }
+  std::string logText() const {
+    std::string text;
+    for (const std::string& line : ros::logged()) text += line + "\n";
+    return text;
+  }
+  std::vector<std::string> csv() const {
+    std::ifstream in(folder_ + "/slim_init_starts.csv");
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+  }
+
+  std::string folder_;
+  ExactWindow exact_;
+  std::size_t next_ = 0;
+};
+
+TEST_F(StandInRun, SeedLandsInTheRightMembers) {
+  start("initializer: slim\n");
+  Estimator& e = host();
+  auto* prior = new MarginalizationInfo;
+  e.last_marginalization_info = prior;
+  e.last_marginalization_parameter_blocks.assign(3, nullptr);
+  int k = 0;
+  for (; k < 30 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(e.stock_tries, 0);
+  EXPECT_EQ(e.optimizations, 1);
+  EXPECT_LE(k, 14) << "1.3 s of excited data";
+
+  // The stand-in has slid once: frame i + 1 of the seed stands at i.
+  const int first = k - 1 - kNewest;
+  const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(0, 0, -hostYaw(exact_.truth[first].R_w_b)));
+  for (int i = 0; i < kNewest; ++i) {
+    const NavState& truth = exact_.truth[first + 1 + i];
+    EXPECT_LT((e.Ps[i] - R * (truth.p_w_b - exact_.truth[first].p_w_b)).norm(), 0.02) << i;
+    EXPECT_LT((e.Vs[i] - R * truth.v_w_b).norm(), 0.05) << i;
+    EXPECT_LT(logSO3(e.Rs[i].transpose() * R * truth.R_w_b).norm(), 0.01) << i;
+    EXPECT_LT((e.Bgs[i] - truth.gyro_bias).norm(), 5e-3) << i;
+    EXPECT_EQ(e.pre_integrations[i]->bg, e.Bgs[i]);
+    EXPECT_EQ(e.pre_integrations[i]->ba, e.Bas[i]);
+  }
+  EXPECT_EQ(e.g, Vector3d(0, 0, 9.81007));
+  EXPECT_LT((e.ric[0] - exact_.calibration.R_b_c).norm(), 1e-6);
+  EXPECT_LT((e.tic[0] - exact_.calibration.t_b_c).norm(), 1e-6);
+  EXPECT_EQ(e.f_manager.ric, e.ric[0]);
+  for (const Feature& feature : e.f_manager.feature) {
+    EXPECT_EQ(feature.estimated_depth, -1.0);
+    EXPECT_EQ(feature.solve_flag, 0);
+  }
+  EXPECT_EQ(e.last_marginalization_info, nullptr);
+  EXPECT_EQ(MarginalizationInfo::deleted(), 1);
+  EXPECT_TRUE(e.last_marginalization_parameter_blocks.empty());
+  EXPECT_EQ(e.last_P, e.Ps[kNewest]);
+  EXPECT_EQ(e.last_R, e.Rs[kNewest]);
+  EXPECT_EQ(e.last_P0, Vector3d(Vector3d::Zero()));
+#ifdef STAND_IN_VINS_FUSION
+  EXPECT_EQ(e.f_manager.triangulations, 1);
+#endif
+  EXPECT_NE(logText().find("info: slim_init: start done: "), std::string::npos) << logText();
+  EXPECT_NE(csv().back().find(",slim,start,success,"), std::string::npos) << csv().back();
+  EXPECT_FALSE(ros::published()["slim_init/status"].empty());
+}
+
+TEST_F(StandInRun, StockIsUntouched) {
+  start("");
+  Estimator& e = host();
+  for (int k = 0; k < 20; ++k) frame(k);
+  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
+  EXPECT_GT(e.stock_tries, 0);
+  EXPECT_TRUE(ros::callbacks<sensor_msgs::PointCloudConstPtr>().empty());
+  EXPECT_TRUE(ros::callbacks<std_msgs::BoolConstPtr>().empty());
+  EXPECT_EQ(logText(), "");
+  EXPECT_TRUE(csv().empty());
+  EXPECT_FALSE(e.slim_init_glue.active());
+}
+
+TEST_F(StandInRun, ShadowOnlyWatches) {
+  start("initializer: shadow\nreinit: 1\n");
+  Estimator& e = host();
+  for (int k = 0; k < 25; ++k) {
+    e.stock_succeeds = k == 24;
+    frame(k);
+    EXPECT_EQ(e.Ps[0], Vector3d(Vector3d::Zero()));
+  }
+  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
+  EXPECT_EQ(e.Bgs[3], Vector3d(Vector3d::Zero()));
+  const std::vector<std::string> rows = csv();
+  ASSERT_EQ(rows.size(), 1u + 25 - kNewest);  // from the first full window on
+  EXPECT_EQ(rows[0].find("stamp_s,data_s,mode,question,slim_status"), 0u);
+  EXPECT_NE(rows.back().find(",shadow,start,success,"), std::string::npos) << rows.back();
+  const std::vector<std::string>& topic = ros::published()["slim_init/status"];
+  EXPECT_EQ(std::count(topic.begin(), topic.end(), rows.back()), 1);
+  EXPECT_NE(logText().find("no effect with initializer: shadow"), std::string::npos);
+}
+
+TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  int k = 0;
+  for (; k < 40; ++k) {
+    frame(k);
+    if (e.solver_flag == Estimator::NON_LINEAR) track(k + 1);
+  }
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  const int resets = e.resets;
+  e.f_manager.feature.front().estimated_depth = 3.0;
+  e.ric[0] = 2.0 * Matrix3d::Identity();  // as if refined in flight
+  e.fails = 1;
+  frame(k);
+  EXPECT_EQ(e.resets, resets);
+  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
+  EXPECT_LT((e.Ps[kNewest] - exact_.truth[k].p_w_b).norm(), 0.05);
+  EXPECT_LT((e.Vs[kNewest] - exact_.truth[k].v_w_b).norm(), 0.05);
+  EXPECT_LT(logSO3(e.Rs[kNewest].transpose() * exact_.truth[k].R_w_b).norm(), 0.01);
+  EXPECT_EQ(e.f_manager.feature.front().estimated_depth, -1.0);
+  EXPECT_EQ(e.ric[0], Matrix3d(2.0 * Matrix3d::Identity()));
+  EXPECT_NE(logText().find("recover done"), std::string::npos) << logText();
+
+  // Still failing after it: the host's own reset, and the next start joins the old frame.
+  track(++k);
+  e.fails = 2;
+  frame(k);
+  EXPECT_EQ(e.resets, resets + 1);
+  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
+  for (++k; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_LT((e.Ps[kNewest] - exact_.truth[k - 1].p_w_b).norm(), 0.05);
+  EXPECT_NE(logText().find("join done"), std::string::npos) << logText();
+}
+
+TEST_F(StandInRun, WithoutReinitAFailureResetsTheHost) {
+  start("initializer: slim\n");
+  Estimator& e = host();
+  int k = 0;
+  for (; k < 40; ++k) frame(k);
+  const int resets = e.resets;
+  e.fails = 1;
+  frame(k);
+  EXPECT_EQ(e.resets, resets + 1);
+  request(true);
+  EXPECT_NE(logText().find("reinit is 0"), std::string::npos);
+}
+
+TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  int k = 0;
+  for (; k < 40; ++k) {
+    frame(k);
+    if (e.solver_flag == Estimator::NON_LINEAR) track(k + 1);
+  }
+  const int resets = e.resets;
+  request(false);
+  e.Ps[kNewest] += Vector3d(100, 0, 0);  // a wrong state
+  frame(k);
+  EXPECT_LT((e.Ps[kNewest] - exact_.truth[k].p_w_b).norm(), 0.05) << logText();
+  EXPECT_EQ(e.resets, resets);
+  // Twenty frames later without a point: refused. The host goes on or resets, as asked for.
+  for (FrameObservation& observed : exact_.keyframes) {
+    observed.points.clear();
+    observed.lines.clear();
+  }
+  for (++k; k < 58; ++k) {
+    frame(k);
+    track(k + 1);
+  }
+  request(false);
+  frame(k++);
+  EXPECT_EQ(e.resets, resets);
+  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
+  request(true);
+  frame(k);
+  EXPECT_EQ(e.resets, resets + 1) << logText();
+}
+
+TEST_F(StandInRun, AtRestTheOldestFramesGo) {
+  start("initializer: slim\n");
+  Estimator& e = host();
+  // The host sees no parallax and wants to keep its oldest frames; the adapter declines.
+  for (FrameObservation& observed : exact_.keyframes) observed.points.clear();
+  e.next_flag = Estimator::MARGIN_SECOND_NEW;
+  for (int k = 0; k < 59; ++k) frame(k, false);
+  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
+  const double oldest = exact_.keyframes[58].t - glue_detail::stampOf(e.Headers[0]);
+  EXPECT_LT(oldest, 2.7) << "12 keyframes of 0.18 s and a frame";
+  EXPECT_NE(logText().find("warn: slim_init: no line message has met a frame"), std::string::npos);
+}
+
+TEST_F(StandInRun, ABrokenFileLeavesTheHostStock) {
+  start("initializer: fast\n");
+  EXPECT_FALSE(host().slim_init_glue.active());
+  EXPECT_NE(logText().find("error: slim_init: "), std::string::npos);
+  EXPECT_NE(logText().find("initializer is \"fast\", must be stock, slim or shadow; the host "
+                           "initializes by itself"),
+            std::string::npos)
+      << logText();
+  for (int k = 0; k < 15; ++k) frame(k);
+  EXPECT_GT(host().stock_tries, 0);
+}
+
+}  // namespace
+}  // namespace slim_init::vins_adapter

@@ -1,0 +1,33 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// An adapter from the host's own configuration file.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slim_init/vins_adapter/host_adapter.h"
+
+namespace slim_init::vins_adapter {
+
+/// What the host's file says besides the options of the adapter.
+struct HostFile {
+  HostMode mode = HostMode::kStock;
+  bool reinit = false;
+  std::string output_path;         ///< the host's folder for results, or ""
+  std::vector<std::string> notes;  ///< what a person should know, one sentence each
+};
+
+/// Reads `initializer`, `reinit` and `output_path`; absent keys are those of an unpatched host. On
+/// a problem returns false, leaves `file` as it was and puts a sentence naming file, key, value and
+/// bound into `error` (may be null).
+bool readHostFile(const std::string& path, HostFile* file, std::string* error);
+
+/// Reads the whole file and makes the adapter, with HostAdapter::hostDefaults() where our section
+/// `slim_init:` is silent. Null and a sentence as above, also where the host is to find out the
+/// extrinsic itself (estimate_extrinsic: 2), and in a build without OpenCV. `file` may be null.
+std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
+                                          std::string* error);
+
+}  // namespace slim_init::vins_adapter

@@ -1,0 +1,315 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What the lines inserted into a VINS-Mono or VINS-Fusion checkout call. The templates touch the
+// host's estimator, everything else is in the library.
+//
+// Hosts of that family are compiled as C++11: this header is, too, and includes nothing that is
+// not. Only vectors of plain numbers and of unaligned Eigen types cross into the library, so that
+// the host's optimization flags do not matter.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace slim_init {
+namespace vins_adapter {
+
+/// How much a report matters to a person.
+enum class ReportLevel {
+  kRow,   ///< a line of slim_init_starts.csv, for the topic and not for the console
+  kInfo,  ///< what was decided
+  kWarn,  ///< something is missing or was refused
+  kError  ///< the adapter is off
+};
+
+/// The state of one frame, in the host's names and convention (host_convention.h).
+struct GlueState {
+  double stamp = 0.0;
+  Eigen::Vector3d P = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d V = Eigen::Vector3d::Zero();
+  Eigen::Vector3d Ba = Eigen::Vector3d::Zero();
+  Eigen::Vector3d Bg = Eigen::Vector3d::Zero();
+};
+
+/// A window to put into the host.
+struct GlueWindow {
+  std::vector<GlueState> states;
+  Eigen::Vector3d G = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d ric = Eigen::Matrix3d::Identity();  ///< camera to body
+  Eigen::Vector3d tic = Eigen::Vector3d::Zero();
+};
+
+/// One tracked point of camera 0.
+struct GluePoint {
+  long long id = -1;
+  double x = 0.0, y = 0.0, z = 1.0;  ///< undistorted normalised
+  double u = 0.0, v = 0.0;           ///< [px]
+};
+
+/// A sensor_msgs::PointCloud without ROS.
+struct GlueCloud {
+  struct Stamp {
+    double seconds = 0.0;
+    double toSec() const { return seconds; }
+  };
+  struct Header {
+    Stamp stamp;
+  };
+  struct Point {
+    float x = 0.0f, y = 0.0f, z = 0.0f;
+  };
+  struct Channel {
+    std::string name;
+    std::vector<float> values;
+  };
+  Header header;
+  std::vector<Point> points;
+  std::vector<Channel> channels;
+};
+
+namespace glue_detail {
+
+inline double stampOf(double stamp) { return stamp; }
+template <typename Header>
+double stampOf(const Header& header) {
+  return header.stamp.toSec();
+}
+
+/// Frames of the host's full window.
+template <typename Estimator>
+constexpr int windowFrames() {
+  return static_cast<int>(std::extent<decltype(Estimator::Ps)>::value);
+}
+
+template <typename Estimator>
+GlueState stateOf(const Estimator& e, int i) {
+  GlueState state;
+  state.stamp = stampOf(e.Headers[i]);
+  state.P = e.Ps[i];
+  state.R = e.Rs[i];
+  state.V = e.Vs[i];
+  state.Ba = e.Bas[i];
+  state.Bg = e.Bgs[i];
+  return state;
+}
+
+template <typename Estimator>
+std::vector<GlueState> windowOf(const Estimator& e) {
+  std::vector<GlueState> window;
+  for (int i = 0; i < windowFrames<Estimator>(); ++i) window.push_back(stateOf(e, i));
+  return window;
+}
+
+/// Everything that the host's next optimization reads. The window has all frames.
+template <typename Estimator>
+void writeWindow(const GlueWindow& window, Estimator& e) {
+  const int newest = windowFrames<Estimator>() - 1;
+  for (int i = 0; i <= newest; ++i) {
+    const GlueState& state = window.states[i];
+    e.Ps[i] = state.P;
+    e.Rs[i] = state.R;
+    e.Vs[i] = state.V;
+    e.Bas[i] = state.Ba;
+    e.Bgs[i] = state.Bg;
+    if (e.pre_integrations[i] != nullptr) {
+      e.pre_integrations[i]->repropagate(state.Ba, state.Bg);
+    }
+  }
+  e.g = window.G;
+  // The host triangulates what has a negative depth, from the new poses.
+  for (auto& feature : e.f_manager.feature) {
+    feature.estimated_depth = -1.0;
+    feature.solve_flag = 0;
+  }
+  // The old prior is about the old states.
+  if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;
+  e.last_marginalization_info = nullptr;
+  e.last_marginalization_parameter_blocks.clear();
+  // Its failure detection compares to these.
+  e.last_R = e.Rs[newest];
+  e.last_P = e.Ps[newest];
+  e.last_R0 = e.Rs[0];
+  e.last_P0 = e.Ps[0];
+  e.failure_occur = false;
+}
+
+}  // namespace glue_detail
+
+/// A member of the host's estimator. Until start() finds a reason to be active, and always in a
+/// host whose file has none of our keys, every call returns at once and changes nothing.
+///
+/// addImu(), addFrame() and the questions come from the host's processing thread; addLines(),
+/// request() and listen() may come from any.
+class HostGlue {
+ public:
+  typedef std::function<void(ReportLevel, const std::string&)> Listener;
+
+  HostGlue();
+  ~HostGlue();
+  HostGlue(const HostGlue&) = delete;
+  HostGlue& operator=(const HostGlue&) = delete;
+
+  /// Who is told; called from the thread in which it happens, outside any lock.
+  void listen(const Listener& listener);
+
+  /// Reads the host's file. True when the adapter takes part; on a problem it reports an error and
+  /// the host stays stock.
+  bool start(const std::string& config_file);
+
+  /// Data are wanted.
+  bool active() const;
+
+  // ------------------------------------------------------------------------------------ streams
+
+  /// As received, `t` on the IMU clock. A sample handed over twice is taken once.
+  void addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
+
+  /// The host's `image` map, its header or stamp, and its present `td`.
+  template <typename Header, typename Image>
+  void addFrame(const Header& header, const Image& image, double td) {
+    if (!active()) return;
+    std::vector<GluePoint> points;
+    points.reserve(image.size());
+    for (const auto& feature : image) {
+      for (const auto& view : feature.second) {
+        if (view.first != 0) continue;
+        GluePoint point;
+        point.id = feature.first;
+        point.x = view.second(0);
+        point.y = view.second(1);
+        point.z = view.second(2);
+        point.u = view.second(3);
+        point.v = view.second(4);
+        points.push_back(point);
+      }
+    }
+    addPoints(glue_detail::stampOf(header), points, td);
+  }
+
+  /// A message of the line tracker (feature_message.h).
+  template <typename Cloud>
+  void addLines(const Cloud& message) {
+    if (!active()) return;
+    GlueCloud cloud;
+    cloud.header.stamp.seconds = message.header.stamp.toSec();
+    cloud.points.resize(message.points.size());
+    for (std::size_t i = 0; i < message.points.size(); ++i) {
+      cloud.points[i].x = message.points[i].x;
+      cloud.points[i].y = message.points[i].y;
+      cloud.points[i].z = message.points[i].z;
+    }
+    cloud.channels.resize(message.channels.size());
+    for (std::size_t c = 0; c < message.channels.size(); ++c) {
+      cloud.channels[c].name = message.channels[c].name;
+      cloud.channels[c].values.assign(message.channels[c].values.begin(),
+                                      message.channels[c].values.end());
+    }
+    addLineCloud(cloud);
+  }
+
+  // ------------------------------------------------------------------------------------ start
+
+  /// The adapter starts the host, in place of the host's own initialization.
+  bool decides() const;
+
+  /// Fills the host's full window and returns true, or declines. Declining, it may have the host
+  /// drop its oldest frame, so that frames from before a standstill do not stay for ever.
+  template <typename Estimator>
+  bool seed(Estimator& e) {
+    if (!decides() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
+    bool drop_oldest = false;
+    GlueWindow window;
+    if (askStart(stamps(e), &window, &drop_oldest)) {
+      glue_detail::writeWindow(window, e);
+      // In flight the host may know them better by now.
+      e.ric[0] = window.ric;
+      e.tic[0] = window.tic;
+      e.f_manager.setRic(e.ric);
+      return true;
+    }
+    if (drop_oldest) e.marginalization_flag = Estimator::MARGIN_OLD;
+    return false;
+  }
+
+  /// Shadow mode: around the host's own attempt. The second call asks the adapter about the same
+  /// window and records both; the host is not touched.
+  void beforeStock();
+  template <typename Estimator>
+  void afterStock(const Estimator& e, bool result) {
+    if (!shadows() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
+    const bool tried =
+        result || e.initial_timestamp == glue_detail::stampOf(e.Headers[e.frame_count]);
+    recordStock(glue_detail::windowOf(e), tried, result);
+  }
+
+  // ------------------------------------------------------------------------------------ in flight
+
+  /// After every frame that went well: the newest state may be needed.
+  template <typename Estimator>
+  void healthy(const Estimator& e) {
+    if (reinit()) addHealthy(glue_detail::stateOf(e, glue_detail::windowFrames<Estimator>() - 1));
+  }
+
+  /// After a failure: fills the window so that position and yaw continue, or declines.
+  template <typename Estimator>
+  bool recover(Estimator& e) {
+    return reseed(e, true);
+  }
+
+  /// Asks for a new start in flight; served with the next frame. Refused, the host goes on, or
+  /// resets itself when `reset_if_refused`.
+  void request(bool reset_if_refused);
+
+  /// Serves a request, if there is one. True: it was refused, and the host is to reset itself.
+  template <typename Estimator>
+  bool requestFailed(Estimator& e) {
+    bool reset_if_refused = false;
+    if (!takeRequest(&reset_if_refused)) return false;
+    return !reseed(e, false) && reset_if_refused;
+  }
+
+  /// For a host that cannot reset itself where the request is served: remembers, and tells once.
+  void wantReset();
+  bool takeReset();
+
+ private:
+  template <typename Estimator>
+  static std::vector<double> stamps(const Estimator& e) {
+    std::vector<double> result;
+    for (int i = 0; i <= e.frame_count; ++i) {
+      result.push_back(glue_detail::stampOf(e.Headers[i]));
+    }
+    return result;
+  }
+
+  template <typename Estimator>
+  bool reseed(Estimator& e, bool failed) {
+    if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
+    GlueWindow window;
+    if (!askRecovery(stamps(e), failed, &window)) return false;
+    glue_detail::writeWindow(window, e);
+    return true;
+  }
+
+  bool shadows() const;
+  bool reinit() const;
+  void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
+  void addLineCloud(const GlueCloud& cloud);
+  bool askStart(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
+  bool askRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
+  void recordStock(const std::vector<GlueState>& window, bool tried, bool result);
+  void addHealthy(const GlueState& state);
+  bool takeRequest(bool* reset_if_refused);
+
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vins_adapter
+}  // namespace slim_init

@@ -1,0 +1,322 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/vins_adapter/host_glue.h"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <fstream>
+#include <limits>
+#include <mutex>
+#include <sstream>
+#include <utility>
+
+#include "slim_init/vins_adapter/feature_message.h"
+#include "slim_init/vins_adapter/host_file.h"
+#include "start_record.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// States of the host from the last moments before it noticed a failure are not trusted [s].
+constexpr double kSuspect = 0.5;
+// Healthy states kept [s]; more than kSuspect is all that is asked for.
+constexpr double kHealthyKept = 2.0;
+// Frames without any line message after which the console is told, once [s].
+constexpr double kLinesExpected = 2.0;
+// The console is told again about an unchanged status after this time [s].
+constexpr double kRepeatReport = 5.0;
+
+HostState toHostState(const GlueState& glue) {
+  HostState state;
+  state.stamp = glue.stamp;
+  state.P = glue.P;
+  state.R = glue.R;
+  state.V = glue.V;
+  state.Ba = glue.Ba;
+  state.Bg = glue.Bg;
+  return state;
+}
+
+HostWindow toWindow(const std::vector<GlueState>& states) {
+  HostWindow window;
+  for (const GlueState& state : states) window.states.push_back(toHostState(state));
+  return window;
+}
+
+GlueWindow toGlueWindow(const HostWindow& window, const Calibration& calibration) {
+  GlueWindow result;
+  result.G = window.G;
+  result.ric = calibration.R_b_c;
+  result.tic = calibration.t_b_c;
+  for (const HostState& state : window.states) {
+    GlueState glue;
+    glue.stamp = state.stamp;
+    glue.P = state.P;
+    glue.R = state.R;
+    glue.V = state.V;
+    glue.Ba = state.Ba;
+    glue.Bg = state.Bg;
+    result.states.push_back(glue);
+  }
+  return result;
+}
+
+}  // namespace
+
+struct HostGlue::State {
+  std::unique_ptr<HostAdapter> adapter;
+  HostFile file;
+  std::atomic<bool> active{false};
+
+  // Touched by the processing thread alone.
+  double last_imu = std::numeric_limits<double>::quiet_NaN();
+  double first_frame = kNotComputed;
+  bool lines_reported = false;
+  double window_s = 0.0;  // longest window of the initializer
+  std::deque<HostState> healthy;
+  HostState lost;  // the last healthy state before a failure that was not recovered
+  bool is_lost = false;
+  Clock::time_point stock_began;
+  InitStatus told_status = InitStatus::kSuccess;
+  double told_stamp = -std::numeric_limits<double>::infinity();
+  std::ofstream csv;
+
+  // Request and listener come from other threads.
+  std::mutex mutex;
+  Listener listener;
+  bool requested = false;
+  bool reset_if_refused = false;
+  bool reset_wanted = false;
+
+  void report(ReportLevel level, const std::string& text) {
+    Listener to;
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      to = listener;
+    }
+    if (to) to(level, text);
+  }
+
+  void openCsv() {
+    if (file.output_path.empty()) return;
+    const std::string path = file.output_path + "/slim_init_starts.csv";
+    csv.open(path);
+    if (csv.is_open()) {
+      csv << startRecordHeader() << std::endl;
+    } else {
+      report(ReportLevel::kWarn, path + " cannot be written; the rows go to the topic alone");
+    }
+  }
+
+  void record(const std::string& question, const HostAnswer& answer, const StockStart* stock) {
+    const std::string row = startRecordRow(file.mode, question, answer, stock);
+    if (csv.is_open()) csv << row << std::endl;
+    report(ReportLevel::kRow, row);
+  }
+
+  // Tells the console about an answer, where it is news.
+  void tell(const std::string& question, const HostAnswer& answer) {
+    const InitStatus status = answer.verdict.status;
+    const bool repeated =
+        !answer.success() && status == told_status && answer.stamp - told_stamp < kRepeatReport;
+    if (repeated && question != "recover") return;
+    told_status = status;
+    told_stamp = answer.stamp;
+    std::ostringstream out;
+    out.precision(3);
+    out << question << " " << (answer.success() ? "done" : toString(status)) << ": "
+        << answer.sentence << " (" << std::fixed << answer.data_s << " s of data, "
+        << answer.total_ms << " ms)";
+    report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn, out.str());
+  }
+};
+
+HostGlue::HostGlue() : state_(new State) {}
+HostGlue::~HostGlue() = default;
+
+void HostGlue::listen(const Listener& listener) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->listener = listener;
+}
+
+bool HostGlue::start(const std::string& config_file) {
+  State& state = *state_;
+  std::string error;
+  HostFile file;
+  // First our three keys alone: a host that stays stock is not told what is wrong with its file.
+  if (!readHostFile(config_file, &file, &error)) {
+    state.report(ReportLevel::kError, error + "; the host initializes by itself");
+    return false;
+  }
+  if (file.mode == HostMode::kStock && !file.reinit) return false;
+  state.adapter = openHostFile(config_file, &state.file, &error);
+  if (state.adapter == nullptr) {
+    state.report(ReportLevel::kError, error + "; the host initializes by itself");
+    return false;
+  }
+  if (state.file.mode == HostMode::kShadow && state.file.reinit) {
+    state.file.reinit = false;
+    state.file.notes.push_back("reinit is set and has no effect with initializer: shadow");
+  }
+  for (const std::string& note : state.file.notes) state.report(ReportLevel::kInfo, note);
+  state.report(ReportLevel::kInfo, std::string("initializer: ") + toString(state.file.mode) +
+                                       ", reinit: " + (state.file.reinit ? "1" : "0") +
+                                       ", method " + state.adapter->method());
+  const WindowOptions window = state.adapter->windowOptions();
+  state.window_s = window.keyframes * window.min_interval_s;
+  state.openCsv();
+  state.active = true;
+  return true;
+}
+
+bool HostGlue::active() const { return state_->active; }
+bool HostGlue::decides() const { return active() && state_->file.mode == HostMode::kSlim; }
+bool HostGlue::shadows() const { return active() && state_->file.mode == HostMode::kShadow; }
+bool HostGlue::reinit() const { return active() && state_->file.reinit; }
+
+void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
+  // The host hands the sample after a frame over again with the next frame.
+  if (!active() || t == state_->last_imu) return;
+  state_->last_imu = t;
+  state_->adapter->addImu(t, accel, gyro);
+}
+
+void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {
+  State& state = *state_;
+  FrameObservation frame;
+  frame.t = stamp;
+  frame.points.reserve(points.size());
+  for (const GluePoint& point : points) {
+    PointObservation observation;
+    observation.id = point.id;
+    observation.bearing = Eigen::Vector3d(point.x, point.y, point.z);
+    observation.pixel = Eigen::Vector2d(point.u, point.v);
+    frame.points.push_back(observation);
+  }
+  state.adapter->setTd(td);
+  state.adapter->addFrame(frame);
+  if (!std::isfinite(state.first_frame)) state.first_frame = stamp;
+  if (!state.lines_reported && stamp - state.first_frame > kLinesExpected) {
+    state.lines_reported = true;
+    if (!state.adapter->hasLines()) {
+      state.report(ReportLevel::kWarn,
+                   "no line message has met a frame: initializing on points alone");
+    }
+  }
+}
+
+void HostGlue::addLineCloud(const GlueCloud& cloud) {
+  FrameObservation frame;
+  std::string error;
+  if (readLineMessage(cloud, &frame, &error)) {
+    state_->adapter->addLines(frame.t, frame.lines);
+  } else {
+    state_->report(ReportLevel::kWarn, error + "; the message is dropped");
+  }
+}
+
+bool HostGlue::askStart(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest) {
+  State& state = *state_;
+  // After a failure the odometry frame continues where the IMU can still carry it.
+  const bool join = state.is_lost && reinit() &&
+                    stamps.front() - state.lost.stamp <= state.adapter->options().max_join_s;
+  const HostAnswer answer =
+      join ? state.adapter->recover(stamps, state.lost) : state.adapter->seed(stamps);
+  const std::string question = join ? "join" : "start";
+  state.record(question, answer, nullptr);
+  state.tell(question, answer);
+  if (answer.success()) {
+    *window = toGlueWindow(answer.window, state.adapter->calibration());
+    return true;
+  }
+  // At rest the host keeps its oldest frames, which no window of ours will ever reach.
+  *drop_oldest = stamps.back() - stamps.front() > state.window_s;
+  return false;
+}
+
+bool HostGlue::askRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window) {
+  State& state = *state_;
+  if (state.healthy.empty()) {
+    state.report(ReportLevel::kWarn, "recover: the host had no healthy state yet");
+    return false;
+  }
+  HostState last = state.healthy.back();
+  if (failed) {
+    // Newest first, so that the last one taken is the newest old enough.
+    for (auto it = state.healthy.rbegin(); it != state.healthy.rend(); ++it) {
+      last = *it;
+      if (stamps.back() - last.stamp >= kSuspect) break;
+    }
+    state.lost = last;
+    state.is_lost = true;
+  }
+  const HostAnswer answer = state.adapter->recover(stamps, last);
+  state.record("recover", answer, nullptr);
+  state.tell("recover", answer);
+  if (!answer.success()) return false;
+  *window = toGlueWindow(answer.window, state.adapter->calibration());
+  return true;
+}
+
+void HostGlue::addHealthy(const GlueState& glue) {
+  State& state = *state_;
+  state.is_lost = false;
+  state.healthy.push_back(toHostState(glue));
+  while (state.healthy.front().stamp < glue.stamp - kHealthyKept) state.healthy.pop_front();
+  // After a stream that started anew the old states are of another time.
+  while (state.healthy.front().stamp > glue.stamp) state.healthy.pop_front();
+}
+
+void HostGlue::beforeStock() {
+  if (shadows()) state_->stock_began = Clock::now();
+}
+
+void HostGlue::recordStock(const std::vector<GlueState>& window, bool tried, bool result) {
+  State& state = *state_;
+  StockStart stock;
+  stock.tried = tried;
+  stock.success = result;
+  if (tried) {
+    stock.ms = std::chrono::duration<double, std::milli>(Clock::now() - state.stock_began).count();
+  }
+  if (result) stock.window = toWindow(window);
+  std::vector<double> stamps;
+  for (const GlueState& frame : window) stamps.push_back(frame.stamp);
+  const HostAnswer answer = state.adapter->seed(stamps);
+  state.record("start", answer, &stock);
+  state.tell("shadow", answer);
+}
+
+void HostGlue::request(bool reset_if_refused) {
+  if (!reinit()) {
+    state_->report(ReportLevel::kWarn, "a re-initialization is asked for and reinit is 0");
+    return;
+  }
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->requested = true;
+  state_->reset_if_refused = reset_if_refused;
+}
+
+bool HostGlue::takeRequest(bool* reset_if_refused) {
+  if (!reinit()) return false;
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  if (!state_->requested) return false;
+  state_->requested = false;
+  *reset_if_refused = state_->reset_if_refused;
+  return true;
+}
+
+void HostGlue::wantReset() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->reset_wanted = true;
+}
+
+bool HostGlue::takeReset() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  return std::exchange(state_->reset_wanted, false);
+}
+
+}  // namespace slim_init::vins_adapter

@@ -1,0 +1,29 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// One row of slim_init_starts.csv: what was asked, who answered what, and how long it took.
+#pragma once
+
+#include <string>
+
+#include "slim_init/vins_adapter/host_adapter.h"
+
+namespace slim_init::vins_adapter {
+
+/// The host's own answer, in shadow mode.
+struct StockStart {
+  bool tried = false;
+  bool success = false;
+  double ms = kNotComputed;
+  HostWindow window;  ///< where successful
+};
+
+/// Header line of the file, without the line break.
+std::string startRecordHeader();
+
+/// One row, without the line break. `question` is "start", "join" (a start that continues an
+/// earlier odometry frame) or "recover"; `stock` is null outside shadow mode. Fields that were not
+/// computed are empty.
+std::string startRecordRow(HostMode mode, const std::string& question, const HostAnswer& answer,
+                           const StockStart* stock);
+
+}  // namespace slim_init::vins_adapter
