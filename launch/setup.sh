@@ -33,11 +33,21 @@ libopencv-contrib-dev | both | 4.6.0 | 4.2.0 | line detection, module ximgproc (
 nlohmann-json3-dev  | both  | 3.11.2 | 3.7.3  | summary.json of the evaluation
 libboost-program-options-dev | both | 1.74.0 | 1.71.0 | command line of the program slim_init
 povray              | both  | 3.7.0  | 3.7.0  | rendered sequences (slim_init simulate)
-libceres-dev        | tests | 2.1.0  | 1.14.0 | reference optimizer that tests compare with
+libceres-dev        | tests | 2.1.0  | 1.14.0 | methods vins, openvins; ab --downstream; reference of tests
 libgtest-dev        | tests | 1.12.1 | 1.10.0 | test framework
 libgmock-dev        | tests | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
 librosbag-storage-dev | extra | 1.15.15 | 1.14.3 | bags of ROS 1: slim_init ab --bag
 libsensor-msgs-dev  | extra | 1.13.1 | 1.12.7 | the messages in those bags
+libroscpp-dev       | extra | 1.15.15 | 1.14.3 | the nodes of ROS 1
+ros-message-generation | extra | 0.4.1 | 0.4.0  | the messages of the nodes
+libnav-msgs-dev     | extra | 1.13.1 | 1.12.7  | the nodes of ROS 1
+libdiagnostic-msgs-dev | extra | 1.13.1 | 1.12.7 | the nodes of ROS 1
+libvisualization-msgs-dev | extra | 1.13.1 | 1.12.7 | the nodes of ROS 1
+libtf2-msgs-dev     | extra | 0.7.6  | 0.6.5   | the nodes of ROS 1
+libstd-srvs-dev     | extra | 1.11.3 | 1.11.2  | the nodes of ROS 1
+python3-rostest     | extra | 1.15.15 | 1.14.3 | tests of the nodes under a roscore
+python3-rosbag      | extra | 1.15.15 | 1.14.3 | rosbag play, in the tests of the nodes
+catkin              | extra | 0.8.10 | 0.7.20  | test of the catkin package
 python3-matplotlib  | extra | 3.6.3  | 3.1.2  | pictures in the report of slim_init ab
 libbenchmark-dev    | tests | 1.7.1  | 1.5.0  | slim_init_bench
 '

@@ -43,21 +43,25 @@ if(SLIM_INIT_BUILD_EVALUATION AND SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
                          PURPOSE "reading and writing bags")
 endif()
 
-if(SLIM_INIT_BUILD_TESTS)
+if(SLIM_INIT_BUILD_EVALUATION OR SLIM_INIT_BUILD_TESTS)
   # Ceres 1.14 to 2.2: Ceres::ceres since 2.0, plain `ceres` before. Its package file calls a
   # request for 1.14 unmet by 2.x, so the version is not asked for there.
   find_package(Ceres QUIET)
   if(Ceres_VERSION VERSION_LESS 1.14)
     set(Ceres_FOUND FALSE)
   endif()
-  set_package_properties(Ceres PROPERTIES TYPE REQUIRED PURPOSE "reference optimizer of the tests")
-  slim_init_require(Ceres_FOUND "Ceres Solver >= 1.14" libceres-dev SLIM_INIT_BUILD_TESTS)
-  if(NOT TARGET Ceres::ceres)
+  set_package_properties(Ceres PROPERTIES TYPE OPTIONAL
+                         PURPOSE "back end of the evaluation, reference optimizer of the tests")
+  if(Ceres_FOUND AND NOT TARGET Ceres::ceres)
     add_library(Ceres::ceres INTERFACE IMPORTED)
     set_target_properties(
       Ceres::ceres PROPERTIES INTERFACE_LINK_LIBRARIES "${CERES_LIBRARIES}"
                               INTERFACE_INCLUDE_DIRECTORIES "${CERES_INCLUDE_DIRS}")
   endif()
+endif()
+
+if(SLIM_INIT_BUILD_TESTS)
+  slim_init_require(Ceres_FOUND "Ceres Solver >= 1.14" libceres-dev SLIM_INIT_BUILD_TESTS)
 
   # CMake's module rather than GoogleTest's package file: that of 1.10 insists on GoogleMock, which
   # Debian 11 and Ubuntu 20.04 keep in another package. Before CMake 3.20 it said GTest::Main.

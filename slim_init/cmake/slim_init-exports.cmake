@@ -2,6 +2,10 @@
 # catkin package file share. Sets slim_init_NOT_FOUND_MESSAGE to a sentence on failure.
 set(slim_init_NOT_FOUND_MESSAGE)
 
+# A consumer may be older than the words used below (VINS-Mono asks for CMake 2.8.3); include() ends
+# what this sets.
+cmake_policy(VERSION 3.16)
+
 find_package(Eigen3 3.3 QUIET NO_MODULE)
 if(NOT TARGET Eigen3::Eigen)
   set(slim_init_NOT_FOUND_MESSAGE

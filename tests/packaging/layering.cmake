@@ -56,21 +56,38 @@ layer("simulation" FOLDERS slim_init/simulation
       ROOTS slim_init/include feature_tracker_lines/include slim_init/simulation/include
             slim_init/simulation/src
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(sys/)?[a-z]+\\.h")
-layer("evaluation" FOLDERS slim_init/evaluation
+layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
       ROOTS slim_init/include feature_tracker_lines/include slim_init/evaluation/include
             slim_init/evaluation/src
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|sensor_msgs)/[A-Za-z_]+\\.h")
-layer("feature_tracker_lines" FOLDERS feature_tracker_lines
+# Instruments of this repository, not installed, that look into the core.
+layer("back end" FOLDERS slim_init/evaluation/backend
+      ROOTS slim_init/include slim_init/src slim_init/evaluation/include
+            vins_estimator_patch/include slim_init/evaluation/backend/include
+            slim_init/evaluation/backend/src
+      ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h")
+layer("baselines" FOLDERS slim_init/baselines
+      ROOTS slim_init/include slim_init/src slim_init/baselines/include slim_init/baselines/src
+      ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h|opencv2/[a-z_0-9/]+\\.hpp")
+layer("feature_tracker_lines" FOLDERS feature_tracker_lines/include feature_tracker_lines/src
       ROOTS slim_init/include slim_init/src feature_tracker_lines/include feature_tracker_lines/src
       ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp")
 layer("vins_estimator_patch" FOLDERS vins_estimator_patch
-      ROOTS slim_init/include vins_estimator_patch/include vins_estimator_patch/src
+      ROOTS slim_init/include feature_tracker_lines/include vins_estimator_patch/include
+            vins_estimator_patch/src
       ANGLE "${std}|${eigen}")
 layer("tools" FOLDERS slim_init/tools
       ROOTS slim_init/include slim_init/simulation/include slim_init/evaluation/include
-            feature_tracker_lines/include vins_estimator_patch/include slim_init/tools
+            feature_tracker_lines/include vins_estimator_patch/include slim_init/baselines/include
+            slim_init/evaluation/backend/include slim_init/tools
             slim_init/tools/src slim_init/tools/include
       ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost|benchmark)/[A-Za-z_0-9/]+\\.h(pp)?")
+
+# Nothing includes these two.
+layer("ros edge" FOLDERS slim_init/ros feature_tracker_lines/ros
+      ROOTS slim_init/include feature_tracker_lines/include vins_estimator_patch/include
+            slim_init/ros/include feature_tracker_lines/ros/include
+      ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp|(ros|slim_init|[a-z0-9]+_(msgs|srvs))/[A-Za-z_0-9]+\\.h")
 
 set(linked 0)
 # may_link(<target> <regex of the allowed libraries>)
@@ -99,13 +116,16 @@ if(LINKS_FILE)
   set(base "Eigen3::Eigen|slim_init(_|::)core")
   set(front "slim_init(_|::)feature_tracker_lines")
   may_link(slim_init_core "Eigen3::Eigen|Ceres::ceres")
-  may_link(slim_init_vins_adapter "${base}")
+  may_link(slim_init_vins_adapter "${base}|${front}")
   may_link(slim_init_feature_tracker_lines "${base}|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_simulation "${base}|${front}")
   may_link(slim_init_rendering
            "${base}|${front}|slim_init(_|::)simulation|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_evaluation
            "${base}|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag")
+  may_link(slim_init_backend
+           "${base}|slim_init(_|::)(evaluation|vins_adapter)|Ceres::ceres")
+  may_link(slim_init_baselines "${base}|Ceres::ceres|SlimInitOpenCV::SlimInitOpenCV")
   if(linked EQUAL 0)
     message(FATAL_ERROR "layering: ${LINKS_FILE} names no target of ours")
   endif()

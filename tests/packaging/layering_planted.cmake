@@ -49,6 +49,8 @@ planted_include(slim_init/evaluation/src/p.cc "\"slim_init/simulation/world.h\""
                 slim_init/simulation/world.h)
 planted_include(feature_tracker_lines/src/p.cc "<sensor_msgs/Image.h>" sensor_msgs/Image.h)
 planted_include(vins_estimator_patch/src/p.cc "<opencv2/core.hpp>" opencv2/core.hpp)
+planted_include(slim_init/baselines/src/p.cc "<ros/ros.h>" ros/ros.h)
+planted_include(feature_tracker_lines/ros/src/p.cc "<rosbag/bag.h>" rosbag/bag.h)
 planted_include(vins_estimator_patch/src/p.cc "\"estimator.h\"" estimator.h)
 
 # planted_link(<line of the links file> <library in the message>)
@@ -58,8 +60,8 @@ function(planted_link line library)
   run(FAIL "must not link ${library}")
 endfunction()
 planted_link("slim_init_core:Eigen3::Eigen;opencv_core" opencv_core)
-planted_link("slim_init_vins_adapter:slim_init_core;slim_init_feature_tracker_lines"
-             slim_init_feature_tracker_lines)
+planted_link("slim_init_vins_adapter:slim_init_core;slim_init_evaluation" slim_init_evaluation)
+planted_link("slim_init_baselines:slim_init_core;slim_init_evaluation" slim_init_evaluation)
 planted_link("slim_init_simulation:slim_init_core;$<LINK_ONLY:slim_init_evaluation>"
              slim_init_evaluation)
 message("layering: every planted violation was found")

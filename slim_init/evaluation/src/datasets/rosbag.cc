@@ -12,8 +12,6 @@
 #include <exception>
 #include <filesystem>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <utility>
 
@@ -22,6 +20,7 @@
 #include "datasets/truth_csv.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/feature_tracker_lines/image_message.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -33,22 +32,6 @@ constexpr char kImageType[] = "sensor_msgs/Image";
 constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
 
 ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
-
-/// Encodings of sensor_msgs/Image that can be turned to grey.
-struct Encoding {
-  const char* name;
-  int channels;
-  int to_grey;  ///< code of cv::cvtColor; -1: is grey
-};
-constexpr Encoding kEncodings[] = {
-    {"mono8", 1, -1},
-    {"8UC1", 1, -1},
-    {"bgr8", 3, cv::COLOR_BGR2GRAY},
-    {"8UC3", 3, cv::COLOR_BGR2GRAY},
-    {"rgb8", 3, cv::COLOR_RGB2GRAY},
-    {"bgra8", 4, cv::COLOR_BGRA2GRAY},
-    {"rgba8", 4, cv::COLOR_RGBA2GRAY},
-};
 
 std::string withoutSlash(const std::string& topic) {
   return topic.substr(std::min(topic.find_first_not_of('/'), topic.size()));
@@ -72,44 +55,11 @@ std::int64_t headerStampNs(const rosbag::MessageInstance& message) {
 
 /// Grey image of a message, or a sentence about it.
 std::string decode(const sensor_msgs::Image& message, cv::Mat* grey) {
-  std::ostringstream out;
-  const auto* encoding =
-      std::find_if(std::begin(kEncodings), std::end(kEncodings),
-                   [&](const Encoding& known) { return message.encoding == known.name; });
-  if (encoding == std::end(kEncodings)) {
-    out << "has encoding " << quoted(message.encoding) << ", must be ";
-    for (const Encoding& known : kEncodings) {
-      out << (&known == std::begin(kEncodings) ? "" : ", ") << known.name;
-    }
-    return out.str();
-  }
-  const std::uint64_t row = std::uint64_t{message.width} * encoding->channels;
-  const std::uint64_t needed = std::uint64_t{message.step} * message.height;
-  if (message.width == 0 || message.height == 0 || message.step < row ||
-      message.data.size() < needed) {
-    out << "is said to be " << message.width << " x " << message.height << " in rows of "
-        << message.step << " bytes (" << encoding->name << "), but holds " << message.data.size()
-        << " bytes";
-    return out.str();
-  }
-  const cv::Mat pixels(static_cast<int>(message.height), static_cast<int>(message.width),
-                       CV_8UC(encoding->channels), const_cast<std::uint8_t*>(message.data.data()),
-                       message.step);
-  if (encoding->to_grey < 0) {
-    *grey = pixels.clone();
-  } else {
-    cv::cvtColor(pixels, *grey, encoding->to_grey);
-  }
-  return "";
+  return feature_tracker_lines::decodeImage(message, grey);
 }
 
 std::string decode(const sensor_msgs::CompressedImage& message, cv::Mat* grey) {
-  if (!message.data.empty()) {
-    *grey = cv::imdecode(message.data, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  }
-  if (!grey->empty()) return "";
-  return "cannot be decoded: " + std::to_string(message.data.size()) + " bytes of " +
-         quoted(message.format);
+  return feature_tracker_lines::decodeCompressedImage(message, grey);
 }
 
 template <typename Message>
@@ -313,24 +263,6 @@ class BagFile : public ImageSequence {
       message_of_image_.push_back(image.message);
     }
     return {};
-  }
-
-  ReadStatus readTruth(const std::string& path, int min_rows) {
-    TruthFile truth;
-    if (ReadStatus status = readTruthFile(path, t0_ns_, min_rows, &truth); !status.ok()) {
-      return status;
-    }
-    truth_ = std::move(truth.states);
-    has_velocity_ = has_bias_ = truth.has_velocity_and_bias;
-    counts_.truth_samples = static_cast<int>(truth_.size());
-    counts_.truth_repeated = truth.repeated;
-    counts_.truth_out_of_order = truth.out_of_order;
-    for (const std::string& sentence : truth.notes) note(sentence);
-    return {};
-  }
-
-  void note(const std::string& sentence) {
-    if (!sentence.empty()) notes_.push_back(sentence);
   }
 
   std::string file_;

@@ -1,0 +1,315 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Images and IMU in, VINS-Mono's feature messages and our lines out (docs/ros.md). Can stand in for
+// that host's own tracker.
+#include <ros/ros.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/PointCloud.h>
+#include <std_msgs/Bool.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <exception>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slim_init/feature_tracker_lines/image_message.h"
+#include "slim_init/ros/conversions.h"
+#include "slim_init/ros/image_pipeline.h"
+#include "slim_init/ros/node_parameters.h"
+#include "slim_init/ros/stream_monitor.h"
+#include "slim_init/ros/time_guard.h"
+#include "slim_init/vins_adapter/feature_message.h"
+
+namespace slim_init::node {
+namespace {
+
+constexpr char kCameraFrame[] = "camera";
+
+class FeatureTrackerLinesNode {
+ public:
+  /// Returns an empty string, or a sentence why the node cannot run.
+  std::string start();
+
+ private:
+  enum Stream { kImu, kImage, kStreams };
+
+  void onImu(const sensor_msgs::Imu& message);
+  void onImage(const sensor_msgs::Image& message);
+  void onCompressed(const sensor_msgs::CompressedImage& message);
+  void onSecond(const ros::WallTimerEvent& event);
+
+  template <typename Message, typename Decode>
+  void addImage(const Message& message, const Decode& decode);
+  /// Judges a stamp; after a time jump everything starts anew. False: drop the message.
+  bool admit(Stream stream, const ros::Time& stamp);
+  void restart();
+  void track();
+  void publish(const TrackedFrame& tracked);
+  void publishDebugImage(const std_msgs::Header& header);
+  void publishMarkers(const FrameObservation& frame, const std_msgs::Header& header);
+
+  ros::NodeHandle handle_;
+  ros::NodeHandle private_handle_{"~"};
+  StampClock clock_;
+  std::unique_ptr<ImagePipeline> pipeline_;
+  TimeGuard guard_{{{false}, {true}}};  // as the host: a gap between images is a restart
+  StreamMonitor monitors_[kStreams] = {{"imu", true}, {"image", true}};
+
+  ros::Subscriber imu_, image_;
+  ros::Publisher features_, lines_, restart_, debug_image_, markers_, diagnostics_;
+  ros::WallTimer timer_;
+};
+
+std::string FeatureTrackerLinesNode::start() {
+  feature_tracker_lines::Config config;
+  ImagePipelineOptions options;
+  NodeParameters parameters(private_handle_);
+  parameters.readConfig(&config);
+  options.publish_rate_hz = config.front_end.host.freq;
+  std::string transport = "raw";
+  parameters.read("imu_topic", &config.imu_topic);
+  parameters.read("image_topic", &config.image_topic);
+  parameters.read("image_transport", &transport);
+  parameters.read("image_queue", &options.image_queue);
+  parameters.read("max_imu_wait_s", &options.max_imu_wait_s);
+  parameters.read("publish_rate_hz", &options.publish_rate_hz);
+  if (std::string sentence = parameters.check(); !sentence.empty()) return sentence;
+  if (std::string sentence = options.validate(); !sentence.empty()) return "~" + sentence;
+  if (transport != "raw" && transport != "compressed") {
+    return "~image_transport is \"" + transport + "\", must be raw or compressed";
+  }
+  for (const auto& [name, topic] :
+       {std::pair<const char*, std::string>("imu_topic", config.imu_topic),
+        {"image_topic", config.image_topic}}) {
+    if (topic.empty()) {
+      return std::string(name) + " is neither in the configuration file nor set as ~" + name;
+    }
+  }
+  parameters.log();
+  // One thread: OpenCV's own cost more than they save at these image sizes.
+  cv::setNumThreads(1);
+  pipeline_ = std::make_unique<ImagePipeline>(config, options);
+
+  features_ = handle_.advertise<sensor_msgs::PointCloud>("feature_tracker/feature", 100);
+  lines_ = handle_.advertise<sensor_msgs::PointCloud>("feature_tracker_lines/lines", 100);
+  restart_ = handle_.advertise<std_msgs::Bool>("feature_tracker/restart", 10);
+  debug_image_ = handle_.advertise<sensor_msgs::Image>("feature_tracker/feature_img", 2);
+  markers_ = handle_.advertise<visualization_msgs::MarkerArray>("feature_tracker_lines/markers", 2);
+  diagnostics_ = handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
+  imu_ = handle_.subscribe(config.imu_topic, 2000, &FeatureTrackerLinesNode::onImu, this, hints);
+  const auto queue = static_cast<std::uint32_t>(options.image_queue);
+  if (transport == "raw") {
+    image_ = handle_.subscribe(config.image_topic, queue, &FeatureTrackerLinesNode::onImage, this,
+                               hints);
+  } else {
+    image_ = handle_.subscribe(config.image_topic + "/compressed", queue,
+                               &FeatureTrackerLinesNode::onCompressed, this, hints);
+  }
+  // Wall clock: simulated time stands still with the bag, and then most of all one wants to know.
+  timer_ =
+      handle_.createWallTimer(ros::WallDuration(1.0), &FeatureTrackerLinesNode::onSecond, this);
+  return "";
+}
+
+bool FeatureTrackerLinesNode::admit(Stream stream, const ros::Time& stamp) {
+  switch (guard_.check(stream, stamp.toSec())) {
+    case StampVerdict::kUse: return true;
+    case StampVerdict::kRestart:
+      ROS_WARN_STREAM("time jumped to " << stamp << ": the tracker restarts");
+      restart();
+      return true;
+    default: return false;
+  }
+}
+
+void FeatureTrackerLinesNode::restart() {
+  pipeline_->restart();
+  std_msgs::Bool message;
+  message.data = true;
+  restart_.publish(message);
+}
+
+void FeatureTrackerLinesNode::onImu(const sensor_msgs::Imu& message) {
+  monitors_[kImu].received(message.header.seq);
+  const ImuSample raw = toSample(message, 0.0);
+  if (!raw.gyro.allFinite() || !raw.accel.allFinite()) {
+    monitors_[kImu].garbage("a value is not finite");
+    return;
+  }
+  if (!admit(kImu, message.header.stamp)) return;
+  pipeline_->addImu(toSample(message, clock_.seconds(stampNs(message.header.stamp))));
+  track();
+}
+
+template <typename Message, typename Decode>
+void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& decode) {
+  monitors_[kImage].received(message.header.seq);
+  cv::Mat image;
+  std::string problem;
+  try {
+    problem = decode(message, &image);
+  } catch (const std::exception& exception) {
+    problem = std::string("cannot be read: ") + exception.what();
+  }
+  if (!problem.empty()) {
+    monitors_[kImage].garbage("the image " + problem);
+    return;
+  }
+  if (!admit(kImage, message.header.stamp)) return;
+  pipeline_->addImage(clock_.seconds(stampNs(message.header.stamp)), image);
+  track();
+}
+
+void FeatureTrackerLinesNode::onImage(const sensor_msgs::Image& message) {
+  addImage(message, feature_tracker_lines::decodeImage<sensor_msgs::Image>);
+}
+
+void FeatureTrackerLinesNode::onCompressed(const sensor_msgs::CompressedImage& message) {
+  addImage(message, feature_tracker_lines::decodeCompressedImage<sensor_msgs::CompressedImage>);
+}
+
+void FeatureTrackerLinesNode::track() {
+  bool worked = true;
+  while (worked) {
+    const std::optional<TrackedFrame> tracked = pipeline_->track(&worked);
+    if (tracked.has_value()) publish(*tracked);
+  }
+}
+
+void FeatureTrackerLinesNode::publish(const TrackedFrame& tracked) {
+  std_msgs::Header header;
+  header.stamp = rosTime(clock_.stampNs(tracked.frame.t));
+  header.frame_id = kCameraFrame;
+  sensor_msgs::PointCloud points, lines;
+  points.header = lines.header = header;
+  const FrameObservation* previous =
+      std::isfinite(tracked.previous.t) ? &tracked.previous : nullptr;
+  std::string error;
+  if (!vins_adapter::writePointMessage(tracked.frame, previous, &points, &error) ||
+      !vins_adapter::writeLineMessage(tracked.frame, &lines, &error)) {
+    // After some hours the ids no longer fit the floats of the messages.
+    ROS_WARN_STREAM(error << ": the tracker restarts");
+    restart();
+    return;
+  }
+  // Lines first: who joins both has them when the points come.
+  lines_.publish(lines);
+  features_.publish(points);
+  if (debug_image_.getNumSubscribers() > 0) publishDebugImage(header);
+  if (markers_.getNumSubscribers() > 0) publishMarkers(tracked.frame, header);
+}
+
+void FeatureTrackerLinesNode::publishDebugImage(const std_msgs::Header& header) {
+  const cv::Mat picture = pipeline_->frontEnd().debugImage();
+  if (picture.empty() || !picture.isContinuous()) return;
+  sensor_msgs::Image message;
+  message.header = header;
+  message.height = static_cast<std::uint32_t>(picture.rows);
+  message.width = static_cast<std::uint32_t>(picture.cols);
+  message.encoding = "bgr8";
+  message.step = static_cast<std::uint32_t>(picture.step);
+  message.data.assign(picture.datastart, picture.dataend);
+  debug_image_.publish(message);
+}
+
+// Segments on the plane z = 1 m before the camera, and the dominant vanishing point as an arrow.
+void FeatureTrackerLinesNode::publishMarkers(const FrameObservation& frame,
+                                             const std_msgs::Header& header) {
+  const auto append = [](const Eigen::Vector3d& p, visualization_msgs::Marker* marker) {
+    marker->points.emplace_back();
+    marker->points.back().x = p.x();
+    marker->points.back().y = p.y();
+    marker->points.back().z = p.z();
+  };
+  visualization_msgs::MarkerArray message;
+  message.markers.resize(2);
+  visualization_msgs::Marker& segments = message.markers[0];
+  segments.header = header;
+  segments.ns = "lines";
+  segments.type = visualization_msgs::Marker::LINE_LIST;
+  segments.pose.orientation.w = 1.0;
+  segments.scale.x = 0.005;
+  segments.color.b = segments.color.g = segments.color.a = 1.0f;
+  for (const LineObservation& line : frame.lines) {
+    append(line.start_bearing / line.start_bearing.z(), &segments);
+    append(line.end_bearing / line.end_bearing.z(), &segments);
+  }
+  const feature_tracker_lines::FrontEndReport& report = pipeline_->frontEnd().report();
+  visualization_msgs::Marker& vp = message.markers[1];
+  vp.header = header;
+  vp.ns = "vanishing point";
+  vp.pose.orientation.w = 1.0;
+  vp.type = visualization_msgs::Marker::ARROW;
+  vp.action =
+      report.vp_found ? visualization_msgs::Marker::ADD : visualization_msgs::Marker::DELETE;
+  vp.scale.x = 0.02;
+  vp.scale.y = 0.05;
+  vp.scale.z = 0.1;
+  vp.color.g = vp.color.a = 1.0f;
+  append(Eigen::Vector3d::Zero(), &vp);
+  append(report.vp_direction, &vp);
+  markers_.publish(message);
+}
+
+void FeatureTrackerLinesNode::onSecond(const ros::WallTimerEvent& /*event*/) {
+  diagnostic_msgs::DiagnosticArray message;
+  message.header.stamp = ros::Time::now();
+  diagnostic_msgs::DiagnosticStatus streams = makeStatus("streams");
+  for (int i = 0; i < kStreams; ++i) monitors_[i].report(guard_.counts(i), &streams);
+  const double ahead = pipeline_->imageAheadOfImu();
+  if (std::abs(ahead) > TimeGuard::kJump && monitors_[kImu].receivedCount() > 0) {
+    std::ostringstream out;
+    out.precision(3);
+    out << "images are " << ahead << " s ahead of the IMU (bound " << TimeGuard::kJump << " s)";
+    raise(diagnostic_msgs::DiagnosticStatus::WARN, out.str(), &streams);
+  }
+  if (streams.message.empty()) streams.message = "data is coming";
+  addValue("images ahead of the IMU [s]", ahead, &streams);
+
+  diagnostic_msgs::DiagnosticStatus tracking = makeStatus("tracking");
+  const ImagePipelineCounts& counts = pipeline_->counts();
+  const feature_tracker_lines::FrontEndReport& report = pipeline_->frontEnd().report();
+  addValue("images", counts.images, &tracking);
+  addValue("images waiting", pipeline_->waiting(), &tracking);
+  addValue("images tracked", counts.images_tracked, &tracking);
+  addValue("images tracked without IMU", counts.images_without_imu, &tracking);
+  addValue("images dropped: queue full", counts.images_overrun, &tracking);
+  addValue("images dropped: before the first IMU sample", counts.images_before_imu, &tracking);
+  addValue("images dropped: refused by the front end", counts.images_refused, &tracking);
+  addValue("frames published", counts.frames_published, &tracking);
+  addValue("observations left out: off axis", counts.observations_sideways, &tracking);
+  addValue("time jumps", guard_.restarts(), &tracking);
+  addValue("restarts", counts.restarts, &tracking);
+  addValue("points", report.points_tracked + report.points_new, &tracking);
+  addValue("lines", report.lines_matched + report.lines_carried + report.lines_new, &tracking);
+  addValue("vanishing point", report.vp_found, &tracking);
+  addValue("gyroscope used", report.rotation_from_gyro, &tracking);
+  addValue("front end [ms]", report.total_ms, &tracking);
+  if (counts.images_overrun + counts.images_refused > 0) {
+    raise(diagnostic_msgs::DiagnosticStatus::WARN,
+          std::to_string(counts.images_overrun + counts.images_refused) + " images dropped",
+          &tracking);
+  }
+  if (tracking.message.empty()) tracking.message = "tracking";
+  message.status = {streams, tracking};
+  diagnostics_.publish(message);
+}
+
+}  // namespace
+}  // namespace slim_init::node
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "feature_tracker_lines");
+  slim_init::node::FeatureTrackerLinesNode node;
+  if (const std::string sentence = node.start(); !sentence.empty()) {
+    ROS_FATAL_STREAM(sentence);
+    return 2;
+  }
+  ros::spin();
+  return 0;
+}

@@ -1,0 +1,147 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/ros/image_pipeline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+namespace slim_init::node {
+namespace {
+
+using feature_tracker_lines::ImageFrontEnd;
+using feature_tracker_lines::ImageStatus;
+
+// The messages hold (x, y, 1): a ray has to point forward, and not almost sideways (89.4 deg).
+constexpr double kLeastForward = 0.01;
+constexpr std::size_t kMostImu = 5000;  // 25 s at 200 Hz, while no image comes
+
+bool pointsForward(const Eigen::Vector3d& bearing) { return bearing.z() >= kLeastForward; }
+
+template <typename... Parts>
+std::string sentence(const Parts&... parts) {
+  std::ostringstream out;
+  (out << ... << parts);
+  return out.str();
+}
+
+}  // namespace
+
+std::string ImagePipelineOptions::validate() const {
+  if (image_queue < 1 || image_queue > 10000) {
+    return sentence("image_queue is ", image_queue, ", must be in [1, 10000]");
+  }
+  if (!(max_imu_wait_s >= 0.0 && max_imu_wait_s <= 60.0)) {
+    return sentence("max_imu_wait_s is ", max_imu_wait_s, ", must be in [0, 60]");
+  }
+  if (!(publish_rate_hz >= 0.0 && publish_rate_hz <= 1000.0)) {
+    return sentence("publish_rate_hz is ", publish_rate_hz, ", must be in [0, 1000]");
+  }
+  return "";
+}
+
+ImagePipeline::ImagePipeline(const feature_tracker_lines::Config& config,
+                             const ImagePipelineOptions& options)
+    : config_(config), options_(options) {
+  restart();
+  counts_.restarts = 0;
+}
+
+void ImagePipeline::restart() {
+  // A new front end and not reset(): that one goes on counting ids, which have to fit the messages.
+  front_end_ =
+      std::make_unique<ImageFrontEnd>(config_.camera, config_.calibration, config_.front_end);
+  images_.clear();
+  imu_.clear();
+  t_first_imu_ = t_fed_imu_ = t_imu_ = t_image_ = t_next_publish_ = kNotComputed;
+  previous_ = FrameObservation();
+  previous_.t = kNotComputed;
+  ++counts_.restarts;
+}
+
+void ImagePipeline::addImu(const ImuSample& sample) {
+  if (!std::isfinite(sample.t) || sample.t <= t_imu_) return;  // false before the first
+  if (std::isnan(t_first_imu_)) t_first_imu_ = sample.t;
+  t_imu_ = sample.t;
+  imu_.push_back(sample);
+  if (imu_.size() > kMostImu) imu_.pop_front();
+}
+
+void ImagePipeline::addImage(double t, const cv::Mat& image) {
+  ++counts_.images;
+  t_image_ = t;
+  images_.push_back({t, image});
+  if (static_cast<int>(images_.size()) <= options_.image_queue) return;
+  images_.pop_front();
+  ++counts_.images_overrun;
+}
+
+std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
+  *worked = false;
+  const double td = config_.calibration.td;
+  // Known to be older than any sample that will come.
+  while (!images_.empty() && images_.front().t + td < t_first_imu_) {
+    images_.pop_front();
+    ++counts_.images_before_imu;
+  }
+  if (images_.empty()) return std::nullopt;
+  const double t_image = images_.front().t + td;
+  const bool covered = t_image <= t_imu_;  // false without IMU
+  if (!covered && config_.front_end.use_gyro &&
+      t_image_ - images_.front().t < options_.max_imu_wait_s) {
+    return std::nullopt;
+  }
+
+  *worked = true;
+  const PendingImage image = std::move(images_.front());
+  images_.pop_front();
+  while (!imu_.empty() && !(t_fed_imu_ >= t_image)) {
+    front_end_->addImu(imu_.front());
+    t_fed_imu_ = imu_.front().t;
+    imu_.pop_front();
+  }
+  TrackedFrame tracked;
+  if (front_end_->addImage(image.t, image.image, &tracked.frame) != ImageStatus::kTracked) {
+    ++counts_.images_refused;
+    return std::nullopt;
+  }
+  ++counts_.images_tracked;
+  if (!covered) ++counts_.images_without_imu;
+  keepForward(&tracked.frame);
+  tracked.previous = std::exchange(previous_, tracked.frame);
+  if (!publishNow(image.t)) return std::nullopt;
+  ++counts_.frames_published;
+  return tracked;
+}
+
+// The first image after a start has no velocities; the host's own tracker leaves it out as well.
+bool ImagePipeline::publishNow(double t) {
+  const double interval = options_.publish_rate_hz > 0.0 ? 1.0 / options_.publish_rate_hz : 0.0;
+  if (std::isnan(t_next_publish_)) {
+    t_next_publish_ = t + interval;
+    return false;
+  }
+  // Stamps jitter about their grid: a quarter of an interval early is in time.
+  if (t < t_next_publish_ - 0.25 * interval) return false;
+  // The grid goes on from where it was; after a pause it starts anew.
+  t_next_publish_ = std::max(t_next_publish_ + interval, t + 0.5 * interval);
+  return true;
+}
+
+void ImagePipeline::keepForward(FrameObservation* frame) {
+  const std::size_t before = frame->points.size() + frame->lines.size();
+  auto& points = frame->points;
+  points.erase(std::remove_if(points.begin(), points.end(),
+                              [](const PointObservation& p) { return !pointsForward(p.bearing); }),
+               points.end());
+  auto& lines = frame->lines;
+  lines.erase(std::remove_if(lines.begin(), lines.end(),
+                             [](const LineObservation& l) {
+                               return !pointsForward(l.start_bearing) ||
+                                      !pointsForward(l.end_bearing);
+                             }),
+              lines.end());
+  counts_.observations_sideways += static_cast<std::int64_t>(before - points.size() - lines.size());
+}
+
+}  // namespace slim_init::node

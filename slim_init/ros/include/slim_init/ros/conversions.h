@@ -1,0 +1,54 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// From and to messages. Feature messages: slim_init/vins_adapter/feature_message.h.
+#pragma once
+
+#include <geometry_msgs/Transform.h>
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
+#include <ros/time.h>
+#include <sensor_msgs/Imu.h>
+
+#include <cstdint>
+#include <string>
+
+#include "slim_init/ros/init_session.h"
+#include "slim_init/ros/messages.h"
+#include "slim_init/ros/stamp_clock.h"
+#include "slim_init/types.h"
+
+namespace slim_init::node {
+
+std::int64_t stampNs(const ros::Time& stamp);
+
+/// Negative times, which ROS cannot say, become zero.
+ros::Time rosTime(std::int64_t stamp_ns);
+
+/// Angular rate and specific force; `t` is the caller's.
+ImuSample toSample(const sensor_msgs::Imu& message, double t);
+
+/// What the messages of an answer need besides it.
+struct ResultContext {
+  StampClock clock;  ///< of the times in the answer
+  std::string method;
+  std::string world_frame = "world";
+  std::string body_frame = "body";
+  double td = 0.0;  ///< t_imu = t_image + td [s]
+};
+
+InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& context);
+
+/// `attempt` succeeded and has states.
+InitResultMessage resultMessage(const Attempt& attempt, const ResultContext& context);
+
+/// The newest keyframe's state: pose in the world, velocity in the body frame as the message wants
+/// it. Covariances (row-major 6 x 6) where the method has them, else zero. The angular velocity is
+/// not known here and zero.
+nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& context);
+
+/// The poses of all keyframes.
+nav_msgs::Path pathMessage(const Attempt& attempt, const ResultContext& context);
+
+geometry_msgs::Transform transformMessage(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
+
+}  // namespace slim_init::node

@@ -1,0 +1,48 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Private parameters of a node: every one is named, typed, logged once; unknown ones are refused.
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+#include <vector>
+
+#include "slim_init/feature_tracker_lines/config.h"
+
+namespace slim_init::node {
+
+class NodeParameters {
+ public:
+  explicit NodeParameters(const ros::NodeHandle& private_handle) : handle_(private_handle) {}
+
+  /// Reads ~name where it is set, else leaves `value` as its default. A value of another type is
+  /// the problem that check() returns.
+  void read(const std::string& name, std::string* value);
+  void read(const std::string& name, bool* value);
+  void read(const std::string& name, int* value);
+  void read(const std::string& name, double* value);
+
+  /// Reads ~config_file (required) and ~options_file into `config`.
+  void readConfig(feature_tracker_lines::Config* config);
+
+  /// After the last read(): an empty string, or a sentence about the first problem: a wrong type, a
+  /// file that cannot be used, a private parameter that nobody has read.
+  std::string check();
+
+  /// Logs all values, one line each, and the notes of the configuration.
+  void log() const;
+
+ private:
+  template <typename T>
+  void readAs(const std::string& name, const char* kind, T* value);
+  void problem(const std::string& sentence);
+
+  ros::NodeHandle handle_;
+  std::vector<std::string> known_;
+  std::vector<std::string> lines_;
+  std::vector<std::string> notes_;
+  std::string problem_;
+};
+
+}  // namespace slim_init::node

@@ -1,0 +1,72 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/ros/node_parameters.h"
+
+#include <ros/console.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace slim_init::node {
+
+void NodeParameters::problem(const std::string& sentence) {
+  if (problem_.empty()) problem_ = sentence;
+}
+
+template <typename T>
+void NodeParameters::readAs(const std::string& name, const char* kind, T* value) {
+  known_.push_back(name);
+  if (handle_.hasParam(name) && !handle_.getParam(name, *value)) {
+    problem("~" + name + " must be " + kind);
+  }
+  std::ostringstream out;
+  out << std::boolalpha << "~" << name << ": " << *value;
+  lines_.push_back(out.str());
+}
+
+void NodeParameters::read(const std::string& name, std::string* value) {
+  readAs(name, "a text", value);
+}
+void NodeParameters::read(const std::string& name, bool* value) {
+  readAs(name, "true or false", value);
+}
+void NodeParameters::read(const std::string& name, int* value) {
+  readAs(name, "a whole number", value);
+}
+void NodeParameters::read(const std::string& name, double* value) {
+  readAs(name, "a number", value);
+}
+
+void NodeParameters::readConfig(feature_tracker_lines::Config* config) {
+  std::string file, options_file, error;
+  read("config_file", &file);
+  read("options_file", &options_file);
+  if (file.empty()) {
+    problem(
+        "~config_file is not set: it names the configuration file of the rig (config/README.md)");
+  } else if (!feature_tracker_lines::loadConfig(file, options_file, config, &error)) {
+    problem(error);
+  }
+  notes_ = config->notes;
+}
+
+std::string NodeParameters::check() {
+  std::vector<std::string> names;
+  handle_.getParamNames(names);
+  const std::string prefix = handle_.getNamespace() + "/";
+  for (const std::string& name : names) {
+    if (name.compare(0, prefix.size(), prefix) != 0) continue;
+    const std::string key = name.substr(prefix.size());
+    if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
+    std::string sentence = "~" + key + " is not a parameter of this node; it has";
+    for (const std::string& known : known_) sentence += " ~" + known;
+    problem(sentence);
+  }
+  return problem_;
+}
+
+void NodeParameters::log() const {
+  for (const std::string& line : lines_) ROS_INFO_STREAM(line);
+  for (const std::string& note : notes_) ROS_INFO_STREAM("note: " << note);
+}
+
+}  // namespace slim_init::node

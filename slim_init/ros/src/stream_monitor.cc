@@ -1,0 +1,69 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/ros/stream_monitor.h"
+
+#include <ros/console.h>
+#include <ros/this_node.h>
+
+#include <cmath>
+
+namespace slim_init::node {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+void raise(int level, const std::string& sentence, DiagnosticStatus* status) {
+  if (level > status->level) status->level = static_cast<DiagnosticStatus::_level_type>(level);
+  status->message += (status->message.empty() ? "" : "; ") + sentence;
+}
+
+DiagnosticStatus makeStatus(const std::string& part) {
+  DiagnosticStatus status;
+  status.name = ros::this_node::getName().substr(1) + ": " + part;
+  status.hardware_id = "slim_init";
+  return status;
+}
+
+void StreamMonitor::received(std::uint32_t sequence) {
+  ++received_;
+  gaps_.add(sequence);
+  last_ = ros::WallTime::now();
+}
+
+void StreamMonitor::garbage(const std::string& sentence) {
+  ++garbage_;
+  last_garbage_ = sentence;
+  ROS_WARN_STREAM_THROTTLE(5.0, name_ << " message dropped: " << sentence);
+}
+
+void StreamMonitor::report(const StampCounts& stamps, DiagnosticStatus* status) {
+  const ros::WallTime now = ros::WallTime::now();
+  const double elapsed = (now - reported_).toSec();
+  const double silent = (now - last_).toSec();
+  const std::int64_t dropped = garbage_ + stamps.dropped() + gaps_.lost();
+  const double rate =
+      elapsed > 0.0 ? static_cast<double>(received_ - received_before_) / elapsed : 0.0;
+  if (required_ && silent > kSilence) {
+    std::ostringstream out;
+    out.precision(3);
+    out << "no " << name_ << " message for " << silent << " s (bound " << kSilence << " s)";
+    raise(DiagnosticStatus::ERROR, out.str(), status);
+  }
+  if (dropped > dropped_before_) {
+    raise(DiagnosticStatus::WARN,
+          std::to_string(dropped - dropped_before_) + " " + name_ + " messages lost or dropped",
+          status);
+  }
+  addValue(name_ + " received", received_, status);
+  addValue(name_ + " rate [Hz]", std::round(10.0 * rate) / 10.0, status);
+  addValue(name_ + " lost on the way", gaps_.lost(), status);
+  addValue(name_ + " dropped: garbage", garbage_, status);
+  addValue(name_ + " dropped: no stamp", stamps.no_stamp, status);
+  addValue(name_ + " dropped: late", stamps.late, status);
+  addValue(name_ + " dropped: stray stamp", stamps.held, status);
+  addValue(name_ + " dropped: before a time jump", stamps.stale, status);
+  if (!last_garbage_.empty()) addValue(name_ + " last garbage", last_garbage_, status);
+  received_before_ = received_;
+  dropped_before_ = dropped;
+  reported_ = now;
+}
+
+}  // namespace slim_init::node

@@ -1,0 +1,272 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/ros/image_pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <vector>
+
+#include "slim_init/feature_tracker_lines/image_message.h"
+
+namespace slim_init::node {
+namespace {
+
+using feature_tracker_lines::Config;
+using feature_tracker_lines::ImageFrontEnd;
+
+constexpr int kWidth = 240, kHeight = 180;
+constexpr double kImageInterval = 0.05, kImuInterval = 0.005;
+
+Config smallCamera() {
+  Config config;
+  config.camera.width = kWidth;
+  config.camera.height = kHeight;
+  config.camera.fx = config.camera.fy = 150.0;
+  config.camera.cx = 119.5;
+  config.camera.cy = 89.5;
+  config.calibration.focal_px = 150.0;
+  config.calibration.td = 0.003;
+  return config;
+}
+
+/// Blots that drift to the right.
+cv::Mat imageAt(double t) {
+  cv::Mat image(kHeight, kWidth, CV_8UC1, cv::Scalar(100));
+  for (int i = 0; i < 60; ++i) {
+    const double x = 120.0 + 150.0 * std::sin(12.9898 * i) + 30.0 * t;
+    const double y = 90.0 + 100.0 * std::sin(78.233 * i);
+    constexpr int kShift = 8;
+    cv::circle(image, cv::Point(std::lround(256.0 * x), std::lround(256.0 * y)), 5 << kShift,
+               cv::Scalar(30 + (i * 53) % 200), cv::FILLED, cv::LINE_AA, kShift);
+  }
+  return image;
+}
+
+ImuSample sampleAt(double t) {
+  ImuSample sample;
+  sample.t = t;
+  sample.gyro = Eigen::Vector3d(0.01, 0.02, -0.01);
+  sample.accel.z() = 9.81;
+  return sample;
+}
+
+void expectEqual(const FrameObservation& a, const FrameObservation& b) {
+  EXPECT_EQ(a.t, b.t);
+  ASSERT_EQ(a.points.size(), b.points.size());
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    EXPECT_EQ(a.points[i].id, b.points[i].id);
+    EXPECT_EQ(a.points[i].pixel, b.points[i].pixel);
+  }
+  EXPECT_EQ(a.lines.size(), b.lines.size());
+}
+
+/// What `slim_init ab` would hand to the initializer: IMU up to the first sample at or after an
+/// image, images before the first sample left out.
+std::vector<FrameObservation> offLine(const Config& config, const std::vector<double>& images,
+                                      const std::vector<double>& imu) {
+  ImageFrontEnd front_end(config.camera, config.calibration, config.front_end);
+  std::vector<FrameObservation> frames;
+  std::size_t next = 0;
+  for (const double t : images) {
+    const double t_imu = t + config.calibration.td;
+    if (t_imu < imu.front()) continue;
+    while (next < imu.size() && (next == 0 || imu[next - 1] < t_imu)) {
+      front_end.addImu(sampleAt(imu[next++]));
+    }
+    FrameObservation frame;
+    front_end.addImage(t, imageAt(t), &frame);
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+class ImagePipelineTest : public ::testing::Test {
+ protected:
+  ImagePipelineTest() {
+    options_.publish_rate_hz = 0.0;
+    for (int k = 0; k < 20; ++k) images_.push_back(kImageInterval * k);
+    for (int k = 16; k < 240; ++k) imu_.push_back(kImuInterval * k);  // from 0.08 s on
+  }
+
+  static void drain(ImagePipeline* pipeline, std::vector<TrackedFrame>* out) {
+    bool worked = true;
+    while (worked) {
+      if (std::optional<TrackedFrame> tracked = pipeline->track(&worked)) {
+        out->push_back(std::move(*tracked));
+      }
+    }
+  }
+
+  /// IMU messages come `imu_delay` after their images [s]; negative: before.
+  std::vector<TrackedFrame> run(ImagePipeline* pipeline, double imu_delay) {
+    std::vector<TrackedFrame> out;
+    std::size_t next = 0;
+    for (const double t : images_) {
+      while (next < imu_.size() && imu_[next] + imu_delay <= t) {
+        pipeline->addImu(sampleAt(imu_[next++]));
+        drain(pipeline, &out);
+      }
+      pipeline->addImage(t, imageAt(t));
+      drain(pipeline, &out);
+    }
+    while (next < imu_.size()) {
+      pipeline->addImu(sampleAt(imu_[next++]));
+      drain(pipeline, &out);
+    }
+    return out;
+  }
+
+  Config config_ = smallCamera();
+  ImagePipelineOptions options_;
+  std::vector<double> images_, imu_;
+};
+
+TEST_F(ImagePipelineTest, GivesTheFramesOfTheProgramWhateverTheDelay) {
+  const std::vector<FrameObservation> expected = offLine(config_, images_, imu_);
+  ASSERT_GT(expected.back().points.size(), 15u);
+  for (const double delay : {0.0, 0.004, 0.13, -0.05}) {
+    ImagePipeline pipeline(config_, options_);
+    const std::vector<TrackedFrame> out = run(&pipeline, delay);
+    // The first image is tracked but has no velocities and is not published.
+    ASSERT_EQ(out.size() + 1, expected.size()) << delay;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      expectEqual(out[i].frame, expected[i + 1]);
+      expectEqual(out[i].previous, expected[i]);
+    }
+    EXPECT_EQ(pipeline.counts().images_before_imu, 2) << delay;  // at 0 and 0.05 s
+    EXPECT_EQ(pipeline.counts().images_without_imu, 0) << delay;
+    EXPECT_EQ(pipeline.counts().images, 20);
+    EXPECT_EQ(pipeline.waiting(), 0);
+  }
+}
+
+TEST_F(ImagePipelineTest, WithoutImuItTracksAfterTheWait) {
+  imu_.clear();
+  options_.max_imu_wait_s = 0.2;
+  ImagePipeline pipeline(config_, options_);
+  run(&pipeline, 0.0);
+  EXPECT_EQ(pipeline.counts().images_tracked, 16);
+  EXPECT_EQ(pipeline.counts().images_without_imu, 16);
+  EXPECT_EQ(pipeline.waiting(), 4);
+  EXPECT_TRUE(std::isnan(pipeline.imageAheadOfImu()));
+}
+
+TEST_F(ImagePipelineTest, PublishesAtTheRateOfTheHost) {
+  options_.publish_rate_hz = 10.0;
+  ImagePipeline pipeline(config_, options_);
+  const std::vector<TrackedFrame> out = run(&pipeline, 0.0);
+  EXPECT_EQ(pipeline.counts().images_tracked, 18);
+  ASSERT_EQ(out.size(), 8u);  // 0.2 s .. 0.9 s: the first image is at 0.1 s
+  for (std::size_t i = 1; i < out.size(); ++i) {
+    EXPECT_NEAR(out[i].frame.t - out[i - 1].frame.t, 0.1, 1e-9);
+  }
+  // Velocities are over the images that are tracked, not those that are published.
+  EXPECT_NEAR(out[3].frame.t - out[3].previous.t, 0.05, 1e-9);
+}
+
+TEST_F(ImagePipelineTest, AFullQueueDropsTheOldestAndCounts) {
+  options_.image_queue = 5;
+  options_.max_imu_wait_s = 10.0;
+  ImagePipeline pipeline(config_, options_);
+  pipeline.addImu(sampleAt(0.0));
+  bool worked = false;
+  for (const double t : images_) {
+    pipeline.addImage(t, imageAt(t));
+    EXPECT_FALSE(pipeline.track(&worked).has_value());
+  }
+  EXPECT_EQ(pipeline.waiting(), 5);
+  EXPECT_EQ(pipeline.counts().images_overrun, 15);
+  EXPECT_NEAR(pipeline.imageAheadOfImu(), 0.953, 1e-9);
+}
+
+TEST_F(ImagePipelineTest, ImagesThatCannotBeUsedAreCountedAndTheNextIsTracked) {
+  ImagePipeline pipeline(config_, options_);
+  for (int k = 0; k < 60; ++k) pipeline.addImu(sampleAt(kImuInterval * k));
+  pipeline.addImage(0.05, imageAt(0.05));
+  pipeline.addImage(0.10, cv::Mat(10, 10, CV_8UC1, cv::Scalar(0)));
+  pipeline.addImage(0.15, cv::Mat());
+  pipeline.addImage(0.20, imageAt(0.20));
+  std::vector<TrackedFrame> out;
+  drain(&pipeline, &out);
+  EXPECT_EQ(pipeline.counts().images_refused, 2);
+  ASSERT_EQ(out.size(), 1u);
+  EXPECT_EQ(out[0].frame.t, 0.20);
+}
+
+TEST_F(ImagePipelineTest, ARestartBeginsAnew) {
+  ImagePipeline pipeline(config_, options_);
+  const std::vector<TrackedFrame> first = run(&pipeline, 0.0);
+  pipeline.restart();
+  EXPECT_EQ(pipeline.counts().restarts, 1);
+  const std::vector<TrackedFrame> second = run(&pipeline, 0.0);  // time has gone back
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) expectEqual(first[i].frame, second[i].frame);
+}
+
+TEST_F(ImagePipelineTest, ObservationsThatTheMessageCannotHoldAreLeftOut) {
+  // A fisheye that sees beyond 90 degrees: the pixels at the edge have no (x, y, 1).
+  config_.camera.model = feature_tracker_lines::CameraModel::kKannalaBrandt;
+  config_.camera.fx = config_.camera.fy = 60.0;
+  config_.calibration.focal_px = 60.0;
+  ImagePipeline pipeline(config_, options_);
+  const std::vector<TrackedFrame> out = run(&pipeline, 0.0);
+  ASSERT_FALSE(out.empty());
+  for (const TrackedFrame& tracked : out) {
+    for (const PointObservation& point : tracked.frame.points) EXPECT_GE(point.bearing.z(), 0.01);
+  }
+  EXPECT_GT(pipeline.counts().observations_sideways, 0);
+}
+
+TEST(ImagePipelineOptionsTest, NameFieldValueAndBound) {
+  ImagePipelineOptions options;
+  EXPECT_EQ(options.validate(), "");
+  options.image_queue = 0;
+  EXPECT_EQ(options.validate(), "image_queue is 0, must be in [1, 10000]");
+  options = ImagePipelineOptions();
+  options.publish_rate_hz = -1.0;
+  EXPECT_EQ(options.validate(), "publish_rate_hz is -1, must be in [0, 1000]");
+  options = ImagePipelineOptions();
+  options.max_imu_wait_s = std::nan("");
+  EXPECT_NE(options.validate(), "");
+}
+
+/// Stands in for sensor_msgs::Image.
+struct ImageMessage {
+  std::uint32_t width = 2, height = 2, step = 2;
+  std::string encoding = "mono8";
+  std::vector<std::uint8_t> data = std::vector<std::uint8_t>(4, 3);
+};
+
+TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
+  cv::Mat grey;
+  ImageMessage message;
+  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey), "");
+  EXPECT_EQ(grey.at<std::uint8_t>(1, 0), 3);
+  message.encoding = "rgb8";
+  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey),
+            "is said to be 2 x 2 in rows of 2 bytes (rgb8), but holds 4 bytes");
+  message.step = 6;
+  message.data.assign(12, 77);
+  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey), "");
+  EXPECT_EQ(grey.at<std::uint8_t>(1, 1), 77);
+  message.encoding = "bayer_rggb8";
+  EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey)
+                .rfind("has encoding 'bayer_rggb8', must be mono8", 0),
+            0u);
+  message = ImageMessage();
+  message.data.pop_back();
+  EXPECT_NE(feature_tracker_lines::decodeImage(message, &grey), "");
+  message = ImageMessage();
+  message.width = 0;
+  EXPECT_NE(feature_tracker_lines::decodeImage(message, &grey), "");
+  message = ImageMessage();
+  message.width = message.step = 0xFFFFFFFFu;
+  message.height = 0xFFFFFFFFu;
+  EXPECT_NE(feature_tracker_lines::decodeImage(message, &grey), "");
+}
+
+}  // namespace
+}  // namespace slim_init::node

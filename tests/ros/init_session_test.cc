@@ -1,0 +1,251 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/ros/init_session.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace slim_init::node {
+namespace {
+
+/// Answers with the next of a list of statuses; windows are real.
+class ScriptedInitializer : public IInitializer {
+ public:
+  explicit ScriptedInitializer(double td = 0.0) : window_(calibrationWith(td), WindowOptions()) {}
+
+  const std::string& name() const override { return name_; }
+  AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
+  AddStatus addFrame(const FrameObservation& frame) override {
+    frames.push_back(frame);
+    return window_.addFrame(frame);
+  }
+  bool addLines(double t, const std::vector<LineObservation>& lines) override {
+    const bool merged = window_.addLines(t, lines);
+    if (merged) ++late_lines;
+    return merged;
+  }
+  InitResult initialize() override {
+    InitResult result;
+    result.status = script.empty() ? InitStatus::kTooFewKeyframes : script.front();
+    if (!script.empty()) script.pop_front();
+    return result;
+  }
+  InitResult recover(const NavState& /*last_healthy*/) override { return InitResult(); }
+  void reset() override { window_.reset(); }
+  const KeyframeWindow& window() const override { return window_; }
+
+  std::deque<InitStatus> script;
+  std::vector<FrameObservation> frames;
+  int late_lines = 0;
+
+ private:
+  static Calibration calibrationWith(double td) {
+    Calibration calibration;
+    calibration.td = td;
+    return calibration;
+  }
+  std::string name_ = "scripted";
+  KeyframeWindow window_;
+};
+
+class InitSessionTest : public ::testing::Test {
+ protected:
+  void make(const InitSessionOptions& options, double td = 0.0) {
+    auto initializer = std::make_unique<ScriptedInitializer>(td);
+    scripted_ = initializer.get();
+    session_ = std::make_unique<InitSession>(std::move(initializer), options);
+  }
+
+  static FrameObservation frame(double t) {
+    FrameObservation f;
+    f.t = t;
+    f.points.resize(1);
+    f.points[0].id = 7;
+    return f;
+  }
+  static std::vector<LineObservation> line() {
+    std::vector<LineObservation> lines(1);
+    lines[0].id = 3;
+    lines[0].start_bearing = Eigen::Vector3d(0.1, 0.0, 1.0).normalized();
+    return lines;
+  }
+  /// Samples every 5 ms; the last one is exactly at t.
+  void imuUpTo(double t) {
+    for (; next_imu_ < t - 0.0025; next_imu_ += 0.005) addImu(next_imu_);
+    addImu(t);
+    next_imu_ = t + 0.005;
+  }
+  void addImu(double t) {
+    ImuSample sample;
+    sample.t = t;
+    sample.accel.z() = 9.81;
+    session_->addImu(sample);
+  }
+
+  ScriptedInitializer* scripted_ = nullptr;
+  std::unique_ptr<InitSession> session_;
+  double next_imu_ = 0.0;
+};
+
+InitSessionOptions everyFrame(bool expect_lines) {
+  InitSessionOptions options;
+  options.attempt_interval_s = 0.0;
+  options.expect_lines = expect_lines;
+  return options;
+}
+
+TEST_F(InitSessionTest, AsksWhenTheImuCoversAFrameAndNotBefore) {
+  make(everyFrame(false));
+  session_->addPoints(frame(0.1));
+  EXPECT_FALSE(session_->poll().has_value());
+  imuUpTo(0.095);
+  EXPECT_FALSE(session_->poll().has_value());
+  imuUpTo(0.1);
+  const auto attempt = session_->poll();
+  ASSERT_TRUE(attempt.has_value());
+  EXPECT_EQ(attempt->t, 0.1);
+  EXPECT_EQ(attempt->number, 1);
+  EXPECT_FALSE(attempt->requested);
+  EXPECT_GE(attempt->total_ms, 0.0);
+  EXPECT_FALSE(session_->poll().has_value());  // once per frame
+}
+
+TEST_F(InitSessionTest, TheTimeOffsetCounts) {
+  make(everyFrame(false), /*td=*/0.0625);  // sums below are exact
+  session_->addPoints(frame(0.125));
+  imuUpTo(0.186);
+  EXPECT_FALSE(session_->poll().has_value());
+  imuUpTo(0.1875);
+  EXPECT_TRUE(session_->poll().has_value());
+}
+
+TEST_F(InitSessionTest, KeepsTheInterval) {
+  InitSessionOptions options;
+  options.expect_lines = false;
+  make(options);  // 0.1 s
+  int attempts = 0;
+  for (int k = 0; k <= 40; ++k) {
+    session_->addPoints(frame(0.05 * k));
+    imuUpTo(0.05 * k);
+    if (session_->poll().has_value()) ++attempts;
+  }
+  EXPECT_EQ(attempts, 21);
+}
+
+TEST_F(InitSessionTest, LinesMeetTheirFrameBeforeOrAfterIt) {
+  make(everyFrame(true));
+  session_->addLines(0.1, line());
+  session_->addPoints(frame(0.1));
+  ASSERT_EQ(scripted_->frames.size(), 1u);
+  EXPECT_EQ(scripted_->frames[0].lines.size(), 1u);
+  imuUpTo(0.1);
+  EXPECT_TRUE(session_->poll().has_value());
+
+  session_->addPoints(frame(0.15));
+  imuUpTo(0.2);
+  EXPECT_FALSE(session_->poll().has_value()) << "its lines may still come";
+  session_->addLines(0.15, line());
+  EXPECT_EQ(scripted_->late_lines, 1);
+  EXPECT_TRUE(session_->poll().has_value());
+  EXPECT_EQ(session_->counts().lines_unmatched, 0);
+}
+
+TEST_F(InitSessionTest, LostLinesHoldUpOneFrameOnly) {
+  make(everyFrame(true));
+  session_->addPoints(frame(0.1));
+  imuUpTo(0.2);
+  EXPECT_FALSE(session_->poll().has_value());
+  session_->addPoints(frame(0.15));
+  const auto attempt = session_->poll();
+  ASSERT_TRUE(attempt.has_value());
+  EXPECT_EQ(attempt->t, 0.1);
+  session_->expectLines(false);
+  EXPECT_EQ(session_->poll()->t, 0.15);
+}
+
+TEST_F(InitSessionTest, LinesWithoutAFrameAreCounted) {
+  make(everyFrame(true));
+  session_->addLines(0.05, line());
+  session_->addLines(0.10, line());
+  session_->addPoints(frame(0.15));
+  EXPECT_EQ(session_->counts().lines_unmatched, 2);
+  session_->addLines(0.05, line());
+  EXPECT_EQ(session_->counts().lines_unmatched, 3);
+  for (int k = 0; k < 200; ++k) session_->addLines(1.0 + 0.05 * k, line());
+  EXPECT_GE(session_->counts().lines_unmatched, 150);  // nothing grows for ever
+}
+
+TEST_F(InitSessionTest, StopsAtAnAnswerUntilItIsAskedAgain) {
+  make(everyFrame(false));
+  scripted_->script = {InitStatus::kStationary, InitStatus::kSuccess, InitStatus::kSuccess,
+                       InitStatus::kStationary};
+  int attempts = 0;
+  double t = 0.0;
+  const auto run = [&](int frames) {
+    for (int k = 0; k < frames; ++k) {
+      t += 0.05;
+      session_->addPoints(frame(t));
+      imuUpTo(t);
+      if (session_->poll().has_value()) ++attempts;
+    }
+  };
+  run(10);
+  EXPECT_EQ(attempts, 2);
+  EXPECT_TRUE(session_->initialized());
+
+  Attempt again = session_->request();
+  EXPECT_TRUE(again.requested);
+  EXPECT_TRUE(again.result.success());
+  EXPECT_EQ(again.t, t);
+  run(10);
+  EXPECT_EQ(attempts, 2);
+
+  again = session_->request();  // refused: the node goes on trying
+  EXPECT_FALSE(session_->initialized());
+  run(3);
+  EXPECT_EQ(attempts, 5);
+  EXPECT_EQ(session_->counts().successes, 2);
+}
+
+TEST_F(InitSessionTest, ARestartForgetsDataAndAnswer) {
+  make(everyFrame(false));
+  scripted_->script = {InitStatus::kSuccess};
+  session_->addPoints(frame(5.0));
+  next_imu_ = 4.9;
+  imuUpTo(5.0);
+  ASSERT_TRUE(session_->poll().has_value());
+  session_->restart();
+  EXPECT_FALSE(session_->initialized());
+  EXPECT_EQ(session_->initializer().window().counts().imu_added, 0);
+  // Time may have gone back.
+  session_->addPoints(frame(1.0));
+  next_imu_ = 0.9;
+  imuUpTo(1.0);
+  EXPECT_TRUE(session_->poll().has_value());
+  EXPECT_EQ(session_->counts().restarts, 1);
+}
+
+TEST_F(InitSessionTest, ASilentImuDoesNotMakeItGrow) {
+  make(everyFrame(false));
+  for (int k = 1; k <= 1000; ++k) {
+    session_->addPoints(frame(0.05 * k));
+    EXPECT_FALSE(session_->poll().has_value());
+  }
+  EXPECT_EQ(session_->counts().frames_uncovered, 950);
+}
+
+TEST(InitSessionOptionsTest, NamesFieldValueAndBound) {
+  InitSessionOptions options;
+  EXPECT_EQ(options.validate(), "");
+  options.attempt_interval_s = -1.0;
+  EXPECT_EQ(options.validate(), "attempt_interval_s is -1, must be in [0, 60]");
+  options.attempt_interval_s = kNotComputed;
+  EXPECT_NE(options.validate(), "");
+}
+
+}  // namespace
+}  // namespace slim_init::node

@@ -1,0 +1,21 @@
+# Renders the sequence of the ROS tests unless it is there, made from the same description.
+#   cmake -DPROGRAM=<slim_init> -DCONFIG=<rig> -DOUT=<folder> -P sequence.cmake
+cmake_minimum_required(VERSION 3.16)
+set(command ${PROGRAM} simulate --builtin figure-eight --scene room --duration 3.5 --seed 1 --quiet
+            --config ${CONFIG} --out ${OUT}/folder --bag ${OUT}/sequence.bag)
+file(SHA1 ${CONFIG} description)
+string(PREPEND description "${command} ")
+if(EXISTS ${OUT}/description AND EXISTS ${OUT}/sequence.bag)
+  file(READ ${OUT}/description made_from)
+  if(made_from STREQUAL description)
+    message("${OUT}/sequence.bag is there")
+    return()
+  endif()
+endif()
+file(REMOVE_RECURSE ${OUT})
+file(MAKE_DIRECTORY ${OUT})
+execute_process(COMMAND ${command} RESULT_VARIABLE result)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "failed (${result}): ${command}")
+endif()
+file(WRITE ${OUT}/description "${description}")
