@@ -711,7 +711,8 @@ std::vector<ConfigKey> configKeys(Config* config) {
 
       {"slim.vanishing_points", &slim.vanishing_points, "",
        "in the gyroscope bias and in the refinement"},
-      {"slim.prune_lines", &slim.prune_lines, "", "cut line tracks where they contradict the start"},
+      {"slim.prune_lines", &slim.prune_lines, "",
+       "cut line tracks where they contradict the start"},
       {"slim.prune_tracks", &slim.prune_tracks, "",
        "take out tracks that contradict the consensus bias"},
       {"slim.reverse_start", &slim.reverse_start, "", "start from the reverse alignment"},
@@ -766,7 +767,8 @@ std::vector<ConfigKey> configKeys(Config* config) {
       {"gates.min_point_spread_deg", &gates.min_point_spread_deg, "deg",
        "spread of the points of an image; less is refused"},
       {"gates.max_extrinsic_error_deg", &gates.max_extrinsic_error_deg, "deg",
-       "slim: largest error of the extrinsic rotation beyond doubt; four degrees cost 5 % of scale"},
+       "slim: largest error of the extrinsic rotation beyond doubt; four degrees cost 5 % of "
+       "scale"},
       {"gates.max_td_error_s", &gates.max_td_error_s, "s",
        "slim: largest error of the time offset beyond doubt; 10 ms cost 5 % of scale"},
       {"gates.max_behind_fraction", &gates.max_behind_fraction, "",
