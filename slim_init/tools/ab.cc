@@ -14,6 +14,9 @@
 #include "options_file.h"
 #include "plots.h"
 #include "progress_bar.h"
+#ifdef SLIM_INIT_HAS_BACKEND
+#include "slim_init/backend/downstream.h"
+#endif
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/window_solver.h"
@@ -47,6 +50,23 @@ std::string trackingLine(const evaluation::TrackingSummary& tracking) {
       << " of them from the image before; front end " << tracking.total_ms_median
       << " ms (medians)\n";
   return out.str();
+}
+
+/// The back end of --downstream; false where this program was built without it.
+bool setDownstream(const AbOptions& options, evaluation::ProtocolOptions* protocol) {
+  if (!(options.downstream_s > 0.0)) return true;
+#ifdef SLIM_INIT_HAS_BACKEND
+  backend::DownstreamOptions downstream;
+  downstream.seconds = options.downstream_s;
+  protocol->downstream = [downstream](const evaluation::Sequence& sequence,
+                                      const InitResult& answer) {
+    return backend::runDownstream(sequence, answer, downstream);
+  };
+  return true;
+#else
+  (void)protocol;
+  return false;
+#endif
 }
 
 }  // namespace
@@ -90,6 +110,11 @@ int runAb(AbOptions options) {
   protocol.max_windows = options.limit;
   protocol.window = options.initializer.window;
   protocol.first_keyframes = options.first_keyframes;
+  if (!setDownstream(options, &protocol)) {
+    return fail(kExitBadInput,
+                "--downstream: this program was built without the back end, which needs Ceres "
+                "Solver (libceres-dev)");
+  }
   evaluation::ProtocolResult result;
   {
     ProgressBar bar(loaded.sequence.name, !options.quiet);

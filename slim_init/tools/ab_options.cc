@@ -9,8 +9,8 @@
 #include <sstream>
 #include <type_traits>
 
+#include "methods.h"
 #include "slim_init/simulation/trajectory.h"
-#include "slim_init/window_solver.h"
 
 namespace slim_init::tools {
 namespace {
@@ -71,14 +71,14 @@ constexpr std::pair<const char*, GateMode> kGateModes[] = {
 
 std::string checkMethods(AbOptions* options) {
   if (options->methods.empty()) {
-    options->method_names = solverNames();
+    options->method_names = methodNames();
     return "";
   }
   options->method_names.clear();
   std::istringstream list(options->methods + ",");
   for (std::string name; std::getline(list, name, ',');) {
-    if (!contains(solverNames(), name)) {
-      return "--methods names '" + name + "', known are: " + join(solverNames());
+    if (!contains(methodNames(), name)) {
+      return "--methods names '" + name + "', known are: " + join(methodNames());
     }
     if (contains(options->method_names, name)) return "--methods names '" + name + "' twice";
     options->method_names.push_back(name);
@@ -244,7 +244,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        kSimulated},
       {"world", &o.world, "NAME", "Scene: room, hall or corridor", "world", 0.0, 0.0, kSimulated},
       {"methods", &o.methods, "LIST",
-       "Methods, comma separated: " + join(solverNames()) + " (default: all)", "methods"},
+       "Methods, comma separated: " + join(methodNames()) + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
        "YAML file whose section slim_init: every method is made with (config/template.yaml lists "
        "the keys); wins over --config",
@@ -286,6 +286,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"out", &o.out, "DIR", "Folder for the report", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
+      {"downstream", &o.downstream_s, "SECONDS",
+       "Start the back end from every accepted answer and run it for so long [s] (0: do not)",
+       "downstream_s", 0.0, 600.0},
       {"plots", &o.plots, "MODE",
        "Pictures for the report: auto (where python3 has matplotlib) or off", ""},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},

@@ -45,6 +45,7 @@ struct AbOptions {
   std::string gates = "own";
   double duration_s = 60.0;  ///< of a built-in motion
   bool ablation = false;
+  double downstream_s = 0.0;  ///< 0: the back end is not run
   std::string plots = "auto";
   bool quiet = false;
   simulation::FeatureSimulationOptions features;

@@ -29,6 +29,8 @@ constexpr Subcommand kSubcommands[] = {
      CommandLine::Action::kSimulate},
     {"tracks", "Run the front end over images: how many features, how long, how well",
      CommandLine::Action::kTracks},
+    {"doctor", "Check a recording and its configuration: why does it not initialize?",
+     CommandLine::Action::kDoctor},
     {"methods", "List the methods with a line each", CommandLine::Action::kMethods},
 };
 
@@ -239,6 +241,7 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
     table = simulateOptionTable(&line->simulate);
   }
   if (subcommand->action == CommandLine::Action::kTracks) table = tracksOptionTable(&line->tracks);
+  if (subcommand->action == CommandLine::Action::kDoctor) table = doctorOptionTable(&line->doctor);
   const Syntax syntax = tableSyntax("slim_init " + std::string(subcommand->name), table);
   given.clear();
   if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ab_options.h"
+#include "doctor_options.h"
 #include "simulate_options.h"
 #include "tracks_options.h"
 
@@ -12,12 +13,13 @@ namespace slim_init::tools {
 
 /// What the user wants.
 struct CommandLine {
-  enum class Action { kHelp, kVersion, kAb, kSimulate, kTracks, kMethods };
+  enum class Action { kHelp, kVersion, kAb, kSimulate, kTracks, kDoctor, kMethods };
   Action action = Action::kHelp;
   std::string help;          ///< kHelp: what to print
   AbOptions ab;              ///< kAb
   SimulateOptions simulate;  ///< kSimulate
   TracksOptions tracks;      ///< kTracks
+  DoctorCommand doctor;      ///< kDoctor
 };
 
 /// Reads the arguments without the program's name. Returns an empty string, or a sentence naming

@@ -8,6 +8,7 @@
 
 #include "ab.h"
 #include "command_line.h"
+#include "doctor.h"
 #include "exit_code.h"
 #include "methods.h"
 #include "simulate.h"
@@ -56,6 +57,7 @@ int run(int argc, char** argv) {
       return kExitOk;
     case CommandLine::Action::kMethods: return slim_init::tools::runMethods();
     case CommandLine::Action::kSimulate: return slim_init::tools::runSimulate(line.simulate);
+    case CommandLine::Action::kDoctor: return slim_init::tools::runDoctor(line.doctor);
     case CommandLine::Action::kTracks: return slim_init::tools::runTracks(line.tracks);
     case CommandLine::Action::kAb: break;
   }

@@ -19,8 +19,8 @@
 #include "bench_front_end.h"
 #endif
 #include "load_sequence.h"
+#include "methods.h"
 #include "slim_init/keyframe_window.h"
-#include "slim_init/window_solver.h"
 
 namespace slim_init::tools {
 namespace {
@@ -74,7 +74,7 @@ const std::vector<std::shared_ptr<const InitWindow>>& windows(int points) {
 
 void solve(benchmark::State& state, const std::string& method) {
   const auto& input = windows(static_cast<int>(state.range(0)));
-  const auto solver = makeWindowSolver(method, InitializerOptions());
+  const auto solver = makeMethod(method, InitializerOptions());
   std::size_t i = 0, answered = 0, solved = 0;
   double tracks = 0.0;
   for (auto _ : state) {
@@ -93,7 +93,7 @@ void solve(benchmark::State& state, const std::string& method) {
 // Milliseconds per stage as the solver reports them.
 void stages(benchmark::State& state, const std::string& method) {
   const auto& input = windows(100);
-  const auto solver = makeWindowSolver(method, InitializerOptions());
+  const auto solver = makeMethod(method, InitializerOptions());
   std::map<std::string, double> sum;
   std::size_t i = 0;
   for (auto _ : state) {
@@ -128,7 +128,7 @@ void cutWindow(benchmark::State& state) {
 }  // namespace slim_init::tools
 
 int main(int argc, char** argv) {
-  for (const std::string& name : slim_init::solverNames()) {
+  for (const std::string& name : slim_init::tools::methodNames()) {
     benchmark::RegisterBenchmark(
         ("solve/" + name).c_str(),
         [name](benchmark::State& state) { slim_init::tools::solve(state, name); })

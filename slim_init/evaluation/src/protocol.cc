@@ -157,10 +157,11 @@ bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
 }
 
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
-                       const std::vector<NavState>& truth) {
+                       const std::vector<NavState>& truth, InitResult* returned) {
   const auto begin = std::chrono::steady_clock::now();
-  const InitResult answer = solver.solve(window);
+  *returned = solver.solve(window);
   const auto end = std::chrono::steady_clock::now();
+  const InitResult& answer = *returned;
 
   MethodRecord record;
   record.keyframes = window.size();
@@ -183,14 +184,17 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   return record;
 }
 
-/// The first window that the solver accepts, or else the full one.
+/// The first window that the solver accepts, or else the full one; and what becomes of it.
 MethodRecord runSolver(const WindowSolver& solver, const Cut& cut,
-                       const std::vector<std::vector<NavState>>& truths) {
+                       const std::vector<std::vector<NavState>>& truths, const Sequence& sequence,
+                       const DownstreamRunner& downstream) {
   MethodRecord record;
+  InitResult answer;
   for (std::size_t i = 0; i < cut.windows.size(); ++i) {
-    record = runSolver(solver, *cut.windows[i], truths[i]);
+    record = runSolver(solver, *cut.windows[i], truths[i], &answer);
     if (record.accepted()) break;
   }
+  if (downstream && record.accepted()) record.downstream = downstream(sequence, answer);
   return record;
 }
 
@@ -228,6 +232,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
 
   *result = ProtocolResult();
   result->has_truth = sequence.has_truth;
+  result->has_downstream = static_cast<bool>(options.downstream);
   result->first_keyframes = options.first_keyframes;
   for (const WindowSolver* solver : solvers) result->methods.push_back(solver->name());
   ProtocolCounts& counts = result->counts;
@@ -272,7 +277,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
       record.excitation = measureExcitation(window);
       if (!truths.back().empty()) record.p_w_b = truths.back().front().p_w_b;
       for (const WindowSolver* solver : solvers) {
-        record.methods.push_back(runSolver(*solver, cut, truths));
+        record.methods.push_back(runSolver(*solver, cut, truths, sequence, options.downstream));
       }
       result->windows.push_back(std::move(record));
     }

@@ -30,6 +30,7 @@ class SubsetCollector {
     }
     if (record.accepted()) {
       addAccepted(record);
+      addDownstream(record.downstream);
     } else if (isWait(record.status)) {
       ++summary_.waiting;
     } else if (isRefused(record.status)) {
@@ -63,6 +64,11 @@ class SubsetCollector {
     s.accepted_scale_median = median(accepted_scale_);
     s.accepted_gravity_rmse_deg = rootMeanSquare(accepted_gravity_);
     s.accepted_velocity_rmse = rootMeanSquare(accepted_velocity_);
+    s.downstream_divergence_rate = ratio(s.downstream_diverged, s.downstream_runs);
+    s.downstream_ate_median = median(downstream_ate_);
+    s.downstream_ate_p90 = quantile(downstream_ate_, 0.9);
+    s.downstream_scale_median = median(downstream_scale_);
+    s.downstream_scale_p90 = quantile(downstream_scale_, 0.9);
     if (has_truth) {
       s.accepted_within_0_1_rate = ratio(s.accepted_within_0_1, s.accepted);
       s.accepted_within_0_5_rate = ratio(s.accepted_within_0_5, s.accepted);
@@ -97,6 +103,14 @@ class SubsetCollector {
     if (!(summary_.accepted_scale_error_max >= scale_error)) {
       summary_.accepted_scale_error_max = scale_error;
     }
+  }
+
+  void addDownstream(const DownstreamRecord& record) {
+    if (!record.ran) return;
+    ++summary_.downstream_runs;
+    summary_.downstream_diverged += record.diverged ? 1 : 0;
+    if (std::isfinite(record.ate)) downstream_ate_.push_back(record.ate);
+    if (std::isfinite(record.scale_error)) downstream_scale_.push_back(record.scale_error);
   }
 
   void addSuccess(const WindowMetrics& metrics) {
@@ -136,6 +150,7 @@ class SubsetCollector {
   std::vector<double> scale_, gravity_, velocity_, velocity_vec_, pose_;
   std::vector<double> gyro_bias_pct_, gyro_bias_vec_, solve_ms_;
   std::vector<double> accept_s_, accept_keyframes_;
+  std::vector<double> downstream_ate_, downstream_scale_;
   std::vector<double> accepted_scale_, accepted_gravity_, accepted_velocity_;
 };
 

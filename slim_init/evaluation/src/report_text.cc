@@ -53,6 +53,13 @@ constexpr SummaryField kSummaryFields[] = {
     {"accept_s_median", &SubsetSummary::accept_s_median, nullptr},
     {"accept_s_p90", &SubsetSummary::accept_s_p90, nullptr},
     {"accept_keyframes_median", &SubsetSummary::accept_keyframes_median, nullptr},
+    {"downstream_runs", nullptr, &SubsetSummary::downstream_runs},
+    {"downstream_diverged", nullptr, &SubsetSummary::downstream_diverged},
+    {"downstream_divergence_rate", &SubsetSummary::downstream_divergence_rate, nullptr},
+    {"downstream_ate_median", &SubsetSummary::downstream_ate_median, nullptr},
+    {"downstream_ate_p90", &SubsetSummary::downstream_ate_p90, nullptr},
+    {"downstream_scale_median", &SubsetSummary::downstream_scale_median, nullptr},
+    {"downstream_scale_p90", &SubsetSummary::downstream_scale_p90, nullptr},
     {"waiting", nullptr, &SubsetSummary::waiting},
     {"refused", nullptr, &SubsetSummary::refused},
     {"failed", nullptr, &SubsetSummary::failed},
@@ -219,6 +226,19 @@ const TableColumn kAcceptedColumns[] = {
      [](const SubsetSummary& s) { return cell("%.4f", s.accepted_velocity_rmse); }},
 };
 
+/// Of the estimator that was run from the accepted answers.
+const TableColumn kDownstreamColumns[] = {
+    {"runs", false, [](const SubsetSummary& s) { return std::to_string(s.downstream_runs); }},
+    {"diverged %", false,
+     [](const SubsetSummary& s) { return cell("%.1f", s.downstream_divergence_rate, 100.0); }},
+    {"ATE m, median", true,
+     [](const SubsetSummary& s) { return cell("%.3f", s.downstream_ate_median); }},
+    {"p90", true, [](const SubsetSummary& s) { return cell("%.3f", s.downstream_ate_p90); }},
+    {"final scale error, median", true,
+     [](const SubsetSummary& s) { return cell("%.4f", s.downstream_scale_median); }},
+    {"p90", true, [](const SubsetSummary& s) { return cell("%.4f", s.downstream_scale_p90); }},
+};
+
 using Subset = SubsetSummary MethodSummary::*;
 
 int windowsOf(const std::vector<MethodSummary>& summaries, Subset subset) {
@@ -260,6 +280,23 @@ std::string markdownTable(const std::vector<std::vector<std::string>>& rows) {
     text += "\n";
     if (r > 0) continue;
     for (std::size_t c = 0; c < rows[r].size(); ++c) text += c == 0 ? "|---|" : "---:|";
+    text += "\n";
+  }
+  return text;
+}
+
+/// For a terminal: names to the left, numbers to the right.
+std::string alignedTable(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths(rows.front().size(), 0);
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      const std::string padding(widths[c] - row[c].size(), ' ');
+      text += c == 0 ? "  " + row[c] + padding : "  " + padding + row[c];
+    }
     text += "\n";
   }
   return text;
@@ -322,6 +359,20 @@ void writeAccepted(const ProtocolResult& result, const std::vector<MethodSummary
     out << "\n"
         << (excited ? "Excited windows:" : "All windows:") << "\n\n"
         << markdownTable(tableCells(kAcceptedColumns, summaries, subset, result.has_truth));
+  }
+}
+
+void writeDownstream(const ProtocolResult& result, const std::vector<MethodSummary>& summaries,
+                     std::ostringstream& out) {
+  if (!result.has_downstream) return;
+  out << "\n## What an estimator makes of the accepted answers\n\n"
+         "The same sliding-window back end was started from every accepted answer and ran on the "
+         "same\ntracks. Final scale error is that of its last window.\n";
+  for (const bool excited : {true, false}) {
+    const Subset subset = excited ? &MethodSummary::excited : &MethodSummary::all;
+    out << "\n"
+        << (excited ? "Excited windows:" : "All windows:") << "\n\n"
+        << markdownTable(tableCells(kDownstreamColumns, summaries, subset, result.has_truth));
   }
 }
 
@@ -468,6 +519,12 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                              "gates",
                              "message",
                              "not_evaluated",
+                             "downstream",
+                             "downstream_s",
+                             "downstream_diverged",
+                             "downstream_ate",
+                             "downstream_scale_error",
+                             "downstream_message",
                              "solve_ms",
                              "stages_ms"});
   for (const WindowRecord& window : result.windows) {
@@ -509,6 +566,12 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                       csvText(joinGates(record.gates)),
                       csvText(record.message),
                       csvText(metrics.failure),
+                      yesNo(record.downstream.ran),
+                      record.downstream.ran ? csvNumber(record.downstream.seconds) : "",
+                      record.downstream.ran ? yesNo(record.downstream.diverged) : "",
+                      csvNumber(record.downstream.ate),
+                      csvNumber(record.downstream.scale_error),
+                      csvText(record.downstream.message),
                       csvNumber(record.solve_ms),
                       csvText(joinStages(record.stages))});
     }
@@ -595,6 +658,7 @@ std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
     }
   }
   writeAccepted(result, summaries, out);
+  writeDownstream(result, summaries, out);
   writePictures(info, out);
   writeStatuses(summaries, out);
   writePartial(summaries, out);
@@ -639,21 +703,15 @@ std::string summaryTable(const ProtocolResult& result,
   for (const bool excited : {true, false}) {
     const Subset subset = excited ? &MethodSummary::excited : &MethodSummary::all;
     const auto rows = tableCells(kTableColumns, summaries, subset, result.has_truth);
-    std::vector<std::size_t> widths(rows.front().size(), 0);
-    for (const auto& row : rows) {
-      for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
-    }
     out << (excited ? "" : "\n")
         << plural(windowsOf(summaries, subset), excited ? "excited window" : "window")
         << (excited ? "" : " in all") << "\n";
-    if (windowsOf(summaries, subset) == 0) continue;
-    for (const auto& row : rows) {
-      for (std::size_t c = 0; c < row.size(); ++c) {
-        const std::string padding(widths[c] - row[c].size(), ' ');
-        out << (c == 0 ? "  " + row[c] + padding : "  " + padding + row[c]);
-      }
-      out << "\n";
-    }
+    if (windowsOf(summaries, subset) > 0) out << alignedTable(rows);
+  }
+  if (result.has_downstream) {
+    out << "\nBack end from the accepted answers, all windows\n"
+        << alignedTable(
+               tableCells(kDownstreamColumns, summaries, &MethodSummary::all, result.has_truth));
   }
   out << "\nVerdicts, all windows\n";
   std::size_t width = 0;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/evaluation/downstream.h"
 #include "slim_init/evaluation/metrics.h"
 #include "slim_init/evaluation/sequence.h"
 #include "slim_init/options.h"
@@ -24,6 +25,8 @@ struct ProtocolOptions {
   /// window.keyframes keyframes to a method until it accepts one; that answer counts, or else the
   /// last. 0: windows of window.keyframes only.
   int first_keyframes = 0;
+  /// Runs an estimator from every answer that a method accepts; empty: none.
+  DownstreamRunner downstream;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -44,6 +47,7 @@ struct MethodRecord {
   int line_tracks = 0;
   double solve_ms = kNotComputed;  ///< wall time of that solve(), measured around the call
   std::vector<StageTime> stages;   ///< as the method reports them
+  DownstreamRecord downstream;     ///< of an accepted answer, where an estimator was run
 
   bool accepted() const { return status == InitStatus::kSuccess; }
 };
@@ -78,10 +82,11 @@ struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;
   ProtocolCounts counts;
-  std::string first_refusal;  ///< sentence of the first trial counted as invalid
-  int first_keyframes = 0;    ///< of the anytime protocol; 0 without it
-  bool has_truth = true;      ///< false: no error of any window was computed
-  WindowCounts dropped;       ///< messages and observations rejected on the way, over all windows
+  std::string first_refusal;    ///< sentence of the first trial counted as invalid
+  int first_keyframes = 0;      ///< of the anytime protocol; 0 without it
+  bool has_truth = true;        ///< false: no error of any window was computed
+  bool has_downstream = false;  ///< an estimator was run from the accepted answers
+  WindowCounts dropped;         ///< messages and observations rejected on the way, over all windows
 };
 
 /// Called after every trial with the number done and the number in all.

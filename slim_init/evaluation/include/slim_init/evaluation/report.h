@@ -63,6 +63,15 @@ struct SubsetSummary {
   double accept_s_p90 = kNotComputed;     ///< likewise, 90 % quantile
   double accept_keyframes_median = kNotComputed;
 
+  // Over accepted answers from which an estimator was run.
+  int downstream_runs = 0;
+  int downstream_diverged = 0;
+  double downstream_divergence_rate = kNotComputed;  ///< of the runs
+  double downstream_ate_median = kNotComputed;       ///< over all runs, diverged ones included [m]
+  double downstream_ate_p90 = kNotComputed;          ///< likewise [m]
+  double downstream_scale_median = kNotComputed;     ///< |s - 1| of the last window, likewise
+  double downstream_scale_p90 = kNotComputed;        ///< likewise
+
   int waiting = 0;                      ///< isWait(status)
   int refused = 0;                      ///< isRefused(status)
   int failed = 0;                       ///< invalid input or numerical failure

@@ -1,0 +1,94 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// A compact sliding-window visual-inertial estimator in the manner of VINS-Mono (Qin et al. 2018),
+// written from the papers: what an initializer's answer is worth is what becomes of it here.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slim_init/backend/options.h"
+#include "slim_init/types.h"
+
+namespace slim_init::backend {
+
+/// What became of one frame.
+struct FrameReport {
+  /// Empty, or one sentence why there is no estimate: the state is then not to be used, and only
+  /// seed() and reset() help.
+  std::string problem;
+  int tracked = 0;        ///< points of the newest frame that the frame before it saw too
+  int points = 0;         ///< points in the optimisation
+  int iterations = 0;     ///< of the optimisation
+  bool keyframe = false;  ///< the frame before the newest stayed in the window as a keyframe
+  /// Points of the newest frame that other frames saw too, and how many of them lie within three
+  /// standard deviations of where the window has them.
+  int newest_views = 0;
+  int newest_inliers = 0;
+  /// Squared whitened residual of the IMU factors and the prior, per degree of freedom.
+  double inertial_chi2 = kNotComputed;
+  double solve_ms = 0.0;  ///< wall time of optimisation and marginalisation
+
+  bool ok() const { return problem.empty(); }
+};
+
+/// Ten keyframes and the newest frame; IMU factors with bias random walk (Forster et al. 2017),
+/// inverse-distance reprojections with a Cauchy loss, marginalisation of the oldest keyframe into a
+/// prior that keeps its first linearisation point. Not thread-safe; deterministic.
+///
+/// Until it is seeded it collects frames; then every frame is propagated, optimised and slid. World
+/// w: z up, whatever origin and heading the seed has.
+class SlidingWindowEstimator {
+ public:
+  /// Both are taken as they are; call their validate() first.
+  SlidingWindowEstimator(const Calibration& calibration, const EstimatorOptions& options);
+  ~SlidingWindowEstimator();
+  SlidingWindowEstimator(const SlidingWindowEstimator&) = delete;
+  SlidingWindowEstimator& operator=(const SlidingWindowEstimator&) = delete;
+
+  /// Next sample; one that is not finite or not after the last is dropped and counted.
+  void addImu(const ImuSample& sample);
+
+  /// Next frame; the samples up to it (stamp + td) have to be there. Lines are ignored. A frame
+  /// that is not after the last one or beyond the IMU data is dropped, and `problem` says so; the
+  /// estimate then stays as it was.
+  FrameReport addFrame(const FrameObservation& frame);
+
+  /// Starts, or starts anew, from states of the frames in the window, in the order of stamps(), on
+  /// the IMU clock. The prior and the points' depths are forgotten; then as addFrame().
+  FrameReport seed(const std::vector<NavState>& states);
+
+  bool seeded() const;
+  /// Camera stamps of the frames in the window [s].
+  std::vector<double> stamps() const;
+  /// States of the frames in the window; empty while not seeded.
+  std::vector<NavState> states() const;
+  /// The last of states().
+  NavState newest() const;
+
+  std::int64_t droppedImu() const;
+  std::int64_t droppedFrames() const;
+
+  /// Replaces the states of the window without touching prior, points or frames, to see what
+  /// follows: for tests. Sizes must agree.
+  void overwrite(const std::vector<NavState>& states);
+
+  /// Forgets states, prior and depths; frames and tracks stay, as before the first seed().
+  void unseed();
+
+  /// Forgets everything but calibration, options and counts.
+  void reset();
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// Failure detection of the host: empty, or one sentence naming the rule, the value and the bound.
+/// `previous` and `current` are consecutive newest states, `report` belongs to the second.
+std::string detectFailure(const NavState& previous, const NavState& current,
+                          const FrameReport& report, const FailureOptions& options);
+
+}  // namespace slim_init::backend

@@ -1,0 +1,211 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/backend/downstream.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "slim_init/evaluation/metrics.h"
+
+namespace slim_init::backend {
+namespace {
+
+using evaluation::DownstreamRecord;
+using evaluation::Sequence;
+
+// Stamps in seconds since 1970 are rounded to 0.2 us [s].
+constexpr double kStampRounding = 1e-6;
+
+std::vector<Eigen::Vector3d> positions(const std::vector<NavState>& states) {
+  std::vector<Eigen::Vector3d> p;
+  for (const NavState& state : states) p.push_back(state.p_w_b);
+  return p;
+}
+
+/// Index of the frame at time t on the IMU clock, or -1.
+int frameAt(const Sequence& sequence, double t) {
+  const double td = sequence.calibration.td;
+  const auto frame =
+      std::lower_bound(sequence.frames.begin(), sequence.frames.end(), t - kStampRounding,
+                       [td](const FrameObservation& f, double time) { return f.t + td < time; });
+  if (frame == sequence.frames.end() || std::abs(frame->t + td - t) > kStampRounding) return -1;
+  return static_cast<int>(frame - sequence.frames.begin());
+}
+
+/// Feeds the estimator with one sequence.
+class Feed {
+ public:
+  Feed(const Sequence& sequence, SlidingWindowEstimator* estimator)
+      : sequence_(sequence), estimator_(estimator) {}
+
+  void start(int frame) {
+    const double t = timeOf(frame);
+    const auto after =
+        std::upper_bound(sequence_.imu.begin(), sequence_.imu.end(), t,
+                         [](double time, const ImuSample& sample) { return time < sample.t; });
+    next_imu_ = after == sequence_.imu.begin() ? after : std::prev(after);
+  }
+  FrameReport add(int frame) {
+    const double t = timeOf(frame);
+    while (next_imu_ != sequence_.imu.end() && !(last_imu_ >= t)) {
+      last_imu_ = next_imu_->t;
+      estimator_->addImu(*next_imu_++);
+    }
+    return estimator_->addFrame(sequence_.frames[static_cast<std::size_t>(frame)]);
+  }
+  double timeOf(int frame) const {
+    return sequence_.frames[static_cast<std::size_t>(frame)].t + sequence_.calibration.td;
+  }
+
+ private:
+  const Sequence& sequence_;
+  SlidingWindowEstimator* estimator_;
+  std::vector<ImuSample>::const_iterator next_imu_;
+  double last_imu_ = -1e300;
+};
+
+void diverge(const std::string& sentence, DownstreamRecord* record) {
+  record->diverged = true;
+  record->message = sentence;
+}
+
+/// ATE, final scale and, from them, divergence.
+void compare(const Sequence& sequence, const std::vector<NavState>& path,
+             const std::vector<NavState>& window, const DownstreamOptions& options,
+             DownstreamRecord* record) {
+  if (!sequence.has_truth) return;
+  const auto truthOf = [&](const std::vector<NavState>& states, std::vector<NavState>* known) {
+    std::vector<NavState> truth;
+    for (const NavState& state : states) {
+      const NavState& there = sequence.truth[static_cast<std::size_t>(frameAt(sequence, state.t))];
+      if (!std::isfinite(there.t)) continue;
+      truth.push_back(there);
+      known->push_back(state);
+    }
+    return truth;
+  };
+  std::vector<NavState> known, known_window;
+  const std::vector<NavState> truth = truthOf(path, &known);
+  const std::vector<NavState> window_truth = truthOf(window, &known_window);
+  record->scale_error = windowScaleError(known_window, window_truth, options.min_spread_m);
+  if (known.empty()) return;
+  const auto estimated_p = positions(known), true_p = positions(truth);
+  const evaluation::HeadingAlignment alignment = evaluation::alignHeading(estimated_p, true_p);
+  double sum = 0.0, largest = 0.0;
+  for (std::size_t k = 0; k < true_p.size(); ++k) {
+    const double error = (alignment.apply(estimated_p[k]) - true_p[k]).norm();
+    sum += error * error;
+    largest = std::max(largest, error);
+  }
+  record->ate = std::sqrt(sum / static_cast<double>(true_p.size()));
+  if (!record->diverged && !(largest <= options.max_error_m)) {
+    std::ostringstream out;
+    out << "a position error of " << largest << " m, may be " << options.max_error_m;
+    diverge(out.str(), record);
+  }
+}
+
+}  // namespace
+
+std::string DownstreamOptions::validate() const {
+  std::ostringstream out;
+  if (!(seconds > 0.0) || !std::isfinite(seconds)) {
+    out << "seconds is " << seconds << ", must be positive";
+  } else if (!(frame_interval_s >= 0.0)) {
+    out << "frame_interval_s is " << frame_interval_s << ", must be at least 0";
+  } else if (!(max_error_m > 0.0)) {
+    out << "max_error_m is " << max_error_m << ", must be positive";
+  } else if (!(min_spread_m > 0.0)) {
+    out << "min_spread_m is " << min_spread_m << ", must be positive";
+  } else if (const std::string sentence = estimator.validate(); !sentence.empty()) {
+    out << "estimator." << sentence;
+  } else if (const std::string problem = failure.validate(); !problem.empty()) {
+    out << "failure." << problem;
+  }
+  return out.str();
+}
+
+double windowScaleError(const std::vector<NavState>& states, const std::vector<NavState>& truth,
+                        double min_spread_m) {
+  const auto true_p = positions(truth);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : true_p) mean += p / static_cast<double>(true_p.size());
+  double spread = 0.0;
+  for (const Eigen::Vector3d& p : true_p) {
+    spread += (p - mean).squaredNorm() / static_cast<double>(true_p.size());
+  }
+  if (!(std::sqrt(spread) >= min_spread_m)) return kNotComputed;
+  evaluation::Similarity similarity;
+  if (!evaluation::alignSimilarity(positions(states), true_p, &similarity).empty()) {
+    return kNotComputed;
+  }
+  return std::abs(similarity.s - 1.0);
+}
+
+DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answer,
+                               const DownstreamOptions& options) {
+  DownstreamRecord record;
+  if (!answer.hasEstimate()) {
+    record.message = "no states to start from";
+    return record;
+  }
+  const auto most = static_cast<std::size_t>(options.estimator.window_frames - 1);
+  const auto skipped = answer.states.size() > most ? answer.states.size() - most : 0;
+  const std::vector<NavState> seed(answer.states.begin() + static_cast<std::ptrdiff_t>(skipped),
+                                   answer.states.end());
+
+  SlidingWindowEstimator estimator(sequence.calibration, options.estimator);
+  Feed feed(sequence, &estimator);
+  int frame = -1;
+  for (const NavState& state : seed) {
+    frame = frameAt(sequence, state.t);
+    if (frame < 0) {
+      record.message = "a state of the answer belongs to no frame of the sequence";
+      return record;
+    }
+    if (&state == &seed.front()) feed.start(frame);
+    if (const FrameReport report = feed.add(frame); !report.ok()) {
+      record.message = report.problem;
+      return record;
+    }
+  }
+  const double t_seed = feed.timeOf(frame);
+  const double t_end =
+      sequence.frames.empty() ? t_seed : sequence.frames.back().t + sequence.calibration.td;
+  if (t_end - t_seed < 0.5 * options.seconds) {
+    record.message = "the data end too soon after the window";
+    return record;
+  }
+
+  record.ran = true;
+  if (const FrameReport report = estimator.seed(seed); !report.ok()) {
+    diverge(report.problem, &record);
+    return record;
+  }
+  std::vector<NavState> path(1, estimator.newest());
+  double t_last = t_seed;
+  const int frames = static_cast<int>(sequence.frames.size());
+  for (int next = frame + 1; next < frames && !record.diverged; ++next) {
+    const double t = feed.timeOf(next);
+    if (t > t_seed + options.seconds + kStampRounding) break;
+    if (t < t_last + options.frame_interval_s - kStampRounding) continue;
+    t_last = t;
+    const FrameReport report = feed.add(next);
+    if (!report.ok() && !estimator.seeded()) {
+      diverge(report.problem, &record);
+    } else if (report.ok()) {
+      const NavState newest = estimator.newest();
+      if (const std::string failure = detectFailure(path.back(), newest, report, options.failure);
+          !failure.empty()) {
+        diverge(failure, &record);
+      }
+      path.push_back(newest);
+    }
+    // A frame that the IMU data do not reach is left out, for every method alike.
+  }
+  record.seconds = path.back().t - t_seed;
+  compare(sequence, path, estimator.states(), options, &record);
+  return record;
+}
+
+}  // namespace slim_init::backend

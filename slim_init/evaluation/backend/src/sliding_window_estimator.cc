@@ -1,0 +1,558 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/backend/sliding_window_estimator.h"
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include "anchor_cost.h"
+#include "imu/preintegration.h"
+#include "inertial_cost.h"
+#include "point_tracks.h"
+#include "prior.h"
+#include "reprojection_cost.h"
+#include "window.h"
+
+namespace slim_init::backend {
+namespace {
+
+// A bias that moved further than this from where its interval was integrated calls for a new
+// integration; below, the first-order correction is exact to well under the noise.
+constexpr double kGyroBiasRange = 1e-3;   // [rad/s]
+constexpr double kAccelBiasRange = 1e-2;  // [m/s^2]
+
+constexpr int kMinViews = 2;
+constexpr int kFrameSize = kPoseSize + kMotionSize;
+constexpr double kInlierChi2 = 9.0;  // three standard deviations
+
+// A link that a seed contradicts by this squared whitened residual per row holds a glitch: over a
+// tenth of a second, an acceleration wrong by the order of gravity.
+constexpr double kContradiction = 1e4;
+
+/// What the IMU says between two neighbouring frames.
+struct Link {
+  Preintegration pre;      ///< dt is 0 where it has to be made
+  double inflation = 1.0;  ///< on the covariance
+};
+
+BlockKey poseOf(const Frame& frame) { return {frame.id, BlockKind::kPose}; }
+BlockKey motionOf(const Frame& frame) { return {frame.id, BlockKind::kMotion}; }
+
+}  // namespace
+
+class SlidingWindowEstimator::Implementation {
+ public:
+  Implementation(const Calibration& calibration, const EstimatorOptions& options)
+      : calibration_(calibration),
+        options_(options),
+        gravity_w_(0.0, 0.0, -calibration.gravity_magnitude),
+        loss_(options.cauchy_sigmas) {
+    noise_ = calibration.imu_noise;
+    noise_.gyro_density *= options.gyro_noise_factor;
+    noise_.accel_density *= options.accel_noise_factor;
+  }
+
+  void addImu(const ImuSample& sample) {
+    if (!std::isfinite(sample.t) || !sample.gyro.allFinite() || !sample.accel.allFinite() ||
+        (!imu_.empty() && sample.t <= imu_.back().t)) {
+      ++dropped_imu_;
+      return;
+    }
+    imu_.push_back(sample);
+    if (frames_.empty()) trimImu(sample.t - options_.imu_buffer_s);
+  }
+
+  FrameReport addFrame(const FrameObservation& observation) {
+    FrameReport report;
+    report.problem = checkFrame(observation);
+    if (!report.ok()) {
+      ++dropped_frames_;
+      return report;
+    }
+    appendFrame(observation, &report);
+    report.keyframe = keyframeBeforeNewest(report.tracked);
+    if (seeded_) {
+      optimizeAndSlide(1, &report);
+    } else {
+      const bool long_enough = frames_.back()->t - frames_.front()->t >= options_.start_window_s;
+      slide(report.keyframe || long_enough);
+    }
+    return report;
+  }
+
+  FrameReport seed(const std::vector<NavState>& states) {
+    FrameReport report;
+    if (states.size() != frames_.size() || frames_.size() < 2) {
+      std::ostringstream out;
+      out << states.size() << " states for a window of " << frames_.size()
+          << " frames, needs as many and at least 2";
+      report.problem = out.str();
+      return report;
+    }
+    prior_ = Prior();
+    points_.forgetDistances();
+    for (std::size_t k = 0; k < states.size(); ++k) frames_[k]->set(states[k]);
+    anchor_ = states.front();
+    links_.clear();
+    seeded_ = true;
+    loosenContradictedLinks();
+    report.keyframe = true;
+    // Twice: the intervals are integrated anew at the biases of the first solve.
+    optimizeAndSlide(2, &report);
+    return report;
+  }
+
+  bool seeded() const { return seeded_; }
+  const Frames& frames() const { return frames_; }
+  std::int64_t droppedImu() const { return dropped_imu_; }
+  std::int64_t droppedFrames() const { return dropped_frames_; }
+
+  void overwrite(const std::vector<NavState>& states) {
+    for (std::size_t k = 0; k < std::min(states.size(), frames_.size()); ++k) {
+      frames_[k]->set(states[k]);
+    }
+  }
+
+  void unseed() {
+    seeded_ = false;
+    prior_ = Prior();
+    anchor_.reset();
+    points_.forgetDistances();
+  }
+
+  void reset() {
+    frames_.clear();
+    links_.clear();
+    points_.clear();
+    prior_ = Prior();
+    anchor_.reset();
+    imu_.clear();
+    seeded_ = false;
+  }
+
+ private:
+  std::string checkFrame(const FrameObservation& observation) const {
+    const double t = observation.t + calibration_.td;
+    std::ostringstream out;
+    if (!std::isfinite(t)) {
+      out << "stamp of the frame is not finite";
+    } else if (!frames_.empty() && !(t > frames_.back()->t)) {
+      out << "frame at " << std::fixed << t << " s is not after the last at " << frames_.back()->t
+          << " s";
+    } else if (imu_.empty() || imu_.front().t > t || imu_.back().t < t) {
+      out << "frame at " << std::fixed << t << " s lies outside the IMU data";
+    }
+    return out.str();
+  }
+
+  /// The frame, carried to its place by the IMU, and its points.
+  void appendFrame(const FrameObservation& observation, FrameReport* report) {
+    auto frame = std::make_unique<Frame>();
+    frame->id = next_id_++;
+    frame->stamp = observation.t;
+    frame->t = observation.t + calibration_.td;
+    FrameId previous = -1;
+    if (!frames_.empty()) {
+      const Frame& last = *frames_.back();
+      previous = last.id;
+      const Preintegration link = integrate(last, *frame);
+      frame->set(propagate(last.state(), link, gravity_w_));
+      // Without a start there is no attitude against gravity: the gyro alone.
+      if (!seeded_) {
+        NavState turned = last.state();
+        turned.R_w_b = turned.R_w_b * link.dR;
+        frame->set(turned);
+      }
+      links_.push_back({link, 1.0});
+    }
+    report->tracked = points_.addFrame(frame->id, previous, observation.points);
+    frames_.push_back(std::move(frame));
+  }
+
+  /// Whether the frame before the newest is worth keeping: it moved since the keyframe before it,
+  /// or tracks are running out.
+  bool keyframeBeforeNewest(int tracked) const {
+    const std::size_t n = frames_.size();
+    if (n < 3 || tracked < options_.min_tracked) return true;
+    const PointTracks::Parallax parallax =
+        points_.parallax(*frames_[n - 3], *frames_[n - 2], calibration_);
+    return parallax.tracks < options_.min_tracked ||
+           parallax.mean * calibration_.focal_px >= options_.min_parallax_px;
+  }
+
+  void optimizeAndSlide(int rounds, FrameReport* report) {
+    const auto begin = std::chrono::steady_clock::now();
+    for (int round = 0; round < rounds && report->ok(); ++round) {
+      updateLinks();
+      points_.triangulate(frames_, calibration_, options_.default_depth_m);
+      optimize(report);
+    }
+    if (report->ok()) {
+      points_.removeBehind();
+      measureFit(report);
+    } else {
+      unseed();
+    }
+    slide(report->keyframe);
+    const auto end = std::chrono::steady_clock::now();
+    report->solve_ms = std::chrono::duration<double, std::milli>(end - begin).count();
+  }
+
+  // ---- inertial links ----
+
+  Preintegration integrate(const Frame& i, const Frame& j) const {
+    return preintegrate(imu_, i.t, j.t, i.gyroBias(), i.accelBias(), noise_,
+                        PreintegrationParts::kWithCovariance);
+  }
+
+  /// Integrates anew where there is no link yet or its bias has moved away.
+  void updateLinks() {
+    links_.resize(frames_.size() - 1);
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const Frame& i = *frames_[k];
+      Link& link = links_[k];
+      if (link.pre.dt > 0.0 && (link.pre.gyro_bias - i.gyroBias()).norm() < kGyroBiasRange &&
+          (link.pre.accel_bias - i.accelBias()).norm() < kAccelBiasRange) {
+        continue;
+      }
+      link.pre = integrate(i, *frames_[k + 1]);
+      link.pre.covariance *= link.inflation;
+    }
+  }
+
+  /// A seed comes from data that were looked at twice: where it contradicts a link beyond anything
+  /// that its own errors explain, the samples of that link are not to be believed. The tracks
+  /// bridge it.
+  void loosenContradictedLinks() {
+    updateLinks();
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const std::unique_ptr<InertialCost> cost = inertialCost(k);
+      Eigen::Matrix<double, 15, 1> r;
+      if (cost == nullptr || !cost->Evaluate(linkBlocks(k).data(), r.data(), nullptr)) continue;
+      const double contradiction = r.head<9>().squaredNorm() / 9.0;
+      if (contradiction < kContradiction) continue;
+      links_[k].inflation *= contradiction;
+      links_[k].pre.covariance *= contradiction;
+    }
+  }
+
+  std::array<double*, 4> linkBlocks(std::size_t k) const {
+    return {frames_[k]->pose.data(), frames_[k]->motion.data(), frames_[k + 1]->pose.data(),
+            frames_[k + 1]->motion.data()};
+  }
+
+  std::unique_ptr<InertialCost> inertialCost(std::size_t k) const {
+    return InertialCost::create(*frames_[k], *frames_[k + 1], links_[k].pre, gravity_w_,
+                                options_.gyro_bias_walk, options_.accel_bias_walk);
+  }
+
+  // ---- the optimisation ----
+
+  std::unique_ptr<ReprojectionCost> reprojectionCost(const PointTrack& track,
+                                                     std::size_t view) const {
+    return std::make_unique<ReprojectionCost>(
+        *findFrame(frames_, track.views.front().frame),
+        *findFrame(frames_, track.views[view].frame), calibration_, track.views.front().bearing,
+        track.views[view].bearing, options_.visual_noise_factor * calibration_.sigmaBearing());
+  }
+
+  static bool isUsed(const PointTrack& track) {
+    return track.estimated && track.views.size() >= kMinViews;
+  }
+
+  /// Pose and motion of every frame, then the inverse distances in use.
+  std::vector<double> blocksAsOneArray() const {
+    std::vector<double> x;
+    for (const auto& frame : frames_) {
+      x.insert(x.end(), frame->pose.begin(), frame->pose.end());
+      x.insert(x.end(), frame->motion.begin(), frame->motion.end());
+    }
+    for (const auto& [id, track] : points_.tracks()) {
+      if (isUsed(track)) x.push_back(track.inverse_distance);
+    }
+    return x;
+  }
+  void takeBlocks(const std::vector<double>& x) {
+    auto value = x.begin();
+    for (const auto& frame : frames_) {
+      for (double& entry : frame->pose) entry = *value++;
+      for (double& entry : frame->motion) entry = *value++;
+    }
+    for (auto& [id, track] : points_.tracks()) {
+      if (isUsed(track)) track.inverse_distance = *value++;
+    }
+  }
+
+  void optimize(FrameReport* report) {
+    // Ceres eliminates in the order of addresses: in one array, so that equal input gives equal
+    // bits.
+    std::vector<double> x = blocksAsOneArray();
+    ceres::Problem::Options problem_options;
+    problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem problem(problem_options);
+    ceres::Solver::Options solver;
+    solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    const auto block = [&](const BlockKey& key) {
+      std::size_t k = 0;
+      while (frames_[k]->id != key.frame) ++k;
+      return x.data() + kFrameSize * k + (key.kind == BlockKind::kPose ? 0 : kPoseSize);
+    };
+    for (const auto& frame : frames_) {
+      for (const BlockKey& key : {poseOf(*frame), motionOf(*frame)}) {
+        problem.AddParameterBlock(block(key), key.size());
+        solver.linear_solver_ordering->AddElementToGroup(block(key), 1);
+      }
+    }
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      std::unique_ptr<InertialCost> cost = inertialCost(k);
+      if (cost == nullptr) {
+        report->problem = "covariance of an IMU interval is not positive definite";
+        return;
+      }
+      const Frame &i = *frames_[k], &j = *frames_[k + 1];
+      problem.AddResidualBlock(cost.release(), nullptr, block(poseOf(i)), block(motionOf(i)),
+                               block(poseOf(j)), block(motionOf(j)));
+    }
+    if (anchor_.has_value()) {
+      const Frame& frame = *frames_.front();
+      problem.AddResidualBlock(new AnchorCost(frame, *anchor_, options_), nullptr,
+                               block(poseOf(frame)), block(motionOf(frame)));
+    }
+    if (!prior_.empty()) {
+      std::vector<double*> blocks;
+      for (const BlockKey& key : prior_.blocks) blocks.push_back(block(key));
+      problem.AddResidualBlock(new PriorCost(prior_, frames_), nullptr, blocks);
+    }
+    double* inverse_distance = x.data() + kFrameSize * frames_.size();
+    report->points = 0;
+    for (auto& [id, track] : points_.tracks()) {
+      if (!isUsed(track)) continue;
+      ++report->points;
+      double* host = block({track.views.front().frame, BlockKind::kPose});
+      for (std::size_t v = 1; v < track.views.size(); ++v) {
+        problem.AddResidualBlock(reprojectionCost(track, v).release(), &loss_, host,
+                                 block({track.views[v].frame, BlockKind::kPose}), inverse_distance);
+      }
+      solver.linear_solver_ordering->AddElementToGroup(inverse_distance++, 0);
+    }
+
+    // The prior fills the reduced system: dense.
+    solver.linear_solver_type = ceres::DENSE_SCHUR;
+    solver.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
+    solver.max_num_iterations = options_.max_iterations;
+    solver.function_tolerance = 1e-4;
+    solver.num_threads = 1;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem, &summary);
+    report->iterations += static_cast<int>(summary.iterations.size());
+    if (!summary.IsSolutionUsable()) {
+      report->problem = "the optimisation failed: " + summary.message;
+      return;
+    }
+    takeBlocks(x);
+    for (const auto& frame : frames_) {
+      if (!frame->poseVector().allFinite() || !frame->motionVector().allFinite()) {
+        report->problem = "the optimisation gave a state that is not finite";
+        return;
+      }
+      frame->rebase();
+    }
+  }
+
+  /// How well the window agrees with itself after the optimisation.
+  void measureFit(FrameReport* report) const {
+    report->newest_views = report->newest_inliers = 0;
+    const Frame& newest = *frames_.back();
+    for (const auto& [id, track] : points_.tracks()) {
+      const std::size_t last = track.views.size() - 1;
+      if (!track.estimated || last == 0 || track.views[last].frame != newest.id) continue;
+      const double* parameters[] = {findFrame(frames_, track.views.front().frame)->pose.data(),
+                                    newest.pose.data(), &track.inverse_distance};
+      Eigen::Vector2d r;
+      const bool valid = reprojectionCost(track, last)->Evaluate(parameters, r.data(), nullptr);
+      ++report->newest_views;
+      if (valid && r.squaredNorm() < kInlierChi2) ++report->newest_inliers;
+    }
+
+    double sum = 0.0, rows = 0.0;
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const std::unique_ptr<InertialCost> cost = inertialCost(k);
+      Eigen::Matrix<double, 15, 1> r;
+      if (cost == nullptr || !cost->Evaluate(linkBlocks(k).data(), r.data(), nullptr)) continue;
+      sum += r.squaredNorm();
+      rows += 15.0;
+    }
+    if (!prior_.empty()) {
+      std::vector<const double*> parameters;
+      for (const BlockKey& key : prior_.blocks) parameters.push_back(blockData(key, frames_));
+      Eigen::VectorXd r(prior_.r0.size());
+      PriorCost(prior_, frames_).Evaluate(parameters.data(), r.data(), nullptr);
+      sum += r.squaredNorm();
+      rows += static_cast<double>(r.size());
+    }
+    if (rows > 0.0) report->inertial_chi2 = sum / rows;
+  }
+
+  // ---- the window moves ----
+
+  void slide(bool keyframe) {
+    if (static_cast<int>(frames_.size()) < options_.window_frames) return;
+    if (keyframe) {
+      if (seeded_) marginalizeOldest();
+      removeFrame(0);
+    } else {
+      const std::size_t second_newest = frames_.size() - 2;
+      if (seeded_) marginalizeFromPrior(*frames_[second_newest]);
+      removeFrame(second_newest);
+    }
+    trimImu(frames_.front()->t);
+  }
+
+  /// Turns what the oldest frame knows into the prior: its IMU factor, and the points first seen
+  /// there. A point still in view keeps its later views as a point of its own, unlinked to the part
+  /// that is marginalised: no view counts twice.
+  void marginalizeOldest() {
+    const Frame& oldest = *frames_.front();
+    const Frame& next = *frames_[1];
+    const FrameId newest = frames_.back()->id;
+    Marginalization marginalization(frames_, prior_);
+    if (anchor_.has_value()) {
+      marginalization.add(AnchorCost(oldest, *anchor_, options_),
+                          {poseOf(oldest), motionOf(oldest)});
+      anchor_.reset();
+    }
+    marginalization.add(*inertialCost(0),
+                        {poseOf(oldest), motionOf(oldest), poseOf(next), motionOf(next)});
+    const int kept_views = options_.window_frames / 2;
+    for (auto it = points_.tracks().begin(); it != points_.tracks().end();) {
+      PointTrack& track = it->second;
+      const int views = static_cast<int>(track.views.size());
+      if (track.views.front().frame != oldest.id || !track.estimated || views < kMinViews) {
+        ++it;
+        continue;
+      }
+      const bool in_view = track.views.back().frame == newest;
+      const int used = in_view ? views - kept_views : views;
+      if (used >= kMinViews) addPoint(track, used, &marginalization);
+      if (in_view) {
+        PointTracks::removeViews(std::max(used, 1), frames_, calibration_, &track);
+        ++it;
+      } else {
+        it = points_.tracks().erase(it);
+      }
+    }
+    prior_ = marginalization.eliminate({poseOf(oldest), motionOf(oldest)});
+  }
+
+  void addPoint(const PointTrack& track, int views, Marginalization* marginalization) const {
+    std::vector<std::unique_ptr<ReprojectionCost>> costs;
+    std::vector<Marginalization::PointView> point_views;
+    for (int v = 1; v < views; ++v) {
+      costs.push_back(reprojectionCost(track, static_cast<std::size_t>(v)));
+      point_views.push_back({costs.back().get(),
+                             {track.views.front().frame, BlockKind::kPose},
+                             {track.views[static_cast<std::size_t>(v)].frame, BlockKind::kPose}});
+    }
+    marginalization->addPoint(point_views, track.inverse_distance, loss_);
+  }
+
+  void marginalizeFromPrior(const Frame& frame) {
+    for (const BlockKey& key : prior_.blocks) {
+      if (key.frame != frame.id) continue;
+      prior_ = Marginalization(frames_, prior_).eliminate({poseOf(frame), motionOf(frame)});
+      return;
+    }
+  }
+
+  void removeFrame(std::size_t index) {
+    points_.removeFrame(frames_[index]->id, frames_, calibration_);
+    frames_.erase(frames_.begin() + static_cast<std::ptrdiff_t>(index));
+    // The link before and the link after become one, which is integrated when it is needed.
+    double inflation = 1.0;
+    if (index < links_.size()) {
+      inflation = links_[index].inflation;
+      links_.erase(links_.begin() + static_cast<std::ptrdiff_t>(index));
+    }
+    if (index > 0 && index - 1 < links_.size()) {
+      Link& merged = links_[index - 1];
+      merged = {Preintegration(), std::max(merged.inflation, inflation)};
+    }
+  }
+
+  /// Keeps the last sample at or before t.
+  void trimImu(double t) {
+    const auto after = std::upper_bound(imu_.begin(), imu_.end(), t,
+                                        [](double time, const ImuSample& s) { return time < s.t; });
+    // Seldom: erasing from the front moves all the rest.
+    if (after - imu_.begin() > 512) imu_.erase(imu_.begin(), std::prev(after));
+  }
+
+  Calibration calibration_;
+  EstimatorOptions options_;
+  ImuNoise noise_;
+  Eigen::Vector3d gravity_w_;
+  ceres::CauchyLoss loss_;
+
+  std::vector<ImuSample> imu_;
+  Frames frames_;
+  std::vector<Link> links_;  ///< between neighbouring frames
+  PointTracks points_;
+  Prior prior_;
+  std::optional<NavState> anchor_;  ///< of the oldest frame, from a seed until it is marginalised
+  FrameId next_id_ = 0;
+  bool seeded_ = false;
+  std::int64_t dropped_imu_ = 0;
+  std::int64_t dropped_frames_ = 0;
+};
+
+SlidingWindowEstimator::SlidingWindowEstimator(const Calibration& calibration,
+                                               const EstimatorOptions& options)
+    : implementation_(std::make_unique<Implementation>(calibration, options)) {}
+SlidingWindowEstimator::~SlidingWindowEstimator() = default;
+
+void SlidingWindowEstimator::addImu(const ImuSample& sample) { implementation_->addImu(sample); }
+FrameReport SlidingWindowEstimator::addFrame(const FrameObservation& frame) {
+  return implementation_->addFrame(frame);
+}
+FrameReport SlidingWindowEstimator::seed(const std::vector<NavState>& states) {
+  return implementation_->seed(states);
+}
+bool SlidingWindowEstimator::seeded() const { return implementation_->seeded(); }
+
+std::vector<double> SlidingWindowEstimator::stamps() const {
+  std::vector<double> stamps;
+  for (const auto& frame : implementation_->frames()) stamps.push_back(frame->stamp);
+  return stamps;
+}
+
+std::vector<NavState> SlidingWindowEstimator::states() const {
+  std::vector<NavState> states;
+  if (!seeded()) return states;
+  for (const auto& frame : implementation_->frames()) states.push_back(frame->state());
+  return states;
+}
+
+NavState SlidingWindowEstimator::newest() const {
+  return seeded() ? implementation_->frames().back()->state() : NavState();
+}
+
+std::int64_t SlidingWindowEstimator::droppedImu() const { return implementation_->droppedImu(); }
+std::int64_t SlidingWindowEstimator::droppedFrames() const {
+  return implementation_->droppedFrames();
+}
+void SlidingWindowEstimator::overwrite(const std::vector<NavState>& states) {
+  implementation_->overwrite(states);
+}
+void SlidingWindowEstimator::unseed() { implementation_->unseed(); }
+void SlidingWindowEstimator::reset() { implementation_->reset(); }
+
+}  // namespace slim_init::backend

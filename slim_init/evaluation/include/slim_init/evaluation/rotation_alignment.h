@@ -1,0 +1,67 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Does the camera turn as the gyro says? Time offset, extrinsic rotation, scale and bias of a
+// gyroscope against a camera, from the point tracks of a whole recording.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+struct RotationAlignmentOptions {
+  double pair_interval_s = 0.2;   ///< of two images: long enough to turn, short enough for tracks
+  double pair_spacing_s = 0.1;    ///< from the start of a pair to that of the next
+  double max_frame_gap_s = 0.35;  ///< images further apart make no pair
+  int min_points = 15;            ///< common points of a pair
+  double max_imu_gap_s = 0.06;    ///< a pair over a longer step between samples is left out
+  double max_offset_s = 0.3;      ///< offsets are searched this far from the configured one
+  double offset_step_s = 0.005;   ///< grid of that search, finer than any rotation changes
+  double min_rate = 0.05;         ///< rms [rad/s]; what turns less tells nothing
+  int min_pairs = 10;             ///< fewer tell nothing
+};
+
+/// Why an alignment says nothing, or that it does.
+enum class AlignmentStatus {
+  kSolved,
+  kTooFewPairs,    ///< fewer than RotationAlignmentOptions::min_pairs with points and IMU data
+  kTooLittleTurn,  ///< neither camera nor gyro turns by RotationAlignmentOptions::min_rate
+};
+
+/// Rotation of the camera against that of the gyro, pair of images by pair. The sigmas come from
+/// the scatter of single pairs and of stretches of the recording.
+struct RotationAlignment {
+  AlignmentStatus status = AlignmentStatus::kTooFewPairs;
+  int pairs = 0;
+  double camera_rate = kNotComputed;  ///< rms over the pairs, their own noise taken off [rad/s]
+  double gyro_rate = kNotComputed;    ///< rms over the same times about the mean [unit of gyro]
+  Eigen::Vector3d gyro_mean = Eigen::Vector3d::Constant(kNotComputed);  ///< [unit of gyro]
+  double residual_px = kNotComputed;    ///< median distance scale of points to epipolar lines [px]
+  double flow_px_per_s = kNotComputed;  ///< median speed of points in the image [px/s]
+
+  // kSolved only.
+  double correlation = kNotComputed;           ///< of both rates about their means, [-1, 1]
+  double mirrored_correlation = kNotComputed;  ///< the same with a gyro axis reversed
+  double gyro_scale = kNotComputed;            ///< gyro over camera; 57.3 is a gyro in deg/s
+  double gyro_scale_sigma = kNotComputed;
+  double td = kNotComputed;  ///< t_imu = t_image + td [s]
+  double td_sigma = kNotComputed;
+  Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d R_covariance = Eigen::Matrix3d::Identity();  ///< of R_b_c Exp(.) [rad^2]
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();         ///< [rad/s], after the scale
+  double residual_rad = kNotComputed;  ///< robust standard deviation of a pair's rotation
+};
+
+/// Measures the rotation of pairs of images by their common points alone and aligns it with the
+/// gyro's: first the correlation over all offsets with the best rotation for each (Procrustes),
+/// then offset, rotation, scale and bias together by robust least squares on SO(3).
+///
+/// Neither td nor R_b_c of `calibration` is believed: td is the centre of the search, R_b_c fills
+/// in what the motion leaves open (turns about one axis only). `frames` and `imu` ascend in time.
+RotationAlignment alignRotations(const std::vector<FrameObservation>& frames,
+                                 const std::vector<ImuSample>& imu, const Calibration& calibration,
+                                 const RotationAlignmentOptions& options);
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,129 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "doctor.h"
+
+#include <iostream>
+
+#include "exit_code.h"
+
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <string>
+
+#include "progress_bar.h"
+#include "slim_init/evaluation/doctor_images.h"
+#include "slim_init/feature_tracker_lines/config.h"
+
+namespace slim_init::tools {
+namespace {
+
+using feature_tracker_lines::Config;
+
+int fail(const std::string& sentence) {
+  std::cerr << "slim_init: " << sentence << "\n";
+  return kExitBadInput;
+}
+
+std::unique_ptr<evaluation::ImageSequence> openRecording(const DoctorCommand& command,
+                                                         const Config& config,
+                                                         evaluation::ReadStatus* status) {
+  evaluation::ImageSequenceOptions options;
+  options.max_imu_gap_s = config.options.window.max_imu_gap_s;
+  if (!command.asl.empty()) return evaluation::openAslFolder(command.asl, options, status);
+  evaluation::BagTopics topics;
+  if (!config.imu_topic.empty()) topics.imu = config.imu_topic;
+  if (!config.image_topic.empty()) topics.image = config.image_topic;
+  return evaluation::openRosbag(command.bag, topics, "", options, status);
+}
+
+/// Without --config: what lies beside the data.
+std::string configureFromData(const DoctorCommand& command, const evaluation::ImageSequence& images,
+                              Config* config) {
+  if (!images.calibration().has_value()) {
+    return command.asl + " has no calibration that can be used (" + images.calibrationProblem() +
+           "); give one with --config YAML";
+  }
+  config->calibration = images.calibration()->calibration;
+  config->camera = images.calibration()->camera;
+  std::string error;
+  if (!command.options_file.empty() &&
+      !feature_tracker_lines::loadOptions(command.options_file, config, &error)) {
+    return "--options: " + error;
+  }
+  return "";
+}
+
+int examineRecording(const DoctorCommand& command) {
+  if (const std::string error = checkDoctorOptions(command); !error.empty()) return fail(error);
+  Config config;
+  std::string error;
+  if (!command.config_file.empty() &&
+      !feature_tracker_lines::loadConfig(command.config_file, command.options_file, &config,
+                                         &error)) {
+    return fail("--config: " + error);
+  }
+  evaluation::ReadStatus status;
+  const auto images = openRecording(command, config, &status);
+  if (images == nullptr) return fail(status.message);
+  if (command.config_file.empty()) {
+    if (error = configureFromData(command, *images, &config); !error.empty()) return fail(error);
+  }
+  // Opened first: a minute of work should not end with a folder that is not there.
+  std::ofstream json;
+  if (!command.json.empty()) {
+    json.open(command.json, std::ios::binary);
+    if (!json) return fail("--json: " + command.json + " cannot be written");
+  }
+
+  evaluation::DoctorData data;
+  {
+    ProgressBar bar(images->name(), !command.quiet);
+    cv::setNumThreads(1);
+    data = evaluation::readDoctorData(images.get(), config.camera, config.calibration,
+                                      config.front_end, command.limit,
+                                      [&bar](int done, int total) { bar.update(done, total); });
+  }
+  evaluation::DoctorOptions options;
+  options.max_imu_gap_s = config.options.window.max_imu_gap_s;
+  const evaluation::DoctorReport report = evaluation::examine(data, options);
+  if (json.is_open() && !(json << evaluation::doctorJson(report)).flush()) {
+    return fail("--json: " + command.json + " cannot be written");
+  }
+  if (!command.quiet) {
+    const bool color = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
+    std::cout << evaluation::doctorText(report, color);
+  }
+  return report.exitCode();
+}
+
+}  // namespace
+
+int runDoctor(const DoctorCommand& command) {
+  try {
+    return examineRecording(command);
+  } catch (const std::exception& problem) {
+    return fail(problem.what());
+  }
+}
+
+}  // namespace slim_init::tools
+
+#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+namespace slim_init::tools {
+
+int runDoctor(const DoctorCommand&) {
+  std::cerr << "slim_init: doctor is not part of this program: it was built without "
+               "feature_tracker_lines (SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)\n";
+  return kExitBadInput;
+}
+
+}  // namespace slim_init::tools
+
+#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

@@ -1,0 +1,202 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The estimator by itself: what a good seed becomes, what a wrong one, and what is dropped.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "backend/simulated_sequence.h"
+#include "geometry/so3.h"
+#include "slim_init/backend/downstream.h"
+#include "slim_init/backend/sliding_window_estimator.h"
+#include "slim_init/evaluation/metrics.h"
+
+namespace slim_init::backend {
+namespace {
+
+using evaluation::Sequence;
+using testing_support::makeSimulatedSequence;
+using testing_support::SimulatedSequenceOptions;
+
+// Ten seconds of excited motion from the true states: 100 points at 0.6 px, EuRoC's IMU.
+constexpr double kAte = 0.05;  // [m]
+constexpr double kScaleError = 0.02;
+
+Sequence sequenceOf(const std::string& motion, unsigned seed, double duration_s) {
+  SimulatedSequenceOptions options;
+  options.motion = motion;
+  options.seed = seed;
+  options.duration_s = duration_s;
+  return makeSimulatedSequence(options);
+}
+
+/// The true states of ten frames, two images apart, as an initializer would give them.
+InitResult trueAnswer(const Sequence& sequence) {
+  InitResult answer;
+  answer.status = InitStatus::kSuccess;
+  for (std::size_t k = 0; k < 10; ++k) answer.states.push_back(sequence.truth[10 + 2 * k]);
+  return answer;
+}
+
+class Estimator : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Estimator, KeepsTheScaleForTenSeconds) {
+  for (const unsigned seed : {1u, 2u}) {
+    const Sequence sequence = sequenceOf(GetParam(), seed, 14.0);
+    DownstreamOptions options;
+    options.seconds = 10.0;
+    const auto record = runDownstream(sequence, trueAnswer(sequence), options);
+    ASSERT_TRUE(record.ran) << record.message;
+    EXPECT_FALSE(record.diverged) << record.message;
+    EXPECT_NEAR(record.seconds, 10.0, 0.11);
+    EXPECT_LT(record.ate, kAte) << "seed " << seed;
+    EXPECT_LT(record.scale_error, kScaleError) << "seed " << seed;
+  }
+}
+
+// A tenth of the tracks slides off: the loss has to hold them.
+TEST_P(Estimator, HoldsOutliers) {
+  SimulatedSequenceOptions simulation;
+  simulation.motion = GetParam();
+  simulation.duration_s = 9.0;
+  simulation.outlier_rate = 0.1;
+  const Sequence sequence = makeSimulatedSequence(simulation);
+  const auto record = runDownstream(sequence, trueAnswer(sequence), DownstreamOptions());
+  ASSERT_TRUE(record.ran) << record.message;
+  EXPECT_FALSE(record.diverged) << record.message;
+  EXPECT_LT(record.ate, kAte);
+}
+
+// Ever more wrong: gravity turned by a right angle, which excited motion may repair; a velocity of
+// 40 m/s that is not there; both, upside down, which nothing repairs.
+TEST_P(Estimator, WrongSeedsAreNoticed) {
+  const Sequence sequence = sequenceOf(GetParam(), 1, 9.0);
+  const auto wrongAnswer = [&](double tilt, double speed) {
+    InitResult answer = trueAnswer(sequence);
+    const Eigen::Matrix3d R = expSO3(Eigen::Vector3d(tilt, 0, 0));
+    const double t0 = answer.states.front().t;
+    for (NavState& state : answer.states) {
+      state.R_w_b = R * state.R_w_b;
+      state.p_w_b = R * state.p_w_b + Eigen::Vector3d(speed * (state.t - t0), 0, 0);
+      state.v_w_b = R * state.v_w_b + Eigen::Vector3d(speed, 0, 0);
+    }
+    return answer;
+  };
+  for (const auto& [tilt, speed] : {std::make_pair(M_PI / 2, 0.0), std::make_pair(0.0, 40.0)}) {
+    const auto record = runDownstream(sequence, wrongAnswer(tilt, speed), DownstreamOptions());
+    ASSERT_TRUE(record.ran) << record.message;
+    EXPECT_TRUE(record.diverged || record.scale_error < 0.25)
+        << "quietly wrong: tilt " << tilt << ", speed " << speed << ", ate " << record.ate;
+  }
+  const auto record = runDownstream(sequence, wrongAnswer(M_PI, 40.0), DownstreamOptions());
+  ASSERT_TRUE(record.ran) << record.message;
+  EXPECT_TRUE(record.diverged) << "ate " << record.ate << ", scale error " << record.scale_error;
+  EXPECT_FALSE(record.message.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, Estimator, ::testing::Values("figure-eight", "circle"),
+                         [](const auto& param) {
+                           return param.param == "circle" ? std::string("Circle")
+                                                          : std::string("FigureEight");
+                         });
+
+TEST(EstimatorInput, DropsAndCounts) {
+  const Sequence sequence = sequenceOf("circle", 1, 3.0);
+  SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());
+  EXPECT_FALSE(estimator.addFrame(sequence.frames[3]).ok());  // no IMU yet
+  for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
+  estimator.addImu(sequence.imu[5]);
+  ImuSample broken = sequence.imu.back();
+  broken.t += 0.005;
+  broken.gyro.x() = std::numeric_limits<double>::quiet_NaN();
+  estimator.addImu(broken);
+  EXPECT_EQ(estimator.droppedImu(), 2);
+
+  EXPECT_TRUE(estimator.addFrame(sequence.frames[4]).ok());
+  EXPECT_TRUE(estimator.addFrame(sequence.frames[5]).ok());
+  const FrameReport again = estimator.addFrame(sequence.frames[5]);
+  EXPECT_NE(again.problem.find("is not after the last"), std::string::npos) << again.problem;
+  EXPECT_EQ(estimator.droppedFrames(), 2);
+
+  const FrameReport report = estimator.seed({sequence.truth[4]});
+  EXPECT_NE(report.problem.find("1 states for a window of 2 frames"), std::string::npos);
+  EXPECT_FALSE(estimator.seeded());
+  EXPECT_TRUE(estimator.states().empty());
+}
+
+TEST(EstimatorInput, TheWindowIsBounded) {
+  const Sequence sequence = sequenceOf("hover", 1, 6.0);
+  SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());
+  for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
+  for (std::size_t k = 5; k < sequence.frames.size() - 1; ++k) {
+    estimator.addFrame(sequence.frames[k]);
+    EXPECT_LE(estimator.stamps().size(), 10u);
+    // Standing still, the frames between are dropped, but nothing older than a start needs.
+    EXPECT_LE(estimator.stamps().back() - estimator.stamps().front(), 2.3);
+  }
+}
+
+TEST(EstimatorInput, EqualInputGivesEqualStates) {
+  const Sequence sequence = sequenceOf("circle", 2, 6.0);
+  DownstreamOptions options;
+  options.seconds = 2.0;
+  const auto first = runDownstream(sequence, trueAnswer(sequence), options);
+  const auto second = runDownstream(sequence, trueAnswer(sequence), options);
+  EXPECT_EQ(first.ate, second.ate);
+  EXPECT_EQ(first.scale_error, second.scale_error);
+}
+
+TEST(FailureDetection, NamesRuleValueAndBound) {
+  NavState before, after;
+  before.t = 0.0;
+  after.t = 0.1;
+  FrameReport report;
+  const FailureOptions options;
+  EXPECT_EQ(detectFailure(before, after, report, options), "");
+  after.accel_bias.x() = 3.0;
+  EXPECT_EQ(detectFailure(before, after, report, options),
+            "accelerometer bias of 3 m/s^2, may be 2.5");
+  after = before;
+  after.gyro_bias.y() = -1.5;
+  EXPECT_EQ(detectFailure(before, after, report, options), "gyroscope bias of 1.5 rad/s, may be 1");
+  after = before;
+  after.p_w_b.z() = -1.5;
+  EXPECT_EQ(detectFailure(before, after, report, options),
+            "a vertical step of 1.5 m between two frames, may be 1");
+  after.p_w_b.x() = 6.0;
+  EXPECT_NE(detectFailure(before, after, report, options).find("a step of 6.18"),
+            std::string::npos);
+  after = before;
+  after.p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(detectFailure(before, after, report, options), "");
+  after = before;
+  report.newest_views = 40;
+  report.newest_inliers = 19;
+  EXPECT_EQ(detectFailure(before, after, report, options),
+            "19 of 40 points are where they are expected, must be at least a share of 0.5");
+  report.newest_views = 9;
+  report.newest_inliers = 0;
+  EXPECT_EQ(detectFailure(before, after, report, options), "");
+}
+
+TEST(BackendOptions, DefaultsAreValidAndSentencesNameTheField) {
+  EXPECT_EQ(EstimatorOptions().validate(), "");
+  EXPECT_EQ(FailureOptions().validate(), "");
+  EXPECT_EQ(DownstreamOptions().validate(), "");
+  EstimatorOptions estimator;
+  estimator.window_frames = 2;
+  EXPECT_EQ(estimator.validate(), "window_frames is 2, must be at least 4 and at most 50");
+  DownstreamOptions downstream;
+  downstream.failure.max_step_m = 0.0;
+  EXPECT_EQ(downstream.validate().rfind("failure.max_step_m is 0, must be at least", 0), 0u);
+  downstream.seconds = -1.0;
+  EXPECT_EQ(downstream.validate(), "seconds is -1, must be positive");
+}
+
+}  // namespace
+}  // namespace slim_init::backend

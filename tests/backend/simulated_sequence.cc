@@ -1,0 +1,62 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "backend/simulated_sequence.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "slim_init/simulation/feature_simulator.h"
+#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/trajectory.h"
+#include "support/exact_window.h"
+
+namespace slim_init::testing_support {
+
+evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& options) {
+  evaluation::Sequence sequence;
+  sequence.name = options.motion;
+  sequence.calibration = eurocCalibration();
+  sequence.calibration.sigma_px = std::max(options.pixel_noise, 0.1);
+  const auto trajectory = simulation::makeBuiltinTrajectory(
+      options.motion, options.duration_s, sequence.calibration.R_b_c, options.seed);
+  if (trajectory == nullptr) return sequence;
+
+  simulation::ImuSimulationOptions imu;
+  imu.noise = sequence.calibration.imu_noise;
+  imu.add_noise = options.imu_noise;
+  imu.gravity_magnitude = sequence.calibration.gravity_magnitude;
+  imu.seed = options.seed;
+  sequence.imu = simulation::simulateImu(*trajectory, imu);
+
+  std::vector<double> times;
+  std::vector<Eigen::Vector3d> path;
+  for (int k = 0; k / options.image_rate_hz <= sequence.imu.back().t; ++k) {
+    const double t = k / options.image_rate_hz;
+    const simulation::Kinematics motion = trajectory->at(t);
+    NavState state;
+    state.t = t;
+    state.R_w_b = motion.R_w_b;
+    state.p_w_b = motion.p_w_b;
+    state.v_w_b = motion.v_w_b;
+    state.gyro_bias = imu.gyro_bias;
+    state.accel_bias = imu.accel_bias;
+    sequence.truth.push_back(state);
+    times.push_back(t);
+    path.push_back(state.p_w_b);
+  }
+  sequence.has_gyro_bias_truth = true;
+
+  simulation::WorldOptions world;
+  world.kind = options.world;
+  world.seed = options.seed;
+  simulation::FeatureSimulationOptions features;
+  features.max_points = options.points;
+  features.pixel_noise = options.pixel_noise;
+  features.outlier_rate = options.outlier_rate;
+  features.track_life = 1.8 * options.image_rate_hz;  // [frames]; 36 at 20 Hz by default
+  features.seed = options.seed;
+  sequence.frames = simulation::simulateFeatures(*trajectory, simulation::makeWorld(world, path),
+                                                 sequence.calibration, times, features);
+  return sequence;
+}
+
+}  // namespace slim_init::testing_support

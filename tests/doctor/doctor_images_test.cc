@@ -1,0 +1,291 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// `slim_init doctor` on recordings with pixels, as a user runs it.
+#include "slim_init/evaluation/doctor_images.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "evaluation/scratch_folder.h"
+#include "feature_tracker_lines/room_walk.h"
+#include "handheld.h"
+#include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/simulation/imu_simulator.h"
+#include "tools/run_program.h"
+
+namespace slim_init {
+namespace {
+
+namespace fs = std::filesystem;
+using feature_tracker_lines::BoxRoom;
+using feature_tracker_lines::Camera;
+
+constexpr std::int64_t kT0Ns = 1500000000000000000;
+
+evaluation::WriterRig rig() {
+  evaluation::WriterRig rig;
+  rig.camera = feature_tracker_lines::smallCamera();
+  rig.calibration.R_b_c = handheldExtrinsic();
+  rig.calibration.t_b_c = Eigen::Vector3d(0.05, -0.02, 0.01);
+  return rig;
+}
+
+/// The inside of a room, filmed by hand.
+void film(evaluation::SequenceWriter* writer) {
+  Handheld motion;
+  motion.duration_s = 5.0;
+  const std::vector<ImuSample> imu =
+      simulation::simulateImu(motion, simulation::ImuSimulationOptions());
+  for (const ImuSample& sample : imu) {
+    ASSERT_EQ(writer->addImu(kT0Ns + std::llround(1e9 * sample.t), sample), "");
+  }
+  for (int k = 0; k < 4; ++k) {  // an empty table of truth would be refused
+    ASSERT_EQ(writer->addTruth(kT0Ns + 1000000000LL * k, NavState()), "");
+  }
+  const BoxRoom room(Eigen::Vector3d(3.0, 3.0, 2.0), feature_tracker_lines::textures::rich);
+  const Camera camera(rig().camera);
+  std::vector<Eigen::Vector3f> rays;
+  for (int k = 4; k < 92; ++k) {
+    const simulation::Kinematics body = motion.at(0.05 * k);
+    cv::Mat image = room.render(camera, body.R_w_b * rig().calibration.R_b_c,
+                                body.p_w_b + body.R_w_b * rig().calibration.t_b_c, 1, &rays);
+    cv::GaussianBlur(image, image, cv::Size(), 0.6);
+    feature_tracker_lines::addNoise(1.5, static_cast<std::uint64_t>(k), &image);
+    ASSERT_EQ(writer->addImage(kT0Ns + 50000000LL * k, image), "");
+  }
+  ASSERT_EQ(writer->finish(), "");
+}
+
+/// The host's configuration file for the rig.
+std::string configuration(const Eigen::Matrix3d& R_b_c, const std::string& topics = "") {
+  std::ostringstream out;
+  out.precision(12);
+  out << "%YAML:1.0\n"
+      << topics
+      << "model_type: PINHOLE\ncamera_name: camera\nimage_width: 376\nimage_height: 240\n"
+         "distortion_parameters: {k1: -0.28340811, k2: 0.07395907, p1: 0.00019359, p2: "
+         "1.76187114e-05}\n"
+         "projection_parameters: {fx: 229.3, fy: 228.6, cx: 183.6, cy: 124.2}\n"
+         "extrinsicRotation: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [";
+  for (int k = 0; k < 9; ++k) out << (k > 0 ? ", " : "") << R_b_c(k / 3, k % 3) + 0.0;
+  out << "]\nextrinsicTranslation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: "
+         "[0.05, -0.02, 0.01]\ng_norm: 9.81007\ntd: 0.0\n";
+  return out.str();
+}
+
+/// Filmed once for all tests; they change copies of its tables.
+class DoctorTool : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    root_ = fs::path(::testing::TempDir()) / ("slim_init_doctor_" + std::to_string(getpid()));
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+    std::string error;
+    const auto writer = evaluation::makeAslWriter((root_ / "room").string(), rig(), &error);
+    ASSERT_NE(writer, nullptr) << error;
+    film(writer.get());
+  }
+  static void TearDownTestSuite() {
+    std::error_code ignored;
+    fs::remove_all(root_, ignored);
+  }
+  static std::string room() { return (root_ / "room").string(); }
+
+  /// A copy that shares the images.
+  fs::path copy() const {
+    const fs::path from = root_ / "room" / "mav0", to = fs::path(folder_.file("copy")) / "mav0";
+    for (const char* sensor : {"cam0", "imu0"}) {
+      fs::create_directories(to / sensor);
+      fs::copy(from / sensor / "data.csv", to / sensor / "data.csv");
+      fs::copy(from / sensor / "sensor.yaml", to / sensor / "sensor.yaml");
+    }
+    fs::create_directory_symlink(from / "cam0" / "data", to / "cam0" / "data");
+    return to;
+  }
+
+  ProgramRun doctor(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"doctor", "--json", folder_.file("doctor.json")});
+    ProgramRun run = runProgram(folder_, arguments);
+    json_ = nlohmann::json::parse(readFile(folder_.file("doctor.json")), nullptr, false);
+    return run;
+  }
+  std::string severity(const std::string& check) const { return finding(check).at("severity"); }
+  double value(const std::string& check) const { return finding(check).at("value"); }
+  nlohmann::json finding(const std::string& check) const {
+    for (const auto& f : json_.at("findings")) {
+      if (f.at("check") == check) return f;
+    }
+    return {};
+  }
+
+  ScratchFolder folder_;
+  nlohmann::json json_;
+  static fs::path root_;
+};
+fs::path DoctorTool::root_;
+
+TEST_F(DoctorTool, IsQuietOnAGoodRecording) {
+  const ProgramRun run = doctor({"--asl", room()});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_EQ(run.err, "");
+  EXPECT_TRUE(contains(run.out, "room: 0 errors, 0 warnings, 0 checks not possible")) << run.out;
+  EXPECT_EQ(json_.at("worst"), "note") << "clouds have no lines";
+  EXPECT_EQ(severity("lines"), "note");
+  EXPECT_NEAR(value("time_offset"), 0.0, 2.0);
+  EXPECT_LT(value("extrinsic_rotation"), 0.5);
+}
+
+TEST_F(DoctorTool, MeasuresATimeOffsetFromPixels) {
+  const fs::path table = copy() / "cam0" / "data.csv";
+  std::istringstream rows(readFile(table.string()));
+  std::ostringstream late;
+  for (std::string row; std::getline(rows, row);) {
+    const std::size_t comma = row.find(',');
+    if (row[0] != '#') {
+      row = std::to_string(std::stoll(row.substr(0, comma)) - 30000000) + row.substr(comma);
+    }
+    late << row << "\n";
+  }
+  std::ofstream(table) << late.str();
+  const ProgramRun run = doctor({"--asl", folder_.file("copy")});
+  EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
+  EXPECT_NEAR(value("time_offset"), 30.0, 3.0);
+  EXPECT_TRUE(contains(run.out, "-> Set td: 0.0")) << run.out;
+  EXPECT_EQ(severity("extrinsic_rotation"), "ok");
+}
+
+TEST_F(DoctorTool, FindsATurnedExtrinsicInTheConfiguration) {
+  folder_.write("good.yaml", configuration(rig().calibration.R_b_c));
+  EXPECT_EQ(doctor({"--asl", room(), "--config", folder_.file("good.yaml")}).exit_code, 0);
+  folder_.write("turned.yaml",
+                configuration(rig().calibration.R_b_c * expSO3(Eigen::Vector3d(0, M_PI / 2, 0))));
+  const ProgramRun run = doctor({"--asl", room(), "--config", folder_.file("turned.yaml")});
+  EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
+  EXPECT_NEAR(value("extrinsic_rotation"), 90.0, 0.5);
+  EXPECT_EQ(severity("time_offset"), "ok");
+  EXPECT_EQ(severity("gyro_scale"), "ok");
+}
+
+TEST_F(DoctorTool, FindsBlackImages) {
+  const fs::path to = copy();
+  fs::remove(to / "cam0" / "data");
+  fs::create_directories(to / "cam0" / "data");
+  for (const auto& entry : fs::directory_iterator(root_ / "room" / "mav0" / "cam0" / "data")) {
+    cv::Mat image = cv::Mat::zeros(240, 376, CV_8UC1);
+    feature_tracker_lines::addNoise(1.5, 1, &image);
+    cv::imwrite((to / "cam0" / "data" / entry.path().filename()).string(), image);
+  }
+  const ProgramRun run = doctor({"--asl", folder_.file("copy")});
+  EXPECT_EQ(run.exit_code, 2) << run.out << run.err;
+  EXPECT_EQ(severity("image_black"), "error");
+  EXPECT_EQ(severity("time_offset"), "not_checked");
+}
+
+TEST_F(DoctorTool, ReadsABag) {
+  if (!evaluation::rosbagSupported()) GTEST_SKIP() << "this build has no rosbag";
+  std::string error;
+  const auto writer =
+      evaluation::makeBagWriter(folder_.file("room.bag"), {"/hand/imu", "/hand/image"}, &error);
+  ASSERT_NE(writer, nullptr) << error;
+  film(writer.get());
+  folder_.write("config.yaml",
+                configuration(rig().calibration.R_b_c,
+                              "imu_topic: \"/hand/imu\"\nimage_topic: \"/hand/image\"\n"));
+  const ProgramRun run =
+      doctor({"--bag", folder_.file("room.bag"), "--config", folder_.file("config.yaml")});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_EQ(severity("time_offset"), "ok");
+  EXPECT_EQ(severity("extrinsic_rotation"), "ok");
+}
+
+TEST_F(DoctorTool, StopsAtTheLimitAndKeepsQuiet) {
+  const ProgramRun run = doctor({"--asl", room(), "--limit", "30", "--quiet"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out + run.err, "");
+  EXPECT_TRUE(contains(finding("image_order").at("sentence"), "30 images"));
+}
+
+TEST_F(DoctorTool, RefusesWhatItCannotUse) {
+  const auto sentence = [this](const std::vector<std::string>& arguments) {
+    std::vector<std::string> all = {"doctor"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const ProgramRun run = runProgram(folder_, all);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_EQ(run.out, "");
+    return run.err;
+  };
+  EXPECT_TRUE(contains(sentence({}), "give one of --asl DIR and --bag FILE"));
+  EXPECT_TRUE(contains(sentence({"--asl", room(), "--bag", "x"}), "give one of"));
+  EXPECT_TRUE(contains(sentence({"--bag", "x"}), "--bag needs --config"));
+  EXPECT_TRUE(contains(sentence({"--asl", folder_.file("none")}), "is not a directory"));
+  EXPECT_TRUE(contains(sentence({"--asl", room(), "--config", folder_.file("none")}), "--config"));
+  EXPECT_TRUE(
+      contains(sentence({"--asl", room(), "--json", folder_.file("none/x.json")}), "--json"));
+}
+
+TEST_F(DoctorTool, RealImagesStandingStill) {
+  if (!fs::is_directory(SLIM_INIT_SNIPPET)) GTEST_SKIP() << "no recording in " SLIM_INIT_SNIPPET;
+  const ProgramRun run = doctor({"--asl", SLIM_INIT_SNIPPET});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_EQ(severity("time_offset"), "not_checked");
+  EXPECT_EQ(severity("extrinsic_rotation"), "not_checked");
+  EXPECT_TRUE(contains(run.out, "it stands still")) << run.out;
+}
+
+// --- Numbers of a single image ---
+
+/// A textured wall seen straight on.
+cv::Mat texture() {
+  cv::Mat image(240, 376, CV_8UC1);
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      image.at<uchar>(y, x) = ((x / 30 + y / 30) % 2) != 0 ? 200 : 60;
+    }
+  }
+  return image;
+}
+
+TEST(ImageFacts, MeasuresBlur) {
+  const cv::Mat sharp = texture();
+  for (const double sigma : {0.8, 2.0, 3.5}) {
+    cv::Mat image;
+    cv::GaussianBlur(sharp, image, cv::Size(), sigma);
+    feature_tracker_lines::addNoise(2.0, 7, &image);
+    const double measured = evaluation::imageFacts(0.0, image, cv::Mat(), image.size()).blur_px;
+    EXPECT_NEAR(measured, sigma, 0.25 * sigma + 0.2);
+  }
+  cv::Mat blank(240, 376, CV_8UC1, cv::Scalar(128));
+  feature_tracker_lines::addNoise(2.0, 7, &blank);
+  EXPECT_TRUE(std::isnan(evaluation::imageFacts(0.0, blank, cv::Mat(), blank.size()).blur_px));
+}
+
+TEST(ImageFacts, TellsLightSizeAndRepetition) {
+  const cv::Mat image = texture();
+  const evaluation::ImageFacts good = evaluation::imageFacts(1.5, image, cv::Mat(), image.size());
+  EXPECT_EQ(good.t, 1.5);
+  EXPECT_EQ(good.p99, 200.0);
+  EXPECT_EQ(good.saturated, 0.0);
+  EXPECT_FALSE(good.repeats);
+  EXPECT_TRUE(good.right_size);
+  EXPECT_TRUE(evaluation::imageFacts(0.0, image, image.clone(), image.size()).repeats);
+  cv::Mat other = image.clone();
+  other.at<uchar>(3, 3) += 1;
+  EXPECT_FALSE(evaluation::imageFacts(0.0, image, other, image.size()).repeats);
+  EXPECT_FALSE(evaluation::imageFacts(0.0, image, cv::Mat(), cv::Size(752, 480)).right_size);
+  const cv::Mat white(240, 376, CV_8UC1, cv::Scalar(255));
+  EXPECT_EQ(evaluation::imageFacts(0.0, white, cv::Mat(), white.size()).saturated, 1.0);
+  EXPECT_TRUE(std::isnan(evaluation::imageFacts(0.0, cv::Mat(), cv::Mat(), image.size()).p99));
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,407 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Every check from both sides, on simulated tracks and IMU data.
+#include "slim_init/evaluation/doctor.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "handheld.h"
+#include "slim_init/simulation/feature_simulator.h"
+#include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/world.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kDegPerRad = 57.29577951308232;
+
+/// A recording without fault. `td`: true offset of the image stamps.
+DoctorData recording(const Handheld& motion, double td = 0.0) {
+  DoctorData data;
+  data.name = "handheld";
+  data.calibration.R_b_c = handheldExtrinsic();
+  data.calibration.t_b_c = Vector3d(0.05, -0.02, 0.01);
+  data.calibration.td = td;
+  data.imu = simulation::simulateImu(motion, simulation::ImuSimulationOptions());
+  std::vector<double> times;
+  for (int k = 4; k * 0.05 < motion.duration_s - 0.2; ++k) times.push_back(k * 0.05);
+  std::vector<Vector3d> path;
+  for (const double t : times) path.push_back(motion.at(t).p_w_b);
+  const simulation::World world = simulation::makeWorld({}, path);
+  simulation::FeatureSimulationOptions options;
+  options.pixel_noise = 0.4;
+  data.frames = simulation::simulateFeatures(motion, world, data.calibration, times, options);
+  data.calibration.td = 0.0;
+  for (const double t : times) {
+    ImageFacts image;
+    image.t = t;
+    image.p99 = 200.0;
+    image.blur_px = 0.8;
+    data.images.push_back(image);
+  }
+  return data;
+}
+
+DoctorReport examined(const DoctorData& data) { return examine(data, DoctorOptions()); }
+
+const Finding& find(const DoctorReport& report, const std::string& check) {
+  for (const Finding& f : report.findings) {
+    if (f.check == check) return f;
+  }
+  ADD_FAILURE() << "no check " << check;
+  static const Finding none;
+  return none;
+}
+
+/// Names of the findings that are warnings or errors.
+std::set<std::string> complaints(const DoctorReport& report) {
+  std::set<std::string> names;
+  for (const Finding& f : report.findings) {
+    if (f.severity >= Severity::kWarning) names.insert(f.check);
+  }
+  return names;
+}
+
+using Names = std::set<std::string>;
+
+class Doctor : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { good_ = new DoctorData(recording(Handheld())); }
+  static void TearDownTestSuite() {
+    delete good_;
+    good_ = nullptr;
+  }
+  static DoctorData good() { return *good_; }
+  static DoctorData standing() {
+    Handheld motion;
+    motion.turning.setZero();
+    motion.moving = 0.0;
+    return recording(motion);
+  }
+
+ private:
+  static DoctorData* good_;
+};
+DoctorData* Doctor::good_ = nullptr;
+
+TEST_F(Doctor, IsQuietOnGoodData) {
+  const DoctorReport report = examined(good());
+  EXPECT_EQ(report.exitCode(), 0) << doctorText(report, false);
+  EXPECT_EQ(report.worst(), Severity::kOk) << doctorText(report, false);
+  EXPECT_NEAR(report.alignment.td, 0.0, 1e-3);
+  EXPECT_LT(find(report, "extrinsic_rotation").value, 0.4);
+  EXPECT_NEAR(report.alignment.gyro_scale, 1.0, 0.01);
+  const Vector3d bias = simulation::ImuSimulationOptions().gyro_bias;
+  EXPECT_LT((report.alignment.gyro_bias - bias).norm(), 0.005);
+}
+
+TEST_F(Doctor, SaysWhatItCannotCheckStandingStill) {
+  const DoctorReport report = examined(standing());
+  EXPECT_EQ(report.exitCode(), 0) << doctorText(report, false);
+  for (const char* check :
+       {"rotation_agreement", "gyro_scale", "time_offset", "extrinsic_rotation"}) {
+    EXPECT_EQ(find(report, check).severity, Severity::kNotChecked) << check;
+    EXPECT_TRUE(std::isnan(find(report, check).value)) << check;
+  }
+  EXPECT_EQ(find(report, "gravity").severity, Severity::kOk);
+  EXPECT_EQ(find(report, "gyro_bias").severity, Severity::kOk);
+  EXPECT_EQ(find(report, "acceleration").severity, Severity::kNote);
+  EXPECT_NE(find(report, "acceleration").sentence.find("stands still"), std::string::npos);
+}
+
+TEST_F(Doctor, MeasuresTheTimeOffset) {
+  for (const double td : {-0.03, 0.03}) {
+    DoctorData data = recording(Handheld(), td);
+    const DoctorReport report = examined(data);
+    EXPECT_EQ(complaints(report), Names{"time_offset"}) << doctorText(report, false);
+    EXPECT_EQ(report.exitCode(), 2);
+    EXPECT_NEAR(find(report, "time_offset").value, 1e3 * td, 3.0);
+    EXPECT_LT(std::abs(report.alignment.td - td), 5.0 * report.alignment.td_sigma + 2e-4);
+    data.calibration.td = td;
+    EXPECT_EQ(examined(data).worst(), Severity::kOk);
+  }
+}
+
+TEST_F(Doctor, WarnsOfASmallTimeOffset) {
+  const DoctorReport report = examined(recording(Handheld(), 0.009));
+  EXPECT_EQ(find(report, "time_offset").severity, Severity::kWarning);
+  EXPECT_EQ(report.exitCode(), 1) << doctorText(report, false);
+}
+
+TEST_F(Doctor, FindsTheExtrinsicTurnedAboutAnyAxis) {
+  const std::vector<Vector3d> axes = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ(),
+                                      Vector3d(1.0, -2.0, 0.5).normalized()};
+  for (const Vector3d& axis : axes) {
+    for (const double sign : {-1.0, 1.0}) {
+      DoctorData data = good();
+      data.calibration.R_b_c *= expSO3(sign * 0.5 * M_PI * axis);
+      const DoctorReport report = examined(data);
+      EXPECT_EQ(complaints(report), Names{"extrinsic_rotation"}) << doctorText(report, false);
+      EXPECT_EQ(report.exitCode(), 2);
+      EXPECT_NEAR(find(report, "extrinsic_rotation").value, 90.0, 0.5);
+      EXPECT_LT(
+          kDegPerRad * logSO3(handheldExtrinsic().transpose() * report.alignment.R_b_c).norm(),
+          0.4);
+    }
+  }
+}
+
+TEST_F(Doctor, SwappedStereoCalibrationIsAWarning) {
+  // EuRoC: cam1's calibration over cam0's images.
+  DoctorData data = good();
+  for (FrameObservation& frame : data.frames) {
+    for (PointObservation& p : frame.points) {
+      p.bearing =
+          Vector3d((p.pixel.x() - 379.999) / 457.587, (p.pixel.y() - 255.238) / 456.134, 1.0)
+              .normalized();
+    }
+  }
+  Matrix3d R_c0_c1;  // of the published calibration
+  R_c0_c1 << 0.9999972564, -0.0023171357, 0.0003433931, 0.0023120672, 0.9998980485, 0.0140898358,
+      -0.0003760068, -0.0140890039, 0.9999006757;
+  data.calibration.R_b_c *= nearestRotation(R_c0_c1).transpose();
+  const DoctorReport report = examined(data);
+  EXPECT_TRUE(complaints(report).count("extrinsic_rotation")) << doctorText(report, false);
+  EXPECT_GE(report.exitCode(), 1);
+}
+
+TEST_F(Doctor, TurnsAboutOneAxisLeaveThatAxisOpen) {
+  Handheld motion;
+  motion.turning = Vector3d(0.0, 0.0, 0.3);
+  DoctorData data = recording(motion);
+  const DoctorReport quiet = examined(data);
+  EXPECT_EQ(quiet.exitCode(), 0) << doctorText(quiet, false);
+  EXPECT_EQ(find(quiet, "extrinsic_rotation").severity, Severity::kNotChecked);
+  EXPECT_EQ(find(quiet, "time_offset").severity, Severity::kOk);
+  // A turn about another axis shows all the same. Here the camera's y is the body's -z.
+  data.calibration.R_b_c *= expSO3(Vector3d(0.5 * M_PI, 0.0, 0.0));
+  EXPECT_EQ(complaints(examined(data)), Names{"extrinsic_rotation"});
+}
+
+TEST_F(Doctor, FindsTheGyroInDegrees) {
+  DoctorData data = good();
+  for (ImuSample& sample : data.imu) sample.gyro *= kDegPerRad;
+  const DoctorReport report = examined(data);
+  EXPECT_TRUE(complaints(report).count("gyro_scale")) << doctorText(report, false);
+  EXPECT_NEAR(find(report, "gyro_scale").value, kDegPerRad, 1.0);
+  EXPECT_NE(find(report, "gyro_scale").sentence.find("deg/s"), std::string::npos);
+  EXPECT_EQ(find(report, "gyro_scale").severity, Severity::kError);
+  // The rest is measured in spite of it.
+  EXPECT_EQ(find(report, "time_offset").severity, Severity::kOk);
+  EXPECT_EQ(find(report, "extrinsic_rotation").severity, Severity::kOk);
+  EXPECT_EQ(find(report, "gravity").severity, Severity::kOk);
+
+  data = standing();
+  for (ImuSample& sample : data.imu) sample.gyro *= kDegPerRad;
+  EXPECT_EQ(find(examined(data), "gyro_bias").severity, Severity::kError);
+}
+
+TEST_F(Doctor, FindsTheAccelerometerInG) {
+  for (const bool moving : {false, true}) {
+    DoctorData data = moving ? good() : standing();
+    for (ImuSample& sample : data.imu) sample.accel /= 9.80665;
+    const DoctorReport report = examined(data);
+    EXPECT_EQ(complaints(report), Names{"accel_unit"}) << doctorText(report, false);
+    EXPECT_EQ(report.exitCode(), 2);
+    EXPECT_NE(find(report, "accel_unit").sentence.find("in g"), std::string::npos);
+  }
+}
+
+TEST_F(Doctor, FindsGravityTakenOffAndMisscaled) {
+  DoctorData data = good();
+  for (ImuSample& sample : data.imu) sample.accel *= 0.3;
+  EXPECT_EQ(find(examined(data), "accel_unit").severity, Severity::kError);
+  data = good();
+  for (ImuSample& sample : data.imu) sample.accel *= 1.08;
+  EXPECT_EQ(complaints(examined(data)), Names{"gravity"});
+  EXPECT_EQ(examined(data).exitCode(), 1);
+}
+
+TEST_F(Doctor, FindsASlowImuAndNothingElse) {
+  DoctorData data = good();
+  std::vector<ImuSample> slow;
+  for (std::size_t k = 0; k < data.imu.size(); k += 10) slow.push_back(data.imu[k]);
+  data.imu = slow;
+  const DoctorReport report = examined(data);
+  EXPECT_EQ(complaints(report), Names{"imu_rate"}) << doctorText(report, false);
+  EXPECT_EQ(report.exitCode(), 2);
+  EXPECT_NEAR(find(report, "imu_rate").value, 20.0, 0.1);
+}
+
+TEST_F(Doctor, FindsLostSamples) {
+  DoctorData data = good();
+  std::mt19937 random(1);
+  data.imu.erase(std::remove_if(data.imu.begin(), data.imu.end(),
+                                [&random](const ImuSample&) { return random() % 10 == 0; }),
+                 data.imu.end());
+  const DoctorReport report = examined(data);
+  EXPECT_EQ(complaints(report), Names{"imu_lost"}) << doctorText(report, false);
+  EXPECT_EQ(report.exitCode(), 2);
+  EXPECT_NEAR(find(report, "imu_lost").value, 10.0, 1.5);
+}
+
+TEST_F(Doctor, FindsAGapJitterAndDisorder) {
+  DoctorData data = good();
+  data.imu.erase(data.imu.begin() + 1000, data.imu.begin() + 1009);
+  DoctorReport report = examined(data);
+  EXPECT_EQ(find(report, "imu_gap").severity, Severity::kOk) << "nine samples are 50 ms";
+  data.imu.erase(data.imu.begin() + 1000, data.imu.begin() + 1010);
+  report = examined(data);
+  EXPECT_EQ(find(report, "imu_gap").severity, Severity::kWarning);
+  EXPECT_NEAR(find(report, "imu_gap").value, 100.0, 0.1);
+
+  data = good();
+  for (std::size_t k = 0; k < data.imu.size(); k += 2) data.imu[k].t += 0.002;
+  report = examined(data);
+  EXPECT_EQ(find(report, "imu_jitter").severity, Severity::kWarning);
+  EXPECT_EQ(find(report, "imu_lost").severity, Severity::kOk) << doctorText(report, false);
+
+  data = good();
+  data.imu_counts.out_of_order = 3;
+  data.image_counts.unreadable = 50;
+  report = examined(data);
+  EXPECT_EQ(find(report, "imu_order").severity, Severity::kWarning);
+  EXPECT_EQ(find(report, "image_order").severity, Severity::kError);
+}
+
+TEST_F(Doctor, FindsTwoClocks) {
+  DoctorData data = good();
+  for (FrameObservation& frame : data.frames) frame.t += 1000.0;
+  for (ImageFacts& image : data.images) image.t += 1000.0;
+  const DoctorReport report = examined(data);
+  EXPECT_EQ(complaints(report), Names{"clocks"}) << doctorText(report, false);
+  EXPECT_EQ(report.exitCode(), 2);
+  EXPECT_EQ(find(report, "time_offset").severity, Severity::kNotChecked);
+}
+
+TEST_F(Doctor, FindsSlowAndLostImages) {
+  DoctorData data = good();
+  std::vector<ImageFacts> images;
+  for (std::size_t k = 0; k < data.images.size(); k += 4) images.push_back(data.images[k]);
+  data.images = images;
+  EXPECT_EQ(find(examined(data), "image_rate").severity, Severity::kWarning);
+  data = good();
+  for (std::size_t k = 20; k < data.images.size(); k += 10) {
+    data.images.erase(data.images.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+  EXPECT_EQ(find(examined(data), "images_lost").severity, Severity::kWarning);
+}
+
+TEST_F(Doctor, FindsLeftHandedAxes) {
+  DoctorData data = good();
+  for (ImuSample& sample : data.imu) sample.gyro.y() *= -1.0;
+  const DoctorReport report = examined(data);
+  EXPECT_EQ(find(report, "rotation_agreement").severity, Severity::kError);
+  EXPECT_NE(find(report, "rotation_agreement").advice.find("left-handed"), std::string::npos);
+  EXPECT_EQ(find(report, "extrinsic_rotation").severity, Severity::kNotChecked);
+}
+
+TEST_F(Doctor, FindsASilentGyroAndAnotherRecordingsGyro) {
+  DoctorData data = good();
+  for (ImuSample& sample : data.imu) sample.gyro.setZero();
+  EXPECT_EQ(find(examined(data), "rotation_agreement").severity, Severity::kError);
+  data = good();
+  Handheld other;
+  other.turning = Vector3d(0.25, -0.1, 0.2);
+  for (ImuSample& sample : data.imu) {
+    sample.gyro = other.at(1.37 * (other.duration_s - sample.t)).omega_b;
+  }
+  EXPECT_EQ(find(examined(data), "rotation_agreement").severity, Severity::kError);
+}
+
+TEST_F(Doctor, FindsBlackWhiteBlurredRepeatedAndForeignImages) {
+  const auto set = [this](auto change, std::size_t every) {
+    DoctorData data = good();
+    for (std::size_t k = 0; k < data.images.size(); k += every) change(&data.images[k]);
+    return examined(data);
+  };
+  const auto black = [](ImageFacts* image) { image->p99 = 6.0; };
+  EXPECT_EQ(find(set(black, 1), "image_black").severity, Severity::kError);
+  EXPECT_EQ(find(set(black, 20), "image_black").severity, Severity::kWarning);
+  const auto dim = [](ImageFacts* image) { image->p99 = 30.0; };
+  EXPECT_EQ(find(set(dim, 1), "image_black").severity, Severity::kOk);
+  const auto white = [](ImageFacts* image) { image->saturated = 0.7; };
+  EXPECT_EQ(find(set(white, 2), "image_white").severity, Severity::kWarning);
+  EXPECT_EQ(find(set(white, 50), "image_white").severity, Severity::kOk);
+  const auto blurred = [](ImageFacts* image) { image->blur_px = 4.0; };
+  EXPECT_EQ(find(set(blurred, 1), "image_blur").severity, Severity::kError);
+  EXPECT_EQ(find(set(blurred, 10), "image_blur").severity, Severity::kOk);
+  const auto repeated = [](ImageFacts* image) { image->repeats = true; };
+  EXPECT_EQ(find(set(repeated, 10), "image_repeated").severity, Severity::kWarning);
+  const auto foreign = [](ImageFacts* image) { image->right_size = false; };
+  EXPECT_EQ(find(set(foreign, 1), "image_size").severity, Severity::kError);
+}
+
+TEST_F(Doctor, FindsTooFewPointsAndShortTracks) {
+  DoctorData data = good();
+  for (FrameObservation& frame : data.frames)
+    frame.points.resize(std::min<std::size_t>(frame.points.size(), 10));
+  EXPECT_EQ(find(examined(data), "points").severity, Severity::kError);
+  data = good();
+  FeatureId id = 0;
+  for (FrameObservation& frame : data.frames) {
+    for (PointObservation& p : frame.points) p.id = id++;
+    frame.lines.clear();
+  }
+  const DoctorReport report = examined(data);
+  EXPECT_EQ(find(report, "point_survival").severity, Severity::kError);
+  EXPECT_EQ(find(report, "lines").severity, Severity::kNote);
+  EXPECT_EQ(find(report, "rotation_agreement").severity, Severity::kNotChecked);
+}
+
+TEST_F(Doctor, HasAnAnswerForEmptyData) {
+  const DoctorReport report = examined(DoctorData());
+  EXPECT_EQ(report.exitCode(), 2);
+  EXPECT_FALSE(doctorText(report, true).empty());
+  EXPECT_NO_THROW(nlohmann::json::parse(doctorJson(report)));
+}
+
+TEST_F(Doctor, EqualDataGiveEqualReports) {
+  EXPECT_EQ(doctorJson(examined(good())), doctorJson(examined(good())));
+}
+
+TEST_F(Doctor, WritesATableAndJson) {
+  DoctorData data = good();
+  data.calibration.R_b_c *= expSO3(Vector3d(0.0, 0.5 * M_PI, 0.0));
+  const DoctorReport report = examined(data);
+  std::istringstream lines(doctorText(report, false));
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line); ++count) {
+    EXPECT_LE(line.size(), 100u) << line;
+    EXPECT_EQ(line.find('\033'), std::string::npos);
+  }
+  EXPECT_GT(count, report.findings.size());
+  EXPECT_NE(doctorText(report, true).find("\033[31m"), std::string::npos);
+
+  const auto json = nlohmann::json::parse(doctorJson(report));
+  EXPECT_EQ(json["exit_code"], 2);
+  EXPECT_EQ(json["worst"], "error");
+  EXPECT_EQ(json["findings"].size(), report.findings.size());
+  Names names;
+  for (const auto& f : json["findings"]) {
+    names.insert(f["check"].get<std::string>());
+    EXPECT_FALSE(f["sentence"].get<std::string>().empty()) << f["check"];
+    if (f["severity"] == "error") {
+      EXPECT_FALSE(f["advice"].get<std::string>().empty()) << f["check"];
+    }
+  }
+  EXPECT_EQ(names.size(), report.findings.size()) << "a check is listed twice";
+  EXPECT_NEAR(json["rotation"]["td_s"].get<double>(), 0.0, 1e-3);
+  EXPECT_EQ(json["rotation"]["R_b_c"].size(), 9u);
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation
