@@ -88,6 +88,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures good;
   good.chi2 = kOptions.max_chi2 * 0.999;
+  good.inertial_chi2 = 0.44;
   good.inlier_fraction = kOptions.min_inlier_fraction * 1.001;
   good.behind_fraction = kOptions.max_behind_fraction * 0.999;
   good.point_spread_deg = kOptions.min_point_spread_deg * 1.001;
@@ -97,6 +98,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   }
   PosteriorMeasures bad;
   bad.chi2 = kOptions.max_chi2 * 1.001;
+  bad.inertial_chi2 = 0.46;
   bad.inlier_fraction = kOptions.min_inlier_fraction * 0.999;
   bad.behind_fraction = kOptions.max_behind_fraction * 1.001;
   bad.point_spread_deg = kOptions.min_point_spread_deg * 0.999;

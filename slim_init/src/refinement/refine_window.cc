@@ -161,6 +161,7 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   if (!summary.valid) return out;
 
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
+  out.inertial_chi2 = (summary.cost - summary.visual_cost) / (9.0 * (window.size() - 1));
   out.behind_fraction = map.behindFraction();
   out.point_tracks = map.pointTracks();
   out.line_tracks = map.lineTracks();

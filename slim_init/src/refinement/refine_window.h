@@ -23,6 +23,8 @@ struct RefinedWindow {
   Eigen::MatrixXd information;
   /// Robust visual cost per degree of freedom before any rejection, at the calibration's noise.
   double chi2 = 0.0;
+  /// Cost of the IMU factors and bias priors per residual row, after the second solve.
+  double inertial_chi2 = 0.0;
   double inlier_fraction = 0.0;  ///< point sightings kept, of those handed in
   double behind_fraction = 0.0;  ///< point tracks that lie behind the camera by over 3 sigma
   double sigma_px = 0.0;         ///< noise of a point estimated from the data, floored [px]

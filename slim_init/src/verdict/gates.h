@@ -63,6 +63,7 @@ GateOptions gatesInForce(const GateOptions& options);
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
   double chi2 = kNotComputed;              ///< RefinedWindow::chi2
+  double inertial_chi2 = kNotComputed;     ///< RefinedWindow::inertial_chi2
   double inlier_fraction = kNotComputed;   ///< of all point sightings of the window
   double behind_fraction = kNotComputed;   ///< of the point tracks
   double scale_sigma = kNotComputed;       ///< relative
@@ -74,7 +75,7 @@ struct PosteriorMeasures {
 /// any.
 double pointSpreadDeg(const InitWindow& window);
 
-/// Gates on a refined answer: "chi2", "inlier_fraction" and "behind_fraction" (inconsistent
+/// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction" (inconsistent
 /// residuals), "point_spread" (too few tracks), "scale_sigma" (scale too uncertain; where the
 /// motion fails the excitation gate as well, too little excitation).
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,

@@ -86,10 +86,10 @@ struct DoctorOptions {
   double min_correlation = 0.8;    ///< of the rates of camera and gyro; 0.97 and more where right
   double mirrored_margin = 0.02;   ///< a mirrored gyro has to fit better by this
   Bound time_offset_s = {0.006, 0.015};  ///< to the configured one; a fifth of an image period
-  Bound extrinsic_deg = {1.5, 5.0};      ///< to the configured rotation
+  Bound extrinsic_deg = {1.0, 5.0};      ///< to the configured rotation
   double significance = 4.0;             ///< sigmas that a difference needs to be one
   /// Standard deviation of the rotation beyond the scatter of pairs: lens model, lever arm [deg].
-  double extrinsic_floor_deg = 0.1;
+  double extrinsic_floor_deg = 0.2;
   Bound epipolar_px = {1.0, 3.0};  ///< median scale of points about their epipolar lines [px]
   Bound black = {0.01, 0.5};       ///< share of images without light
   double black_level = 16.0;       ///< grey level that 1 % of the pixels of an image must exceed
