@@ -111,6 +111,17 @@ TEST(PosteriorGates, EachHasTwoSides) {
   }
 }
 
+TEST(PosteriorGates, TheInertialBoundIsTighterForShortWindows) {
+  PosteriorMeasures measures;
+  for (const auto& [keyframes, bound] : {std::pair(7, 0.45), std::pair(8, 1.0)}) {
+    measures.keyframes = keyframes;
+    measures.inertial_chi2 = bound * 0.999;
+    EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions), "inertial_chi2").passed);
+    measures.inertial_chi2 = bound * 1.001;
+    EXPECT_FALSE(find(posteriorGates(measures, goodMotion(), kOptions), "inertial_chi2").passed);
+  }
+}
+
 TEST(PosteriorGates, TheStrictProfileIsTighterAndNeverLooser) {
   GateOptions options;
   EXPECT_EQ(gatesInForce(options).max_scale_sigma, options.max_scale_sigma);

@@ -243,6 +243,7 @@ InitResult Slim::solve(const InitWindow& window) const {
     measures.inlier_fraction =
         refined.inlier_fraction * tracks.pointSightings().size() / window.pointSightings().size();
     measures.behind_fraction = refined.behind_fraction;
+    measures.keyframes = window.size();
     measures.inertial_chi2 = refined.inertial_chi2;
     measures.scale_sigma = posterior.scale_sigma;
     measures.point_spread_deg = pointSpreadDeg(tracks);

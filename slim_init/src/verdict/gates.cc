@@ -17,7 +17,10 @@ constexpr double kDegPerRad = 180.0 / M_PI;
 // sequence) and 0.1 to 0.2 (nine in ten). Trajectories of a tenth of their size, which gravity,
 // biases and the first velocity of a window of a second explain to the images' satisfaction, have
 // 0.48 and more. A sensor that vibrates more needs a larger accel_noise_factor.
-constexpr double kMaxInertialChi2 = 0.45;
+constexpr double kMaxInertialChi2Short = 0.45;
+constexpr int kShortWindow = 8;  // keyframes
+// Longer windows have no such minima, and gather what the noise model leaves out.
+constexpr double kMaxInertialChi2 = 1.0;
 
 // A scale below a micrometre per unit of the trajectory is no motion at all [m].
 constexpr double kMinScale = 1e-6;
@@ -167,7 +170,8 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
   return {makeGate("chi2", "visual chi-square per degree of freedom", "", measures.chi2,
                    options.max_chi2, true, InitStatus::kInconsistentResiduals),
           makeGate("inertial_chi2", "inertial chi-square per residual", "", measures.inertial_chi2,
-                   kMaxInertialChi2, true, InitStatus::kInconsistentResiduals),
+                   measures.keyframes < kShortWindow ? kMaxInertialChi2Short : kMaxInertialChi2,
+                   true, InitStatus::kInconsistentResiduals),
           makeGate("inlier_fraction", "share of the point observations kept", "",
                    measures.inlier_fraction, options.min_inlier_fraction, false,
                    InitStatus::kInconsistentResiduals),

@@ -62,6 +62,7 @@ GateOptions gatesInForce(const GateOptions& options);
 
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
+  int keyframes = 0;
   double chi2 = kNotComputed;              ///< RefinedWindow::chi2
   double inertial_chi2 = kNotComputed;     ///< RefinedWindow::inertial_chi2
   double inlier_fraction = kNotComputed;   ///< of all point sightings of the window
@@ -75,9 +76,9 @@ struct PosteriorMeasures {
 /// any.
 double pointSpreadDeg(const InitWindow& window);
 
-/// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction" (inconsistent
-/// residuals), "point_spread" (too few tracks), "scale_sigma" (scale too uncertain; where the
-/// motion fails the excitation gate as well, too little excitation).
+/// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction"
+/// (inconsistent residuals), "point_spread" (too few tracks), "scale_sigma" (scale too uncertain;
+/// where the motion fails the excitation gate as well, too little excitation).
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
 
