@@ -631,7 +631,7 @@ std::vector<ConfigKey> configKeys(Config* config) {
       {"alignment.min_tracks", &alignment.min_tracks, "",
        "fewer tracks are answered with too_few_tracks"},
       {"alignment.use_line_rows", &alignment.use_line_rows, "",
-       "slim: three-view rows of line tracks beside those of the points"},
+       "three-view rows of line tracks beside those of the points"},
       {"alignment.min_parallax_rad", &alignment.min_parallax_rad, "rad",
        "tracks with less parallax are left out"},
 
@@ -766,6 +766,10 @@ std::vector<ConfigKey> configKeys(Config* config) {
        "share of point sightings left after rejection; less is refused"},
       {"gates.min_point_spread_deg", &gates.min_point_spread_deg, "deg",
        "spread of the points of an image; less is refused"},
+      {"gates.max_inertial_chi2", &gates.max_inertial_chi2, "",
+       "slim: largest inertial chi-square per residual; 1 is what the widened noise predicts"},
+      {"gates.max_inertial_chi2_short", &gates.max_inertial_chi2_short, "",
+       "slim: the same below eight keyframes, where a trajectory far too small fits the images"},
       {"gates.max_extrinsic_error_deg", &gates.max_extrinsic_error_deg, "deg",
        "slim: largest error of the extrinsic rotation beyond doubt; four degrees cost 5 % of "
        "scale"},

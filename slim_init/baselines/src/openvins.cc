@@ -209,7 +209,7 @@ InitResult OpenVins::solve(const InitWindow& window) const {
   for (const NavState& state : result.states) {
     R_refined.push_back(result.states.front().R_w_b.transpose() * state.R_w_b);
   }
-  result.gates = measuredMotionGates(window, pre, R_refined, gates_);
+  result.gates = motionGates(measureMotion(window, pre, R_refined), gates_);
   decide(gates_.mode == GateMode::kOn, &result);
   keepObservable(pre, R_refined, calibration.gravity_magnitude, &result);
   clock.lap("verdict");

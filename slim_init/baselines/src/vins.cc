@@ -107,7 +107,7 @@ InitResult Vins::solve(const InitWindow& window) const {
   result.gyro_bias = calibrateGyroBias(window, R_b0_bk);
   const std::vector<Preintegration> pre = preintegrateWindow(
       window, result.gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
-  result.gates = measuredMotionGates(*tracks, pre, R_b0_bk, gates_);
+  result.gates = motionGates(measureMotion(*tracks, pre, R_b0_bk), gates_);
   clock.lap("gyro_bias");
 
   // Velocities, gravity and scale linearly, then with gravity on its sphere (section V-B-3): the

@@ -117,7 +117,7 @@ struct AlignmentOptions {
   int min_track_length = 3;        ///< keyframes; two views say nothing about relative scale
   int min_tracks = 8;              ///< fewer tracks of that length are "too_few_tracks"
   double min_parallax_rad = 1e-4;  ///< tracks with less rotation-compensated parallax are left out
-  /// Three-view rows of line tracks beside those of the points (`slim`).
+  /// Three-view rows of line tracks beside those of the points, for every method that takes LiGT.
   bool use_line_rows = false;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
@@ -153,10 +153,12 @@ struct RefinementOptions {
   /// the truth by 7 to 12 data-sheet sigmas per 0.25 s.
   double accel_noise_factor = 10.0;
   double gyro_noise_factor = 3.0;  ///< on the gyro density, for the same reason
-  double min_sigma_px = 0.3;       ///< floor of the estimated noise of a point [px]
-  double reject_sigmas = 3.5;      ///< observations beyond are taken out before the second solve
-  double min_reject_px = 0.5;      ///< .. but never those below this [px]
-  int min_line_views = 3;          ///< two views of a line say nothing about the motion
+  /// Floor of the estimated noise of a point [px]: tracks drift together, which their scatter does
+  /// not show. The front end's are 0.13 to 0.22 px off between keyframes (docs/benchmark.md).
+  double min_sigma_px = 0.2;
+  double reject_sigmas = 3.5;  ///< observations beyond are taken out before the second solve
+  double min_reject_px = 0.5;  ///< .. but never those below this [px]
+  int min_line_views = 3;      ///< two views of a line say nothing about the motion
   /// A line track is cut where it departs from one line in space, seen from the start, by more
   /// than this [standard deviations of an end point]; room for the start's own error.
   double line_agreement_sigmas = 6.0;
@@ -249,6 +251,15 @@ struct GateOptions {
   /// Robust visual chi-square per degree of freedom before rejection, at the calibration's noise
   /// (`slim`). Wrong minima sit at 1.5 to 30.
   double max_chi2 = 1.5;
+  /// Cost of IMU factors and bias priors per residual row, at the widened noise of
+  /// RefinementOptions (`slim`). One is what that noise predicts; recorded EuRoC IMUs have 0.15 to
+  /// 0.21 over ten keyframes (medians). A sensor that vibrates more needs a larger
+  /// accel_noise_factor.
+  double max_inertial_chi2 = 1.0;
+  /// The same below eight keyframes. Trajectories a tenth as large as they should be, which
+  /// gravity, biases and first velocity of a second explain to the images' satisfaction, have 0.48
+  /// and more; right ones 0.07 to 0.09 (medians).
+  double max_inertial_chi2_short = 0.45;
   /// Share of the point sightings left after pruning and rejection (`slim`).
   double min_inlier_fraction = 0.6;
   /// Angle over which the points of an image are spread, rms [deg] (`slim`). Points in one spot are

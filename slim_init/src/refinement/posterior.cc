@@ -37,8 +37,6 @@ Posterior posteriorOf(const MapState& state, const Eigen::MatrixXd& information)
   const int m = at.size() - MapLayout::kGauge;
   const Eigen::LLT<Eigen::MatrixXd> llt(information);
   if (llt.info() != Eigen::Success) return out;
-  const Eigen::MatrixXd covariance = llt.solve(Eigen::MatrixXd::Identity(m, m));
-  if (!covariance.allFinite()) return out;
 
   // A relative change of scale moves every position along its offset from the mean.
   const Eigen::Matrix3Xd centred = state.p_b0.colwise() - state.p_b0.rowwise().mean();
@@ -46,37 +44,35 @@ Posterior posteriorOf(const MapState& state, const Eigen::MatrixXd& information)
   for (int k = 1; k < at.n; ++k) {
     along.segment<3>(at.pose(k) + 3 - MapLayout::kGauge) = centred.col(k) / centred.squaredNorm();
   }
-  out.scale_sigma = std::sqrt(along.dot(covariance * along));
   const int gravity = at.gravity() - MapLayout::kGauge;
-  out.gravity_sigma_rad = std::sqrt(0.5 * covariance.block<2, 2>(gravity, gravity).trace());
+  Eigen::MatrixXd of_gravity = Eigen::MatrixXd::Zero(m, 2);
+  of_gravity.middleRows<2>(gravity).setIdentity();
 
-  // Errors in the world against errors in b0: x_w = A x_b0 with A = A(gravity).
+  // Errors in the world are T x for errors x in b0: x_w = A x_b0 with A = A(gravity).
   const Eigen::Matrix3d A = gravityAlignedAttitude(state.gravity_b0);
   const Eigen::Matrix<double, 3, 2> dalpha = attitudeFromGravity(state.gravity_b0);
-  // The map T from one to the other is made of 3x3 blocks; applied from the left to a matrix X.
-  const auto toWorld = [&](const Eigen::MatrixXd& X) {
-    Eigen::MatrixXd Y(9 * at.n + 6, X.cols());
-    const Eigen::Matrix<double, 3, Eigen::Dynamic> alpha = dalpha * X.middleRows<2>(gravity);
-    for (int k = 0; k < at.n; ++k) {
-      auto theta = Y.middleRows<3>(9 * k);
-      auto p = Y.middleRows<3>(9 * k + 3);
-      theta.noalias() = state.R_b0_bk[k].transpose() * alpha;
-      if (k > 0) {
-        const int pose = at.pose(k) - MapLayout::kGauge;
-        theta += X.middleRows<3>(pose);
-        p.noalias() = A * X.middleRows<3>(pose + 3);
-        p.noalias() -= A * skew(state.p_b0.col(k)) * alpha;
-      } else {
-        p.setZero();
-      }
-      auto v = Y.middleRows<3>(9 * k + 6);
-      v.noalias() = A * X.middleRows<3>(at.velocity(k) - MapLayout::kGauge);
-      v.noalias() -= A * skew(state.v_b0.col(k)) * alpha;
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(9 * at.n + 6, m);
+  for (int k = 0; k < at.n; ++k) {
+    const int theta = 9 * k, p = 9 * k + 3, v = 9 * k + 6;
+    T.block<3, 2>(theta, gravity) = state.R_b0_bk[k].transpose() * dalpha;
+    if (k > 0) {
+      const int pose = at.pose(k) - MapLayout::kGauge;
+      T.block<3, 3>(theta, pose).setIdentity();
+      T.block<3, 3>(p, pose + 3) = A;
+      T.block<3, 2>(p, gravity) = -A * skew(state.p_b0.col(k)) * dalpha;
     }
-    Y.bottomRows<6>() = X.middleRows<6>(at.gyroBias() - MapLayout::kGauge);
-    return Y;
-  };
-  out.covariance = toWorld(toWorld(covariance).transpose());
+    T.block<3, 3>(v, at.velocity(k) - MapLayout::kGauge) = A;
+    T.block<3, 2>(v, gravity) = -A * skew(state.v_b0.col(k)) * dalpha;
+  }
+  T.block<6, 6>(9 * at.n, at.gyroBias() - MapLayout::kGauge).setIdentity();
+
+  // With the information L L^T, the covariance of T x is (L^-1 T^T)^T (L^-1 T^T).
+  out.scale_sigma = llt.matrixL().solve(along).norm();
+  out.gravity_sigma_rad = llt.matrixL().solve(of_gravity).norm() * std::sqrt(0.5);
+  const Eigen::MatrixXd root = llt.matrixL().solve(T.transpose());
+  out.covariance.setZero(T.rows(), T.rows());
+  out.covariance.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
+  out.covariance.triangularView<Eigen::StrictlyUpper>() = out.covariance.transpose();
   out.valid = out.covariance.allFinite();
   return out;
 }

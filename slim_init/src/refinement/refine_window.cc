@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/median.h"
 #include "refinement/visual_inertial_map.h"
 
 namespace slim_init {
@@ -19,12 +20,6 @@ constexpr double kRelinearizeGyro = 5e-3;
 
 // Fewer residuals say nothing about their spread.
 constexpr int kMinResiduals = 20;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
 double fitCorrection(double rows, double parameters) {

@@ -24,6 +24,26 @@ constexpr double kLargestDamping = 1e8;
 
 double square(double x) { return x * x; }
 
+// Sum of the logarithms of numbers of at least one, as the logarithm of their product: one
+// multiplication each.
+class LogSum {
+ public:
+  void add(double factor) {
+    // A factor of this size or more is not finite soon, and neither is the sum.
+    constexpr double kLarge = 1e150;
+    product_ *= factor;
+    if (product_ > kLarge) {
+      sum_ += std::log(product_);
+      product_ = 1.0;
+    }
+  }
+  double value() const { return sum_ + std::log(product_); }
+
+ private:
+  double sum_ = 0.0;
+  double product_ = 1.0;
+};
+
 }  // namespace
 
 VisualInertialMap::VisualInertialMap(const InitWindow& window, const std::vector<Track>& lines,
@@ -157,9 +177,12 @@ double VisualInertialMap::addInertial(const MapState& state, System* system) con
   for (int i = 0; i + 1 < layout_.n; ++i) {
     InertialResidual factor = inertialResidual(state, i, pre_[i]);
     const Eigen::Matrix<double, 9, 1> r = whitening_[i] * factor.r;
-    const Eigen::Matrix<double, 9, kInertialColumns> J = whitening_[i] * factor.J;
-    const Eigen::Matrix<double, kInertialColumns, kInertialColumns> JJ = J.transpose() * J;
-    const Eigen::Matrix<double, kInertialColumns, 1> Jr = J.transpose() * r;
+    // Transposed, so that columns are of even length; written out, since for these sizes Eigen
+    // would call its kernel for large matrices.
+    const Eigen::Matrix<double, 9, kInertialColumns> J = whitening_[i].lazyProduct(factor.J);
+    const Eigen::Matrix<double, kInertialColumns, 9> Jt = J.transpose();
+    const Eigen::Matrix<double, kInertialColumns, kInertialColumns> JJ = Jt.lazyProduct(J);
+    const Eigen::Matrix<double, kInertialColumns, 1> Jr = Jt * r;
     cost += r.squaredNorm();
     // Local columns in contiguous groups of the error vector.
     struct Group {
@@ -192,7 +215,7 @@ double VisualInertialMap::addTracks(const std::vector<TrackRange>& tracks,
   elimination->V.resize(views.size());
   const double c2 = square(options_.cauchy_sigmas);
   const int n = layout_.n;
-  double cost = 0.0;
+  LogSum cost;
   for (std::size_t t = 0; t < tracks.size(); ++t) {
     MatrixD information = MatrixD::Zero();
     VectorD gradient = VectorD::Zero();
@@ -200,7 +223,7 @@ double VisualInertialMap::addTracks(const std::vector<TrackRange>& tracks,
       ViewDerivatives<D> view;
       evaluate(views[a], parameters[t], state, t_b_c_, sqrt_information, &view);
       const double s2 = view.r.squaredNorm();
-      cost += c2 * std::log1p(s2 / c2);
+      cost.add(1.0 + s2 / c2);
       const double weight = 1.0 / (1.0 + s2 / c2);
       const Eigen::Matrix<double, 2, D> weighted = weight * view.J_track;
       const Eigen::Vector2d weighted_r = weight * view.r;
@@ -228,7 +251,7 @@ double VisualInertialMap::addTracks(const std::vector<TrackRange>& tracks,
       }
     }
   }
-  return cost;
+  return c2 * cost.value();
 }
 
 void VisualInertialMap::linearize(const MapState& state, const Structure& structure,
@@ -283,8 +306,9 @@ MapSummary VisualInertialMap::resume(int max_iterations, MapState* state) {
   linearize(*state, structure_, &system_);
   double damping = kFirstDamping;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
+  Eigen::MatrixXd A(m, m);
   while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping) {
-    Eigen::MatrixXd A = system_.H.bottomRightCorner(m, m);
+    A.triangularView<Eigen::Lower>() = system_.H.bottomRightCorner(m, m);
     A.diagonal() *= 1.0 + damping;
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(A);
     if (llt.info() != Eigen::Success) {

@@ -13,9 +13,11 @@ namespace slim_init {
 namespace {
 
 constexpr int kGaps[] = {1, 2, 4, 8};
-constexpr double kStepTolerance = 1e-12;        // [rad/s]
-constexpr double kRelinearizeTolerance = 1e-4;  // [rad/s]; error of the correction below 1e-9 rad
-constexpr double kRoughTolerance = 0.02;        // [rad/s]; the same, below 1e-5 rad: for a search
+constexpr double kStepTolerance = 1e-12;  // [rad/s]
+// How far [rad/s] the bias may be from where the gyro was integrated: the correction of first order
+// is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
+constexpr double kRelinearizeTolerance = 1e-3;
+constexpr double kRoughTolerance = 0.02;  // [rad/s]; the same, below 1e-5 rad: for a search
 // Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
 // thousandth of a standard deviation of the bias at the end, a tenth before.
 constexpr double kCostTolerance = 1e-9;

@@ -167,7 +167,8 @@ NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
   B.col(0) << Eigen::Vector3d::Zero(), Rt.col(2), -Rt.col(1);
   B.col(1) << -Rt.col(2), Eigen::Vector3d::Zero(), Rt.col(0);
   B.col(2) << Rt.col(1), -Rt.col(0), Eigen::Vector3d::Zero();
-  const Eigen::Matrix<double, 9, 3> SB = sums_ * B;
+  // Written out: for these sizes Eigen would call its kernel for large matrices, four times slower.
+  const Eigen::Matrix<double, 9, 3> SB = sums_.lazyProduct(B);
   const Eigen::Matrix3d M = B.transpose() * SB;
   const Eigen::Matrix3d N =
       2.0 * weight_sum_ * Eigen::Matrix3d::Identity() - sum_ii_ - R_ci_cj * sum_jj_ * Rt;
@@ -187,7 +188,7 @@ NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
     D.block<3, 1>(3 * c, 1) << -E(2, c), 0.0, E(0, c);
     D.block<3, 1>(3 * c, 2) << E(1, c), -E(0, c), 0.0;
   }
-  const Eigen::Matrix<double, 9, 3> SD = sums_ * D;
+  const Eigen::Matrix<double, 9, 3> SD = sums_.lazyProduct(D);
   const Eigen::Vector3d a = Rt * out.e;
   const Eigen::Vector3d dM = 2.0 * (SD.transpose() * vec(E));
   const Eigen::Vector3d dN = 2.0 * a.cross(sum_jj_ * a);

@@ -127,6 +127,8 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
   }
   if (out.candidates > 1) door.restore(best);  // the weights are those of the last candidate
   out.information = door.problem().information(best.gyro_bias, options.gyro_noise_inflation);
+  // Cutoffs in standard deviations; 40 are 24 px, what eight degrees of extrinsic rotation make of
+  // a quick turn.
   out.rotations =
       clean ? door.problem().freeRotations(best.gyro_bias, kFreeGap, {kTruncationSigmas})
             : door.problem().freeRotations(best.gyro_bias, kFreeGap, {40.0, 12.0, 4.0, 3.0});

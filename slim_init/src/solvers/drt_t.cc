@@ -105,7 +105,7 @@ InitResult DrtT::solve(const InitWindow& window) const {
   clock.lap("translation");
 
   // First velocity and gravity from both (section 4.2, tightly coupled).
-  result.gates = measuredMotionGates(window, pre, R_b0_bk, options_.gates);
+  result.gates = motionGates(measureMotion(window, pre, R_b0_bk), options_.gates);
   TightEstimate alignment;
   if (visual.valid) alignment = alignTightly(motion, visual, calibration);
   clock.lap("alignment");

@@ -54,7 +54,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   const TranslationEstimate translation = estimateTranslations(window, R_c0_ck, options.alignment);
   clock->lap("translation");
 
-  result->gates = measuredMotionGates(window, pre, R_b0_bk, options.gates);
+  result->gates = motionGates(measureMotion(window, pre, R_b0_bk), options.gates);
 
   AlignmentEstimate alignment;
   if (translation.valid) {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "alignment/starting_states.h"
-#include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "refinement/line_agreement.h"
 #include "refinement/posterior.h"
@@ -128,27 +127,6 @@ void searchAgain(const InitWindow& tracks, const std::vector<Track>& lines,
                          StartMode::kCoarseToFine, options.refinement));
 }
 
-void setStates(const InitWindow& window, const MapState& state, InitResult* result) {
-  const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(state.gravity_b0);
-  result->gravity_w = Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
-  result->gravity_b0 = state.gravity_b0;
-  result->gyro_bias = state.gyro_bias;
-  result->accel_bias = state.accel_bias;
-  Eigen::Matrix3Xd centres_b0(3, state.size());
-  for (int k = 0; k < state.size(); ++k) {
-    NavState out;
-    out.t = window.times()[k];
-    out.R_w_b = R_w_b0 * state.R_b0_bk[k];
-    out.p_w_b = R_w_b0 * state.p_b0.col(k);
-    out.v_w_b = R_w_b0 * state.v_b0.col(k);
-    out.gyro_bias = state.gyro_bias;
-    out.accel_bias = state.accel_bias;
-    result->states.push_back(out);
-    centres_b0.col(k) = state.p_b0.col(k) + state.R_b0_bk[k] * window.calibration().t_b_c;
-  }
-  result->scale = (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
-}
-
 // All gates decide, but for one exception: where everything else passes, parallax refuses only what
 // is next to the noise of the tracks. The posterior knows better than a bound whether three pixels
 // are enough; a window without translation, though, has a small and definite shape made of noise.
@@ -200,10 +178,7 @@ InitResult Slim::solve(const InitWindow& window) const {
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, window.calibration().R_b_c);
   clock.lap("integration");
-  MotionMeasures motion;
-  motion.parallax_px = medianParallaxPx(tracks, R_c0_ck);
-  motion.rotation_deg = maxRotationDeg(R_b0_bk);
-  motion.excitation = forceDeviation(pre, R_b0_bk);
+  const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
   result.gates = motionGates(motion, options_.gates);
   const std::vector<GateValue> calibration =
       calibrationGates(checkCalibration(window, result.gyro_bias, bias.rotations), options_.gates);
@@ -230,12 +205,12 @@ InitResult Slim::solve(const InitWindow& window) const {
     clock.lap("refinement");
     if (refined.valid) posterior = posteriorOf(refined.state, refined.information);
     clock.lap("posterior");
-    if (!use.refine && !starts.empty()) setStates(window, starts.front(), &result);
+    if (!use.refine && !starts.empty()) setWorldStates(window, starts.front(), &result);
   }
 
   // Verdict.
   if (posterior.valid) {
-    setStates(window, refined.state, &result);
+    setWorldStates(window, refined.state, &result);
     result.scale_sigma = posterior.scale_sigma;
     result.covariance = posterior.covariance;
     PosteriorMeasures measures;

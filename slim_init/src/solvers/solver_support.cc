@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "geometry/so3.h"
-#include "verdict/gates.h"
 
 namespace slim_init {
 
@@ -39,16 +38,14 @@ bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   return false;
 }
 
-std::vector<GateValue> measuredMotionGates(const InitWindow& window,
-                                           const std::vector<Preintegration>& pre,
-                                           const std::vector<Eigen::Matrix3d>& R_b0_bk,
-                                           const GateOptions& options) {
+MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
+                             const std::vector<Eigen::Matrix3d>& R_b0_bk) {
   MotionMeasures motion;
   motion.parallax_px =
       medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
   motion.rotation_deg = maxRotationDeg(R_b0_bk);
   motion.excitation = forceDeviation(pre, R_b0_bk);
-  return motionGates(motion, options);
+  return motion;
 }
 
 void setWorldStates(const InitWindow& window, const MapState& state, InitResult* result) {

@@ -13,6 +13,7 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "verdict/gates.h"
 
 namespace slim_init {
 
@@ -46,11 +47,9 @@ std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>&
 /// False, with status and sentence set, when the window has fewer than kMinKeyframes.
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
 
-/// Gates on the motion (verdict/gates.h) as the tracks and `pre` show it.
-std::vector<GateValue> measuredMotionGates(const InitWindow& window,
-                                           const std::vector<Preintegration>& pre,
-                                           const std::vector<Eigen::Matrix3d>& R_b0_bk,
-                                           const GateOptions& options);
+/// The motion as the tracks and `pre` show it, for motionGates().
+MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
+                             const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
 /// Turns a motion in b0 into the states, gravity, biases and scale of `result`, in its
 /// gravity-aligned world.

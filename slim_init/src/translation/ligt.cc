@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/median.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -29,12 +30,6 @@ BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u) {
     }
   }
   return best;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Adds the rows of all line tracks to the lower triangle of H.

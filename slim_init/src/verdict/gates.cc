@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
+#include "geometry/median.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -13,14 +15,8 @@ namespace {
 
 constexpr double kDegPerRad = 180.0 / M_PI;
 
-// At the widened noise of RefinementOptions, where recorded IMUs have 0.07 to 0.09 (median of a
-// sequence) and 0.1 to 0.2 (nine in ten). Trajectories of a tenth of their size, which gravity,
-// biases and the first velocity of a window of a second explain to the images' satisfaction, have
-// 0.48 and more. A sensor that vibrates more needs a larger accel_noise_factor.
-constexpr double kMaxInertialChi2Short = 0.45;
-constexpr int kShortWindow = 8;  // keyframes
-// Longer windows have no such minima, and gather what the noise model leaves out.
-constexpr double kMaxInertialChi2 = 1.0;
+// Windows with fewer keyframes have max_inertial_chi2_short.
+constexpr int kShortWindow = 8;
 
 // A scale below a micrometre per unit of the trajectory is no motion at all [m].
 constexpr double kMinScale = 1e-6;
@@ -57,9 +53,7 @@ double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matri
     angles.push_back(largest);
   }
   if (angles.empty()) return kNotComputed;
-  const auto middle = angles.begin() + angles.size() / 2;
-  std::nth_element(angles.begin(), middle, angles.end());
-  return *middle * window.calibration().focal_px;
+  return median(std::move(angles)) * window.calibration().focal_px;
 }
 
 double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk) {
@@ -93,9 +87,7 @@ double pointSpreadDeg(const InitWindow& window) {
     spreads.push_back(std::sqrt(std::max(chord2, 0.0)) * kDegPerRad);
   }
   if (spreads.empty()) return kNotComputed;
-  const auto middle = spreads.begin() + spreads.size() / 2;
-  std::nth_element(spreads.begin(), middle, spreads.end());
-  return *middle;
+  return median(std::move(spreads));
 }
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
@@ -170,7 +162,8 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
   return {makeGate("chi2", "visual chi-square per degree of freedom", "", measures.chi2,
                    options.max_chi2, true, InitStatus::kInconsistentResiduals),
           makeGate("inertial_chi2", "inertial chi-square per residual", "", measures.inertial_chi2,
-                   measures.keyframes < kShortWindow ? kMaxInertialChi2Short : kMaxInertialChi2,
+                   measures.keyframes < kShortWindow ? options.max_inertial_chi2_short
+                                                     : options.max_inertial_chi2,
                    true, InitStatus::kInconsistentResiduals),
           makeGate("inlier_fraction", "share of the point observations kept", "",
                    measures.inlier_fraction, options.min_inlier_fraction, false,

@@ -62,7 +62,7 @@ GateOptions gatesInForce(const GateOptions& options);
 
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
-  int keyframes = 0;
+  int keyframes = 0;                       ///< of the window
   double chi2 = kNotComputed;              ///< RefinedWindow::chi2
   double inertial_chi2 = kNotComputed;     ///< RefinedWindow::inertial_chi2
   double inlier_fraction = kNotComputed;   ///< of all point sightings of the window

@@ -159,6 +159,8 @@ std::string GateOptions::validate() const {
       .within("max_chi2", max_chi2, 0.1, 1e6)
       .within("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0)
       .within("min_point_spread_deg", min_point_spread_deg, 0.0, 90.0)
+      .within("max_inertial_chi2", max_inertial_chi2, 0.0, 1e6)
+      .within("max_inertial_chi2_short", max_inertial_chi2_short, 0.0, 1e6)
       .within("max_extrinsic_error_deg", max_extrinsic_error_deg, 0.0, 180.0)
       .within("max_td_error_s", max_td_error_s, 0.0, 1.0)
       .within("max_behind_fraction", max_behind_fraction, 0.0, 1.0)
