@@ -88,9 +88,6 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
       state.accel_bias.setZero();
     }
   }
-  if (!recorded.has_velocity) {
-    for (NavState& state : recorded.truth) state.v_w_b = motion->trajectory->at(state.t).v_w_b;
-  }
   motion->imu = std::move(recorded.imu);
   motion->truth = std::move(recorded.truth);
   return cutImages(options, calibration, motion);

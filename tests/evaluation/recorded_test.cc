@@ -74,10 +74,11 @@ TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
   EXPECT_EQ(motion.truth[3].p_w_b, Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(motion.has_velocity);
   EXPECT_FALSE(motion.has_bias);
-  EXPECT_TRUE(std::isnan(motion.truth[0].v_w_b.x()));
+  EXPECT_EQ(motion.truth[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still
+  EXPECT_TRUE(std::isnan(motion.truth[0].gyro_bias.x()));
   EXPECT_EQ(motion.counts.imu_gaps, 0);
   ASSERT_EQ(motion.notes.size(), 1u);
-  EXPECT_TRUE(contains(motion.notes[0], "poses only")) << motion.notes[0];
+  EXPECT_TRUE(contains(motion.notes[0], "velocities are not recorded")) << motion.notes[0];
 }
 
 TEST(RecordedMotion, ReadsVelocityAndBiases) {
@@ -375,6 +376,11 @@ TEST(RecordedMotion, ReadsRealRecordings) {
   status = readRecordedMotion(data + "/MH_03", RecordedOptions(), &motion);
   ASSERT_TRUE(status.ok()) << status.message;
   EXPECT_FALSE(motion.has_velocity);
+  // Its positions jump by up to 8 cm, which made velocities of 9 m/s.
+  double fastest = 0.0;
+  for (const NavState& state : motion.truth) fastest = std::max(fastest, state.v_w_b.norm());
+  EXPECT_GT(fastest, 2.5);
+  EXPECT_LT(fastest, 3.5);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
+#include <random>
 
 #include "slim_init/evaluation/recorded.h"
 
@@ -39,6 +40,68 @@ void makeRotation(const Eigen::Vector3d& bias, double duration_s, std::vector<Im
       truth->push_back(state);
     }
   }
+}
+
+/// A path at 100 Hz with 0.1 mm of noise, which is what EuRoC's tracking systems have.
+std::vector<NavState> noisyPath(std::vector<Eigen::Vector3d>* velocities) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 1e-4);
+  std::vector<NavState> truth;
+  for (int k = 0; k < 1000; ++k) {
+    NavState state;
+    state.t = 0.01 * k;
+    const double t = state.t;
+    state.p_w_b = Eigen::Vector3d(2.0 * std::sin(t), std::cos(1.3 * t), 0.5 * std::sin(2.0 * t));
+    for (int axis = 0; axis < 3; ++axis) state.p_w_b[axis] += noise(random);
+    velocities->emplace_back(2.0 * std::cos(t), -1.3 * std::sin(1.3 * t), std::cos(2.0 * t));
+    truth.push_back(state);
+  }
+  return truth;
+}
+
+double largestVelocityError(const std::vector<NavState>& truth,
+                            const std::vector<Eigen::Vector3d>& velocities) {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    largest = std::max(largest, (truth[k].v_w_b - velocities[k]).norm());
+  }
+  return largest;
+}
+
+TEST(DeriveVelocities, FollowsANoisyPath) {
+  std::vector<Eigen::Vector3d> velocities;
+  std::vector<NavState> truth = noisyPath(&velocities);
+  const DerivedVelocities derived = deriveVelocities(&truth);
+  EXPECT_EQ(derived.jumps, 0);
+  EXPECT_LT(largestVelocityError(truth, velocities), 0.06);
+}
+
+TEST(DeriveVelocities, IsNotMovedByAJumpAndReportsIt) {
+  std::vector<Eigen::Vector3d> velocities;
+  std::vector<NavState> truth = noisyPath(&velocities);
+  for (std::size_t k = 500; k < truth.size(); ++k) truth[k].p_w_b.x() += 0.07;
+  const DerivedVelocities derived = deriveVelocities(&truth);
+  EXPECT_EQ(derived.jumps, 1);
+  EXPECT_NEAR(derived.largest_jump_m, 0.07, 0.002);
+  EXPECT_NE(derived.note.find("jump 1 time, by up to 0.07 m"), std::string::npos) << derived.note;
+  EXPECT_LT(largestVelocityError(truth, velocities), 0.06);
+}
+
+TEST(DeriveVelocities, TakesTheNearestStepsOfARareTruthAndNoneAcrossAGap) {
+  std::vector<NavState> truth(5);
+  const double times[] = {0.0, 0.1, 0.2, 0.7, 0.8};
+  for (int k = 0; k < 5; ++k) {
+    truth[k].t = times[k];
+    truth[k].p_w_b = Eigen::Vector3d(times[k] * times[k], 0.0, k < 3 ? 0.0 : 5.0);
+  }
+  deriveVelocities(&truth);
+  EXPECT_NEAR(truth[1].v_w_b.x(), 0.2, 1e-12);  // exact for a constant acceleration
+  EXPECT_NEAR(truth[2].v_w_b.x(), 0.3, 1e-12);  // from the step before alone
+  EXPECT_NEAR(truth[3].v_w_b.x(), 1.5, 1e-12);
+  EXPECT_EQ(truth[3].v_w_b.z(), 0.0);
+  std::vector<NavState> lonely(1);
+  deriveVelocities(&lonely);
+  EXPECT_TRUE(std::isnan(lonely[0].v_w_b.x()));
 }
 
 const Eigen::Vector3d kBias(-0.0022, 0.0208, 0.0765);

@@ -5,6 +5,7 @@
 
 #include "datasets/csv_table.h"
 #include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/truth.h"
 
 namespace slim_init::evaluation {
 
@@ -19,9 +20,7 @@ ReadStatus ImageSequence::readTruth(const std::string& path, int min_rows) {
   counts_.truth_repeated = table.repeated;
   counts_.truth_out_of_order = table.out_of_order;
   note(disorderNote(path, "rows", table.repeated, table.out_of_order));
-  if (!has_velocity_and_bias) {
-    note(path + " holds poses only: true velocities are derivatives of the positions");
-  }
+  if (!has_velocity_and_bias) note(path + ": " + deriveVelocities(&truth_).note);
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "datasets/csv_table.h"
+#include "slim_init/evaluation/truth.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -95,8 +96,7 @@ ReadStatus readRecordedMotion(const std::string& directory, const RecordedOption
   if (status.ok()) status = convertImages(images, &read);
   if (!status.ok()) return status;
   if (!read.has_velocity) {
-    read.notes.push_back(truth.path +
-                         " holds poses only: true velocities are derivatives of the positions");
+    read.notes.push_back(truth.path + ": " + deriveVelocities(&read.truth).note);
   }
   *motion = std::move(read);
   return {};

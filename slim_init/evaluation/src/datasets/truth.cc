@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -14,6 +15,14 @@ namespace {
 
 constexpr int kIterations = 4;  // the problem is close to linear: two are enough, see the test
 constexpr int kMinSpans = 2;
+
+// Reach of deriveVelocities() to either side [s]: six steps of a truth at 100 Hz.
+constexpr double kVelocityReach = 0.03;
+// As the interpolation of the truth (simulation/trajectory.h).
+constexpr double kMaxStep = 0.3;
+// A step is a jump beyond what this acceleration [m/s^2] makes of it, and this length [m].
+constexpr double kMaxAcceleration = 50.0;
+constexpr double kMinJump = 0.01;
 
 /// Gyro between two truth samples and the true rotation over it.
 struct Span {
@@ -79,7 +88,60 @@ bool fit(std::vector<Span>& spans, Eigen::Vector3d* bias) {
   return true;
 }
 
+/// Velocity from sample i - 1 to sample i; false for a gap.
+bool stepVelocity(const std::vector<NavState>& truth, int i, Eigen::Vector3d* velocity) {
+  if (i < 1 || i >= static_cast<int>(truth.size())) return false;
+  const double dt = truth[i].t - truth[i - 1].t;
+  if (!(dt > 0.0 && dt <= kMaxStep)) return false;
+  *velocity = (truth[i].p_w_b - truth[i - 1].p_w_b) / dt;
+  return true;
+}
+
+Eigen::Vector3d medianStepVelocity(const std::vector<NavState>& truth, int i) {
+  std::array<std::vector<double>, 3> steps;
+  const auto add = [&](int step) {
+    Eigen::Vector3d velocity;
+    if (!stepVelocity(truth, step, &velocity)) return false;
+    for (int axis = 0; axis < 3; ++axis) steps[axis].push_back(velocity[axis]);
+    return true;
+  };
+  const double slack = 1e-6;  // stamps shake
+  for (int k = i; add(k) && truth[i].t - truth[k - 1].t < kVelocityReach - slack; --k) {
+  }
+  for (int k = i + 1; add(k) && truth[k].t - truth[i].t < kVelocityReach - slack; ++k) {
+  }
+  Eigen::Vector3d velocity;
+  for (int axis = 0; axis < 3; ++axis) velocity[axis] = median(steps[axis]);
+  return velocity;
+}
+
 }  // namespace
+
+DerivedVelocities deriveVelocities(std::vector<NavState>* truth) {
+  DerivedVelocities result;
+  const int n = static_cast<int>(truth->size());
+  for (int i = 0; i < n; ++i) (*truth)[i].v_w_b = medianStepVelocity(*truth, i);
+  for (int i = 1; i < n; ++i) {
+    Eigen::Vector3d velocity;
+    if (!stepVelocity(*truth, i, &velocity)) continue;
+    const NavState& from = (*truth)[i - 1];
+    const NavState& to = (*truth)[i];
+    const double dt = to.t - from.t;
+    const double jump = (velocity - 0.5 * (from.v_w_b + to.v_w_b)).norm() * dt;
+    if (!(jump > std::max(kMinJump, kMaxAcceleration * dt * dt))) continue;
+    ++result.jumps;
+    result.largest_jump_m = std::max(result.largest_jump_m, jump);
+  }
+  std::ostringstream out;
+  out << "true velocities are not recorded; they are medians of the steps between the positions";
+  if (result.jumps > 0) {
+    out.precision(2);
+    out << ", which jump " << result.jumps << " time" << (result.jumps > 1 ? "s" : "")
+        << ", by up to " << result.largest_jump_m << " m";
+  }
+  result.note = out.str();
+  return result;
+}
 
 GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth,
                         const GyroBiasFitOptions& options) {

@@ -62,10 +62,10 @@ class ImageSequence {
   std::int64_t t0Ns() const { return t0_ns_; }
   const std::vector<ImuSample>& imu() const { return imu_; }  ///< ascending in time
 
-  /// At the times of the ground truth, ascending; empty without ground truth. v_w_b is NaN without
-  /// hasVelocity(), the biases without hasBias().
+  /// At the times of the ground truth, ascending; empty without ground truth. Without
+  /// hasVelocity() v_w_b is that of deriveVelocities(), without hasBias() the biases are NaN.
   const std::vector<NavState>& truth() const { return truth_; }
-  bool hasVelocity() const { return has_velocity_; }
+  bool hasVelocity() const { return has_velocity_; }  ///< recorded
   bool hasBias() const { return has_bias_; }
 
   std::size_t images() const { return image_stamps_ns_.size(); }

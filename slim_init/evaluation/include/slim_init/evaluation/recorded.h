@@ -56,8 +56,8 @@ struct RecordedMotion {
   std::int64_t t0_ns = 0;  ///< stamp of the first IMU sample
   std::vector<ImuSample> imu;
   std::vector<double> image_times;  ///< those within both the IMU data and the ground truth
-  std::vector<NavState> truth;      ///< v_w_b is NaN without has_velocity, biases without has_bias
-  bool has_velocity = false;
+  std::vector<NavState> truth;      ///< biases are NaN without has_bias
+  bool has_velocity = false;        ///< recorded; else v_w_b is that of deriveVelocities()
   bool has_bias = false;
   RecordedCounts counts;
   std::vector<std::string> notes;  ///< one sentence per thing dropped or suspicious
