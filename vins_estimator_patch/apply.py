@@ -60,6 +60,26 @@ HEALTHY = Insertion(
         slim_init_glue.healthy(*this);
 """)
 
+
+# What the host does after a frame that went well, once the adapter has filled its window.
+def recovery(solve, finish=""):
+    return Insertion(["if (failureDetection())", "{"], "after", """
+            if (slim_init_glue.recover(*this))
+            {""" + solve + """
+                if (!failureDetection())
+                {
+                    slideWindow();
+                    f_manager.removeFailures();
+                    last_R = Rs[WINDOW_SIZE];
+                    last_P = Ps[WINDOW_SIZE];
+                    last_R0 = Rs[0];
+                    last_P0 = Ps[0];""" + finish + """
+                    return;
+                }
+            }
+""")
+
+
 # Of both nodes. The topics are private: /vins_estimator/slim_init/...
 NODE_CALLBACKS = Insertion(
     "Estimator estimator;", "after", """
@@ -151,22 +171,8 @@ VINS_MONO = {
             return;
         }
 """),
-        Insertion(["if (failureDetection())", "{"], "after", """
-            if (slim_init_glue.recover(*this))
-            {
-                solveOdometry();
-                if (!failureDetection())
-                {
-                    slideWindow();
-                    f_manager.removeFailures();
-                    last_R = Rs[WINDOW_SIZE];
-                    last_P = Ps[WINDOW_SIZE];
-                    last_R0 = Rs[0];
-                    last_P0 = Ps[0];
-                    return;
-                }
-            }
-"""),
+        recovery("""
+                solveOdometry();"""),
         HEALTHY,
     ],
     "vins_estimator/src/estimator_node.cpp": [
@@ -218,24 +224,10 @@ VINS_FUSION = {
         if (slim_init_glue.requestFailed(*this))
             slim_init_glue.wantReset();
 """),
-        Insertion(["if (failureDetection())", "{"], "after", """
-            if (slim_init_glue.recover(*this))
-            {
+        recovery("""
                 f_manager.triangulate(frame_count, Ps, Rs, tic, ric);
-                optimization();
-                if (!failureDetection())
-                {
-                    slideWindow();
-                    f_manager.removeFailures();
-                    last_R = Rs[WINDOW_SIZE];
-                    last_P = Ps[WINDOW_SIZE];
-                    last_R0 = Rs[0];
-                    last_P0 = Ps[0];
-                    updateLatestStates();
-                    return;
-                }
-            }
-"""),
+                optimization();""", """
+                    updateLatestStates();"""),
         HEALTHY,
     ],
     "vins_estimator/src/rosNodeTest.cpp": [

@@ -31,6 +31,14 @@ if(TARGET slim_init::feature_tracker_lines AND NOT TARGET SlimInitOpenCV::SlimIn
   endif()
 endif()
 
+# A static evaluation library has its threads from the system.
+if(TARGET slim_init::evaluation AND NOT TARGET Threads::Threads)
+  find_package(Threads QUIET)
+  if(NOT Threads_FOUND AND "evaluation" IN_LIST slim_init_FIND_COMPONENTS)
+    set(slim_init_NOT_FOUND_MESSAGE "slim_init::evaluation needs a system with threads")
+  endif()
+endif()
+
 # Only a static evaluation library that was built with rosbag needs it at the consumer's.
 if(TARGET slim_init::evaluation AND NOT TARGET SlimInitRosbag::SlimInitRosbag)
   get_target_property(_slim_init_links slim_init::evaluation INTERFACE_LINK_LIBRARIES)

@@ -174,6 +174,8 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
                          headingOf(run.truth().R_w_b * step->state.R_w_b.transpose())});
     }
   }
+  // The adapter keeps glitches to itself, and nothing else.
+  EXPECT_EQ(run.host().counts().imu_implausible > 0, failure == Failure::kSpike);
   return list;
 }
 

@@ -60,6 +60,20 @@ TEST(Conversions, StampsKeepTheirNanoseconds) {
   EXPECT_EQ(rosTime(-5), ros::Time(0, 0));
 }
 
+TEST(Conversions, ImuSamplesThatAreNotFiniteAreGarbage) {
+  sensor_msgs::Imu message;
+  message.angular_velocity.y = 0.5;
+  message.linear_acceleration.z = 9.81;
+  ImuSample sample;
+  sample.t = 3.0;
+  EXPECT_EQ(readImu(message, &sample), "");
+  EXPECT_EQ(sample.t, 3.0);
+  EXPECT_EQ(sample.gyro, Eigen::Vector3d(0.0, 0.5, 0.0));
+  EXPECT_EQ(sample.accel, Eigen::Vector3d(0.0, 0.0, 9.81));
+  message.angular_velocity.x = kNotComputed;
+  EXPECT_EQ(readImu(message, &sample), "a value is not finite");
+}
+
 TEST(Conversions, StatusHasTheEvidence) {
   const InitStatusMessage message = statusMessage(someAttempt(), someContext());
   EXPECT_EQ(message.status, InitStatusMessage::SUCCESS);

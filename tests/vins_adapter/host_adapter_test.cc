@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <thread>
 
 #include "geometry/so3.h"
@@ -148,6 +149,24 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
   EXPECT_NE(answer.sentence.find("do not cover"), std::string::npos) << answer.sentence;
 }
 
+// In slow motion the host's keyframes lie far apart: here they reach 1.2 s further back than our
+// window. Without options of its own the host is filled nevertheless.
+TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
+  const auto adapter = make();
+  feed(*adapter, 0, 34);
+  std::vector<double> asked;
+  std::vector<NavState> truth;
+  for (int i = 0; i < kHostFrames; ++i) {
+    const int k = 34 * i / (kHostFrames - 1);
+    asked.push_back(exact_.keyframes[k].t);
+    truth.push_back(exact_.truth[k]);
+  }
+  const HostAnswer answer = adapter->seed(asked);
+  ASSERT_TRUE(answer.success()) << answer.sentence;
+  EXPECT_GT(answer.verdict.states.front().t - truth.front().t, 1.1);
+  expectTruth(answer, truth, 0, true, 5e-3);
+}
+
 TEST_F(HostAdapterTest, TimeOffset) {
   // The same data, stamped 20 ms early by the camera; told by calibration or later by the host.
   const double td = 0.02;
@@ -260,16 +279,52 @@ TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
   feed(*adapter, 0, 30);
   const ImuSample late = exact_.imu[10];
   // A little late: one message out of order.
-  EXPECT_EQ(adapter->addImu(exact_.imu[next_ - 1].t - 0.5, late.accel, late.gyro),
-            AddStatus::kOutOfOrder);
+  EXPECT_FALSE(adapter->addImu(exact_.imu[next_ - 1].t - 0.5, late.accel, late.gyro));
+  EXPECT_EQ(adapter->windowCounts().imu_out_of_order, 1);
   EXPECT_EQ(adapter->counts().stream_restarts, 0);
   // A bag played again.
-  EXPECT_EQ(adapter->addImu(late.t, late.accel, late.gyro), AddStatus::kAdded);
+  EXPECT_TRUE(adapter->addImu(late.t, late.accel, late.gyro));
   EXPECT_EQ(adapter->counts().stream_restarts, 1);
   EXPECT_EQ(adapter->seed(stamps(30)).verdict.status, InitStatus::kTooFewKeyframes);
   next_ = 11;
   feed(*adapter, 1, 31);
   EXPECT_TRUE(adapter->seed(stamps(31)).success());
+}
+
+TEST_F(HostAdapterTest, ImplausibleSamplesAreLeftOut) {
+  const auto adapter = make();
+  feed(*adapter, 0, 30);
+  const auto undisturbed = make();
+  next_ = 0;
+  feed(*undisturbed, 0, 30);
+  const Eigen::Vector3d accel(-159.9, 159.9, 0.0), gyro(34.9, 0.0, -34.9);
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
+  double t = exact_.imu[next_ - 1].t;
+
+  // Just above, on one axis and in either direction, whatever the time says.
+  EXPECT_FALSE(adapter->addImu(t + 0.001, accel - 0.2 * x, gyro));
+  EXPECT_FALSE(adapter->addImu(t + 0.001, accel, gyro - 0.2 * z));
+  EXPECT_FALSE(adapter->addImu(t - 100.0, 160.1 * z, gyro));
+  EXPECT_EQ(adapter->counts().imu_implausible, 3);
+  EXPECT_EQ(adapter->counts().stream_restarts, 0);
+  EXPECT_EQ(adapter->windowCounts().imu_added, undisturbed->windowCounts().imu_added);
+  const HostAnswer answer = adapter->seed(stamps(30)), expected = undisturbed->seed(stamps(30));
+  ASSERT_TRUE(answer.success()) << answer.sentence;
+  for (int i = 0; i < kHostFrames; ++i) {
+    EXPECT_EQ(answer.window.states[i].P, expected.window.states[i].P);
+  }
+
+  // Just below, although together longer than a bound; and what is no number is counted as such.
+  EXPECT_TRUE(adapter->addImu(t + 0.001, accel, gyro));
+  EXPECT_FALSE(adapter->addImu(t + 0.002, kNotComputed * x, 36.0 * x));
+  EXPECT_EQ(adapter->counts().imu_implausible, 3);
+  EXPECT_EQ(adapter->windowCounts().imu_not_finite, 1);
+
+  HostOptions options;
+  options.max_accel = options.max_gyro = std::numeric_limits<double>::infinity();
+  const auto unlimited = make(exact_.calibration, options);
+  EXPECT_TRUE(unlimited->addImu(t, 1e6 * x, 1e6 * x));
+  EXPECT_EQ(unlimited->counts().imu_implausible, 0);
 }
 
 TEST_F(HostAdapterTest, BadQuestionsAndArguments) {
@@ -288,6 +343,12 @@ TEST_F(HostAdapterTest, BadQuestionsAndArguments) {
   HostOptions options;
   options.max_reach_s = -1.0;
   EXPECT_EQ(options.validate(), "max_reach_s is -1, must be in [0, 60]");
+  HostOptions limits;
+  limits.max_accel = 0.0;
+  EXPECT_EQ(limits.validate(), "max_accel is 0, must be positive");
+  limits.max_accel = 300.0;
+  limits.max_gyro = kNotComputed;
+  EXPECT_EQ(limits.validate(), "max_gyro is nan, must be positive");
   EXPECT_EQ(HostAdapter::create("slim", exact_.calibration, {}, options, &error), nullptr);
   EXPECT_EQ(HostAdapter::create("none", exact_.calibration, {}, {}, &error), nullptr);
   EXPECT_NE(error.find("unknown method"), std::string::npos);

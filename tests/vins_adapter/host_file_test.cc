@@ -77,6 +77,25 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_TRUE(file.notes.empty()) << file.notes.front();
 }
 
+// What docs/vins_mono.md tells to put into the file, comments and all.
+TEST_F(HostFileTest, TheGuidesLinesAreRead) {
+  std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/docs/vins_mono.md");
+  std::ostringstream text;
+  text << in.rdbuf();
+  const std::string guide = text.str(), fence = "```yaml\n";
+  const std::size_t begin = guide.find(fence) + fence.size();
+  const std::string lines = guide.substr(begin, guide.find("```", begin) - begin);
+  ASSERT_NE(lines.find("slim_init:\n"), std::string::npos);
+  HostFile file;
+  std::string error;
+  const auto adapter = openHostFile(
+      write("host.yaml", euroc_.substr(0, euroc_.find("slim_init:\n")) + lines), &file, &error);
+  ASSERT_NE(adapter, nullptr) << error;
+  EXPECT_EQ(file.mode, HostMode::kSlim);
+  EXPECT_TRUE(file.reinit);
+  EXPECT_TRUE(file.notes.empty()) << file.notes.front();
+}
+
 TEST_F(HostFileTest, WithoutDensitiesOneSentenceNamesTheDefaults) {
   const std::string path = write("host.yaml", euroc_.substr(0, euroc_.find("slim_init:\n")));
   HostFile file;

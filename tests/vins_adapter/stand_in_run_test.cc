@@ -23,6 +23,7 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 const int kNewest = WINDOW_SIZE;
+const char kNoLines[] = "warn: slim_init: no line message has met a frame";
 
 // The node is one per process, as in the host; each test runs in a process of its own (CTest).
 class StandInRun : public ::testing::Test {
@@ -96,6 +97,14 @@ class StandInRun : public ::testing::Test {
     e.Rs[kNewest] = exact_.truth[k].R_w_b;
     e.Vs[kNewest] = exact_.truth[k].v_w_b;
   }
+  // So many frames from the start on; the host tracks once it is started. Returns the next one.
+  int fly(int frames) {
+    for (int k = 0; k < frames; ++k) {
+      frame(k);
+      if (host().solver_flag == Estimator::NON_LINEAR) track(k + 1);
+    }
+    return frames;
+  }
   void request(bool reset) {
     std_msgs::Bool message;
     message.data = reset;
@@ -106,6 +115,13 @@ class StandInRun : public ::testing::Test {
     std::string text;
     for (const std::string& line : ros::logged()) text += line + "\n";
     return text;
+  }
+  // Messages on the console that contain `text`.
+  long told(const std::string& text) const {
+    const std::vector<std::string>& lines = ros::logged();
+    return std::count_if(lines.begin(), lines.end(), [&text](const std::string& line) {
+      return line.find(text) != std::string::npos;
+    });
   }
   std::vector<std::string> csv() const {
     std::ifstream in(folder_ + "/slim_init_starts.csv");
@@ -162,8 +178,38 @@ TEST_F(StandInRun, SeedLandsInTheRightMembers) {
   EXPECT_EQ(e.f_manager.triangulations, 1);
 #endif
   EXPECT_NE(logText().find("info: slim_init: start done: "), std::string::npos) << logText();
+  EXPECT_EQ(told(kNoLines), 0);
   EXPECT_NE(csv().back().find(",slim,start,success,"), std::string::npos) << csv().back();
   EXPECT_FALSE(ros::published()["slim_init/status"].empty());
+}
+
+// With the first full window, so that one reads it before the start.
+TEST_F(StandInRun, MissingLinesAreToldWithTheFirstQuestion) {
+  start("initializer: slim\n");
+  int k = 0;
+  for (; k < kNewest; ++k) frame(k, false);
+  EXPECT_EQ(told(kNoLines), 0);
+  frame(k, false);
+  EXPECT_EQ(told(kNoLines), 1);
+  EXPECT_LT(logText().find(kNoLines), logText().find("slim_init: start "));
+  for (++k; k < 40; ++k) frame(k, false);
+  EXPECT_EQ(told(kNoLines), 1);
+}
+
+// A glitch of the IMU during the first second costs nothing and is told once.
+TEST_F(StandInRun, ImuGlitchesAreLeftOut) {
+  start("initializer: slim\n");
+  Estimator& e = host();
+  for (const double t : {0.52, 0.71}) {
+    for (ImuSample& sample : exact_.imu) {
+      if (std::abs(sample.t - exact_.imu[0].t - t) < 0.008) sample.accel.y() += 400.0;
+    }
+  }
+  int k = 0;
+  for (; k < 30 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_LE(k, 14) << "1.3 s of excited data";
+  EXPECT_EQ(told("warn: slim_init: an IMU sample of 4"), 1) << logText();
 }
 
 TEST_F(StandInRun, StockIsUntouched) {
@@ -184,7 +230,8 @@ TEST_F(StandInRun, ShadowOnlyWatches) {
   Estimator& e = host();
   for (int k = 0; k < 25; ++k) {
     e.stock_succeeds = k == 24;
-    frame(k);
+    frame(k, false);
+    EXPECT_EQ(told(kNoLines), k < kNewest ? 0 : 1) << k;
     EXPECT_EQ(e.Ps[0], Vector3d(Vector3d::Zero()));
   }
   EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
@@ -201,11 +248,7 @@ TEST_F(StandInRun, ShadowOnlyWatches) {
 TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
   start("initializer: slim\nreinit: 1\n");
   Estimator& e = host();
-  int k = 0;
-  for (; k < 40; ++k) {
-    frame(k);
-    if (e.solver_flag == Estimator::NON_LINEAR) track(k + 1);
-  }
+  int k = fly(40);
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
   const int resets = e.resets;
   e.f_manager.feature.front().estimated_depth = 3.0;
@@ -249,11 +292,7 @@ TEST_F(StandInRun, WithoutReinitAFailureResetsTheHost) {
 TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
   start("initializer: slim\nreinit: 1\n");
   Estimator& e = host();
-  int k = 0;
-  for (; k < 40; ++k) {
-    frame(k);
-    if (e.solver_flag == Estimator::NON_LINEAR) track(k + 1);
-  }
+  int k = fly(40);
   const int resets = e.resets;
   request(false);
   e.Ps[kNewest] += Vector3d(100, 0, 0);  // a wrong state
@@ -288,7 +327,7 @@ TEST_F(StandInRun, AtRestTheOldestFramesGo) {
   EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
   const double oldest = exact_.keyframes[58].t - glue_detail::stampOf(e.Headers[0]);
   EXPECT_LT(oldest, 2.7) << "12 keyframes of 0.18 s and a frame";
-  EXPECT_NE(logText().find("warn: slim_init: no line message has met a frame"), std::string::npos);
+  EXPECT_EQ(told(kNoLines), 1);
 }
 
 TEST_F(StandInRun, ABrokenFileLeavesTheHostStock) {

@@ -73,6 +73,14 @@ std::string HostOptions::validate() const {
     out << name << " is " << value << ", must be in [0, 60]";
     return out.str();
   }
+  const std::pair<const char*, double> limits[] = {{"max_accel", max_accel},
+                                                   {"max_gyro", max_gyro}};
+  for (const auto& [name, value] : limits) {
+    if (value > 0.0) continue;
+    std::ostringstream out;
+    out << name << " is " << value << ", must be positive";
+    return out.str();
+  }
   return "";
 }
 
@@ -103,6 +111,13 @@ struct HostAdapter::State {
     counts = kept;
     ++counts.stream_restarts;
     return true;
+  }
+
+  // Not of samples that are not finite; the initializer counts those.
+  bool implausible(const ImuSample& sample) const {
+    return sample.accel.allFinite() && sample.gyro.allFinite() &&
+           (sample.accel.cwiseAbs().maxCoeff() > options.max_accel ||
+            sample.gyro.cwiseAbs().maxCoeff() > options.max_gyro);
   }
 
   double shift() const { return td - initializer->window().calibration().td; }
@@ -214,16 +229,20 @@ std::unique_ptr<HostAdapter> HostAdapter::create(const std::string& name,
   return made == nullptr ? nullptr : create(std::move(made), options, error);
 }
 
-AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
+bool HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  if (std::isfinite(t)) state_->restarted(t, state_->newest_imu);
   ImuSample sample;
   sample.t = t;
   sample.accel = accel;
   sample.gyro = gyro;
-  const AddStatus status = state_->initializer->addImu(sample);
-  if (status == AddStatus::kAdded) state_->newest_imu = t;
-  return status;
+  if (state_->implausible(sample)) {
+    ++state_->counts.imu_implausible;
+    return false;
+  }
+  if (std::isfinite(t)) state_->restarted(t, state_->newest_imu);
+  if (state_->initializer->addImu(sample) != AddStatus::kAdded) return false;
+  state_->newest_imu = t;
+  return true;
 }
 
 AddStatus HostAdapter::addFrame(const FrameObservation& frame) {

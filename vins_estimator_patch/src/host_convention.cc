@@ -74,17 +74,25 @@ bool toHostWindow(const std::vector<NavState>& states, double gravity_magnitude,
   result.G = Eigen::Vector3d(0.0, 0.0, gravity_magnitude);
   result.states.reserve(states.size());
   for (const NavState& state : states) {
-    HostState host;
-    host.stamp = state.t - td;
-    host.P = R_h_w * (state.p_w_b - p_w_h);
-    host.R = R_h_w * state.R_w_b;
-    host.V = R_h_w * state.v_w_b;
-    host.Ba = state.accel_bias;
-    host.Bg = state.gyro_bias;
+    HostState host = toHostState(state, td);
+    host.P = R_h_w * (host.P - p_w_h);
+    host.R = R_h_w * host.R;
+    host.V = R_h_w * host.V;
     result.states.push_back(host);
   }
   *window = std::move(result);
   return true;
+}
+
+HostState toHostState(const NavState& state, double td) {
+  HostState host;
+  host.stamp = state.t - td;
+  host.P = state.p_w_b;
+  host.R = state.R_w_b;
+  host.V = state.v_w_b;
+  host.Ba = state.accel_bias;
+  host.Bg = state.gyro_bias;
+  return host;
 }
 
 NavState fromHostState(const HostState& state, double td) {

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <deque>
 #include <fstream>
 #include <limits>
@@ -24,43 +23,14 @@ using Clock = std::chrono::steady_clock;
 constexpr double kSuspect = 0.5;
 // Healthy states kept [s]; more than kSuspect is all that is asked for.
 constexpr double kHealthyKept = 2.0;
-// Frames without any line message after which the console is told, once [s].
-constexpr double kLinesExpected = 2.0;
 // The console is told again about an unchanged status after this time [s].
 constexpr double kRepeatReport = 5.0;
 
-HostState toHostState(const GlueState& glue) {
-  HostState state;
-  state.stamp = glue.stamp;
-  state.P = glue.P;
-  state.R = glue.R;
-  state.V = glue.V;
-  state.Ba = glue.Ba;
-  state.Bg = glue.Bg;
-  return state;
-}
-
-HostWindow toWindow(const std::vector<GlueState>& states) {
-  HostWindow window;
-  for (const GlueState& state : states) window.states.push_back(toHostState(state));
-  return window;
-}
-
 GlueWindow toGlueWindow(const HostWindow& window, const Calibration& calibration) {
   GlueWindow result;
-  result.G = window.G;
+  static_cast<HostWindow&>(result) = window;
   result.ric = calibration.R_b_c;
   result.tic = calibration.t_b_c;
-  for (const HostState& state : window.states) {
-    GlueState glue;
-    glue.stamp = state.stamp;
-    glue.P = state.P;
-    glue.R = state.R;
-    glue.V = state.V;
-    glue.Ba = state.Ba;
-    glue.Bg = state.Bg;
-    result.states.push_back(glue);
-  }
   return result;
 }
 
@@ -73,8 +43,8 @@ struct HostGlue::State {
 
   // Touched by the processing thread alone.
   double last_imu = std::numeric_limits<double>::quiet_NaN();
-  double first_frame = kNotComputed;
-  bool lines_reported = false;
+  bool glitch_told = false;
+  bool lines_told = false;
   double window_s = 0.0;  // longest window of the initializer
   std::deque<HostState> healthy;
   HostState lost;  // the last healthy state before a failure that was not recovered
@@ -115,6 +85,12 @@ struct HostGlue::State {
     const std::string row = startRecordRow(file.mode, question, answer, stock);
     if (csv.is_open()) csv << row << std::endl;
     report(ReportLevel::kRow, row);
+  }
+
+  // Once, with the first question: after the answer it may be about a start that is over.
+  void tellMissingLines() {
+    if (std::exchange(lines_told, true) || adapter->hasLines()) return;
+    report(ReportLevel::kWarn, "no line message has met a frame: initializing on points alone");
   }
 
   // Tells the console about an answer, where it is news.
@@ -180,8 +156,18 @@ bool HostGlue::reinit() const { return active() && state_->file.reinit; }
 void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
   // The host hands the sample after a frame over again with the next frame.
   if (!active() || t == state_->last_imu) return;
-  state_->last_imu = t;
-  state_->adapter->addImu(t, accel, gyro);
+  State& state = *state_;
+  state.last_imu = t;
+  if (state.adapter->addImu(t, accel, gyro) || state.glitch_told) return;
+  if (state.adapter->counts().imu_implausible == 0) return;
+  state.glitch_told = true;
+  const HostOptions options = state.adapter->options();
+  std::ostringstream out;
+  out.precision(3);
+  out << "an IMU sample of " << accel.cwiseAbs().maxCoeff() << " m/s^2 and "
+      << gyro.cwiseAbs().maxCoeff() << " rad/s on an axis is left out (bounds " << options.max_accel
+      << " m/s^2, " << options.max_gyro << " rad/s), and so are those like it to come";
+  state.report(ReportLevel::kWarn, out.str());
 }
 
 void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {
@@ -198,14 +184,6 @@ void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, dou
   }
   state.adapter->setTd(td);
   state.adapter->addFrame(frame);
-  if (!std::isfinite(state.first_frame)) state.first_frame = stamp;
-  if (!state.lines_reported && stamp - state.first_frame > kLinesExpected) {
-    state.lines_reported = true;
-    if (!state.adapter->hasLines()) {
-      state.report(ReportLevel::kWarn,
-                   "no line message has met a frame: initializing on points alone");
-    }
-  }
 }
 
 void HostGlue::addLineCloud(const GlueCloud& cloud) {
@@ -220,6 +198,7 @@ void HostGlue::addLineCloud(const GlueCloud& cloud) {
 
 bool HostGlue::askStart(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest) {
   State& state = *state_;
+  state.tellMissingLines();
   // After a failure the odometry frame continues where the IMU can still carry it.
   const bool join = state.is_lost && reinit() &&
                     stamps.front() - state.lost.stamp <= state.adapter->options().max_join_s;
@@ -239,6 +218,7 @@ bool HostGlue::askStart(const std::vector<double>& stamps, GlueWindow* window, b
 
 bool HostGlue::askRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window) {
   State& state = *state_;
+  state.tellMissingLines();
   if (state.healthy.empty()) {
     state.report(ReportLevel::kWarn, "recover: the host had no healthy state yet");
     return false;
@@ -261,30 +241,31 @@ bool HostGlue::askRecovery(const std::vector<double>& stamps, bool failed, GlueW
   return true;
 }
 
-void HostGlue::addHealthy(const GlueState& glue) {
+void HostGlue::addHealthy(const HostState& newest) {
   State& state = *state_;
   state.is_lost = false;
-  state.healthy.push_back(toHostState(glue));
-  while (state.healthy.front().stamp < glue.stamp - kHealthyKept) state.healthy.pop_front();
+  state.healthy.push_back(newest);
+  while (state.healthy.front().stamp < newest.stamp - kHealthyKept) state.healthy.pop_front();
   // After a stream that started anew the old states are of another time.
-  while (state.healthy.front().stamp > glue.stamp) state.healthy.pop_front();
+  while (state.healthy.front().stamp > newest.stamp) state.healthy.pop_front();
 }
 
 void HostGlue::beforeStock() {
   if (shadows()) state_->stock_began = Clock::now();
 }
 
-void HostGlue::recordStock(const std::vector<GlueState>& window, bool tried, bool result) {
+void HostGlue::recordStock(const std::vector<HostState>& window, bool tried, bool result) {
   State& state = *state_;
+  state.tellMissingLines();
   StockStart stock;
   stock.tried = tried;
   stock.success = result;
   if (tried) {
     stock.ms = std::chrono::duration<double, std::milli>(Clock::now() - state.stock_began).count();
   }
-  if (result) stock.window = toWindow(window);
+  if (result) stock.window.states = window;
   std::vector<double> stamps;
-  for (const GlueState& frame : window) stamps.push_back(frame.stamp);
+  for (const HostState& frame : window) stamps.push_back(frame.stamp);
   const HostAnswer answer = state.adapter->seed(stamps);
   state.record("start", answer, &stock);
   state.tell("shadow", answer);

@@ -20,8 +20,9 @@
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/image_pipeline.h"
 #include "slim_init/ros/node_parameters.h"
+#include "slim_init/ros/node_streams.h"
+#include "slim_init/ros/run_node.h"
 #include "slim_init/ros/stream_monitor.h"
-#include "slim_init/ros/time_guard.h"
 #include "slim_init/vins_adapter/feature_message.h"
 
 namespace slim_init::node {
@@ -35,33 +36,30 @@ class FeatureTrackerLinesNode {
   std::string start();
 
  private:
-  enum Stream { kImu, kImage, kStreams };
+  enum Stream { kImu, kImage };
 
   void onImu(const sensor_msgs::Imu& message);
   void onImage(const sensor_msgs::Image& message);
   void onCompressed(const sensor_msgs::CompressedImage& message);
-  void onSecond(const ros::WallTimerEvent& event);
 
   template <typename Message, typename Decode>
   void addImage(const Message& message, const Decode& decode);
-  /// Judges a stamp; after a time jump everything starts anew. False: drop the message.
-  bool admit(Stream stream, const ros::Time& stamp);
   void restart();
   void track();
   void publish(const TrackedFrame& tracked);
   void publishDebugImage(const std_msgs::Header& header);
   void publishMarkers(const FrameObservation& frame, const std_msgs::Header& header);
+  Diagnostics::Statuses diagnostics();
 
   ros::NodeHandle handle_;
   ros::NodeHandle private_handle_{"~"};
-  StampClock clock_;
   std::unique_ptr<ImagePipeline> pipeline_;
-  TimeGuard guard_{{{false}, {true}}};  // as the host: a gap between images is a restart
-  StreamMonitor monitors_[kStreams] = {{"imu", true}, {"image", true}};
+  // As the host: a gap between images is a restart.
+  NodeStreams streams_{{{"imu", true, false}, {"image", true, true}}, [this] { restart(); }};
 
   ros::Subscriber imu_, image_;
-  ros::Publisher features_, lines_, restart_, debug_image_, markers_, diagnostics_;
-  ros::WallTimer timer_;
+  ros::Publisher features_, lines_, restart_, debug_image_, markers_;
+  Diagnostics diagnostics_;
 };
 
 std::string FeatureTrackerLinesNode::start() {
@@ -71,8 +69,8 @@ std::string FeatureTrackerLinesNode::start() {
   parameters.readConfig(&config);
   options.publish_rate_hz = config.front_end.host.freq;
   std::string transport = "raw";
-  parameters.read("imu_topic", &config.imu_topic);
-  parameters.read("image_topic", &config.image_topic);
+  parameters.readTopic("imu_topic", &config.imu_topic);
+  parameters.readTopic("image_topic", &config.image_topic);
   parameters.read("image_transport", &transport);
   parameters.read("image_queue", &options.image_queue);
   parameters.read("max_imu_wait_s", &options.max_imu_wait_s);
@@ -81,13 +79,6 @@ std::string FeatureTrackerLinesNode::start() {
   if (std::string sentence = options.validate(); !sentence.empty()) return "~" + sentence;
   if (transport != "raw" && transport != "compressed") {
     return "~image_transport is \"" + transport + "\", must be raw or compressed";
-  }
-  for (const auto& [name, topic] :
-       {std::pair<const char*, std::string>("imu_topic", config.imu_topic),
-        {"image_topic", config.image_topic}}) {
-    if (topic.empty()) {
-      return std::string(name) + " is neither in the configuration file nor set as ~" + name;
-    }
   }
   parameters.log();
   // One thread: OpenCV's own cost more than they save at these image sizes.
@@ -99,7 +90,6 @@ std::string FeatureTrackerLinesNode::start() {
   restart_ = handle_.advertise<std_msgs::Bool>("feature_tracker/restart", 10);
   debug_image_ = handle_.advertise<sensor_msgs::Image>("feature_tracker/feature_img", 2);
   markers_ = handle_.advertise<visualization_msgs::MarkerArray>("feature_tracker_lines/markers", 2);
-  diagnostics_ = handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   imu_ = handle_.subscribe(config.imu_topic, 2000, &FeatureTrackerLinesNode::onImu, this, hints);
   const auto queue = static_cast<std::uint32_t>(options.image_queue);
@@ -110,21 +100,8 @@ std::string FeatureTrackerLinesNode::start() {
     image_ = handle_.subscribe(config.image_topic + "/compressed", queue,
                                &FeatureTrackerLinesNode::onCompressed, this, hints);
   }
-  // Wall clock: simulated time stands still with the bag, and then most of all one wants to know.
-  timer_ =
-      handle_.createWallTimer(ros::WallDuration(1.0), &FeatureTrackerLinesNode::onSecond, this);
+  diagnostics_.start([this] { return diagnostics(); });
   return "";
-}
-
-bool FeatureTrackerLinesNode::admit(Stream stream, const ros::Time& stamp) {
-  switch (guard_.check(stream, stamp.toSec())) {
-    case StampVerdict::kUse: return true;
-    case StampVerdict::kRestart:
-      ROS_WARN_STREAM("time jumped to " << stamp << ": the tracker restarts");
-      restart();
-      return true;
-    default: return false;
-  }
 }
 
 void FeatureTrackerLinesNode::restart() {
@@ -135,20 +112,15 @@ void FeatureTrackerLinesNode::restart() {
 }
 
 void FeatureTrackerLinesNode::onImu(const sensor_msgs::Imu& message) {
-  monitors_[kImu].received(message.header.seq);
-  const ImuSample raw = toSample(message, 0.0);
-  if (!raw.gyro.allFinite() || !raw.accel.allFinite()) {
-    monitors_[kImu].garbage("a value is not finite");
-    return;
-  }
-  if (!admit(kImu, message.header.stamp)) return;
-  pipeline_->addImu(toSample(message, clock_.seconds(stampNs(message.header.stamp))));
+  ImuSample sample;
+  const std::string problem = readImu(message, &sample);
+  if (!streams_.accept(kImu, message.header, problem, &sample.t)) return;
+  pipeline_->addImu(sample);
   track();
 }
 
 template <typename Message, typename Decode>
 void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& decode) {
-  monitors_[kImage].received(message.header.seq);
   cv::Mat image;
   std::string problem;
   try {
@@ -156,12 +128,10 @@ void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& dec
   } catch (const std::exception& exception) {
     problem = std::string("cannot be read: ") + exception.what();
   }
-  if (!problem.empty()) {
-    monitors_[kImage].garbage("the image " + problem);
-    return;
-  }
-  if (!admit(kImage, message.header.stamp)) return;
-  pipeline_->addImage(clock_.seconds(stampNs(message.header.stamp)), image);
+  if (!problem.empty()) problem = "the image " + problem;
+  double t = 0.0;
+  if (!streams_.accept(kImage, message.header, problem, &t)) return;
+  pipeline_->addImage(t, image);
   track();
 }
 
@@ -183,7 +153,7 @@ void FeatureTrackerLinesNode::track() {
 
 void FeatureTrackerLinesNode::publish(const TrackedFrame& tracked) {
   std_msgs::Header header;
-  header.stamp = rosTime(clock_.stampNs(tracked.frame.t));
+  header.stamp = rosTime(streams_.clock().stampNs(tracked.frame.t));
   header.frame_id = kCameraFrame;
   sensor_msgs::PointCloud points, lines;
   points.header = lines.header = header;
@@ -220,15 +190,7 @@ void FeatureTrackerLinesNode::publishDebugImage(const std_msgs::Header& header) 
 // Segments on the plane z = 1 m before the camera, and the dominant vanishing point as an arrow.
 void FeatureTrackerLinesNode::publishMarkers(const FrameObservation& frame,
                                              const std_msgs::Header& header) {
-  const auto append = [](const Eigen::Vector3d& p, visualization_msgs::Marker* marker) {
-    marker->points.emplace_back();
-    marker->points.back().x = p.x();
-    marker->points.back().y = p.y();
-    marker->points.back().z = p.z();
-  };
-  visualization_msgs::MarkerArray message;
-  message.markers.resize(2);
-  visualization_msgs::Marker& segments = message.markers[0];
+  visualization_msgs::Marker segments;
   segments.header = header;
   segments.ns = "lines";
   segments.type = visualization_msgs::Marker::LINE_LIST;
@@ -236,42 +198,30 @@ void FeatureTrackerLinesNode::publishMarkers(const FrameObservation& frame,
   segments.scale.x = 0.005;
   segments.color.b = segments.color.g = segments.color.a = 1.0f;
   for (const LineObservation& line : frame.lines) {
-    append(line.start_bearing / line.start_bearing.z(), &segments);
-    append(line.end_bearing / line.end_bearing.z(), &segments);
+    segments.points.push_back(pointMessage(line.start_bearing / line.start_bearing.z()));
+    segments.points.push_back(pointMessage(line.end_bearing / line.end_bearing.z()));
   }
   const feature_tracker_lines::FrontEndReport& report = pipeline_->frontEnd().report();
-  visualization_msgs::Marker& vp = message.markers[1];
-  vp.header = header;
-  vp.ns = "vanishing point";
-  vp.pose.orientation.w = 1.0;
-  vp.type = visualization_msgs::Marker::ARROW;
-  vp.action =
-      report.vp_found ? visualization_msgs::Marker::ADD : visualization_msgs::Marker::DELETE;
-  vp.scale.x = 0.02;
-  vp.scale.y = 0.05;
-  vp.scale.z = 0.1;
-  vp.color.g = vp.color.a = 1.0f;
-  append(Eigen::Vector3d::Zero(), &vp);
-  append(report.vp_direction, &vp);
+  visualization_msgs::Marker vp = arrowMarker(header, "vanishing point", Eigen::Vector3d::Zero(),
+                                              report.vp_direction, 0.0f, 1.0f);
+  if (!report.vp_found) vp.action = visualization_msgs::Marker::DELETE;
+  visualization_msgs::MarkerArray message;
+  message.markers = {segments, vp};
   markers_.publish(message);
 }
 
-void FeatureTrackerLinesNode::onSecond(const ros::WallTimerEvent& /*event*/) {
-  diagnostic_msgs::DiagnosticArray message;
-  message.header.stamp = ros::Time::now();
-  diagnostic_msgs::DiagnosticStatus streams = makeStatus("streams");
-  for (int i = 0; i < kStreams; ++i) monitors_[i].report(guard_.counts(i), &streams);
+Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
+  diagnostic_msgs::DiagnosticStatus streams = streams_.report();
   const double ahead = pipeline_->imageAheadOfImu();
-  if (std::abs(ahead) > TimeGuard::kJump && monitors_[kImu].receivedCount() > 0) {
+  if (std::abs(ahead) > TimeGuard::kJump && streams_.received(kImu) > 0) {
     std::ostringstream out;
     out.precision(3);
     out << "images are " << ahead << " s ahead of the IMU (bound " << TimeGuard::kJump << " s)";
     raise(diagnostic_msgs::DiagnosticStatus::WARN, out.str(), &streams);
   }
-  if (streams.message.empty()) streams.message = "data is coming";
   addValue("images ahead of the IMU [s]", ahead, &streams);
 
-  diagnostic_msgs::DiagnosticStatus tracking = makeStatus("tracking");
+  diagnostic_msgs::DiagnosticStatus tracking = makeStatus("tracking", "tracking");
   const ImagePipelineCounts& counts = pipeline_->counts();
   const feature_tracker_lines::FrontEndReport& report = pipeline_->frontEnd().report();
   addValue("images", counts.images, &tracking);
@@ -283,7 +233,7 @@ void FeatureTrackerLinesNode::onSecond(const ros::WallTimerEvent& /*event*/) {
   addValue("images dropped: refused by the front end", counts.images_refused, &tracking);
   addValue("frames published", counts.frames_published, &tracking);
   addValue("observations left out: off axis", counts.observations_sideways, &tracking);
-  addValue("time jumps", guard_.restarts(), &tracking);
+  addValue("time jumps", streams_.jumps(), &tracking);
   addValue("restarts", counts.restarts, &tracking);
   addValue("points", report.points_tracked + report.points_new, &tracking);
   addValue("lines", report.lines_matched + report.lines_carried + report.lines_new, &tracking);
@@ -295,21 +245,13 @@ void FeatureTrackerLinesNode::onSecond(const ros::WallTimerEvent& /*event*/) {
           std::to_string(counts.images_overrun + counts.images_refused) + " images dropped",
           &tracking);
   }
-  if (tracking.message.empty()) tracking.message = "tracking";
-  message.status = {streams, tracking};
-  diagnostics_.publish(message);
+  return {streams, tracking};
 }
 
 }  // namespace
 }  // namespace slim_init::node
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "feature_tracker_lines");
-  slim_init::node::FeatureTrackerLinesNode node;
-  if (const std::string sentence = node.start(); !sentence.empty()) {
-    ROS_FATAL_STREAM(sentence);
-    return 2;
-  }
-  ros::spin();
-  return 0;
+  using slim_init::node::FeatureTrackerLinesNode;
+  return slim_init::node::runNode<FeatureTrackerLinesNode>(argc, argv, "feature_tracker_lines");
 }

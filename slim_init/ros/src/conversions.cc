@@ -52,7 +52,7 @@ geometry_msgs::Quaternion quaternion(const Eigen::Matrix3d& R) {
 
 geometry_msgs::Pose poseMessage(const NavState& state) {
   geometry_msgs::Pose message;
-  message.position = vectorMessage<geometry_msgs::Point>(state.p_w_b);
+  message.position = pointMessage(state.p_w_b);
   message.orientation = quaternion(state.R_w_b);
   return message;
 }
@@ -85,14 +85,13 @@ ros::Time rosTime(std::int64_t stamp_ns) {
                    static_cast<std::uint32_t>(ns % kNsPerS));
 }
 
-ImuSample toSample(const sensor_msgs::Imu& message, double t) {
+std::string readImu(const sensor_msgs::Imu& message, ImuSample* sample) {
   const geometry_msgs::Vector3& gyro = message.angular_velocity;
   const geometry_msgs::Vector3& accel = message.linear_acceleration;
-  ImuSample sample;
-  sample.t = t;
-  sample.gyro = Eigen::Vector3d(gyro.x, gyro.y, gyro.z);
-  sample.accel = Eigen::Vector3d(accel.x, accel.y, accel.z);
-  return sample;
+  sample->gyro = Eigen::Vector3d(gyro.x, gyro.y, gyro.z);
+  sample->accel = Eigen::Vector3d(accel.x, accel.y, accel.z);
+  const bool finite = sample->gyro.allFinite() && sample->accel.allFinite();
+  return finite ? "" : "a value is not finite";
 }
 
 InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& context) {
@@ -204,6 +203,28 @@ geometry_msgs::Transform transformMessage(const Eigen::Matrix3d& R, const Eigen:
   message.translation = vector3(t);
   message.rotation = quaternion(R);
   return message;
+}
+
+geometry_msgs::Point pointMessage(const Eigen::Vector3d& p) {
+  return vectorMessage<geometry_msgs::Point>(p);
+}
+
+visualization_msgs::Marker arrowMarker(const std_msgs::Header& header, const std::string& name,
+                                       const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                       float red, float green) {
+  visualization_msgs::Marker marker;
+  marker.header = header;
+  marker.ns = name;
+  marker.type = visualization_msgs::Marker::ARROW;
+  marker.pose.orientation.w = 1.0;
+  marker.scale.x = 0.02;  // shaft, head, head length [m]
+  marker.scale.y = 0.05;
+  marker.scale.z = 0.1;
+  marker.color.r = red;
+  marker.color.g = green;
+  marker.color.a = 1.0f;
+  marker.points = {pointMessage(from), pointMessage(to)};
+  return marker;
 }
 
 }  // namespace slim_init::node

@@ -36,6 +36,13 @@ void NodeParameters::read(const std::string& name, double* value) {
   readAs(name, "a number", value);
 }
 
+void NodeParameters::readTopic(const std::string& name, std::string* topic) {
+  read(name, topic);
+  if (topic->empty()) {
+    problem(name + " is neither in the configuration file nor set as ~" + name);
+  }
+}
+
 void NodeParameters::readConfig(feature_tracker_lines::Config* config) {
   std::string file, options_file, error;
   read("config_file", &file);

@@ -11,13 +11,15 @@ namespace slim_init::node {
 using diagnostic_msgs::DiagnosticStatus;
 
 void raise(int level, const std::string& sentence, DiagnosticStatus* status) {
+  status->message =
+      status->level == DiagnosticStatus::OK ? sentence : status->message + "; " + sentence;
   if (level > status->level) status->level = static_cast<DiagnosticStatus::_level_type>(level);
-  status->message += (status->message.empty() ? "" : "; ") + sentence;
 }
 
-DiagnosticStatus makeStatus(const std::string& part) {
+DiagnosticStatus makeStatus(const std::string& part, const std::string& message) {
   DiagnosticStatus status;
   status.name = ros::this_node::getName().substr(1) + ": " + part;
+  status.message = message;
   status.hardware_id = "slim_init";
   return status;
 }
@@ -64,6 +66,17 @@ void StreamMonitor::report(const StampCounts& stamps, DiagnosticStatus* status) 
   received_before_ = received_;
   dropped_before_ = dropped;
   reported_ = now;
+}
+
+void Diagnostics::start(const std::function<Statuses()>& collect) {
+  publisher_ = handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
+  timer_ = handle_.createWallTimer(ros::WallDuration(1.0),
+                                   [this, collect](const ros::WallTimerEvent& /*event*/) {
+                                     diagnostic_msgs::DiagnosticArray message;
+                                     message.header.stamp = ros::Time::now();
+                                     message.status = collect();
+                                     publisher_.publish(message);
+                                   });
 }
 
 }  // namespace slim_init::node

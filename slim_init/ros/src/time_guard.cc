@@ -54,13 +54,8 @@ StampVerdict TimeGuard::check(int stream, double t) {
   if (step > 0.0 && !state.restart_on_gap) return use(&state, t);
 
   ++restarts_;
-  for (State& other : states_) {
-    other.last = kNone;
-    other.held = kNone;
-    other.following = true;
-    other.first_stale = kNone;
-  }
-  newest_ = kNone;
+  forget();
+  for (State& other : states_) other.following = true;
   use(&state, t);
   return StampVerdict::kRestart;
 }

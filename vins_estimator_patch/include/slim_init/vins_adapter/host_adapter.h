@@ -34,13 +34,21 @@ struct HostOptions {
   bool reinit = false;  ///< recover() answers; off: it declines and the host resets itself
 
   /// A stamp of the host may lie this long before the first or after the last keyframe of the
-  /// solved window [s]; the IMU alone carries the state there.
-  double max_reach_s = 1.0;
+  /// solved window [s]; the IMU alone carries the state there, and the host's next optimization
+  /// refines it. In slow motion the keyframes of a host lie far apart and reach further back than
+  /// our window (about 2 s); a recovery refused for that is a reset (docs/backend.md).
+  double max_reach_s = 2.5;
 
   /// After a recovery that was refused, the next start joins the old odometry frame when the last
   /// healthy state is at most this old [s]; the IMU alone carries position and yaw over the time
   /// that the new window does not see.
   double max_join_s = 3.0;
+
+  /// A sample with an axis beyond these is a glitch and not motion: the IMUs of such rigs measure
+  /// to 16 g and 2000 deg/s at the most. One in the window has every start refused (chi-square) for
+  /// as long as it is in it. Infinity: every sample is taken.
+  double max_accel = 160.0;  ///< [m/s^2]
+  double max_gyro = 35.0;    ///< [rad/s]
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -48,6 +56,7 @@ struct HostOptions {
 
 /// What the adapter dropped; what its initializer dropped is in window().counts().
 struct HostCounts {
+  std::int64_t imu_implausible = 0;   ///< IMU samples beyond max_accel or max_gyro
   std::int64_t lines_merged = 0;      ///< line messages that met the frame of their stamp
   std::int64_t lines_waiting = 0;     ///< line messages whose frame has not come yet
   std::int64_t lines_unmatched = 0;   ///< line messages whose frame never came, or is forgotten
@@ -91,9 +100,10 @@ class HostAdapter {
   ~HostAdapter();
 
   /// `t` [s] on the IMU clock, specific force [m/s^2] and angular rate [rad/s] in the body, both as
-  /// measured. A step back in time by more than a second is a stream that starts anew: all data are
-  /// dropped and counted.
-  AddStatus addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
+  /// measured. False: the sample was dropped and counted, in counts() where it is beyond max_accel
+  /// or max_gyro, in windowCounts() where it is not finite or out of order. A step back in time by
+  /// more than a second is a stream that starts anew: all data before it are dropped and counted.
+  bool addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
 
   /// `frame.t` is the host's stamp, camera clock. Lines may be in it or follow through addLines().
   AddStatus addFrame(const FrameObservation& frame);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "slim_init/types.h"
+#include "slim_init/vins_adapter/host_state.h"
 
 namespace slim_init::vins_adapter {
 
@@ -19,25 +20,6 @@ enum class HostOrigin {
   kFirstBody,
   /// After a recovery: the states are already in the host's old odometry frame and stay in it.
   kKeep,
-};
-
-/// The state of one frame under the host's names. Its world has z up as ours, so poses and
-/// velocities are the same numbers; names say what the host calls them.
-struct HostState {
-  double stamp = kNotComputed;                      ///< Headers [s], camera clock
-  Eigen::Vector3d P = Eigen::Vector3d::Zero();      ///< Ps: body position in the world [m]
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< Rs: body to world
-  Eigen::Vector3d V = Eigen::Vector3d::Zero();      ///< Vs: velocity in the world [m/s]
-  Eigen::Vector3d Ba = Eigen::Vector3d::Zero();     ///< Bas: accelerometer bias [m/s^2]
-  Eigen::Vector3d Bg = Eigen::Vector3d::Zero();     ///< Bgs: gyroscope bias [rad/s]
-};
-
-/// A window in the host's convention.
-struct HostWindow {
-  /// The host's `G`: what an accelerometer at rest reads, (0, 0, +g). Ours is the acceleration of
-  /// free fall, (0, 0, -g); only this sign differs between the two conventions.
-  Eigen::Vector3d G = Eigen::Vector3d::Constant(kNotComputed);
-  std::vector<HostState> states;
 };
 
 /// Yaw of a rotation as the host takes it [rad]: the direction of the body's x axis in the ground
@@ -51,8 +33,10 @@ double hostYaw(const Eigen::Matrix3d& R_w_b);
 bool toHostWindow(const std::vector<NavState>& states, double gravity_magnitude, double td,
                   HostOrigin origin, HostWindow* window, std::string* error);
 
-/// The way back, for the last healthy state that a host hands over for a recovery. Same values,
-/// our names; t = stamp + td [s].
+/// One state, in the world it is in: the same values under the host's names, stamp = t - td [s].
+HostState toHostState(const NavState& state, double td);
+
+/// The way back, for the last healthy state that a host hands over for a recovery.
 NavState fromHostState(const HostState& state, double td);
 
 }  // namespace slim_init::vins_adapter

@@ -16,6 +16,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "slim_init/vins_adapter/host_state.h"
+
 namespace slim_init {
 namespace vins_adapter {
 
@@ -27,20 +29,8 @@ enum class ReportLevel {
   kError  ///< the adapter is off
 };
 
-/// The state of one frame, in the host's names and convention (host_convention.h).
-struct GlueState {
-  double stamp = 0.0;
-  Eigen::Vector3d P = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d V = Eigen::Vector3d::Zero();
-  Eigen::Vector3d Ba = Eigen::Vector3d::Zero();
-  Eigen::Vector3d Bg = Eigen::Vector3d::Zero();
-};
-
 /// A window to put into the host.
-struct GlueWindow {
-  std::vector<GlueState> states;
-  Eigen::Vector3d G = Eigen::Vector3d::Zero();
+struct GlueWindow : HostWindow {
   Eigen::Matrix3d ric = Eigen::Matrix3d::Identity();  ///< camera to body
   Eigen::Vector3d tic = Eigen::Vector3d::Zero();
 };
@@ -88,8 +78,8 @@ constexpr int windowFrames() {
 }
 
 template <typename Estimator>
-GlueState stateOf(const Estimator& e, int i) {
-  GlueState state;
+HostState stateOf(const Estimator& e, int i) {
+  HostState state;
   state.stamp = stampOf(e.Headers[i]);
   state.P = e.Ps[i];
   state.R = e.Rs[i];
@@ -100,8 +90,8 @@ GlueState stateOf(const Estimator& e, int i) {
 }
 
 template <typename Estimator>
-std::vector<GlueState> windowOf(const Estimator& e) {
-  std::vector<GlueState> window;
+std::vector<HostState> windowOf(const Estimator& e) {
+  std::vector<HostState> window;
   for (int i = 0; i < windowFrames<Estimator>(); ++i) window.push_back(stateOf(e, i));
   return window;
 }
@@ -111,7 +101,7 @@ template <typename Estimator>
 void writeWindow(const GlueWindow& window, Estimator& e) {
   const int newest = windowFrames<Estimator>() - 1;
   for (int i = 0; i <= newest; ++i) {
-    const GlueState& state = window.states[i];
+    const HostState& state = window.states[i];
     e.Ps[i] = state.P;
     e.Rs[i] = state.R;
     e.Vs[i] = state.V;
@@ -303,8 +293,8 @@ class HostGlue {
   void addLineCloud(const GlueCloud& cloud);
   bool askStart(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
   bool askRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
-  void recordStock(const std::vector<GlueState>& window, bool tried, bool result);
-  void addHealthy(const GlueState& state);
+  void recordStock(const std::vector<HostState>& window, bool tried, bool result);
+  void addHealthy(const HostState& state);
   bool takeRequest(bool* reset_if_refused);
 
   struct State;

@@ -3,11 +3,13 @@
 // From and to messages. Feature messages: slim_init/vins_adapter/feature_message.h.
 #pragma once
 
+#include <geometry_msgs/Point.h>
 #include <geometry_msgs/Transform.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 #include <ros/time.h>
 #include <sensor_msgs/Imu.h>
+#include <visualization_msgs/Marker.h>
 
 #include <cstdint>
 #include <string>
@@ -24,8 +26,9 @@ std::int64_t stampNs(const ros::Time& stamp);
 /// Negative times, which ROS cannot say, become zero.
 ros::Time rosTime(std::int64_t stamp_ns);
 
-/// Angular rate and specific force; `t` is the caller's.
-ImuSample toSample(const sensor_msgs::Imu& message, double t);
+/// Angular rate and specific force into `sample`, whose time is the caller's. Returns an empty
+/// string, or why the message cannot be used.
+std::string readImu(const sensor_msgs::Imu& message, ImuSample* sample);
 
 /// What the messages of an answer need besides it.
 struct ResultContext {
@@ -50,5 +53,12 @@ nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& cont
 nav_msgs::Path pathMessage(const Attempt& attempt, const ResultContext& context);
 
 geometry_msgs::Transform transformMessage(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
+
+geometry_msgs::Point pointMessage(const Eigen::Vector3d& p);
+
+/// An arrow, opaque; `red` and `green` in [0, 1]. Its size suits lengths of about a metre.
+visualization_msgs::Marker arrowMarker(const std_msgs::Header& header, const std::string& name,
+                                       const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                       float red, float green);
 
 }  // namespace slim_init::node

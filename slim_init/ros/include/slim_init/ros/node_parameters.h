@@ -23,6 +23,9 @@ class NodeParameters {
   void read(const std::string& name, int* value);
   void read(const std::string& name, double* value);
 
+  /// A topic that the configuration names or ~name; neither is a problem.
+  void readTopic(const std::string& name, std::string* topic);
+
   /// Reads ~config_file (required) and ~options_file into `config`.
   void readConfig(feature_tracker_lines::Config* config);
 

@@ -7,8 +7,10 @@
 #include <ros/node_handle.h>
 
 #include <cstdint>
+#include <functional>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "slim_init/ros/sequence_gaps.h"
 #include "slim_init/ros/time_guard.h"
@@ -26,7 +28,11 @@ void addValue(const std::string& key, const T& value, diagnostic_msgs::Diagnosti
   status->values.push_back(pair);
 }
 
-/// Raises the level of a status, never lowers it, and adds a sentence.
+/// A status named "<node>: <part>" at level OK, with what to say while it stays there.
+diagnostic_msgs::DiagnosticStatus makeStatus(const std::string& part, const std::string& message);
+
+/// Raises the level of a status, never lowers it, and adds a sentence; it takes the place of what
+/// is said at level OK.
 void raise(int level, const std::string& sentence, diagnostic_msgs::DiagnosticStatus* status);
 
 /// One subscribed stream as the diagnostics see it.
@@ -62,7 +68,18 @@ class StreamMonitor {
   ros::WallTime last_ = ros::WallTime::now();
 };
 
-/// A status named "<node>: <part>" at level OK.
-diagnostic_msgs::DiagnosticStatus makeStatus(const std::string& part);
+/// Publishes what a node has to say about itself on /diagnostics, once a second of wall clock:
+/// simulated time stands still with the bag, and then most of all one wants to know.
+class Diagnostics {
+ public:
+  using Statuses = std::vector<diagnostic_msgs::DiagnosticStatus>;
+
+  void start(const std::function<Statuses()>& collect);
+
+ private:
+  ros::NodeHandle handle_;
+  ros::Publisher publisher_;
+  ros::WallTimer timer_;
+};
 
 }  // namespace slim_init::node

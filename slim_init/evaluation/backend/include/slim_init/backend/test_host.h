@@ -4,7 +4,6 @@
 // VINS-Mono drives it (start, failure detection, re-initialization, reset).
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,15 +16,11 @@ namespace slim_init::backend {
 
 struct TestHostOptions {
   TestHostOptions();
-  vins_adapter::HostOptions adapter;  ///< reinit is on, max_reach_s 2.5
+  vins_adapter::HostOptions adapter;  ///< reinit is on
   EstimatorOptions estimator;
   FailureOptions failure;
   /// States of the last moments before a failure was noticed are not trusted [s].
   double suspect_s = 0.5;
-  /// Samples beyond these are glitches: no IMU of this class measures as much (16 g, 2000 deg/s).
-  /// The adapter does not get them; the estimator does, as VINS-Mono's would.
-  double max_accel = 160.0;  ///< [m/s^2]
-  double max_gyro = 35.0;    ///< [rad/s]
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -63,8 +58,8 @@ class TestHost {
   /// state is trusted, and declined, the host goes on.
   void requestReinit() { requested_ = true; }
 
-  /// Samples that were kept from the adapter.
-  std::int64_t glitches() const { return glitches_; }
+  /// What the adapter dropped; the estimator gets it all, as VINS-Mono's would.
+  vins_adapter::HostCounts counts() const { return adapter_->counts(); }
 
   /// For tests that make it fail.
   SlidingWindowEstimator& estimator() { return estimator_; }
@@ -85,7 +80,6 @@ class TestHost {
   vins_adapter::HostState lost_;                  ///< the state to join after a reset
   bool is_lost_ = false;
   bool requested_ = false;
-  std::int64_t glitches_ = 0;
 };
 
 }  // namespace slim_init::backend

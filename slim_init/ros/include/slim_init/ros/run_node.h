@@ -1,0 +1,24 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <ros/ros.h>
+
+#include <string>
+
+namespace slim_init::node {
+
+/// The main() of a node whose start() returns an empty string, or a sentence why it cannot run: the
+/// program then says it and ends with code 2.
+template <typename Node>
+int runNode(int argc, char** argv, const char* name) {
+  ros::init(argc, argv, name);
+  Node node;
+  if (const std::string sentence = node.start(); !sentence.empty()) {
+    ROS_FATAL_STREAM(sentence);
+    return 2;
+  }
+  ros::spin();
+  return 0;
+}
+
+}  // namespace slim_init::node

@@ -1,0 +1,35 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// States under the host's names. Compiled into the host as well (host_glue.h), hence C++11, and
+// only Eigen types without alignment.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+namespace slim_init {
+namespace vins_adapter {
+
+/// The state of one frame under the host's names. Its world has z up as ours, so poses and
+/// velocities are the same numbers; names say what the host calls them.
+struct HostState {
+  /// Headers [s], camera clock; NaN: not set.
+  double stamp = std::numeric_limits<double>::quiet_NaN();
+  Eigen::Vector3d P = Eigen::Vector3d::Zero();      ///< Ps: body position in the world [m]
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< Rs: body to world
+  Eigen::Vector3d V = Eigen::Vector3d::Zero();      ///< Vs: velocity in the world [m/s]
+  Eigen::Vector3d Ba = Eigen::Vector3d::Zero();     ///< Bas: accelerometer bias [m/s^2]
+  Eigen::Vector3d Bg = Eigen::Vector3d::Zero();     ///< Bgs: gyroscope bias [rad/s]
+};
+
+/// A window in the host's convention.
+struct HostWindow {
+  /// The host's `G`: what an accelerometer at rest reads, (0, 0, +g). Ours is the acceleration of
+  /// free fall, (0, 0, -g); only this sign differs between the two conventions. NaN: not set.
+  Eigen::Vector3d G = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::vector<HostState> states;
+};
+
+}  // namespace vins_adapter
+}  // namespace slim_init
