@@ -52,13 +52,15 @@ endfunction()
 
 layer("slim_init core" FOLDERS slim_init/include slim_init/src
       ROOTS slim_init/include slim_init/src ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h")
+# What simulation and evaluation share without knowing each other: headers that need Eigen alone.
+layer("reference" FOLDERS slim_init/reference ANGLE "${std}|${eigen}")
 layer("simulation" FOLDERS slim_init/simulation
-      ROOTS slim_init/include feature_tracker_lines/include slim_init/simulation/include
-            slim_init/simulation/src
+      ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
+            slim_init/simulation/include slim_init/simulation/src
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(sys/)?[a-z]+\\.h")
 layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
-      ROOTS slim_init/include feature_tracker_lines/include slim_init/evaluation/include
-            slim_init/evaluation/src
+      ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
+            slim_init/evaluation/include slim_init/evaluation/src
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|sensor_msgs)/[A-Za-z_]+\\.h")
 # Instruments of this repository, not installed, that look into the core.
 layer("back end" FOLDERS slim_init/evaluation/backend
@@ -122,7 +124,7 @@ if(LINKS_FILE)
   may_link(slim_init_rendering
            "${base}|${front}|slim_init(_|::)simulation|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_evaluation
-           "${base}|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag")
+           "${base}|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag|Threads::Threads")
   may_link(slim_init_backend
            "${base}|slim_init(_|::)(evaluation|vins_adapter)|Ceres::ceres")
   may_link(slim_init_baselines "${base}|Ceres::ceres|SlimInitOpenCV::SlimInitOpenCV")
