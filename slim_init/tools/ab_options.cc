@@ -182,7 +182,8 @@ std::string checkSource(const AbOptions& options) {
     if (!value.empty()) sources.emplace_back(name);
   }
   if (sources.empty()) {
-    return "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed";
+    return "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed, or --suite "
+           "paper";
   }
   if (sources.size() > 1) return sources[0] + " and " + sources[1] + " exclude each other";
   for (const char* name : {"options", "config", "groundtruth", "frames"}) {
@@ -194,11 +195,14 @@ std::string checkSource(const AbOptions& options) {
     }
   }
   for (const AbOption& option : abOptionTable(&o)) {
+    if (!typed(o, option.name.c_str())) continue;
     const OptionScope useless =
         o.hasImages() ? OptionScope::kSimulatedFeatures : OptionScope::kImages;
-    if (option.scope == useless && typed(o, option.name.c_str())) {
-      return "--" + option.name + " has no effect with " + sources[0];
-    }
+    if (option.scope == useless) return "--" + option.name + " has no effect with " + sources[0];
+    if (option.scope == OptionScope::kSuite) return "--" + option.name + " is for --suite";
+  }
+  if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
+    return "--downstream-every has no effect without --downstream";
   }
   if (!o.groundtruth.empty() && o.bag.empty()) {
     return "--groundtruth is for --bag; an ASL folder holds its own";
@@ -221,6 +225,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
   constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
   constexpr OptionScope kSimulated = OptionScope::kSimulatedFeatures;
   constexpr OptionScope kImages = OptionScope::kImages;
+  constexpr OptionScope kSuite = OptionScope::kSuite;
   return {
       {"asl", &o.asl, "DIR",
        "Recording with images: ASL folder (EuRoC's layout), DIR/mav0 or DIR with cam0 and imu0",
@@ -240,6 +245,15 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "recorded"},
       {"builtin", &o.builtin, "NAME",
        "Simulated motion: " + join(simulation::builtinTrajectoryNames()), "builtin"},
+      {"suite", &o.suite, "NAME",
+       "A set of sequences and its tables; paper: the built-in motions, with --recorded the "
+       "recordings in that folder, with --euroc EuRoC's, as the paper tabulates them",
+       ""},
+      {"euroc", &o.euroc, "DIR",
+       "With --suite: folder of EuRoC's sequences, as ASL folders or bags (which need --config)",
+       "", 0.0, 0.0, kSuite},
+      {"quick", &o.quick, "", "With --suite: few windows, to see that all of it runs", "", 0.0, 0.0,
+       kSuite},
       {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0, 3600.0,
        kSimulated},
       {"world", &o.world, "NAME", "Scene: room, hall or corridor", "world", 0.0, 0.0, kSimulated},
@@ -264,6 +278,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        0.01, 2.0},
       {"limit", &o.limit, "N", "Stop after this many windows (0: no limit)", "limit", 0,
        1000000000},
+      {"threads", &o.threads, "N",
+       "Windows solved at the same time; answers do not depend on it, wall times do", "", 1,
+       evaluation::kMaxThreads},
       {"points", &f.max_points, "N", "Points tracked in one image", "points", 0, 2000, kSimulated},
       {"lines", &f.max_lines, "N", "Lines tracked in one image", "lines", 0, 500, kSimulated},
       {"pixel-noise", &f.pixel_noise, "X", "Noise of a point, per axis [px]", "pixel_noise", 0.0,
@@ -283,12 +300,14 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"frames", &o.frames, "DIR",
        "Folder for a debug image per tracked image: points by age, lines, vanishing point", "", 0.0,
        0.0, kImages},
-      {"out", &o.out, "DIR", "Folder for the report", ""},
+      {"out", &o.out, "DIR", "Folder for the report (of a suite: out/suite)", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted answer and run it for so long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},
+      {"downstream-every", &o.downstream_every, "N",
+       "Do so in every N-th trial only, the first one included", "downstream_every", 1, 100000},
       {"plots", &o.plots, "MODE",
        "Pictures for the report: auto (where python3 has matplotlib) or off", ""},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},

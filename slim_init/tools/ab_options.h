@@ -24,11 +24,15 @@ using NamedValues = std::vector<std::pair<std::string, evaluation::OptionValue>>
 
 /// The command line of `slim_init ab`. Defaults of the simulation are those of its own structs.
 struct AbOptions {
-  // The source; exactly one of them is given.
-  std::string recorded;  ///< directory of a recording without pixels
+  // The source; exactly one of them is given, or else --suite.
+  std::string recorded;  ///< directory of a recording without pixels; of a suite: of many
   std::string builtin;   ///< name of a motion
   std::string asl;       ///< directory of a recording with pixels
   std::string bag;       ///< file of a recording with pixels
+
+  std::string suite;   ///< "paper": a set of sequences; empty: one
+  std::string euroc;   ///< directory of EuRoC's sequences, of a suite
+  bool quick = false;  ///< a suite of few windows
 
   std::string config_file;  ///< the host's configuration file; empty: none
   std::string groundtruth;  ///< of a bag; empty: the file beside it
@@ -40,12 +44,14 @@ struct AbOptions {
   std::string keyframes_text = std::to_string(WindowOptions().keyframes);  ///< "10" or "4..15"
   double interval_s = WindowOptions().min_interval_s;
   int limit = 0;  ///< windows; 0: no limit
+  int threads = evaluation::ProtocolOptions().threads;
   unsigned seed = 1;
   std::string out = "out/ab";
   std::string gates = "own";
   double duration_s = 60.0;  ///< of a built-in motion
   bool ablation = false;
   double downstream_s = 0.0;  ///< 0: the back end is not run
+  int downstream_every = evaluation::ProtocolOptions().downstream_every;
   std::string plots = "auto";
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
@@ -78,6 +84,7 @@ enum class OptionScope {
   kAlways,
   kSimulatedFeatures,  ///< no effect with --asl and --bag
   kImages,             ///< no effect without them
+  kSuite,              ///< no effect without --suite
 };
 
 /// One option of `slim_init ab`. Defaults are the values of a fresh AbOptions.

@@ -52,6 +52,11 @@ const std::vector<AblationVariant>& ablationVariants() {
        [](InitializerOptions* o) { o->slim.tight_start = false; }},
       {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",
        [](InitializerOptions* o) { o->slim_paper.use_vp = false; }},
+      {"slim-paper", "no-lines", "without both line residuals, eqs. (11) and (12)",
+       [](InitializerOptions* o) {
+         o->slim_paper.use_line_epipolar = false;
+         o->slim_paper.use_line_normal = false;
+       }},
       {"slim-paper", "no-line-epipolar", "without eq. (11)",
        [](InitializerOptions* o) { o->slim_paper.use_line_epipolar = false; }},
       {"slim-paper", "no-line-normal", "without eq. (12)",

@@ -11,6 +11,7 @@
 #include "doctor.h"
 #include "exit_code.h"
 #include "methods.h"
+#include "shell_line.h"
 #include "simulate.h"
 #include "tracks.h"
 
@@ -20,25 +21,6 @@ using slim_init::tools::CommandLine;
 using slim_init::tools::kExitBadInput;
 using slim_init::tools::kExitInternal;
 using slim_init::tools::kExitOk;
-
-// For the report, so that the run can be repeated by copying the line.
-std::string commandLine(int argc, char** argv) {
-  std::string line;
-  for (int i = 0; i < argc; ++i) {
-    const std::string argument = i == 0 ? "slim_init" : argv[i];
-    const bool plain = !argument.empty() &&
-                       argument.find_first_of(" \t\n'\"\\$`*?&;|<>()[]#~!") == std::string::npos;
-    if (i > 0) line += ' ';
-    if (plain) {
-      line += argument;
-      continue;
-    }
-    line += '\'';
-    for (const char c : argument) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += '\'';
-  }
-  return line;
-}
 
 int run(int argc, char** argv) {
   // A caller may pass no argument at all, not even the name.
@@ -61,7 +43,10 @@ int run(int argc, char** argv) {
     case CommandLine::Action::kTracks: return slim_init::tools::runTracks(line.tracks);
     case CommandLine::Action::kAb: break;
   }
-  line.ab.command = commandLine(argc, argv);
+  // For the report, so that the run can be repeated by copying the line.
+  std::vector<std::string> words = {"slim_init"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  line.ab.command = slim_init::tools::shellLine(words);
   return slim_init::tools::runAb(line.ab);
 }
 

@@ -51,43 +51,68 @@ int run(std::vector<std::string> words) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-}  // namespace
+using Pictures = std::vector<std::pair<std::string, std::string>>;  // file and title
 
-void drawPlots(const std::string& directory, evaluation::RunInfo* info) {
-  const std::vector<std::pair<std::string, std::string>> pictures = {
-      {"trajectory.png",
-       "True path, coloured by the pose error of the windows that begin there; black: failed"},
-      {"error_cdf.png", "Share of all windows with an error below x"},
-      {"solve_time.png", "Time of a solve"}};
+/// Has the script in `directory` draw `pictures` there, with these words after the script's name.
+/// Keeps those that it drew; returns a sentence where it drew none.
+std::string draw(const std::string& directory, const std::vector<std::string>& words,
+                 Pictures* pictures) {
   std::error_code code;
-  for (const auto& picture : pictures) fs::remove(fs::path(directory) / picture.first, code);
+  for (const auto& picture : *pictures) fs::remove(fs::path(directory) / picture.first, code);
+  const Pictures wanted = std::move(*pictures);
+  pictures->clear();
 
   const fs::path script = fs::path(directory) / kScriptFile;
   {
     std::ofstream file(script, std::ios::binary | std::ios::trunc);
     file << plotScript();
     if (!file.good()) {
-      info->picture_note = "There are no pictures: " + script.string() + " cannot be written.";
-      return;
+      return "There are no pictures: " + script.string() + " cannot be written.";
     }
   }
   int result = -1;
   // A python of the user's own may come first in the path and lack what the distribution's has.
   for (const char* python : {"python3", "/usr/bin/python3"}) {
-    result = run({python, script.string(), directory});
+    std::vector<std::string> command = {python, script.string()};
+    command.insert(command.end(), words.begin(), words.end());
+    result = run(command);
     if (result == kDrawn) break;
   }
-  for (const auto& picture : pictures) {
+  for (const auto& picture : wanted) {
     if (result == kDrawn && fs::exists(fs::path(directory) / picture.first, code)) {
-      info->pictures.push_back(picture);
+      pictures->push_back(picture);
     }
   }
-  if (!info->pictures.empty()) return;
-  info->picture_note = "There are no pictures: ";
-  info->picture_note += result == kNoMatplotlib || result < 0
-                            ? "they need python3 with matplotlib (package python3-matplotlib)"
-                            : "the script failed";
-  info->picture_note += std::string(". `python3 ") + kScriptFile + " .` in this folder draws them.";
+  if (!pictures->empty()) return "";
+  return std::string("There are no pictures: ") +
+         (result == kNoMatplotlib || result < 0
+              ? "they need python3 with matplotlib (package python3-matplotlib)."
+              : "the script failed.");
+}
+
+}  // namespace
+
+void drawPlots(const std::string& directory, evaluation::RunInfo* info) {
+  info->pictures = {
+      {"trajectory.png",
+       "True path, coloured by the pose error of the windows that begin there; black: failed"},
+      {"error_cdf.png", "Share of all windows with an error below x"},
+      {"solve_time.png", "CPU time of a solve"}};
+  info->picture_note = draw(directory, {directory}, &info->pictures);
+  if (info->pictures.empty()) {
+    info->picture_note +=
+        std::string(" `python3 ") + kScriptFile + " .` in this folder draws them.";
+  }
+}
+
+std::string drawTogether(const std::string& directory, const std::string& prefix,
+                         const std::vector<std::string>& folders, const std::string& what,
+                         std::vector<std::pair<std::string, std::string>>* pictures) {
+  *pictures = {{prefix + "error_cdf.png", what + ": share of all windows with an error below x"},
+               {prefix + "solve_time.png", what + ": CPU time of a solve"}};
+  std::vector<std::string> words = {directory, prefix};
+  words.insert(words.end(), folders.begin(), folders.end());
+  return draw(directory, words, pictures);
 }
 
 }  // namespace slim_init::tools

@@ -7,6 +7,8 @@
 #include <set>
 
 #include "evaluation/circle_sequence.h"
+#include "evaluation/varied_solver.h"
+#include "slim_init/evaluation/report.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -212,6 +214,17 @@ TEST(Protocol, UnusableInputIsASentence) {
   options.stride = 0;
   EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("stride is 0"),
             std::string::npos);
+  for (const int threads : {0, -1, 257}) {
+    options = ProtocolOptions();
+    options.threads = threads;
+    EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result)
+                  .find("threads is " + std::to_string(threads)),
+              std::string::npos);
+  }
+  options = ProtocolOptions();
+  options.downstream_every = 0;
+  EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("downstream_every is 0"),
+            std::string::npos);
   options = ProtocolOptions();
   options.window.keyframes = 1;
   EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("window."),
@@ -329,6 +342,93 @@ TEST(AnytimeProtocol, RefusesSizesThatCannotGrow) {
   }
   options.first_keyframes = 10;
   EXPECT_EQ(options.validate(), "");
+}
+
+TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
+  Sequence sequence = makeCircleSequence(15.0);
+  sequence.truth[150].t = kNotComputed;  // some trials are none
+  std::vector<std::string> files;
+  std::vector<std::vector<int>> progress;
+  for (const int threads : {1, 2, 4}) {
+    const VariedSolver first("first"), second("second", 2.0);
+    ProtocolOptions options;
+    options.threads = threads;
+    options.first_keyframes = 6;
+    options.downstream = runNothing;
+    ProtocolResult result;
+    progress.emplace_back();
+    ASSERT_EQ(runProtocol(
+                  sequence, {&first, &second}, options,
+                  [&](int done, int) { progress.back().push_back(done); }, &result),
+              "");
+    EXPECT_GT(result.counts.without_truth, 0);
+    EXPECT_EQ(trialsAccountedFor(result.counts), result.counts.trials);
+    forgetTimes(&result);
+    const std::vector<MethodSummary> summaries = summarize(result);
+    files.push_back(windowsCsv(RunInfo(), result) + summaryCsv(RunInfo(), summaries) +
+                    summaryJson(RunInfo(), result, summaries));
+  }
+  EXPECT_EQ(files[0], files[1]);
+  EXPECT_EQ(files[0], files[2]);
+  EXPECT_EQ(progress[0], progress[1]);
+  EXPECT_EQ(progress[0], progress[2]);
+}
+
+TEST(ParallelProtocol, TheLimitIsThatOfOneThread) {
+  const VariedSolver solver("fake");
+  ProtocolOptions options;
+  options.threads = 4;
+  options.max_windows = 3;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(makeCircleSequence(10.0), {&solver}, options, nullptr, &result), "");
+  EXPECT_EQ(result.counts.trials, 3);
+  EXPECT_EQ(result.windows.size(), 3u);
+  EXPECT_EQ(solver.solved, 3);
+}
+
+TEST(Protocol, CpuTimeCountsWorkAndNotSleep) {
+  const FakeSolver works("works", [](const InitWindow&) {
+    volatile double sum = 0.0;
+    for (int i = 0; i < 4000000; ++i) sum = sum + std::sqrt(static_cast<double>(i));
+    return InitResult();
+  });
+  const FakeSolver sleeps("sleeps", [](const InitWindow&) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    return InitResult();
+  });
+  for (const int threads : {1, 2}) {
+    ProtocolOptions options;
+    options.threads = threads;
+    options.max_windows = 1;
+    ProtocolResult result;
+    ASSERT_EQ(runProtocol(makeCircleSequence(3.0), {&works, &sleeps}, options, nullptr, &result),
+              "");
+    const MethodRecord &work = result.windows[0].methods[0], &sleep = result.windows[0].methods[1];
+    EXPECT_GT(work.solve_cpu_ms, 1.0);
+    EXPECT_LT(work.solve_cpu_ms, 1.01 * work.solve_ms + 0.1);
+    EXPECT_GE(sleep.solve_ms, 50.0);
+    EXPECT_LT(sleep.solve_cpu_ms, 5.0);
+  }
+}
+
+TEST(Protocol, TheEstimatorRunsInEveryNthTrial) {
+  const VariedSolver solver("fake");
+  ProtocolOptions options;
+  options.downstream = runNothing;
+  options.downstream_every = 4;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(makeCircleSequence(10.0), {&solver}, options, nullptr, &result), "");
+  int accepted = 0, ran = 0;
+  for (const WindowRecord& window : result.windows) {
+    const MethodRecord& record = window.methods[0];
+    EXPECT_EQ(record.downstream.ran, record.accepted() && window.trial % 4 == 0) << window.trial;
+    EXPECT_EQ(record.downstream.message,
+              record.accepted() && window.trial % 4 != 0 ? "run in one trial of 4 only" : "");
+    accepted += record.accepted() ? 1 : 0;
+    ran += record.downstream.ran ? 1 : 0;
+  }
+  EXPECT_GT(ran, 0);
+  EXPECT_GT(accepted, ran);
 }
 
 }  // namespace

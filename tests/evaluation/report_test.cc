@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "evaluation/html_check.h"
 #include "evaluation/scratch_folder.h"
 
 namespace slim_init::evaluation {
@@ -20,6 +21,7 @@ MethodRecord record(InitStatus status, bool attempted, double scale, double solv
   r.message = "said so";
   r.attempted = attempted;
   r.solve_ms = solve_ms;
+  r.solve_cpu_ms = 0.5 * solve_ms;
   if (!attempted) {
     r.metrics.failure = "no estimate";
     return r;
@@ -115,6 +117,13 @@ TEST(Summary, StatisticsByHand) {
   // The window without an estimate (99 ms) does not count as a solve.
   EXPECT_DOUBLE_EQ(all.solve_ms_median, 2.5);
   EXPECT_DOUBLE_EQ(all.solve_ms_mean, 4.0);
+  EXPECT_DOUBLE_EQ(all.solve_cpu_ms_median, 1.25);
+  EXPECT_DOUBLE_EQ(all.solve_cpu_ms_mean, 2.0);
+  EXPECT_DOUBLE_EQ(all.solve_cpu_ms_p90, 0.3 * 1.5 + 0.7 * 5.0);  // sorted 0.5, 1, 1.5, 5
+  EXPECT_NEAR(all.velocity_median, 2.0 * all.scale_median, 1e-12);
+  EXPECT_NEAR(all.velocity_p90, 2.0 * all.scale_p90, 1e-12);
+  EXPECT_NEAR(all.pose_median, 4.0 * all.scale_median, 1e-12);
+  EXPECT_NEAR(all.pose_p90, 4.0 * all.scale_p90, 1e-12);
 
   const SubsetSummary& excited = summaries[0].excited;
   EXPECT_EQ(excited.windows, 3);
@@ -154,7 +163,9 @@ TEST(Summary, NumbersThatDoNotExistAreNull) {
   for (const char* key :
        {"scale_rmse", "scale_median", "gravity_rmse_deg", "velocity_rmse", "velocity_vec_rmse",
         "pose_rmse", "gyro_bias_err_pct", "gyro_bias_vec_rmse", "accepted_within_0_1_rate",
-        "accepted_within_0_5_rate", "solve_ms_median", "solve_ms_mean"}) {
+        "accepted_within_0_5_rate", "solve_ms_median", "solve_ms_mean", "solve_cpu_ms_median",
+        "solve_cpu_ms_mean", "solve_cpu_ms_p90", "velocity_median", "velocity_p90", "pose_median",
+        "pose_p90"}) {
     EXPECT_TRUE(all[key].is_null()) << key;
   }
   const auto& excited = json["methods"]["none"]["excited"];
@@ -181,11 +192,14 @@ TEST(SummaryJson, HasEveryPromisedKey) {
   EXPECT_EQ(json["trials"]["ended"], 5);
   for (const char* subset : {"all", "excited"}) {
     const auto& object = json["methods"]["hand"][subset];
-    for (const char* key :
-         {"windows", "attempted", "success", "success_rate", "scale_rmse", "scale_median",
-          "gravity_rmse_deg", "velocity_rmse", "velocity_vec_rmse", "pose_rmse",
-          "gyro_bias_err_pct", "gyro_bias_vec_rmse", "accepted", "accepted_within_0_1",
-          "accepted_within_0_5", "solve_ms_median", "solve_ms_mean"}) {
+    for (const char* key : {"windows",           "attempted",           "success",
+                            "success_rate",      "scale_rmse",          "scale_median",
+                            "gravity_rmse_deg",  "velocity_rmse",       "velocity_vec_rmse",
+                            "pose_rmse",         "gyro_bias_err_pct",   "gyro_bias_vec_rmse",
+                            "accepted",          "accepted_within_0_1", "accepted_within_0_5",
+                            "solve_ms_median",   "solve_ms_mean",       "solve_cpu_ms_median",
+                            "solve_cpu_ms_mean", "solve_cpu_ms_p90",    "velocity_median",
+                            "velocity_p90",      "pose_median",         "pose_p90"}) {
       ASSERT_TRUE(object.contains(key)) << key;
       EXPECT_TRUE(object[key].is_number()) << key;
     }
@@ -271,7 +285,10 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
   EXPECT_EQ(field(rows, 9, "scale"), "");
   EXPECT_EQ(field(rows, 9, "excited"), "0");
   EXPECT_EQ(field(rows, 9, "not_evaluated"), "no estimate");
+  EXPECT_EQ(field(rows, 1, "solve_ms"), "1");
+  EXPECT_EQ(field(rows, 1, "solve_cpu_ms"), "0.5");
   // What a clock says comes last, so that it can be cut off.
+  EXPECT_EQ(rows[0][rows[0].size() - 3], "solve_cpu_ms");
   EXPECT_EQ(rows[0][rows[0].size() - 2], "solve_ms");
   EXPECT_EQ(rows[0].back(), "stages_ms");
 }
@@ -303,14 +320,39 @@ TEST(Report, SaysWhatWasRunAndWhatWasDropped) {
   }
 }
 
-TEST(Report, WritesFourFiles) {
+TEST(Report, WritesItsFiles) {
   const ScratchFolder folder;
   const ProtocolResult result = handMade();
   const std::string out = folder.file("deep/er");
   ASSERT_EQ(writeReport(out, someRun(), result, summarize(result)), "");
-  for (const char* name : {"windows.csv", "summary.csv", "summary.json", "report.md"}) {
+  for (const char* name :
+       {"windows.csv", "summary.csv", "summary.json", "report.md", "report.html"}) {
     EXPECT_GT(std::filesystem::file_size(out + "/" + name), 100u) << name;
   }
+}
+
+TEST(Report, ThePageHoldsWhatTheReportHolds) {
+  const ScratchFolder folder;
+  folder.write("error_cdf.png", "not a real one");
+  ProtocolResult result = handMade();
+  result.methods.emplace_back("<other>");
+  for (WindowRecord& window : result.windows) {
+    window.methods.push_back(record(InitStatus::kSuccess, true, 1.01, 5.0));
+  }
+  RunInfo info = someRun();
+  info.notes = {"rows & <columns>"};
+  info.pictures = {{"error_cdf.png", "Errors"}};
+  ASSERT_EQ(writeReportPage(folder.path(), info, result, summarize(result)), "");
+  const std::string html = readFile(folder.file("report.html"));
+  EXPECT_EQ(htmlProblem(html), "");
+  for (const char* part :
+       {"<h1>A/B initialization on V9_99</h1>", "Excited windows (3)", "All windows (5)",
+        "&lt;other&gt;", "rows &amp; &lt;columns&gt;", "src=\"data:image/png;base64,",
+        "<td class=\"name\">hand</td><td>60.0</td>", "<td><b>100.0</b></td>"}) {
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  }
+  const std::string markdown = readFile(folder.file("report.md"));
+  EXPECT_NE(markdown.find("| <other> | **100.0** |"), std::string::npos) << markdown;
 }
 
 TEST(Report, FailureToWriteIsASentence) {

@@ -15,6 +15,7 @@
 
 #include "evaluation/scratch_folder.h"
 #include "tools/run_program.h"
+#include "tools/small_recording.h"
 
 namespace slim_init {
 namespace {
@@ -77,6 +78,9 @@ const std::vector<BadCommand>& badCommands() {
       {"StrideZero", {"ab", "--builtin", "circle", "--stride", "0"}, {"--stride", "'0'", "[1, "}},
       {"StrideText", {"ab", "--builtin", "circle", "--stride", "abc"}, {"--stride", "'abc'"}},
       {"StrideFraction", {"ab", "--builtin", "circle", "--stride", "1.5"}, {"--stride", "'1.5'"}},
+      {"ThreadsZero",
+       {"ab", "--builtin", "circle", "--threads", "0"},
+       {"--threads", "'0'", "[1, 256]"}},
       {"KeyframesLow", {"ab", "--builtin", "circle", "--keyframes", "3"}, {"'3'", "[4, 15]"}},
       {"KeyframesHigh", {"ab", "--builtin", "circle", "--keyframes", "16"}, {"'16'", "[4, 15]"}},
       {"PointsHigh", {"ab", "--builtin", "circle", "--points", "2001"}, {"[0, 2000]"}},
@@ -221,18 +225,21 @@ TEST(Ab, BuiltinRunWritesTheReport) {
 
 TEST(Ab, EqualSeedsGiveEqualWindows) {
   const ScratchFolder folder;
-  const auto windows = [&](const char* seed, const char* out) {
-    const ProgramRun run = runProgram(
-        folder, {"ab", "--builtin", "circle", "--duration", "6", "--seed", seed, "--outliers",
-                 "0.05", "--line-fragmentation", "0.02", "--quiet", "--out", folder.file(out)});
+  const auto windows = [&](const char* seed, const char* out, const char* threads) {
+    const ProgramRun run =
+        runProgram(folder, {"ab", "--builtin", "circle", "--duration", "6", "--seed", seed,
+                            "--outliers", "0.05", "--line-fragmentation", "0.02", "--quiet",
+                            "--out", folder.file(out), "--threads", threads});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.out, "");
     return withoutTimes(readFile(folder.file(out) + "/windows.csv"));
   };
-  const std::string first = windows("5", "first");
+  const std::string first = windows("5", "first", "1");
   EXPECT_GT(first.size(), 1000u);
-  EXPECT_EQ(first, windows("5", "again"));
-  EXPECT_NE(first, windows("6", "other"));
+  EXPECT_EQ(first, windows("5", "again", "1"));
+  EXPECT_NE(first, windows("6", "other", "1"));
+  // Every method of the program, at the same time as itself and as every other.
+  EXPECT_EQ(first, windows("5", "parallel", "4"));
 }
 
 TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
@@ -505,35 +512,6 @@ TEST(AbOptionsFile, IsRefusedInABuildWithoutFeatureTrackerLines) {
 }
 
 #endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-/// A recording of a body that swings about, written with `gap` seconds of IMU left out at 2 s.
-void writeRecording(const ScratchFolder& folder, double duration_s, double gap_s) {
-  std::ostringstream imu;
-  std::ostringstream images;
-  std::ostringstream truth;
-  for (std::ostringstream* file : {&imu, &images, &truth}) {
-    *file << "#timestamp [ns]\n";
-    file->precision(12);
-  }
-  const std::int64_t t0 = 1400000000000000000;
-  for (int k = 0; k <= static_cast<int>(200.0 * duration_s); ++k) {
-    const double t = k / 200.0;
-    const std::int64_t stamp = t0 + 5000000LL * k;
-    const double w = 2.0;
-    // p = (sin wt, 0, 0.5 sin wt), no rotation.
-    const double a = -w * w * std::sin(w * t);
-    if (t < 2.0 || t >= 2.0 + gap_s) {
-      imu << stamp << ",0.01,0.02,-0.03," << a << ",0," << 0.5 * a + 9.81007 << "\n";
-    }
-    if (k % 10 == 0) images << stamp << "\n";
-    if (k % 4 == 0) {
-      truth << stamp << "," << std::sin(w * t) << ",0," << 0.5 * std::sin(w * t) << ",1,0,0,0\n";
-    }
-  }
-  folder.write("imu0.csv", imu.str());
-  folder.write("cam0_timestamps.csv", images.str());
-  folder.write("groundtruth.csv", truth.str());
-}
 
 TEST(Ab, RecordingWithPosesOnlyGetsAFittedBias) {
   const ScratchFolder folder;

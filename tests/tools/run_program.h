@@ -42,13 +42,13 @@ inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// windows.csv without its last two columns, which hold wall-clock times. Neither holds a comma or
-/// a quote, so cutting from the right is safe.
+/// windows.csv without its last three columns, which hold times. None holds a comma or a quote, so
+/// cutting from the right is safe.
 inline std::string withoutTimes(const std::string& csv) {
   std::istringstream lines(csv);
   std::string result;
   for (std::string line; std::getline(lines, line);) {
-    for (int i = 0; i < 2; ++i)
+    for (int i = 0; i < 3; ++i)
       line.resize(line.rfind(',') == std::string::npos ? 0 : line.rfind(','));
     result += line + "\n";
   }

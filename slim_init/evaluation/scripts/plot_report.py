@@ -3,10 +3,12 @@
 """Draws the pictures of a report of `slim_init ab` from its windows.csv.
 
     python3 plot_report.py FOLDER
+    python3 plot_report.py OUT PREFIX FOLDER...
 
 Writes trajectory.png (only where there is ground truth), error_cdf.png (likewise) and
-solve_time.png into FOLDER. Exit code 0: done; 1: windows.csv cannot be used, with a sentence on
-stderr; 3: there is no matplotlib.
+solve_time.png into FOLDER. The second form takes the windows of several folders together, without
+the path, and writes PREFIXerror_cdf.png and PREFIXsolve_time.png into OUT. Exit code 0: done; 1:
+windows.csv cannot be used, with a sentence on stderr; 3: there is no matplotlib.
 """
 import csv
 import math
@@ -27,12 +29,14 @@ def number(text):
     return float(text) if text else math.nan
 
 
-def read_windows(path):
-    """Rows of windows.csv by method, in the order in which methods first occur."""
+def read_windows(folders):
+    """Rows of their windows.csv by method, in the order in which methods first occur."""
     methods = {}
-    with open(path, newline="", encoding="utf-8", errors="replace") as file:
-        for row in csv.DictReader(file):
-            methods.setdefault(row["method"], []).append(row)
+    for folder in folders:
+        path = os.path.join(folder, "windows.csv")
+        with open(path, newline="", encoding="utf-8", errors="replace") as file:
+            for row in csv.DictReader(file):
+                methods.setdefault(row["method"], []).append(row)
     if not methods:
         raise ValueError("no windows")
     return methods
@@ -125,33 +129,40 @@ def draw_error_cdf(methods, path):
 
 
 def draw_solve_time(methods, path):
-    """A box a method over the windows with an estimate."""
-    times = {name: [number(row["solve_ms"]) for row in rows if row["attempted"] == "1"]
+    """A box a method over the windows with an estimate: CPU time, which others do not disturb."""
+    times = {name: [number(row["solve_cpu_ms"]) for row in rows if row["attempted"] == "1"]
              for name, rows in methods.items()}
     times = {name: values for name, values in times.items() if values}
     if not times:
         return
     figure, axis = pyplot.subplots(figsize=(7.0, 1.2 + 0.42 * len(times)), constrained_layout=True)
-    axis.boxplot(list(times.values())[::-1], vert=False, whis=(1, 99), showfliers=False)
+    axis.boxplot(list(times.values())[::-1], vert=False, whis=(1, 99), showfliers=False,
+                 showmeans=True, meanprops={"marker": "D", "markersize": 5})
     axis.set_yticklabels(list(times)[::-1], fontsize=8)
     axis.set_xscale("log")
-    axis.set_xlabel("solve [ms]; box: quartiles, whiskers: 1 % and 99 %")
+    axis.set_xlabel("CPU time of a solve [ms]; box: quartiles and median, diamond: mean, "
+                    "whiskers: 1 % and 99 %", fontsize=8)
     axis.grid(True, axis="x", which="both", alpha=0.25)
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
 
 
 def main():
-    if len(sys.argv) != 2:
-        sys.exit("usage: plot_report.py FOLDER")
-    folder = sys.argv[1]
+    arguments = sys.argv[1:]
+    if len(arguments) == 1:
+        out, prefix, folders = arguments[0], "", arguments
+    elif len(arguments) > 2:
+        out, prefix, folders = arguments[0], arguments[1], arguments[2:]
+    else:
+        sys.exit("usage: plot_report.py FOLDER | plot_report.py OUT PREFIX FOLDER...")
     try:
-        methods = read_windows(os.path.join(folder, "windows.csv"))
-        draw_trajectory(methods, os.path.join(folder, "trajectory.png"))
-        draw_error_cdf(methods, os.path.join(folder, "error_cdf.png"))
-        draw_solve_time(methods, os.path.join(folder, "solve_time.png"))
+        methods = read_windows(folders)
+        if not prefix:
+            draw_trajectory(methods, os.path.join(out, "trajectory.png"))
+        draw_error_cdf(methods, os.path.join(out, prefix + "error_cdf.png"))
+        draw_solve_time(methods, os.path.join(out, prefix + "solve_time.png"))
     except (OSError, ValueError, KeyError) as error:
-        sys.exit("plot_report.py: %s: %s" % (os.path.join(folder, "windows.csv"), error))
+        sys.exit("plot_report.py: %s: %s" % (", ".join(folders), error))
 
 
 if __name__ == "__main__":

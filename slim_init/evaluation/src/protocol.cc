@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <sstream>
+#include <ctime>
+#include <memory>
+#include <utility>
 
+#include "ordered_tasks.h"
+#include "slim_init/evaluation/journal.h"
 #include "slim_init/keyframe_window.h"
 #include "statistics.h"
 
@@ -156,17 +160,27 @@ bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
   return true;
 }
 
+/// CPU time of the calling thread [ms].
+double threadCpuMs() {
+  timespec time = {};
+  if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time) != 0) return kNotComputed;
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
                        const std::vector<NavState>& truth, InitResult* returned) {
+  const double cpu_begin = threadCpuMs();
   const auto begin = std::chrono::steady_clock::now();
   *returned = solver.solve(window);
   const auto end = std::chrono::steady_clock::now();
+  const double cpu_end = threadCpuMs();
   const InitResult& answer = *returned;
 
   MethodRecord record;
   record.keyframes = window.size();
   record.data_s = window.times().back() - window.times().front();
   record.solve_ms = std::chrono::duration<double, std::milli>(end - begin).count();
+  record.solve_cpu_ms = cpu_end - cpu_begin;
   record.status = answer.status;
   record.message = answer.message;
   record.attempted = answer.hasEstimate();
@@ -184,20 +198,6 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   return record;
 }
 
-/// The first window that the solver accepts, or else the full one; and what becomes of it.
-MethodRecord runSolver(const WindowSolver& solver, const Cut& cut,
-                       const std::vector<std::vector<NavState>>& truths, const Sequence& sequence,
-                       const DownstreamRunner& downstream) {
-  MethodRecord record;
-  InitResult answer;
-  for (std::size_t i = 0; i < cut.windows.size(); ++i) {
-    record = runSolver(solver, *cut.windows[i], truths[i], &answer);
-    if (record.accepted()) break;
-  }
-  if (downstream && record.accepted()) record.downstream = downstream(sequence, answer);
-  return record;
-}
-
 /// Truth of all windows of a trial; false where a keyframe lacks it.
 bool truthOfWindows(const Sequence& sequence, const Cut& cut,
                     std::vector<std::vector<NavState>>* truths) {
@@ -208,10 +208,94 @@ bool truthOfWindows(const Sequence& sequence, const Cut& cut,
   return true;
 }
 
+/// A window on its way from being cut to its record.
+struct Trial {
+  Cut cut;
+  std::vector<std::vector<NavState>> truths;
+  WindowRecord record;
+};
+
+/// The first window that the solver accepts, or else the full one; and what becomes of it.
+MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Sequence& sequence,
+                       const ProtocolOptions& options) {
+  MethodRecord record;
+  InitResult answer;
+  for (std::size_t i = 0; i < trial.cut.windows.size(); ++i) {
+    record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], &answer);
+    if (record.accepted()) break;
+  }
+  if (!options.downstream || !record.accepted()) return record;
+  if (trial.record.trial % options.downstream_every == 0) {
+    record.downstream = options.downstream(sequence, answer);
+  } else {
+    record.downstream.message =
+        "run in one trial of " + std::to_string(options.downstream_every) + " only";
+  }
+  return record;
+}
+
+/// Counts what became of a trial; true where it is a window to be solved, whose record then says
+/// when and where it begins.
+bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Trial* trial,
+                ProtocolResult* result) {
+  ProtocolCounts& counts = result->counts;
+  const Cut& cut = trial->cut;
+  ++counts.trials;
+  if (cut.outcome == CutOutcome::kEnded) {
+    ++counts.ended;
+    return false;
+  }
+  if (cut.outcome == CutOutcome::kInterrupted) {
+    ++counts.interrupted;
+    return false;
+  }
+  if (cut.outcome == CutOutcome::kInvalid) {
+    ++counts.invalid;
+    if (result->first_refusal.empty()) result->first_refusal = cut.message;
+    return false;
+  }
+  const std::vector<double>& times = cut.full().times();
+  if (times == *times_before) {
+    ++counts.repeated;
+    return false;
+  }
+  *times_before = times;
+  if (!truthOfWindows(sequence, cut, &trial->truths)) {
+    ++counts.without_truth;
+    return false;
+  }
+  ++counts.windows;
+  WindowRecord& record = trial->record;
+  record.t_start = times.front();
+  record.t_start_ns = sequence.t0_ns + std::llround(1e9 * record.t_start);
+  record.duration_s = times.back() - times.front();
+  record.keyframes = cut.full().size();
+  const std::vector<NavState>& truth = trial->truths.back();
+  if (!truth.empty()) record.p_w_b = truth.front().p_w_b;
+  return true;
+}
+
+/// The record of a window that was solved in an earlier run; null where there is none. The
+/// journal's fingerprint vouches for the options, this for the data.
+const WindowRecord* solvedBefore(const WindowJournal* journal, const WindowRecord& window,
+                                 std::size_t methods) {
+  const WindowRecord* record = journal != nullptr ? journal->find(window.trial) : nullptr;
+  const bool same = record != nullptr && record->t_start_ns == window.t_start_ns &&
+                    record->keyframes == window.keyframes && record->methods.size() == methods;
+  return same ? record : nullptr;
+}
+
 }  // namespace
 
 std::string ProtocolOptions::validate() const {
   if (stride < 1) return "stride is " + std::to_string(stride) + ", must be at least 1";
+  if (threads < 1 || threads > kMaxThreads) {
+    return "threads is " + std::to_string(threads) + ", must be in [1, " +
+           std::to_string(kMaxThreads) + "]";
+  }
+  if (downstream_every < 1) {
+    return "downstream_every is " + std::to_string(downstream_every) + ", must be at least 1";
+  }
   if (max_windows < 0) {
     return "max_windows is " + std::to_string(max_windows) + ", must be at least 0";
   }
@@ -244,46 +328,44 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
   std::vector<double> times_before;
-  std::vector<std::vector<NavState>> truths;
+  std::string error;
+  OrderedTasks tasks(options.threads);  // last, so that it ends before what its tasks refer to
 
-  for (int trial = 0; trial < trials; ++trial) {
+  for (int index = 0; index < trials && error.empty(); ++index) {
     if (options.max_windows > 0 && counts.windows >= options.max_windows) break;
-    ++counts.trials;
-    const Cut cut =
-        cutter.cut(static_cast<std::size_t>(trial) * static_cast<std::size_t>(options.stride),
+    const auto trial = std::make_shared<Trial>();
+    trial->record.trial = index;
+    trial->cut =
+        cutter.cut(static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride),
                    &result->dropped);
-    if (cut.outcome == CutOutcome::kEnded) {
-      ++counts.ended;
-    } else if (cut.outcome == CutOutcome::kInterrupted) {
-      ++counts.interrupted;
-    } else if (cut.outcome == CutOutcome::kInvalid) {
-      ++counts.invalid;
-      if (result->first_refusal.empty()) result->first_refusal = cut.message;
-    } else if (cut.full().times() == times_before) {
-      ++counts.repeated;
-    } else if (!truthOfWindows(sequence, cut, &truths)) {
-      ++counts.without_truth;
-      times_before = cut.full().times();
-    } else {
-      const InitWindow& window = cut.full();
-      times_before = window.times();
-      ++counts.windows;
-      WindowRecord record;
-      record.trial = trial;
-      record.t_start = window.times().front();
-      record.t_start_ns = sequence.t0_ns + std::llround(1e9 * record.t_start);
-      record.duration_s = window.times().back() - window.times().front();
-      record.keyframes = window.size();
-      record.excitation = measureExcitation(window);
-      if (!truths.back().empty()) record.p_w_b = truths.back().front().p_w_b;
-      for (const WindowSolver* solver : solvers) {
-        record.methods.push_back(runSolver(*solver, cut, truths, sequence, options.downstream));
+    std::function<void()> solve, keep;
+    if (countTrial(sequence, &times_before, trial.get(), result)) {
+      if (const WindowRecord* before =
+              solvedBefore(options.journal, trial->record, solvers.size())) {
+        ++result->from_journal;
+        keep = [result, before] { result->windows.push_back(*before); };
+      } else {
+        solve = [&, trial] {
+          trial->record.excitation = measureExcitation(trial->cut.full());
+          trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
+          for (const WindowSolver* solver : solvers) {
+            trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));
+          }
+        };
+        keep = [&, trial] {
+          if (options.journal != nullptr) error = options.journal->append(trial->record);
+          result->windows.push_back(std::move(trial->record));
+        };
       }
-      result->windows.push_back(std::move(record));
     }
-    if (progress) progress(std::min(trial + 1, expected), expected);
+    tasks.add(solve, [&, index, keep] {
+      if (!error.empty()) return;
+      if (keep) keep();
+      if (progress) progress(std::min(index + 1, expected), expected);
+    });
   }
-  return "";
+  if (error.empty()) tasks.finishAll();
+  return error;
 }
 
 }  // namespace slim_init::evaluation

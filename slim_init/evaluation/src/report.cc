@@ -7,6 +7,7 @@
 #include <fstream>
 #include <utility>
 
+#include "method_lists.h"
 #include "statistics.h"
 
 namespace slim_init::evaluation {
@@ -27,6 +28,7 @@ class SubsetCollector {
     if (record.attempted) {
       ++summary_.attempted;
       solve_ms_.push_back(record.solve_ms);
+      solve_cpu_ms_.push_back(record.solve_cpu_ms);
     }
     if (record.accepted()) {
       addAccepted(record);
@@ -52,8 +54,12 @@ class SubsetCollector {
     s.gravity_median_deg = median(gravity_);
     s.gravity_p90_deg = quantile(gravity_, 0.9);
     s.velocity_rmse = rootMeanSquare(velocity_);
+    s.velocity_median = median(velocity_);
+    s.velocity_p90 = quantile(velocity_, 0.9);
     s.velocity_vec_rmse = rootMeanSquare(velocity_vec_);
     s.pose_rmse = rootMeanSquare(pose_);
+    s.pose_median = median(pose_);
+    s.pose_p90 = quantile(pose_, 0.9);
     s.gyro_bias_err_pct = rootMeanSquare(gyro_bias_pct_);
     s.gyro_bias_vec_rmse = rootMeanSquare(gyro_bias_vec_);
     s.accepted_rate = ratio(s.accepted, s.windows);
@@ -84,6 +90,9 @@ class SubsetCollector {
     }
     s.solve_ms_median = median(solve_ms_);
     s.solve_ms_mean = mean(solve_ms_);
+    s.solve_cpu_ms_median = median(solve_cpu_ms_);
+    s.solve_cpu_ms_mean = mean(solve_cpu_ms_);
+    s.solve_cpu_ms_p90 = quantile(solve_cpu_ms_, 0.9);
     return s;
   }
 
@@ -148,34 +157,44 @@ class SubsetCollector {
   SubsetSummary summary_;
   std::map<std::string, PartialErrors> partial_;
   std::vector<double> scale_, gravity_, velocity_, velocity_vec_, pose_;
-  std::vector<double> gyro_bias_pct_, gyro_bias_vec_, solve_ms_;
+  std::vector<double> gyro_bias_pct_, gyro_bias_vec_, solve_ms_, solve_cpu_ms_;
   std::vector<double> accept_s_, accept_keyframes_;
   std::vector<double> downstream_ate_, downstream_scale_;
   std::vector<double> accepted_scale_, accepted_gravity_, accepted_velocity_;
 };
 
-std::string writeText(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file << text;
-  file.close();
-  return file.good() ? "" : path.string() + " cannot be written";
-}
-
 }  // namespace
 
 std::vector<MethodSummary> summarize(const ProtocolResult& result) {
+  return summarize(std::vector<const ProtocolResult*>{&result});
+}
+
+std::vector<MethodSummary> summarize(const std::vector<const ProtocolResult*>& sequences) {
   std::vector<MethodSummary> summaries;
-  for (std::size_t m = 0; m < result.methods.size(); ++m) {
+  for (const std::string& name : methodsOf(sequences)) {
     SubsetCollector all;
     SubsetCollector excited;
-    for (const WindowRecord& window : result.windows) {
-      all.add(window.methods[m]);
-      if (window.excitation.excited) excited.add(window.methods[m]);
+    bool has_truth = true;
+    for (const ProtocolResult* sequence : sequences) {
+      const int method = indexOf(*sequence, name);
+      if (method < 0) continue;
+      has_truth = has_truth && sequence->has_truth;
+      for (const WindowRecord& window : sequence->windows) {
+        const MethodRecord& record = window.methods[static_cast<std::size_t>(method)];
+        all.add(record);
+        if (window.excitation.excited) excited.add(record);
+      }
     }
-    summaries.push_back(
-        {result.methods[m], all.summary(result.has_truth), excited.summary(result.has_truth)});
+    summaries.push_back({name, all.summary(has_truth), excited.summary(has_truth)});
   }
   return summaries;
+}
+
+std::string writeText(const std::string& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary | std::ios::trunc);
+  out << text;
+  out.close();
+  return out.good() ? "" : file + " cannot be written";
 }
 
 std::string makeReportDirectory(const std::string& directory) {
@@ -200,7 +219,11 @@ std::string writeReport(const std::string& directory, const RunInfo& info,
 std::string writeReportPage(const std::string& directory, const RunInfo& info,
                             const ProtocolResult& result,
                             const std::vector<MethodSummary>& summaries) {
-  return writeText(fs::path(directory) / "report.md", reportMarkdown(info, result, summaries));
+  const Page page = reportPage(info, result, summaries);
+  const fs::path base(directory);
+  std::string error = writeText(base / "report.md", pageMarkdown(page));
+  if (error.empty()) error = writeText(base / "report.html", pageHtml(page, directory));
+  return error;
 }
 
 }  // namespace slim_init::evaluation

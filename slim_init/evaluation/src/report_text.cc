@@ -1,15 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The report's files as text.
-#include <algorithm>
+// The report's files for programs.
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <sstream>
 
 #include "slim_init/evaluation/report.h"
-#include "statistics.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -35,8 +31,12 @@ constexpr SummaryField kSummaryFields[] = {
     {"gravity_median_deg", &SubsetSummary::gravity_median_deg, nullptr},
     {"gravity_p90_deg", &SubsetSummary::gravity_p90_deg, nullptr},
     {"velocity_rmse", &SubsetSummary::velocity_rmse, nullptr},
+    {"velocity_median", &SubsetSummary::velocity_median, nullptr},
+    {"velocity_p90", &SubsetSummary::velocity_p90, nullptr},
     {"velocity_vec_rmse", &SubsetSummary::velocity_vec_rmse, nullptr},
     {"pose_rmse", &SubsetSummary::pose_rmse, nullptr},
+    {"pose_median", &SubsetSummary::pose_median, nullptr},
+    {"pose_p90", &SubsetSummary::pose_p90, nullptr},
     {"gyro_bias_err_pct", &SubsetSummary::gyro_bias_err_pct, nullptr},
     {"gyro_bias_vec_rmse", &SubsetSummary::gyro_bias_vec_rmse, nullptr},
     {"accepted", nullptr, &SubsetSummary::accepted},
@@ -65,6 +65,9 @@ constexpr SummaryField kSummaryFields[] = {
     {"failed", nullptr, &SubsetSummary::failed},
     {"solve_ms_median", &SubsetSummary::solve_ms_median, nullptr},
     {"solve_ms_mean", &SubsetSummary::solve_ms_mean, nullptr},
+    {"solve_cpu_ms_median", &SubsetSummary::solve_cpu_ms_median, nullptr},
+    {"solve_cpu_ms_mean", &SubsetSummary::solve_cpu_ms_mean, nullptr},
+    {"solve_cpu_ms_p90", &SubsetSummary::solve_cpu_ms_p90, nullptr},
 };
 
 std::string format(const char* pattern, double value) {
@@ -120,17 +123,6 @@ Json jsonOption(const OptionValue& value) {
   return std::visit([](const auto& v) { return Json(v); }, value);
 }
 
-std::string optionText(const OptionValue& value) {
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) return std::to_string(*integer);
-  if (const auto* number = std::get_if<double>(&value)) return format("%g", *number);
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  std::string joined;
-  for (const std::string& item : std::get<std::vector<std::string>>(value)) {
-    joined += (joined.empty() ? "" : ", ") + item;
-  }
-  return joined;
-}
-
 Json jsonTracking(const TrackingSummary& tracking) {
   Json json = {{"images", tracking.images},
                {"tracked", tracking.tracked},
@@ -174,319 +166,10 @@ Json jsonSubset(const SubsetSummary& subset) {
   return json;
 }
 
-/// A column of the tables for people.
-struct TableColumn {
-  const char* title;
-  bool needs_truth;
-  std::string (*cell)(const SubsetSummary& s);
-};
-
-std::string cell(const char* pattern, double value, double factor = 1.0) {
-  return std::isfinite(value) ? format(pattern, factor * value) : "-";
-}
-
-const TableColumn kTableColumns[] = {
-    {"success %", true, [](const SubsetSummary& s) { return cell("%.1f", s.success_rate, 100.0); }},
-    {"scale rmse", true, [](const SubsetSummary& s) { return cell("%.4f", s.scale_rmse); }},
-    {"median", true, [](const SubsetSummary& s) { return cell("%.4f", s.scale_median); }},
-    {"p90", true, [](const SubsetSummary& s) { return cell("%.4f", s.scale_p90); }},
-    {"gravity deg", true, [](const SubsetSummary& s) { return cell("%.3f", s.gravity_rmse_deg); }},
-    {"speed m/s", true, [](const SubsetSummary& s) { return cell("%.4f", s.velocity_rmse); }},
-    {"velocity m/s", true,
-     [](const SubsetSummary& s) { return cell("%.4f", s.velocity_vec_rmse); }},
-    {"pose m", true, [](const SubsetSummary& s) { return cell("%.4f", s.pose_rmse); }},
-    {"gyro bias %", true, [](const SubsetSummary& s) { return cell("%.2f", s.gyro_bias_err_pct); }},
-    {"accepted", false, [](const SubsetSummary& s) { return std::to_string(s.accepted); }},
-    {"of them < 0.1 %", true,
-     [](const SubsetSummary& s) { return cell("%.1f", s.accepted_within_0_1_rate, 100.0); }},
-    {"solve ms", false, [](const SubsetSummary& s) { return cell("%.3f", s.solve_ms_median); }},
-};
-
-/// Of what the methods themselves called a success, and in the anytime protocol how soon.
-const TableColumn kAcceptedColumns[] = {
-    {"accepted %", false,
-     [](const SubsetSummary& s) { return cell("%.1f", s.accepted_rate, 100.0); }},
-    {"time to accept s, median", false,
-     [](const SubsetSummary& s) { return cell("%.2f", s.accept_s_median); }},
-    {"p90", false, [](const SubsetSummary& s) { return cell("%.2f", s.accept_s_p90); }},
-    {"keyframes, median", false,
-     [](const SubsetSummary& s) { return cell("%.0f", s.accept_keyframes_median); }},
-    {"scale rmse", true,
-     [](const SubsetSummary& s) { return cell("%.4f", s.accepted_scale_rmse); }},
-    {"median", true, [](const SubsetSummary& s) { return cell("%.4f", s.accepted_scale_median); }},
-    {"largest", true,
-     [](const SubsetSummary& s) { return cell("%.4f", s.accepted_scale_error_max); }},
-    {"< 0.1 %", true,
-     [](const SubsetSummary& s) { return cell("%.1f", s.accepted_within_0_1_rate, 100.0); }},
-    {"< 0.5 %", true,
-     [](const SubsetSummary& s) { return cell("%.1f", s.accepted_within_0_5_rate, 100.0); }},
-    {"gravity deg", true,
-     [](const SubsetSummary& s) { return cell("%.3f", s.accepted_gravity_rmse_deg); }},
-    {"speed m/s", true,
-     [](const SubsetSummary& s) { return cell("%.4f", s.accepted_velocity_rmse); }},
-};
-
-/// Of the estimator that was run from the accepted answers.
-const TableColumn kDownstreamColumns[] = {
-    {"runs", false, [](const SubsetSummary& s) { return std::to_string(s.downstream_runs); }},
-    {"diverged %", false,
-     [](const SubsetSummary& s) { return cell("%.1f", s.downstream_divergence_rate, 100.0); }},
-    {"ATE m, median", true,
-     [](const SubsetSummary& s) { return cell("%.3f", s.downstream_ate_median); }},
-    {"p90", true, [](const SubsetSummary& s) { return cell("%.3f", s.downstream_ate_p90); }},
-    {"final scale error, median", true,
-     [](const SubsetSummary& s) { return cell("%.4f", s.downstream_scale_median); }},
-    {"p90", true, [](const SubsetSummary& s) { return cell("%.4f", s.downstream_scale_p90); }},
-};
-
-using Subset = SubsetSummary MethodSummary::*;
-
-int windowsOf(const std::vector<MethodSummary>& summaries, Subset subset) {
-  return summaries.empty() ? 0 : (summaries.front().*subset).windows;
-}
-
-/// Without truth the columns that need it are left out.
-template <std::size_t N>
-std::vector<std::vector<std::string>> tableCells(const TableColumn (&columns)[N],
-                                                 const std::vector<MethodSummary>& summaries,
-                                                 Subset subset, bool has_truth) {
-  std::vector<std::vector<std::string>> rows(1, {"method"});
-  for (const MethodSummary& summary : summaries) rows.push_back({summary.name});
-  for (const TableColumn& column : columns) {
-    if (column.needs_truth && !has_truth) continue;
-    rows.front().emplace_back(column.title);
-    for (std::size_t m = 0; m < summaries.size(); ++m) {
-      rows[m + 1].push_back(column.cell(summaries[m].*subset));
-    }
-  }
-  return rows;
-}
-
-// Data and messages are not ours: a bar would end the cell, a line end the table.
-std::string markdownText(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '|') escaped += '\\';
-    escaped += c == '\n' || c == '\r' ? ' ' : c;
-  }
-  return escaped;
-}
-
-std::string markdownTable(const std::vector<std::vector<std::string>>& rows) {
-  std::string text;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    text += "|";
-    for (const std::string& field : rows[r]) text += " " + markdownText(field) + " |";
-    text += "\n";
-    if (r > 0) continue;
-    for (std::size_t c = 0; c < rows[r].size(); ++c) text += c == 0 ? "|---|" : "---:|";
-    text += "\n";
-  }
-  return text;
-}
-
-/// For a terminal: names to the left, numbers to the right.
-std::string alignedTable(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> widths(rows.front().size(), 0);
-  for (const auto& row : rows) {
-    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      const std::string padding(widths[c] - row[c].size(), ' ');
-      text += c == 0 ? "  " + row[c] + padding : "  " + padding + row[c];
-    }
-    text += "\n";
-  }
-  return text;
-}
-
-std::string plural(int count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
-void writeRun(const RunInfo& info, const ProtocolResult& result, std::ostringstream& out) {
-  out << "# A/B initialization on " << info.dataset << "\n\n"
-      << "## What was run\n\n```\n"
-      << info.command << "\n```\n\n| option | value |\n|---|---|\n";
-  for (const auto& [key, value] : info.options) {
-    out << "| " << key << " | " << markdownText(optionText(value)) << " |\n";
-  }
-  out << "| true gyro bias | " << info.gyro_bias_truth << " |\n| program | slim_init "
-      << info.version << (info.commit.empty() ? "" : ", commit " + info.commit) << " |\n\n";
-
-  const ProtocolCounts& counts = result.counts;
-  const int excited = static_cast<int>(
-      std::count_if(result.windows.begin(), result.windows.end(),
-                    [](const WindowRecord& window) { return window.excitation.excited; }));
-  out << plural(counts.trials, "trial") << " over " << plural(counts.frames, "frame") << " gave "
-      << plural(counts.windows, "window") << ", " << excited
-      << " of them excited. Not evaluated: " << counts.ended
-      << " (data end before the window is full), " << counts.interrupted
-      << " (interrupted by a gap), " << counts.repeated
-      << " (same keyframes as the window before), " << counts.without_truth
-      << " (no truth at a keyframe), " << counts.invalid << " (data refused"
-      << (result.first_refusal.empty() ? "" : ", first: " + markdownText(result.first_refusal))
-      << ").\n";
-  const WindowCounts& dropped = result.dropped;
-  out << "Dropped on the way, over all trials: " << dropped.imu_not_finite
-      << " IMU samples not finite, " << dropped.imu_out_of_order << " out of order; "
-      << dropped.frames_not_finite << " frames not finite, " << dropped.frames_out_of_order
-      << " out of order; " << dropped.observations_not_finite << " observations not finite, "
-      << dropped.observations_duplicate_id << " with a repeated id, " << dropped.lines_degenerate
-      << " lines without length.\n";
-  if (!info.notes.empty()) {
-    out << "\nNotes on the data:\n\n";
-    for (const std::string& note : info.notes) out << "- " << note << "\n";
-  }
-}
-
-void writeAccepted(const ProtocolResult& result, const std::vector<MethodSummary>& summaries,
-                   std::ostringstream& out) {
-  out << "\n## Accepted answers";
-  if (result.first_keyframes > 0) {
-    out << ", windows growing from " << result.first_keyframes
-        << " keyframes\n\nEvery trial hands a method a window of " << result.first_keyframes
-        << " keyframes, then one with a keyframe more, and so on until it accepts; what it says "
-           "then counts,\nin the tables above too. Time to accept is the data from the first to "
-           "the "
-           "last keyframe of that window";
-  }
-  out << (result.first_keyframes > 0 ? ".\n" : "\n");
-  for (const bool excited : {true, false}) {
-    const Subset subset = excited ? &MethodSummary::excited : &MethodSummary::all;
-    out << "\n"
-        << (excited ? "Excited windows:" : "All windows:") << "\n\n"
-        << markdownTable(tableCells(kAcceptedColumns, summaries, subset, result.has_truth));
-  }
-}
-
-void writeDownstream(const ProtocolResult& result, const std::vector<MethodSummary>& summaries,
-                     std::ostringstream& out) {
-  if (!result.has_downstream) return;
-  out << "\n## What an estimator makes of the accepted answers\n\n"
-         "The same sliding-window back end was started from every accepted answer and ran on the "
-         "same\ntracks. Final scale error is that of its last window.\n";
-  for (const bool excited : {true, false}) {
-    const Subset subset = excited ? &MethodSummary::excited : &MethodSummary::all;
-    out << "\n"
-        << (excited ? "Excited windows:" : "All windows:") << "\n\n"
-        << markdownTable(tableCells(kDownstreamColumns, summaries, subset, result.has_truth));
-  }
-}
-
-void writePictures(const RunInfo& info, std::ostringstream& out) {
-  if (info.pictures.empty() && info.picture_note.empty()) return;
-  out << "\n## Pictures\n\n";
-  if (info.pictures.empty()) out << info.picture_note << "\n";
-  for (std::size_t i = 0; i < info.pictures.size(); ++i) {
-    const auto& [file, title] = info.pictures[i];
-    out << (i > 0 ? "\n" : "") << "![" << markdownText(title) << "](" << file << ")\n\n"
-        << markdownText(title) << "\n";
-  }
-}
-
-void writeTracking(const TrackingSummary& tracking, std::ostringstream& out) {
-  out << "\n## Features from images\n\n"
-      << tracking.tracked << " of " << plural(tracking.images, "image") << " tracked; "
-      << tracking.outside_imu << " outside the IMU data, " << tracking.unreadable << " unreadable, "
-      << tracking.refused << " refused, " << tracking.images_without_gyro
-      << " tracked without the gyro's rotation. A vanishing point was found in "
-      << tracking.images_with_vp << ".";
-  if (!tracking.line_detector.empty()) out << " Line detector: " << tracking.line_detector << ".";
-  const auto row = [](const std::string& name, double median_value, double p10, double carried) {
-    return std::vector<std::string>{name, cell("%.0f", median_value), cell("%.0f", p10),
-                                    cell("%.0f", carried)};
-  };
-  out << "\n\n"
-      << markdownTable(
-             {{"a frame", "median", "10 % quantile", "of them from the frame before, median"},
-              row("points", tracking.points, tracking.points_p10, tracking.points_carried),
-              row("lines", tracking.lines, tracking.lines_p10, tracking.lines_carried)})
-      << "\nFront end, one image [ms]: median " << cell("%.2f", tracking.total_ms_median)
-      << ", 90 % quantile " << cell("%.2f", tracking.total_ms_p90) << "; median per stage:";
-  for (std::size_t i = 0; i < tracking.stages_ms_median.size(); ++i) {
-    out << (i > 0 ? ", " : " ") << tracking.stages_ms_median[i].name << " "
-        << cell("%.2f", tracking.stages_ms_median[i].ms);
-  }
-  out << ".\n";
-}
-
-/// What was known where no trajectory was.
-void writePartial(const std::vector<MethodSummary>& summaries, std::ostringstream& out) {
-  std::vector<std::vector<std::string>> rows(
-      1, {"method", "status", "windows", "gravity deg, median", "max", "gyro bias %, median", "max",
-          "gyro bias rad/s, rms"});
-  for (const MethodSummary& summary : summaries) {
-    for (const auto& [status, partial] : summary.all.partial) {
-      rows.push_back(
-          {summary.name, status, std::to_string(partial.windows),
-           cell("%.3f", partial.gravity_median_deg), cell("%.3f", partial.gravity_max_deg),
-           cell("%.2f", partial.gyro_bias_median_pct), cell("%.2f", partial.gyro_bias_max_pct),
-           cell("%.5f", partial.gyro_bias_vec_rmse)});
-    }
-  }
-  if (rows.size() == 1) return;
-  out << "\n## Answers without a trajectory\n\nGravity and gyroscope bias of windows in which "
-         "nothing more is observable.\n\n"
-      << markdownTable(rows);
-}
-
-void writeStatuses(const std::vector<MethodSummary>& summaries, std::ostringstream& out) {
-  std::set<std::string> names;
-  for (const MethodSummary& summary : summaries) {
-    for (const auto& status : summary.all.statuses) names.insert(status.first);
-  }
-  std::vector<std::vector<std::string>> rows(1, {"method", "windows", "with estimate"});
-  rows.front().insert(rows.front().end(), names.begin(), names.end());
-  for (const MethodSummary& summary : summaries) {
-    rows.push_back(
-        {summary.name, std::to_string(summary.all.windows), std::to_string(summary.all.attempted)});
-    for (const std::string& name : names) {
-      const auto found = summary.all.statuses.find(name);
-      rows.back().push_back(
-          std::to_string(found == summary.all.statuses.end() ? 0 : found->second));
-    }
-  }
-  out << "\n## Verdicts (all windows)\n\n" << markdownTable(rows);
-}
-
-void writeTimes(const ProtocolResult& result, const std::vector<MethodSummary>& summaries,
-                std::ostringstream& out) {
-  out << "\n## Time per solve, windows with an estimate\n\n";
-  std::vector<std::vector<std::string>> rows(1, {"method", "median ms", "mean ms"});
-  for (const MethodSummary& summary : summaries) {
-    rows.push_back({summary.name, cell("%.3f", summary.all.solve_ms_median),
-                    cell("%.3f", summary.all.solve_ms_mean)});
-  }
-  out << markdownTable(rows);
-  for (std::size_t m = 0; m < result.methods.size(); ++m) {
-    // Stages in the order in which they first occur.
-    std::vector<std::pair<std::string, std::vector<double>>> stages;
-    for (const WindowRecord& window : result.windows) {
-      if (!window.methods[m].attempted) continue;
-      for (const StageTime& stage : window.methods[m].stages) {
-        auto found = std::find_if(stages.begin(), stages.end(),
-                                  [&](const auto& known) { return known.first == stage.name; });
-        if (found == stages.end()) found = stages.insert(stages.end(), {stage.name, {}});
-        if (std::isfinite(stage.ms)) found->second.push_back(stage.ms);
-      }
-    }
-    if (stages.empty()) continue;
-    out << "\n`" << result.methods[m] << "`, median per stage [ms]:";
-    for (std::size_t i = 0; i < stages.size(); ++i) {
-      out << (i > 0 ? ", " : " ") << stages[i].first << " "
-          << cell("%.3f", median(stages[i].second));
-    }
-    out << "\n";
-  }
-}
-
 }  // namespace
 
 std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
-  // Wall-clock times come last: without the last two columns equal runs give equal bytes.
+  // Times come last: without the last three columns equal runs give equal bytes.
   std::string text = csvRow({"dataset",
                              "trial",
                              "t_start_s",
@@ -496,6 +179,7 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                              "excited",
                              "force_deviation",
                              "quiet_pairs",
+                             "truth_mismatch",
                              "p_x",
                              "p_y",
                              "p_z",
@@ -525,6 +209,7 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                              "downstream_ate",
                              "downstream_scale_error",
                              "downstream_message",
+                             "solve_cpu_ms",
                              "solve_ms",
                              "stages_ms"});
   for (const WindowRecord& window : result.windows) {
@@ -540,6 +225,7 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                       yesNo(window.excitation.excited),
                       csvNumber(window.excitation.mean_deviation),
                       std::to_string(window.excitation.quiet_pairs),
+                      csvNumber(window.truth_mismatch),
                       csvNumber(window.p_w_b.x()),
                       csvNumber(window.p_w_b.y()),
                       csvNumber(window.p_w_b.z()),
@@ -572,6 +258,7 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                       csvNumber(record.downstream.ate),
                       csvNumber(record.downstream.scale_error),
                       csvText(record.downstream.message),
+                      csvNumber(record.solve_cpu_ms),
                       csvNumber(record.solve_ms),
                       csvText(joinStages(record.stages))});
     }
@@ -636,96 +323,6 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
   }
   // Names of files may hold bytes that are no UTF-8; they are replaced rather than thrown at.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
-                           const std::vector<MethodSummary>& summaries) {
-  std::ostringstream out;
-  writeRun(info, result, out);
-  out << "\n## Excited windows (" << windowsOf(summaries, &MethodSummary::excited) << ")\n\n"
-      << markdownTable(
-             tableCells(kTableColumns, summaries, &MethodSummary::excited, result.has_truth))
-      << "\n## All windows (" << windowsOf(summaries, &MethodSummary::all) << ")\n\n"
-      << markdownTable(tableCells(kTableColumns, summaries, &MethodSummary::all, result.has_truth));
-  if (!result.has_truth) {
-    out << "\nThere is no ground truth, so no error was computed: the tables tell what the methods "
-           "said.\n";
-  }
-  if (!info.method_notes.empty()) {
-    out << "\nVariants:\n\n";
-    for (const auto& [name, sentence] : info.method_notes) {
-      out << "- `" << name << "`: " << sentence << "\n";
-    }
-  }
-  writeAccepted(result, summaries, out);
-  writeDownstream(result, summaries, out);
-  writePictures(info, out);
-  writeStatuses(summaries, out);
-  writePartial(summaries, out);
-  if (info.tracking.has_value()) writeTracking(*info.tracking, out);
-  if (!info.simulated.empty()) {
-    out << "\n## Simulated features\n\n";
-    for (std::size_t i = 0; i < info.simulated.size(); ++i) {
-      out << (i > 0 ? ", " : "") << info.simulated[i].first << " " << info.simulated[i].second;
-    }
-    out << ".\n";
-  }
-  writeTimes(result, summaries, out);
-  out << "\n## How to read this\n\n"
-         "Every method saw the same windows, byte for byte. With s the scale of the Sim(3) "
-         "alignment\n"
-         "of the estimated positions to the truth, a window is a success when the method returned "
-         "an\n"
-         "estimate with |s - 1| < 0.5, whatever its own verdict; the success rate is taken over "
-         "all\n"
-         "windows of the table, those without an estimate included. Scale, gravity, speed, "
-         "velocity,\n"
-         "pose and gyro bias are root mean squares over successful windows only (the protocol of "
-         "the\n"
-         "paper), so a method with a low success rate is measured on its easier windows: read the\n"
-         "success rate first, and the median and the 90 % quantile (p90) beside the root mean "
-         "square.\n"
-         "\"Excited\" leaves out windows in which the accelerometer shows hardly more than "
-         "gravity,\n"
-         "where scale is not observable. \"Accepted\" counts the windows that the method itself "
-         "called\n"
-         "a success, which is all a user sees in flight, and the share of those within 10 % of "
-         "the\n"
-         "true scale. A dash is a number that does not exist. Definitions: docs/evaluation.md; "
-         "one\n"
-         "row per window and method, with message and gate values: windows.csv.\n";
-  return out.str();
-}
-
-std::string summaryTable(const ProtocolResult& result,
-                         const std::vector<MethodSummary>& summaries) {
-  std::ostringstream out;
-  for (const bool excited : {true, false}) {
-    const Subset subset = excited ? &MethodSummary::excited : &MethodSummary::all;
-    const auto rows = tableCells(kTableColumns, summaries, subset, result.has_truth);
-    out << (excited ? "" : "\n")
-        << plural(windowsOf(summaries, subset), excited ? "excited window" : "window")
-        << (excited ? "" : " in all") << "\n";
-    if (windowsOf(summaries, subset) > 0) out << alignedTable(rows);
-  }
-  if (result.has_downstream) {
-    out << "\nBack end from the accepted answers, all windows\n"
-        << alignedTable(
-               tableCells(kDownstreamColumns, summaries, &MethodSummary::all, result.has_truth));
-  }
-  out << "\nVerdicts, all windows\n";
-  std::size_t width = 0;
-  for (const MethodSummary& summary : summaries) width = std::max(width, summary.name.size());
-  for (const MethodSummary& summary : summaries) {
-    out << "  " << summary.name << std::string(width - summary.name.size() + 2, ' ');
-    const char* separator = "";
-    for (const auto& [status, count] : summary.all.statuses) {
-      out << separator << status << " " << count;
-      separator = ", ";
-    }
-    out << "\n";
-  }
-  return out.str();
 }
 
 }  // namespace slim_init::evaluation

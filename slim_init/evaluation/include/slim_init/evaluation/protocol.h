@@ -17,6 +17,10 @@
 
 namespace slim_init::evaluation {
 
+class WindowJournal;  // journal.h
+
+inline constexpr int kMaxThreads = 256;
+
 struct ProtocolOptions {
   int stride = 10;       ///< images between the starts of two trials; 10 as in the paper (V-C)
   int max_windows = 0;   ///< stop after this many windows; 0: no limit
@@ -27,6 +31,13 @@ struct ProtocolOptions {
   int first_keyframes = 0;
   /// Runs an estimator from every answer that a method accepts; empty: none.
   DownstreamRunner downstream;
+  /// The estimator is run from every n-th trial only: those with trial % downstream_every == 0.
+  int downstream_every = 1;
+  /// Windows solved at the same time. Answers and their order do not depend on it; wall times do.
+  int threads = 1;
+  /// Windows that it holds are taken from it, the others are appended as they are finished, in
+  /// order. Null: none. Must outlive the run.
+  WindowJournal* journal = nullptr;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -46,8 +57,10 @@ struct MethodRecord {
   int point_tracks = 0;
   int line_tracks = 0;
   double solve_ms = kNotComputed;  ///< wall time of that solve(), measured around the call
-  std::vector<StageTime> stages;   ///< as the method reports them
-  DownstreamRecord downstream;     ///< of an accepted answer, where an estimator was run
+  /// CPU time of the calling thread over the same call: what the machine does besides is not in it.
+  double solve_cpu_ms = kNotComputed;
+  std::vector<StageTime> stages;  ///< as the method reports them, wall times
+  DownstreamRecord downstream;    ///< of an accepted answer, where an estimator was run
 
   bool accepted() const { return status == InitStatus::kSuccess; }
 };
@@ -61,6 +74,7 @@ struct WindowRecord {
   double duration_s = 0.0;      ///< first to last keyframe
   int keyframes = 0;
   Excitation excitation;
+  double truth_mismatch = kNotComputed;  ///< truthMismatch() [m/s]
   /// True position of the body at the first keyframe [m]; NaN without truth.
   Eigen::Vector3d p_w_b = Eigen::Vector3d::Constant(kNotComputed);
   std::vector<MethodRecord> methods;
@@ -82,6 +96,7 @@ struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;
   ProtocolCounts counts;
+  int from_journal = 0;         ///< windows that were not solved but taken from the journal
   std::string first_refusal;    ///< sentence of the first trial counted as invalid
   int first_keyframes = 0;      ///< of the anytime protocol; 0 without it
   bool has_truth = true;        ///< false: no error of any window was computed
@@ -89,13 +104,16 @@ struct ProtocolResult {
   WindowCounts dropped;         ///< messages and observations rejected on the way, over all windows
 };
 
-/// Called after every trial with the number done and the number in all.
+/// Called after every trial with the number done and the number in all, in order and on the thread
+/// of runProtocol().
 using ProgressCallback = std::function<void(int done, int total)>;
 
 /// Runs every solver on the windows of a sequence: a trial every `stride` images, each cut once
 /// from a fresh KeyframeWindow and handed to every solver in turn, on one thread. A trial whose
-/// data end before its longest window is full does not count, for any method. Returns an empty
-/// string, or a sentence when options or sequence cannot be used.
+/// data end before its longest window is full does not count, for any method. With several threads
+/// different windows are solved at the same time, so solvers and options.downstream must allow
+/// parallel calls (WindowSolver promises that). Returns an empty string, or a sentence when options
+/// or sequence cannot be used or the journal cannot be written.
 std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
                         const ProtocolOptions& options, const ProgressCallback& progress,
                         ProtocolResult* result);

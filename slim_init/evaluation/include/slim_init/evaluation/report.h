@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "slim_init/evaluation/page.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/sequence.h"
 
@@ -42,8 +43,12 @@ struct SubsetSummary {
   double gravity_median_deg = kNotComputed;
   double gravity_p90_deg = kNotComputed;
   double velocity_rmse = kNotComputed;       ///< [m/s]
+  double velocity_median = kNotComputed;     ///< of the windows' root mean squares [m/s]
+  double velocity_p90 = kNotComputed;        ///< likewise
   double velocity_vec_rmse = kNotComputed;   ///< [m/s]
   double pose_rmse = kNotComputed;           ///< [m]
+  double pose_median = kNotComputed;         ///< of the windows' root mean squares [m]
+  double pose_p90 = kNotComputed;            ///< likewise
   double gyro_bias_err_pct = kNotComputed;   ///< root mean square of the windows' percentages
   double gyro_bias_vec_rmse = kNotComputed;  ///< [rad/s]
 
@@ -81,8 +86,11 @@ struct SubsetSummary {
   std::map<std::string, PartialSummary> partial;
 
   // Over attempted windows: an early "wait" is no fast solution.
-  double solve_ms_median = kNotComputed;
+  double solve_ms_median = kNotComputed;  ///< wall time
   double solve_ms_mean = kNotComputed;
+  double solve_cpu_ms_median = kNotComputed;  ///< CPU time of the solving thread
+  double solve_cpu_ms_mean = kNotComputed;
+  double solve_cpu_ms_p90 = kNotComputed;
 };
 
 struct MethodSummary {
@@ -93,6 +101,11 @@ struct MethodSummary {
 
 /// Statistics of every method, in the order of result.methods.
 std::vector<MethodSummary> summarize(const ProtocolResult& result);
+
+/// Statistics of every method over the windows of several sequences together, in the order in which
+/// `sequences` first name them. A method that did not run on a sequence has that many windows less.
+/// Success rates do not exist where one of a method's sequences has no truth.
+std::vector<MethodSummary> summarize(const std::vector<const ProtocolResult*>& sequences);
 
 using OptionValue = std::variant<std::int64_t, double, std::string, std::vector<std::string>>;
 
@@ -125,20 +138,30 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
 std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
                            const std::vector<MethodSummary>& summaries);
 
+/// The report as a page; info.pictures are named relative to its folder.
+Page reportPage(const RunInfo& info, const ProtocolResult& result,
+                const std::vector<MethodSummary>& summaries);
+/// A paragraph on what the figures of every report mean.
+std::string howToRead();
+
 /// The main table for a terminal, one block per subset, and the verdicts.
 std::string summaryTable(const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
 
-/// Writes report.md alone, for example when its pictures have been drawn from windows.csv. Returns
-/// an empty string, or a sentence naming the file.
+/// Writes report.md and report.html alone, for example when their pictures have been drawn from
+/// windows.csv. Returns an empty string, or a sentence naming the file.
 std::string writeReportPage(const std::string& directory, const RunInfo& info,
                             const ProtocolResult& result,
                             const std::vector<MethodSummary>& summaries);
 
+/// Writes a file anew. Returns an empty string, or a sentence naming it.
+std::string writeText(const std::string& file, const std::string& text);
+
 /// Makes `directory` with its parents. Returns an empty string, or a sentence naming the path.
 std::string makeReportDirectory(const std::string& directory);
 
-/// Writes windows.csv, summary.csv, summary.json and report.md into `directory`, which is made when
-/// missing. Returns an empty string, or a sentence naming the file that could not be written.
+/// Writes windows.csv, summary.csv, summary.json, report.md and report.html into `directory`, which
+/// is made when missing. Returns an empty string, or a sentence naming the file that could not be
+/// written.
 std::string writeReport(const std::string& directory, const RunInfo& info,
                         const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
 
