@@ -190,10 +190,10 @@ TEST(BackendOptions, DefaultsAreValidAndSentencesNameTheField) {
   EXPECT_EQ(DownstreamOptions().validate(), "");
   EstimatorOptions estimator;
   estimator.window_frames = 2;
-  EXPECT_EQ(estimator.validate(), "window_frames is 2, must be at least 4 and at most 50");
+  EXPECT_EQ(estimator.validate(), "window_frames is 2, must be in [4, 50]");
   DownstreamOptions downstream;
   downstream.failure.max_step_m = 0.0;
-  EXPECT_EQ(downstream.validate().rfind("failure.max_step_m is 0, must be at least", 0), 0u);
+  EXPECT_EQ(downstream.validate().rfind("failure.max_step_m is 0, must be in [1e-12", 0), 0u);
   downstream.seconds = -1.0;
   EXPECT_EQ(downstream.validate(), "seconds is -1, must be positive");
 }

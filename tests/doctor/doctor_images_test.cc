@@ -192,6 +192,7 @@ TEST_F(DoctorTool, FindsBlackImages) {
 }
 
 TEST_F(DoctorTool, ReadsABag) {
+  // rosbag is optional; that a build without it says so is tested in image_sequence_test.
   if (!evaluation::rosbagSupported()) GTEST_SKIP() << "this build has no rosbag";
   std::string error;
   const auto writer =
@@ -234,6 +235,7 @@ TEST_F(DoctorTool, RefusesWhatItCannotUse) {
 }
 
 TEST_F(DoctorTool, RealImagesStandingStill) {
+  // The EuRoC recordings are no part of the repository: their licence is not ours.
   if (!fs::is_directory(SLIM_INIT_SNIPPET)) GTEST_SKIP() << "no recording in " SLIM_INIT_SNIPPET;
   const ProgramRun run = doctor({"--asl", SLIM_INIT_SNIPPET});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;

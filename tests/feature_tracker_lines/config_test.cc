@@ -364,6 +364,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "slim_init.sigma_px is -inf, must be a finite number"},
         OurError{"slim_init:\n  noise: {gyro_density: 0.}\n",
                  "slim_init.noise.gyro_density is 0, must be in"},
+        OurError{"slim_init:\n  imu: {max_accel: 16}\n",
+                 "slim_init.imu.max_accel is 16, must be in [19.6, inf]"},
         OurError{"slim_init:\n  gates: {mode: maybe}\n",
                  "slim_init.gates.mode is \"maybe\", must be own, on or off"},
         OurError{"slim_init:\n  front_end: {profile: best}\n",
@@ -453,6 +455,7 @@ void expectEveryFieldHasAKey(Config* config, const Options* options) {
 TEST(ConfigKeys, CoverEveryOption) {
   Config config;
   expectEveryFieldHasAKey(&config, &config.options);
+  expectEveryFieldHasAKey(&config, &config.imu_limits);
   expectEveryFieldHasAKey(&config, &config.front_end.points);
   expectEveryFieldHasAKey(&config, &config.front_end.lines);
 }

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "reference_so3.h"
 #include "support/jacobian_check.h"
 
 namespace slim_init {
@@ -40,6 +41,20 @@ TEST(So3, ExpAgreesWithAngleAxis) {
         angle > 0 ? Eigen::Vector3d(theta / angle) : Eigen::Vector3d::UnitX();
     const Eigen::Matrix3d expected = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
     EXPECT_LT((expSO3(theta) - expected).norm(), kExact) << theta.transpose();
+  }
+}
+
+// What simulation and evaluation use in place of the core's own, so that the truth does not share
+// its mistakes.
+TEST(So3, TheReferenceAgrees) {
+  for (const Eigen::Vector3d& theta : interestingVectors()) {
+    const Eigen::Matrix3d R = expSO3(theta);
+    EXPECT_LT((reference::expSo3(theta) - R).norm(), kExact) << theta.transpose();
+    const double tolerance = theta.norm() > 3.0 ? 1e-8 : 1e-14;
+    EXPECT_LT((reference::logSo3(R) - theta).norm(), tolerance) << theta.transpose();
+    EXPECT_LT((reference::rightJacobianSo3(theta) - rightJacobian(theta)).norm(), 1e-12)
+        << theta.transpose();
+    EXPECT_EQ(reference::skew(theta), skew(theta));
   }
 }
 

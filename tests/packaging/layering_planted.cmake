@@ -47,6 +47,7 @@ planted_include(slim_init/include/slim_init/p.h "<ros/ros.h>" ros/ros.h)
 planted_include(slim_init/src/p.cc "\"slim_init/simulation/world.h\"" slim_init/simulation/world.h)
 planted_include(slim_init/evaluation/src/p.cc "\"slim_init/simulation/world.h\""
                 slim_init/simulation/world.h)
+planted_include(slim_init/reference/p.h "\"slim_init/types.h\"" slim_init/types.h)
 planted_include(feature_tracker_lines/src/p.cc "<sensor_msgs/Image.h>" sensor_msgs/Image.h)
 planted_include(vins_estimator_patch/src/p.cc "<opencv2/core.hpp>" opencv2/core.hpp)
 planted_include(slim_init/baselines/src/p.cc "<ros/ros.h>" ros/ros.h)

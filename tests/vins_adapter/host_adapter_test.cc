@@ -321,7 +321,7 @@ TEST_F(HostAdapterTest, ImplausibleSamplesAreLeftOut) {
   EXPECT_EQ(adapter->windowCounts().imu_not_finite, 1);
 
   HostOptions options;
-  options.max_accel = options.max_gyro = std::numeric_limits<double>::infinity();
+  options.imu.max_accel = options.imu.max_gyro = std::numeric_limits<double>::infinity();
   const auto unlimited = make(exact_.calibration, options);
   EXPECT_TRUE(unlimited->addImu(t, 1e6 * x, 1e6 * x));
   EXPECT_EQ(unlimited->counts().imu_implausible, 0);
@@ -344,11 +344,10 @@ TEST_F(HostAdapterTest, BadQuestionsAndArguments) {
   options.max_reach_s = -1.0;
   EXPECT_EQ(options.validate(), "max_reach_s is -1, must be in [0, 60]");
   HostOptions limits;
-  limits.max_accel = 0.0;
-  EXPECT_EQ(limits.validate(), "max_accel is 0, must be positive");
-  limits.max_accel = 300.0;
-  limits.max_gyro = kNotComputed;
-  EXPECT_EQ(limits.validate(), "max_gyro is nan, must be positive");
+  limits.imu.max_gyro = kNotComputed;
+  EXPECT_EQ(limits.validate(), "imu.max_gyro is nan, must be in [2.1, inf]");
+  EXPECT_EQ(HostAdapter::create("slim", exact_.calibration, {}, limits, &error), nullptr);
+  EXPECT_EQ(error, limits.validate());
   EXPECT_EQ(HostAdapter::create("slim", exact_.calibration, {}, options, &error), nullptr);
   EXPECT_EQ(HostAdapter::create("none", exact_.calibration, {}, {}, &error), nullptr);
   EXPECT_NE(error.find("unknown method"), std::string::npos);

@@ -58,7 +58,8 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
 TEST_F(HostFileTest, OurKeysAndDefaults) {
   const std::string path = write("host.yaml", edited("slim_init:\n",
                                                      "initializer: slim\nreinit: 1\nslim_init:\n"
-                                                     "  window:\n    min_keyframes: 7\n"));
+                                                     "  window:\n    min_keyframes: 7\n"
+                                                     "  imu:\n    max_accel: 300\n"));
   HostFile file;
   std::string error;
   const auto adapter = openHostFile(path, &file, &error);
@@ -66,6 +67,8 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_EQ(file.mode, HostMode::kSlim);
   EXPECT_EQ(adapter->options().mode, HostMode::kSlim);
   EXPECT_TRUE(adapter->options().reinit);
+  EXPECT_EQ(adapter->options().imu.max_accel, 300.0);
+  EXPECT_EQ(adapter->options().imu.max_gyro, HostOptions().imu.max_gyro);
   EXPECT_EQ(adapter->method(), "slim");
   // What the file says wins, what it does not say is the host's default and not the benchmark's.
   const WindowOptions window = adapter->windowOptions();

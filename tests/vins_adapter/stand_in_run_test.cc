@@ -42,8 +42,8 @@ class StandInRun : public ::testing::Test {
     rmdir(folder_.c_str());
   }
 
-  // The host's file with our keys, and the node's start.
-  void start(const std::string& keys) {
+  // The host's file with our keys, in it and in its section slim_init:, and the node's start.
+  void start(const std::string& keys, const std::string& section = "") {
     const std::string path = folder_ + "/host.yaml";
     std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
     std::ofstream out(path);
@@ -51,6 +51,7 @@ class StandInRun : public ::testing::Test {
       if (line.find("output_path:") == 0) line = "output_path: \"" + folder_ + "\"";
       if (line.find("slim_init:") == 0) out << keys;
       out << line << "\n";
+      if (line.find("slim_init:") == 0) out << section;
     }
     out.close();
     ros::parameters()["config_file"] = path;
@@ -210,6 +211,17 @@ TEST_F(StandInRun, ImuGlitchesAreLeftOut) {
   EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
   EXPECT_LE(k, 14) << "1.3 s of excited data";
   EXPECT_EQ(told("warn: slim_init: an IMU sample of 4"), 1) << logText();
+}
+
+// An IMU of another kind: the bounds are those of the file.
+TEST_F(StandInRun, BoundsOfTheImuAreThoseOfTheFile) {
+  start("initializer: slim\n", "  imu: {max_accel: 500.0, max_gyro: 2.5}\n");
+  exact_.imu[100].accel.y() += 400.0;
+  exact_.imu[120].gyro.z() = 2.6;
+  for (int k = 0; k < 10; ++k) frame(k);
+  EXPECT_EQ(told("an IMU sample of "), 1) << logText();
+  EXPECT_EQ(told("and 2.6 rad/s on an axis (bounds 500 m/s^2, 2.5 rad/s) is left out"), 1)
+      << logText();
 }
 
 TEST_F(StandInRun, StockIsUntouched) {

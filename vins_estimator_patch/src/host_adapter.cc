@@ -73,15 +73,8 @@ std::string HostOptions::validate() const {
     out << name << " is " << value << ", must be in [0, 60]";
     return out.str();
   }
-  const std::pair<const char*, double> limits[] = {{"max_accel", max_accel},
-                                                   {"max_gyro", max_gyro}};
-  for (const auto& [name, value] : limits) {
-    if (value > 0.0) continue;
-    std::ostringstream out;
-    out << name << " is " << value << ", must be positive";
-    return out.str();
-  }
-  return "";
+  const std::string sentence = imu.validate();
+  return sentence.empty() ? "" : "imu." + sentence;
 }
 
 struct HostAdapter::State {
@@ -111,13 +104,6 @@ struct HostAdapter::State {
     counts = kept;
     ++counts.stream_restarts;
     return true;
-  }
-
-  // Not of samples that are not finite; the initializer counts those.
-  bool implausible(const ImuSample& sample) const {
-    return sample.accel.allFinite() && sample.gyro.allFinite() &&
-           (sample.accel.cwiseAbs().maxCoeff() > options.max_accel ||
-            sample.gyro.cwiseAbs().maxCoeff() > options.max_gyro);
   }
 
   double shift() const { return td - initializer->window().calibration().td; }
@@ -235,7 +221,7 @@ bool HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Ve
   sample.t = t;
   sample.accel = accel;
   sample.gyro = gyro;
-  if (state_->implausible(sample)) {
+  if (state_->options.imu.exceededBy(sample)) {
     ++state_->counts.imu_implausible;
     return false;
   }

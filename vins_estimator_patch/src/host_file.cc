@@ -44,6 +44,7 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   HostOptions options;
   options.mode = read.mode;
   options.reinit = read.reinit;
+  options.imu = config.imu_limits;
   std::unique_ptr<HostAdapter> adapter =
       HostAdapter::create(config.method, config.calibration, config.options, options, error);
   if (adapter != nullptr && file != nullptr) *file = std::move(read);

@@ -161,13 +161,12 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
   if (state.adapter->addImu(t, accel, gyro) || state.glitch_told) return;
   if (state.adapter->counts().imu_implausible == 0) return;
   state.glitch_told = true;
-  const HostOptions options = state.adapter->options();
-  std::ostringstream out;
-  out.precision(3);
-  out << "an IMU sample of " << accel.cwiseAbs().maxCoeff() << " m/s^2 and "
-      << gyro.cwiseAbs().maxCoeff() << " rad/s on an axis is left out (bounds " << options.max_accel
-      << " m/s^2, " << options.max_gyro << " rad/s), and so are those like it to come";
-  state.report(ReportLevel::kWarn, out.str());
+  ImuSample glitch;
+  glitch.accel = accel;
+  glitch.gyro = gyro;
+  state.report(ReportLevel::kWarn, "an IMU sample of " +
+                                       state.adapter->options().imu.describe(glitch) +
+                                       " is left out, and so are those like it to come");
 }
 
 void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {

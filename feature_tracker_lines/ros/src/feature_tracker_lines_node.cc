@@ -53,6 +53,7 @@ class FeatureTrackerLinesNode {
 
   ros::NodeHandle handle_;
   ros::NodeHandle private_handle_{"~"};
+  ImuLimits imu_limits_;
   std::unique_ptr<ImagePipeline> pipeline_;
   // As the host: a gap between images is a restart.
   NodeStreams streams_{{{"imu", true, false}, {"image", true, true}}, [this] { restart(); }};
@@ -83,6 +84,7 @@ std::string FeatureTrackerLinesNode::start() {
   parameters.log();
   // One thread: OpenCV's own cost more than they save at these image sizes.
   cv::setNumThreads(1);
+  imu_limits_ = config.imu_limits;
   pipeline_ = std::make_unique<ImagePipeline>(config, options);
 
   features_ = handle_.advertise<sensor_msgs::PointCloud>("feature_tracker/feature", 100);
@@ -113,7 +115,7 @@ void FeatureTrackerLinesNode::restart() {
 
 void FeatureTrackerLinesNode::onImu(const sensor_msgs::Imu& message) {
   ImuSample sample;
-  const std::string problem = readImu(message, &sample);
+  const std::string problem = readImu(message, imu_limits_, &sample);
   if (!streams_.accept(kImu, message.header, problem, &sample.t)) return;
   pipeline_->addImu(sample);
   track();

@@ -120,21 +120,8 @@ bool refine(const InitWindow& window, std::vector<Preintegration> pre,
 
 // States as the result has them: first body at the origin with zero yaw.
 void setResult(const InitWindow& window, const std::vector<NavState>& states, InitResult* result) {
-  const NavState& first = states.front();
-  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
-  MapState state;
-  state.p_b0.resize(3, static_cast<Eigen::Index>(states.size()));
-  state.v_b0.resize(3, static_cast<Eigen::Index>(states.size()));
-  for (std::size_t k = 0; k < states.size(); ++k) {
-    state.R_b0_bk.push_back(R_b0_w * states[k].R_w_b);
-    state.p_b0.col(k) = R_b0_w * (states[k].p_w_b - first.p_w_b);
-    state.v_b0.col(k) = R_b0_w * states[k].v_w_b;
-  }
   // The newest biases are what the release hands on.
-  state.gyro_bias = states.back().gyro_bias;
-  state.accel_bias = states.back().accel_bias;
-  state.gravity_b0 = -window.calibration().gravity_magnitude * R_b0_w.col(2);
-  setWorldStates(window, state, result);
+  setWorldStates(window, mapStateOf(states, window.calibration().gravity_magnitude), result);
   for (std::size_t k = 0; k < states.size(); ++k) {
     result->states[k].gyro_bias = states[k].gyro_bias;
     result->states[k].accel_bias = states[k].accel_bias;

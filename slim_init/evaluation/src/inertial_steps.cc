@@ -1,21 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "inertial_steps.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 
 namespace slim_init::evaluation {
 namespace {
-
-// Below this angle the series is exact to double precision.
-constexpr double kSmallAngle = 1e-5;
-
-Eigen::Matrix3d hat(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return m;
-}
 
 ImuSample interpolate(const ImuSample& a, const ImuSample& b, double t) {
   const double u = (t - a.t) / (b.t - a.t);
@@ -45,26 +34,6 @@ bool inertialSteps(const std::vector<ImuSample>& imu, double t0, double t1, doub
     if (last) return true;
     from = to;
   }
-}
-
-Eigen::Matrix3d expSo3(const Eigen::Vector3d& phi) {
-  const double angle = phi.norm();
-  if (angle < 1e-12) return Eigen::Matrix3d::Identity() + hat(phi);
-  return Eigen::AngleAxisd(angle, phi / angle).toRotationMatrix();
-}
-
-Eigen::Vector3d logSo3(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd angle_axis(R);
-  return angle_axis.angle() * angle_axis.axis();
-}
-
-Eigen::Matrix3d rightJacobianSo3(const Eigen::Vector3d& phi) {
-  const double angle = phi.norm();
-  const Eigen::Matrix3d W = hat(phi);
-  if (angle < kSmallAngle) return Eigen::Matrix3d::Identity() - 0.5 * W + W * W / 6.0;
-  const double angle2 = angle * angle;
-  return Eigen::Matrix3d::Identity() - (1.0 - std::cos(angle)) / angle2 * W +
-         (angle - std::sin(angle)) / (angle2 * angle) * W * W;
 }
 
 }  // namespace slim_init::evaluation

@@ -20,13 +20,4 @@ struct InertialStep {
 bool inertialSteps(const std::vector<ImuSample>& imu, double t0, double t1, double max_gap_s,
                    std::vector<InertialStep>* steps);
 
-/// Rotation of angle |phi| about phi.
-Eigen::Matrix3d expSo3(const Eigen::Vector3d& phi);
-
-/// Rotation vector of R, angle in [0, pi].
-Eigen::Vector3d logSo3(const Eigen::Matrix3d& R);
-
-/// Exp(phi + d) = Exp(phi) Exp(J d) to first order in d.
-Eigen::Matrix3d rightJacobianSo3(const Eigen::Vector3d& phi);
-
 }  // namespace slim_init::evaluation

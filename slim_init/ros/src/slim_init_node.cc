@@ -49,6 +49,7 @@ class SlimInitNode {
   ros::NodeHandle private_handle_{"~"};
   ResultContext context_;
   Calibration calibration_;
+  ImuLimits imu_limits_;
   bool publish_tf_ = true;
   bool expect_lines_ = true;
   std::unique_ptr<InitSession> session_;
@@ -84,6 +85,7 @@ std::string SlimInitNode::start() {
   parameters.log();
   session_ = std::make_unique<InitSession>(std::move(initializer), options);
   calibration_ = config.calibration;
+  imu_limits_ = config.imu_limits;
   context_.method = config.method;
   context_.td = config.calibration.td;
 
@@ -109,7 +111,7 @@ std::string SlimInitNode::start() {
 
 void SlimInitNode::onImu(const sensor_msgs::Imu& message) {
   ImuSample sample;
-  const std::string problem = readImu(message, &sample);
+  const std::string problem = readImu(message, imu_limits_, &sample);
   if (!streams_.accept(kImu, message.header, problem, &sample.t)) return;
   session_->addImu(sample);
   poll();

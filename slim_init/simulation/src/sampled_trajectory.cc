@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "reference_so3.h"
 #include "slim_init/simulation/trajectory.h"
 
 namespace slim_init::simulation {
@@ -15,36 +16,6 @@ namespace {
 // [s] between samples; a hand or a drone does too much in a longer time for a cubic to follow.
 constexpr double kMaxGap = 0.3;
 constexpr int kNodes = 4;
-
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-Eigen::Matrix3d expSo3(const Eigen::Vector3d& phi) {
-  const double angle = phi.norm();
-  if (angle == 0.0) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, phi / angle).toRotationMatrix();
-}
-
-Eigen::Vector3d logSo3(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd angle_axis(R);
-  return angle_axis.angle() * angle_axis.axis();
-}
-
-// Jr with d/dt Exp(phi) = Exp(phi) [Jr(phi) phi']_x.
-Eigen::Matrix3d rightJacobianSo3(const Eigen::Vector3d& phi) {
-  const double angle = phi.norm();
-  const Eigen::Matrix3d K = skew(phi);
-  // Below this angle the series is exact to machine precision, the closed form is not.
-  constexpr double kSmallAngle = 1e-3;
-  const double a2 = angle * angle;
-  const double first = angle < kSmallAngle ? 0.5 - a2 / 24.0 : (1.0 - std::cos(angle)) / a2;
-  const double second =
-      angle < kSmallAngle ? 1.0 / 6.0 - a2 / 120.0 : (angle - std::sin(angle)) / (a2 * angle);
-  return Eigen::Matrix3d::Identity() - first * K + second * K * K;
-}
 
 // Weights of the cubic through four nodes and of its first two derivatives.
 struct CubicWeights {
@@ -127,13 +98,13 @@ class SampledTrajectory : public Trajectory {
         result.v_w_b += w.first[k] * p;
         result.a_w_b += w.second[k] * p;
       }
-      const Eigen::Vector3d phi_k = logSo3(R_w_ref.transpose() * node[k].R_w_b);
+      const Eigen::Vector3d phi_k = reference::logSo3(R_w_ref.transpose() * node[k].R_w_b);
       phi += w.value[k] * phi_k;
       phi_rate += w.first[k] * phi_k;
     }
     result.p_w_b += node[reference].p_w_b;
-    result.R_w_b = R_w_ref * expSo3(phi);
-    result.omega_b = rightJacobianSo3(phi) * phi_rate;
+    result.R_w_b = R_w_ref * reference::expSo3(phi);
+    result.omega_b = reference::rightJacobianSo3(phi) * phi_rate;
     if (!curvatures_.empty()) evaluateSpline(interval, t, &result);
     return result;
   }

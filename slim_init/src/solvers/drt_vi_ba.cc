@@ -13,25 +13,6 @@
 namespace slim_init {
 namespace {
 
-// The answer of DRT-l in the frame of the first body.
-MapState startOf(const InitResult& start) {
-  const NavState& first = start.states.front();
-  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
-  const int n = static_cast<int>(start.states.size());
-  MapState state;
-  state.p_b0.resize(3, n);
-  state.v_b0.resize(3, n);
-  for (int k = 0; k < n; ++k) {
-    state.R_b0_bk.push_back(R_b0_w * start.states[k].R_w_b);
-    state.p_b0.col(k) = R_b0_w * (start.states[k].p_w_b - first.p_w_b);
-    state.v_b0.col(k) = R_b0_w * start.states[k].v_w_b;
-  }
-  state.gyro_bias = start.gyro_bias;
-  state.accel_bias = start.accel_bias;
-  state.gravity_b0 = start.gravity_b0;
-  return state;
-}
-
 // DRT-l's gates with what the refinement has changed: scale and its standard deviation.
 void updateGates(const GateOptions& options, InitResult* result) {
   double linkage = kNotComputed, residual = kNotComputed;
@@ -66,7 +47,7 @@ InitResult DrtViBa::solve(const InitWindow& window) const {
   StageClock clock(&result);
 
   // Bundle adjustment without structure: IMU factors and coplanarity of rays and baselines.
-  MapState state = startOf(result);
+  MapState state = mapStateOf(result.states, window.calibration().gravity_magnitude);
   const std::vector<Preintegration> pre = preintegrateWindow(
       window, state.gyro_bias, state.accel_bias, PreintegrationParts::kWithCovariance);
   const EpipolarAdjustment adjustment = adjustEpipolar(window, pre, options_.drt_vi_ba, &state);

@@ -70,6 +70,24 @@ void setWorldStates(const InitWindow& window, const MapState& state, InitResult*
   result->scale = (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
 }
 
+MapState mapStateOf(const std::vector<NavState>& states, double gravity_magnitude) {
+  const NavState& first = states.front();
+  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
+  const int n = static_cast<int>(states.size());
+  MapState state;
+  state.p_b0.resize(3, n);
+  state.v_b0.resize(3, n);
+  for (int k = 0; k < n; ++k) {
+    state.R_b0_bk.push_back(R_b0_w * states[k].R_w_b);
+    state.p_b0.col(k) = R_b0_w * (states[k].p_w_b - first.p_w_b);
+    state.v_b0.col(k) = R_b0_w * states[k].v_w_b;
+  }
+  state.gyro_bias = states.back().gyro_bias;
+  state.accel_bias = states.back().accel_bias;
+  state.gravity_b0 = -gravity_magnitude * R_b0_w.col(2);
+  return state;
+}
+
 void keepObservable(const std::vector<Preintegration>& pre,
                     const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
                     InitResult* result) {

@@ -55,6 +55,10 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
 /// gravity-aligned world.
 void setWorldStates(const InitWindow& window, const MapState& state, InitResult* result);
 
+/// The way back: world states, at least one, in the frame of the first body, with gravity of this
+/// size along -z of w and the biases of the newest state.
+MapState mapStateOf(const std::vector<NavState>& states, double gravity_magnitude);
+
 /// A window without translation holds no scale: where the status says so, takes out what is not
 /// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is
 /// minus gravity, plus a bias that cannot be told apart), and the gyroscope bias. Pure rotation:

@@ -2,10 +2,10 @@
 #include "slim_init/backend/test_host.h"
 
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "slim_init/vins_adapter/host_convention.h"
+#include "window/range_check.h"
 
 namespace slim_init::backend {
 namespace {
@@ -23,19 +23,12 @@ constexpr double kHealthyKept = 2.0;
 TestHostOptions::TestHostOptions() { adapter.reinit = true; }
 
 std::string TestHostOptions::validate() const {
-  if (const std::string sentence = adapter.validate(); !sentence.empty()) {
-    return "adapter." + sentence;
-  }
-  if (const std::string sentence = estimator.validate(); !sentence.empty()) {
-    return "estimator." + sentence;
-  }
-  if (const std::string sentence = failure.validate(); !sentence.empty()) {
-    return "failure." + sentence;
-  }
-  if (suspect_s >= 0.0 && suspect_s <= kHealthyKept) return "";
-  std::ostringstream out;
-  out << "suspect_s is " << suspect_s << ", must be in [0, " << kHealthyKept << "]";
-  return out.str();
+  return RangeCheck()
+      .nested("adapter", adapter.validate())
+      .nested("estimator", estimator.validate())
+      .nested("failure", failure.validate())
+      .within("suspect_s", suspect_s, 0.0, kHealthyKept)
+      .sentence();
 }
 
 TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& options)

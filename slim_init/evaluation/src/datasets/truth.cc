@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "inertial_steps.h"
+#include "reference_so3.h"
 #include "statistics.h"
 
 namespace slim_init::evaluation {
@@ -40,8 +41,8 @@ void integrateRotation(const Span& span, const Eigen::Vector3d& bias, Eigen::Mat
   J->setZero();
   for (const InertialStep& step : span.steps) {
     const Eigen::Vector3d phi = (step.gyro - bias) * step.dt;
-    const Eigen::Matrix3d step_R = expSo3(phi);
-    *J = step_R.transpose() * *J - rightJacobianSo3(phi) * step.dt;
+    const Eigen::Matrix3d step_R = reference::expSo3(phi);
+    *J = step_R.transpose() * *J - reference::rightJacobianSo3(phi) * step.dt;
     *dR = *dR * step_R;
   }
 }
@@ -75,7 +76,7 @@ bool fit(std::vector<Span>& spans, Eigen::Vector3d* bias) {
       Eigen::Matrix3d dR;
       Eigen::Matrix3d J;
       integrateRotation(span, *bias, &dR, &J);
-      const Eigen::Vector3d r = logSo3(dR.transpose() * span.R_b0_b1);
+      const Eigen::Vector3d r = reference::logSo3(dR.transpose() * span.R_b0_b1);
       span.residual = r.norm();
       if (!span.used) continue;
       H += J.transpose() * J;

@@ -12,6 +12,8 @@ namespace slim_init::evaluation {
 
 using Findings = std::vector<Finding>;
 
+inline constexpr double kDegPerRad = 57.29577951308232;
+
 /// Order, rate, gaps, jitter of the IMU's stamps.
 void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findings* findings);
 /// Order, rate, gaps of the images' stamps, and whether the IMU covers them.

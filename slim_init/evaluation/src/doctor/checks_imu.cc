@@ -4,14 +4,13 @@
 #include <cmath>
 
 #include "doctor/checks.h"
-#include "inertial_steps.h"
+#include "reference_so3.h"
 #include "statistics.h"
 
 namespace slim_init::evaluation {
 namespace {
 
 constexpr double kStandardGravity = 9.80665;  // [m/s^2] in one g
-constexpr double kDegPerRad = 57.29577951308232;
 
 double medianAccelNorm(const std::vector<ImuSample>& imu) {
   std::vector<double> norms;
@@ -41,8 +40,8 @@ double turnedGravity(const std::vector<ImuSample>& imu, double scale, const Eige
     for (; k + 1 < imu.size() && imu[k + 1].t <= begin + kWindow; ++k) {
       const double dt = imu[k + 1].t - imu[k].t;
       const Eigen::Vector3d step = (0.5 * (imu[k].gyro + imu[k + 1].gyro) / scale - bias) * dt;
-      sum += R * expSo3(0.5 * step) * (0.5 * dt * (imu[k].accel + imu[k + 1].accel));
-      R *= expSo3(step);
+      sum += R * reference::expSo3(0.5 * step) * (0.5 * dt * (imu[k].accel + imu[k + 1].accel));
+      R *= reference::expSo3(step);
     }
     if (imu[k].t - begin < 0.9 * kWindow) {
       if (k + 1 < imu.size() && imu[k].t == begin) ++k;  // a gap longer than the window

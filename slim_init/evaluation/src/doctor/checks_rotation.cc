@@ -6,12 +6,10 @@
 #include <cstdio>
 
 #include "doctor/checks.h"
-#include "inertial_steps.h"
+#include "reference_so3.h"
 
 namespace slim_init::evaluation {
 namespace {
-
-constexpr double kDegPerRad = 57.29577951308232;
 
 const char kHowToTurn[] =
     "Record twenty seconds in which it is turned by hand about all three axes before a scene with "
@@ -124,14 +122,15 @@ ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
     const Eigen::Vector3d axis = axes.eigenvectors().col(2);
     double nearest = -4.0;
     for (int step = 0; step < kSteps; ++step) {
-      const Eigen::Matrix3d R = a.R_b_c * expSo3(2.0 * 3.14159265358979 * step / kSteps * axis);
+      const Eigen::Matrix3d R =
+          a.R_b_c * reference::expSo3(2.0 * 3.14159265358979 * step / kSteps * axis);
       const double trace = (configured.transpose() * R).trace();
       if (trace <= nearest) continue;
       nearest = trace;
       d.R_b_c = R;
     }
   }
-  d.difference = logSo3(configured.transpose() * d.R_b_c);
+  d.difference = reference::logSo3(configured.transpose() * d.R_b_c);
   Eigen::Vector3d along = axes.eigenvectors().transpose() * d.difference;
   if (d.open == 1) along(2) = 0.0;
   d.sigmas = std::sqrt((along.array().square() / axes.eigenvalues().array()).sum());

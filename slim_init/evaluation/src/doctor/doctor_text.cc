@@ -15,7 +15,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kColumns = 100;
-constexpr double kDegPerRad = 57.29577951308232;
 
 std::string withUnit(const std::string& text, const std::string& unit) {
   return unit.empty() ? text : text + " " + unit;

@@ -9,7 +9,8 @@
 #include <cmath>
 #include <limits>
 
-#include "inertial_steps.h"
+#include "doctor/robust_weight.h"
+#include "reference_so3.h"
 #include "statistics.h"
 
 namespace slim_init::evaluation {
@@ -22,15 +23,9 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 
 constexpr int kMinPoints = 8;
-constexpr double kCutoffSigmas = 3.0;
 constexpr double kMinSigma = 1e-4;         // a twentieth of a pixel; no tracker is better
 constexpr double kMadToSigma = 1.4826;     // of a Gaussian
 constexpr double kMedianToSigma = 0.8493;  // of the length of a plane Gaussian vector: 1/1.1774
-
-double gemanMcClure(double z2) {
-  const double q = 1.0 + z2 / (kCutoffSigmas * kCutoffSigmas);
-  return 1.0 / (q * q);
-}
 
 /// R that minimises sum w |f_i - R f_j|^2 (Wahba's problem).
 Matrix3d wahba(const std::vector<BearingPair>& points, const std::vector<double>& weights) {
@@ -113,7 +108,7 @@ class EpipolarSearch {
       constexpr double kMaxTurn = 0.2;
       const double shrink = std::min(1.0, kMaxTurn / std::max(x.head<3>().norm(), 1e-12));
       const Vector3d e_next = e + shrink * (tangentOf(e) * x.tail<2>());
-      R *= expSo3(shrink * x.head<3>());
+      R *= reference::expSo3(shrink * x.head<3>());
       e = e_next.normalized();
       if (x.norm() < 1e-9) return;
     }
@@ -186,8 +181,8 @@ std::vector<Matrix3d> startsNear(const Matrix3d& R, double flow) {
   std::vector<Matrix3d> starts = {R};
   const double angle = std::min(0.7 * flow, 0.15);
   for (const double sign : {-1.0, 1.0}) {
-    starts.push_back(R * expSo3(Vector3d(sign * angle, 0.0, 0.0)));
-    starts.push_back(R * expSo3(Vector3d(0.0, sign * angle, 0.0)));
+    starts.push_back(R * reference::expSo3(Vector3d(sign * angle, 0.0, 0.0)));
+    starts.push_back(R * reference::expSo3(Vector3d(0.0, sign * angle, 0.0)));
   }
   return starts;
 }

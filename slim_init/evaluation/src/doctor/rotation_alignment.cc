@@ -11,7 +11,9 @@
 #include <unordered_map>
 
 #include "doctor/pair_rotation.h"
+#include "doctor/robust_weight.h"
 #include "inertial_steps.h"
+#include "reference_so3.h"
 #include "statistics.h"
 
 namespace slim_init::evaluation {
@@ -23,7 +25,6 @@ using Matrix8d = Eigen::Matrix<double, 8, 8>;
 using Vector8d = Eigen::Matrix<double, 8, 1>;
 using Matrix38d = Eigen::Matrix<double, 3, 8>;
 
-constexpr double kCutoffSigmas = 3.0;
 constexpr double kMedianChi2 = 2.366;  // of three degrees of freedom
 // What no bearing knows of: jitter of the stamps, noise of the gyro over a pair [rad].
 constexpr double kModelSigma = 5e-4;
@@ -32,17 +33,12 @@ constexpr double kRateSigma = 0.02;
 // Enough to decide what the data leave open, too little to move what they know.
 constexpr double kTieBreak = 1e-3;
 
-double gemanMcClure(double z2) {
-  const double q = 1.0 + z2 / (kCutoffSigmas * kCutoffSigmas);
-  return 1.0 / (q * q);
-}
-
 struct Pair {
   std::size_t i = 0, j = 0;  ///< of the frames
   double t_i = 0.0, t_j = 0.0;
   RelativeRotation seen;
   double dt() const { return t_j - t_i; }
-  Vector3d rate() const { return logSo3(seen.R_ci_cj) / dt(); }
+  Vector3d rate() const { return reference::logSo3(seen.R_ci_cj) / dt(); }
   /// Standard deviation of a component of rate().
   double rateSigma() const {
     const Matrix3d covariance = (seen.information + 1e-6 * Matrix3d::Identity()).inverse();
@@ -80,7 +76,7 @@ class Gyro {
     Matrix3d R = Matrix3d::Identity();
     if (!inertialSteps(imu_, t0, t1, max_gap_s_, &steps_)) return R;
     for (const InertialStep& step : steps_) {
-      R *= expSo3((step.gyro / scale - bias) * step.dt);
+      R *= reference::expSo3((step.gyro / scale - bias) * step.dt);
     }
     return R;
   }
@@ -443,7 +439,7 @@ class Aligner {
       const double largest = x.cwiseAbs().maxCoeff();
       if (largest > kMaxStep) x *= kMaxStep / largest;
       Alignment next = *alignment;
-      next.R_b_c *= expSo3(x.head<3>());
+      next.R_b_c *= reference::expSo3(x.head<3>());
       next.td += x(3);
       next.bias += x.segment<3>(4);
       next.scale *= std::exp(x(7));
@@ -475,7 +471,7 @@ class Aligner {
     J->col(3) = R_c_b * (end - G.transpose() * start);
     J->middleCols<3>(4) = -pair.dt() * R_c_b;
     J->col(7) = -pair.dt() / a.scale * (R_c_b * gyro_.meanRate(t0, t1));
-    return logSo3(pair.seen.R_ci_cj.transpose() * C);
+    return reference::logSo3(pair.seen.R_ci_cj.transpose() * C);
   }
 
   const std::vector<FrameObservation>& frames_;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/imu_limits.h"
 #include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/host_convention.h"
 
@@ -44,11 +45,7 @@ struct HostOptions {
   /// that the new window does not see.
   double max_join_s = 3.0;
 
-  /// A sample with an axis beyond these is a glitch and not motion: the IMUs of such rigs measure
-  /// to 16 g and 2000 deg/s at the most. One in the window has every start refused (chi-square) for
-  /// as long as it is in it. Infinity: every sample is taken.
-  double max_accel = 160.0;  ///< [m/s^2]
-  double max_gyro = 35.0;    ///< [rad/s]
+  ImuLimits imu;  ///< samples beyond are glitches: they are dropped
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -56,7 +53,7 @@ struct HostOptions {
 
 /// What the adapter dropped; what its initializer dropped is in window().counts().
 struct HostCounts {
-  std::int64_t imu_implausible = 0;   ///< IMU samples beyond max_accel or max_gyro
+  std::int64_t imu_implausible = 0;   ///< IMU samples beyond HostOptions::imu
   std::int64_t lines_merged = 0;      ///< line messages that met the frame of their stamp
   std::int64_t lines_waiting = 0;     ///< line messages whose frame has not come yet
   std::int64_t lines_unmatched = 0;   ///< line messages whose frame never came, or is forgotten
@@ -100,9 +97,9 @@ class HostAdapter {
   ~HostAdapter();
 
   /// `t` [s] on the IMU clock, specific force [m/s^2] and angular rate [rad/s] in the body, both as
-  /// measured. False: the sample was dropped and counted, in counts() where it is beyond max_accel
-  /// or max_gyro, in windowCounts() where it is not finite or out of order. A step back in time by
-  /// more than a second is a stream that starts anew: all data before it are dropped and counted.
+  /// measured. False: the sample was dropped and counted, in counts() where it is beyond the
+  /// limits, in windowCounts() where it is not finite or out of order. A step back in time by more
+  /// than a second is a stream that starts anew: all data before it are dropped and counted.
   bool addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
 
   /// `frame.t` is the host's stamp, camera clock. Lines may be in it or follow through addLines().

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <string>
 
+#include "slim_init/imu_limits.h"
 #include "slim_init/ros/init_session.h"
 #include "slim_init/ros/messages.h"
 #include "slim_init/ros/stamp_clock.h"
@@ -27,8 +28,8 @@ std::int64_t stampNs(const ros::Time& stamp);
 ros::Time rosTime(std::int64_t stamp_ns);
 
 /// Angular rate and specific force into `sample`, whose time is the caller's. Returns an empty
-/// string, or why the message cannot be used.
-std::string readImu(const sensor_msgs::Imu& message, ImuSample* sample);
+/// string, or why the message cannot be used: a value is not finite, or beyond `limits`.
+std::string readImu(const sensor_msgs::Imu& message, const ImuLimits& limits, ImuSample* sample);
 
 /// What the messages of an answer need besides it.
 struct ResultContext {
