@@ -54,6 +54,7 @@ TEST(SuiteImages, FindsEurocsSequencesByName) {
                            "\" \"" + folder.file("out/images/V2_01") + "\"";
   const int status = std::system(draw.c_str());
   ASSERT_TRUE(WIFEXITED(status));
+  // Pictures are optional; that a report without them says so is tested in ab_test.
   if (WEXITSTATUS(status) == 3) GTEST_SKIP() << "there is no matplotlib";
   ASSERT_EQ(WEXITSTATUS(status), 0);
   for (const char* picture : {"images_error_cdf.png", "images_solve_time.png"}) {
@@ -62,6 +63,7 @@ TEST(SuiteImages, FindsEurocsSequencesByName) {
 }
 
 TEST(SuiteImages, TakesBagsWithAConfiguration) {
+  // rosbag is optional; that a build without it says so is tested in image_sequence_test.
   if (!evaluation::rosbagSupported()) GTEST_SKIP() << "this build is without rosbag";
   const ScratchFolder folder;
   std::filesystem::create_directories(folder.file("euroc/MH_01_easy"));
