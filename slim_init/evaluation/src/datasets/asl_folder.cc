@@ -73,7 +73,7 @@ class AslFolder : public ImageSequence {
   }
 
   ReadStatus readImu(const ImageSequenceOptions& options) {
-    Table table;
+    CsvTable table;
     if (ReadStatus status = readTable(file("imu0/data.csv"),
                                       imuFormat(RowOrder::kSort, options.min_imu_samples), &table);
         !status.ok()) {
@@ -93,8 +93,8 @@ class AslFolder : public ImageSequence {
   }
 
   ReadStatus readImages(int min_images) {
-    Table table;
-    const TableFormat format = {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1};
+    CsvTable table;
+    const CsvFormat format = {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1};
     if (ReadStatus status = readTable(file("cam0/data.csv"), format, &table); !status.ok()) {
       return status;
     }
@@ -104,7 +104,7 @@ class AslFolder : public ImageSequence {
     const fs::path folder = fs::path(root_) / "cam0" / "data";
     std::string first_missing;
     std::error_code code;
-    for (const TableRow& row : table.rows) {
+    for (const CsvRow& row : table.rows) {
       const fs::path path =
           folder / (row.text.empty() ? std::to_string(row.stamp_ns) + ".png" : row.text);
       if (!fs::is_regular_file(path, code)) {

@@ -48,9 +48,9 @@ ReadStatus readText(const std::string& path, std::string* text) {
 /// Splits a file into rows of numbers; the first column is an integer stamp, ascending.
 class TableParser {
  public:
-  explicit TableParser(const TableFormat& format) : format_(format) {}
+  explicit TableParser(const CsvFormat& format) : format_(format) {}
 
-  ReadStatus parse(const std::string& path, const std::string& text, Table* table) {
+  ReadStatus parse(const std::string& path, const std::string& text, CsvTable* table) {
     table_ = table;
     table_->path = path;
     table_->rows.reserve(text.size() / 64 + 1);
@@ -113,7 +113,7 @@ class TableParser {
 
   ReadStatus parseRow(const char* begin, const char* end) {
     if (ReadStatus status = checkColumnCount(begin, end); !status.ok()) return status;
-    TableRow row;
+    CsvRow row;
     row.line = line_;
     const char* field = begin;
     for (std::size_t column = 0; column < table_->columns; ++column) {
@@ -135,7 +135,7 @@ class TableParser {
     }
     if (format_.order == RowOrder::kReject && !table_->rows.empty() &&
         row.stamp_ns <= table_->rows.back().stamp_ns) {
-      const TableRow& before = table_->rows.back();
+      const CsvRow& before = table_->rows.back();
       std::ostringstream out;
       out << place() << ": time " << row.stamp_ns << " ns "
           << (row.stamp_ns == before.stamp_ns
@@ -174,15 +174,15 @@ class TableParser {
     return {};
   }
 
-  const TableFormat& format_;
-  Table* table_ = nullptr;
+  const CsvFormat& format_;
+  CsvTable* table_ = nullptr;
   int line_ = 0;
 };
 
 }  // namespace
 
-ReadStatus readTable(const std::string& path, const TableFormat& format, Table* table) {
-  *table = Table();
+ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable* table) {
+  *table = CsvTable();
   std::string text;
   if (ReadStatus status = readText(path, &text); !status.ok()) return status;
   if (ReadStatus status = TableParser(format).parse(path, text, table); !status.ok()) {
@@ -198,11 +198,11 @@ ReadStatus readTable(const std::string& path, const TableFormat& format, Table* 
   return {};
 }
 
-TableFormat imuFormat(RowOrder order, int min_rows) {
+CsvFormat imuFormat(RowOrder order, int min_rows) {
   return {kImuColumns.data(), {kImuColumns.size()}, false, order, min_rows};
 }
 
-TableFormat truthFormat(RowOrder order, int min_rows) {
+CsvFormat truthFormat(RowOrder order, int min_rows) {
   return {kTruthColumns.data(), {kPoseColumns, kTruthColumns.size()}, false, order, min_rows};
 }
 
@@ -219,16 +219,16 @@ double relativeSeconds(std::int64_t stamp_ns, std::int64_t t0_ns) {
 
 namespace {
 
-Eigen::Vector3d vectorAt(const TableRow& row, std::size_t first) {
+Eigen::Vector3d vectorAt(const CsvRow& row, std::size_t first) {
   return {row.values[first], row.values[first + 1], row.values[first + 2]};
 }
 
 }  // namespace
 
-std::vector<ImuSample> imuSamples(const Table& table, std::int64_t t0_ns) {
+std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns) {
   std::vector<ImuSample> samples;
   samples.reserve(table.rows.size());
-  for (const TableRow& row : table.rows) {
+  for (const CsvRow& row : table.rows) {
     ImuSample sample;
     sample.t = relativeSeconds(row.stamp_ns, t0_ns);
     sample.gyro = vectorAt(row, 0);
@@ -238,12 +238,12 @@ std::vector<ImuSample> imuSamples(const Table& table, std::int64_t t0_ns) {
   return samples;
 }
 
-ReadStatus truthStates(const Table& table, std::int64_t t0_ns, std::vector<NavState>* states,
+ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<NavState>* states,
                        bool* has_velocity_and_bias) {
   *has_velocity_and_bias = table.columns > kPoseColumns;
   states->clear();
   states->reserve(table.rows.size());
-  for (const TableRow& row : table.rows) {
+  for (const CsvRow& row : table.rows) {
     NavState state;
     state.t = relativeSeconds(row.stamp_ns, t0_ns);
     state.p_w_b = vectorAt(row, 0);
@@ -270,7 +270,7 @@ ReadStatus truthStates(const Table& table, std::int64_t t0_ns, std::vector<NavSt
 }
 
 ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
-                    const Table* table) {
+                    const CsvTable* table) {
   ImuGaps gaps;
   std::string longest;
   for (std::size_t i = 1; i < imu.size(); ++i) {

@@ -17,19 +17,19 @@ namespace slim_init::evaluation {
 inline constexpr std::size_t kMaxTableColumns = 17;
 
 /// One parsed row: stamp, then the other columns.
-struct TableRow {
+struct CsvRow {
   int line = 0;  ///< of the file, from 1
   std::int64_t stamp_ns = 0;
   std::array<double, kMaxTableColumns - 1> values{};
-  std::string text;  ///< last column, where TableFormat::last_is_text
+  std::string text;  ///< last column, where CsvFormat::last_is_text
 };
 
-struct Table {
+struct CsvTable {
   std::string path;
   std::size_t columns = 0;
-  std::vector<TableRow> rows;  ///< ascending in time
-  int repeated = 0;            ///< rows dropped: the stamp is that of an earlier line
-  int out_of_order = 0;        ///< rows moved: the stamp is before that of an earlier line
+  std::vector<CsvRow> rows;  ///< ascending in time
+  int repeated = 0;          ///< rows dropped: the stamp is that of an earlier line
+  int out_of_order = 0;      ///< rows moved: the stamp is before that of an earlier line
 };
 
 /// What to do with a row whose stamp is not after the one before.
@@ -38,7 +38,7 @@ enum class RowOrder {
   kSort,    ///< repeated stamps are dropped, the rest is sorted; both are counted
 };
 
-struct TableFormat {
+struct CsvFormat {
   const char* const* names = nullptr;  ///< of the columns in order
   std::vector<std::size_t> allowed;    ///< column counts; all rows have as many as the first
   bool last_is_text = false;           ///< the last of the largest allowed count is no number
@@ -48,12 +48,12 @@ struct TableFormat {
 
 /// Reads a table. Lines that begin with # are comments; both line ends, a byte order mark and blank
 /// lines at the end are accepted. The message of an error names file, line, column and value.
-ReadStatus readTable(const std::string& path, const TableFormat& format, Table* table);
+ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable* table);
 
 /// `stamp_ns` and inertial columns of imu0.csv and imu0/data.csv.
-TableFormat imuFormat(RowOrder order, int min_rows);
+CsvFormat imuFormat(RowOrder order, int min_rows);
 /// Pose, or pose with velocity and biases.
-TableFormat truthFormat(RowOrder order, int min_rows);
+CsvFormat truthFormat(RowOrder order, int min_rows);
 
 /// In quotes, for a sentence. Values are quoted from files we know nothing about: cut, and
 /// printable only.
@@ -63,11 +63,11 @@ std::string quoted(const std::string& text);
 double relativeSeconds(std::int64_t stamp_ns, std::int64_t t0_ns);
 
 /// Rows of an imuFormat() table.
-std::vector<ImuSample> imuSamples(const Table& table, std::int64_t t0_ns);
+std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns);
 
 /// Rows of a truthFormat() table; without velocity columns v_w_b and the biases are NaN. A
 /// quaternion whose norm is off 1 by more than 0.01 is an error.
-ReadStatus truthStates(const Table& table, std::int64_t t0_ns, std::vector<NavState>* states,
+ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<NavState>* states,
                        bool* has_velocity_and_bias);
 
 /// Steps between samples longer than a bound.
@@ -79,7 +79,7 @@ struct ImuGaps {
 
 /// `table` names the lines of `imu` in the note; may be null.
 ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu, double max_gap_s,
-                    const Table* table);
+                    const CsvTable* table);
 
 /// The last component of a path that says something: "a/b/" is b.
 std::string lastComponent(const std::string& path);

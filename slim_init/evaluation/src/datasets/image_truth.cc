@@ -10,7 +10,7 @@
 namespace slim_init::evaluation {
 
 ReadStatus ImageSequence::readTruth(const std::string& path, int min_rows) {
-  Table table;
+  CsvTable table;
   bool has_velocity_and_bias = false;
   ReadStatus status = readTable(path, truthFormat(RowOrder::kSort, min_rows), &table);
   if (status.ok()) status = truthStates(table, t0_ns_, &truth_, &has_velocity_and_bias);

@@ -16,11 +16,11 @@ namespace fs = std::filesystem;
 const std::array<const char*, 1> kImageColumns = {"timestamp"};
 ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
 
-ReadStatus convertImages(const Table& table, RecordedMotion* motion) {
+ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
   RecordedCounts& counts = motion->counts;
   counts.images = static_cast<int>(table.rows.size());
   const double imu_end = motion->imu.back().t;
-  for (const TableRow& row : table.rows) {
+  for (const CsvRow& row : table.rows) {
     const double t = relativeSeconds(row.stamp_ns, motion->t0_ns);
     if (t < 0.0 || t > imu_end) {
       ++counts.images_outside_imu;
@@ -65,13 +65,13 @@ ReadStatus readRecordedMotion(const std::string& directory, const RecordedOption
     return error(ReadError::kMissingFile, directory + " is not a directory");
   }
   const auto file = [&](const char* name) { return (fs::path(directory) / name).string(); };
-  Table imu;
-  Table images;
-  Table truth;
+  CsvTable imu;
+  CsvTable images;
+  CsvTable truth;
   ReadStatus status =
       readTable(file("imu0.csv"), imuFormat(RowOrder::kReject, options.min_imu_rows), &imu);
   if (status.ok()) {
-    const TableFormat format = {
+    const CsvFormat format = {
         kImageColumns.data(), {kImageColumns.size()}, false, RowOrder::kReject, options.min_images};
     status = readTable(file("cam0_timestamps.csv"), format, &images);
   }
