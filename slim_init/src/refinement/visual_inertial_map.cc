@@ -29,7 +29,7 @@ double square(double x) { return x * x; }
 class LogSum {
  public:
   void add(double factor) {
-    // A factor of this size or more is not finite soon, and neither is the sum.
+    // Leaves room for one more factor of this size.
     constexpr double kLarge = 1e150;
     product_ *= factor;
     if (product_ > kLarge) {
