@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "line_tracker.h"
+#include "lines/vanishing_point.h"
 #include "point_tracker.h"
-#include "structure/vanishing_point.h"
 
 namespace slim_init::feature_tracker_lines {
 

@@ -9,13 +9,13 @@
 
 #include "image_pyramid.h"
 #include "line_tracker.h"
+#include "lines/vanishing_point.h"
 #include "point_tracker.h"
 #include "rotation_prior.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 #include "slim_init/feature_tracker_lines/options.h"
 #include "slim_init/types.h"
-#include "structure/vanishing_point.h"
 
 namespace slim_init::feature_tracker_lines {
 

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/feature_tracker_lines/options.h"
 
-#include "window/range_check.h"
+#include "data/range_check.h"
 
 namespace slim_init::feature_tracker_lines {
 

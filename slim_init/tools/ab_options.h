@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "slim_init/baselines/options.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/options.h"
@@ -66,7 +67,7 @@ struct AbOptions {
 
   // Filled by readConfiguration() when there is a file.
   /// --config with the section of --options on top; null without --config.
-  std::shared_ptr<const feature_tracker_lines::Config> config;
+  std::shared_ptr<const Config> config;
   NamedValues file_values;              ///< what the file changes, by key, for the report
   std::vector<std::string> file_notes;  ///< what of the file has no effect
 
@@ -77,6 +78,7 @@ struct AbOptions {
   simulation::WorldKind world_kind = simulation::WorldKind::kRoom;
   /// What every method is made with: the file's values, on top of them --keyframes and --gates.
   InitializerOptions initializer;
+  baselines::BaselineOptions baselines;
 };
 
 /// What an option bears on.

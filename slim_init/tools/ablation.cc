@@ -6,6 +6,9 @@
 #include "methods.h"
 
 namespace slim_init::tools {
+
+using baselines::BaselineOptions;
+
 namespace {
 
 /// A method under another name.
@@ -26,43 +29,43 @@ class NamedSolver : public WindowSolver {
 const std::vector<AblationVariant>& ablationVariants() {
   static const std::vector<AblationVariant> kVariants = {
       {"slim", "points-only", "neither lines nor vanishing points",
-       [](InitializerOptions* o) {
+       [](InitializerOptions* o, BaselineOptions*) {
          o->refinement.use_lines = false;
          o->slim.vanishing_points = false;
        }},
       {"slim", "no-lines", "vanishing points, but no lines in the refinement",
-       [](InitializerOptions* o) { o->refinement.use_lines = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->refinement.use_lines = false; }},
       {"slim", "no-vp", "lines, but no vanishing points",
-       [](InitializerOptions* o) { o->slim.vanishing_points = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->slim.vanishing_points = false; }},
       {"slim", "no-accel-bias", "accelerometer bias held at zero in the refinement",
-       [](InitializerOptions* o) { o->refinement.estimate_accel_bias = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->refinement.estimate_accel_bias = false; }},
       {"slim", "no-refinement", "the first start is the answer",
-       [](InitializerOptions* o) { o->slim.refine = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->slim.refine = false; }},
       {"slim", "no-pruning", "tracks that contradict the consensus bias stay in",
-       [](InitializerOptions* o) { o->slim.prune_tracks = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_tracks = false; }},
       {"slim", "no-line-pruning", "lines that contradict the start stay in",
-       [](InitializerOptions* o) { o->slim.prune_lines = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_lines = false; }},
       {"slim", "line-rows", "three-view rows of lines beside those of the points",
-       [](InitializerOptions* o) { o->alignment.use_line_rows = true; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->alignment.use_line_rows = true; }},
       {"slim", "consecutive-pairs", "gyroscope bias from consecutive keyframes only",
-       [](InitializerOptions* o) { o->robust_bias.refinement.max_gap = 1; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->robust_bias.refinement.max_gap = 1; }},
       {"slim", "no-reverse-start", "the tight alignment is the only start",
-       [](InitializerOptions* o) { o->slim.reverse_start = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->slim.reverse_start = false; }},
       {"slim", "no-tight-start", "the reverse alignment is the only start",
-       [](InitializerOptions* o) { o->slim.tight_start = false; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->slim.tight_start = false; }},
       {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",
-       [](InitializerOptions* o) { o->slim_paper.use_vp = false; }},
+       [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_vp = false; }},
       {"slim-paper", "no-lines", "without both line residuals, eqs. (11) and (12)",
-       [](InitializerOptions* o) {
+       [](InitializerOptions*, BaselineOptions* o) {
          o->slim_paper.use_line_epipolar = false;
          o->slim_paper.use_line_normal = false;
        }},
       {"slim-paper", "no-line-epipolar", "without eq. (11)",
-       [](InitializerOptions* o) { o->slim_paper.use_line_epipolar = false; }},
+       [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_epipolar = false; }},
       {"slim-paper", "no-line-normal", "without eq. (12)",
-       [](InitializerOptions* o) { o->slim_paper.use_line_normal = false; }},
+       [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_line_normal = false; }},
       {"slim-paper", "points-only", "without eqs. (4), (11) and (12)",
-       [](InitializerOptions* o) {
+       [](InitializerOptions*, BaselineOptions* o) {
          o->slim_paper.use_vp = false;
          o->slim_paper.use_line_epipolar = false;
          o->slim_paper.use_line_normal = false;
@@ -75,14 +78,15 @@ std::string makeMethods(const AbOptions& options, std::vector<Method>* methods) 
   methods->clear();
   for (const std::string& name : options.method_names) {
     std::string error;
-    methods->push_back({makeMethod(name, options.initializer, &error), ""});
+    methods->push_back({makeMethod(name, options.initializer, options.baselines, &error), ""});
     if (methods->back().solver == nullptr) return error;
     if (!options.ablation) continue;
     for (const AblationVariant& variant : ablationVariants()) {
       if (name != variant.method) continue;
       InitializerOptions changed = options.initializer;
-      variant.change(&changed);
-      std::unique_ptr<WindowSolver> solver = makeMethod(name, changed, &error);
+      baselines::BaselineOptions changed_baselines = options.baselines;
+      variant.change(&changed, &changed_baselines);
+      std::unique_ptr<WindowSolver> solver = makeMethod(name, changed, changed_baselines, &error);
       const std::string label = name + "[" + variant.name + "]";
       if (solver == nullptr) return label + ": " + error;
       methods->push_back(

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ab_options.h"
+#include "slim_init/baselines/options.h"
 #include "slim_init/window_solver.h"
 
 namespace slim_init::tools {
@@ -17,7 +18,7 @@ struct AblationVariant {
   const char* method;    ///< "slim"
   const char* name;      ///< "no-lines", reported as "slim[no-lines]"
   const char* sentence;  ///< what is changed
-  void (*change)(InitializerOptions* options);
+  void (*change)(InitializerOptions* options, baselines::BaselineOptions* baselines);
 };
 
 /// All variants, in the order of the reports.

@@ -17,13 +17,11 @@
 #include <string>
 
 #include "progress_bar.h"
-#include "slim_init/evaluation/doctor_images.h"
-#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/config/config.h"
+#include "slim_init/doctor/doctor_images.h"
 
 namespace slim_init::tools {
 namespace {
-
-using feature_tracker_lines::Config;
 
 int fail(const std::string& sentence) {
   std::cerr << "slim_init: " << sentence << "\n";
@@ -52,8 +50,7 @@ std::string configureFromData(const DoctorCommand& command, const evaluation::Im
   config->calibration = images.calibration()->calibration;
   config->camera = images.calibration()->camera;
   std::string error;
-  if (!command.options_file.empty() &&
-      !feature_tracker_lines::loadOptions(command.options_file, config, &error)) {
+  if (!command.options_file.empty() && !loadOptions(command.options_file, config, &error)) {
     return "--options: " + error;
   }
   return "";
@@ -64,8 +61,7 @@ int examineRecording(const DoctorCommand& command) {
   Config config;
   std::string error;
   if (!command.config_file.empty() &&
-      !feature_tracker_lines::loadConfig(command.config_file, command.options_file, &config,
-                                         &error)) {
+      !loadConfig(command.config_file, command.options_file, &config, &error)) {
     return fail("--config: " + error);
   }
   evaluation::ReadStatus status;

@@ -12,16 +12,15 @@
 #include <utility>
 
 #include "progress_bar.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/track_images.h"
-#include "slim_init/feature_tracker_lines/config.h"
 
 namespace slim_init::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using feature_tracker_lines::Config;
 
 std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
                                                       evaluation::ReadStatus* status) {
@@ -53,8 +52,7 @@ std::string configure(const AbOptions& options, const evaluation::ImageSequence&
   config->calibration = images.calibration()->calibration;
   config->camera = images.calibration()->camera;
   std::string error;
-  if (!options.options_file.empty() &&
-      !feature_tracker_lines::loadOptions(options.options_file, config, &error)) {
+  if (!options.options_file.empty() && !loadOptions(options.options_file, config, &error)) {
     return "--options: " + error;
   }
   return "";

@@ -1,66 +1,35 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "methods.h"
 
-#include <algorithm>
 #include <iomanip>
 #include <iostream>
-#include <map>
 
 #include "exit_code.h"
-#ifdef SLIM_INIT_HAS_BASELINES
-#include "slim_init/baselines/baselines.h"
-#endif
 
 namespace slim_init::tools {
-namespace {
 
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+const std::vector<baselines::Method>& knownMethods() {
+#ifdef SLIM_INIT_HAS_CERES_BASELINES
+  return baselines::allMethods();
+#else
+  return baselines::methods();
+#endif
 }
 
-}  // namespace
-
 const std::vector<std::string>& methodNames() {
-  static const std::vector<std::string> kNames = [] {
-    std::vector<std::string> names = solverNames();
-#ifdef SLIM_INIT_HAS_BASELINES
-    const std::vector<std::string>& more = baselines::baselineNames();
-    names.insert(names.end(), more.begin(), more.end());
-#endif
-    return names;
-  }();
+  static const std::vector<std::string> kNames = baselines::namesOf(knownMethods());
   return kNames;
 }
 
 std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const InitializerOptions& options,
+                                         const baselines::BaselineOptions& baseline_options,
                                          std::string* error) {
-#ifdef SLIM_INIT_HAS_BASELINES
-  if (contains(baselines::baselineNames(), name)) {
-    return baselines::makeBaseline(name, options, baselines::BaselineOptions(), error);
-  }
-#endif
-  std::unique_ptr<WindowSolver> solver = makeWindowSolver(name, options, error);
-  if (solver == nullptr && error != nullptr && !contains(methodNames(), name)) {
-    *error = "unknown method \"" + name + "\", known are:";
-    for (const std::string& known : methodNames()) *error += " " + known;
-  }
-  return solver;
+  return baselines::makeMethod(name, options, baseline_options, error, knownMethods());
 }
 
 int runMethods() {
-  static const std::map<std::string, std::string> kDescriptions = {
-      {"slim", "this project's pipeline: reverse alignment, structureless refinement, own verdict"},
-      {"slim-paper", "SLIM-init as its paper writes it: points, vanishing points and lines"},
-      {"drt-l", "He et al. 2023, decoupled rotation and translation, loosely coupled"},
-      {"drt-t", "He et al. 2023, decoupled rotation and translation, tightly coupled"},
-      {"drt-vi-ba", "Song et al. 2025, structureless visual-inertial bundle adjustment after DRT"},
-      {"vins", "the structure-from-motion initializer of VINS-Mono, Qin and Shen 2017"},
-      {"openvins", "the dynamic initializer of OpenVINS, Dong-Si and Mourikis 2012"},
-  };
-  for (const std::string& name : methodNames()) {
-    const auto found = kDescriptions.find(name);
-    std::cout << "  " << std::left << std::setw(12) << name
-              << (found == kDescriptions.end() ? "" : found->second) << "\n";
+  for (const baselines::Method& method : knownMethods()) {
+    std::cout << "  " << std::left << std::setw(12) << method.name << method.description << "\n";
   }
   return kExitOk;
 }

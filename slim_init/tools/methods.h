@@ -1,24 +1,25 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The methods that the programs know: those of the core, and the compared systems that need more
-// than Eigen where they are part of the build.
+// The methods that this build of the programs can run.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "slim_init/options.h"
-#include "slim_init/window_solver.h"
+#include "slim_init/baselines/baselines.h"
 
 namespace slim_init::tools {
 
-/// Names accepted by makeMethod(), in the order in which reports list them.
+/// baselines::allMethods(), or baselines::methods() in a build without Ceres or OpenCV.
+const std::vector<baselines::Method>& knownMethods();
+
+/// Their names, in the order in which reports list them.
 const std::vector<std::string>& methodNames();
 
-/// Makes a method by name, compared systems with the parameters of their releases. Unknown name or
-/// invalid options: null, and a sentence in `error`.
+/// baselines::makeMethod() over knownMethods().
 std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const InitializerOptions& options,
+                                         const baselines::BaselineOptions& baseline_options = {},
                                          std::string* error = nullptr);
 
 /// `slim_init methods`: prints every method with a line on what it is. Returns the exit code.

@@ -10,14 +10,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/config/config.h"
 
 namespace slim_init::tools {
 namespace {
-
-using feature_tracker_lines::Config;
-using feature_tracker_lines::ConfigKey;
-using feature_tracker_lines::configKeys;
 
 evaluation::OptionValue optionValue(const ConfigKey& key) {
   return std::visit(
@@ -45,17 +41,18 @@ std::string readConfiguration(AbOptions* options) {
   Config config;
   std::string error;
   if (o.config_file.empty()) {
-    if (!feature_tracker_lines::loadOptions(o.options_file, &config, &error)) {
+    if (!loadOptions(o.options_file, &config, &error)) {
       return "--options: " + error;
     }
   } else {
-    if (!feature_tracker_lines::loadConfig(o.config_file, o.options_file, &config, &error)) {
+    if (!loadConfig(o.config_file, o.options_file, &config, &error)) {
       return "--config: " + error;
     }
     o.config = std::make_shared<const Config>(config);
     o.file_notes = config.notes;
   }
   o.initializer = config.options;
+  o.baselines = config.baselines;
 
   // The same table three times: as read, as used here, as it is by default. The report has the
   // window's length and the gates under the names of --keyframes, --interval and --gates, which may

@@ -4,7 +4,7 @@
 #include <Eigen/SVD>
 
 #ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/config/config.h"
 #endif
 
 namespace slim_init::tools {

@@ -22,9 +22,9 @@
 #include "progress_bar.h"
 #include "rig.h"
 #include "simulate_motion.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/feature_tracker_lines/camera.h"
-#include "slim_init/feature_tracker_lines/config.h"
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
 
@@ -54,9 +54,9 @@ std::string loadRig(const SimulateOptions& options, Calibration* calibration,
   *calibration = eurocCalibration();
   *camera = eurocCamera();
   if (!options.config.empty()) {
-    feature_tracker_lines::Config config;
+    Config config;
     std::string error;
-    if (!feature_tracker_lines::loadConfig(options.config, &config, &error)) {
+    if (!loadConfig(options.config, &config, &error)) {
       return "--config: " + error;
     }
     *calibration = config.calibration;

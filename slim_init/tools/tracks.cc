@@ -22,9 +22,9 @@
 #include <vector>
 
 #include "progress_bar.h"
+#include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/track_images.h"
-#include "slim_init/feature_tracker_lines/config.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/track_truth.h"
 #include "slim_init/simulation/trajectory.h"
@@ -34,7 +34,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-using feature_tracker_lines::Config;
 
 int fail(ExitCode code, const std::string& sentence) {
   std::cerr << "slim_init: " << sentence << "\n";
@@ -149,8 +148,7 @@ std::string configure(const TracksOptions& options, const evaluation::ImageSeque
                       Config* config) {
   std::string error;
   if (!options.config_file.empty()) {
-    if (!feature_tracker_lines::loadConfig(options.config_file, options.options_file, config,
-                                           &error)) {
+    if (!loadConfig(options.config_file, options.options_file, config, &error)) {
       return "--config: " + error;
     }
     return "";
@@ -161,8 +159,7 @@ std::string configure(const TracksOptions& options, const evaluation::ImageSeque
   }
   config->calibration = images.calibration()->calibration;
   config->camera = images.calibration()->camera;
-  if (!options.options_file.empty() &&
-      !feature_tracker_lines::loadOptions(options.options_file, config, &error)) {
+  if (!options.options_file.empty() && !loadOptions(options.options_file, config, &error)) {
     return "--options: " + error;
   }
   return "";

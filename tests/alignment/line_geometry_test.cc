@@ -6,8 +6,8 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include "alignment/linear_alignment.h"
 #include "geometry/so3.h"
+#include "linear_alignment.h"
 
 namespace slim_init {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "alignment/linear_alignment.h"
+#include "linear_alignment.h"
 #include "support/exact_window.h"
 
 namespace slim_init {

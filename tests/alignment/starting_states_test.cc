@@ -11,7 +11,7 @@
 #include <memory>
 
 #include "alignment/consistent_tracks.h"
-#include "solvers/solver_support.h"
+#include "solver_support.h"
 #include "support/exact_window.h"
 
 namespace slim_init {
@@ -64,10 +64,10 @@ TEST(StartingStates, NoiseFreeStartsAreTheTruth) {
   ExactWindowOptions options;
   const Prepared s = makePrepared(options);
   ASSERT_TRUE(s.translation.valid);
-  const std::vector<MapState> starts =
+  const std::vector<WindowState> starts =
       startingStates(*s.window, s.pre, s.translation, SlimOptions(), ReverseAlignmentOptions());
   ASSERT_EQ(starts.size(), 2u);
-  for (const MapState& start : starts) {
+  for (const WindowState& start : starts) {
     // The search for the scale ends at a relative 1e-5.
     EXPECT_NEAR(spread(start.p_b0), trueSpread(s.exact), 3e-5 * trueSpread(s.exact));
     EXPECT_LT(testing_support::gravityErrorRad(start.gravity_b0, s.exact.truth[0]), 1e-4);
@@ -96,7 +96,7 @@ TEST(StartingStates, NoisyTightStartIsNotShrunk) {
     const Prepared s = makePrepared(options);
     SlimOptions use;
     use.reverse_start = false;
-    const std::vector<MapState> starts =
+    const std::vector<WindowState> starts =
         startingStates(*s.window, s.pre, s.translation, use, ReverseAlignmentOptions());
     ASSERT_EQ(starts.size(), 1u);
     sum += spread(starts[0].p_b0) / trueSpread(s.exact) - 1.0;

@@ -12,6 +12,7 @@
 #include "backend/simulated_sequence.h"
 #include "slim_init/backend/downstream.h"
 #include "slim_init/backend/test_host.h"
+#include "slim_init/baselines/baselines.h"
 #include "slim_init/initializer.h"
 
 namespace slim_init::backend {
@@ -28,9 +29,10 @@ class HostRun {
           const std::string& method = "slim")
       : sequence_(sequence), next_frame_(first_frame) {
     std::string error;
-    host_ = TestHost::create(makeInitializer(method, sequence.calibration,
-                                             vins_adapter::HostAdapter::hostDefaults(), &error),
-                             TestHostOptions(), &error);
+    host_ = TestHost::create(
+        baselines::makeInitializer(method, sequence.calibration,
+                                   vins_adapter::HostAdapter::hostDefaults(), {}, &error),
+        TestHostOptions(), &error);
     while (next_imu_ + 1 < sequence.imu.size() &&
            sequence.imu[next_imu_ + 1].t <= sequence.frames[first_frame].t) {
       ++next_imu_;

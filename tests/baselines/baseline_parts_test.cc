@@ -20,7 +20,7 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 std::vector<Eigen::Matrix3d> cameraRotationsOf(const ExactWindow& exact) {
-  const MapState truth = trueState(exact);
+  const WindowState truth = trueState(exact);
   const Eigen::Matrix3d& R_b_c = exact.calibration.R_b_c;
   std::vector<Eigen::Matrix3d> rotations;
   for (const Eigen::Matrix3d& R : truth.R_b0_bk) {
@@ -30,7 +30,7 @@ std::vector<Eigen::Matrix3d> cameraRotationsOf(const ExactWindow& exact) {
 }
 
 Eigen::Matrix3Xd cameraCentresOf(const ExactWindow& exact) {
-  const MapState truth = trueState(exact);
+  const WindowState truth = trueState(exact);
   const Calibration& calibration = exact.calibration;
   Eigen::Matrix3Xd centres(3, truth.size());
   for (int k = 0; k < truth.size(); ++k) {
@@ -123,7 +123,7 @@ TEST(ClosedForm, IsExactWithTrueRotations) {
   const ClosedForm solution = solveClosedForm(
       *exact.window, tracks, linearMotion(pre, R_b0_bk, exact.calibration.t_b_c), R_b0_bk);
   ASSERT_TRUE(solution.valid);
-  const MapState truth = trueState(exact);
+  const WindowState truth = trueState(exact);
   EXPECT_LT((solution.velocity_b0 - truth.v_b0.col(0)).norm(), 1e-7);
   EXPECT_LT((solution.gravity_b0 - truth.gravity_b0).norm(), 1e-7);
   // Every point projects to where it was seen.

@@ -12,13 +12,13 @@
 #include <vector>
 
 #include "alignment/gravity_constrained.h"
-#include "alignment/linear_alignment.h"
 #include "alignment/starting_states.h"
+#include "epipolar_pair.h"
+#include "estimation/inertial_factor.h"
+#include "estimation/refine_window.h"
+#include "estimation/visual_inertial_problem.h"
 #include "geometry/so3.h"
-#include "refinement/inertial_factor.h"
-#include "refinement/refine_window.h"
-#include "refinement/visual_inertial_map.h"
-#include "rotation/epipolar_pair.h"
+#include "linear_alignment.h"
 #include "rotation/normalized_epipolar_pair.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
@@ -60,11 +60,11 @@ class Random {
 // A line and cameras that see it without noise; the camera is the body.
 struct LineViews {
   Vector3d point, direction;  // in b0, unit direction
-  MapState state;
+  WindowState state;
   std::vector<LineView> views;
 
   // Normal of the interpretation plane of view k in b0, for a state near `state`.
-  Vector3d normal(int k, const MapState& at) const {
+  Vector3d normal(int k, const WindowState& at) const {
     return at.R_b0_bk[k] * views[k].start_b.cross(views[k].end_b).normalized();
   }
 };
@@ -93,7 +93,7 @@ LineViews makeLineViews(unsigned seed, int count) {
 // det [N_i N_j N_k], and the sum a N_i.c_i + b N_j.c_j + c N_k.c_k with the coefficients of the
 // identity (N_j x N_k . D) N_i + (N_k x N_i . D) N_j + (N_i x N_j . D) N_k = det D.
 Eigen::Vector2d threeViewConstraints(const LineViews& line, int i, int j, int k,
-                                     const MapState& at) {
+                                     const WindowState& at) {
   const Vector3d N_i = line.normal(i, at), N_j = line.normal(j, at), N_k = line.normal(k, at);
   const double a = N_j.cross(N_k).dot(line.direction);
   const double b = N_k.cross(N_i).dot(line.direction);
@@ -137,7 +137,7 @@ TEST(Lines, ThreeViewConstraintIsExact) {
 // The left null space of the track's Jacobian, projected on the poses: 2 m - 4 rows.
 template <int D, typename View, typename Parameters>
 MatrixXd eliminatedRows(const std::vector<View>& views, const Parameters& parameters,
-                        const MapState& state, const Vector3d& t_b_c, double sqrt_information,
+                        const WindowState& state, const Vector3d& t_b_c, double sqrt_information,
                         double cauchy2, VectorXd* residual) {
   const int m = static_cast<int>(views.size());
   MatrixXd J_track(2 * m, D), J_pose = MatrixXd::Zero(2 * m, 6 * state.size());
@@ -172,7 +172,7 @@ TEST(Lines, EliminatedRowsAreTheTwoConstraintsOfThreeViews) {
     ASSERT_EQ(rows.rows(), 2);
     const MatrixXd constraints = testing_support::numericJacobian(
         [&](const VectorXd& d) -> VectorXd {
-          VectorXd step = VectorXd::Zero(MapLayout(3).size());
+          VectorXd step = VectorXd::Zero(StateLayout(3).size());
           step.head<18>() = d;
           return threeViewConstraints(line, 0, 1, 2, retract(line.state, step));
         },
@@ -445,12 +445,12 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   RefinementOptions options;
   options.use_vanishing_points = false;
   options.tolerance = 1e-12;
-  const MapState start = trueState(exact);
-  const MapLayout at(start.size());
+  const WindowState start = trueState(exact);
+  const StateLayout at(start.size());
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, start.gyro_bias, start.accel_bias, options);
-  VisualInertialMap map(window, window.lineTracks(), pre, nullptr, options);
-  MapState moved = start;
+  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options);
+  WindowState moved = start;
   ASSERT_TRUE(map.minimize(0, &moved).valid);
   const MatrixXd information = map.information();
   ASSERT_EQ(map.minimize(1, &moved).iterations, 1);
@@ -514,7 +514,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   prior(at.gyroBias(), start.gyro_bias, options.gyro_bias_prior);
   prior(at.accelBias(), start.accel_bias, options.accel_bias_prior);
 
-  const int m = at.size() - MapLayout::kGauge;
+  const int m = at.size() - StateLayout::kGauge;
   // In units of the standard deviation that each entry has when all others are known.
   const VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
   MatrixXd A = H.bottomRightCorner(m, m);
@@ -526,7 +526,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   A.diagonal() *= 1.0 + 1e-6;
   VectorXd step = VectorXd::Zero(at.size());
   step.tail(m) = -A.llt().solve(g.tail(m));
-  const MapState expected = retract(start, step);
+  const WindowState expected = retract(start, step);
   const auto difference = [](const MatrixXd& a, const MatrixXd& b, const MatrixXd& from) {
     return (a - b).norm() / (b - from).norm();
   };
@@ -572,7 +572,7 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
     const Vector3d gravity(0, kGravity, 0);
     Calibration calibration;
     calibration.gravity_magnitude = kGravity;
-    MapState state;
+    WindowState state;
     state.p_b0.resize(3, kKeyframes);
     state.v_b0.resize(3, kKeyframes);
     state.gravity_b0 = gravity;
@@ -644,7 +644,7 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
     options.accel_bias_prior = options.gyro_bias_prior = 1e6;  // none
     const std::vector<Preintegration> pre =
         preintegrateInflated(*window, Vector3d::Zero(), Vector3d::Zero(), options);
-    VisualInertialMap map(*window, window->lineTracks(), pre, &vanishing_points, options);
+    VisualInertialProblem map(*window, window->lineTracks(), pre, &vanishing_points, options);
     EXPECT_TRUE(map.minimize(0, &state).valid);
     // In units of 1 m, 1 m/s, 1 m/s^2, 1 rad; gravity by what it does to the acceleration.
     VectorXd unit = VectorXd::Ones(map.information().rows());

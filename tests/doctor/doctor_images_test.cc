@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // `slim_init doctor` on recordings with pixels, as a user runs it.
-#include "slim_init/evaluation/doctor_images.h"
+#include "slim_init/doctor/doctor_images.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

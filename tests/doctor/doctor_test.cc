@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Every check from both sides, on simulated tracks and IMU data.
-#include "slim_init/evaluation/doctor.h"
+#include "slim_init/doctor/doctor.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "doctor/pair_rotation.h"
+#include "pair_rotation.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/config/config.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 
 namespace slim_init::feature_tracker_lines {

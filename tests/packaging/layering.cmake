@@ -63,11 +63,19 @@ layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
             slim_init/evaluation/include slim_init/evaluation/src
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|sensor_msgs)/[A-Za-z_]+\\.h")
 # Instruments of this repository, not installed, that look into the core.
-layer("back end" FOLDERS slim_init/evaluation/backend
+layer("back end" FOLDERS slim_init/backend
       ROOTS slim_init/include slim_init/src slim_init/evaluation/include
-            vins_estimator_patch/include slim_init/evaluation/backend/include
-            slim_init/evaluation/backend/src
+            vins_estimator_patch/include slim_init/backend/include
+            slim_init/backend/src
       ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h")
+layer("config" FOLDERS slim_init/config
+      ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include
+            slim_init/config/include
+      ANGLE "${std}|${eigen}|opencv2/core\\.hpp")
+layer("doctor" FOLDERS slim_init/doctor
+      ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
+            slim_init/evaluation/include slim_init/doctor/include
+      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp")
 layer("baselines" FOLDERS slim_init/baselines
       ROOTS slim_init/include slim_init/src slim_init/baselines/include slim_init/baselines/src
       ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h|opencv2/[a-z_0-9/]+\\.hpp")
@@ -75,20 +83,20 @@ layer("feature_tracker_lines" FOLDERS feature_tracker_lines/include feature_trac
       ROOTS slim_init/include slim_init/src feature_tracker_lines/include feature_tracker_lines/src
       ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp")
 layer("vins_estimator_patch" FOLDERS vins_estimator_patch
-      ROOTS slim_init/include feature_tracker_lines/include vins_estimator_patch/include
-            vins_estimator_patch/src
+      ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include
+            slim_init/config/include vins_estimator_patch/include vins_estimator_patch/src
       ANGLE "${std}|${eigen}")
 layer("tools" FOLDERS slim_init/tools
       ROOTS slim_init/include slim_init/simulation/include slim_init/evaluation/include
             feature_tracker_lines/include vins_estimator_patch/include slim_init/baselines/include
-            slim_init/evaluation/backend/include slim_init/tools
+            slim_init/config/include slim_init/doctor/include slim_init/backend/include slim_init/tools
             slim_init/tools/src slim_init/tools/include
       ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost|benchmark)/[A-Za-z_0-9/]+\\.h(pp)?")
 
 # Nothing includes these two.
 layer("ros edge" FOLDERS slim_init/ros feature_tracker_lines/ros
       ROOTS slim_init/include feature_tracker_lines/include vins_estimator_patch/include
-            slim_init/ros/include feature_tracker_lines/ros/include
+            slim_init/baselines/include slim_init/config/include slim_init/ros/include feature_tracker_lines/ros/include
       ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp|(ros|slim_init|[a-z0-9]+_(msgs|srvs))/[A-Za-z_0-9]+\\.h")
 
 set(linked 0)
@@ -118,7 +126,11 @@ if(LINKS_FILE)
   set(base "Eigen3::Eigen|slim_init(_|::)core")
   set(front "slim_init(_|::)feature_tracker_lines")
   may_link(slim_init_core "Eigen3::Eigen|Ceres::ceres")
-  may_link(slim_init_vins_adapter "${base}|${front}")
+  may_link(slim_init_vins_adapter "${base}|slim_init(_|::)config")
+  may_link(slim_init_config
+           "${base}|${front}|slim_init(_|::)baselines|SlimInitOpenCV::SlimInitOpenCV")
+  may_link(slim_init_doctor
+           "${base}|${front}|slim_init(_|::)evaluation|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_feature_tracker_lines "${base}|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_simulation "${base}|${front}")
   may_link(slim_init_rendering
@@ -127,7 +139,9 @@ if(LINKS_FILE)
            "${base}|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag|Threads::Threads")
   may_link(slim_init_backend
            "${base}|slim_init(_|::)(evaluation|vins_adapter)|Ceres::ceres")
-  may_link(slim_init_baselines "${base}|Ceres::ceres|SlimInitOpenCV::SlimInitOpenCV")
+  may_link(slim_init_baselines "${base}")
+  may_link(slim_init_ceres_baselines
+           "slim_init(_|::)baselines|Ceres::ceres|SlimInitOpenCV::SlimInitOpenCV")
   if(linked EQUAL 0)
     message(FATAL_ERROR "layering: ${LINKS_FILE} names no target of ours")
   endif()

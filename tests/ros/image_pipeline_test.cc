@@ -14,7 +14,6 @@
 namespace slim_init::node {
 namespace {
 
-using feature_tracker_lines::Config;
 using feature_tracker_lines::ImageFrontEnd;
 
 constexpr int kWidth = 240, kHeight = 180;

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "rotation/gyro_bias.h"
+#include "gyro_bias.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
 

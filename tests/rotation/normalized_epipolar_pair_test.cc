@@ -7,8 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "epipolar_pair.h"
 #include "geometry/so3.h"
-#include "rotation/epipolar_pair.h"
 #include "support/jacobian_check.h"
 
 namespace slim_init {

@@ -1,14 +1,14 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "refinement/map_state.h"
+#include "imu/window_state.h"
 #include "support/exact_window.h"
 
 namespace slim_init::testing_support {
 
 /// The true motion of a window in its first body frame, as the refinement has it.
-inline MapState trueState(const ExactWindow& exact) {
-  MapState state;
+inline WindowState trueState(const ExactWindow& exact) {
+  WindowState state;
   const NavState& first = exact.truth.front();
   const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
   const int n = static_cast<int>(exact.truth.size());

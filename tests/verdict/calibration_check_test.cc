@@ -7,7 +7,7 @@
 
 #include "geometry/so3.h"
 #include "rotation/robust_bias.h"
-#include "slim_init/window_solver.h"
+#include "slim_init/baselines/baselines.h"
 #include "support/exact_window.h"
 
 namespace slim_init {
@@ -119,7 +119,7 @@ TEST(CalibrationCheck, TooFewPairsAreNotValid) {
 
 TEST(CalibrationCheck, SlimNamesAWrongCalibrationInsteadOfAScale) {
   const InitializerOptions options;
-  const auto slim = makeWindowSolver("slim", options);
+  const auto slim = baselines::makeMethod("slim", options);
   int extrinsic = 0, td = 0;
   constexpr int kWindows = 20;
   for (unsigned seed = 1; seed <= kWindows; ++seed) {

@@ -32,8 +32,8 @@ class HostAdapterTest : public ::testing::Test {
   std::unique_ptr<HostAdapter> make(const Calibration& calibration, HostOptions options = {}) {
     options.reinit = true;
     std::string error;
-    auto adapter =
-        HostAdapter::create("slim", calibration, HostAdapter::hostDefaults(), options, &error);
+    auto adapter = HostAdapter::create(makeInitializer(calibration, HostAdapter::hostDefaults()),
+                                       options, &error);
     EXPECT_NE(adapter, nullptr) << error;
     return adapter;
   }
@@ -214,8 +214,8 @@ TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
   bad.P.x() = kNotComputed;
   EXPECT_EQ(adapter->recover(stamps(3, 4), bad).verdict.status, InitStatus::kInvalidInput);
   std::string error;
-  const auto off = HostAdapter::create("slim", exact_.calibration, HostAdapter::hostDefaults(),
-                                       HostOptions(), &error);
+  const auto off = HostAdapter::create(
+      makeInitializer(exact_.calibration, HostAdapter::hostDefaults()), HostOptions(), &error);
   EXPECT_NE(off->recover(stamps(3, 4), healthy(2)).sentence.find("reinit: 0"), std::string::npos);
 }
 
@@ -346,11 +346,11 @@ TEST_F(HostAdapterTest, BadQuestionsAndArguments) {
   HostOptions limits;
   limits.imu.max_gyro = kNotComputed;
   EXPECT_EQ(limits.validate(), "imu.max_gyro is nan, must be in [2.1, inf]");
-  EXPECT_EQ(HostAdapter::create("slim", exact_.calibration, {}, limits, &error), nullptr);
+  const auto made = [this] { return makeInitializer(exact_.calibration, InitializerOptions()); };
+  EXPECT_EQ(HostAdapter::create(made(), limits, &error), nullptr);
   EXPECT_EQ(error, limits.validate());
-  EXPECT_EQ(HostAdapter::create("slim", exact_.calibration, {}, options, &error), nullptr);
-  EXPECT_EQ(HostAdapter::create("none", exact_.calibration, {}, {}, &error), nullptr);
-  EXPECT_NE(error.find("unknown method"), std::string::npos);
+  EXPECT_EQ(HostAdapter::create(made(), options, &error), nullptr);
+  EXPECT_EQ(error, options.validate());
   HostMode mode = HostMode::kStock;
   EXPECT_TRUE(parseHostMode("shadow", &mode));
   EXPECT_EQ(mode, HostMode::kShadow);

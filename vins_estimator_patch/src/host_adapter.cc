@@ -207,14 +207,6 @@ std::unique_ptr<HostAdapter> HostAdapter::create(std::unique_ptr<IInitializer> i
   return std::unique_ptr<HostAdapter>(new HostAdapter(std::move(state)));
 }
 
-std::unique_ptr<HostAdapter> HostAdapter::create(const std::string& name,
-                                                 const Calibration& calibration,
-                                                 const InitializerOptions& initializer,
-                                                 const HostOptions& options, std::string* error) {
-  std::unique_ptr<IInitializer> made = makeInitializer(name, calibration, initializer, error);
-  return made == nullptr ? nullptr : create(std::move(made), options, error);
-}
-
 bool HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   ImuSample sample;

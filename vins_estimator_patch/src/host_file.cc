@@ -3,12 +3,13 @@
 
 #include <utility>
 
-#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/baselines/baselines.h"
+#include "slim_init/config/config.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
-HostFile toHostFile(const feature_tracker_lines::HostKeys& keys) {
+HostFile toHostFile(const HostKeys& keys) {
   HostFile file;
   parseHostMode(keys.initializer, &file.mode);
   file.reinit = keys.reinit;
@@ -19,16 +20,16 @@ HostFile toHostFile(const feature_tracker_lines::HostKeys& keys) {
 }  // namespace
 
 bool readHostFile(const std::string& path, HostFile* file, std::string* error) {
-  feature_tracker_lines::HostKeys keys;
-  if (!feature_tracker_lines::loadHostKeys(path, &keys, error)) return false;
+  HostKeys keys;
+  if (!loadHostKeys(path, &keys, error)) return false;
   *file = toHostFile(keys);
   return true;
 }
 
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error) {
-  feature_tracker_lines::Config config;
-  if (!feature_tracker_lines::loadConfig(path, HostAdapter::hostDefaults(), &config, error)) {
+  Config config;
+  if (!loadConfig(path, HostAdapter::hostDefaults(), &config, error)) {
     return nullptr;
   }
   if (config.host.estimate_extrinsic == 2) {
@@ -45,8 +46,11 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   options.mode = read.mode;
   options.reinit = read.reinit;
   options.imu = config.imu_limits;
+  std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
+      config.method, config.calibration, config.options, config.baselines, error);
+  if (initializer == nullptr) return nullptr;
   std::unique_ptr<HostAdapter> adapter =
-      HostAdapter::create(config.method, config.calibration, config.options, options, error);
+      HostAdapter::create(std::move(initializer), options, error);
   if (adapter != nullptr && file != nullptr) *file = std::move(read);
   return adapter;
 }

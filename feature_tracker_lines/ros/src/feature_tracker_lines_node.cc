@@ -64,7 +64,7 @@ class FeatureTrackerLinesNode {
 };
 
 std::string FeatureTrackerLinesNode::start() {
-  feature_tracker_lines::Config config;
+  Config config;
   ImagePipelineOptions options;
   NodeParameters parameters(private_handle_);
   parameters.readConfig(&config);

@@ -40,8 +40,7 @@ std::string ImagePipelineOptions::validate() const {
   return "";
 }
 
-ImagePipeline::ImagePipeline(const feature_tracker_lines::Config& config,
-                             const ImagePipelineOptions& options)
+ImagePipeline::ImagePipeline(const Config& config, const ImagePipelineOptions& options)
     : config_(config), options_(options) {
   restart();
   counts_.restarts = 0;

@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "estimation/inertial_factor.h"
 #include "geometry/so3.h"
-#include "refinement/inertial_factor.h"
 
 namespace slim_init::baselines {
 namespace {
@@ -38,7 +38,7 @@ class ImuFactor : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
 
   bool Evaluate(double const* const* parameters, double* residual,
                 double** jacobians) const override {
-    MapState state;
+    WindowState state;
     state.p_b0.resize(3, 2);
     state.v_b0.resize(3, 2);
     for (int k = 0; k < 2; ++k) {

@@ -12,7 +12,7 @@
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "inertial_bundle_adjustment.h"
-#include "solvers/solver_support.h"
+#include "solver_support.h"
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {
@@ -121,7 +121,7 @@ bool refine(const InitWindow& window, std::vector<Preintegration> pre,
 // States as the result has them: first body at the origin with zero yaw.
 void setResult(const InitWindow& window, const std::vector<NavState>& states, InitResult* result) {
   // The newest biases are what the release hands on.
-  setWorldStates(window, mapStateOf(states, window.calibration().gravity_magnitude), result);
+  setWorldStates(window, windowStateOf(states, window.calibration().gravity_magnitude), result);
   for (std::size_t k = 0; k < states.size(); ++k) {
     result->states[k].gyro_bias = states[k].gyro_bias;
     result->states[k].accel_bias = states[k].accel_bias;

@@ -7,11 +7,11 @@
 #include <sstream>
 #include <vector>
 
-#include "alignment/linear_alignment.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
+#include "linear_alignment.h"
 #include "rotation/track_pruning.h"
-#include "solvers/solver_support.h"
+#include "solver_support.h"
 #include "structure_from_motion.h"
 #include "verdict/gates.h"
 
@@ -124,7 +124,7 @@ InitResult Vins::solve(const InitWindow& window) const {
     return result;
   }
 
-  MapState state;
+  WindowState state;
   state.R_b0_bk = R_b0_bk;
   state.p_b0 = alignment.positions_b0;
   state.v_b0 = alignment.velocities_b0;

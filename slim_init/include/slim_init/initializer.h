@@ -10,6 +10,7 @@
 #include "slim_init/keyframe_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/window_solver.h"
 
 namespace slim_init {
 
@@ -19,7 +20,7 @@ class IInitializer {
  public:
   virtual ~IInitializer() = default;
 
-  /// Name of the method, as given to makeInitializer().
+  /// Name of the method, e.g. "slim".
   virtual const std::string& name() const = 0;
 
   virtual AddStatus addImu(const ImuSample& sample) = 0;
@@ -49,11 +50,17 @@ class IInitializer {
   virtual const KeyframeWindow& window() const = 0;
 };
 
-/// Pairs a keyframe window with a solver. Names: solverNames(). Unknown name, invalid calibration
-/// or options: null, and a sentence in `error`.
-std::unique_ptr<IInitializer> makeInitializer(const std::string& name,
-                                              const Calibration& calibration,
+/// An initializer that solves with `slim`. Invalid calibration or options: null, and a message in
+/// `error` (may be null).
+std::unique_ptr<IInitializer> makeInitializer(const Calibration& calibration,
                                               const InitializerOptions& options,
+                                              std::string* error = nullptr);
+
+/// Pairs a keyframe window with any solver, which must not be null. Invalid calibration or options:
+/// as above.
+std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solver,
+                                              const Calibration& calibration,
+                                              const WindowOptions& options,
                                               std::string* error = nullptr);
 
 }  // namespace slim_init

@@ -24,18 +24,6 @@ struct WindowOptions {
   std::string validate() const;
 };
 
-/// Step 1, gyroscope bias from points (Kneip and Lynen 2013, He et al. 2023).
-struct GyroBiasOptions {
-  int max_iterations = 30;       ///< Levenberg-Marquardt iterations per linearisation of the IMU
-  int max_relinearizations = 4;  ///< re-integrations of the gyro at the new bias
-  double cauchy_scale = 1e-5;    ///< Cauchy scale of a pair's residual [rad^2]; DRT's release
-  int min_points_per_pair = 6;   ///< pairs with fewer common tracks do not enter
-  double max_bias = 1.0;         ///< [rad/s] a larger answer is a numerical failure
-
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
 /// Gyroscope bias of `slim`: noise-normalised epipolar cost over keyframe pairs 1, 2, 4 and 8
 /// apart.
 struct MultiGapBiasOptions {
@@ -102,16 +90,6 @@ struct VanishingPointOptions {
   std::string validate() const;
 };
 
-/// Which lines enter the alignment and how they are weighted (paper IV-C-4).
-struct LineSelectionOptions {
-  int min_keyframes = 3;          ///< a persistent track is seen in at least this many keyframes
-  int max_lines_per_pair = 10;    ///< best lines by score for each residual type
-  double full_length_px = 200.0;  ///< length at which the length part of q^n reaches 1
-
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
 /// Step 2, LiGT translations (Cai et al. 2021) and linear alignment.
 struct AlignmentOptions {
   int min_track_length = 3;        ///< keyframes; two views say nothing about relative scale
@@ -165,35 +143,6 @@ struct RefinementOptions {
   /// Visual chi-square per degree of freedom above which a minimum looks wrong and is searched for
   /// again. Right ones have 0.6 to 1.1, and a search in vain costs little.
   double suspicious_chi2 = 1.0;
-
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
-/// The switches of `slim-paper`, one per term, and the proportionality constants that the paper
-/// leaves open (docs/method_slim_paper.md measures them).
-struct SlimPaperOptions {
-  bool use_vp = true;             ///< VP residual in step 1, eq. (4)
-  bool use_line_epipolar = true;  ///< eq. (11)
-  bool use_line_normal = true;    ///< eq. (12)
-  /// Multiplies lambda_vp, the point to VP residual count ratio. At 1 the VP term dominates and the
-  /// bias error grows several times, because a VP is about ten times noisier than a point bearing
-  /// (sweep in docs/method_slim_paper.md).
-  double vp_weight = 0.001;
-  double vp_cauchy_scale = 0.05;       ///< Cauchy scale of the VP residual [rad]
-  double line_epipolar_weight = 0.01;  ///< constant of eq. (13), type e; above 0.1 success falls
-  double line_normal_weight = 1.0;     ///< constant of eq. (13), type n; 1 is best or near it
-
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
-/// Structureless visual-inertial bundle adjustment of `drt-vi-ba` (Song et al. 2025).
-struct DrtViBaOptions {
-  double sigma_px = 1.5;      ///< standard deviation of an epipolar residual [px], VINS-Mono's
-  double huber_sigmas = 1.0;  ///< Huber scale of an epipolar residual, in standard deviations
-  int max_iterations = 50;    ///< Levenberg-Marquardt steps
-  double tolerance = 1e-6;    ///< relative decrease of the cost that ends the minimisation
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -281,16 +230,12 @@ struct GateOptions {
 /// All options of an initializer.
 struct InitializerOptions {
   WindowOptions window;
-  GyroBiasOptions gyro_bias;
   VanishingPointOptions vanishing_point;
-  LineSelectionOptions line_selection;
   AlignmentOptions alignment;
   RobustBiasOptions robust_bias;
   ReverseAlignmentOptions reverse_alignment;
   RefinementOptions refinement;
   SlimOptions slim;
-  SlimPaperOptions slim_paper;
-  DrtViBaOptions drt_vi_ba;
   GateOptions gates;
 
   /// Returns an empty string, or the first sentence of a nested validate(), prefixed with the

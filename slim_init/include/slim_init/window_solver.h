@@ -19,17 +19,14 @@ namespace slim_init {
 class WindowSolver {
  public:
   virtual ~WindowSolver() = default;
-  /// The name under which makeWindowSolver() finds it.
+  /// Name of the method, e.g. "slim".
   virtual const std::string& name() const = 0;
   virtual InitResult solve(const InitWindow& window) const = 0;
 };
 
-/// Names accepted by makeWindowSolver(), in the order in which reports list them.
-const std::vector<std::string>& solverNames();
-
-/// Makes a solver by name. Unknown name or invalid options: null, and a sentence in `error`.
-std::unique_ptr<WindowSolver> makeWindowSolver(const std::string& name,
-                                               const InitializerOptions& options,
-                                               std::string* error = nullptr);
+/// Makes `slim`, the method of this library. Invalid options: null, and a message in `error` (may
+/// be null).
+std::unique_ptr<WindowSolver> makeSlimSolver(const InitializerOptions& options,
+                                             std::string* error = nullptr);
 
 }  // namespace slim_init

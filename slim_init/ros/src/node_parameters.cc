@@ -43,14 +43,14 @@ void NodeParameters::readTopic(const std::string& name, std::string* topic) {
   }
 }
 
-void NodeParameters::readConfig(feature_tracker_lines::Config* config) {
+void NodeParameters::readConfig(Config* config) {
   std::string file, options_file, error;
   read("config_file", &file);
   read("options_file", &options_file);
   if (file.empty()) {
     problem(
         "~config_file is not set: it names the configuration file of the rig (config/README.md)");
-  } else if (!feature_tracker_lines::loadConfig(file, options_file, config, &error)) {
+  } else if (!loadConfig(file, options_file, config, &error)) {
     problem(error);
   }
   notes_ = config->notes;

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "slim_init/baselines/baselines.h"
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/init_session.h"
 #include "slim_init/ros/node_parameters.h"
@@ -65,7 +66,7 @@ class SlimInitNode {
 };
 
 std::string SlimInitNode::start() {
-  feature_tracker_lines::Config config;
+  Config config;
   InitSessionOptions options;
   NodeParameters parameters(private_handle_);
   parameters.readConfig(&config);
@@ -79,8 +80,8 @@ std::string SlimInitNode::start() {
   if (std::string sentence = parameters.check(); !sentence.empty()) return sentence;
   if (std::string sentence = options.validate(); !sentence.empty()) return "~" + sentence;
   std::string error;
-  std::unique_ptr<IInitializer> initializer =
-      makeInitializer(config.method, config.calibration, config.options, &error);
+  std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
+      config.method, config.calibration, config.options, config.baselines, &error);
   if (initializer == nullptr) return error;
   parameters.log();
   session_ = std::make_unique<InitSession>(std::move(initializer), options);

@@ -26,9 +26,9 @@ Eigen::MatrixXd rotated(const Eigen::MatrixXd& H, const Eigen::Matrix3d& R) {
   return out;
 }
 
-MapState stateOf(const ReverseEstimate& estimate, const std::vector<Eigen::Matrix3d>& R_b0_bk,
-                 const Eigen::Vector3d& gyro_bias) {
-  MapState state;
+WindowState stateOf(const ReverseEstimate& estimate, const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                    const Eigen::Vector3d& gyro_bias) {
+  WindowState state;
   state.R_b0_bk = R_b0_bk;
   state.p_b0 = estimate.positions_b0;
   state.v_b0 = estimate.velocities_b0;
@@ -82,10 +82,11 @@ ReverseEstimate alignTight(const LinearMotion& motion, const Eigen::Matrix3Xd& s
   return out;
 }
 
-std::vector<MapState> startingStates(const InitWindow& window,
-                                     const std::vector<Preintegration>& pre,
-                                     const TranslationEstimate& translation, const SlimOptions& use,
-                                     const ReverseAlignmentOptions& options) {
+std::vector<WindowState> startingStates(const InitWindow& window,
+                                        const std::vector<Preintegration>& pre,
+                                        const TranslationEstimate& translation,
+                                        const SlimOptions& use,
+                                        const ReverseAlignmentOptions& options) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
@@ -94,7 +95,7 @@ std::vector<MapState> startingStates(const InitWindow& window,
   const int observations = static_cast<int>(window.pointSightings().size());
   const Eigen::Vector3d gyro_bias = pre.front().gyro_bias;
 
-  std::vector<MapState> starts;
+  std::vector<WindowState> starts;
   const double lambda = std::max(translation.lambda_1, 1e-16 * translation.lambda_max);
   ReverseEstimate reverse;
   if (use.reverse_start) {
@@ -102,7 +103,7 @@ std::vector<MapState> startingStates(const InitWindow& window,
                            calibration.gravity_magnitude, options);
   }
   if (reverse.valid) {
-    MapState state = stateOf(reverse, R_b0_bk, gyro_bias);
+    WindowState state = stateOf(reverse, R_b0_bk, gyro_bias);
     // From the shape, not from the IMU: what is wrong then is the inertial part, which is quadratic
     // and mended in one step, while pixels off by their tens sit on the flat part of the loss.
     for (int k = 0; k < window.size(); ++k) {
@@ -120,12 +121,12 @@ std::vector<MapState> startingStates(const InitWindow& window,
   return starts;
 }
 
-std::vector<MapState> consistentStartingStates(const InitWindow& window,
-                                               const std::vector<Preintegration>& pre,
-                                               const std::vector<Eigen::Matrix3d>& R_c0_ck,
-                                               const SlimOptions& use,
-                                               const AlignmentOptions& alignment,
-                                               const ReverseAlignmentOptions& reverse) {
+std::vector<WindowState> consistentStartingStates(const InitWindow& window,
+                                                  const std::vector<Preintegration>& pre,
+                                                  const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                                  const SlimOptions& use,
+                                                  const AlignmentOptions& alignment,
+                                                  const ReverseAlignmentOptions& reverse) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<char> agrees = consistentTracks(

@@ -8,7 +8,7 @@
 
 #include "alignment/reverse_alignment.h"
 #include "imu/preintegration.h"
-#include "refinement/map_state.h"
+#include "imu/window_state.h"
 #include "translation/ligt.h"
 
 namespace slim_init {
@@ -27,18 +27,19 @@ ReverseEstimate alignTight(const LinearMotion& motion, const Eigen::Matrix3Xd& s
 /// The starts asked for in `use` that succeed, the reverse alignment (positions from the visual
 /// shape) before the tight one. `pre` at the gyroscope bias of the starts, with derivatives;
 /// `translation` valid, in the frame of the first camera.
-std::vector<MapState> startingStates(const InitWindow& window,
-                                     const std::vector<Preintegration>& pre,
-                                     const TranslationEstimate& translation, const SlimOptions& use,
-                                     const ReverseAlignmentOptions& options);
+std::vector<WindowState> startingStates(const InitWindow& window,
+                                        const std::vector<Preintegration>& pre,
+                                        const TranslationEstimate& translation,
+                                        const SlimOptions& use,
+                                        const ReverseAlignmentOptions& options);
 
 /// The same from the tracks that consistentTracks() finds to agree only, or none when all agree or
 /// too few do. `R_c0_ck`: rotation of camera k into the first camera.
-std::vector<MapState> consistentStartingStates(const InitWindow& window,
-                                               const std::vector<Preintegration>& pre,
-                                               const std::vector<Eigen::Matrix3d>& R_c0_ck,
-                                               const SlimOptions& use,
-                                               const AlignmentOptions& alignment,
-                                               const ReverseAlignmentOptions& reverse);
+std::vector<WindowState> consistentStartingStates(const InitWindow& window,
+                                                  const std::vector<Preintegration>& pre,
+                                                  const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                                  const SlimOptions& use,
+                                                  const AlignmentOptions& alignment,
+                                                  const ReverseAlignmentOptions& reverse);
 
 }  // namespace slim_init

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "imu/preintegration.h"
+#include "lines/vanishing_point.h"
 #include "rotation/normalized_epipolar_pair.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
-#include "structure/vanishing_point.h"
 
 namespace slim_init {
 

@@ -7,11 +7,11 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "lines/vanishing_point.h"
 #include "rotation/multi_gap_bias.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
-#include "structure/vanishing_point.h"
 
 namespace slim_init {
 

@@ -18,8 +18,8 @@ int main() {
     std::fprintf(stderr, "%s\n", error.c_str());
     return 1;
   }
-  const auto initializer = slim_init::makeInitializer("slim", slim_init::Calibration(),
-                                                      slim_init::InitializerOptions(), &error);
+  const auto initializer =
+      slim_init::makeInitializer(slim_init::Calibration(), slim_init::InitializerOptions(), &error);
   std::printf("%s, G = %.2f\n", initializer ? initializer->name().c_str() : error.c_str(),
               window.G.z());
   return initializer && window.states.size() == 1 ? 0 : 1;

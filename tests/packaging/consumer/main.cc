@@ -12,7 +12,7 @@ int main() {
   slim_init::InitializerOptions options;
   std::string error;
   const std::unique_ptr<slim_init::IInitializer> initializer =
-      slim_init::makeInitializer("drt-l", calibration, options, &error);
+      slim_init::makeInitializer(calibration, options, &error);
   if (!initializer) {
     std::fprintf(stderr, "%s\n", error.c_str());
     return 1;

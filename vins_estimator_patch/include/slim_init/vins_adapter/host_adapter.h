@@ -83,14 +83,8 @@ class HostAdapter {
   /// early as the data allow it; the verdict's gates keep the early ones honest.
   static InitializerOptions hostDefaults();
 
-  /// Makes an adapter about the method `name` (solverNames()). Bad arguments: null, and a sentence
-  /// in `error` (may be null).
-  static std::unique_ptr<HostAdapter> create(const std::string& name,
-                                             const Calibration& calibration,
-                                             const InitializerOptions& initializer,
-                                             const HostOptions& options, std::string* error);
-
-  /// About an initializer that exists already. Null initializer or bad options: as above.
+  /// An adapter around `initializer`. Null initializer or invalid options: null, and a message in
+  /// `error` (may be null).
   static std::unique_ptr<HostAdapter> create(std::unique_ptr<IInitializer> initializer,
                                              const HostOptions& options, std::string* error);
 

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/config/config.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 
 namespace slim_init::node {
@@ -53,7 +53,7 @@ struct TrackedFrame {
 class ImagePipeline {
  public:
   /// Configuration and options as they are; call their validate() first.
-  ImagePipeline(const feature_tracker_lines::Config& config, const ImagePipelineOptions& options);
+  ImagePipeline(const Config& config, const ImagePipelineOptions& options);
 
   void addImu(const ImuSample& sample);
   /// `image` is kept until it is tracked: a copy of its own, or one that nobody changes.
@@ -81,7 +81,7 @@ class ImagePipeline {
   bool publishNow(double t);
   void keepForward(FrameObservation* frame);
 
-  feature_tracker_lines::Config config_;
+  Config config_;
   ImagePipelineOptions options_;
   std::unique_ptr<feature_tracker_lines::ImageFrontEnd> front_end_;
   std::deque<PendingImage> images_;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/feature_tracker_lines/config.h"
+#include "slim_init/config/config.h"
 
 namespace slim_init::node {
 
@@ -27,7 +27,7 @@ class NodeParameters {
   void readTopic(const std::string& name, std::string* topic);
 
   /// Reads ~config_file (required) and ~options_file into `config`.
-  void readConfig(feature_tracker_lines::Config* config);
+  void readConfig(Config* config);
 
   /// After the last read(): an empty string, or a sentence about the first problem: a wrong type, a
   /// file that cannot be used, a private parameter that nobody has read.

@@ -1,0 +1,146 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/backend/test_host.h"
+
+#include <cmath>
+#include <utility>
+
+#include "data/range_check.h"
+#include "slim_init/vins_adapter/host_convention.h"
+
+namespace slim_init::backend {
+namespace {
+
+using vins_adapter::HostAdapter;
+using vins_adapter::HostAnswer;
+using vins_adapter::HostState;
+using vins_adapter::toHostState;
+
+// Healthy states kept [s]; more than suspect_s is all that is asked for.
+constexpr double kHealthyKept = 2.0;
+
+}  // namespace
+
+TestHostOptions::TestHostOptions() { adapter.reinit = true; }
+
+std::string TestHostOptions::validate() const {
+  return RangeCheck()
+      .nested("adapter", adapter.validate())
+      .nested("estimator", estimator.validate())
+      .nested("failure", failure.validate())
+      .within("suspect_s", suspect_s, 0.0, kHealthyKept)
+      .sentence();
+}
+
+TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& options)
+    : adapter_(std::move(adapter)),
+      options_(options),
+      estimator_(adapter_->calibration(), options.estimator) {}
+
+std::unique_ptr<TestHost> TestHost::create(std::unique_ptr<IInitializer> initializer,
+                                           const TestHostOptions& options, std::string* error) {
+  const std::string sentence = options.validate();
+  if (!sentence.empty()) {
+    if (error != nullptr) *error = sentence;
+    return nullptr;
+  }
+  std::unique_ptr<HostAdapter> adapter =
+      HostAdapter::create(std::move(initializer), options.adapter, error);
+  if (adapter == nullptr) return nullptr;
+  return std::unique_ptr<TestHost>(new TestHost(std::move(adapter), options));
+}
+
+void TestHost::addImu(const ImuSample& sample) {
+  adapter_->addImu(sample.t, sample.accel, sample.gyro);
+  estimator_.addImu(sample);
+}
+
+HostStep TestHost::addFrame(const FrameObservation& frame) {
+  HostStep step;
+  adapter_->addFrame(frame);
+  const bool was_tracking = estimator_.seeded();
+  const NavState before = estimator_.newest();
+  const FrameReport report = step.report = estimator_.addFrame(frame);
+
+  if (!was_tracking) {
+    if (static_cast<int>(estimator_.stamps().size()) >= options_.estimator.window_frames - 1) {
+      start(&step);
+    }
+  } else {
+    step.sentence = report.problem;
+    if (estimator_.seeded() && report.ok()) {
+      step.sentence = detectFailure(before, estimator_.newest(), report, options_.failure);
+    }
+    step.failed = !estimator_.seeded() || (report.ok() && !step.sentence.empty());
+    if (step.failed) {
+      recover(healthyState(), true, &step);
+    } else if (requested_) {
+      recover(toHostState(estimator_.newest(), adapter_->calibration().td), false, &step);
+    }
+    requested_ = false;
+  }
+
+  step.tracking = estimator_.seeded();
+  if (step.tracking) {
+    step.state = estimator_.newest();
+    remember(step.state);
+  }
+  return step;
+}
+
+void TestHost::start(HostStep* step) {
+  const std::vector<double> stamps = estimator_.stamps();
+  step->joined = is_lost_ && options_.adapter.reinit &&
+                 stamps.front() - lost_.stamp <= options_.adapter.max_join_s;
+  const HostAnswer answer =
+      step->joined ? adapter_->recover(stamps, lost_) : adapter_->seed(stamps);
+  step->started = seed(answer, step);
+  step->joined = step->joined && step->started;
+}
+
+void TestHost::recover(const HostState& from, bool failed, HostStep* step) {
+  const HostAnswer answer = adapter_->recover(estimator_.stamps(), from);
+  step->recovered = seed(answer, step);
+  if (step->recovered || !failed) return;
+  lost_ = from;
+  is_lost_ = true;
+  healthy_.clear();
+  step->waiting = isWait(answer.verdict.status);
+  step->reset = !step->waiting;
+  if (step->waiting) {
+    estimator_.unseed();
+  } else {
+    estimator_.reset();
+  }
+}
+
+bool TestHost::seed(const HostAnswer& answer, HostStep* step) {
+  step->sentence += (step->sentence.empty() ? "" : "; ") + answer.sentence;
+  if (!answer.success()) return false;
+  std::vector<NavState> states;
+  for (const HostState& state : answer.window.states) {
+    states.push_back(vins_adapter::fromHostState(state, adapter_->calibration().td));
+  }
+  const FrameReport report = estimator_.seed(states);
+  if (!report.ok()) step->sentence += "; " + report.problem;
+  return report.ok();
+}
+
+// The newest of those that are old enough, or the oldest there is.
+HostState TestHost::healthyState() const {
+  const double newest = estimator_.stamps().back();
+  HostState state = healthy_.front();
+  for (const HostState& candidate : healthy_) {
+    if (newest - candidate.stamp >= options_.suspect_s) state = candidate;
+  }
+  return state;
+}
+
+void TestHost::remember(const NavState& state) {
+  is_lost_ = false;
+  healthy_.push_back(toHostState(state, adapter_->calibration().td));
+  while (healthy_.front().stamp < healthy_.back().stamp - kHealthyKept) {
+    healthy_.erase(healthy_.begin());
+  }
+}
+
+}  // namespace slim_init::backend

@@ -1,0 +1,31 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "drt_l.h"
+
+#include "gyro_bias.h"
+#include "loosely_coupled.h"
+
+namespace slim_init::baselines {
+
+const std::string& DrtL::name() const {
+  static const std::string kName = "drt-l";
+  return kName;
+}
+
+InitResult DrtL::solve(const InitWindow& window) const {
+  InitResult result = startResult(window);
+  StageClock clock(&result);
+  if (!hasEnoughKeyframes(window, &result)) return result;
+
+  // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
+  GyroBiasProblem problem;
+  problem.pair_loss = PairLoss::kEigenvalue;
+  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options_.gyro_bias);
+  clock.lap("gyro_bias");
+  if (!acceptGyroBias(bias, baseline_options_.gyro_bias, &result)) return result;
+
+  // Translations up to scale, then velocities, gravity and scale linearly (section 4.2).
+  solveTranslationAndAlign(window, LineTerms(), options_, &clock, &result);
+  return result;
+}
+
+}  // namespace slim_init::baselines

@@ -1,0 +1,73 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "drt_vi_ba.h"
+
+#include <vector>
+
+#include "drt_l.h"
+#include "epipolar_bundle_adjustment.h"
+#include "estimation/posterior.h"
+#include "imu/preintegration.h"
+#include "solver_support.h"
+#include "verdict/gates.h"
+
+namespace slim_init::baselines {
+namespace {
+
+// DRT-l's gates with what the refinement has changed: scale and its standard deviation.
+void updateGates(const GateOptions& options, InitResult* result) {
+  double linkage = kNotComputed, residual = kNotComputed;
+  std::vector<GateValue> gates;
+  for (const GateValue& gate : result->gates) {
+    if (gate.name == "linkage") {
+      linkage = gate.value;
+    } else if (gate.name == "alignment_residual") {
+      residual = gate.value;
+    } else if (gate.name == "parallax" || gate.name == "excitation") {
+      gates.push_back(gate);
+    }
+  }
+  for (const GateValue& gate :
+       alignmentGates(linkage, result->scale, residual, result->scale_sigma, options)) {
+    gates.push_back(gate);
+  }
+  result->gates = gates;
+}
+
+}  // namespace
+
+const std::string& DrtViBa::name() const {
+  static const std::string kName = "drt-vi-ba";
+  return kName;
+}
+
+InitResult DrtViBa::solve(const InitWindow& window) const {
+  // DRT-l starts it; what DRT-l cannot answer remains unanswered.
+  InitResult result = DrtL(options_, baseline_options_).solve(window);
+  if (!result.hasEstimate()) return result;
+  StageClock clock(&result);
+
+  // Bundle adjustment without structure: IMU factors and coplanarity of rays and baselines.
+  WindowState state = windowStateOf(result.states, window.calibration().gravity_magnitude);
+  const std::vector<Preintegration> pre = preintegrateWindow(
+      window, state.gyro_bias, state.accel_bias, PreintegrationParts::kWithCovariance);
+  const EpipolarAdjustment adjustment =
+      adjustEpipolar(window, pre, baseline_options_.drt_vi_ba, &state);
+  clock.lap("bundle_adjustment");
+
+  if (!adjustment.valid) {
+    fail(InitStatus::kNumericalFailure,
+         "the bundle adjustment has an IMU covariance or a cost that is not finite", &result);
+    result.states.clear();
+    return result;
+  }
+  setWorldStates(window, state, &result);
+  const Posterior posterior = posteriorOf(state, adjustment.information);
+  result.scale_sigma = posterior.scale_sigma;
+  result.covariance = posterior.covariance;
+  updateGates(options_.gates, &result);
+  decide(options_.gates.mode == GateMode::kOn, &result);
+  clock.lap("posterior");
+  return result;
+}
+
+}  // namespace slim_init::baselines

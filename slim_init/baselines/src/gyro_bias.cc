@@ -1,0 +1,215 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "gyro_bias.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "epipolar_pair.h"
+#include "geometry/so3.h"
+
+namespace slim_init::baselines {
+namespace {
+
+// A step below this changes no keyframe rotation by more than rounding [rad/s].
+constexpr double kStepTolerance = 1e-12;
+// Expected relative decrease of the cost below which rounding decides.
+constexpr double kCostTolerance = 1e-12;
+// Above this change of the bias [rad/s] the gyro is integrated anew. Below, the first-order
+// correction over a keyframe interval dt is wrong by about (change * dt)^2 / 2 < 1e-11 rad.
+constexpr double kRelinearizeTolerance = 1e-5;
+// Marquardt damping, relative to the diagonal: the start trusts the model, at the end a step is so
+// short that another try is pointless.
+constexpr double kInitialDamping = 1e-4;
+constexpr double kMaxDamping = 1e8;
+
+struct Cauchy {
+  double value;   // rho(s)
+  double weight;  // rho'(s)
+};
+
+// rho(s) = c^2 log(1 + s / c^2) of a squared residual s.
+Cauchy cauchy(double s, double scale) {
+  const double c2 = scale * scale;
+  return {c2 * std::log1p(s / c2), 1.0 / (1.0 + s / c2)};
+}
+
+struct Quadratic {
+  double cost = 0.0;
+  double rounding = 0.0;  // error of `cost` from rounding in the pre-summed matrices
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
+};
+
+// The sums of eq. (1) that do not depend on the bias.
+class Objective {
+ public:
+  Objective(const InitWindow& window, const GyroBiasProblem& problem,
+            const GyroBiasOptions& options)
+      : window_(window), problem_(problem), options_(options), pairs_(window.size() - 1) {
+    const std::vector<PointSighting>& sightings = window.pointSightings();
+    for (const Track& track : window.pointTracks()) {
+      for (int a = track.begin; a + 1 < track.end; ++a) {
+        if (sightings[a + 1].keyframe == sightings[a].keyframe + 1) {
+          pairs_[sightings[a].keyframe].add(sightings[a].bearing, sightings[a + 1].bearing);
+        }
+      }
+    }
+    int points = 0;
+    for (const EpipolarPair& pair : pairs_) {
+      if (pair.count() < options.min_points_per_pair) continue;
+      ++point_pairs_;
+      points += pair.count();
+    }
+    vp_active_.resize(pairs_.size(), false);
+    if (problem.vanishing_points != nullptr) {
+      const std::vector<VanishingPoint>& vps = *problem.vanishing_points;
+      for (std::size_t i = 0; i < pairs_.size(); ++i) {
+        vp_active_[i] = isReliablePair(vps[i], vps[i + 1], problem.vp_options);
+        vp_pairs_ += vp_active_[i] ? 1 : 0;
+      }
+      // lambda_vp of eq. (1): point to VP residual count ratio within the window.
+      if (vp_pairs_ > 0) lambda_vp_ = problem.vp_weight * points / vp_pairs_;
+    }
+  }
+
+  int pointPairs() const { return point_pairs_; }
+  int vpPairs() const { return vp_pairs_; }
+
+  // Cost and derivatives, with the rotations at first order around the preintegrations `pre`.
+  Quadratic evaluate(const std::vector<Preintegration>& pre,
+                     const Eigen::Vector3d& gyro_bias) const {
+    const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
+    Quadratic sum;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const Eigen::Vector3d phi = pre[i].dR_dbg * (gyro_bias - pre[i].gyro_bias);
+      const Eigen::Matrix3d R_bi_bj = pre[i].dR * expSO3(phi);
+      // d(bias) -> right perturbation of R_bi_bj.
+      const Eigen::Matrix3d J = rightJacobian(phi) * pre[i].dR_dbg;
+      if (pairs_[i].count() >= options_.min_points_per_pair) {
+        addPoints(pairs_[i], R_b_c.transpose() * R_bi_bj * R_b_c, R_b_c.transpose() * J, sum);
+      }
+      if (vp_active_[i]) addVp(static_cast<int>(i), R_bi_bj, J, sum);
+    }
+    return sum;
+  }
+
+ private:
+  void addPoints(const EpipolarPair& pair, const Eigen::Matrix3d& R_ci_cj, const Eigen::Matrix3d& J,
+                 Quadratic& sum) const {
+    const EpipolarEvaluation at = pair.evaluate(R_ci_cj);
+    // The entries of the pre-summed matrix are of the order of the count, and so is the rounding of
+    // the eigenvalue; the floor keeps the gradient, which is more exact, in force without noise.
+    const double lambda_rounding = 1e-15 * pair.count();
+    const double lambda = std::max(at.lambda, lambda_rounding);
+    double weight = 0.0;  // d cost / d lambda
+    if (problem_.pair_loss == PairLoss::kEigenvalue) {
+      const Cauchy rho = cauchy(lambda * lambda, options_.cauchy_scale);
+      sum.cost += rho.value;
+      weight = 2.0 * lambda * rho.weight;
+    } else {
+      // Every point adds at most 2 sigma^2 to lambda; three of those sigmas are still an inlier.
+      const double sigma = window_.calibration().sigmaBearing();
+      const Cauchy rho = cauchy(lambda, 3.0 * sigma * std::sqrt(2.0 * pair.count()));
+      sum.cost += rho.value;
+      weight = rho.weight;
+    }
+    sum.rounding += weight * lambda_rounding;
+    sum.gradient += weight * (J.transpose() * at.gradient);
+    sum.hessian += weight * (J.transpose() * at.hessian * J);
+  }
+
+  void addVp(int i, const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& J,
+             Quadratic& sum) const {
+    Eigen::Vector3d r;
+    Eigen::Matrix3d dr;
+    vpResidual((*problem_.vanishing_points)[i].direction,
+               (*problem_.vanishing_points)[i + 1].direction, R_bi_bj, window_.calibration().R_b_c,
+               &r, &dr);
+    const Cauchy rho = cauchy(r.squaredNorm(), problem_.vp_cauchy_scale);
+    sum.cost += lambda_vp_ * rho.value;
+    dr *= J;
+    sum.gradient += 2.0 * lambda_vp_ * rho.weight * (dr.transpose() * r);
+    sum.hessian += 2.0 * lambda_vp_ * rho.weight * (dr.transpose() * dr);
+  }
+
+  const InitWindow& window_;
+  const GyroBiasProblem& problem_;
+  const GyroBiasOptions& options_;
+  std::vector<EpipolarPair> pairs_;  // consecutive keyframes (i, i + 1)
+  std::vector<bool> vp_active_;      // indicator of IV-B-2
+  double lambda_vp_ = 0.0;
+  int point_pairs_ = 0;
+  int vp_pairs_ = 0;
+};
+
+}  // namespace
+
+void vpResidual(const Eigen::Vector3d& d_i, const Eigen::Vector3d& d_j,
+                const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
+                Eigen::Vector3d* residual, Eigen::Matrix3d* jacobian) {
+  Eigen::Vector3d u_b = R_bi_bj.transpose() * (R_b_c * d_i);  // d_i seen from b_j
+  Eigen::Vector3d u_c = R_b_c.transpose() * u_b;
+  if (u_c.dot(d_j) < 0.0) {
+    // A vanishing direction has no sign.
+    u_b = -u_b;
+    u_c = -u_c;
+  }
+  *residual = d_j.cross(u_c);
+  // (R Exp(phi))^T u = R^T u - phi x R^T u = R^T u + [R^T u]x phi.
+  if (jacobian != nullptr) *jacobian = skew(d_j) * R_b_c.transpose() * skew(u_b);
+}
+
+GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProblem& problem,
+                                  const GyroBiasOptions& options,
+                                  const Eigen::Vector3d& initial_bias) {
+  const Objective objective(window, problem, options);
+  GyroBiasEstimate estimate;
+  estimate.gyro_bias = initial_bias;
+  estimate.point_pairs = objective.pointPairs();
+  estimate.vp_pairs = objective.vpPairs();
+  if (estimate.point_pairs == 0) return estimate;
+
+  for (int round = 0; round < options.max_relinearizations; ++round) {
+    const Eigen::Vector3d start = estimate.gyro_bias;
+    const std::vector<Preintegration> pre =
+        preintegrateWindow(window, start, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+    Quadratic at = objective.evaluate(pre, estimate.gyro_bias);
+    double damping = kInitialDamping;
+    for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+      Eigen::Matrix3d H = at.hessian;
+      // Marquardt's scaling, with a floor for directions that the data do not see.
+      H.diagonal() +=
+          damping * (at.hessian.diagonal().array() + 1e-12 * at.hessian.trace()).matrix();
+      const Eigen::Vector3d step = -H.ldlt().solve(at.gradient);
+      if (!step.allFinite() || -at.gradient.dot(step) <= kCostTolerance * at.cost) break;
+      const Eigen::Vector3d candidate = estimate.gyro_bias + step;
+      const Quadratic there = objective.evaluate(pre, candidate);
+      // Where rounding hides the cost, the gradient tells better from worse.
+      const bool hidden = std::abs(there.cost - at.cost) <= at.rounding + there.rounding;
+      if (hidden ? there.gradient.norm() < at.gradient.norm() : there.cost < at.cost) {
+        estimate.gyro_bias = candidate;
+        ++estimate.iterations;
+        damping = std::max(0.1 * damping, 1e-12);
+        at = there;
+      } else {
+        damping *= 10.0;
+      }
+      if (step.norm() < kStepTolerance || damping > kMaxDamping) break;
+    }
+    estimate.cost = at.cost;
+    if ((estimate.gyro_bias - start).norm() < kRelinearizeTolerance) break;
+  }
+  estimate.valid = estimate.gyro_bias.allFinite() && estimate.gyro_bias.norm() <= options.max_bias;
+  return estimate;
+}
+
+double gyroBiasCost(const InitWindow& window, const GyroBiasProblem& problem,
+                    const GyroBiasOptions& options, const Eigen::Vector3d& gyro_bias) {
+  const Objective objective(window, problem, options);
+  const std::vector<Preintegration> pre = preintegrateWindow(
+      window, gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+  return objective.evaluate(pre, gyro_bias).cost;
+}
+
+}  // namespace slim_init::baselines

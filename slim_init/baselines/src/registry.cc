@@ -1,0 +1,69 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "drt_l.h"
+#include "drt_t.h"
+#include "drt_vi_ba.h"
+#include "slim_init/baselines/baselines.h"
+#include "slim_paper.h"
+
+namespace slim_init::baselines {
+namespace {
+
+template <typename Solver>
+std::unique_ptr<WindowSolver> make(const InitializerOptions& options,
+                                   const BaselineOptions& baseline_options) {
+  return std::make_unique<Solver>(options, baseline_options);
+}
+
+std::unique_ptr<WindowSolver> makeSlim(const InitializerOptions& options, const BaselineOptions&) {
+  return makeSlimSolver(options, nullptr);
+}
+
+}  // namespace
+
+const std::vector<Method>& methods() {
+  static const std::vector<Method> kMethods = {
+      {"slim", "this project's pipeline: reverse alignment, structureless refinement, own verdict",
+       &makeSlim},
+      {"slim-paper", "SLIM-init as its paper writes it: points, vanishing points and lines",
+       &make<SlimPaper>},
+      {"drt-l", "He et al. 2023, decoupled rotation and translation, loosely coupled", &make<DrtL>},
+      {"drt-t", "He et al. 2023, decoupled rotation and translation, tightly coupled", &make<DrtT>},
+      {"drt-vi-ba", "Song et al. 2025, structureless visual-inertial bundle adjustment after DRT",
+       &make<DrtViBa>},
+  };
+  return kMethods;
+}
+
+std::vector<std::string> namesOf(const std::vector<Method>& methods) {
+  std::vector<std::string> names;
+  for (const Method& method : methods) names.push_back(method.name);
+  return names;
+}
+
+std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const InitializerOptions& options,
+                                         const BaselineOptions& baseline_options,
+                                         std::string* error, const std::vector<Method>& known) {
+  std::string message = options.validate();
+  if (message.empty()) message = baseline_options.validate();
+  if (message.empty()) {
+    for (const Method& method : known) {
+      if (method.name == name) return method.make(options, baseline_options);
+    }
+    message = "unknown method \"" + name + "\", known are:";
+    for (const Method& method : known) message += " " + method.name;
+  }
+  if (error != nullptr) *error = message;
+  return nullptr;
+}
+
+std::unique_ptr<IInitializer> makeInitializer(const std::string& name,
+                                              const Calibration& calibration,
+                                              const InitializerOptions& options,
+                                              const BaselineOptions& baseline_options,
+                                              std::string* error) {
+  std::unique_ptr<WindowSolver> solver = makeMethod(name, options, baseline_options, error);
+  if (solver == nullptr) return nullptr;
+  return slim_init::makeInitializer(std::move(solver), calibration, options.window, error);
+}
+
+}  // namespace slim_init::baselines

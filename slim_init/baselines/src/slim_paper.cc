@@ -1,0 +1,65 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_paper.h"
+
+#include <vector>
+
+#include "gyro_bias.h"
+#include "imu/preintegration.h"
+#include "line_selection.h"
+#include "lines/vanishing_point.h"
+#include "loosely_coupled.h"
+
+namespace slim_init::baselines {
+
+const std::string& SlimPaper::name() const {
+  static const std::string kName = "slim-paper";
+  return kName;
+}
+
+InitResult SlimPaper::solve(const InitWindow& window) const {
+  const SlimPaperOptions& terms = baseline_options_.slim_paper;
+  InitResult result = startResult(window);
+  StageClock clock(&result);
+  if (!hasEnoughKeyframes(window, &result)) return result;
+
+  // IV-B-1, IV-B-2: dominant vanishing point of each keyframe, tracked by the gyro, with its gate.
+  std::vector<VanishingPoint> vanishing_points;
+  if (terms.use_vp) {
+    const std::vector<Preintegration> predicted = preintegrateWindow(
+        window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+    vanishing_points = trackVanishingPoints(
+        window, cameraRotations(chainRotations(predicted), window.calibration().R_b_c),
+        options_.vanishing_point);
+  }
+  clock.lap("vanishing_points");
+
+  // Step 1, eq. (1): gyroscope bias from point and VP residuals.
+  GyroBiasProblem problem;
+  problem.pair_loss = PairLoss::kSumOfSquares;
+  problem.vanishing_points = terms.use_vp ? &vanishing_points : nullptr;
+  problem.vp_options = options_.vanishing_point;
+  problem.vp_weight = terms.vp_weight;
+  problem.vp_cauchy_scale = terms.vp_cauchy_scale;
+  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options_.gyro_bias);
+  clock.lap("gyro_bias");
+  if (!acceptGyroBias(bias, baseline_options_.gyro_bias, &result)) return result;
+
+  // IV-C-4: line selection and weights, eq. (13).
+  std::vector<PairLines> lines;
+  LineTerms line_terms;
+  if (terms.use_line_epipolar || terms.use_line_normal) {
+    lines = selectLines(window, baseline_options_.line_selection);
+    line_terms.lines = &lines;
+    line_terms.use_epipolar = terms.use_line_epipolar;
+    line_terms.use_normal = terms.use_line_normal;
+    line_terms.epipolar_weight = terms.line_epipolar_weight;
+    line_terms.normal_weight = terms.line_normal_weight;
+  }
+  clock.lap("line_selection");
+
+  // Step 2, eq. (7): alignment on point and line residuals.
+  solveTranslationAndAlign(window, line_terms, options_, &clock, &result);
+  return result;
+}
+
+}  // namespace slim_init::baselines

@@ -1,0 +1,92 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Configuration files: VINS-Mono's own OpenCV-YAML file as it is, and our keys under `slim_init:`.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "slim_init/baselines/options.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/options.h"
+#include "slim_init/imu_limits.h"
+#include "slim_init/options.h"
+#include "slim_init/types.h"
+
+namespace slim_init {
+
+/// What a patched host finds in its own file beside our section; absent keys leave it as it was
+/// (docs/vins_mono.md).
+struct HostKeys {
+  std::string initializer = "stock";  ///< who initializes: stock, slim or shadow
+  bool reinit = false;                ///< re-initialize on a failure and on request
+  std::string output_path;            ///< the host's folder for results
+  int estimate_extrinsic = 0;         ///< 2: the host starts without an extrinsic
+};
+
+/// Everything a program needs to run an initializer on a rig.
+struct Config {
+  std::string method = "slim";  ///< one of baselines::methods()
+  InitializerOptions options;
+  baselines::BaselineOptions baselines;  ///< parameters that only compared methods have
+  Calibration calibration;
+  feature_tracker_lines::CameraParameters camera;
+  feature_tracker_lines::FrontEndOptions front_end;  ///< the host's own keys are in front_end.host
+  ImuLimits imu_limits;      ///< of live streams: the nodes and a patched host
+  bool estimate_td = false;  ///< the host estimates td itself; ours is its starting value
+  std::string imu_topic;
+  std::string image_topic;
+  HostKeys host;
+  /// What the reader should know, one sentence each; nothing here is an error.
+  std::vector<std::string> notes;
+};
+
+/// One of our keys. `key` is the path below `slim_init:`, e.g. "window.keyframes".
+struct ConfigKey {
+  std::string key;
+  std::variant<int*, double*, bool*, std::string*, GateMode*,
+               feature_tracker_lines::TrackerProfile*>
+      field;
+  std::string unit;    ///< "" where there is none
+  std::string reason;  ///< what it does and why the default is what it is
+};
+
+/// All our keys, bound to the fields of `config`. Reading, the list of unknown keys and the
+/// documentation all go through this one table.
+std::vector<ConfigKey> configKeys(Config* config);
+
+/// The `slim_init:` section with every key, its default, unit and reason: config/template.yaml.
+std::string documentedDefaults();
+
+/// Reads the host's configuration file: camera (model_type, image_width, image_height,
+/// projection_parameters, distortion_parameters, mirror_parameters), extrinsicRotation and
+/// extrinsicTranslation (camera to IMU), g_norm, td, topics, front-end keys, and our section
+/// `slim_init:`. `acc_n` and `gyr_n` are per-sample tuning values of the host and never become our
+/// noise densities; a note says so. Keys of the host that we do not use are left alone. VINS-Fusion
+/// writes some of them otherwise, and both ways are read: cam0_calib names a file beside this one
+/// that holds the camera, body_T_cam0 is the extrinsic, image0_topic the topic.
+///
+/// Everything else is an error: a missing or malformed file, a missing camera or extrinsic key, a
+/// value of the wrong kind, an unknown key in our section, a value out of range. Then returns
+/// false, leaves `config` as it was and puts a sentence that names file, key, value and bound into
+/// `error` (may be null). Never throws.
+bool loadConfig(const std::string& path, Config* config, std::string* error);
+
+/// The same for our keys that have another default in a host: where the file is silent the values
+/// of `defaults` hold.
+bool loadConfig(const std::string& path, const InitializerOptions& defaults, Config* config,
+                std::string* error);
+
+/// The same with our section in a file of its own, which wins over the one in the host's file.
+bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
+                std::string* error);
+
+/// Reads only the keys of HostKeys, whatever else the file holds. Errors as above.
+bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error);
+
+/// Reads only the section `slim_init:` of a file onto `config`; it has to be there. Errors as
+/// above.
+bool loadOptions(const std::string& path, Config* config, std::string* error);
+
+}  // namespace slim_init

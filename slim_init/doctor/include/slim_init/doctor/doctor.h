@@ -1,0 +1,130 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Why does an estimator not initialize on a recording? Checks of messages, units, calibration,
+// images and motion, each with a measured value and a bound (docs/doctor.md).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slim_init/doctor/rotation_alignment.h"
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+/// From good to bad.
+enum class Severity {
+  kOk,          ///< inside the bound
+  kNote,        ///< nothing is wrong, but the reader should know
+  kNotChecked,  ///< the data cannot tell; the sentence says what would
+  kWarning,     ///< works worse, or not always
+  kError,       ///< will not work
+};
+
+/// Stable lower-case name: "ok", "note", "not_checked", "warning", "error".
+const char* toString(Severity severity);
+
+/// What a check found.
+struct Finding {
+  std::string check;  ///< stable name: "imu_rate"
+  Severity severity = Severity::kOk;
+  double value = kNotComputed;  ///< as measured; NaN where nothing could be
+  double min = kNotComputed;    ///< bounds that the value has to keep; NaN: none on this side
+  double max = kNotComputed;
+  std::string unit;
+  std::string sentence;  ///< what was found
+  std::string advice;    ///< what to do; empty where there is nothing to do
+};
+
+/// What arrived of a stream besides what could be used.
+struct StreamCounts {
+  int repeated = 0;      ///< stamp of an earlier message
+  int out_of_order = 0;  ///< stamp before that of an earlier message
+  int unreadable = 0;    ///< no file, cannot be decoded, not finite
+};
+
+/// One image, reduced to numbers.
+struct ImageFacts {
+  double t = 0.0;                 ///< stamp [s], camera clock
+  double p99 = kNotComputed;      ///< 99 % quantile of the grey levels, [0, 255]; NaN: unreadable
+  double saturated = 0.0;         ///< share of pixels at 250 or more
+  double blur_px = kNotComputed;  ///< width of the sharpest edges as sigma [px]; NaN: no edges
+  bool repeats = false;           ///< pixel by pixel the image before
+  bool right_size = true;         ///< that of the configuration
+};
+
+/// A recording as the doctor sees it. Times from any common zero, streams ascending.
+struct DoctorData {
+  std::string name;
+  Calibration calibration;  ///< of the configuration, to be checked
+  std::vector<ImuSample> imu;
+  StreamCounts imu_counts;
+  std::vector<ImageFacts> images;
+  StreamCounts image_counts;
+  std::vector<FrameObservation> frames;  ///< tracked without help from the gyro
+  bool lines_enabled = true;
+};
+
+/// Bounds. A finding beyond `warn` is a warning, beyond `fail` an error.
+struct DoctorOptions {
+  struct Bound {
+    double warn = 0.0;
+    double fail = 0.0;
+  };
+  Bound disorder = {0.0, 0.01};     ///< share of messages repeated, out of order or unreadable
+  Bound imu_rate = {90.0, 50.0};    ///< [Hz] at least; 100 Hz IMUs run a little slow
+  Bound imu_lost = {0.005, 0.05};   ///< share of samples that are missing
+  double max_imu_gap_s = 0.05;      ///< no window is cut across a longer step
+  double max_imu_jitter = 0.3;      ///< 90 % quantile of the steps' deviation, in periods
+  Bound image_rate = {9.0, 4.0};    ///< [Hz] at least; the host publishes features at 10 Hz
+  Bound images_lost = {0.02, 0.2};  ///< share
+  Bound images_outside_imu = {0.1, 0.9};  ///< share; nearly all: two clocks
+  Bound gravity = {0.04, 0.15};           ///< |measured / configured - 1| of the specific force
+  Bound gyro_still = {0.2, 1.0};   ///< [rad/s] mean while the camera stands; MEMS have below 0.1
+  double max_gyro_rate = 35.0;     ///< [rad/s]; MEMS gyros end at 2000 deg/s
+  Bound gyro_scale = {0.05, 0.2};  ///< |gyro over camera - 1|; also what a focal length is off by
+  double min_correlation = 0.8;    ///< of the rates of camera and gyro; 0.97 and more where right
+  double mirrored_margin = 0.02;   ///< a mirrored gyro has to fit better by this
+  Bound time_offset_s = {0.006, 0.015};  ///< to the configured one; a fifth of an image period
+  Bound extrinsic_deg = {1.0, 5.0};      ///< to the configured rotation
+  double significance = 4.0;             ///< sigmas that a difference needs to be one
+  /// Standard deviation of the rotation beyond the scatter of pairs: lens model, lever arm [deg].
+  double extrinsic_floor_deg = 0.2;
+  Bound epipolar_px = {1.0, 3.0};  ///< median scale of points about their epipolar lines [px]
+  Bound black = {0.01, 0.5};       ///< share of images without light
+  double black_level = 16.0;       ///< grey level that 1 % of the pixels of an image must exceed
+  Bound saturated = {0.1, 0.6};    ///< share of images with more than half of their pixels white
+  Bound blurred = {0.3, 0.9};      ///< share of images whose sharpest edges are wider than:
+  double blur_px = 3.0;            ///< sigma of an edge [px]
+  Bound repeated_images = {0.02, 0.5};  ///< share of images equal to the one before
+  Bound points = {40.0, 15.0};          ///< median in an image, at least
+  Bound survival = {0.7, 0.4};          ///< median share of points found again in the next image
+  /// Scatter of the specific force, meant over 0.2 s, over a window [m/s^2]. Standing with running
+  /// motors 0.04, the slowest EuRoC flight 0.14.
+  double min_acceleration = 0.1;
+  double window_s = 2.25;  ///< of that scatter: ten keyframes
+  RotationAlignmentOptions alignment;
+};
+
+/// Everything found, in the order of the checks.
+struct DoctorReport {
+  std::string name;
+  std::vector<Finding> findings;
+  RotationAlignment alignment;
+
+  Severity worst() const;
+  /// 0: nothing worse than kNotChecked; 1: warnings; 2: errors.
+  int exitCode() const;
+};
+
+/// Runs every check. Pure: equal data give an equal report.
+DoctorReport examine(const DoctorData& data, const DoctorOptions& options);
+
+/// A table for people: findings with their values, then advice. At most 100 columns unless a
+/// sentence has a longer word. `color`: ANSI colours.
+std::string doctorText(const DoctorReport& report, bool color);
+
+/// The same for machines (docs/doctor.md, "JSON").
+std::string doctorJson(const DoctorReport& report);
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,30 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// From a recording with pixels to what the doctor examines.
+#pragma once
+
+#include <functional>
+#include <opencv2/core.hpp>
+
+#include "slim_init/doctor/doctor.h"
+#include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/feature_tracker_lines/camera.h"
+#include "slim_init/feature_tracker_lines/options.h"
+
+namespace slim_init::evaluation {
+
+/// Light, sharpness and size of an image (CV_8UC1; empty: unreadable). `before`: the image before,
+/// may be empty; `size`: that of the configuration.
+ImageFacts imageFacts(double t, const cv::Mat& image, const cv::Mat& before, cv::Size size);
+
+/// Reads and tracks the images. The tracker gets no help from the gyro, so that a wrong extrinsic,
+/// unit or offset cannot spoil what it is measured with. `limit`: images from the start, with the
+/// IMU data of their time; 0: all. What cannot be tracked is in the data as such: nothing here is
+/// an error.
+DoctorData readDoctorData(ImageSequence* images,
+                          const feature_tracker_lines::CameraParameters& camera,
+                          const Calibration& calibration,
+                          const feature_tracker_lines::FrontEndOptions& front_end, int limit,
+                          const std::function<void(int done, int total)>& progress);
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,117 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+#include <unordered_set>
+
+#include "checks.h"
+#include "statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+double shareOf(int count, int total) {
+  return total == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(total);
+}
+
+/// "7 of 60 images"
+std::string countText(int count, int total) {
+  return std::to_string(count) + " of " + std::to_string(total) + " images";
+}
+
+}  // namespace
+
+void checkImages(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
+  int read = 0, wrong_size = 0, black = 0, saturated = 0, with_edges = 0, blurred = 0, repeats = 0;
+  std::vector<double> widths;
+  for (const ImageFacts& image : data.images) {
+    if (!image.right_size) ++wrong_size;
+    if (!std::isfinite(image.p99)) continue;
+    ++read;
+    if (image.p99 <= options.black_level) ++black;
+    if (image.saturated > 0.5) ++saturated;
+    if (image.repeats) ++repeats;
+    if (!std::isfinite(image.blur_px)) continue;
+    ++with_edges;
+    widths.push_back(image.blur_px);
+    if (image.blur_px > options.blur_px) ++blurred;
+  }
+
+  const auto check = [&](const char* name, int count, int total, const DoctorOptions::Bound& bound,
+                         const std::string& what, const char* advice) {
+    const double share = shareOf(count, total);
+    Finding& f = add(findings, name, severityAbove(share, bound), 100.0 * share, "%");
+    f.max = 100.0 * bound.warn;
+    f.sentence = countText(count, total) + " " + what;
+    if (f.severity != Severity::kOk) f.advice = advice;
+  };
+  const int total = static_cast<int>(data.images.size());
+  check("image_size", wrong_size, total, {0.0, 0.0}, "are not of the size configured",
+        "image_width and image_height belong to another camera or another binning; so do its "
+        "intrinsics then.");
+  check("image_black", black, read, options.black,
+        "are black (99 % of the pixels at grey level " + number(options.black_level) + " or less)",
+        "Check lens cap, exposure, trigger and light; a recording may also have lost the pixels.");
+  check("image_white", saturated, read, options.saturated, "are white over more than half",
+        "Shorten the exposure or lower the gain.");
+  check("image_blur", blurred, with_edges, options.blurred,
+        "have no edge sharper than " + number(options.blur_px) + " px (median " +
+            (widths.empty() ? std::string("-") : number(median(widths), 2)) + " px)",
+        "Focus the lens; where it blurs in motion only, shorten the exposure and add light.");
+  check("image_repeated", repeats, read, options.repeated_images,
+        "are pixel by pixel the image before",
+        "The driver publishes old buffers: check its queue and trigger.");
+}
+
+void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
+  std::vector<double> points, survival, lines;
+  std::unordered_set<FeatureId> before;
+  for (const FrameObservation& frame : data.frames) {
+    std::unordered_set<FeatureId> now;
+    int found = 0;
+    for (const PointObservation& point : frame.points) {
+      now.insert(point.id);
+      if (before.count(point.id) > 0) ++found;
+    }
+    if (!before.empty()) survival.push_back(found / static_cast<double>(before.size()));
+    points.push_back(static_cast<double>(frame.points.size()));
+    lines.push_back(static_cast<double>(frame.lines.size()));
+    before = std::move(now);
+  }
+  const double count = points.empty() ? 0.0 : median(points);
+  Finding& p = add(findings, "points", severityBelow(count, options.points), count, "");
+  p.min = options.points.warn;
+  p.sentence = points.empty() ? "No image could be tracked"
+                              : "An image has " + number(count) + " points (median)";
+  if (p.severity != Severity::kOk) {
+    p.advice =
+        "Too little to see: light, focus, exposure, blank walls; or a mask or image size "
+        "that leaves little of the picture.";
+  }
+
+  if (survival.empty()) {
+    Finding& s = add(findings, "point_survival", Severity::kNotChecked, kNotComputed, "%");
+    s.min = 100.0 * options.survival.warn;
+    s.sentence = "How many points are found again is not known: there are none";
+  } else {
+    const double share = median(survival);
+    Finding& s =
+        add(findings, "point_survival", severityBelow(share, options.survival), 100.0 * share, "%");
+    s.min = 100.0 * options.survival.warn;
+    s.sentence = percent(share) + " of the points are found in the next image (median)";
+    if (s.severity != Severity::kOk) {
+      s.advice =
+          "Images too far apart, too blurred or too noisy to follow: more images per "
+          "second, shorter exposure, slower motion.";
+    }
+  }
+
+  if (!data.lines_enabled) return;
+  const double line_count = lines.empty() ? 0.0 : median(lines);
+  constexpr double kFewLines = 5.0;
+  Finding& l = add(findings, "lines", line_count >= kFewLines ? Severity::kOk : Severity::kNote,
+                   line_count, "");
+  l.min = kFewLines;
+  l.sentence = "An image has " + number(line_count) + " lines (median)";
+  if (l.severity != Severity::kOk) l.sentence += ": points alone have to do";
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,227 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "checks.h"
+#include "reference_so3.h"
+#include "statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+constexpr double kStandardGravity = 9.80665;  // [m/s^2] in one g
+
+double medianAccelNorm(const std::vector<ImuSample>& imu) {
+  std::vector<double> norms;
+  for (const ImuSample& sample : imu) norms.push_back(sample.accel.norm());
+  return median(norms);
+}
+
+/// Whether values are in g: their size is that of gravity in that unit.
+bool isInG(double accel_norm) { return accel_norm > 0.8 && accel_norm < 1.25; }
+
+/// What the samples have to be multiplied by to be in m/s^2.
+double accelFactor(const std::vector<ImuSample>& imu) {
+  return isInG(medianAccelNorm(imu)) ? kStandardGravity : 1.0;
+}
+
+/// Size of the mean specific force over windows of five seconds, turned by the gyro to where each
+/// window began: accelerations come to an end there, gravity does not. Median over the windows; NaN
+/// where the recording is shorter than one.
+double turnedGravity(const std::vector<ImuSample>& imu, double scale, const Eigen::Vector3d& bias) {
+  constexpr double kWindow = 5.0;
+  std::vector<double> norms;
+  std::size_t k = 0;
+  while (k + 1 < imu.size()) {
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    const double begin = imu[k].t;
+    for (; k + 1 < imu.size() && imu[k + 1].t <= begin + kWindow; ++k) {
+      const double dt = imu[k + 1].t - imu[k].t;
+      const Eigen::Vector3d step = (0.5 * (imu[k].gyro + imu[k + 1].gyro) / scale - bias) * dt;
+      sum += R * reference::expSo3(0.5 * step) * (0.5 * dt * (imu[k].accel + imu[k + 1].accel));
+      R *= reference::expSo3(step);
+    }
+    if (imu[k].t - begin < 0.9 * kWindow) {
+      if (k + 1 < imu.size() && imu[k].t == begin) ++k;  // a gap longer than the window
+      continue;
+    }
+    norms.push_back(sum.norm() / (imu[k].t - begin));
+  }
+  return median(norms);
+}
+
+/// Root mean square about the mean of means over fifths of a second, over windows; median over the
+/// windows. The short means take vibration out, which moves nothing. NaN without a whole window.
+double scatterOverWindows(const std::vector<ImuSample>& imu, Eigen::Vector3d ImuSample::*value,
+                          double window_s) {
+  constexpr double kMeanOver = 0.2;
+  std::vector<double> scatters;
+  std::size_t k = 0;
+  while (k < imu.size()) {
+    const double begin = imu[k].t;
+    double last = begin;
+    std::vector<Eigen::Vector3d> means;
+    while (k < imu.size() && imu[k].t <= begin + window_s) {
+      const double slot = imu[k].t;
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      int count = 0;
+      for (; k < imu.size() && imu[k].t < slot + kMeanOver; ++k, ++count) {
+        sum += imu[k].*value;
+        last = imu[k].t;
+      }
+      means.push_back(sum / count);
+    }
+    if (last - begin < 0.8 * window_s) continue;
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& m : means) center += m / static_cast<double>(means.size());
+    double sum2 = 0.0;
+    for (const Eigen::Vector3d& m : means) sum2 += (m - center).squaredNorm();
+    scatters.push_back(std::sqrt(sum2 / static_cast<double>(means.size())));
+  }
+  return median(scatters);
+}
+
+void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
+                  const DoctorOptions& options, Findings* findings) {
+  const double g = data.calibration.gravity_magnitude;
+  const double norm = medianAccelNorm(data.imu);
+  const double factor = accelFactor(data.imu);
+  const bool turned = alignment.status == AlignmentStatus::kSolved &&
+                      alignment.correlation >= options.min_correlation;
+  double measured = factor * norm;
+  if (turned || alignment.status == AlignmentStatus::kTooLittleTurn) {
+    const double over_windows =
+        factor * turnedGravity(data.imu, turned ? alignment.gyro_scale : 1.0,
+                               turned ? alignment.gyro_bias : alignment.gyro_mean);
+    if (std::isfinite(over_windows)) measured = over_windows;
+  }
+
+  Finding& u = add(findings, "accel_unit", Severity::kOk, norm, "m/s^2");
+  u.min = g * (1.0 - options.gravity.fail);
+  u.max = g * (1.0 + options.gravity.fail);
+  u.sentence = "The accelerometer reads " + number(norm) + " (median of its norm)";
+  if (isInG(norm)) {
+    u.severity = Severity::kError;
+    u.sentence += ": that is gravity in g, not in m/s^2";
+    u.advice = "Multiply linear_acceleration by " + number(kStandardGravity, 6) +
+               " in the driver or its settings.";
+  } else if (norm < 0.5 * g) {
+    u.severity = Severity::kError;
+    u.sentence += ", far less than gravity";
+    u.advice =
+        "Gravity has been taken off the data, or the unit is another: use the raw "
+        "accelerometer in m/s^2.";
+  } else if (norm > 2.0 * g) {
+    u.severity = Severity::kError;
+    u.sentence += ", far more than gravity";
+    u.advice = "Convert linear_acceleration to m/s^2; raw counts and milli-g look like this.";
+  }
+  if (u.severity != Severity::kOk && factor == 1.0) return;  // no unit to weigh gravity in
+
+  const double off = std::abs(measured / g - 1.0);
+  Finding& f = add(findings, "gravity", severityAbove(off, options.gravity), measured, "m/s^2");
+  f.min = g * (1.0 - options.gravity.warn);
+  f.max = g * (1.0 + options.gravity.warn);
+  f.sentence = "Gravity measures " + number(measured) + " m/s^2, configured are " + number(g);
+  if (f.severity != Severity::kOk) {
+    f.advice =
+        "Calibrate the accelerometer's scale and bias while it stands; where it stands well, "
+        "check that gyro and accelerometer have the same axes.";
+  }
+}
+
+void checkGyroRange(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
+  std::vector<double> norms;
+  for (const ImuSample& sample : data.imu) norms.push_back(sample.gyro.norm());
+  const double rate = norms.empty() ? kNotComputed : quantile(norms, 0.99);
+  const Severity severity = rate > options.max_gyro_rate ? Severity::kError : Severity::kOk;
+  Finding& f = add(findings, "gyro_range", severity, rate, "rad/s");
+  f.max = options.max_gyro_rate;
+  f.sentence = "The gyro reads up to " + number(rate) + " rad/s (99 % of the samples below)";
+  if (severity != Severity::kOk) {
+    f.sentence += ", more than a gyro of 2000 deg/s can measure";
+    f.advice = "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.";
+  }
+}
+
+void checkGyroBias(const RotationAlignment& alignment, const DoctorOptions& options,
+                   Findings* findings) {
+  const bool still = alignment.pairs >= options.alignment.min_pairs &&
+                     alignment.camera_rate < 0.5 * options.alignment.min_rate;
+  const bool solved = alignment.status == AlignmentStatus::kSolved &&
+                      alignment.correlation >= options.min_correlation;
+  Finding& f = add(findings, "gyro_bias", Severity::kNotChecked, kNotComputed, "rad/s");
+  f.max = options.gyro_still.warn;
+  if (!still && !solved) {
+    f.sentence = "The gyro's bias is not checked: the images do not tell how the camera turns";
+    return;
+  }
+  f.value = still ? alignment.gyro_mean.norm() : alignment.gyro_bias.norm();
+  f.severity = severityAbove(f.value, options.gyro_still);
+  f.sentence = "The gyro's bias is " + number(f.value) + " rad/s" +
+               (still ? ", its mean while the camera does not turn" : "");
+  if (f.severity != Severity::kOk) {
+    f.advice =
+        "No MEMS gyro is off by so much. A gyro in deg/s looks like this (multiply by "
+        "0.0174533); else calibrate it while it stands.";
+  }
+}
+
+}  // namespace
+
+void checkImuValues(const DoctorData& data, const RotationAlignment& alignment,
+                    const DoctorOptions& options, Findings* findings) {
+  if (data.imu.empty()) return;
+  checkGravity(data, alignment, options, findings);
+  checkGyroRange(data, options, findings);
+  checkGyroBias(alignment, options, findings);
+}
+
+void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
+                     const DoctorOptions& options, Findings* findings) {
+  if (data.imu.empty()) return;
+  const double accel =
+      accelFactor(data.imu) * scatterOverWindows(data.imu, &ImuSample::accel, options.window_s);
+  const bool accelerates = accel >= options.min_acceleration;
+  Finding& a =
+      add(findings, "acceleration", accelerates ? Severity::kOk : Severity::kNote, accel, "m/s^2");
+  a.min = options.min_acceleration;
+  a.sentence = "The specific force scatters by " + number(accel) + " m/s^2 over " +
+               number(options.window_s) + " s (median)";
+  if (!std::isfinite(accel)) {
+    a.severity = Severity::kNotChecked;
+    a.sentence = "The recording is shorter than the window of " + number(options.window_s) + " s";
+  }
+  const double turn =
+      scatterOverWindows(data.imu, &ImuSample::gyro, options.window_s) /
+      (std::isfinite(alignment.gyro_scale) && alignment.gyro_scale > 10.0 ? alignment.gyro_scale
+                                                                          : 1.0);
+  const bool turns = turn >= options.alignment.min_rate;
+  Finding& r =
+      add(findings, "turning", turns ? Severity::kOk : Severity::kNote, kDegPerRad * turn, "deg/s");
+  r.min = kDegPerRad * options.alignment.min_rate;
+  r.sentence = "The angular rate scatters by " + number(kDegPerRad * turn) + " deg/s over " +
+               number(options.window_s) + " s (median)";
+  if (!std::isfinite(turn)) {
+    r.severity = Severity::kNotChecked;
+    r.sentence = "The recording is shorter than the window of " + number(options.window_s) + " s";
+  }
+
+  constexpr double kStandingPxPerS = 3.0;
+  if (accelerates || !(alignment.flow_px_per_s < kStandingPxPerS)) {
+    if (a.severity == Severity::kNote) {
+      a.sentence += ", too little to know the scale from";
+      a.advice = "Move with more change of velocity while it initializes: up and down, to and fro.";
+    }
+    return;
+  }
+  a.sentence +=
+      " and the image moves by " + number(alignment.flow_px_per_s) + " px/s: it stands still";
+  a.advice =
+      "Nothing is wrong with that, but no monocular initializer can know the scale before "
+      "it moves: lift it and move to and fro.";
+}
+
+}  // namespace slim_init::evaluation

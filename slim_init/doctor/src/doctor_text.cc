@@ -1,0 +1,145 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What the doctor says, for people and for machines.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "checks.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kColumns = 100;
+
+std::string withUnit(const std::string& text, const std::string& unit) {
+  return unit.empty() ? text : text + " " + unit;
+}
+
+std::string boundText(const Finding& f) {
+  const bool min = std::isfinite(f.min), max = std::isfinite(f.max);
+  if (min && max) return withUnit(number(f.min) + " to " + number(f.max), f.unit);
+  if (min) return withUnit(">= " + number(f.min), f.unit);
+  if (max) return withUnit("<= " + number(f.max), f.unit);
+  return "";
+}
+
+std::string padded(std::string text, std::size_t width) {
+  if (text.size() < width) text.resize(width, ' ');
+  return text;
+}
+
+/// Breaks at spaces so that no line is longer than kColumns.
+std::string wrapped(const std::string& text, std::size_t indent, const std::string& mark) {
+  std::istringstream words(text);
+  std::string line = std::string(indent, ' ') + mark;
+  const std::size_t hanging = line.size();
+  std::string result;
+  bool empty = true;
+  for (std::string word; words >> word;) {
+    if (!empty && line.size() + 1 + word.size() > kColumns) {
+      result += line + "\n";
+      line = std::string(hanging, ' ');
+      empty = true;
+    }
+    line += (empty ? "" : " ") + word;
+    empty = false;
+  }
+  return result + line + "\n";
+}
+
+struct Style {
+  const char* label;
+  const char* color;
+};
+Style styleOf(Severity severity) {
+  switch (severity) {
+    case Severity::kOk: return {"ok", "\033[32m"};
+    case Severity::kNote: return {"note", "\033[36m"};
+    case Severity::kNotChecked: return {"not checked", "\033[36m"};
+    case Severity::kWarning: return {"WARNING", "\033[33m"};
+    case Severity::kError: return {"ERROR", "\033[31m"};
+  }
+  return {"", ""};
+}
+
+std::string countText(const DoctorReport& report, Severity severity, const char* one,
+                      const char* many) {
+  const auto count = std::count_if(report.findings.begin(), report.findings.end(),
+                                   [=](const Finding& f) { return f.severity == severity; });
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+/// NaN is no JSON.
+Json jsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json alignmentJson(const RotationAlignment& a) {
+  Json json = {{"pairs", a.pairs},
+               {"solved", a.status == AlignmentStatus::kSolved},
+               {"camera_rate_deg_s", jsonNumber(kDegPerRad * a.camera_rate)},
+               {"correlation", jsonNumber(a.correlation)},
+               {"mirrored_correlation", jsonNumber(a.mirrored_correlation)},
+               {"epipolar_px", jsonNumber(a.residual_px)},
+               {"flow_px_s", jsonNumber(a.flow_px_per_s)}};
+  if (a.status != AlignmentStatus::kSolved) return json;
+  json["td_s"] = jsonNumber(a.td);
+  json["td_sigma_s"] = jsonNumber(a.td_sigma);
+  json["gyro_scale"] = jsonNumber(a.gyro_scale);
+  json["gyro_scale_sigma"] = jsonNumber(a.gyro_scale_sigma);
+  json["gyro_bias_rad_s"] = {a.gyro_bias.x(), a.gyro_bias.y(), a.gyro_bias.z()};
+  Json R = Json::array();
+  for (int k = 0; k < 9; ++k) R.push_back(a.R_b_c(k / 3, k % 3));
+  json["R_b_c"] = R;
+  const Eigen::Vector3d variances =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(a.R_covariance).eigenvalues();
+  json["R_b_c_sigma_deg"] = jsonNumber(kDegPerRad * std::sqrt(variances(2)));
+  return json;
+}
+
+}  // namespace
+
+std::string doctorText(const DoctorReport& report, bool color) {
+  std::string text = report.name + ": " + countText(report, Severity::kError, "error", "errors") +
+                     ", " + countText(report, Severity::kWarning, "warning", "warnings") + ", " +
+                     countText(report, Severity::kNotChecked, "check", "checks") +
+                     " not possible\n";
+  constexpr std::size_t kLabel = 13, kCheck = 20, kValue = 18;
+  for (const Finding& f : report.findings) {
+    const Style style = styleOf(f.severity);
+    const std::string label = padded(style.label, kLabel);
+    const std::string value = std::isfinite(f.value) ? withUnit(number(f.value), f.unit) : "-";
+    std::string line = "  " + (color ? style.color + label + "\033[0m" : label) +
+                       padded(f.check, kCheck) + padded(value, kValue) + boundText(f);
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+    if (f.severity == Severity::kOk) continue;
+    text += wrapped(f.sentence + ".", 2 + kLabel, "");
+    if (!f.advice.empty()) text += wrapped(f.advice, 2 + kLabel, "-> ");
+  }
+  return text;
+}
+
+std::string doctorJson(const DoctorReport& report) {
+  Json json = {{"sequence", report.name},
+               {"exit_code", report.exitCode()},
+               {"worst", toString(report.worst())}};
+  json["findings"] = Json::array();
+  for (const Finding& f : report.findings) {
+    json["findings"].push_back({{"check", f.check},
+                                {"severity", toString(f.severity)},
+                                {"value", jsonNumber(f.value)},
+                                {"min", jsonNumber(f.min)},
+                                {"max", jsonNumber(f.max)},
+                                {"unit", f.unit},
+                                {"sentence", f.sentence},
+                                {"advice", f.advice}});
+  }
+  json["rotation"] = alignmentJson(report.alignment);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,33 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/imu_limits.h"
+
+#include <limits>
+#include <sstream>
+
+#include "data/range_check.h"
+
+namespace slim_init {
+
+bool ImuLimits::exceededBy(const ImuSample& sample) const {
+  return sample.accel.allFinite() && sample.gyro.allFinite() &&
+         (sample.accel.cwiseAbs().maxCoeff() > max_accel ||
+          sample.gyro.cwiseAbs().maxCoeff() > max_gyro);
+}
+
+std::string ImuLimits::describe(const ImuSample& sample) const {
+  std::ostringstream out;
+  out.precision(3);
+  out << sample.accel.cwiseAbs().maxCoeff() << " m/s^2 and " << sample.gyro.cwiseAbs().maxCoeff()
+      << " rad/s on an axis (bounds " << max_accel << " m/s^2, " << max_gyro << " rad/s)";
+  return out.str();
+}
+
+std::string ImuLimits::validate() const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return RangeCheck()
+      .within("max_accel", max_accel, 19.6, kInfinity)
+      .within("max_gyro", max_gyro, 2.1, kInfinity)
+      .sentence();
+}
+
+}  // namespace slim_init

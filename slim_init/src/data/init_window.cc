@@ -1,0 +1,213 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/init_window.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "data/clean_frame.h"
+#include "geometry/so3.h"
+#include "rotation/track_pruning.h"
+
+namespace slim_init {
+namespace {
+
+// Below this angle between its end points a segment has no usable direction.
+constexpr double kMinLineAngleRad = 1e-6;
+
+bool normalizeBearing(Eigen::Vector3d& bearing) {
+  const double norm = bearing.norm();
+  if (!std::isfinite(norm) || norm < 1e-12) return false;
+  // Left alone when it already is a unit vector, so that cleaning twice keeps the bytes.
+  if (std::abs(norm - 1.0) > 1e-14) bearing /= norm;
+  return true;
+}
+
+template <typename Observation, typename Usable>
+void sortAndFilter(std::vector<Observation>& observations, const Usable& usable,
+                   WindowCounts& counts) {
+  observations.erase(std::remove_if(observations.begin(), observations.end(),
+                                    [&](Observation& observation) { return !usable(observation); }),
+                     observations.end());
+  const auto by_id = [](const Observation& a, const Observation& b) { return a.id < b.id; };
+  if (!std::is_sorted(observations.begin(), observations.end(), by_id)) {
+    std::stable_sort(observations.begin(), observations.end(), by_id);
+  }
+  const auto last = std::unique(observations.begin(), observations.end(),
+                                [](const auto& a, const auto& b) { return a.id == b.id; });
+  counts.observations_duplicate_id += static_cast<int>(observations.end() - last);
+  observations.erase(last, observations.end());
+}
+
+// Groups (id, sighting) pairs into tracks with at least two sightings, by id, ascending in
+// keyframe.
+template <typename Sighting>
+void buildTracks(std::vector<std::pair<FeatureId, Sighting>>& all, std::vector<Track>& tracks,
+                 std::vector<Sighting>& sightings) {
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  sightings.reserve(all.size());
+  for (std::size_t begin = 0; begin < all.size();) {
+    std::size_t end = begin + 1;
+    while (end < all.size() && all[end].first == all[begin].first) ++end;
+    if (end - begin >= 2) {
+      Track track;
+      track.id = all[begin].first;
+      track.begin = static_cast<int>(sightings.size());
+      for (std::size_t i = begin; i < end; ++i) sightings.push_back(all[i].second);
+      track.end = static_cast<int>(sightings.size());
+      tracks.push_back(track);
+    }
+    begin = end;
+  }
+}
+
+std::shared_ptr<const InitWindow> fail(std::string* error, const std::string& sentence) {
+  if (error != nullptr) *error = sentence;
+  return nullptr;
+}
+
+}  // namespace
+
+void cleanFrame(FrameObservation& frame, WindowCounts& counts) {
+  sortAndFilter(
+      frame.points,
+      [&counts](PointObservation& point) {
+        if (normalizeBearing(point.bearing)) return true;
+        ++counts.observations_not_finite;
+        return false;
+      },
+      counts);
+  sortAndFilter(
+      frame.lines,
+      [&counts](LineObservation& line) {
+        if (!normalizeBearing(line.start_bearing) || !normalizeBearing(line.end_bearing) ||
+            !std::isfinite(line.length_px) || !std::isfinite(line.detection_confidence) ||
+            !std::isfinite(line.match_quality)) {
+          ++counts.observations_not_finite;
+          return false;
+        }
+        if (line.start_bearing.cross(line.end_bearing).norm() < kMinLineAngleRad) {
+          ++counts.lines_degenerate;
+          return false;
+        }
+        return true;
+      },
+      counts);
+}
+
+std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibration,
+                                                     const std::vector<FrameObservation>& keyframes,
+                                                     std::vector<ImuSample> imu,
+                                                     std::string* error) {
+  std::ostringstream out;
+  if (const std::string sentence = calibration.validate(); !sentence.empty()) {
+    return fail(error, "calibration: " + sentence);
+  }
+  if (keyframes.size() < 2) {
+    out << "window has " << keyframes.size() << " keyframes, needs at least 2";
+    return fail(error, out.str());
+  }
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    if (!std::isfinite(keyframes[k].t)) {
+      out << "time of keyframe " << k << " is not finite";
+      return fail(error, out.str());
+    }
+    if (k > 0 && keyframes[k].t <= keyframes[k - 1].t) {
+      out << "time of keyframe " << k << " is " << keyframes[k].t - keyframes[k - 1].t
+          << " s after the one before, must be positive";
+      return fail(error, out.str());
+    }
+  }
+  for (std::size_t i = 0; i < imu.size(); ++i) {
+    if (!std::isfinite(imu[i].t) || !imu[i].gyro.allFinite() || !imu[i].accel.allFinite()) {
+      out << "IMU sample " << i << " is not finite";
+      return fail(error, out.str());
+    }
+    if (i > 0 && imu[i].t <= imu[i - 1].t) {
+      out << "IMU sample " << i << " is " << imu[i].t - imu[i - 1].t
+          << " s after the one before, must be positive";
+      return fail(error, out.str());
+    }
+  }
+  if (imu.size() < 2 || imu.front().t > keyframes.front().t || imu.back().t < keyframes.back().t) {
+    out << "IMU data do not cover the window: " << imu.size() << " samples";
+    if (!imu.empty()) {
+      out << " from " << imu.front().t - keyframes.front().t << " s after its start to "
+          << keyframes.back().t - imu.back().t << " s before its end";
+    }
+    return fail(error, out.str());
+  }
+
+  const std::shared_ptr<InitWindow> window(new InitWindow());
+  window->calibration_ = calibration;
+  // Typed with few digits it may be off by as much as validate() lets pass.
+  window->calibration_.R_b_c = nearestRotation(calibration.R_b_c);
+  window->imu_ = std::move(imu);
+  window->times_.reserve(keyframes.size());
+  window->keyframe_lines_.resize(keyframes.size());
+  std::vector<std::pair<FeatureId, PointSighting>> points;
+  std::vector<std::pair<FeatureId, LineSighting>> lines;
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    FrameObservation frame = keyframes[k];
+    cleanFrame(frame, window->counts_);
+    window->times_.push_back(frame.t);
+    for (const PointObservation& point : frame.points) {
+      points.emplace_back(point.id, PointSighting{static_cast<int>(k), point.bearing});
+    }
+    for (const LineObservation& line : frame.lines) {
+      LineSighting sighting;
+      sighting.keyframe = static_cast<int>(k);
+      sighting.start_bearing = line.start_bearing;
+      sighting.end_bearing = line.end_bearing;
+      sighting.normal = line.start_bearing.cross(line.end_bearing).normalized();
+      sighting.length_px = line.length_px;
+      sighting.detection_confidence = line.detection_confidence;
+      sighting.match_quality = line.match_quality;
+      lines.emplace_back(line.id, sighting);
+      window->keyframe_lines_[k].push_back(sighting);
+    }
+  }
+  buildTracks(points, window->point_tracks_, window->point_sightings_);
+  buildTracks(lines, window->line_tracks_, window->line_sightings_);
+  return window;
+}
+
+std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
+                                                const std::vector<char>& keep) {
+  if (keep.size() != window.point_sightings_.size()) return nullptr;
+  const std::shared_ptr<InitWindow> out(new InitWindow());
+  out->calibration_ = window.calibration_;
+  out->times_ = window.times_;
+  out->imu_ = window.imu_;
+  out->line_tracks_ = window.line_tracks_;
+  out->line_sightings_ = window.line_sightings_;
+  out->keyframe_lines_ = window.keyframe_lines_;
+  out->counts_ = window.counts_;
+  out->point_tracks_.reserve(window.point_tracks_.size());
+  out->point_sightings_.reserve(window.point_sightings_.size());
+  for (const Track& track : window.point_tracks_) {
+    Track piece;
+    piece.id = track.id;
+    piece.begin = static_cast<int>(out->point_sightings_.size());
+    const auto close = [&]() {
+      piece.end = static_cast<int>(out->point_sightings_.size());
+      if (piece.size() >= 2) {
+        out->point_tracks_.push_back(piece);
+      } else {
+        out->point_sightings_.resize(piece.begin);
+      }
+      piece.begin = static_cast<int>(out->point_sightings_.size());
+    };
+    for (int a = track.begin; a < track.end; ++a) {
+      if (keep[a] == kStartTrack) close();
+      if (keep[a] != kDropSighting) out->point_sightings_.push_back(window.point_sightings_[a]);
+    }
+    close();
+  }
+  return out;
+}
+
+}  // namespace slim_init

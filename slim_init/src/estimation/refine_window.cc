@@ -1,0 +1,170 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/refine_window.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimation/visual_inertial_problem.h"
+#include "geometry/median.h"
+
+namespace slim_init {
+namespace {
+
+// Median of the length of a 2-vector of independent unit Gaussians, sqrt(2 ln 2).
+constexpr double kRayleighMedian = 1.17741;
+// Median of the larger of two independent unit |Gaussians|.
+constexpr double kMaxOfTwoMedian = 1.05;
+
+// First-order biases are exact enough below this [rad/s].
+constexpr double kRelinearizeGyro = 5e-3;
+
+// Fewer residuals say nothing about their spread.
+constexpr int kMinResiduals = 20;
+
+// A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
+double fitCorrection(double rows, double parameters) {
+  return std::sqrt(rows / std::max(rows - parameters, 0.5 * rows));
+}
+
+// The lowest minimum found.
+struct Basin {
+  MapSummary summary;
+  WindowState state;
+  int start = -1;       // where it was reached from
+  int last_start = -1;  // where the map was left
+  int iterations = 0;
+};
+
+double chi2(const Basin& basin, const VisualInertialProblem& map) {
+  return basin.summary.visual_cost / std::max(map.visualDof(), 1);
+}
+
+// Start after start, until one leads to a minimum that is not suspicious; the lowest of those
+// tried. A wrong minimum shows in its chi-square (5 to 30), so a second start beside a good first
+// one found nothing better in any window of the recordings and took as long again. The map is left
+// at the last one tried.
+Basin findBasin(const std::vector<WindowState>& starts, const RefinementOptions& options,
+                VisualInertialProblem* map) {
+  Basin best;
+  for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
+    WindowState state = starts[s];
+    const MapSummary summary = map->minimize(options.max_iterations, &state);
+    best.last_start = s;
+    best.iterations += summary.iterations;
+    if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
+    best = {summary, state, s, s, best.iterations};
+    if (chi2(best, *map) <= options.suspicious_chi2) break;
+  }
+  return best;
+}
+
+// Each start through a widened noise of the tracks, and the lowest cost at the true one. The map
+// keeps the noise it had.
+Basin descendFromCoarse(const std::vector<WindowState>& starts, int max_iterations,
+                        VisualInertialProblem* map) {
+  const double sigma_point = map->sigmaPoint(), sigma_line = map->sigmaLine();
+  Basin best;
+  for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
+    WindowState state = starts[s];
+    MapSummary summary;
+    int iterations = 0;
+    for (const double factor : {8.0, 3.0, 1.0}) {
+      map->setNoise(factor * sigma_point, factor * sigma_line);
+      summary = map->minimize(max_iterations, &state);
+      iterations += summary.iterations;
+      if (!summary.valid) break;
+    }
+    best.last_start = s;
+    best.iterations += iterations;
+    if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
+    best = {summary, state, s, s, best.iterations};
+  }
+  map->setNoise(sigma_point, sigma_line);
+  return best;
+}
+
+}  // namespace
+
+std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
+                                                 const Eigen::Vector3d& gyro_bias,
+                                                 const Eigen::Vector3d& accel_bias,
+                                                 const RefinementOptions& options) {
+  ImuNoise noise = window.calibration().imu_noise;
+  noise.gyro_density *= options.gyro_noise_factor;
+  noise.accel_density *= options.accel_noise_factor;
+  std::vector<Preintegration> pre;
+  pre.reserve(window.size() - 1);
+  for (int k = 0; k + 1 < window.size(); ++k) {
+    pre.push_back(preintegrate(window.imu(), window.times()[k], window.times()[k + 1], gyro_bias,
+                               accel_bias, noise, PreintegrationParts::kWithCovariance));
+  }
+  return pre;
+}
+
+RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
+                           std::vector<Preintegration> pre,
+                           const std::vector<VanishingPoint>* vanishing_points,
+                           const std::vector<WindowState>& starts, StartMode mode,
+                           const RefinementOptions& options) {
+  RefinedWindow out;
+  const double focal = window.calibration().focal_px;
+  VisualInertialProblem map(window, lines, pre, vanishing_points, options);
+  const int handed_in = map.pointViews();
+
+  Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
+                                         : descendFromCoarse(starts, options.max_iterations, &map);
+  if (basin.start < 0) return out;
+  if (basin.start != basin.last_start) {
+    // The tracks were left at a start that lost.
+    basin.summary = map.minimize(options.max_iterations, &basin.state);
+    basin.iterations += basin.summary.iterations;
+  }
+  if (!basin.summary.valid) return out;
+  out.state = basin.state;
+  out.chosen_start = basin.start;
+  out.iterations = basin.iterations;
+  out.chi2 = chi2(basin, map);
+  out.cost = basin.summary.cost;
+  out.line_cost = basin.summary.line_cost;
+
+  // Noise from the residuals, then without what is beyond it.
+  const MapResiduals residuals = map.residuals();
+  double sigma_point = map.sigmaPoint();
+  if (static_cast<int>(residuals.points.size()) >= kMinResiduals) {
+    const double rows = 2.0 * residuals.points.size();
+    sigma_point = median(residuals.points) / kRayleighMedian *
+                  fitCorrection(rows, 3.0 * residuals.point_tracks + 6.0);
+  }
+  sigma_point = std::max(sigma_point, options.min_sigma_px / focal);
+  double sigma_line = map.sigmaLine();
+  if (static_cast<int>(residuals.lines.size()) >= kMinResiduals) {
+    const double rows = 2.0 * residuals.lines.size();
+    sigma_line = median(residuals.lines) / kMaxOfTwoMedian *
+                 fitCorrection(rows, 4.0 * residuals.line_tracks);
+  }
+  sigma_line = std::max(sigma_line, options.min_sigma_px / focal);
+  map.reject(residuals,
+             std::max(options.reject_sigmas * sigma_point, options.min_reject_px / focal),
+             std::max(options.reject_sigmas * sigma_line, options.min_reject_px / focal));
+  map.setNoise(sigma_point, sigma_line);
+  if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro) {
+    pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, options);
+    map.whiten();
+  }
+  const MapSummary summary = map.resume(options.max_iterations, &out.state);
+  out.iterations += summary.iterations;
+  if (!summary.valid) return out;
+
+  out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
+  out.inertial_chi2 = (summary.cost - summary.visual_cost) / (9.0 * (window.size() - 1));
+  out.behind_fraction = map.behindFraction();
+  out.point_tracks = map.pointTracks();
+  out.line_tracks = map.lineTracks();
+  out.sigma_px = sigma_point * focal;
+  out.sigma_line_px = sigma_line * focal;
+  out.information = map.information();
+  out.valid = true;
+  return out;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,62 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The refinement of `slim` around the minimisation: several starts, noise from the data, rejection
+// and a second solve.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "imu/preintegration.h"
+#include "imu/window_state.h"
+#include "lines/vanishing_point.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// The refined window.
+struct RefinedWindow {
+  bool valid = false;
+  WindowState state;
+  /// Information of the error vector without the gauge (StateLayout, from index kGauge on).
+  Eigen::MatrixXd information;
+  /// Robust visual cost per degree of freedom before any rejection, at the calibration's noise.
+  double chi2 = 0.0;
+  /// Cost of the IMU factors and bias priors per residual row, after the second solve.
+  double inertial_chi2 = 0.0;
+  double inlier_fraction = 0.0;  ///< point sightings kept, of those handed in
+  double behind_fraction = 0.0;  ///< point tracks that lie behind the camera by over 3 sigma
+  double sigma_px = 0.0;         ///< noise of a point estimated from the data, floored [px]
+  double sigma_line_px = 0.0;    ///< the same of a line end point
+  int iterations = 0;            ///< accepted steps in all
+  int point_tracks = 0;          ///< tracks left
+  int line_tracks = 0;
+  double cost = 0.0;       ///< of the first solve, comparable between starts on the same data
+  double line_cost = 0.0;  ///< its part from lines
+  int chosen_start = -1;   ///< index into the starts
+};
+
+/// Preintegrations with covariance at the biases, the densities of the calibration times the noise
+/// factors of `options`.
+std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
+                                                 const Eigen::Vector3d& gyro_bias,
+                                                 const Eigen::Vector3d& accel_bias,
+                                                 const RefinementOptions& options);
+
+/// How the minimum is searched.
+enum class StartMode {
+  kFine,          ///< at the noise of the calibration
+  kCoarseToFine,  ///< through a widened noise of the tracks: the IMU leads, the pixels follow
+};
+
+/// Refines from `starts` (at least one) and keeps the lowest cost. `lines` as the constructor of
+/// VisualInertialProblem takes them, `pre` made by
+/// preintegrateInflated() at the starts' gyroscope bias.
+RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
+                           std::vector<Preintegration> pre,
+                           const std::vector<VanishingPoint>* vanishing_points,
+                           const std::vector<WindowState>& starts, StartMode mode,
+                           const RefinementOptions& options);
+
+}  // namespace slim_init

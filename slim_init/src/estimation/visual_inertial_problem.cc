@@ -1,0 +1,417 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/visual_inertial_problem.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "estimation/inertial_factor.h"
+#include "geometry/so3.h"
+
+namespace slim_init {
+namespace {
+
+// Damping of a track's own parameters, relative to its largest information: where the views do not
+// determine one of them (the distance of a far point), it stays where it is.
+constexpr double kTrackDamping = 1e-7;
+constexpr double kMinTrackInformation = 1e-6;
+
+// Information that holds a bias at zero, 1 / (1e-6 m/s^2)^2.
+constexpr double kHold = 1e12;
+
+constexpr double kFirstDamping = 1e-6;
+constexpr double kLargestDamping = 1e8;
+
+double square(double x) { return x * x; }
+
+// Sum of the logarithms of numbers of at least one, as the logarithm of their product: one
+// multiplication each.
+class LogSum {
+ public:
+  void add(double factor) {
+    // Leaves room for one more factor of this size.
+    constexpr double kLarge = 1e150;
+    product_ *= factor;
+    if (product_ > kLarge) {
+      sum_ += std::log(product_);
+      product_ = 1.0;
+    }
+  }
+  double value() const { return sum_ + std::log(product_); }
+
+ private:
+  double sum_ = 0.0;
+  double product_ = 1.0;
+};
+
+}  // namespace
+
+VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
+                                             const std::vector<Track>& lines,
+                                             const std::vector<Preintegration>& pre,
+                                             const std::vector<VanishingPoint>* vanishing_points,
+                                             const RefinementOptions& options)
+    : window_(window),
+      pre_(pre),
+      options_(options),
+      layout_(window.size()),
+      t_b_c_(window.calibration().t_b_c),
+      sigma_point_(window.calibration().sigmaBearing()),
+      sigma_line_(window.calibration().sigma_line_px / window.calibration().focal_px) {
+  const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
+  whiten();
+  point_views_.reserve(window.pointSightings().size());
+  for (const Track& track : window.pointTracks()) {
+    const TrackRange range = {static_cast<int>(point_views_.size()),
+                              static_cast<int>(point_views_.size()) + track.size()};
+    for (int s = track.begin; s < track.end; ++s) {
+      PointView view;
+      view.keyframe = window.pointSightings()[s].keyframe;
+      view.sighting = s;
+      view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
+      view.tangent_b = tangentBasis(view.bearing_b).transpose();
+      point_views_.push_back(view);
+    }
+    point_tracks_.push_back(range);
+  }
+  if (options_.use_lines) addLineTracks(lines);
+  if (options_.use_vanishing_points && vanishing_points != nullptr) {
+    addDirectionTracks(*vanishing_points);
+  }
+}
+
+void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
+  const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
+  for (const Track& track : lines) {
+    if (track.size() < options_.min_line_views) continue;
+    TrackRange range;
+    range.begin = static_cast<int>(line_views_.size());
+    for (int s = track.begin; s < track.end; ++s) {
+      const LineSighting& line = window_.lineSightings()[s];
+      line_views_.push_back(
+          {line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
+    }
+    range.end = static_cast<int>(line_views_.size());
+    line_tracks_.push_back(range);
+  }
+}
+
+void VisualInertialProblem::addDirectionTracks(
+    const std::vector<VanishingPoint>& vanishing_points) {
+  const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
+  int last_id = -1;
+  for (const VanishingPoint& vp : vanishing_points) last_id = std::max(last_id, vp.track_id);
+  for (int id = 0; id <= last_id; ++id) {
+    TrackRange range;
+    range.begin = static_cast<int>(direction_views_.size());
+    for (int k = 0; k < layout_.n; ++k) {
+      const VanishingPoint& vp = vanishing_points[k];
+      if (!vp.found || vp.track_id != id) continue;
+      const Eigen::Matrix<double, 3, 2> B = tangentBasis(vp.direction);
+      const Eigen::LLT<Eigen::Matrix2d> llt(options_.vp_inflation * B.transpose() * vp.covariance *
+                                            B);
+      if (llt.info() != Eigen::Success) continue;
+      DirectionView view;
+      view.keyframe = k;
+      view.direction_b = R_b_c * vp.direction;
+      view.whitened_tangent_b = llt.matrixL().solve((R_b_c * B).transpose());
+      direction_views_.push_back(view);
+    }
+    range.end = static_cast<int>(direction_views_.size());
+    if (range.end - range.begin >= 2) {
+      direction_tracks_.push_back(range);
+    } else {
+      direction_views_.resize(range.begin);
+    }
+  }
+}
+
+void VisualInertialProblem::whiten() {
+  whitening_.resize(pre_.size());
+  whitening_valid_ = true;
+  for (std::size_t i = 0; i < pre_.size(); ++i) {
+    whitening_valid_ = inertialWhitening(pre_[i], &whitening_[i]) && whitening_valid_;
+  }
+}
+
+void VisualInertialProblem::setNoise(double sigma_point_rad, double sigma_line_rad) {
+  sigma_point_ = sigma_point_rad;
+  sigma_line_ = sigma_line_rad;
+}
+
+int VisualInertialProblem::visualDof() const {
+  return static_cast<int>(2 * (point_views_.size() + line_views_.size() + direction_views_.size()) -
+                          3 * point_tracks_.size() - 4 * line_tracks_.size() -
+                          2 * direction_tracks_.size());
+}
+
+void VisualInertialProblem::triangulateAll(const WindowState& state) {
+  structure_ = Structure();
+  structure_.points.reserve(point_tracks_.size());
+  for (const TrackRange& t : point_tracks_) {
+    structure_.points.push_back(
+        triangulate(&point_views_[t.begin], t.end - t.begin, state, t_b_c_));
+  }
+  for (const TrackRange& t : line_tracks_) {
+    LineParameters line;
+    triangulate(&line_views_[t.begin], t.end - t.begin, state, t_b_c_, &line);
+    structure_.lines.push_back(line);
+  }
+  for (const TrackRange& t : direction_tracks_) {
+    structure_.directions.push_back(
+        meanDirection(&direction_views_[t.begin], t.end - t.begin, state));
+  }
+}
+
+double VisualInertialProblem::addPriors(const WindowState& state, System* system) const {
+  // The prior is centred at zero, so a tight one holds the bias there.
+  const double w_a = options_.estimate_accel_bias ? 1.0 / square(options_.accel_bias_prior) : kHold;
+  const double w_g = 1.0 / square(options_.gyro_bias_prior);
+  system->H.diagonal().segment<3>(layout_.accelBias()).array() += w_a;
+  system->H.diagonal().segment<3>(layout_.gyroBias()).array() += w_g;
+  system->g.segment<3>(layout_.accelBias()) += w_a * state.accel_bias;
+  system->g.segment<3>(layout_.gyroBias()) += w_g * state.gyro_bias;
+  return w_a * state.accel_bias.squaredNorm() + w_g * state.gyro_bias.squaredNorm();
+}
+
+double VisualInertialProblem::addInertial(const WindowState& state, System* system) const {
+  double cost = 0.0;
+  for (int i = 0; i + 1 < layout_.n; ++i) {
+    InertialResidual factor = inertialResidual(state, i, pre_[i]);
+    const Eigen::Matrix<double, 9, 1> r = whitening_[i] * factor.r;
+    // Transposed, so that columns are of even length; written out, since for these sizes Eigen
+    // would call its kernel for large matrices.
+    const Eigen::Matrix<double, 9, kInertialColumns> J = whitening_[i].lazyProduct(factor.J);
+    const Eigen::Matrix<double, kInertialColumns, 9> Jt = J.transpose();
+    const Eigen::Matrix<double, kInertialColumns, kInertialColumns> JJ = Jt.lazyProduct(J);
+    const Eigen::Matrix<double, kInertialColumns, 1> Jr = Jt * r;
+    cost += r.squaredNorm();
+    // Local columns in contiguous groups of the error vector.
+    struct Group {
+      int from, size, to;
+    };
+    const Group groups[] = {
+        {0, 12, layout_.pose(i)}, {12, 6, layout_.velocity(i)}, {18, 8, layout_.gyroBias()}};
+    for (const Group& a : groups) {
+      system->g.segment(a.to, a.size) += Jr.segment(a.from, a.size);
+      for (const Group& b : groups) {
+        if (b.to > a.to) continue;
+        system->H.block(a.to, b.to, a.size, b.size) += JJ.block(a.from, b.from, a.size, b.size);
+      }
+    }
+  }
+  return cost;
+}
+
+template <int D, typename View, typename Parameters>
+double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
+                                        const std::vector<View>& views,
+                                        const std::vector<Parameters>& parameters,
+                                        const WindowState& state, double sqrt_information,
+                                        Elimination<D>* elimination, System* system) {
+  using Matrix6D = Eigen::Matrix<double, 6, D>;
+  using MatrixD = Eigen::Matrix<double, D, D>;
+  using VectorD = Eigen::Matrix<double, D, 1>;
+  elimination->L.resize(tracks.size());
+  elimination->y.resize(tracks.size());
+  elimination->V.resize(views.size());
+  const double c2 = square(options_.cauchy_sigmas);
+  const int n = layout_.n;
+  LogSum cost;
+  for (std::size_t t = 0; t < tracks.size(); ++t) {
+    MatrixD information = MatrixD::Zero();
+    VectorD gradient = VectorD::Zero();
+    for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
+      ViewDerivatives<D> view;
+      evaluate(views[a], parameters[t], state, t_b_c_, sqrt_information, &view);
+      const double s2 = view.r.squaredNorm();
+      cost.add(1.0 + s2 / c2);
+      const double weight = 1.0 / (1.0 + s2 / c2);
+      const Eigen::Matrix<double, 2, D> weighted = weight * view.J_track;
+      const Eigen::Vector2d weighted_r = weight * view.r;
+      information.noalias() += view.J_track.transpose() * weighted;
+      gradient.noalias() += view.J_track.transpose() * weighted_r;
+      elimination->V[a].noalias() = view.J_pose.transpose() * weighted;
+      const int k = views[a].keyframe;
+      pose_blocks_[k * n + k].noalias() += view.J_pose.transpose() * (weight * view.J_pose);
+      system->g.segment<6>(6 * k).noalias() += view.J_pose.transpose() * weighted_r;
+    }
+    information.diagonal().array() +=
+        kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
+    const MatrixD L = information.llt().matrixL();
+    const VectorD y = L.template triangularView<Eigen::Lower>().solve(gradient);
+    elimination->L[t] = L;
+    elimination->y[t] = y;
+    const MatrixD L_inverse = L.template triangularView<Eigen::Lower>().solve(MatrixD::Identity());
+    for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
+      Matrix6D& V_a = elimination->V[a];
+      V_a = (V_a * L_inverse.transpose()).eval();
+      const int k_a = views[a].keyframe;
+      system->g.segment<6>(6 * k_a).noalias() -= V_a * y;
+      for (int b = tracks[t].begin; b <= a; ++b) {
+        pose_blocks_[k_a * n + views[b].keyframe].noalias() -= V_a * elimination->V[b].transpose();
+      }
+    }
+  }
+  return c2 * cost.value();
+}
+
+void VisualInertialProblem::linearize(const WindowState& state, const Structure& structure,
+                                      System* system) {
+  const int n = layout_.n;
+  system->H.setZero(layout_.size(), layout_.size());
+  system->g.setZero(layout_.size());
+  pose_blocks_.assign(n * n, Eigen::Matrix<double, 6, 6>::Zero());
+  system->line_cost = addTracks(line_tracks_, line_views_, structure.lines, state,
+                                1.0 / sigma_line_, &system->lines, system);
+  system->visual_cost = addTracks(point_tracks_, point_views_, structure.points, state,
+                                  1.0 / sigma_point_, &system->points, system) +
+                        system->line_cost +
+                        addTracks(direction_tracks_, direction_views_, structure.directions, state,
+                                  1.0, &system->directions, system);
+  for (int a = 0; a < n; ++a) {
+    for (int b = 0; b <= a; ++b) system->H.block<6, 6>(6 * a, 6 * b) = pose_blocks_[a * n + b];
+  }
+  system->cost = system->visual_cost + addInertial(state, system) + addPriors(state, system);
+}
+
+VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
+    const System& system, const Eigen::VectorXd& step) const {
+  // Back substitution: L^T d = -(y + sum V^T step).
+  const auto move = [&step](const auto& tracks, const auto& views, const auto& elimination,
+                            auto* parameters) {
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+      auto rhs = elimination.y[t];
+      for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
+        rhs.noalias() += elimination.V[a].transpose() * step.segment<6>(6 * views[a].keyframe);
+      }
+      elimination.L[t].transpose().template triangularView<Eigen::Upper>().solveInPlace(rhs);
+      (*parameters)[t] = (*parameters)[t].moved(-rhs);
+    }
+  };
+  Structure moved = structure_;
+  move(point_tracks_, point_views_, system.points, &moved.points);
+  move(line_tracks_, line_views_, system.lines, &moved.lines);
+  move(direction_tracks_, direction_views_, system.directions, &moved.directions);
+  return moved;
+}
+
+MapSummary VisualInertialProblem::minimize(int max_iterations, WindowState* state) {
+  triangulateAll(*state);
+  return resume(max_iterations, state);
+}
+
+MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state) {
+  MapSummary summary;
+  if (!whitening_valid_) return summary;
+  const int m = layout_.size() - StateLayout::kGauge;
+  linearize(*state, structure_, &system_);
+  double damping = kFirstDamping;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
+  Eigen::MatrixXd A(m, m);
+  while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping) {
+    A.triangularView<Eigen::Lower>() = system_.H.bottomRightCorner(m, m);
+    A.diagonal() *= 1.0 + damping;
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(A);
+    if (llt.info() != Eigen::Success) {
+      damping = std::max(100.0 * damping, 1e-4);
+      continue;
+    }
+    step.tail(m) = -llt.solve(system_.g.tail(m));
+    // Squared length of the step in standard deviations of the state. Unlike the decrease of the
+    // cost it is blind to outliers that still creep along the flat tail of the loss.
+    const double decrement = -step.tail(m).dot(system_.g.tail(m));
+    const WindowState trial_state = retract(*state, step);
+    Structure trial_structure = moveStructure(system_, step);
+    if (decrement < options_.tolerance) {
+      // Not worth a linearisation: cost and information are those of one small step before.
+      *state = trial_state;
+      std::swap(structure_, trial_structure);
+      summary.converged = true;
+      ++summary.iterations;
+      break;
+    }
+    linearize(trial_state, trial_structure, &trial_);
+    if (std::isfinite(trial_.cost) && trial_.cost <= system_.cost * (1.0 + 1e-12)) {
+      *state = trial_state;
+      std::swap(structure_, trial_structure);
+      std::swap(system_, trial_);
+      damping = std::max(0.1 * damping, 1e-9);
+      ++summary.iterations;
+    } else {
+      damping = std::max(10.0 * damping, 1e-5);
+    }
+  }
+  summary.cost = system_.cost;
+  summary.visual_cost = system_.visual_cost;
+  summary.line_cost = system_.line_cost;
+  information_ = system_.H.bottomRightCorner(m, m).selfadjointView<Eigen::Lower>();
+  final_state_ = *state;
+  summary.valid = std::isfinite(summary.cost) && information_.allFinite();
+  return summary;
+}
+
+MapResiduals VisualInertialProblem::residuals() const {
+  MapResiduals out;
+  out.point_tracks = static_cast<int>(point_tracks_.size());
+  out.line_tracks = static_cast<int>(line_tracks_.size());
+  out.points.reserve(point_views_.size());
+  for (std::size_t t = 0; t < point_tracks_.size(); ++t) {
+    for (int a = point_tracks_[t].begin; a < point_tracks_[t].end; ++a) {
+      ViewDerivatives<3> view;
+      evaluate(point_views_[a], structure_.points[t], final_state_, t_b_c_, 1.0, &view);
+      out.points.push_back(view.r.norm());
+    }
+  }
+  for (std::size_t t = 0; t < line_tracks_.size(); ++t) {
+    for (int a = line_tracks_[t].begin; a < line_tracks_[t].end; ++a) {
+      ViewDerivatives<4> view;
+      evaluate(line_views_[a], structure_.lines[t], final_state_, t_b_c_, 1.0, &view);
+      out.lines.push_back(view.r.cwiseAbs().maxCoeff());
+    }
+  }
+  return out;
+}
+
+double VisualInertialProblem::behindFraction() const {
+  int behind = 0;
+  for (std::size_t t = 0; t < point_tracks_.size(); ++t) {
+    // The last diagonal entry of L is the inverse standard deviation of the inverse depth.
+    if (structure_.points[t].inverse_depth * system_.points.L[t](2, 2) < -3.0) ++behind;
+  }
+  return point_tracks_.empty() ? 0.0 : static_cast<double>(behind) / point_tracks_.size();
+}
+
+void VisualInertialProblem::reject(const MapResiduals& now, double max_point, double max_line) {
+  const auto filter = [](const std::vector<double>& residual, double bound, int min_views,
+                         auto* tracks, auto* views, auto* parameters) {
+    auto kept_views = *views;
+    auto kept_tracks = *tracks;
+    auto kept_parameters = *parameters;
+    kept_views.clear();
+    kept_tracks.clear();
+    kept_parameters.clear();
+    for (std::size_t t = 0; t < tracks->size(); ++t) {
+      TrackRange range;
+      range.begin = static_cast<int>(kept_views.size());
+      for (int a = (*tracks)[t].begin; a < (*tracks)[t].end; ++a) {
+        if (residual[a] <= bound) kept_views.push_back((*views)[a]);
+      }
+      range.end = static_cast<int>(kept_views.size());
+      if (range.end - range.begin < min_views) {
+        kept_views.resize(range.begin);
+        continue;
+      }
+      kept_tracks.push_back(range);
+      kept_parameters.push_back((*parameters)[t]);
+    }
+    std::swap(*views, kept_views);
+    std::swap(*tracks, kept_tracks);
+    std::swap(*parameters, kept_parameters);
+  };
+  filter(now.points, max_point, 2, &point_tracks_, &point_views_, &structure_.points);
+  filter(now.lines, max_line, options_.min_line_views, &line_tracks_, &line_views_,
+         &structure_.lines);
+}
+
+}  // namespace slim_init

@@ -1,0 +1,155 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Structureless visual-inertial maximum a posteriori estimate of a window (docs/derivation.md).
+//
+// Minimises over the keyframe states, both biases and the gravity direction
+//   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
+//   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
+// each whitened, rho the Cauchy loss. The parameters of every track are eliminated inside each
+// Gauss-Newton step (Schur complement), which is the same step as on their null space.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimation/visual_tracks.h"
+#include "imu/preintegration.h"
+#include "imu/window_state.h"
+#include "lines/vanishing_point.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// What the minimisation reports.
+struct MapSummary {
+  bool valid = false;      ///< finite, and the information of the state is positive definite
+  bool converged = false;  ///< the last step was shorter than the tolerance
+  int iterations = 0;
+  double cost = 0.0;         ///< the whole robust cost
+  double visual_cost = 0.0;  ///< its part from points, lines and vanishing points
+  double line_cost = 0.0;    ///< its part from lines
+};
+
+/// Residuals of the observations that take part, at a state.
+struct MapResiduals {
+  std::vector<double> points;  ///< per active point view: |r| [rad]
+  std::vector<double> lines;   ///< per active line view: largest |sine| of both ends [rad]
+  int point_tracks = 0;
+  int line_tracks = 0;
+};
+
+/// The problem of one window. Holds the observations that take part and the scratch of their
+/// elimination; one object serves several starts and the solve after the rejection of outliers.
+class VisualInertialProblem {
+ public:
+  /// `lines`: ranges of window.lineSightings() (window.lineTracks(), or what agreeingLineTracks()
+  /// left of them). `pre`: one preintegration per consecutive pair, with covariance; kept by
+  /// reference. `vanishing_points`: one per keyframe, or null. Lines and vanishing points take part
+  /// only as `options` says.
+  VisualInertialProblem(const InitWindow& window, const std::vector<Track>& lines,
+                        const std::vector<Preintegration>& pre,
+                        const std::vector<VanishingPoint>* vanishing_points,
+                        const RefinementOptions& options);
+
+  /// Takes the covariances anew after the caller has changed the preintegrations.
+  void whiten();
+
+  /// Standard deviation of a point bearing and of a line end point across the line [rad].
+  void setNoise(double sigma_point_rad, double sigma_line_rad);
+  double sigmaPoint() const { return sigma_point_; }
+  double sigmaLine() const { return sigma_line_; }
+
+  /// Levenberg-Marquardt from `state`; track parameters are triangulated from it first. `state` is
+  /// the best found, also where the minimisation failed.
+  MapSummary minimize(int max_iterations, WindowState* state);
+
+  /// Goes on from the state and the track parameters that the last call left.
+  MapSummary resume(int max_iterations, WindowState* state);
+
+  /// Residuals after minimize(), at its answer.
+  MapResiduals residuals() const;
+
+  /// Takes observations beyond the bounds [rad] out, and tracks that keep fewer than two point or
+  /// three line views with them. `now` as residuals() gave it.
+  void reject(const MapResiduals& now, double max_point, double max_line);
+
+  /// Share of the point tracks whose inverse depth is negative by more than three sigma.
+  double behindFraction() const;
+  int pointTracks() const { return static_cast<int>(point_tracks_.size()); }
+  int lineTracks() const { return static_cast<int>(line_tracks_.size()); }
+
+  int pointViews() const { return static_cast<int>(point_views_.size()); }
+  int lineViews() const { return static_cast<int>(line_views_.size()); }
+  /// Visual residuals minus track parameters.
+  int visualDof() const;
+
+  /// Information matrix of the error vector without the gauge (StateLayout, from index kGauge on)
+  /// at the answer of minimize(), tracks eliminated.
+  const Eigen::MatrixXd& information() const { return information_; }
+
+ private:
+  struct TrackRange {
+    int begin = 0, end = 0;
+  };
+  /// What the elimination of the tracks of one kind (D parameters each) leaves for the back
+  /// substitution: per track the factor L of its information and y = L^-1 gradient, per view
+  /// V = (J_pose^T J_track) L^-T.
+  template <int D>
+  struct Elimination {
+    std::vector<Eigen::Matrix<double, D, D>> L;
+    std::vector<Eigen::Matrix<double, D, 1>> y;
+    std::vector<Eigen::Matrix<double, 6, D>> V;
+  };
+  /// Parameters of all tracks.
+  struct Structure {
+    std::vector<PointParameters> points;
+    std::vector<LineParameters> lines;
+    std::vector<DirectionParameters> directions;
+  };
+  /// Normal equations at a state; H is the lower triangle.
+  struct System {
+    Eigen::MatrixXd H;
+    Eigen::VectorXd g;
+    double cost = 0.0;
+    double visual_cost = 0.0;
+    double line_cost = 0.0;
+    Elimination<3> points;
+    Elimination<4> lines;
+    Elimination<2> directions;
+  };
+
+  void addLineTracks(const std::vector<Track>& lines);
+  void addDirectionTracks(const std::vector<VanishingPoint>& vanishing_points);
+  void triangulateAll(const WindowState& state);
+  double addPriors(const WindowState& state, System* system) const;
+  double addInertial(const WindowState& state, System* system) const;
+  template <int D, typename View, typename Parameters>
+  double addTracks(const std::vector<TrackRange>& tracks, const std::vector<View>& views,
+                   const std::vector<Parameters>& parameters, const WindowState& state,
+                   double sqrt_information, Elimination<D>* elimination, System* system);
+  void linearize(const WindowState& state, const Structure& structure, System* system);
+  Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
+
+  const InitWindow& window_;
+  const std::vector<Preintegration>& pre_;
+  RefinementOptions options_;
+  StateLayout layout_;
+  Eigen::Vector3d t_b_c_;
+  double sigma_point_;
+  double sigma_line_;
+  std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
+  bool whitening_valid_ = true;
+
+  std::vector<TrackRange> point_tracks_, line_tracks_, direction_tracks_;
+  std::vector<PointView> point_views_;
+  std::vector<LineView> line_views_;
+  std::vector<DirectionView> direction_views_;
+  Structure structure_;
+  System system_, trial_;
+  std::vector<Eigen::Matrix<double, 6, 6>> pose_blocks_;  // scratch of addTracks()
+  WindowState final_state_;
+  Eigen::MatrixXd information_;
+};
+
+}  // namespace slim_init

@@ -1,0 +1,185 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/initializer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "geometry/so3.h"
+#include "imu/preintegration.h"
+#include "slim_init/window_solver.h"
+
+namespace slim_init {
+namespace {
+
+bool isFinite(const NavState& state) {
+  return std::isfinite(state.t) && state.R_w_b.allFinite() && state.p_w_b.allFinite() &&
+         state.v_w_b.allFinite() && state.gyro_bias.allFinite() && state.accel_bias.allFinite();
+}
+
+// State of the body at time t, carried there from `state` by the IMU.
+NavState propagateTo(const NavState& state, double t, const std::vector<ImuSample>& imu,
+                     const Eigen::Vector3d& gravity_w, const ImuNoise& noise) {
+  if (t <= state.t) return state;
+  return propagate(state,
+                   preintegrate(imu, state.t, t, state.gyro_bias, state.accel_bias, noise,
+                                PreintegrationParts::kMean),
+                   gravity_w);
+}
+
+// The rotation about z that brings R_b closest to R_a. Unlike the difference of two yaw angles it
+// is well defined for every mounting, also with a body axis pointing up (EuRoC's x axis does).
+Eigen::Matrix3d yawBetween(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b) {
+  const Eigen::Matrix3d M = R_a * R_b.transpose();
+  const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));
+  return expSO3(Eigen::Vector3d(0.0, 0.0, yaw));
+}
+
+// Longest time between neighbouring samples that touches [t_from, t_to]; zero for an empty
+// interval.
+double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to) {
+  double largest = 0.0;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    if (imu[i].t <= t_from || imu[i - 1].t >= t_to) continue;
+    largest = std::max(largest, imu[i].t - imu[i - 1].t);
+  }
+  return largest;
+}
+
+// As for R_b_c in Calibration::validate().
+constexpr double kRotationTolerance = 1e-3;
+
+class Initializer : public IInitializer {
+ public:
+  Initializer(std::unique_ptr<WindowSolver> solver, const Calibration& calibration,
+              const WindowOptions& options)
+      : solver_(std::move(solver)), window_(calibration, options) {}
+
+  const std::string& name() const override { return solver_->name(); }
+  AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
+  AddStatus addFrame(const FrameObservation& frame) override { return window_.addFrame(frame); }
+  bool addLines(double t, const std::vector<LineObservation>& lines) override {
+    return window_.addLines(t, lines);
+  }
+  void reset() override { window_.reset(); }
+  const KeyframeWindow& window() const override { return window_; }
+
+  InitResult initialize() override {
+    const WindowCut cut = window_.cut();
+    if (cut.window == nullptr) {
+      InitResult result;
+      result.status = cut.status;
+      result.message = cut.message;
+      return result;
+    }
+    return solver_->solve(*cut.window);
+  }
+
+  InitResult recover(const NavState& last_healthy) override {
+    std::ostringstream sentence;
+    if (!isFinite(last_healthy)) {
+      return refuse("the last healthy state is not finite");
+    }
+    const std::vector<ImuSample> imu(window_.imu().begin(), window_.imu().end());
+    if (imu.empty() || last_healthy.t < imu.front().t || last_healthy.t > imu.back().t) {
+      sentence << "the last healthy state at " << std::fixed << last_healthy.t
+               << " s lies outside the buffered IMU data";
+      if (!imu.empty()) sentence << " [" << imu.front().t << ", " << imu.back().t << "] s";
+      return refuse(sentence.str());
+    }
+    if ((last_healthy.R_w_b.transpose() * last_healthy.R_w_b - Eigen::Matrix3d::Identity()).norm() >
+        kRotationTolerance) {
+      return refuse("R_w_b of the last healthy state is not a rotation to within 1e-3");
+    }
+    InitResult result = initialize();
+    if (!result.success() || !result.hasEstimate()) return result;
+    // Between the healthy state and the window the IMU alone carries the frame.
+    const double gap = largestGap(imu, last_healthy.t, result.states.front().t);
+    if (gap > window_.options().max_imu_gap_s) {
+      sentence << "IMU data have a gap of " << gap
+               << " s between the last healthy state and the window, must be at most "
+               << window_.options().max_imu_gap_s << " s";
+      return refuse(sentence.str());
+    }
+    joinFrame(last_healthy, imu, &result);
+    return result;
+  }
+
+ private:
+  static InitResult refuse(const std::string& message) {
+    InitResult result;
+    result.status = InitStatus::kInvalidInput;
+    result.message = message;
+    return result;
+  }
+
+  // Moves the new solution into the old odometry frame: both describe the body at one instant, the
+  // first at which both exist; they have to agree there in position and in yaw. Roll and pitch are
+  // the new solution's, because they come from gravity.
+  void joinFrame(const NavState& last_healthy, const std::vector<ImuSample>& imu,
+                 InitResult* result) const {
+    const ImuNoise& noise = window_.calibration().imu_noise;
+    NavState old_state = last_healthy;
+    // The host's biases may be what failed; the new ones carry the old state on.
+    old_state.gyro_bias = result->gyro_bias;
+    old_state.accel_bias = result->accel_bias;
+    NavState new_state = result->states.front();
+    for (const NavState& state : result->states) {
+      if (state.t <= last_healthy.t) new_state = state;
+    }
+    old_state = propagateTo(old_state, new_state.t, imu, result->gravity_w, noise);
+    new_state = propagateTo(new_state, old_state.t, imu, result->gravity_w, noise);
+
+    const Eigen::Matrix3d R_old_new = yawBetween(old_state.R_w_b, new_state.R_w_b);
+    const Eigen::Vector3d t_old_new = old_state.p_w_b - R_old_new * new_state.p_w_b;
+    for (NavState& state : result->states) {
+      state.R_w_b = R_old_new * state.R_w_b;
+      state.p_w_b = R_old_new * state.p_w_b + t_old_new;
+      state.v_w_b = R_old_new * state.v_w_b;
+    }
+    // Attitude errors stand on the body side and do not turn; those of p and v do.
+    if (result->covariance.size() == 0) return;
+    Eigen::MatrixXd T =
+        Eigen::MatrixXd::Identity(result->covariance.rows(), result->covariance.cols());
+    for (std::size_t k = 0; k < result->states.size(); ++k) {
+      T.block<3, 3>(9 * k + 3, 9 * k + 3) = R_old_new;
+      T.block<3, 3>(9 * k + 6, 9 * k + 6) = R_old_new;
+    }
+    result->covariance = T * result->covariance * T.transpose();
+  }
+
+  std::unique_ptr<WindowSolver> solver_;
+  KeyframeWindow window_;
+};
+
+}  // namespace
+
+std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solver,
+                                              const Calibration& calibration,
+                                              const WindowOptions& options, std::string* error) {
+  std::string message;
+  if (solver == nullptr) {
+    message = "the solver is null";
+  } else if (message = calibration.validate(); !message.empty()) {
+    message = "calibration: " + message;
+  } else if (message = options.validate(); !message.empty()) {
+    message = "window." + message;
+  }
+  if (!message.empty()) {
+    if (error != nullptr) *error = message;
+    return nullptr;
+  }
+  return std::make_unique<Initializer>(std::move(solver), calibration, options);
+}
+
+std::unique_ptr<IInitializer> makeInitializer(const Calibration& calibration,
+                                              const InitializerOptions& options,
+                                              std::string* error) {
+  std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, error);
+  if (solver == nullptr) return nullptr;
+  return makeInitializer(std::move(solver), calibration, options.window, error);
+}
+
+}  // namespace slim_init

@@ -1,0 +1,72 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Track ids of vanishing points and their reliability gate (paper IV-B-1, IV-B-2).
+#include <cmath>
+
+#include "lines/vanishing_point.h"
+
+namespace slim_init {
+namespace {
+
+constexpr double kRadPerDeg = 0.017453292519943295;
+
+// The axis nearest to `direction`, up to sign, that is within the threshold; -1 if none is.
+int nearestAxis(const std::vector<Eigen::Vector3d>& axes_c0, const Eigen::Vector3d& direction_c0,
+                double cos_threshold) {
+  int nearest = -1;
+  double largest_cosine = cos_threshold;
+  for (std::size_t axis = 0; axis < axes_c0.size(); ++axis) {
+    const double cosine = std::abs(axes_c0[axis].dot(direction_c0));
+    if (cosine >= largest_cosine && (nearest < 0 || cosine > largest_cosine)) {
+      nearest = static_cast<int>(axis);
+      largest_cosine = cosine;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace
+
+std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
+                                                 const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                                 const VanishingPointOptions& options) {
+  std::vector<VanishingPoint> vps(static_cast<std::size_t>(window.size()));
+  if (R_c0_ck.size() != vps.size()) return vps;
+  const double sigma_line_rad = window.calibration().sigma_line_px / window.calibration().focal_px;
+  const double cos_threshold = std::cos(options.match_threshold_deg * kRadPerDeg);
+
+  std::vector<Eigen::Vector3d> axes_c0;  // last observation of each id, the index being the id
+  for (int k = 0; k < window.size(); ++k) {
+    VanishingPoint& vp = vps[k];
+    vp = estimateVanishingPoint(window.linesOfKeyframe(k), sigma_line_rad, options);
+    if (!vp.found) continue;
+    const Eigen::Vector3d direction_c0 = R_c0_ck[k] * vp.direction;
+
+    // The axis of the keyframe before comes first: its prediction is the freshest.
+    const int previous_id = k > 0 ? vps[k - 1].track_id : -1;
+    if (previous_id >= 0 && std::abs(axes_c0[previous_id].dot(direction_c0)) >= cos_threshold) {
+      vp.track_id = previous_id;
+      vp.age = vps[k - 1].age + 1;
+    } else {
+      vp.track_id = nearestAxis(axes_c0, direction_c0, cos_threshold);
+      vp.age = 1;
+    }
+    if (vp.track_id < 0) {
+      vp.track_id = static_cast<int>(axes_c0.size());
+      axes_c0.push_back(direction_c0);
+    } else {
+      axes_c0[vp.track_id] = direction_c0;
+    }
+  }
+  return vps;
+}
+
+bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
+                    const VanishingPointOptions& options) {
+  const double max_consistency_rad = options.consistency_threshold_deg * kRadPerDeg;
+  return vp_i.found && vp_j.found && vp_i.track_id >= 0 && vp_i.track_id == vp_j.track_id &&
+         vp_j.age >= options.min_track_age && vp_i.consistency_rad <= max_consistency_rad &&
+         vp_j.consistency_rad <= max_consistency_rad;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,110 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "solver_support.h"
+
+#include <sstream>
+
+#include "geometry/so3.h"
+
+namespace slim_init {
+
+InitResult startResult(const InitWindow& window) {
+  InitResult result;
+  result.counts.keyframes = window.size();
+  result.counts.point_tracks = static_cast<int>(window.pointTracks().size());
+  result.counts.point_observations = static_cast<int>(window.pointSightings().size());
+  result.counts.line_tracks = static_cast<int>(window.lineTracks().size());
+  result.counts.line_observations = static_cast<int>(window.lineSightings().size());
+  return result;
+}
+
+void fail(InitStatus status, const std::string& message, InitResult* result) {
+  result->status = status;
+  result->message = message;
+}
+
+std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                             const Eigen::Matrix3d& R_b_c) {
+  std::vector<Eigen::Matrix3d> R_c0_ck;
+  R_c0_ck.reserve(R_b0_bk.size());
+  for (const Eigen::Matrix3d& R : R_b0_bk) R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
+  return R_c0_ck;
+}
+
+bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
+  if (window.size() >= kMinKeyframes) return true;
+  std::ostringstream message;
+  message << "window holds " << window.size() << " keyframes, needs " << kMinKeyframes;
+  fail(InitStatus::kTooFewKeyframes, message.str(), result);
+  return false;
+}
+
+MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
+                             const std::vector<Eigen::Matrix3d>& R_b0_bk) {
+  MotionMeasures motion;
+  motion.parallax_px =
+      medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
+  motion.rotation_deg = maxRotationDeg(R_b0_bk);
+  motion.excitation = forceDeviation(pre, R_b0_bk);
+  return motion;
+}
+
+void setWorldStates(const InitWindow& window, const WindowState& state, InitResult* result) {
+  const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(state.gravity_b0);
+  result->gravity_w = Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
+  result->gravity_b0 = state.gravity_b0;
+  result->gyro_bias = state.gyro_bias;
+  result->accel_bias = state.accel_bias;
+  result->states.clear();
+  Eigen::Matrix3Xd centres_b0(3, state.size());
+  for (int k = 0; k < state.size(); ++k) {
+    NavState out;
+    out.t = window.times()[k];
+    out.R_w_b = R_w_b0 * state.R_b0_bk[k];
+    out.p_w_b = R_w_b0 * state.p_b0.col(k);
+    out.v_w_b = R_w_b0 * state.v_b0.col(k);
+    out.gyro_bias = state.gyro_bias;
+    out.accel_bias = state.accel_bias;
+    result->states.push_back(out);
+    centres_b0.col(k) = state.p_b0.col(k) + state.R_b0_bk[k] * window.calibration().t_b_c;
+  }
+  result->scale = (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
+}
+
+WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude) {
+  const NavState& first = states.front();
+  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
+  const int n = static_cast<int>(states.size());
+  WindowState state;
+  state.p_b0.resize(3, n);
+  state.v_b0.resize(3, n);
+  for (int k = 0; k < n; ++k) {
+    state.R_b0_bk.push_back(R_b0_w * states[k].R_w_b);
+    state.p_b0.col(k) = R_b0_w * (states[k].p_w_b - first.p_w_b);
+    state.v_b0.col(k) = R_b0_w * states[k].v_w_b;
+  }
+  state.gyro_bias = states.back().gyro_bias;
+  state.accel_bias = states.back().accel_bias;
+  state.gravity_b0 = -gravity_magnitude * R_b0_w.col(2);
+  return state;
+}
+
+void keepObservable(const std::vector<Preintegration>& pre,
+                    const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
+                    InitResult* result) {
+  const InitStatus status = result->status;
+  if (status != InitStatus::kStationary && status != InitStatus::kPureRotation) return;
+  result->states.clear();
+  result->scale = kNotComputed;
+  result->scale_sigma = kNotComputed;
+  result->gravity_w.setConstant(kNotComputed);
+  result->gravity_b0.setConstant(kNotComputed);
+  result->accel_bias.setConstant(kNotComputed);
+  if (status == InitStatus::kPureRotation) return;
+  // At rest the mean specific force is minus gravity.
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < pre.size(); ++i) force += R_b0_bk[i] * pre[i].dv;
+  result->gravity_b0 = -gravity_magnitude * force.normalized();
+  result->gravity_w = Eigen::Vector3d(0.0, 0.0, -gravity_magnitude);
+}
+
+}  // namespace slim_init

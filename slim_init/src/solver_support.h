@@ -1,0 +1,70 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What every solver does around its mathematics: stage times, counts, refusals, partial answers.
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "imu/preintegration.h"
+#include "imu/window_state.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+#include "slim_init/result.h"
+#include "verdict/gates.h"
+
+namespace slim_init {
+
+/// Times the stages of a solve: lap("name") closes the stage that ran since the last lap.
+class StageClock {
+ public:
+  explicit StageClock(InitResult* result) : result_(result), last_(Clock::now()) {}
+  void lap(const char* name) {
+    const Clock::time_point now = Clock::now();
+    result_->stages.push_back(
+        {name, std::chrono::duration<double, std::milli>(now - last_).count()});
+    last_ = now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  InitResult* result_;
+  Clock::time_point last_;
+};
+
+/// A result with nothing but the counts of the window filled in.
+InitResult startResult(const InitWindow& window);
+
+/// Sets status and message.
+void fail(InitStatus status, const std::string& message, InitResult* result);
+
+/// Rotations of the cameras into the first camera from those of the bodies into the first body.
+std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                             const Eigen::Matrix3d& R_b_c);
+
+/// False, with status and sentence set, when the window has fewer than kMinKeyframes.
+bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
+
+/// The motion as the tracks and `pre` show it, for motionGates().
+MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
+                             const std::vector<Eigen::Matrix3d>& R_b0_bk);
+
+/// Turns a motion in b0 into the states, gravity, biases and scale of `result`, in its
+/// gravity-aligned world.
+void setWorldStates(const InitWindow& window, const WindowState& state, InitResult* result);
+
+/// The way back: world states, at least one, in the frame of the first body, with gravity of this
+/// size along -z of w and the biases of the newest state.
+WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude);
+
+/// A window without translation holds no scale: where the status says so, takes out what is not
+/// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is
+/// minus gravity, plus a bias that cannot be told apart), and the gyroscope bias. Pure rotation:
+/// the gyroscope bias.
+void keepObservable(const std::vector<Preintegration>& pre,
+                    const std::vector<Eigen::Matrix3d>& R_b0_bk, double gravity_magnitude,
+                    InitResult* result);
+
+}  // namespace slim_init

@@ -1,0 +1,160 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "linear_alignment.h"
+
+#include <gtest/gtest.h>
+
+#include "geometry/so3.h"
+#include "support/exact_window.h"
+
+namespace slim_init::baselines {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// An alignment problem with the true rotations and the true shape.
+class LinearAlignment : public ::testing::Test {
+ protected:
+  LinearAlignment() : exact_(makeExactWindow(ExactWindowOptions())) {
+    pre_ = preintegrateWindow(*exact_.window, exact_.truth[0].gyro_bias, Vector3d::Zero(),
+                              PreintegrationParts::kMean);
+    R_b0_bk_ = chainRotations(pre_);
+    centres_.resize(3, exact_.truth.size());
+    for (std::size_t k = 0; k < exact_.truth.size(); ++k) {
+      centres_.col(k) = exact_.truth[0].R_w_b.transpose() *
+                        (exact_.truth[k].p_w_b + exact_.truth[k].R_w_b * exact_.calibration.t_b_c);
+    }
+    const Vector3d first = centres_.col(0);
+    centres_.colwise() -= first;
+    centres_ /= (centres_.colwise() - centres_.rowwise().mean()).norm();
+  }
+
+  AlignmentProblem problem() const {
+    return {*exact_.window, pre_, R_b0_bk_, centres_, LineTerms()};
+  }
+
+  // The true unknowns [v, s, g].
+  Eigen::VectorXd truth() const {
+    const int n = exact_.window->size();
+    Eigen::VectorXd x(3 * n + 4);
+    const Matrix3d R_b0_w = exact_.truth[0].R_w_b.transpose();
+    double spread = 0.0;
+    Vector3d mean = Vector3d::Zero();
+    std::vector<Vector3d> c;
+    for (const NavState& s : exact_.truth)
+      c.push_back(s.p_w_b + s.R_w_b * exact_.calibration.t_b_c);
+    for (const Vector3d& p : c) mean += p / n;
+    for (const Vector3d& p : c) spread += (p - mean).squaredNorm();
+    for (int k = 0; k < n; ++k) x.segment<3>(3 * k) = R_b0_w * exact_.truth[k].v_w_b;
+    x[3 * n] = std::sqrt(spread);
+    x.tail<3>() = R_b0_w * Vector3d(0, 0, -exact_.calibration.gravity_magnitude);
+    return x;
+  }
+
+  ExactWindow exact_;
+  std::vector<Preintegration> pre_;
+  std::vector<Matrix3d> R_b0_bk_;
+  Eigen::Matrix3Xd centres_;
+};
+
+TEST_F(LinearAlignment, TruthSolvesTheSystem) {
+  const AlignmentSystem system = buildBaseRows(problem());
+  const Eigen::MatrixXd H = system.H.selfadjointView<Eigen::Lower>();
+  EXPECT_LT((H * truth() - system.b).norm(), 1e-11 * system.b.norm());
+}
+
+TEST_F(LinearAlignment, RecoversScaleGravityVelocityPosition) {
+  const AlignmentEstimate estimate = alignLinear(problem());
+  ASSERT_TRUE(estimate.valid);
+  const Eigen::VectorXd x = truth();
+  const int n = exact_.window->size();
+  EXPECT_NEAR(estimate.scale, x[3 * n], 1e-10);
+  EXPECT_LT((estimate.gravity_b0 - x.tail<3>()).norm(), 1e-9);
+  for (int k = 0; k < n; ++k) {
+    EXPECT_LT((estimate.velocities_b0.col(k) - x.segment<3>(3 * k)).norm(), 1e-9);
+    const Vector3d p =
+        exact_.truth[0].R_w_b.transpose() * (exact_.truth[k].p_w_b - exact_.truth[0].p_w_b);
+    EXPECT_LT((estimate.positions_b0.col(k) - p).norm(), 1e-9);
+  }
+  EXPECT_LT(estimate.residual_rms, 1e-6);
+}
+
+TEST_F(LinearAlignment, Equation12AddsNothingAtAConsistentSolution) {
+  // The projections of a vanishing r^p vanish: eq. (12) re-weights, it does not measure.
+  const std::vector<PairLines> lines = selectLines(*exact_.window, LineSelectionOptions());
+  AlignmentProblem with_lines = problem();
+  with_lines.line_terms = {&lines, false, true, 0.0, 10.0};
+  std::size_t used = 0;
+  for (const PairLines& pair : lines) used += pair.normal.size();
+  ASSERT_GT(used, 20u);
+  const AlignmentEstimate plain = alignLinear(problem());
+  const AlignmentEstimate weighted = alignLinear(with_lines);
+  ASSERT_TRUE(weighted.valid);
+  EXPECT_NEAR(weighted.scale, plain.scale, 1e-10);
+  // Repeated rows are no new knowledge: the reported uncertainty stays.
+  EXPECT_NEAR(weighted.residual_rms, plain.residual_rms, 1e-7);
+}
+
+TEST_F(LinearAlignment, Equation12NormalStandsInTheBodyFrame) {
+  // The term equals n_b . r^p with n_b = R_b_c n_c, evaluated by hand for one line and pair.
+  std::vector<PairLines> lines(exact_.window->size() - 1);
+  const LineSighting& sighting = exact_.window->lineSightings()[0];
+  const int i = sighting.keyframe;
+  ASSERT_LT(i + 1, exact_.window->size());
+  lines[i].normal.push_back({0, 1, 0.75});
+  AlignmentProblem with_line = problem();
+  with_line.line_terms = {&lines, false, true, 0.0, 2.0};
+  const AlignmentSystem a = buildBaseRows(problem());
+  AlignmentSystem b = a;
+  addLineRows(with_line, &b);
+  Eigen::VectorXd x = truth();
+  x[3 * exact_.window->size()] *= 1.3;  // off the solution, so that r^p does not vanish
+  const auto cost = [&x](const AlignmentSystem& s) {
+    const Eigen::MatrixXd H = s.H.selfadjointView<Eigen::Lower>();
+    return x.dot(H * x) - 2.0 * s.b.dot(x) + s.c;
+  };
+  const double s = x[3 * exact_.window->size()];
+  const double dt = pre_[i].dt;
+  const Vector3d r_b0 = s * (centres_.col(i + 1) - centres_.col(i)) - x.segment<3>(3 * i) * dt -
+                        0.5 * dt * dt * x.tail<3>() - R_b0_bk_[i] * pre_[i].dp -
+                        (R_b0_bk_[i + 1] - R_b0_bk_[i]) * exact_.calibration.t_b_c;
+  const Vector3d n_b = exact_.calibration.R_b_c * sighting.normal;
+  const double r = n_b.dot(R_b0_bk_[i].transpose() * r_b0);
+  EXPECT_NEAR(cost(b) - cost(a), 2.0 * 0.75 * r * r, 1e-9 * cost(b));
+}
+
+TEST_F(LinearAlignment, Equation11ShrinksTheScale) {
+  // Even without noise: the term is quadratic in the scale alone, with its minimum at zero.
+  const std::vector<PairLines> lines = selectLines(*exact_.window, LineSelectionOptions());
+  double last = alignLinear(problem()).scale;
+  for (double weight : {0.01, 0.1, 1.0}) {
+    AlignmentProblem with_lines = problem();
+    with_lines.line_terms = {&lines, true, false, weight, 0.0};
+    const AlignmentEstimate estimate = alignLinear(with_lines);
+    ASSERT_TRUE(estimate.valid);
+    EXPECT_LT(estimate.scale, last) << "weight " << weight;
+    last = estimate.scale;
+  }
+  EXPECT_LT(last, 0.99 * alignLinear(problem()).scale);
+}
+
+TEST_F(LinearAlignment, ScaleSigmaGrowsWithTheResidual) {
+  Eigen::Matrix3Xd disturbed = centres_;
+  std::srand(4);
+  disturbed += 0.002 * Eigen::Matrix3Xd::Random(3, disturbed.cols());
+  AlignmentProblem noisy = {*exact_.window, pre_, R_b0_bk_, disturbed, LineTerms()};
+  const AlignmentEstimate estimate = alignLinear(noisy);
+  ASSERT_TRUE(estimate.valid);
+  EXPECT_GT(estimate.scale_sigma, 1e-4);
+  EXPECT_LT(estimate.scale_sigma, 0.1);
+}
+
+TEST_F(LinearAlignment, NotFiniteInputIsInvalid) {
+  Eigen::Matrix3Xd broken = centres_;
+  broken(1, 3) = kNotComputed;
+  EXPECT_FALSE(alignLinear({*exact_.window, pre_, R_b0_bk_, broken, LineTerms()}).valid);
+}
+
+}  // namespace
+}  // namespace slim_init::baselines

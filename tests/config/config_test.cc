@@ -1,0 +1,520 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/config/config.h"
+
+#include <dirent.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <set>
+#include <sstream>
+#include <string>
+#include <typeinfo>
+#include <vector>
+
+namespace slim_init {
+
+using namespace feature_tracker_lines;
+
+namespace {
+
+const std::string kConfigDir = SLIM_INIT_SOURCE_DIR "/config/";
+
+std::string fileText(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream out;
+  out << file.rdbuf();
+  return out.str();
+}
+
+// A minimal host file; single lines are replaced or added by the tests.
+const char kHostFile[] =
+    "%YAML:1.0\n"
+    "model_type: PINHOLE\n"
+    "image_width: 752\n"
+    "image_height: 480\n"
+    "distortion_parameters:\n"
+    "   k1: -0.28\n"
+    "   k2: 0.07\n"
+    "   p1: 0.0002\n"
+    "   p2: 0.00002\n"
+    "projection_parameters:\n"
+    "   fx: 458.0\n"
+    "   fy: 457.0\n"
+    "   cx: 367.0\n"
+    "   cy: 248.0\n"
+    "extrinsicRotation: !!opencv-matrix\n"
+    "   rows: 3\n"
+    "   cols: 3\n"
+    "   dt: d\n"
+    "   data: [0., -1., 0., 1., 0., 0., 0., 0., 1.]\n"
+    "extrinsicTranslation: !!opencv-matrix\n"
+    "   rows: 3\n"
+    "   cols: 1\n"
+    "   dt: d\n"
+    "   data: [0.1, -0.2, 0.3]\n"
+    "acc_n: 0.08\n"
+    "gyr_n: 0.004\n"
+    "g_norm: 9.81\n"
+    "td: -0.01\n";
+
+class ConfigFile : public ::testing::Test {
+ protected:
+  ConfigFile() : path_(::testing::TempDir() + "slim_init_config_" + testName() + ".yaml") {}
+  ~ConfigFile() override {
+    std::remove(path_.c_str());
+    std::remove(optionsPath().c_str());
+  }
+
+  static std::string testName() {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    std::string name = std::string(info->test_suite_name()) + "_" + info->name();
+    std::replace(name.begin(), name.end(), '/', '_');
+    return name;
+  }
+  std::string optionsPath() const { return path_ + ".options.yaml"; }
+
+  void write(const std::string& text) { std::ofstream(path_) << text; }
+  void writeOptions(const std::string& text) { std::ofstream(optionsPath()) << text; }
+
+  // The minimal file with the first `from` replaced.
+  static std::string edited(const std::string& from, const std::string& to) {
+    std::string text = kHostFile;
+    const size_t position = text.find(from);
+    EXPECT_NE(position, std::string::npos) << from;
+    return text.replace(position, from.size(), to);
+  }
+
+  // Loads what was written; expects failure, a sentence that starts with the file name and holds
+  // `words`, and an untouched result.
+  void expectError(const std::string& words, const std::string& file = "") {
+    Config config;
+    config.method = "untouched";
+    std::string error;
+    const bool loaded = loadConfig(path_, options_, &config, &error);
+    EXPECT_FALSE(loaded);
+    const std::string& named = file.empty() ? path_ : file;
+    EXPECT_EQ(error.compare(0, named.size() + 2, named + ": "), 0) << error;
+    EXPECT_NE(error.find(words), std::string::npos) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    EXPECT_EQ(config.method, "untouched");
+    EXPECT_FALSE(loadConfig(path_, options_, &config, nullptr));
+  }
+
+  std::string path_;
+  std::string options_;  // set to optionsPath() to use a second file
+};
+
+using ConfigErrors = ConfigFile;
+
+TEST_F(ConfigFile, ReadsTheHostsKeys) {
+  write(std::string(kHostFile) +
+        "imu_topic: \"/imu\"\nimage_topic: /cam\nmax_cnt: 200\nmin_dist: 20\nfreq: 0\n"
+        "F_threshold: 1.5\nequalize: 0\nfisheye: 1\nestimate_td: 1\nunknown_to_us: {a: 1}\n");
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_EQ(config.camera.model, CameraModel::kPinhole);
+  EXPECT_EQ(config.camera.width, 752);
+  EXPECT_EQ(config.camera.height, 480);
+  EXPECT_EQ(config.camera.fx, 458.0);
+  EXPECT_EQ(config.camera.fy, 457.0);
+  EXPECT_EQ(config.camera.cx, 367.0);
+  EXPECT_EQ(config.camera.cy, 248.0);
+  EXPECT_EQ(config.camera.distortion, (std::array<double, 4>{-0.28, 0.07, 0.0002, 0.00002}));
+  EXPECT_DOUBLE_EQ(config.calibration.focal_px, std::sqrt(458.0 * 457.0));
+  Eigen::Matrix3d R;
+  R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  EXPECT_LT((config.calibration.R_b_c - R).norm(), 1e-12);
+  EXPECT_EQ(config.calibration.t_b_c, Eigen::Vector3d(0.1, -0.2, 0.3));
+  EXPECT_EQ(config.calibration.gravity_magnitude, 9.81);
+  EXPECT_EQ(config.calibration.td, -0.01);
+  EXPECT_TRUE(config.estimate_td);
+  EXPECT_EQ(config.imu_topic, "/imu");
+  EXPECT_EQ(config.image_topic, "/cam");
+  EXPECT_EQ(config.front_end.host.max_cnt, 200);
+  EXPECT_EQ(config.front_end.host.min_dist, 20);
+  EXPECT_EQ(config.front_end.host.freq, 0);
+  EXPECT_EQ(config.front_end.host.F_threshold, 1.5);
+  EXPECT_FALSE(config.front_end.host.equalize);
+  EXPECT_TRUE(config.front_end.host.fisheye);
+}
+
+// The trap: 0.08 and 0.004 are tuning values of the host, about forty times the sensor's densities.
+TEST_F(ConfigFile, HostNoiseIsNotADensity) {
+  write(kHostFile);
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_EQ(config.calibration.imu_noise.gyro_density, ImuNoise().gyro_density);
+  EXPECT_EQ(config.calibration.imu_noise.accel_density, ImuNoise().accel_density);
+  ASSERT_EQ(config.notes.size(), 1u);
+  EXPECT_NE(config.notes[0].find("acc_n and gyr_n"), std::string::npos) << config.notes[0];
+
+  write(std::string(kHostFile) +
+        "slim_init:\n  noise:\n    gyro_density: 3.e-4\n    accel_density: 4.e-3\n");
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_EQ(config.calibration.imu_noise.gyro_density, 3e-4);
+  EXPECT_EQ(config.calibration.imu_noise.accel_density, 4e-3);
+  EXPECT_TRUE(config.notes.empty());
+}
+
+TEST_F(ConfigFile, ReadsKannalaBrandtAndMei) {
+  const std::string pinhole(kHostFile);
+  const size_t begin = pinhole.find("distortion_parameters");
+  const size_t end = pinhole.find("extrinsicRotation");
+  std::string text = pinhole;
+  text.replace(begin, end - begin,
+               "projection_parameters:\n   k2: 0.01\n   k3: 0.02\n   k4: 0.03\n   k5: 0.04\n"
+               "   mu: 190.0\n   mv: 191.0\n   u0: 250.0\n   v0: 251.0\n");
+  text.replace(text.find("PINHOLE"), 7, "kannala_brandt");  // the host does not mind the case
+  write(text);
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_EQ(config.camera.model, CameraModel::kKannalaBrandt);
+  EXPECT_EQ(config.camera.distortion, (std::array<double, 4>{0.01, 0.02, 0.03, 0.04}));
+  EXPECT_EQ(config.camera.fy, 191.0);
+  EXPECT_EQ(config.camera.cx, 250.0);
+
+  text = pinhole;
+  text.replace(begin, end - begin,
+               "mirror_parameters:\n   xi: 1.5\ndistortion_parameters:\n   k1: 0.1\n   k2: 0.2\n"
+               "   p1: 0.001\n   p2: 0.002\nprojection_parameters:\n   gamma1: 800.0\n"
+               "   gamma2: 801.0\n   u0: 360.0\n   v0: 240.0\n");
+  text.replace(text.find("PINHOLE"), 7, "MEI");
+  write(text);
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_EQ(config.camera.model, CameraModel::kMei);
+  EXPECT_EQ(config.camera.xi, 1.5);
+  EXPECT_EQ(config.camera.fx, 800.0);
+  EXPECT_EQ(config.camera.distortion[3], 0.002);
+}
+
+TEST_F(ConfigFile, OurKeysOfEveryKind) {
+  write(std::string(kHostFile) +
+        "slim_init:\n"
+        "  method: slim-paper\n"
+        "  sigma_px: 1\n"  // a whole number is a number
+        "  window: {keyframes: 12, min_interval_s: 0.3}\n"
+        "  slim_paper:\n    use_vp: false\n    use_line_normal: 0\n"
+        "  gates:\n    mode: off\n");
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_EQ(config.method, "slim-paper");
+  EXPECT_EQ(config.calibration.sigma_px, 1.0);
+  EXPECT_EQ(config.options.window.keyframes, 12);
+  EXPECT_EQ(config.options.window.min_interval_s, 0.3);
+  EXPECT_FALSE(config.baselines.slim_paper.use_vp);
+  EXPECT_TRUE(config.baselines.slim_paper.use_line_epipolar);
+  EXPECT_FALSE(config.baselines.slim_paper.use_line_normal);
+  EXPECT_EQ(config.options.gates.mode, GateMode::kOff);
+}
+
+TEST_F(ConfigFile, AFileOfOurOwnWins) {
+  write(std::string(kHostFile) + "slim_init:\n  sigma_px: 0.8\n  window: {keyframes: 12}\n");
+  writeOptions("%YAML:1.0\nslim_init:\n  sigma_px: 0.4\n");
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, optionsPath(), &config, &error)) << error;
+  EXPECT_EQ(config.calibration.sigma_px, 0.4);
+  EXPECT_EQ(config.options.window.keyframes, 12);
+
+  Config options;
+  ASSERT_TRUE(loadOptions(optionsPath(), &options, &error)) << error;
+  EXPECT_EQ(options.calibration.sigma_px, 0.4);
+  EXPECT_EQ(options.options.window.keyframes, 10);
+}
+
+TEST_F(ConfigFile, NothingOfAnEarlierFileStays) {
+  write(std::string(kHostFile) + "slim_init:\n  sigma_px: 0.8\n");
+  Config config;
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  write(kHostFile);
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  EXPECT_EQ(config.calibration.sigma_px, Calibration().sigma_px);
+}
+
+TEST_F(ConfigFile, RoundedRotationIsMadeARotation) {
+  write(edited("[0., -1., 0., 1., 0., 0., 0., 0., 1.]",
+               "[0.015, -0.9999, 0.004, 0.9996, 0.015, 0.0257, -0.0258, 0.0038, 0.9997]"));
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  const Eigen::Matrix3d& R = config.calibration.R_b_c;
+  EXPECT_LT((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+}
+
+TEST_F(ConfigFile, NotesWhatTheInitializerDoesNotModel) {
+  write(std::string(kHostFile) + "rolling_shutter: 1\nestimate_extrinsic: 1\n");
+  Config config;
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  ASSERT_EQ(config.notes.size(), 3u);
+  EXPECT_NE(config.notes[0].find("rolling_shutter"), std::string::npos);
+  EXPECT_NE(config.notes[1].find("estimate_extrinsic"), std::string::npos);
+}
+
+TEST_F(ConfigErrors, MissingAndMalformedFiles) {
+  expectError("cannot be opened");
+  write("");
+  expectError("not a YAML file");
+  write("model_type: PINHOLE\n");  // no %YAML line
+  expectError("%YAML:1.0");
+  write(edited("   k1: -0.28\n", "\tk1: -0.28\n"));
+  expectError("Tabs");
+  write(edited("0., 0., 1.]", "0., 0., 1.\n"));
+  expectError("not a YAML file");
+  write("%YAML:1.0\n");
+  expectError("model_type is missing");
+}
+
+TEST_F(ConfigErrors, MissingKeysAreNamed) {
+  write(edited("model_type: PINHOLE\n", ""));
+  expectError("model_type is missing");
+  write(edited("image_height: 480\n", ""));
+  expectError("image_height is missing");
+  write(edited("   fy: 457.0\n", ""));
+  expectError("projection_parameters.fy is missing");
+  write(edited("   p2: 0.00002\n", ""));
+  expectError("distortion_parameters.p2 is missing");
+  write(edited("extrinsicRotation", "extrinsic_rotation"));
+  expectError("extrinsicRotation is missing");
+  write(edited("extrinsicTranslation", "tic"));
+  expectError("extrinsicTranslation is missing");
+}
+
+TEST_F(ConfigErrors, BadHostValues) {
+  write(edited("PINHOLE", "SCARAMUZZA"));
+  expectError("model_type is \"SCARAMUZZA\", must be PINHOLE, KANNALA_BRANDT or MEI");
+  write(edited("image_width: 752", "image_width: wide"));
+  expectError("image_width is \"wide\", must be a whole number");
+  write(edited("fx: 458.0", "fx: -458.0"));
+  expectError("projection_parameters.fx is -458, must be in [1, 100000]");
+  write(edited("k2: 0.07", "k2: .nan"));
+  expectError("nan, must be a finite number");
+  write(edited("g_norm: 9.81", "g_norm: 1.0"));
+  expectError("g_norm is 1, must be in [9.7, 9.9]");
+  write(edited("td: -0.01", "td: 20.0"));
+  expectError("td is 20, must be in [-1, 1]");
+  write(edited("[0.1, -0.2, 0.3]", "[100., 0., 0.]"));
+  expectError("extrinsicTranslation [m] is 100, must be in [0, 10]");
+  write(std::string(kHostFile) + "max_cnt: 0\n");
+  expectError("max_cnt is 0, must be in [1, 10000]");
+  write(std::string(kHostFile) + "equalize: 2\n");
+  expectError("equalize is 2, must be 0, 1, true or false");
+}
+
+TEST_F(ConfigErrors, ExtrinsicThatIsNoRotation) {
+  write(edited("[0., -1., 0., 1., 0., 0., 0., 0., 1.]", "[0., -1., 0., 1., 0., 0., 0., 0., -1.]"));
+  expectError("extrinsicRotation has determinant -1");
+  write(edited("[0., -1., 0., 1., 0., 0., 0., 0., 1.]", "[0., -2., 0., 1., 0., 0., 0., 0., 1.]"));
+  expectError("extrinsicRotation is 1 away from the nearest rotation");
+  write(edited("[0., -1., 0., 1., 0., 0., 0., 0., 1.]", "[.nan, -1., 0., 1., 0., 0., 0., 0., 1.]"));
+  expectError("extrinsicRotation has a value that is not a number");
+  write(edited("   rows: 3\n   cols: 1\n   dt: d\n   data: [0.1, -0.2, 0.3]",
+               "   rows: 2\n   cols: 1\n   dt: d\n   data: [0.1, -0.2]"));
+  expectError("extrinsicTranslation is 2 x 1");
+  write(
+      edited("extrinsicTranslation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: "
+             "[0.1, -0.2, 0.3]",
+             "extrinsicTranslation: 3"));
+  expectError("extrinsicTranslation");
+}
+
+struct OurError {
+  const char* section;
+  const char* words;
+};
+class ConfigSectionErrors : public ConfigFile, public ::testing::WithParamInterface<OurError> {};
+
+TEST_P(ConfigSectionErrors, InTheHostsFileAndInItsOwn) {
+  write(std::string(kHostFile) + GetParam().section);
+  expectError(GetParam().words);
+  write(kHostFile);
+  writeOptions(std::string("%YAML:1.0\n") + GetParam().section);
+  options_ = optionsPath();
+  expectError(GetParam().words, optionsPath());
+  Config config;
+  std::string error;
+  EXPECT_FALSE(loadOptions(optionsPath(), &config, &error));
+  EXPECT_NE(error.find(GetParam().words), std::string::npos) << error;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, ConfigSectionErrors,
+    ::testing::Values(
+        OurError{"slim_init:\n  windw: {keyframes: 10}\n", "slim_init.windw is not a known key"},
+        OurError{"slim_init:\n  window: {keyframe: 10}\n",
+                 "slim_init.window.keyframe is not a known key; did you mean window.keyframes?"},
+        OurError{"slim_init:\n  gyr_n: 0.004\n", "slim_init.gyr_n is not a known key"},
+        OurError{"slim_init:\n  method: best\n", "slim_init.method is \"best\", must be one of"},
+        OurError{"slim_init:\n  window: {keyframes: 1}\n",
+                 "slim_init.window.keyframes is 1, must be in [4, 50]"},
+        OurError{"slim_init:\n  window: {keyframes: 5}\n",
+                 "slim_init.window.min_keyframes is 10, must not exceed keyframes (5)"},
+        OurError{"slim_init:\n  window: {keyframes: 10.5}\n", "must be a whole number"},
+        OurError{"slim_init:\n  window: 10\n", "slim_init.window is 10, must be a section"},
+        OurError{"slim_init:\n  method: {a: 1}\n", "slim_init.method is a section, must be a text"},
+        OurError{"slim_init:\n  sigma_px: .nan\n", "nan, must be a finite number"},
+        OurError{"slim_init:\n  sigma_px: -.inf\n",
+                 "slim_init.sigma_px is -inf, must be a finite number"},
+        OurError{"slim_init:\n  noise: {gyro_density: 0.}\n",
+                 "slim_init.noise.gyro_density is 0, must be in"},
+        OurError{"slim_init:\n  imu: {max_accel: 16}\n",
+                 "slim_init.imu.max_accel is 16, must be in [19.6, inf]"},
+        OurError{"slim_init:\n  gates: {mode: maybe}\n",
+                 "slim_init.gates.mode is \"maybe\", must be own, on or off"},
+        OurError{"slim_init:\n  front_end: {profile: best}\n",
+                 "slim_init.front_end.profile is \"best\", must be default or vins"},
+        OurError{"slim_init:\n  points: {window_px: 20}\n",
+                 "slim_init.points.window_px is 20, must be odd"},
+        OurError{"slim_init:\n  lines: {min_overlap: 2.}\n",
+                 "slim_init.lines.min_overlap is 2, must be in"},
+        OurError{"slim_init:\n  slim_paper: {use_vp: 3}\n",
+                 "slim_init.slim_paper.use_vp is 3, must be 0, 1, true or false"},
+        OurError{"slim_init:\n", "slim_init is"},
+        OurError{"slim_init: 3\n", "slim_init is 3, must be a section of keys"}));
+
+TEST_F(ConfigErrors, AFileOfOurOwnWithoutTheSection) {
+  write(kHostFile);
+  writeOptions("%YAML:1.0\nsigma_px: 0.4\n");
+  options_ = optionsPath();
+  expectError("the section slim_init: is missing", optionsPath());
+}
+
+TEST_F(ConfigErrors, ValueOutOfRangeNamesTheFileItCameFrom) {
+  // Set in the host's file, found only after the second file was read.
+  write(std::string(kHostFile) + "slim_init:\n  sigma_px: 100\n");
+  writeOptions("%YAML:1.0\nslim_init:\n  sigma_line_px: 0.5\n");
+  options_ = optionsPath();
+  expectError("slim_init.sigma_px is 100");
+}
+
+TEST_F(ConfigErrors, KeyTwice) {
+  write(std::string(kHostFile) + "slim_init:\n  sigma_px: 0.5\n  sigma_px: 0.6\n");
+  // OpenCV before 4.5.2 keeps both keys and ours is the message; later ones keep the last.
+  Config config;
+  std::string error;
+  if (!loadConfig(path_, &config, &error)) {
+    EXPECT_NE(error.find("stands twice"), std::string::npos) << error;
+  }
+}
+
+// ------------------------------------------------------------------------ table and shipped files
+
+TEST(ConfigKeys, AreUniqueAndExplained) {
+  Config config;
+  std::set<std::string> keys;
+  std::set<void*> fields;
+  for (const ConfigKey& key : configKeys(&config)) {
+    EXPECT_TRUE(keys.insert(key.key).second) << key.key << " stands twice";
+    EXPECT_TRUE(
+        fields.insert(std::visit([](auto* f) { return static_cast<void*>(f); }, key.field)).second)
+        << key.key << " shares a field";
+    EXPECT_FALSE(key.reason.empty()) << key.key;
+  }
+}
+
+// A field that was added to the options and forgotten in the table would be a knob that no file can
+// turn. C++ cannot list fields; but bytes that a constructor writes are fields, bytes that keep the
+// paint of the memory below are padding.
+template <typename Options>
+void expectEveryFieldHasAKey(Config* config, const Options* options) {
+  constexpr size_t kSize = sizeof(Options);
+  alignas(Options) unsigned char memory[2][kSize];
+  const unsigned char paints[2] = {0x5a, 0xa5};
+  for (int i = 0; i < 2; ++i) {
+    std::memset(memory[i], paints[i], kSize);
+    asm volatile("" : : "r"(memory[i]) : "memory");  // the paint is not dead
+    new (memory[i]) Options;                         // trivially destructible
+    asm volatile("" : : "r"(memory[i]) : "memory");
+  }
+  std::vector<bool> written(kSize), listed(kSize);
+  for (size_t i = 0; i < kSize; ++i) written[i] = memory[0][i] == memory[1][i];
+
+  const auto* begin = reinterpret_cast<const unsigned char*>(options);
+  for (const ConfigKey& key : configKeys(config)) {
+    std::visit(
+        [&](auto* field) {
+          const auto* bytes = reinterpret_cast<const unsigned char*>(field);
+          if (bytes < begin || bytes >= begin + kSize) return;  // a field outside the options
+          std::fill_n(listed.begin() + (bytes - begin), sizeof(*field), true);
+        },
+        key.field);
+  }
+  for (size_t i = 0; i < kSize; ++i) {
+    EXPECT_TRUE(!written[i] || listed[i])
+        << "byte " << i << " of " << typeid(Options).name() << " belongs to a field without a key";
+  }
+}
+
+TEST(ConfigKeys, CoverEveryOption) {
+  Config config;
+  expectEveryFieldHasAKey(&config, &config.options);
+  expectEveryFieldHasAKey(&config, &config.imu_limits);
+  expectEveryFieldHasAKey(&config, &config.front_end.points);
+  expectEveryFieldHasAKey(&config, &config.front_end.lines);
+}
+
+TEST(ShippedConfigs, AllLoad) {
+  DIR* directory = opendir(kConfigDir.c_str());
+  ASSERT_NE(directory, nullptr);
+  int loaded = 0;
+  for (const dirent* entry = readdir(directory); entry != nullptr; entry = readdir(directory)) {
+    const std::string name = entry->d_name;
+    if (name.size() < 5 || name.compare(name.size() - 5, 5, ".yaml") != 0) continue;
+    Config config;
+    std::string error;
+    EXPECT_TRUE(loadConfig(kConfigDir + name, &config, &error)) << error;
+    EXPECT_EQ(config.options.validate(), "") << name;
+    EXPECT_EQ(config.calibration.validate(), "") << name;
+    ++loaded;
+  }
+  closedir(directory);
+  EXPECT_GE(loaded, 2);
+}
+
+// A default changed? SLIM_INIT_UPDATE_TEMPLATE=1 build/tests/feature_tracker_lines/config_test
+TEST(ShippedConfigs, TemplateHoldsEveryKeyWithItsDefault) {
+  const std::string path = kConfigDir + "template.yaml";
+  if (std::getenv("SLIM_INIT_UPDATE_TEMPLATE") != nullptr) {
+    const std::string old = fileText(path);
+    std::ofstream(path) << old.substr(0, old.find("\nslim_init:\n") + 1) + documentedDefaults();
+  }
+  const std::string text = fileText(path);
+  EXPECT_NE(text.find("\n" + documentedDefaults()), std::string::npos)
+      << "config/template.yaml is out of date; run this test with SLIM_INIT_UPDATE_TEMPLATE=1";
+
+  Config config, defaults;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path, &config, &error)) << error;
+  const std::vector<ConfigKey> read = configKeys(&config), expected = configKeys(&defaults);
+  for (size_t i = 0; i < read.size(); ++i) {
+    std::visit(
+        [&](auto* field) {
+          EXPECT_EQ(*field, *std::get<decltype(field)>(expected[i].field)) << read[i].key;
+        },
+        read[i].field);
+  }
+}
+
+TEST(ShippedConfigs, EurocIsTheDatasetsCalibration) {
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(kConfigDir + "euroc.yaml", &config, &error)) << error;
+  EXPECT_EQ(config.camera.fx, 458.654);
+  EXPECT_NEAR(config.calibration.t_b_c.y(), -0.064676986768, 1e-12);
+  EXPECT_NEAR(config.calibration.R_b_c(0, 1), -0.999880929698, 1e-9);
+  EXPECT_EQ(config.calibration.imu_noise.gyro_density, 1.6968e-04);
+  EXPECT_TRUE(config.notes.empty());
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,168 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Analytic derivatives of every factor of the refinement against central differences.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <random>
+
+#include "estimation/inertial_factor.h"
+#include "estimation/visual_tracks.h"
+#include "geometry/so3.h"
+#include "support/jacobian_check.h"
+
+namespace slim_init {
+namespace {
+
+using testing_support::jacobiansAgree;
+using testing_support::numericJacobian;
+
+constexpr double kStep = 1e-6;
+constexpr double kTolerance = 1e-7;
+
+class RefinementJacobians : public ::testing::TestWithParam<int> {
+ protected:
+  RefinementJacobians() : rng_(GetParam()) {
+    for (int k = 0; k < 3; ++k) {
+      state_.R_b0_bk.push_back(k == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
+                                      : expSO3(0.2 * random()));
+    }
+    state_.p_b0.resize(3, 3);
+    state_.v_b0.resize(3, 3);
+    for (int k = 0; k < 3; ++k) {
+      state_.p_b0.col(k) = 0.5 * k * random();
+      state_.v_b0.col(k) = random();
+    }
+    state_.gyro_bias = 0.02 * random();
+    state_.accel_bias = 0.1 * random();
+    state_.gravity_b0 = 9.81 * random().normalized();
+    t_b_c_ = 0.1 * random();
+  }
+
+  Eigen::Vector3d random() {
+    return {distribution_(rng_), distribution_(rng_), distribution_(rng_)};
+  }
+
+  // The state moved in the pose of keyframe k only.
+  WindowState movedPose(int k, const Eigen::VectorXd& d) const {
+    const StateLayout at(state_.size());
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
+    step.segment<6>(at.pose(k)) = d;
+    return retract(state_, step);
+  }
+
+  template <int D, typename View, typename Parameters>
+  void check(const View& view, const Parameters& parameters, double scale) {
+    ViewDerivatives<D> analytic;
+    evaluate(view, parameters, state_, t_b_c_, scale, &analytic);
+    ASSERT_GT(analytic.r.norm(), 1e-6);
+    const auto residual = [&](const WindowState& state,
+                              const Parameters& track) -> Eigen::VectorXd {
+      ViewDerivatives<D> at;
+      evaluate(view, track, state, t_b_c_, scale, &at);
+      return at.r;
+    };
+    const Eigen::MatrixXd pose = numericJacobian(
+        [&](const Eigen::VectorXd& d) { return residual(movedPose(view.keyframe, d), parameters); },
+        6, kStep);
+    EXPECT_TRUE(jacobiansAgree(analytic.J_pose, pose, kTolerance));
+    const Eigen::MatrixXd track = numericJacobian(
+        [&](const Eigen::VectorXd& d) {
+          const Eigen::Matrix<double, D, 1> fixed = d;
+          return residual(state_, parameters.moved(fixed));
+        },
+        D, kStep);
+    EXPECT_TRUE(jacobiansAgree(analytic.J_track, track, kTolerance));
+  }
+
+  std::mt19937 rng_;
+  std::normal_distribution<double> distribution_;
+  WindowState state_;
+  Eigen::Vector3d t_b_c_;
+};
+
+TEST_P(RefinementJacobians, Point) {
+  PointParameters point;
+  point.origin = 0.3 * random();
+  point.direction = random().normalized();
+  point.tangent = tangentBasis(point.direction);
+  for (double inverse_depth : {0.4, 0.0, -0.05}) {
+    point.inverse_depth = inverse_depth;
+    PointView view;
+    view.keyframe = 2;
+    view.bearing_b =
+        (state_.R_b0_bk[2].transpose() * point.direction + 0.2 * random()).normalized();
+    view.tangent_b = tangentBasis(view.bearing_b).transpose();
+    check<3>(view, point, 300.0);
+  }
+}
+
+TEST_P(RefinementJacobians, Line) {
+  LineParameters line;
+  line.origin = 0.3 * random();
+  line.frame = expSO3(random());
+  for (double inverse_distance : {0.3, 0.0, -0.1}) {
+    line.inverse_distance = inverse_distance;
+    LineView view;
+    view.keyframe = 1;
+    view.start_b = random().normalized();
+    view.end_b = random().normalized();
+    check<4>(view, line, 300.0);
+  }
+}
+
+TEST_P(RefinementJacobians, Direction) {
+  DirectionParameters axis;
+  axis.direction = random().normalized();
+  axis.tangent = tangentBasis(axis.direction);
+  DirectionView view;
+  view.keyframe = 1;
+  view.direction_b = (state_.R_b0_bk[1].transpose() * axis.direction + 0.1 * random()).normalized();
+  view.whitened_tangent_b = 50.0 * tangentBasis(view.direction_b).transpose();
+  check<2>(view, axis, 1.0);
+}
+
+TEST_P(RefinementJacobians, Inertial) {
+  Preintegration pre;
+  pre.dt = 0.25;
+  pre.dR = expSO3(0.1 * random());
+  pre.dv = random();
+  pre.dp = 0.1 * random();
+  pre.dR_dbg = -0.25 * expSO3(0.1 * random());
+  pre.dv_dbg.col(0) = 0.1 * random();
+  pre.dv_dba = -0.25 * expSO3(0.1 * random());
+  pre.dp_dbg.col(1) = 0.1 * random();
+  pre.dp_dba = -0.03 * expSO3(0.1 * random());
+  pre.gyro_bias = state_.gyro_bias + 0.01 * random();
+  pre.accel_bias = 0.1 * random();
+
+  const InertialResidual analytic = inertialResidual(state_, 1, pre);
+  const StateLayout at(state_.size());
+  const Eigen::MatrixXd numeric = numericJacobian(
+      [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+        Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
+        step.segment<12>(at.pose(1)) = d.head<12>();
+        step.segment<6>(at.velocity(1)) = d.segment<6>(12);
+        step.segment<8>(at.gyroBias()) = d.tail<8>();
+        return inertialResidual(retract(state_, step), 1, pre).r;
+      },
+      kInertialColumns, kStep);
+  EXPECT_TRUE(jacobiansAgree(analytic.J, numeric, kTolerance));
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, RefinementJacobians, ::testing::Range(1, 9));
+
+TEST(InertialWhitening, IsTheInverseSquareRoot) {
+  Preintegration pre;
+  const Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Random();
+  pre.covariance = A * A.transpose() + 0.1 * Eigen::Matrix<double, 9, 9>::Identity();
+  Eigen::Matrix<double, 9, 9> W;
+  ASSERT_TRUE(inertialWhitening(pre, &W));
+  EXPECT_LT((W * pre.covariance * W.transpose() - Eigen::Matrix<double, 9, 9>::Identity()).norm(),
+            1e-10);
+  pre.covariance(0, 0) = -1.0;
+  EXPECT_FALSE(inertialWhitening(pre, &W));
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,356 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The minimisation against Ceres (landmarks as parameters there, eliminated here), its information
+// against the marginal of the full problem, rejection, refusal.
+#include "estimation/visual_inertial_problem.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <random>
+
+#include "estimation/inertial_factor.h"
+#include "estimation/refine_window.h"
+#include "geometry/so3.h"
+#include "support/exact_window.h"
+#include "support/true_state.h"
+
+namespace slim_init {
+namespace {
+
+using testing_support::ExactWindow;
+using testing_support::ExactWindowOptions;
+using testing_support::makeExactWindow;
+using testing_support::trueState;
+
+WindowState perturbed(const WindowState& state, double amount, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::normal_distribution<double> normal;
+  const StateLayout at(state.size());
+  Eigen::VectorXd step(at.size());
+  for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = amount * normal(rng);
+  step.head<StateLayout::kGauge>().setZero();
+  step.segment<3>(at.gyroBias()) *= 0.1;
+  return retract(state, step);
+}
+
+ExactWindow noisyWindow(unsigned seed) {
+  ExactWindowOptions options;
+  options.pixel_noise = 0.6;
+  options.imu_noise = true;
+  options.accel_bias = Eigen::Vector3d(0.05, -0.08, 0.1);
+  options.seed = seed;
+  options.points = 60;
+  return makeExactWindow(options);
+}
+
+TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
+  ExactWindowOptions window_options;
+  const ExactWindow exact = makeExactWindow(window_options);
+  RefinementOptions options;
+  options.tolerance = 1e-10;
+  options.max_iterations = 30;
+  options.gyro_bias_prior = 10.0;
+  options.use_vanishing_points = false;
+  const WindowState truth = trueState(exact);
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+  WindowState state = perturbed(truth, 0.02, 3);
+  const MapSummary summary = map.minimize(options.max_iterations, &state);
+  ASSERT_TRUE(summary.valid);
+  EXPECT_TRUE(summary.converged);
+  // What is left are line parameters that the views hardly determine; they move no state.
+  EXPECT_LT(summary.visual_cost, 1e-4);
+  EXPECT_LT((state.p_b0 - truth.p_b0).norm(), 1e-7 * truth.p_b0.norm());
+  EXPECT_LT((state.v_b0 - truth.v_b0).norm(), 1e-7 * truth.v_b0.norm());
+  EXPECT_LT((state.gravity_b0 - truth.gravity_b0).norm(), 1e-6);
+  EXPECT_LT((state.gyro_bias - truth.gyro_bias).norm(), 1e-7 * truth.gyro_bias.norm() + 1e-8);
+}
+
+// --- the same problem in Ceres: every track has its parameters ----------------------------------
+
+// Rotations by a rotation vector on the right of the start, so that no manifold is needed; Ceres
+// 1.14 and 2.1 name it differently.
+struct RotationStart {
+  Eigen::Matrix3d R;
+  template <typename T>
+  Eigen::Matrix<T, 3, 3> at(const T* w) const {
+    Eigen::Matrix<T, 3, 3> E;
+    ceres::AngleAxisToRotationMatrix(w, E.data());  // column-major, as Eigen
+    return R.cast<T>() * E;
+  }
+};
+
+struct CeresPoint {
+  PointView view;
+  RotationStart start;
+  Eigen::Vector3d t_b_c;
+  double sqrt_information;
+  template <typename T>
+  bool operator()(const T* w, const T* p, const T* X, T* r) const {
+    using V = Eigen::Matrix<T, 3, 1>;
+    const V y =
+        start.at(w).transpose() * (V(X[0], X[1], X[2]) - V(p[0], p[1], p[2])) - t_b_c.cast<T>();
+    const V u = y / y.norm();
+    Eigen::Map<Eigen::Matrix<T, 2, 1>> out(r);
+    out = T(sqrt_information) * (view.tangent_b.cast<T>() * u);
+    return true;
+  }
+};
+
+// A line by two points on it: redundant parameters, the same residuals and minimum.
+struct CeresLine {
+  LineView view;
+  RotationStart start;
+  Eigen::Vector3d t_b_c;
+  double sqrt_information;
+  template <typename T>
+  bool operator()(const T* w, const T* p, const T* A, const T* B, T* r) const {
+    using V = Eigen::Matrix<T, 3, 1>;
+    const Eigen::Matrix<T, 3, 3> Rt = start.at(w).transpose();
+    const V position(p[0], p[1], p[2]);
+    const V a = Rt * (V(A[0], A[1], A[2]) - position) - t_b_c.cast<T>();
+    const V b = Rt * (V(B[0], B[1], B[2]) - position) - t_b_c.cast<T>();
+    const V n = a.cross(b) / a.cross(b).norm();
+    r[0] = T(sqrt_information) * view.start_b.cast<T>().dot(n);
+    r[1] = T(sqrt_information) * view.end_b.cast<T>().dot(n);
+    return true;
+  }
+};
+
+struct CeresInertial {
+  const Preintegration* pre;
+  Eigen::Matrix<double, 9, 9> W;
+  RotationStart start_i, start_j;
+  double G;
+  bool operator()(const double* const* x, double* r) const {
+    WindowState state;
+    state.R_b0_bk = {start_i.at(x[0]), start_j.at(x[3])};
+    state.p_b0.resize(3, 2);
+    state.v_b0.resize(3, 2);
+    state.p_b0 << Eigen::Map<const Eigen::Vector3d>(x[1]), Eigen::Map<const Eigen::Vector3d>(x[4]);
+    state.v_b0 << Eigen::Map<const Eigen::Vector3d>(x[2]), Eigen::Map<const Eigen::Vector3d>(x[5]);
+    state.gyro_bias = Eigen::Map<const Eigen::Vector3d>(x[6]);
+    state.accel_bias = Eigen::Map<const Eigen::Vector3d>(x[7]);
+    // Only the direction counts; the length is kept by a residual of its own.
+    state.gravity_b0 = G * Eigen::Map<const Eigen::Vector3d>(x[8]).normalized();
+    Eigen::Map<Eigen::Matrix<double, 9, 1>> out(r);
+    out = W * inertialResidual(state, 0, *pre).r;
+    return true;
+  }
+};
+
+struct Prior {
+  Eigen::Vector3d mean;
+  double weight;
+  template <typename T>
+  bool operator()(const T* x, T* r) const {
+    for (int i = 0; i < 3; ++i) r[i] = T(weight) * (x[i] - T(mean[i]));
+    return true;
+  }
+};
+
+struct UnitLength {
+  template <typename T>
+  bool operator()(const T* x, T* r) const {
+    r[0] = T(1e3) * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] - T(1.0));
+    return true;
+  }
+};
+
+TEST(VisualInertialProblem, SameMinimumAsCeres) {
+  const ExactWindow exact = noisyWindow(5);
+  const InitWindow& window = *exact.window;
+  RefinementOptions options;
+  options.tolerance = 1e-16;
+  options.use_vanishing_points = false;
+  const WindowState truth = trueState(exact);
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(window, truth.gyro_bias, truth.accel_bias, options);
+  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options);
+  WindowState ours = truth;
+  const MapSummary summary = map.minimize(200, &ours);
+  ASSERT_TRUE(summary.valid && summary.converged);
+
+  const int n = window.size();
+  const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
+  const Eigen::Vector3d& t_b_c = window.calibration().t_b_c;
+  std::vector<RotationStart> starts(n);
+  std::vector<Eigen::Vector3d> w(n, Eigen::Vector3d::Zero()), p(n), v(n);
+  for (int k = 0; k < n; ++k) {
+    starts[k].R = truth.R_b0_bk[k];
+    p[k] = truth.p_b0.col(k);
+    v[k] = truth.v_b0.col(k);
+  }
+  Eigen::Vector3d bg = truth.gyro_bias, ba = truth.accel_bias, g = truth.gravity_b0.normalized();
+
+  ceres::Problem problem;
+  // One loss for both rows of an observation, as ours. Ceres minimises half of the cost.
+  for (int k = 0; k + 1 < n; ++k) {
+    auto* functor = new CeresInertial{
+        &pre[k], {}, starts[k], starts[k + 1], exact.calibration.gravity_magnitude};
+    ASSERT_TRUE(inertialWhitening(pre[k], &functor->W));
+    auto* factor =
+        new ceres::DynamicNumericDiffCostFunction<CeresInertial, ceres::CENTRAL>(functor);
+    for (int i = 0; i < 9; ++i) factor->AddParameterBlock(3);
+    factor->SetNumResiduals(9);
+    problem.AddResidualBlock(
+        factor, nullptr,
+        std::vector<double*>{w[k].data(), p[k].data(), v[k].data(), w[k + 1].data(),
+                             p[k + 1].data(), v[k + 1].data(), bg.data(), ba.data(), g.data()});
+  }
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<UnitLength, 1, 3>(new UnitLength),
+                           nullptr, g.data());
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 3, 3>(
+                               new Prior{Eigen::Vector3d::Zero(), 1.0 / options.accel_bias_prior}),
+                           nullptr, ba.data());
+  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 3, 3>(
+                               new Prior{Eigen::Vector3d::Zero(), 1.0 / options.gyro_bias_prior}),
+                           nullptr, bg.data());
+
+  std::vector<Eigen::Vector3d> X(window.pointTracks().size());
+  std::vector<std::array<Eigen::Vector3d, 2>> ends(window.lineTracks().size());
+  for (std::size_t t = 0; t < X.size(); ++t) {
+    const Track& track = window.pointTracks()[t];
+    std::vector<PointView> views;
+    for (int s = track.begin; s < track.end; ++s) {
+      PointView view;
+      view.keyframe = window.pointSightings()[s].keyframe;
+      view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
+      view.tangent_b = tangentBasis(view.bearing_b).transpose();
+      views.push_back(view);
+    }
+    const PointParameters start =
+        triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c);
+    X[t] = start.origin + start.direction / std::max(start.inverse_depth, 1e-2);
+    for (const PointView& view : views) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<CeresPoint, 2, 3, 3, 3>(
+              new CeresPoint{view, starts[view.keyframe], t_b_c, 1.0 / map.sigmaPoint()}),
+          new ceres::CauchyLoss(options.cauchy_sigmas), w[view.keyframe].data(),
+          p[view.keyframe].data(), X[t].data());
+    }
+  }
+  for (std::size_t t = 0; t < ends.size(); ++t) {
+    const Track& track = window.lineTracks()[t];
+    if (track.size() < options.min_line_views) continue;
+    std::vector<LineView> views;
+    for (int s = track.begin; s < track.end; ++s) {
+      const LineSighting& line = window.lineSightings()[s];
+      views.push_back({line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
+    }
+    LineParameters start;
+    ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c, &start));
+    const double rho = std::max(std::abs(start.inverse_distance), 1e-2) *
+                       (start.inverse_distance < 0.0 ? -1.0 : 1.0);
+    const Eigen::Vector3d foot = start.origin + start.frame.col(0) / rho;
+    ends[t] = {foot, foot + start.frame.col(1)};
+    for (const LineView& view : views) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<CeresLine, 2, 3, 3, 3, 3>(
+              new CeresLine{view, starts[view.keyframe], t_b_c, 1.0 / map.sigmaLine()}),
+          new ceres::CauchyLoss(options.cauchy_sigmas), w[view.keyframe].data(),
+          p[view.keyframe].data(), ends[t][0].data(), ends[t][1].data());
+    }
+  }
+  problem.SetParameterBlockConstant(w[0].data());
+  problem.SetParameterBlockConstant(p[0].data());
+
+  ceres::Solver::Options ceres_options;
+  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  ceres_options.max_num_iterations = 500;
+  ceres_options.function_tolerance = 1e-15;
+  ceres_options.gradient_tolerance = 1e-14;
+  ceres_options.parameter_tolerance = 1e-15;
+  ceres::Solver::Summary ceres_summary;
+  ceres::Solve(ceres_options, &problem, &ceres_summary);
+
+  EXPECT_NEAR(summary.cost, 2.0 * ceres_summary.final_cost, 1e-6 * summary.cost);
+  for (int k = 0; k < n; ++k) {
+    EXPECT_LT((ours.p_b0.col(k) - p[k]).norm(), 1e-6 * truth.p_b0.col(n - 1).norm()) << k;
+    EXPECT_LT((ours.v_b0.col(k) - v[k]).norm(), 1e-6) << k;
+  }
+  EXPECT_LT((ours.gyro_bias - bg).norm(), 1e-8);
+}
+
+TEST(VisualInertialProblem, InformationPredictsTheScatterOfTheScale) {
+  // Over noisy windows the error of the spread has about its standard deviation. The
+  // noise factors are 1 because the simulated IMU is as good as its data sheet.
+  RefinementOptions options;
+  options.accel_noise_factor = 1.0;
+  options.gyro_noise_factor = 1.0;
+  options.use_vanishing_points = false;
+  double sum = 0.0;
+  constexpr int kWindows = 80;
+  for (int seed = 1; seed <= kWindows; ++seed) {
+    const ExactWindow exact = noisyWindow(seed);
+    const WindowState truth = trueState(exact);
+    const std::vector<Preintegration> pre =
+        preintegrateInflated(*exact.window, truth.gyro_bias, Eigen::Vector3d::Zero(), options);
+    VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+    // What was added to the tracks, line end points included.
+    const double sigma = 0.6 / exact.calibration.focal_px;
+    map.setNoise(sigma, sigma);
+    WindowState state = truth;
+    const MapSummary summary = map.minimize(20, &state);
+    ASSERT_TRUE(summary.valid);
+    const StateLayout at(state.size());
+    const auto spread = [](const WindowState& s) {
+      return (s.p_b0.colwise() - s.p_b0.rowwise().mean()).norm();
+    };
+    Eigen::VectorXd J = Eigen::VectorXd::Zero(at.size() - StateLayout::kGauge);
+    const Eigen::Matrix3Xd centred = state.p_b0.colwise() - state.p_b0.rowwise().mean();
+    for (int k = 1; k < at.n; ++k) {
+      J.segment<3>(at.pose(k) + 3 - StateLayout::kGauge) = centred.col(k) / centred.squaredNorm();
+    }
+    const double scale_sigma = std::sqrt(J.dot(map.information().llt().solve(J)));
+    const double z = (spread(state) / spread(truth) - 1.0) / scale_sigma;
+    sum += z * z;
+  }
+  const double rms = std::sqrt(sum / kWindows);
+  // Below one: the windows have noise of equal size in pixels, the model of equal size in angle,
+  // and a pixel off the axis is a smaller angle, by the squared cosine in the radial direction.
+  EXPECT_GT(rms, 0.55);
+  EXPECT_LT(rms, 1.1);
+}
+
+TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
+  const ExactWindow exact = noisyWindow(2);
+  const WindowState truth = trueState(exact);
+  RefinementOptions options;
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+  WindowState state = truth;
+  ASSERT_TRUE(map.minimize(10, &state).valid);
+  const MapResiduals residuals = map.residuals();
+  ASSERT_EQ(static_cast<int>(residuals.points.size()), map.pointViews());
+  const double bound = 1.0 / exact.calibration.focal_px;
+  int beyond = 0;
+  for (double r : residuals.points) beyond += r > bound;
+  ASSERT_GT(beyond, 0);
+  const int before = map.pointViews();
+  map.reject(residuals, bound, 1.0);
+  EXPECT_LE(map.pointViews(), before - beyond);  // tracks with one view left go as well
+  EXPECT_GE(map.pointViews(), before - 2 * beyond);
+  for (double r : map.residuals().points) EXPECT_LE(r, bound);
+  EXPECT_TRUE(map.resume(10, &state).valid);
+}
+
+TEST(VisualInertialProblem, RefusesACovarianceThatIsNone) {
+  const ExactWindow exact = noisyWindow(2);
+  WindowState state = trueState(exact);
+  RefinementOptions options;
+  std::vector<Preintegration> pre =
+      preintegrateInflated(*exact.window, state.gyro_bias, state.accel_bias, options);
+  pre[3].covariance.setZero();
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+  EXPECT_FALSE(map.minimize(10, &state).valid);
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,142 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "lines/line_agreement.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+#include <vector>
+
+#include "support/exact_window.h"
+#include "support/true_state.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+constexpr double kMaxError = 6.0 * 0.7 / 458.0;
+constexpr int kMinViews = 3;
+
+// Lines that every keyframe of the window sees.
+std::vector<FeatureId> alwaysSeen(const ExactWindow& exact) {
+  std::vector<FeatureId> ids;
+  for (const Track& track : exact.window->lineTracks()) {
+    if (track.size() == exact.window->size()) ids.push_back(track.id);
+  }
+  return ids;
+}
+
+LineObservation* find(FrameObservation* frame, FeatureId id) {
+  for (LineObservation& line : frame->lines) {
+    if (line.id == id) return &line;
+  }
+  return nullptr;
+}
+
+// Of two lines that are always seen those that look least alike in the last keyframe.
+std::pair<FeatureId, FeatureId> unlike(ExactWindow* exact) {
+  std::pair<FeatureId, FeatureId> best = {-1, -1};
+  double largest = 0.0;
+  const std::vector<FeatureId> ids = alwaysSeen(*exact);
+  for (const FeatureId a : ids) {
+    for (const FeatureId b : ids) {
+      const auto middle = [exact](FeatureId id) -> Eigen::Vector3d {
+        const LineObservation* line = find(&exact->keyframes.back(), id);
+        return line->start_bearing + line->end_bearing;
+      };
+      const double distance = (middle(a) - middle(b)).norm();
+      if (distance <= largest) continue;
+      largest = distance;
+      best = {a, b};
+    }
+  }
+  return best;
+}
+
+// From keyframe `from` to before `to` the line `id` shows what the line `other` shows.
+void confuse(FeatureId id, FeatureId other, int from, int to, ExactWindow* exact) {
+  for (int k = from; k < to; ++k) {
+    const LineObservation shown = *find(&exact->keyframes[k], other);
+    LineObservation* line = find(&exact->keyframes[k], id);
+    line->start_bearing = shown.start_bearing;
+    line->end_bearing = shown.end_bearing;
+  }
+  exact->window = InitWindow::create(exact->calibration, exact->keyframes, exact->imu);
+}
+
+TEST(LineAgreement, TrueLinesAreKeptWholeWithNoiseAndAtAnyScale) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ExactWindowOptions options;
+    options.seed = seed;
+    options.pixel_noise = 0.7;
+    const ExactWindow exact = makeExactWindow(options);
+    for (const double scale : {1.0, 0.2, 5.0}) {
+      WindowState state = trueState(exact);
+      // The lever arm alone does not scale.
+      for (int k = 0; k < state.size(); ++k) {
+        const Eigen::Vector3d lever = state.R_b0_bk[k] * exact.calibration.t_b_c;
+        state.p_b0.col(k) = scale * (state.p_b0.col(k) + lever) - lever;
+      }
+      const AgreeingLines lines = agreeingLineTracks(*exact.window, state, kMaxError, kMinViews);
+      int tracks = 0, sightings = 0;
+      for (const Track& track : exact.window->lineTracks()) {
+        if (track.size() < kMinViews) continue;
+        ++tracks;
+        sightings += track.size();
+      }
+      ASSERT_GT(tracks, 15);
+      // A short segment now and then departs by that much from noise alone.
+      EXPECT_NEAR(static_cast<int>(lines.tracks.size()), tracks, 2);
+      EXPECT_EQ(lines.sightings + lines.dropped, sightings);
+      EXPECT_LE(lines.dropped, 0.04 * sightings);
+    }
+  }
+}
+
+TEST(LineAgreement, AConfusedLineIsCutWhereItJumps) {
+  ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const auto [line, other] = unlike(&exact);
+  ASSERT_GE(line, 0);
+  confuse(line, other, 6, 10, &exact);
+  const AgreeingLines lines =
+      agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews);
+  std::vector<std::pair<int, int>> pieces;
+  for (const Track& track : lines.tracks) {
+    if (track.id != line) continue;
+    pieces.push_back({exact.window->lineSightings()[track.begin].keyframe,
+                      exact.window->lineSightings()[track.end - 1].keyframe});
+  }
+  ASSERT_EQ(pieces.size(), 2u);
+  EXPECT_EQ(pieces[0], std::make_pair(0, 5));  // the longer one first
+  EXPECT_EQ(pieces[1], std::make_pair(6, 9));
+  EXPECT_EQ(lines.dropped, 0);
+}
+
+TEST(LineAgreement, WhatIsTooShortAfterTheCutIsDroppedAndCounted) {
+  ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const auto [line, other] = unlike(&exact);
+  ASSERT_GE(line, 0);
+  confuse(line, other, 8, 10, &exact);
+  const AgreeingLines lines =
+      agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews);
+  for (const Track& track : lines.tracks) {
+    if (track.id == line) {
+      EXPECT_EQ(track.size(), 8);
+    }
+  }
+  EXPECT_EQ(lines.dropped, 2);
+}
+
+TEST(LineAgreement, AWindowWithoutLinesHasNone) {
+  ExactWindowOptions options;
+  options.lines = 0;
+  const ExactWindow exact = makeExactWindow(options);
+  const AgreeingLines lines =
+      agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews);
+  EXPECT_TRUE(lines.tracks.empty());
+  EXPECT_EQ(lines.sightings, 0);
+  EXPECT_EQ(lines.dropped, 0);
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,492 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Dominant vanishing point of one keyframe.
+#include "lines/vanishing_point.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "line_scene.h"
+
+namespace slim_init {
+namespace {
+
+// Small scenes: four lines within 2 deg suffice here, whatever the defaults ask for.
+VanishingPointOptions fewLines() {
+  VanishingPointOptions options;
+  options.min_inliers = 4;
+  options.inlier_threshold_deg = 2.0;
+  return options;
+}
+
+using test::axisAngle;
+using test::kRadPerDeg;
+using test::segment;
+
+constexpr double kSigmaLineRad = 0.7 / test::kFocalPx;  // the default of Calibration
+
+constexpr double kExactRad = 1e-12;        // noise-free lines
+constexpr double kOrderRad = 1e-12;        // the same lines in another order
+constexpr double kEquivarianceRad = 1e-9;  // the same lines rotated: other rounding, other grid
+
+const Eigen::Vector3d kCorridor = Eigen::Vector3d(0.1, -0.05, 1.0).normalized();
+const Eigen::Vector3d kVertical = Eigen::Vector3d(0.05, 0.998, 0.06).normalized();
+
+std::vector<LineSighting> joined(std::vector<LineSighting> a, const std::vector<LineSighting>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// What the header promises, spelled out in the slowest way: a full vote in double precision.
+Eigen::Vector3d referenceDirection(const std::vector<LineSighting>& lines,
+                                   const VanishingPointOptions& options) {
+  const double sin_vote = std::sin(options.vote_threshold_deg * kRadPerDeg);
+  const double sin_inlier = std::sin(options.inlier_threshold_deg * kRadPerDeg);
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  double most_votes = -1.0;
+  for (const Eigen::Vector3d& candidate : icosphereHemisphere(options.icosphere_subdivisions)) {
+    double votes = 0.0;
+    for (const LineSighting& line : lines) {
+      if (std::abs(line.normal.dot(candidate)) < sin_vote) votes += line.length_px;
+    }
+    if (votes > most_votes) {
+      most_votes = votes;
+      direction = candidate;
+    }
+  }
+  double threshold = sin_vote;
+  for (int fit = 0; fit < 5; ++fit) {
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (const LineSighting& line : lines) {
+      if (std::abs(line.normal.dot(direction)) >= threshold) continue;
+      scatter += line.length_px * line.normal * line.normal.transpose();
+    }
+    direction = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
+    threshold = sin_inlier;
+  }
+  return direction;
+}
+
+TEST(VanishingPoint, IsExactForNoiseFreeLines) {
+  std::mt19937 random(1);
+  const Eigen::Vector3d directions[] = {Eigen::Vector3d::UnitZ(),
+                                        Eigen::Vector3d::UnitY(),
+                                        Eigen::Vector3d::UnitX(),
+                                        kCorridor,
+                                        kVertical,
+                                        Eigen::Vector3d(0.7, 0.1, 0.01).normalized(),
+                                        Eigen::Vector3d(-0.5, 0.5, 0.7).normalized()};
+  for (const Eigen::Vector3d& truth : directions) {
+    const auto lines = test::linesToward(truth, 20, random);
+    const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
+    ASSERT_TRUE(vp.found) << truth.transpose();
+    EXPECT_LT(axisAngle(vp.direction, truth), kExactRad) << truth.transpose();
+    EXPECT_NEAR(vp.direction.norm(), 1.0, kExactRad);
+    EXPECT_GE(vp.direction.z(), 0.0);
+    EXPECT_LT(vp.consistency_rad, kExactRad);
+    EXPECT_EQ(vp.inliers.size(), lines.size());
+    EXPECT_EQ(vp.track_id, -1);
+    EXPECT_EQ(vp.age, 0);
+  }
+}
+
+TEST(VanishingPoint, EveryDirectionOfTheSphereIsFound) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 500; ++trial) {
+    const double x = normal(random);
+    const double y = normal(random);
+    const double z = normal(random);
+    const Eigen::Vector3d truth = Eigen::Vector3d(x, y, z).normalized();
+    const auto lines = test::linesToward(truth, 12, random);
+    const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
+    ASSERT_TRUE(vp.found) << truth.transpose();
+    ASSERT_LT(axisAngle(vp.direction, truth), kExactRad) << truth.transpose();
+  }
+}
+
+// 12 lines on the vanishing point, clutter that misses it by more than 5 deg. Without noise the
+// clutter must leave no trace at all.
+TEST(VanishingPoint, IgnoresClutter) {
+  constexpr int kTrials = 100;
+  for (const int clutter_count : {5, 12}) {  // 30 % and 50 %
+    for (const Eigen::Vector3d& truth : {kCorridor, kVertical}) {
+      std::mt19937 random(3);
+      for (int trial = 0; trial < kTrials; ++trial) {
+        const auto good = test::linesToward(truth, 12, random);
+        const auto bad = test::clutter(truth, 5.0 * kRadPerDeg, clutter_count, random);
+        const VanishingPoint vp =
+            estimateVanishingPoint(joined(bad, good), kSigmaLineRad, fewLines());
+        ASSERT_TRUE(vp.found) << clutter_count << " clutter lines, trial " << trial;
+        EXPECT_LT(axisAngle(vp.direction, truth), kExactRad)
+            << clutter_count << " clutter lines, trial " << trial;
+        std::vector<int> expected(12);
+        std::iota(expected.begin(), expected.end(), clutter_count);
+        EXPECT_EQ(vp.inliers, expected);
+      }
+    }
+  }
+}
+
+// Clutter anywhere, 40 %: what passes within t_in of the vanishing point cannot be told from it and
+// pulls it a little, hence not all trials, and a bound wider than the noise.
+TEST(VanishingPoint, WithstandsClutterInNoise) {
+  constexpr double kMaxErrorRad = 1.0 * kRadPerDeg;
+  constexpr double kMaxMedianRad = 0.25 * kRadPerDeg;
+  constexpr double kMinShare = 0.99;  // 0.996 of 20000 trials
+  constexpr int kTrials = 1000;
+  std::mt19937 random(4);
+  std::vector<double> errors_rad;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const auto clean =
+        joined(test::linesToward(kCorridor, 12, random), test::clutter(kCorridor, 0.0, 8, random));
+    const VanishingPoint vp = estimateVanishingPoint(test::perturbed(clean, kSigmaLineRad, random),
+                                                     kSigmaLineRad, fewLines());
+    ASSERT_TRUE(vp.found);
+    errors_rad.push_back(axisAngle(vp.direction, kCorridor));
+  }
+  std::sort(errors_rad.begin(), errors_rad.end());
+  EXPECT_LT(errors_rad[kTrials / 2], kMaxMedianRad);
+  EXPECT_LT(errors_rad[static_cast<std::size_t>(kMinShare * kTrials)], kMaxErrorRad);
+}
+
+TEST(VanishingPoint, OfTwoAxesTheHeavierOneWins) {
+  std::mt19937 random(5);
+  // Lines of one axis that miss the other, so that the weights are known.
+  const auto only = [&random](const Eigen::Vector3d& axis, const Eigen::Vector3d& other, int count,
+                              double length_px) {
+    std::vector<LineSighting> lines;
+    while (static_cast<int>(lines.size()) < count) {
+      LineSighting line = test::linesToward(axis, 1, random).front();
+      if (std::abs(line.normal.dot(other)) < std::sin(6.0 * kRadPerDeg)) continue;
+      line.length_px = length_px;
+      lines.push_back(line);
+    }
+    return lines;
+  };
+  for (int trial = 0; trial < 20; ++trial) {
+    // 5 x 260 > 9 x 100: few long lines win.
+    auto vp = estimateVanishingPoint(
+        joined(only(kCorridor, kVertical, 5, 260.0), only(kVertical, kCorridor, 9, 100.0)),
+        kSigmaLineRad, fewLines());
+    ASSERT_TRUE(vp.found);
+    EXPECT_LT(axisAngle(vp.direction, kCorridor), kExactRad);
+    // 5 x 120 < 9 x 100.
+    vp = estimateVanishingPoint(
+        joined(only(kCorridor, kVertical, 5, 120.0), only(kVertical, kCorridor, 9, 100.0)),
+        kSigmaLineRad, fewLines());
+    ASSERT_TRUE(vp.found);
+    EXPECT_LT(axisAngle(vp.direction, kVertical), kExactRad);
+  }
+}
+
+TEST(VanishingPoint, NeedsMinInliers) {
+  std::mt19937 random(6);
+  VanishingPointOptions options;
+  const auto lines = test::linesToward(kCorridor, options.min_inliers, random);
+  EXPECT_TRUE(estimateVanishingPoint(lines, kSigmaLineRad, options).found);
+
+  const std::vector<LineSighting> too_few(lines.begin() + 1, lines.end());
+  EXPECT_FALSE(estimateVanishingPoint(too_few, kSigmaLineRad, options).found);
+  EXPECT_FALSE(estimateVanishingPoint({}, kSigmaLineRad, options).found);
+
+  // Lines that miss every common direction do not add up to one.
+  auto scattered = too_few;
+  scattered.push_back(
+      segment(Eigen::Vector3d(0.3, 0.3, 1.0), Eigen::Vector3d(1.0, -1.0, 0.0), 0.3));
+  ASSERT_GT(std::abs(scattered.back().normal.dot(kCorridor)), std::sin(10.0 * kRadPerDeg));
+  EXPECT_FALSE(estimateVanishingPoint(scattered, kSigmaLineRad, options).found);
+
+  options.min_inliers = 3;
+  EXPECT_TRUE(estimateVanishingPoint(too_few, kSigmaLineRad, options).found);
+}
+
+TEST(VanishingPoint, LinesWithoutLengthTakeNoPart) {
+  std::mt19937 random(7);
+  auto lines = test::linesToward(kCorridor, 5, random);
+  lines[1].length_px = 0.0;
+  const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
+  ASSERT_TRUE(vp.found);
+  EXPECT_EQ(vp.inliers, (std::vector<int>{0, 2, 3, 4}));
+  lines[2].length_px = -1.0;
+  EXPECT_FALSE(estimateVanishingPoint(lines, kSigmaLineRad, fewLines()).found);
+  for (LineSighting& line : lines) line.length_px = 0.0;
+  EXPECT_FALSE(estimateVanishingPoint(lines, kSigmaLineRad, fewLines()).found);
+}
+
+TEST(VanishingPoint, NonFiniteLengthsDoNotCrash) {
+  std::mt19937 random(8);
+  auto lines = test::linesToward(kCorridor, 8, random);
+  lines[0].length_px = std::numeric_limits<double>::quiet_NaN();
+  const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
+  ASSERT_TRUE(vp.found);
+  EXPECT_EQ(vp.inliers.size(), 7U);
+  EXPECT_LT(axisAngle(vp.direction, kCorridor), kExactRad);
+}
+
+// Image-vertical lines side by side: the plane of one differs from that of the next by their
+// distance in the image alone.
+std::vector<LineSighting> verticalLines(double half_spread_rad) {
+  std::vector<LineSighting> lines;
+  for (int i = 0; i < 9; ++i) {
+    const double azimuth = half_spread_rad * (i - 4) / 4.0;
+    lines.push_back(segment(Eigen::Vector3d(std::sin(azimuth), 0.02 * (i % 3), std::cos(azimuth)),
+                            Eigen::Vector3d::UnitY(), 0.3));
+  }
+  return lines;
+}
+
+TEST(VanishingPoint, BundleOfParallelImageLinesIsRefused) {
+  // For a direction at right angles to a segment of angle h, a = -b = 1 / (2 sin(h / 2)) in
+  // a^2 + b^2. The planes' mean square spread is that of sin(azimuth): 5/12 of half_spread^2.
+  const double amplification = 0.5 / std::pow(std::sin(0.15), 2);
+  const double bound_rad = std::sqrt(10.0 * amplification * 12.0 / 5.0) * kSigmaLineRad;
+  EXPECT_NEAR(bound_rad / kRadPerDeg, 2.02, 0.01) << "the bound in terms one can picture";
+
+  EXPECT_TRUE(
+      estimateVanishingPoint(verticalLines(1.1 * bound_rad), kSigmaLineRad, fewLines()).found);
+  EXPECT_FALSE(
+      estimateVanishingPoint(verticalLines(0.9 * bound_rad), kSigmaLineRad, fewLines()).found);
+
+  // The same by what the fit leaves, with no word about noise.
+  std::mt19937 random(9);
+  int found_wide = 0;
+  int found_narrow = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const auto noisy = [&](double half_spread_rad) {
+      return test::perturbed(verticalLines(half_spread_rad), kSigmaLineRad, random);
+    };
+    found_wide += estimateVanishingPoint(noisy(5.0 * bound_rad), 0.0, {}).found;
+    found_narrow += estimateVanishingPoint(noisy(0.2 * bound_rad), 0.0, {}).found;
+  }
+  EXPECT_GE(found_wide, 95);
+  EXPECT_LE(found_narrow, 5);
+}
+
+TEST(VanishingPoint, CoincidentPlanesAreRefusedWithoutNoise) {
+  std::vector<LineSighting> lines;
+  for (int i = 0; i < 8; ++i) {
+    lines.push_back(segment(Eigen::Vector3d(0.1 * i - 0.35, 0.0, 1.0), Eigen::Vector3d::UnitX(),
+                            0.1 + 0.02 * i));
+  }
+  EXPECT_FALSE(estimateVanishingPoint(lines, 0.0, {}).found);
+  EXPECT_FALSE(estimateVanishingPoint(lines, kSigmaLineRad, fewLines()).found);
+}
+
+TEST(VanishingPoint, WeakConditioningShowsInTheCovariance) {
+  const VanishingPoint narrow =
+      estimateVanishingPoint(verticalLines(4.0 * kRadPerDeg), kSigmaLineRad, fewLines());
+  const VanishingPoint wide =
+      estimateVanishingPoint(verticalLines(40.0 * kRadPerDeg), kSigmaLineRad, fewLines());
+  ASSERT_TRUE(narrow.found && wide.found);
+  // The vertical is held sideways by every line and along the optical axis by their spread.
+  const double ratio_narrow = std::sqrt(narrow.covariance(2, 2) / narrow.covariance(0, 0));
+  const double ratio_wide = std::sqrt(wide.covariance(2, 2) / wide.covariance(0, 0));
+  EXPECT_GT(ratio_narrow, 15.0);
+  EXPECT_LT(ratio_wide, 3.0);
+  EXPECT_GT(ratio_wide, 1.0);
+}
+
+TEST(VanishingPoint, MinimisesEquation2WithLengthWeights) {
+  std::mt19937 random(10);
+  const auto lines =
+      test::perturbed(test::linesToward(kCorridor, 15, random), kSigmaLineRad, random);
+  const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
+  ASSERT_TRUE(vp.found);
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  Eigen::Vector3d unweighted = Eigen::Vector3d::Zero();
+  double length = 0.0;
+  double squared_sum = 0.0;
+  for (const int l : vp.inliers) {
+    const double error = lines[l].normal.dot(vp.direction);
+    gradient += lines[l].length_px * error * lines[l].normal;
+    unweighted += error * lines[l].normal;
+    length += lines[l].length_px;
+    squared_sum += error * error;
+  }
+  constexpr double kStationary = 1e-15;
+  EXPECT_LT((gradient / length).cross(vp.direction).norm(), kStationary);
+  EXPECT_GT(unweighted.cross(vp.direction).norm(), 1e-4) << "this data cannot tell the weights";
+  EXPECT_NEAR(vp.consistency_rad, std::sqrt(squared_sum / vp.inliers.size()), 1e-15);
+}
+
+TEST(VanishingPoint, InliersAreTheLinesWithinTheThreshold) {
+  std::mt19937 random(11);
+  const VanishingPointOptions options;
+  for (int trial = 0; trial < 50; ++trial) {
+    const auto lines = test::perturbed(
+        joined(test::linesToward(kVertical, 14, random), test::clutter(kVertical, 0.0, 8, random)),
+        kSigmaLineRad, random);
+    const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, options);
+    ASSERT_TRUE(vp.found);
+    std::vector<int> expected;
+    for (std::size_t l = 0; l < lines.size(); ++l) {
+      if (std::abs(lines[l].normal.dot(vp.direction)) <
+          std::sin(options.inlier_threshold_deg * kRadPerDeg)) {
+        expected.push_back(static_cast<int>(l));
+      }
+    }
+    EXPECT_EQ(vp.inliers, expected) << "trial " << trial;
+  }
+}
+
+// Branch and bound must find what the full vote finds, on clutter, where many directions compete.
+TEST(VanishingPoint, AgreesWithAFullVote) {
+  constexpr double kSameRad = 1e-9;
+  std::mt19937 random(12);
+  for (const int subdivisions : {1, 2, 3, 4, 5}) {
+    VanishingPointOptions options;
+    options.icosphere_subdivisions = subdivisions;
+    options.vote_threshold_deg = subdivisions < 3 ? 20.0 : 4.0;
+    options.inlier_threshold_deg = 2.0;
+    options.min_inliers = 2;
+    int compared = 0;
+    for (int trial = 0; trial < 40; ++trial) {
+      const auto lines = joined(test::clutter(kCorridor, 0.0, 25, random),
+                                test::linesToward(kCorridor, trial % 8, random));
+      const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, options);
+      if (!vp.found) continue;
+      ++compared;
+      EXPECT_LT(axisAngle(vp.direction, referenceDirection(lines, options)), kSameRad)
+          << subdivisions << " subdivisions, trial " << trial;
+    }
+    EXPECT_GE(compared, 20) << subdivisions << " subdivisions";
+  }
+}
+
+TEST(VanishingPoint, OrderOfLinesDoesNotMatter) {
+  std::mt19937 random(13);
+  for (int trial = 0; trial < 20; ++trial) {
+    auto lines = test::perturbed(
+        joined(test::linesToward(kCorridor, 10, random), test::linesToward(kVertical, 10, random)),
+        kSigmaLineRad, random);
+    // Equal weights: two axes of ten lines each are a tie as often as not.
+    for (LineSighting& line : lines) line.length_px = 100.0;
+    const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
+    ASSERT_TRUE(vp.found);
+
+    std::vector<int> order(lines.size());
+    std::iota(order.begin(), order.end(), 0);
+    for (int shuffle = 0; shuffle < 10; ++shuffle) {
+      std::shuffle(order.begin(), order.end(), random);
+      std::vector<LineSighting> shuffled;
+      for (const int l : order) shuffled.push_back(lines[l]);
+      const VanishingPoint other = estimateVanishingPoint(shuffled, kSigmaLineRad, fewLines());
+      ASSERT_TRUE(other.found);
+      EXPECT_LT((other.direction - vp.direction).norm(), kOrderRad);
+      EXPECT_LT((other.covariance - vp.covariance).norm(), kOrderRad);
+      std::vector<int> inliers;
+      for (const int l : other.inliers) inliers.push_back(order[l]);
+      std::sort(inliers.begin(), inliers.end());
+      EXPECT_EQ(inliers, vp.inliers);
+    }
+  }
+}
+
+TEST(VanishingPoint, TurnsWithTheCamera) {
+  constexpr double kRelativeCovariance = 1e-6;
+  std::mt19937 random(14);
+  std::normal_distribution<double> normal;
+  const auto lines = test::perturbed(joined(test::linesToward(kCorridor, 15, random),
+                                            test::clutter(kCorridor, 6.0 * kRadPerDeg, 5, random)),
+                                     kSigmaLineRad, random);
+  const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
+  ASSERT_TRUE(vp.found);
+  for (int trial = 0; trial < 50; ++trial) {
+    const double w = normal(random);
+    const double x = normal(random);
+    const double y = normal(random);
+    const double z = normal(random);
+    const Eigen::Matrix3d R = Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
+    auto turned = lines;
+    for (LineSighting& line : turned) {
+      line.start_bearing = R * line.start_bearing;
+      line.end_bearing = R * line.end_bearing;
+      line.normal = R * line.normal;
+    }
+    const VanishingPoint other = estimateVanishingPoint(turned, kSigmaLineRad, fewLines());
+    ASSERT_TRUE(other.found);
+    EXPECT_LT(axisAngle(other.direction, R * vp.direction), kEquivarianceRad);
+    EXPECT_LT((other.covariance - R * vp.covariance * R.transpose()).norm(),
+              kRelativeCovariance * vp.covariance.norm());
+  }
+}
+
+struct MonteCarloScene {
+  const char* name;
+  Eigen::Vector3d truth;
+  std::vector<LineSighting> lines;
+};
+
+// Predicted against sample covariance, along both of its axes, and their rms normalised error.
+TEST(VanishingPoint, CovarianceIsThatOfMonteCarlo) {
+  constexpr double kMinRatio = 0.8;
+  constexpr double kMaxRatio = 1.25;
+  constexpr int kTrials = 3000;
+  std::mt19937 random(15);
+  std::vector<MonteCarloScene> scenes = {
+      {"corridor", kCorridor, test::linesToward(kCorridor, 20, random)},
+      {"vertical", kVertical, test::linesToward(kVertical, 12, random)},
+      {"four lines", kCorridor, test::linesToward(kCorridor, 4, random)},
+      {"narrow bundle", Eigen::Vector3d::UnitY(), verticalLines(6.0 * kRadPerDeg)}};
+  // Length weights far from inverse variances: only the sandwich gets this one right.
+  MonteCarloScene uneven{"uneven weights", kCorridor, test::linesToward(kCorridor, 12, random)};
+  for (std::size_t l = 0; l < uneven.lines.size(); ++l) {
+    uneven.lines[l].length_px *= l % 2 == 0 ? 0.2 : 5.0;
+  }
+  scenes.push_back(uneven);
+
+  for (const MonteCarloScene& scene : scenes) {
+    Eigen::Matrix3d sample = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d predicted = Eigen::Matrix3d::Zero();
+    double normalised = 0.0;
+    int found = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const VanishingPoint vp = estimateVanishingPoint(
+          test::perturbed(scene.lines, kSigmaLineRad, random), kSigmaLineRad, fewLines());
+      if (!vp.found) continue;
+      ++found;
+      const Eigen::Vector3d d =
+          vp.direction.dot(scene.truth) < 0.0 ? Eigen::Vector3d(-vp.direction) : vp.direction;
+      const Eigen::Vector3d error = d - scene.truth;
+      sample += error * error.transpose();
+      predicted += vp.covariance;
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(vp.covariance);
+      EXPECT_LT((vp.covariance * vp.direction).norm(), 1e-12 * vp.covariance.norm());
+      EXPECT_GT(axes.eigenvalues()[1], 0.0);
+      for (const int axis : {1, 2}) {
+        normalised +=
+            std::pow(axes.eigenvectors().col(axis).dot(error), 2) / axes.eigenvalues()[axis] / 2.0;
+      }
+    }
+    ASSERT_GE(found, 0.99 * kTrials) << scene.name;
+    sample /= found;
+    predicted /= found;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(predicted);
+    for (const int axis : {1, 2}) {
+      const Eigen::Vector3d v = axes.eigenvectors().col(axis);
+      const double ratio = v.dot(sample * v) / axes.eigenvalues()[axis];
+      EXPECT_GT(ratio, kMinRatio) << scene.name << ", axis " << axis;
+      EXPECT_LT(ratio, kMaxRatio) << scene.name << ", axis " << axis;
+    }
+    EXPECT_GT(normalised / found, kMinRatio) << scene.name;
+    EXPECT_LT(normalised / found, kMaxRatio) << scene.name;
+  }
+}
+
+TEST(VanishingPoint, CovarianceScalesWithTheNoise) {
+  std::mt19937 random(16);
+  const auto lines = test::linesToward(kCorridor, 10, random);
+  const VanishingPoint one = estimateVanishingPoint(lines, 1e-3, {});
+  const VanishingPoint two = estimateVanishingPoint(lines, 2e-3, {});
+  ASSERT_TRUE(one.found && two.found);
+  EXPECT_LT((4.0 * one.covariance - two.covariance).norm(), 1e-12 * two.covariance.norm());
+  EXPECT_TRUE(estimateVanishingPoint(lines, 0.0, {}).covariance.isZero());
+}
+
+}  // namespace
+}  // namespace slim_init

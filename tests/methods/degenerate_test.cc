@@ -1,0 +1,169 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Motions and data from which no scale can be had: the status says so, and what is observable is
+// returned.
+#include <gtest/gtest.h>
+
+#include "slim_init/baselines/baselines.h"
+#include "support/exact_window.h"
+#include "support/method_name.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+class Degenerate : public ::testing::TestWithParam<std::string> {
+ protected:
+  InitResult solve(const ExactWindow& exact, GateMode mode = GateMode::kOn) const {
+    InitializerOptions options;
+    options.gates.mode = mode;
+    return baselines::makeMethod(GetParam(), options)->solve(*exact.window);
+  }
+  static ExactWindow window(Motion motion, unsigned seed) {
+    ExactWindowOptions options;
+    options.motion = motion;
+    options.seed = seed;
+    options.pixel_noise = 0.6;
+    options.imu_noise = true;
+    return makeExactWindow(options);
+  }
+};
+
+TEST_P(Degenerate, HoverIsStationaryWithGravityAndGyroBias) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = window(Motion::kHover, seed);
+    const InitResult result = solve(exact);
+    EXPECT_EQ(result.status, InitStatus::kStationary) << result.message;
+    EXPECT_FALSE(result.hasEstimate());
+    EXPECT_TRUE(std::isnan(result.scale));
+    EXPECT_LT(gravityErrorRad(result.gravity_b0, exact.truth[0]), 0.5 * M_PI / 180);
+    EXPECT_LT((result.gyro_bias - exact.truth[0].gyro_bias).norm(), 2e-3);
+    EXPECT_TRUE(isWait(result.status));
+  }
+}
+
+TEST_P(Degenerate, PureRotationIsNamedWithItsGyroBias) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = window(Motion::kPureRotation, seed);
+    const InitResult result = solve(exact);
+    EXPECT_EQ(result.status, InitStatus::kPureRotation)
+        << "seed " << seed << ": " << result.message;
+    EXPECT_FALSE(result.hasEstimate());
+    EXPECT_LT((result.gyro_bias - exact.truth[0].gyro_bias).norm(), 1e-2);
+  }
+}
+
+TEST_P(Degenerate, ConstantVelocityHasTooLittleExcitation) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const InitResult result = solve(window(Motion::kConstantVelocity, seed));
+    EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation)
+        << "seed " << seed << ": " << result.message;
+  }
+}
+
+TEST_P(Degenerate, ExcitedMotionPassesTheSameGates) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const InitResult result = solve(window(Motion::kExcited, seed));
+    EXPECT_EQ(result.status, InitStatus::kSuccess) << "seed " << seed << ": " << result.message;
+  }
+}
+
+TEST_P(Degenerate, PublishedMethodsHaveNoGatesOfTheirOwn) {
+  // But for a scale that is not positive, which is no answer.
+  for (GateMode mode : {GateMode::kOwn, GateMode::kOff}) {
+    if (GetParam() == "slim" && mode == GateMode::kOwn) continue;  // slim has gates of its own
+    int successes = 0;
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      const InitResult result = solve(window(Motion::kConstantVelocity, seed), mode);
+      EXPECT_TRUE(result.hasEstimate());
+      if (result.scale > 1e-6) {
+        EXPECT_EQ(result.status, InitStatus::kSuccess) << "seed " << seed;
+        EXPECT_NE(result.message.find("not enforced"), std::string::npos) << result.message;
+        ++successes;
+      } else {
+        EXPECT_EQ(result.status, InitStatus::kDegenerateAlignment) << "seed " << seed;
+      }
+    }
+    EXPECT_GE(successes, 3);
+  }
+}
+
+TEST_P(Degenerate, TooFewPointsIsTooFewTracks) {
+  for (int points : {0, 3, 7}) {
+    ExactWindowOptions options;
+    options.points = points;
+    options.lines = 0;
+    const InitResult result = solve(makeExactWindow(options), GateMode::kOff);
+    EXPECT_EQ(result.status, InitStatus::kTooFewTracks) << points << ": " << result.message;
+    EXPECT_FALSE(result.hasEstimate());
+  }
+}
+
+TEST_P(Degenerate, LinesAloneAreTooFewTracks) {
+  ExactWindowOptions options;
+  options.points = 0;
+  options.parallel_lines_only = true;
+  const InitResult result = solve(makeExactWindow(options));
+  EXPECT_EQ(result.status, InitStatus::kTooFewTracks) << result.message;
+  EXPECT_FALSE(result.gyro_bias.allFinite());
+}
+
+TEST_P(Degenerate, ThreeKeyframesAreTooFew) {
+  for (int keyframes : {2, 3}) {
+    ExactWindowOptions options;
+    options.keyframes = keyframes;
+    const InitResult result = solve(makeExactWindow(options), GateMode::kOff);
+    EXPECT_EQ(result.status, InitStatus::kTooFewKeyframes) << result.message;
+    EXPECT_NE(result.message.find("needs 4"), std::string::npos) << result.message;
+  }
+}
+
+TEST_P(Degenerate, ANonPositiveScaleIsNeverASuccess) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const InitResult result = solve(window(Motion::kHover, seed), GateMode::kOwn);
+    if (result.success()) {
+      EXPECT_GT(result.scale, 0.0) << "seed " << seed;
+    }
+  }
+}
+
+TEST_P(Degenerate, ParallelBearingsAndCoincidentPointsDoNotCrash) {
+  ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  for (FrameObservation& frame : exact.keyframes) {
+    for (PointObservation& point : frame.points) point.bearing = Eigen::Vector3d::UnitZ();
+    for (LineObservation& line : frame.lines) {
+      line.start_bearing = Eigen::Vector3d(0, 0, 1);
+      line.end_bearing = Eigen::Vector3d(0, 0.1, 1).normalized();
+    }
+  }
+  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  ASSERT_NE(window, nullptr);
+  InitializerOptions options;
+  options.gates.mode = GateMode::kOn;
+  const InitResult result = baselines::makeMethod(GetParam(), options)->solve(*window);
+  EXPECT_NE(result.status, InitStatus::kSuccess) << result.message;
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Degenerate,
+                         ::testing::ValuesIn(baselines::namesOf(baselines::methods())),
+                         methodTestName);
+
+TEST(Registry, KnowsItsMethodsAndRefusesOthers) {
+  for (const std::string& name : baselines::namesOf(baselines::methods())) {
+    const auto solver = baselines::makeMethod(name, InitializerOptions());
+    ASSERT_NE(solver, nullptr) << name;
+    EXPECT_EQ(solver->name(), name);
+  }
+  std::string error;
+  EXPECT_EQ(baselines::makeMethod("sfm", InitializerOptions(), {}, &error), nullptr);
+  EXPECT_NE(error.find("unknown method \"sfm\""), std::string::npos) << error;
+  EXPECT_NE(error.find("drt-l"), std::string::npos) << error;
+  InitializerOptions bad;
+  bad.alignment.min_tracks = 0;
+  EXPECT_EQ(baselines::makeMethod("drt-l", bad, {}, &error), nullptr);
+  EXPECT_NE(error.find("alignment.min_tracks is 0"), std::string::npos) << error;
+}
+
+}  // namespace
+}  // namespace slim_init

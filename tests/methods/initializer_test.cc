@@ -1,0 +1,150 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The host's door: streaming, recovery into the old odometry frame.
+#include "slim_init/initializer.h"
+
+#include <gtest/gtest.h>
+
+#include "geometry/so3.h"
+#include "slim_init/baselines/baselines.h"
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using Eigen::Vector3d;
+
+class InitializerTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<IInitializer> make() const {
+    std::string error;
+    auto initializer =
+        baselines::makeInitializer("drt-l", exact_.calibration, InitializerOptions(), {}, &error);
+    EXPECT_NE(initializer, nullptr) << error;
+    return initializer;
+  }
+  static void feed(IInitializer& initializer, const ExactWindow& exact) {
+    for (const ImuSample& sample : exact.imu) initializer.addImu(sample);
+    for (const FrameObservation& frame : exact.keyframes) initializer.addFrame(frame);
+  }
+  const ExactWindow exact_ = makeExactWindow(ExactWindowOptions());
+};
+
+TEST_F(InitializerTest, WaitsThenAnswersLikeTheSolver) {
+  const auto initializer = make();
+  EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
+  feed(*initializer, exact_);
+  const InitResult streamed = initializer->initialize();
+  ASSERT_TRUE(streamed.success()) << streamed.message;
+  const InitResult direct =
+      baselines::makeMethod("drt-l", InitializerOptions())->solve(*exact_.window);
+  ASSERT_EQ(streamed.states.size(), direct.states.size());
+  EXPECT_EQ(streamed.scale, direct.scale);
+  EXPECT_EQ(streamed.states[7].p_w_b, direct.states[7].p_w_b);
+  EXPECT_EQ(initializer->name(), "drt-l");
+  initializer->reset();
+  EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
+}
+
+TEST_F(InitializerTest, RecoverContinuesPositionAndYawInsideTheWindow) {
+  const auto initializer = make();
+  feed(*initializer, exact_);
+  // The host was healthy at the fourth keyframe; its odometry frame is the truth's.
+  const InitResult result = initializer->recover(exact_.truth[3]);
+  ASSERT_TRUE(result.success()) << result.message;
+  for (std::size_t k = 0; k < exact_.truth.size(); ++k) {
+    EXPECT_LT((result.states[k].p_w_b - exact_.truth[k].p_w_b).norm(), 1e-6);
+    EXPECT_LT((result.states[k].v_w_b - exact_.truth[k].v_w_b).norm(), 1e-6);
+    EXPECT_LT(logSO3(result.states[k].R_w_b.transpose() * exact_.truth[k].R_w_b).norm(), 1e-6);
+  }
+}
+
+TEST_F(InitializerTest, RecoverCarriesAStateFromBeforeTheWindowByTheImu) {
+  ExactWindowOptions longer;
+  longer.keyframes = 14;
+  const ExactWindow exact = makeExactWindow(longer);
+  auto initializer = baselines::makeInitializer("drt-l", exact.calibration, InitializerOptions());
+  feed(*initializer, exact);
+  // The window is keyframes 4..13; the host failed at keyframe 2, 0.5 s before it.
+  const InitResult result = initializer->recover(exact.truth[2]);
+  ASSERT_TRUE(result.success()) << result.message;
+  ASSERT_EQ(result.states.size(), 10u);
+  for (std::size_t k = 0; k < 10; ++k) {
+    EXPECT_LT((result.states[k].p_w_b - exact.truth[k + 4].p_w_b).norm(), 1e-5);
+    EXPECT_LT(logSO3(result.states[k].R_w_b.transpose() * exact.truth[k + 4].R_w_b).norm(), 1e-6);
+  }
+}
+
+TEST_F(InitializerTest, RecoverTakesGravityFromTheNewSolution) {
+  const auto initializer = make();
+  feed(*initializer, exact_);
+  NavState tilted = exact_.truth[3];
+  tilted.R_w_b = expSO3(Vector3d(0.1, -0.05, 0.0)) * tilted.R_w_b;  // the host's tilt was off
+  const InitResult result = initializer->recover(tilted);
+  ASSERT_TRUE(result.success()) << result.message;
+  const Vector3d down_b = result.states[0].R_w_b.transpose() * Vector3d(0, 0, -1);
+  EXPECT_LT(gravityErrorRad(down_b, exact_.truth[0]), 1e-6);
+}
+
+TEST_F(InitializerTest, RecoverRefusesStatesItCannotJoin) {
+  const auto initializer = make();
+  feed(*initializer, exact_);
+  NavState state = exact_.truth[3];
+  state.t = -5.0;
+  InitResult result = initializer->recover(state);
+  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
+  EXPECT_NE(result.message.find("outside the buffered IMU data"), std::string::npos);
+  state.t = 1e6;
+  EXPECT_EQ(initializer->recover(state).status, InitStatus::kInvalidInput);
+  state = exact_.truth[3];
+  state.v_w_b.x() = kNotComputed;
+  result = initializer->recover(state);
+  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
+  EXPECT_NE(result.message.find("not finite"), std::string::npos);
+  state = exact_.truth[3];
+  state.R_w_b *= 1.1;
+  result = initializer->recover(state);
+  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
+  EXPECT_NE(result.message.find("not a rotation"), std::string::npos);
+}
+
+TEST_F(InitializerTest, RecoverRefusesToIntegrateAcrossAGapOfTheImu) {
+  ExactWindowOptions longer;
+  longer.keyframes = 14;
+  const ExactWindow exact = makeExactWindow(longer);
+  const auto recoverWithGap = [&](double gap_s) {
+    auto initializer = baselines::makeInitializer("drt-l", exact.calibration, InitializerOptions());
+    for (const ImuSample& sample : exact.imu) {
+      if (sample.t > 0.6 && sample.t < 0.6 + gap_s) continue;
+      initializer->addImu(sample);
+    }
+    for (const FrameObservation& frame : exact.keyframes) initializer->addFrame(frame);
+    return initializer->recover(exact.truth[2]);  // at 0.5 s; the window starts at 1 s
+  };
+  EXPECT_TRUE(recoverWithGap(0.03).success());
+  const InitResult result = recoverWithGap(0.2);
+  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
+  EXPECT_NE(result.message.find("gap of 0.2"), std::string::npos) << result.message;
+}
+
+TEST_F(InitializerTest, RecoverBeforeTheWindowIsFullWaits) {
+  const auto initializer = make();
+  for (const ImuSample& sample : exact_.imu) initializer->addImu(sample);
+  initializer->addFrame(exact_.keyframes[0]);
+  EXPECT_EQ(initializer->recover(exact_.truth[0]).status, InitStatus::kTooFewKeyframes);
+}
+
+TEST(MakeInitializer, RefusesBadArgumentsWithASentence) {
+  std::string error;
+  Calibration bad;
+  bad.focal_px = 0.0;
+  EXPECT_EQ(baselines::makeInitializer("drt-l", bad, InitializerOptions(), {}, &error), nullptr);
+  EXPECT_EQ(error, "calibration: focal_px is 0, must be in [10, 100000]");
+  EXPECT_EQ(baselines::makeInitializer("nothing", Calibration(), InitializerOptions(), {}, &error),
+            nullptr);
+  EXPECT_NE(error.find("unknown method"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace slim_init
