@@ -1,0 +1,81 @@
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""Command line of the reports: `slim_init report` and `python3 -m slim_init_report`."""
+import argparse
+import os
+import sys
+from importlib.util import find_spec
+
+# Module and Debian package.
+NEEDED = {"numpy": "python3-numpy", "pandas": "python3-pandas",
+          "matplotlib": "python3-matplotlib", "jinja2": "python3-jinja2"}
+
+EXIT_INTERNAL, EXIT_BAD_INPUT, EXIT_MISSING_MODULES = 1, 2, 3
+
+
+def missing_modules():
+    """A message naming what this python lacks, or ""."""
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if not missing:
+        return ""
+    return "%s lacks %s (Debian packages: %s)" % (
+        sys.executable, ", ".join(missing), " ".join(NEEDED[name] for name in missing))
+
+
+def parse(arguments):
+    """The command line as a namespace."""
+    parser = argparse.ArgumentParser(
+        prog="slim_init report", description="Tables, figures and HTML from the folders that "
+        "`slim_init ab --out` wrote. One folder: report.md and report.html of that run, beside its "
+        "data. Several: one report over all of them, with the paper's tables.")
+    parser.add_argument("folders", nargs="*", metavar="DIR", help="folder of a run")
+    parser.add_argument("--out", metavar="DIR",
+                        help="where the report goes; needed with several folders")
+    parser.add_argument("--suite", action="store_true",
+                        help="the report over several runs also for a single folder")
+    parser.add_argument("--note", action="append", default=[], metavar="TEXT",
+                        help="a sentence for the report over several runs; may be repeated")
+    parser.add_argument("--command", default="", metavar="TEXT",
+                        help="how the runs were made, for the same report")
+    parser.add_argument("--check", action="store_true",
+                        help="write nothing; exit code 0 if this python has the modules, else 3")
+    options = parser.parse_args(arguments)
+    if not options.check and not options.folders:
+        parser.error("the folder of a run is needed")
+    if len(options.folders) > 1 and not options.out:
+        parser.error("--out DIR is needed with several folders")
+    return options
+
+
+def main(arguments=None):
+    """Returns the exit code: 0; 1: the report cannot be written; 2: bad input; 3: this python lacks
+    modules."""
+    options = parse(arguments)
+    missing = missing_modules()
+    if missing:
+        print("slim_init report: " + missing, file=sys.stderr)
+        return EXIT_MISSING_MODULES
+    if options.check:
+        return 0
+    # Only now: these import pandas and matplotlib.
+    from . import run_report, suite_report
+    from .data import InputError, load_run
+    try:
+        runs = [load_run(folder) for folder in options.folders]
+        out = options.out or options.folders[0]
+        os.makedirs(out, exist_ok=True)
+        if len(runs) == 1 and not options.suite:
+            files = run_report.write(runs[0], out)
+        else:
+            files = suite_report.write(runs, out, options.note, options.command)
+    except InputError as error:
+        print("slim_init report: %s" % error, file=sys.stderr)
+        return EXIT_BAD_INPUT
+    except OSError as error:
+        print("slim_init report: %s" % error, file=sys.stderr)
+        return EXIT_INTERNAL
+    print("\n".join("Report: " + file for file in files))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

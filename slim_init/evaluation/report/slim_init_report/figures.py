@@ -1,0 +1,256 @@
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""The pictures of a report. Every function takes the rows of windows.csv (or a folder of images)
+and the file to write, and returns the picture's caption, or "" where there is nothing to draw."""
+import glob
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")
+import numpy
+from matplotlib import pyplot
+from matplotlib.collections import LineCollection
+
+from .data import methods_of
+from .statistics import finite, quantile
+
+DPI = 110
+# Pieces between windows that begin further apart than this many usual steps are not drawn.
+LONGEST_STEPS = 3.0
+# |s - 1| below this is a right answer in the picture of the first answer.
+RIGHT_SCALE_ERROR = 0.1
+
+
+def _colors(methods):
+    """The same colour for the same method in every picture of a report."""
+    palette = pyplot.get_cmap("tab10" if len(methods) <= 10 else "tab20").colors
+    return {method: palette[i % len(palette)] for i, method in enumerate(methods)}
+
+
+def _save(figure, path):
+    figure.savefig(path, dpi=DPI)
+    pyplot.close(figure)
+
+
+def _legend(figure, axes):
+    """One legend above all panels, and the room that it takes."""
+    handles, labels = max((axis.get_legend_handles_labels() for axis in axes),
+                          key=lambda found: len(found[0]))
+    columns = min(4, max(1, len(labels)))
+    figure.legend(handles, labels, loc="upper center", ncol=columns, fontsize=8)
+    height = 0.26 * -(-len(labels) // columns) / figure.get_size_inches()[1]
+    figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.98 - height))
+
+
+def _widest_axes(positions):
+    """The two axes in which the path extends furthest, in ascending order."""
+    spans = positions.max(axis=0) - positions.min(axis=0)
+    return sorted(numpy.argsort(-spans, kind="stable")[:2])
+
+
+def _path_pieces(rows, axes):
+    """Pieces of the true path between the starts of neighbouring windows: of the successful ones,
+    their pose errors, and of the failed ones."""
+    positions = rows[["p_x", "p_y", "p_z"]].to_numpy()[:, axes]
+    times, good = rows["t_start_s"].to_numpy(), rows["success"].to_numpy()
+    steps = numpy.diff(times)
+    near = steps <= LONGEST_STEPS * numpy.median(steps)  # else a gap in the recording
+    pieces = numpy.stack([positions[:-1], positions[1:]], axis=1)
+    return (pieces[near & good[:-1]], rows["pose_rmse"].to_numpy()[:-1][near & good[:-1]],
+            pieces[near & ~good[:-1]])
+
+
+def trajectory(windows, path):
+    """A panel per method: the true path in its two longest directions, each piece in the colour of
+    the pose error of the window that begins there."""
+    methods = methods_of(windows)
+    first = windows[windows["method"] == methods[0]] if methods else windows
+    positions = first[["p_x", "p_y", "p_z"]].to_numpy()
+    if len(first) < 2 or not numpy.isfinite(positions).all():
+        return ""
+    axes_drawn = _widest_axes(positions)
+    # The worst few would leave all the others in one colour.
+    limit = quantile(windows.loc[windows["success"], "pose_rmse"], 0.95)
+    limit = limit if limit > 0.0 else 1.0
+    columns = min(3, len(methods))
+    lines = -(-len(methods) // columns)
+    figure, axes = pyplot.subplots(lines, columns, squeeze=False, constrained_layout=True,
+                                   figsize=(4.0 * columns + 0.6, 3.4 * lines))
+    for axis, method in zip(axes.flat, methods):
+        rows = windows[windows["method"] == method]
+        good, errors, failed = _path_pieces(rows, axes_drawn)
+        axis.add_collection(LineCollection(failed, colors="black", linewidths=2.0))
+        shown = LineCollection(good, cmap="viridis", linewidths=2.0)
+        shown.set_array(errors)
+        shown.set_clim(0.0, limit)
+        axis.add_collection(shown)
+        axis.autoscale()
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set_title("%s: %d of %d failed" % (method, (~rows["success"]).sum(), len(rows)),
+                       fontsize=9)
+        axis.set_xlabel("xyz"[axes_drawn[0]] + " [m]")
+        axis.set_ylabel("xyz"[axes_drawn[1]] + " [m]")
+    for axis in axes.flat[len(methods):]:
+        axis.set_visible(False)
+    figure.colorbar(shown, ax=axes, label="pose error [m]", fraction=0.04, pad=0.02, aspect=40)
+    _save(figure, path)
+    return "True path, coloured by the pose error of the windows that begin there; black: failed"
+
+
+def error_cdf(windows, path):
+    """Share of all windows with an error below x: a curve ends at the share with an estimate."""
+    panels = (("scale_error", "|s - 1|"), ("gravity_error_deg", "gravity error [deg]"),
+              ("velocity_vec_rmse", "velocity error [m/s]"),
+              ("gyro_bias_err_pct", "gyro bias error [%]"))
+    colors = _colors(methods_of(windows))
+    figure, axes = pyplot.subplots(2, 2, figsize=(9.0, 6.8))
+    drawn = False
+    for axis, (key, title) in zip(axes.flat, panels):
+        for method, color in colors.items():
+            rows = windows[windows["method"] == method]
+            errors = numpy.sort(finite(rows[key]))
+            errors = errors[errors > 0.0]
+            if not len(errors):
+                continue
+            drawn = True
+            axis.step(errors, 100.0 * numpy.arange(1, len(errors) + 1) / len(rows), where="post",
+                      label=method, color=color, linewidth=1.3)
+        axis.set_xscale("log")
+        axis.set_ylim(0.0, 100.0)
+        axis.set_xlabel(title)
+        axis.set_ylabel("windows [%]")
+        axis.grid(True, which="both", alpha=0.25)
+    if not drawn:
+        pyplot.close(figure)
+        return ""
+    _legend(figure, axes.flat)
+    _save(figure, path)
+    return "Share of all windows with an error below x"
+
+
+def solve_time(windows, path):
+    """A box per method over the windows with an estimate: CPU time, which others do not disturb."""
+    attempted = windows[windows["attempted"]]
+    times = {method: finite(attempted.loc[attempted["method"] == method, "solve_cpu_ms"])
+             for method in methods_of(windows)}
+    times = {method: values for method, values in times.items() if len(values)}
+    if not times:
+        return ""
+    figure, axis = pyplot.subplots(figsize=(7.5, 1.2 + 0.42 * len(times)), constrained_layout=True)
+    axis.boxplot(list(times.values())[::-1], vert=False, whis=(1, 99), showfliers=False,
+                 showmeans=True, meanprops={"marker": "D", "markersize": 5})
+    axis.set_yticklabels(list(times)[::-1], fontsize=8)
+    axis.set_xscale("log")
+    axis.set_xlabel("CPU time of a solve [ms]; box: quartiles and median, diamond: mean, "
+                    "whiskers: 1 % and 99 %", fontsize=8)
+    axis.grid(True, axis="x", which="both", alpha=0.25)
+    _save(figure, path)
+    return "CPU time of a solve"
+
+
+def waiting_times(rows, growing):
+    """Per window of one method [s]: the data from its first keyframe to the end of the first
+    accepted answer, and whether that is right (|s - 1| < RIGHT_SCALE_ERROR); infinity and False
+    where none is accepted.
+
+    growing: windows that grow until the method accepts one, so that each has its own answer. Else
+    a user is taken to start at each window and to be given one window after the other."""
+    rows = rows.sort_values("t_start_s")
+    start, accepted = rows["t_start_s"].to_numpy(), (rows["status"] == "success").to_numpy()
+    end = start + rows["answer_s"].to_numpy()
+    right = (rows["scale_error"] < RIGHT_SCALE_ERROR).to_numpy()
+    wait, good = numpy.full(len(rows), numpy.inf), numpy.zeros(len(rows), dtype=bool)
+    found = None
+    for i in range(len(rows) - 1, -1, -1):
+        found = i if accepted[i] else (None if growing else found)
+        if found is not None:
+            wait[i], good[i] = end[found] - start[i], right[found]
+    return wait, good
+
+
+def first_answer(windows, path, growing):
+    """Share of the starts after which a method has accepted an answer within x seconds; dashed: a
+    right one."""
+    colors = _colors(methods_of(windows))
+    answers = {}
+    for method in colors:
+        of_method = windows[windows["method"] == method].groupby("run", sort=False)
+        found = [waiting_times(rows, growing) for _, rows in of_method]
+        answers[method] = [numpy.concatenate(parts) for parts in zip(*found)]
+    known = finite(numpy.concatenate([wait for wait, _ in answers.values()]))
+    if not len(known):
+        return ""
+    right_end = 1.05 * known.max()
+    figure, axis = pyplot.subplots(figsize=(7.5, 4.2))
+    for method, (wait, good) in answers.items():
+        curves = [(wait, "-", method)]
+        if windows["has_truth"].all():
+            curves.append((wait[good], "--", None))
+        for values, style, label in curves:
+            values = numpy.sort(finite(values))
+            share = 100.0 * numpy.arange(1, len(values) + 1) / len(wait)
+            axis.step(numpy.concatenate([[0.0], values, [right_end]]),
+                      numpy.concatenate([[0.0], share, share[-1:] if len(share) else [0.0]]), style,
+                      where="post", color=colors[method], label=label, linewidth=1.3)
+    axis.set_xlim(0.0, right_end)
+    axis.set_ylim(0.0, 101.0)
+    axis.set_xlabel("time to the first accepted answer [s]; dashed: and |s - 1| < %g" %
+                    RIGHT_SCALE_ERROR)
+    axis.set_ylabel("starts [%]")
+    axis.grid(True, alpha=0.25)
+    _legend(figure, [axis])
+    _save(figure, path)
+    return ("Time to the first accepted answer, " +
+            ("windows growing until the method accepts" if growing else
+             "from a start at any window, one window after the other") + "; dashed: and right")
+
+
+def image_strip(folder, path):
+    """The debug images of a run: points by age, lines, vanishing point."""
+    files = sorted(glob.glob(os.path.join(folder, "*.png")))
+    if not files:
+        return ""
+    columns = min(3, len(files))
+    lines = -(-len(files) // columns)
+    figure, axes = pyplot.subplots(lines, columns, squeeze=False, constrained_layout=True,
+                                   figsize=(4.2 * columns, 2.9 * lines))
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for axis, file in zip(axes.flat, files):
+        axis.imshow(pyplot.imread(file))
+        stamp = os.path.splitext(os.path.basename(file))[0]
+        axis.set_title("%.2f s" % (1e-9 * float(stamp)) if stamp.isdigit() else stamp, fontsize=8)
+    _save(figure, path)
+    return "What the front end tracks: points by age, lines, vanishing point"
+
+
+def draw_run(run, out):
+    """All pictures of one run into the folder `out`. Returns pairs of file and caption."""
+    growing = "first_keyframes" in run.info
+    return _draw(out, "", [("trajectory.png", lambda path: trajectory(run.windows, path)),
+                           ("error_cdf.png", lambda path: error_cdf(run.windows, path)),
+                           ("solve_time.png", lambda path: solve_time(run.windows, path)),
+                           ("first_answer.png",
+                            lambda path: first_answer(run.windows, path, growing)),
+                           ("images.png",
+                            lambda path: image_strip(os.path.join(run.folder, "images"), path))])
+
+
+def draw_pooled(windows, out, prefix, growing):
+    """The pictures of several runs together; prefix begins their files' names."""
+    return _draw(out, prefix, [("error_cdf.png", lambda path: error_cdf(windows, path)),
+                               ("solve_time.png", lambda path: solve_time(windows, path)),
+                               ("first_answer.png",
+                                lambda path: first_answer(windows, path, growing))])
+
+
+def _draw(out, prefix, pictures):
+    drawn = []
+    for name, draw in pictures:
+        path = os.path.join(out, prefix + name)
+        if os.path.exists(path):
+            os.remove(path)  # of an earlier report
+        caption = draw(path)
+        if caption:
+            drawn.append((prefix + name, caption))
+    return drawn

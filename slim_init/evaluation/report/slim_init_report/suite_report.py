@@ -1,0 +1,165 @@
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""The report of several runs together: the paper's tables, what it printed beside ours, and
+differences with intervals. Its text is in templates/suite.j2."""
+import csv
+import os
+from dataclasses import dataclass
+
+from . import bootstrap, figures, render
+from .data import methods_of, pool
+from .method_tables import DETAIL, DOWNSTREAM, VERDICTS, difference_table
+from .run_report import REFERENCE
+from .suite_tables import (ablation_table, accuracy_tables, degenerate_table, not_first_table,
+                           run_method_table, run_table, success_table, time_table)
+
+SUBSETS = (("excited", "excited windows"), (None, "all windows"))
+
+# The path that the paper shows.
+DRAWN_SEQUENCE = "V1_01"
+
+
+@dataclass
+class Group:
+    """Runs that are looked at together."""
+    title: str
+    prefix: str  # of the files of its pictures
+    runs: list
+    ablation: bool
+
+    @property
+    def kind(self):
+        """"images", "recorded" or "builtin"."""
+        return self.runs[0].kind
+
+    @property
+    def degenerate(self):
+        """Motion along which scale is hard to see, or not at all."""
+        return self.runs[0].group in ("Degenerate", "Without parallax")
+
+
+def group_runs(runs):
+    """Runs by where their features come from and what kind of motion it is, ablations apart."""
+    kinds = (("EuRoC, from images", "images_", lambda run: run.kind == "images"),
+             ("recorded motion and IMU, simulated features", "recorded_",
+              lambda run: run.kind == "recorded"),
+             ("degenerate motion, simulated", "degenerate_",
+              lambda run: run.group in ("Degenerate", "Without parallax")),
+             ("excited motion, simulated", "excited_",
+              lambda run: run.kind == "builtin" and run.group == "Excited"))
+    groups = []
+    for ablation in (False, True):
+        for title, prefix, belongs in kinds:
+            members = [run for run in runs if run.is_ablation == ablation and belongs(run)]
+            if members:
+                groups.append(Group(title, prefix, members, ablation))
+    return groups
+
+
+def _labels(runs):
+    """Folders below the one that all runs share."""
+    folders = [os.path.abspath(run.folder) for run in runs]
+    shared = os.path.commonpath([os.path.dirname(folder) for folder in folders])
+    return {run.folder: os.path.relpath(folder, shared) for run, folder in zip(runs, folders)}
+
+
+def _with_title(title, table):
+    table.title = title
+    return table
+
+
+def _not_first(groups):
+    """Where the reference is not the best: triples of subset, figures with a best one, table."""
+    runs = [run for group in groups for run in group.runs if run.group != "Without parallax"]
+    if not runs:
+        return []
+    result = []
+    for subset, name in SUBSETS:
+        table, figures_compared = not_first_table(run_method_table(runs, DETAIL, subset), REFERENCE)
+        result.append((name, figures_compared, table))
+    return result
+
+
+def _details(groups):
+    """Accuracy per run; slow motion is what the excitation gate leaves out."""
+    return [run_method_table(group.runs, DETAIL, subset, "%s, %s" % (group.title, name))
+            for group in groups for subset, name in SUBSETS
+            if not (group.degenerate and subset == "excited")]
+
+
+def _pictures(groups, runs, out):
+    """Errors, times and first answers of every group; one path, and one strip of images."""
+    drawn = []
+    for group in groups:
+        growing = all("first_keyframes" in run.info for run in group.runs)
+        drawn += [(file, "%s: %s" % (group.title, caption)) for file, caption in
+                  figures.draw_pooled(pool(group.runs), out, group.prefix, growing)]
+    plain = [run for run in runs if not run.is_ablation and run.has_truth]
+    shown = [run for run in plain if run.name.startswith(DRAWN_SEQUENCE)] or plain
+    with_images = [run for run in runs if os.path.isdir(os.path.join(run.folder, "images"))]
+    for candidates, file, draw in (
+            (shown, "trajectory.png", lambda run, path: figures.trajectory(run.windows, path)),
+            (with_images, "images.png", lambda run, path: figures.image_strip(
+                os.path.join(run.folder, "images"), path))):
+        caption = candidates and draw(candidates[0], os.path.join(out, file))
+        if caption:
+            drawn.append((file, "%s: %s" % (candidates[0].name, caption)))
+    return drawn
+
+
+def _write_comparisons(comparisons, path):
+    """Every difference with its interval, for programs."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["group", "method", "reference", "windows", "both_success", "quantity",
+                       "difference", "low", "high"])
+        for group, of_group in comparisons:
+            for c in of_group:
+                for quantity, interval in c.intervals.items():
+                    rows.writerow([group.title, c.method, REFERENCE, c.windows, c.both_success,
+                                   quantity] + ["%.9g" % x if x == x else "" for x in
+                                                (interval.value, interval.low, interval.high)])
+
+
+def build(runs, out, notes=(), command=""):
+    """Draws the pictures, writes comparisons.csv into `out` and returns the context of the
+    template. notes: sentences about what was not run; command: how the runs were made."""
+    groups = group_runs(runs)
+    plain = [group for group in groups if not group.ablation]
+    real = [group for group in plain if group.kind != "builtin"]
+    labels = _labels(runs)
+    methods = methods_of(pool([run for group in (plain or groups) for run in group.runs]))
+    compared = REFERENCE in methods and len(methods) > 1
+    comparisons = [(group, bootstrap.compare(pool(group.runs), REFERENCE))
+                   for group in plain] if compared else []
+    _write_comparisons(comparisons, os.path.join(out, "comparisons.csv"))
+    timed = (real[:1] or plain or groups)
+    return {
+        "title": "The paper's tables", "reference": REFERENCE, "command": command,
+        "programs": list(dict.fromkeys(run.program for run in runs)),
+        "runs": run_table(runs, lambda run: labels[run.folder]),
+        "notes": list(notes) + ["%s: no ground truth, so no errors and no success" %
+                                labels[run.folder] for run in runs if not run.has_truth],
+        "accuracy": [(group, [_with_title("%s, %s" % (table.title, name), table)
+                              for subset, name in SUBSETS
+                              for table in accuracy_tables(group.runs, subset)]) for group in real],
+        "success": [(group, [_with_title("Success [%%], %s" % name, success_table(group.runs, subset))
+                             for subset, name in SUBSETS]) for group in real],
+        "degenerate": [degenerate_table(group.runs) for group in plain if group.degenerate],
+        "ablations": [(group, ablation_table(group.runs, group.degenerate))
+                      for group in groups if group.ablation],
+        "timed_title": real[0].title if real else "all runs",
+        "times": time_table([run for group in timed for run in group.runs]),
+        "differences": [difference_table(c, REFERENCE, group.title) for group, c in comparisons],
+        "not_first": _not_first(plain) if compared else [],
+        "details": _details(plain),
+        "verdicts": [run_method_table(group.runs, VERDICTS, title=group.title) for group in plain],
+        "downstream": [run_method_table(group.runs, DOWNSTREAM, title=group.title)
+                       for group in plain if any(run.has_downstream for run in group.runs)],
+        "pictures": _pictures(plain, runs, out),
+    }
+
+
+def write(runs, out, notes=(), command=""):
+    """Writes report.md, report.html, comparisons.csv and the pictures into `out`. Returns the two
+    reports."""
+    return render.write("suite.j2", build(runs, out, notes, command), out)
