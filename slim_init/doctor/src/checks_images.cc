@@ -3,7 +3,7 @@
 #include <unordered_set>
 
 #include "checks.h"
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "checks.h"
 #include "reference_so3.h"
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

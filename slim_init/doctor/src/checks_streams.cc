@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "checks.h"
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/evaluation/statistics.h"
 #include "slim_init/evaluation/track_images.h"
-#include "statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "reference_so3.h"
 #include "robust_weight.h"
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

@@ -10,11 +10,11 @@
 #include <limits>
 #include <unordered_map>
 
-#include "inertial_steps.h"
 #include "pair_rotation.h"
 #include "reference_so3.h"
 #include "robust_weight.h"
-#include "statistics.h"
+#include "slim_init/evaluation/inertial_steps.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "method_lists.h"
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

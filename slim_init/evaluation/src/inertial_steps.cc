@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "inertial_steps.h"
+#include "slim_init/evaluation/inertial_steps.h"
 
 #include <algorithm>
 

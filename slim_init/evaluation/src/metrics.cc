@@ -8,8 +8,8 @@
 #include <limits>
 #include <sstream>
 
-#include "inertial_steps.h"
 #include "reference_so3.h"
+#include "slim_init/evaluation/inertial_steps.h"
 
 namespace slim_init::evaluation {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "ordered_tasks.h"
 #include "slim_init/evaluation/journal.h"
+#include "slim_init/evaluation/statistics.h"
 #include "slim_init/keyframe_window.h"
-#include "statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

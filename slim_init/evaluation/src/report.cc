@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "method_lists.h"
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

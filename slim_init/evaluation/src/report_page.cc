@@ -8,7 +8,7 @@
 #include "slim_init/evaluation/method_tables.h"
 #include "slim_init/evaluation/page.h"
 #include "slim_init/evaluation/report.h"
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

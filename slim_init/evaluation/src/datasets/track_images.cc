@@ -6,7 +6,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "statistics.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {

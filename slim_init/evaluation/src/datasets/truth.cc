@@ -7,9 +7,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "inertial_steps.h"
 #include "reference_so3.h"
-#include "statistics.h"
+#include "slim_init/evaluation/inertial_steps.h"
+#include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
 namespace {
