@@ -15,7 +15,7 @@
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/world.h"
 
-namespace slim_init::feature_tracker_lines {
+namespace slim_init {
 struct Config;  // of an optional library
 }
 

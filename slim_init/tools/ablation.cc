@@ -78,7 +78,7 @@ std::string makeMethods(const AbOptions& options, std::vector<Method>* methods) 
   methods->clear();
   for (const std::string& name : options.method_names) {
     std::string error;
-    methods->push_back({makeMethod(name, options.initializer, options.baselines, &error), ""});
+    methods->push_back({makeKnownMethod(name, options.initializer, options.baselines, &error), ""});
     if (methods->back().solver == nullptr) return error;
     if (!options.ablation) continue;
     for (const AblationVariant& variant : ablationVariants()) {
@@ -86,7 +86,8 @@ std::string makeMethods(const AbOptions& options, std::vector<Method>* methods) 
       InitializerOptions changed = options.initializer;
       baselines::BaselineOptions changed_baselines = options.baselines;
       variant.change(&changed, &changed_baselines);
-      std::unique_ptr<WindowSolver> solver = makeMethod(name, changed, changed_baselines, &error);
+      std::unique_ptr<WindowSolver> solver =
+          makeKnownMethod(name, changed, changed_baselines, &error);
       const std::string label = name + "[" + variant.name + "]";
       if (solver == nullptr) return label + ": " + error;
       methods->push_back(

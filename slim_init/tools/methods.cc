@@ -21,9 +21,10 @@ const std::vector<std::string>& methodNames() {
   return kNames;
 }
 
-std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const InitializerOptions& options,
-                                         const baselines::BaselineOptions& baseline_options,
-                                         std::string* error) {
+std::unique_ptr<WindowSolver> makeKnownMethod(const std::string& name,
+                                              const InitializerOptions& options,
+                                              const baselines::BaselineOptions& baseline_options,
+                                              std::string* error) {
   return baselines::makeMethod(name, options, baseline_options, error, knownMethods());
 }
 

@@ -18,9 +18,9 @@ const std::vector<baselines::Method>& knownMethods();
 const std::vector<std::string>& methodNames();
 
 /// baselines::makeMethod() over knownMethods().
-std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const InitializerOptions& options,
-                                         const baselines::BaselineOptions& baseline_options = {},
-                                         std::string* error = nullptr);
+std::unique_ptr<WindowSolver> makeKnownMethod(
+    const std::string& name, const InitializerOptions& options,
+    const baselines::BaselineOptions& baseline_options = {}, std::string* error = nullptr);
 
 /// `slim_init methods`: prints every method with a line on what it is. Returns the exit code.
 int runMethods();

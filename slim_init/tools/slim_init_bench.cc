@@ -74,7 +74,7 @@ const std::vector<std::shared_ptr<const InitWindow>>& windows(int points) {
 
 void solve(benchmark::State& state, const std::string& method) {
   const auto& input = windows(static_cast<int>(state.range(0)));
-  const auto solver = makeMethod(method, InitializerOptions());
+  const auto solver = makeKnownMethod(method, InitializerOptions());
   std::size_t i = 0, answered = 0, solved = 0;
   double tracks = 0.0;
   for (auto _ : state) {
@@ -96,7 +96,7 @@ void solve(benchmark::State& state, const std::string& method) {
 // often.
 void stages(benchmark::State& state, const std::string& method) {
   const auto& input = windows(100);
-  const auto solver = makeMethod(method, InitializerOptions());
+  const auto solver = makeKnownMethod(method, InitializerOptions());
   std::map<std::string, std::vector<double>> times;
   std::size_t i = 0;
   for (auto _ : state) {
