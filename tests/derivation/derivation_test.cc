@@ -28,6 +28,8 @@
 namespace slim_init {
 namespace {
 
+using namespace baselines;  // NOLINT: what these tests compare with
+
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;

@@ -12,6 +12,8 @@
 namespace slim_init {
 namespace {
 
+using namespace baselines;  // NOLINT: what these tests compare with
+
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 

@@ -14,6 +14,8 @@
 namespace slim_init {
 namespace {
 
+using namespace baselines;  // NOLINT: what these tests compare with
+
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using testing_support::jacobiansAgree;

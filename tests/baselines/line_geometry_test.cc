@@ -9,7 +9,7 @@
 #include "geometry/so3.h"
 #include "linear_alignment.h"
 
-namespace slim_init {
+namespace slim_init::baselines {
 namespace {
 
 using Eigen::Matrix3d;
@@ -114,4 +114,4 @@ TEST(LineGeometry, ThreeViewsConstrainRotationAndTranslation) {
 }
 
 }  // namespace
-}  // namespace slim_init
+}  // namespace slim_init::baselines
