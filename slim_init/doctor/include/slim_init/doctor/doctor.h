@@ -67,6 +67,7 @@ struct DoctorData {
 
 /// Bounds. A finding beyond `warn` is a warning, beyond `fail` an error.
 struct DoctorOptions {
+  /// A value on the wrong side of `warn` is a warning, of `fail` an error.
   struct Bound {
     double warn = 0.0;
     double fail = 0.0;

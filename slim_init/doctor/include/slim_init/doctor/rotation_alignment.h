@@ -11,6 +11,7 @@
 
 namespace slim_init::evaluation {
 
+/// Pairs of images and the search for the time offset (docs/doctor.md).
 struct RotationAlignmentOptions {
   double pair_interval_s = 0.2;   ///< of two images: long enough to turn, short enough for tracks
   double pair_spacing_s = 0.1;    ///< from the start of a pair to that of the next

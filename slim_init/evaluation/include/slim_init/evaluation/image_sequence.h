@@ -17,6 +17,7 @@
 
 namespace slim_init::evaluation {
 
+/// What a sequence with images needs to be usable.
 struct ImageSequenceOptions {
   double max_imu_gap_s = 0.05;  ///< a longer step between samples is counted and noted
   int min_imu_samples = 2;      ///< two samples make the shortest interval

@@ -31,6 +31,7 @@ struct ReadStatus {
   bool ok() const { return error == ReadError::kNone; }
 };
 
+/// What a recording without images needs to be usable.
 struct RecordedOptions {
   double max_imu_gap_s = 0.05;  ///< a longer step between samples is counted and noted
   int min_imu_rows = 2;         ///< two samples make the shortest interval

@@ -10,6 +10,7 @@
 
 namespace slim_init::evaluation {
 
+/// Which spans of a recording the gyroscope bias is fitted to.
 struct GyroBiasFitOptions {
   double span_s = 1.0;  ///< length of the spans over which gyro and orientation are compared
   double max_imu_gap_s = 0.05;    ///< a span with a longer step between samples is left out

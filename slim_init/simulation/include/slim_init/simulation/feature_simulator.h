@@ -19,6 +19,7 @@ struct PinholeCamera {
   double fx = 458.654, fy = 457.296, cx = 367.215, cy = 248.375;  ///< [px]
 };
 
+/// Number, noise and faults of the simulated tracks.
 struct FeatureSimulationOptions {
   PinholeCamera camera;
   int max_points = 100;              ///< points tracked in one frame

@@ -35,6 +35,7 @@ struct Look {
   double glow = 0.0;       ///< emitted brightness, for lamps and window panes
 };
 
+/// Shape of a solid.
 enum class Shape { kBox, kCylinder };
 
 /// A solid: a box along its own axes, turned by `yaw_deg` about the vertical through its centre, or
@@ -77,6 +78,7 @@ struct SceneEdge {
 /// Names of the scenes: "room", "brick-room", "tile-room", "blank-room", "hall", "corridor".
 const std::vector<std::string>& sceneNames();
 
+/// Solids, their looks and the lights: everything that rendering and ray casting need.
 struct Scene {
   std::string kind;  ///< one of sceneNames(), or a name of the user's own
   Box hull;          ///< inside of the walls
@@ -104,6 +106,7 @@ struct Scene {
   std::string validate() const;
 };
 
+/// Which scene to build.
 struct SceneOptions {
   std::string kind = "room";
   unsigned seed = 1;

@@ -14,6 +14,7 @@
 
 namespace slim_init::simulation {
 
+/// Bounds of outliers, borders and line identity (docs/simulation.md).
 struct TrackTruthOptions {
   double outlier_px = 1.5;  ///< a point observation farther off is an outlier
   /// A feature within this distance of a surface's border may belong to that surface: the one that
@@ -38,6 +39,7 @@ struct PointError {
   bool occluded = false;  ///< the true point is hidden or outside the image
 };
 
+/// One observation of a line track after its first, against what was seen first.
 struct LineError {
   FeatureId id = -1;
   int frame = 0;
@@ -48,6 +50,7 @@ struct LineError {
   double end_px = kNotComputed;     ///< larger distance of the segment's ends from the true line
 };
 
+/// Errors of all tracks.
 struct TrackQuality {
   int frames = 0;
   std::vector<PointError> points;           ///< against the first observation

@@ -35,11 +35,13 @@ struct World {
   bool visible(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 };
 
+/// Kinds of worlds, by their extent and where features are.
 enum class WorldKind { kRoom, kHall, kCorridor };
 
 /// Parses "room", "hall", "corridor"; false for anything else.
 bool parseWorldKind(const std::string& name, WorldKind* kind);
 
+/// Kind and density of a world.
 struct WorldOptions {
   WorldKind kind = WorldKind::kRoom;
   /// Room and hall: points on all surfaces together. Corridor: its walls are textureless and it is
