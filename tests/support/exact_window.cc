@@ -72,8 +72,13 @@ Eigen::Vector3d randomPlace(Random& random, const NavState& state, const Calibra
   return state.p_w_b + state.R_w_b * X_b;
 }
 
-Eigen::Vector3d noisyBearing(Random& random, const Eigen::Vector2d& uv, double sigma) {
+Eigen::Vector3d noisyBearing(Random& random, const Eigen::Vector2d& uv, double sigma,
+                             bool angular) {
   const double dx = sigma * gaussian(random), dy = sigma * gaussian(random);
+  if (angular) {
+    const Eigen::Vector3d bearing = uv.homogeneous().normalized();
+    return (bearing + tangentBasis(bearing) * Eigen::Vector2d(dx, dy)).normalized();
+  }
   return Eigen::Vector3d(uv.x() + dx, uv.y() + dy, 1.0).normalized();
 }
 
@@ -94,6 +99,17 @@ Calibration eurocCalibration() {
   calibration.t_b_c = Eigen::Vector3d(-0.0216401454975, -0.064676986768, 0.00981073058949);
   calibration.focal_px = 458.0;
   return calibration;
+}
+
+ExactWindowOptions drawnFromTheModel(unsigned seed, double accel_bias_sigma) {
+  ExactWindowOptions options;
+  options.seed = seed;
+  options.pixel_noise = 0.6;
+  options.angular_noise = true;
+  options.imu_noise = true;
+  Random random(seed + 2000);
+  options.accel_bias = accel_bias_sigma * gaussian3(random);
+  return options;
 }
 
 ExactWindow makeExactWindow(const ExactWindowOptions& options) {
@@ -162,7 +178,7 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
       if (!project(out.truth[k], out.calibration, X_w, &uv)) continue;
       PointObservation point;
       point.id = id;
-      point.bearing = noisyBearing(random, uv, sigma);
+      point.bearing = noisyBearing(random, uv, sigma, options.angular_noise);
       out.keyframes[k].points.push_back(point);
     }
   }
@@ -184,8 +200,8 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
       if ((e - s).norm() * out.calibration.focal_px < 20.0) continue;
       LineObservation line;
       line.id = id;
-      line.start_bearing = noisyBearing(random, s, sigma);
-      line.end_bearing = noisyBearing(random, e, sigma);
+      line.start_bearing = noisyBearing(random, s, sigma, options.angular_noise);
+      line.end_bearing = noisyBearing(random, e, sigma, options.angular_noise);
       line.length_px = (e - s).norm() * out.calibration.focal_px;
       line.detection_confidence = 0.9;
       line.match_quality = 0.95;

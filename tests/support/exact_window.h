@@ -29,8 +29,11 @@ struct ExactWindowOptions {
   Eigen::Vector3d gyro_bias = Eigen::Vector3d(-0.0022, 0.0208, 0.0765);  ///< [rad/s]
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();                  ///< [m/s^2]
   double pixel_noise = 0.0;  ///< on points and line end points [px]
-  bool imu_noise = false;    ///< white noise at the calibration's densities
-  double yaw_rad = 0.4;      ///< of the first body
+  /// The noise as an angle, of equal size for every bearing, as the estimators model it. Else in
+  /// the image plane, where a pixel off the axis is a smaller angle.
+  bool angular_noise = false;
+  bool imu_noise = false;  ///< white noise at the calibration's densities
+  double yaw_rad = 0.4;    ///< of the first body
   Eigen::Vector3d origin = Eigen::Vector3d(1.0, -2.0, 0.5);  ///< of the first body [m]
   unsigned seed = 1;
 };
@@ -45,6 +48,11 @@ struct ExactWindow {
 
 /// EuRoC's cam0 extrinsics, orthonormalised.
 Calibration eurocCalibration();
+
+/// Options of a window that is a draw from what the estimators assume: 0.6 px as an angle, IMU
+/// noise at the calibration's densities, an accelerometer bias with standard deviation
+/// `accel_bias_sigma` [m/s^2] per axis. Over many seeds, errors have the reported covariance.
+ExactWindowOptions drawnFromTheModel(unsigned seed, double accel_bias_sigma);
 
 /// Makes a window; never fails for sensible options.
 ExactWindow makeExactWindow(const ExactWindowOptions& options);

@@ -133,7 +133,7 @@ bool triangulate(const LineView* views, int count, const WindowState& state,
   line->origin = cameraCentre(state, middle.keyframe, t_b_c);
   const Eigen::Matrix3d& R_middle = state.R_b0_bk[middle.keyframe];
   const Eigen::Vector3d w = (R_middle * middle.start_b.cross(middle.end_b)).normalized();
-  if (!w.allFinite()) return false;
+  if (!(w.squaredNorm() > 0.5)) return false;  // zero, or not a number
   // The direction lies in the plane of the middle view and in all others: the least-squares null
   // direction of their normals, which are as long as the segments' angles and so weigh by them.
   Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();

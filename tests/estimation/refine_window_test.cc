@@ -1,0 +1,422 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What surrounds the minimisation: noise from the data, rejection, the choice between starts, the
+// descent from coarse to fine, lines, and input that is no use.
+#include "estimation/refine_window.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+
+#include "estimation/posterior.h"
+#include "geometry/so3.h"
+#include "support/exact_window.h"
+#include "support/true_state.h"
+
+namespace slim_init {
+namespace {
+
+using testing_support::ExactWindow;
+using testing_support::ExactWindowOptions;
+using testing_support::makeExactWindow;
+using testing_support::trueState;
+
+// The simulated IMU is as good as its data sheet.
+RefinementOptions dataSheetNoise() {
+  RefinementOptions options;
+  options.accel_noise_factor = 1.0;
+  options.gyro_noise_factor = 1.0;
+  options.use_vanishing_points = false;
+  return options;
+}
+
+ExactWindowOptions noisy(unsigned seed, double pixel_noise = 0.6) {
+  ExactWindowOptions options;
+  options.seed = seed;
+  options.pixel_noise = pixel_noise;
+  options.angular_noise = true;
+  options.imu_noise = true;
+  return options;
+}
+
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
+                                           const std::vector<FrameObservation>& frames) {
+  std::string error;
+  auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
+  EXPECT_NE(window, nullptr) << error;
+  return window;
+}
+
+RefinedWindow refine(const InitWindow& window, const std::vector<WindowState>& starts,
+                     const RefinementOptions& options, StartMode mode = StartMode::kFine) {
+  const Eigen::Vector3d bias = starts.empty() ? Eigen::Vector3d::Zero() : starts[0].gyro_bias;
+  return refineWindow(window, window.lineTracks(),
+                      preintegrateInflated(window, bias, Eigen::Vector3d::Zero(), options), nullptr,
+                      starts, mode, options);
+}
+
+double spread(const WindowState& state) {
+  return (state.p_b0.colwise() - state.p_b0.rowwise().mean()).norm();
+}
+
+double scaleError(const RefinedWindow& refined, const WindowState& truth) {
+  return std::abs(spread(refined.state) / spread(truth) - 1.0);
+}
+
+// A trajectory of `scale` times the size, with velocities to match.
+WindowState scaled(WindowState state, double scale) {
+  state.p_b0 *= scale;
+  state.v_b0 *= scale;
+  return state;
+}
+
+// Every pose, velocity and the direction of gravity moved at random.
+WindowState moved(const WindowState& state, double amount, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::normal_distribution<double> normal;
+  const StateLayout at(state.size());
+  Eigen::VectorXd step(at.size());
+  for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = amount * normal(rng);
+  step.head<StateLayout::kGauge>().setZero();
+  step.segment<6>(at.gyroBias()).setZero();
+  return retract(state, step);
+}
+
+// ---- noise of the data
+// ----------------------------------------------------------------------------
+
+TEST(RefineWindow, NoiseIsThatOfTheData) {
+  // The calibration says 0.6 px throughout.
+  for (const double sigma_px : {0.3, 0.6, 1.5}) {
+    const ExactWindow exact = makeExactWindow(noisy(3, sigma_px));
+    const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, dataSheetNoise());
+    ASSERT_TRUE(refined.valid);
+    EXPECT_NEAR(refined.sigma_px, sigma_px, 0.1 * sigma_px);
+    EXPECT_NEAR(refined.sigma_line_px, sigma_px, 0.2 * sigma_px);
+  }
+}
+
+TEST(RefineWindow, NoiseHasAFloor) {
+  const ExactWindow exact = makeExactWindow(noisy(3, 0.05));
+  RefinementOptions options = dataSheetNoise();
+  options.min_sigma_px = 0.2;
+  RefinedWindow refined = refine(*exact.window, {trueState(exact)}, options);
+  ASSERT_TRUE(refined.valid);
+  EXPECT_NEAR(refined.sigma_px, 0.2, 1e-12);
+  EXPECT_NEAR(refined.sigma_line_px, 0.2, 1e-12);
+  options.min_sigma_px = 0.01;
+  refined = refine(*exact.window, {trueState(exact)}, options);
+  EXPECT_NEAR(refined.sigma_px, 0.05, 0.01);
+}
+
+TEST(RefineWindow, TooFewResidualsKeepTheNoiseOfTheCalibration) {
+  ExactWindowOptions window_options = noisy(3, 1.5);
+  window_options.lines = 1;
+  const ExactWindow exact = makeExactWindow(window_options);
+  ASSERT_EQ(exact.window->lineTracks().size(), 1u);
+  const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, dataSheetNoise());
+  ASSERT_TRUE(refined.valid);
+  EXPECT_NEAR(refined.sigma_line_px, exact.calibration.sigma_line_px, 1e-12);
+  EXPECT_NEAR(refined.sigma_px, 1.5, 0.15);
+}
+
+// ---- rejection
+// ------------------------------------------------------------------------------------
+
+TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
+  const ExactWindow exact = makeExactWindow(noisy(5));
+  const WindowState truth = trueState(exact);
+  std::mt19937 rng(1);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::vector<FrameObservation> frames = exact.keyframes;
+  int sightings = 0, wrong = 0;
+  for (FrameObservation& frame : frames) {
+    for (PointObservation& point : frame.points) {
+      ++sightings;
+      if (uniform(rng) >= 0.05) continue;
+      ++wrong;
+      const double angle = 2.0 * M_PI * uniform(rng);
+      const double length = 20.0 / exact.calibration.focal_px;
+      point.bearing =
+          (point.bearing + length * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0))
+              .normalized();
+    }
+  }
+  ASSERT_GT(wrong, 20);
+  const auto window = windowOf(exact, frames);
+  const RefinementOptions options = dataSheetNoise();
+  const RefinedWindow refined = refine(*window, {truth}, options);
+  ASSERT_TRUE(refined.valid);
+  // A Rayleigh variable is beyond 3.5 sigma once in 450; short tracks, which bend to their outlier,
+  // lose good sightings with it.
+  const double share = static_cast<double>(wrong) / sightings;
+  EXPECT_LE(refined.inlier_fraction, 1.0 - 0.95 * share);
+  EXPECT_GE(refined.inlier_fraction, 1.0 - share - 0.04);
+  EXPECT_NEAR(refined.sigma_px, 0.6, 0.1);
+  EXPECT_LT(scaleError(refined, truth), 0.02);
+
+  RefinementOptions keep_all = options;
+  keep_all.reject_sigmas = 1e6;
+  const RefinedWindow with_all = refine(*window, {truth}, keep_all);
+  ASSERT_TRUE(with_all.valid);
+  EXPECT_EQ(with_all.inlier_fraction, 1.0);
+  EXPECT_NEAR(with_all.cost, refined.cost, 1e-9 * refined.cost) << "before any rejection";
+}
+
+TEST(RefineWindow, NoSmallResidualIsTakenOut) {
+  const ExactWindow exact = makeExactWindow(noisy(3, 0.05));
+  RefinementOptions options = dataSheetNoise();
+  options.min_sigma_px = 0.01;
+  options.reject_sigmas = 2.0;
+  options.min_reject_px = 0.5;
+  EXPECT_EQ(refine(*exact.window, {trueState(exact)}, options).inlier_fraction, 1.0);
+  options.min_reject_px = 0.0;
+  const double kept = refine(*exact.window, {trueState(exact)}, options).inlier_fraction;
+  EXPECT_LT(kept, 0.95);
+  EXPECT_GT(kept, 0.75) << "beyond two sigma is 13.5 %";
+}
+
+TEST(RefineWindow, AWrongLineIsTakenOut) {
+  const ExactWindow exact = makeExactWindow(noisy(6));
+  std::vector<FrameObservation> frames = exact.keyframes;
+  FeatureId id = -1;
+  for (const Track& track : exact.window->lineTracks()) {
+    if (track.size() >= 8) id = track.id;
+  }
+  ASSERT_GE(id, 0);
+  // In every other view another segment, 30 px beside it.
+  int views = 0;
+  for (FrameObservation& frame : frames) {
+    for (LineObservation& line : frame.lines) {
+      if (line.id != id || ++views % 2 == 0) continue;
+      const Eigen::Vector3d aside = line.start_bearing.cross(line.end_bearing).normalized();
+      line.start_bearing += 30.0 / exact.calibration.focal_px * aside;
+      line.end_bearing += 30.0 / exact.calibration.focal_px * aside;
+    }
+  }
+  const auto window = windowOf(exact, frames);
+  const RefinementOptions options = dataSheetNoise();
+  const RefinedWindow clean = refine(*exact.window, {trueState(exact)}, options);
+  const RefinedWindow refined = refine(*window, {trueState(exact)}, options);
+  ASSERT_TRUE(clean.valid && refined.valid);
+  EXPECT_GT(refined.line_cost, clean.line_cost + 10.0);
+  EXPECT_LE(refined.line_tracks, clean.line_tracks);
+  EXPECT_NEAR(refined.sigma_line_px, clean.sigma_line_px, 0.15 * clean.sigma_line_px);
+  EXPECT_LT((refined.state.p_b0 - clean.state.p_b0).norm(), 0.02 * spread(clean.state));
+}
+
+// ---- starts
+// ---------------------------------------------------------------------------------------
+
+TEST(RefineWindow, ASecondStartIsTriedWhereTheFirstLooksWrong) {
+  const ExactWindow exact = makeExactWindow(noisy(7));
+  const WindowState truth = trueState(exact);
+  // Turned over: the minimisation does not come back from there.
+  WindowState wrong = moved(truth, 1.0, 2);
+  RefinementOptions options = dataSheetNoise();
+  options.suspicious_chi2 = 2.0;
+  const RefinedWindow from_wrong = refine(*exact.window, {wrong}, options);
+  EXPECT_TRUE(!from_wrong.valid || from_wrong.chi2 > options.suspicious_chi2);
+  const RefinedWindow from_truth = refine(*exact.window, {truth}, options);
+  ASSERT_TRUE(from_truth.valid);
+  ASSERT_LT(from_truth.chi2, options.suspicious_chi2);
+
+  const RefinedWindow both = refine(*exact.window, {wrong, truth}, options);
+  ASSERT_TRUE(both.valid);
+  EXPECT_EQ(both.chosen_start, 1);
+  EXPECT_NEAR(both.cost, from_truth.cost, 1e-9 * from_truth.cost);
+  EXPECT_GT(both.iterations, from_truth.iterations);
+
+  // Behind a good first start the second is not even tried.
+  const RefinedWindow good_first = refine(*exact.window, {truth, wrong}, options);
+  EXPECT_EQ(good_first.chosen_start, 0);
+  EXPECT_EQ(good_first.iterations, from_truth.iterations);
+}
+
+TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
+  const ExactWindow exact = makeExactWindow(noisy(7));
+  const WindowState truth = trueState(exact);
+  const WindowState wrong = moved(truth, 1.0, 2);
+  RefinementOptions options = dataSheetNoise();
+  options.suspicious_chi2 = 1e-3;  // every minimum looks wrong
+  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
+    const RefinedWindow alone = refine(*exact.window, {truth}, options, mode);
+    const RefinedWindow both = refine(*exact.window, {truth, wrong}, options, mode);
+    ASSERT_TRUE(alone.valid && both.valid);
+    EXPECT_EQ(both.chosen_start, 0);
+    EXPECT_GT(both.iterations, alone.iterations) << "the second was tried";
+    // The tracks are triangulated anew, so that the minimum is that of one more descent.
+    EXPECT_NEAR(both.cost, alone.cost, 1e-2 * alone.cost);
+    EXPECT_LT((both.state.p_b0 - alone.state.p_b0).norm(), 2e-3 * spread(truth));
+  }
+}
+
+TEST(RefineWindow, CoarseToFineReachesTheSameMinimumAtTheTrueNoise) {
+  const ExactWindow exact = makeExactWindow(noisy(8));
+  RefinementOptions options = dataSheetNoise();
+  options.tolerance = 1e-6;
+  options.max_iterations = 50;
+  const WindowState truth = trueState(exact);
+  const RefinedWindow fine = refine(*exact.window, {truth}, options);
+  const RefinedWindow coarse = refine(*exact.window, {truth}, options, StartMode::kCoarseToFine);
+  ASSERT_TRUE(fine.valid && coarse.valid);
+  EXPECT_NEAR(coarse.cost, fine.cost, 1e-4 * fine.cost);
+  EXPECT_NEAR(coarse.sigma_px, fine.sigma_px, 1e-3 * fine.sigma_px);
+  EXPECT_LT((coarse.state.p_b0 - fine.state.p_b0).norm(), 1e-3 * spread(truth));
+}
+
+TEST(RefineWindow, CoarseToFineFindsTheMinimumFromFartherAway) {
+  const RefinementOptions options = dataSheetNoise();
+  int fine = 0, coarse = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const ExactWindow exact = makeExactWindow(noisy(seed));
+    const WindowState truth = trueState(exact);
+    const WindowState start = moved(truth, 0.3, seed);
+    const auto right = [&](StartMode mode) {
+      const RefinedWindow refined = refine(*exact.window, {start}, options, mode);
+      return refined.valid && refined.chi2 < 2.0 && scaleError(refined, truth) < 0.05;
+    };
+    fine += right(StartMode::kFine);
+    coarse += right(StartMode::kCoarseToFine);
+  }
+  RecordProperty("fine", fine);
+  RecordProperty("coarse", coarse);
+  EXPECT_GE(coarse, 18);
+  EXPECT_LT(fine, coarse);
+}
+
+// ---- input that is no use
+// -------------------------------------------------------------------------
+
+TEST(RefineWindow, WithoutAStartThereIsNoAnswer) {
+  const ExactWindow exact = makeExactWindow(noisy(1));
+  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
+    const RefinedWindow refined = refine(*exact.window, {}, dataSheetNoise(), mode);
+    EXPECT_FALSE(refined.valid);
+    EXPECT_EQ(refined.chosen_start, -1);
+  }
+}
+
+TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
+  const ExactWindow exact = makeExactWindow(noisy(1));
+  const WindowState truth = trueState(exact);
+  WindowState broken = truth;
+  broken.p_b0(1, 3) = std::numeric_limits<double>::quiet_NaN();
+  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
+    EXPECT_FALSE(refine(*exact.window, {broken}, dataSheetNoise(), mode).valid);
+    const RefinedWindow refined = refine(*exact.window, {broken, truth}, dataSheetNoise(), mode);
+    ASSERT_TRUE(refined.valid);
+    EXPECT_EQ(refined.chosen_start, 1);
+    EXPECT_LT(scaleError(refined, truth), 0.02);
+  }
+}
+
+TEST(RefineWindow, FromFarAwayItIsInvalidOrLooksWrong) {
+  const ExactWindow exact = makeExactWindow(noisy(1));
+  const WindowState far = scaled(moved(trueState(exact), 1.0, 3), 1e6);
+  const RefinedWindow refined = refine(*exact.window, {far}, dataSheetNoise());
+  EXPECT_TRUE(!refined.valid || refined.chi2 > 5.0) << refined.chi2;
+}
+
+TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
+  const ExactWindow exact = makeExactWindow(noisy(1));
+  const WindowState truth = trueState(exact);
+  const RefinementOptions options = dataSheetNoise();
+  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
+    std::vector<Preintegration> pre =
+        preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
+    const auto lines = exact.window->lineTracks();
+    EXPECT_TRUE(refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options).valid);
+    pre[4].covariance.setZero();
+    EXPECT_FALSE(refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options).valid);
+  }
+}
+
+// ---- biases and lines
+// -----------------------------------------------------------------------------
+
+TEST(RefineWindow, PreintegratesAnewWhereTheGyroscopeBiasMovedFar) {
+  const ExactWindow exact = makeExactWindow(noisy(9));
+  const WindowState truth = trueState(exact);
+  WindowState off = truth;
+  off.gyro_bias += Eigen::Vector3d(0.03, -0.04, 0.02);
+  RefinementOptions options = dataSheetNoise();
+  options.max_iterations = 30;
+  options.tolerance = 1e-6;
+  const RefinedWindow at_truth = refine(*exact.window, {truth}, options);
+  const RefinedWindow refined = refine(*exact.window, {off}, options);
+  ASSERT_TRUE(at_truth.valid && refined.valid);
+  // First order in a bias that is 0.05 rad/s off would leave 1e-4 rad/s.
+  EXPECT_LT((refined.state.gyro_bias - at_truth.state.gyro_bias).norm(), 2e-5);
+  EXPECT_LT(scaleError(refined, truth), 0.02);
+}
+
+TEST(RefineWindow, TheAccelerometerBiasIsFoundOrHeld) {
+  ExactWindowOptions window_options = noisy(4);
+  window_options.accel_bias = Eigen::Vector3d(0.12, -0.1, 0.15);
+  const ExactWindow exact = makeExactWindow(window_options);
+  WindowState start = trueState(exact);
+  start.accel_bias.setZero();
+  RefinementOptions options = dataSheetNoise();
+  const RefinedWindow found = refine(*exact.window, {start}, options);
+  ASSERT_TRUE(found.valid);
+  const Posterior posterior = posteriorOf(found.state, found.information);
+  ASSERT_TRUE(posterior.valid);
+  const int at = 9 * found.state.size() + 3;
+  for (int i = 0; i < 3; ++i) {
+    const double sigma = std::sqrt(posterior.covariance(at + i, at + i));
+    EXPECT_LT(std::abs(found.state.accel_bias[i] - window_options.accel_bias[i]), 4.0 * sigma) << i;
+    EXPECT_LT(sigma, 0.9 * options.accel_bias_prior) << "the data say nothing";
+  }
+  options.estimate_accel_bias = false;
+  const RefinedWindow held = refine(*exact.window, {start}, options);
+  ASSERT_TRUE(held.valid);
+  EXPECT_LT(held.state.accel_bias.norm(), 1e-6);
+  EXPECT_GT(held.inertial_chi2, found.inertial_chi2);
+}
+
+TEST(RefineWindow, LinesAddWhatPointsLack) {
+  double with_sigma = 0.0, without_sigma = 0.0;
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ExactWindowOptions window_options = noisy(seed);
+    window_options.points = 10;
+    const ExactWindow exact = makeExactWindow(window_options);
+    const WindowState truth = trueState(exact);
+    RefinementOptions options = dataSheetNoise();
+    const RefinedWindow with = refine(*exact.window, {truth}, options);
+    options.use_lines = false;
+    const RefinedWindow without = refine(*exact.window, {truth}, options);
+    ASSERT_TRUE(with.valid && without.valid);
+    EXPECT_GT(with.line_tracks, 5);
+    EXPECT_GT(with.line_cost, 0.0);
+    EXPECT_LT(scaleError(with, truth), 0.1);
+    EXPECT_EQ(without.line_tracks, 0);
+    EXPECT_EQ(without.line_cost, 0.0);
+    with_sigma += posteriorOf(with.state, with.information).scale_sigma;
+    without_sigma += posteriorOf(without.state, without.information).scale_sigma;
+  }
+  EXPECT_LT(with_sigma, 0.9 * without_sigma);
+}
+
+TEST(RefineWindow, PointsBehindTheCameraAreCounted) {
+  const ExactWindow exact = makeExactWindow(noisy(2));
+  const WindowState truth = trueState(exact);
+  EXPECT_EQ(refine(*exact.window, {truth}, dataSheetNoise()).behind_fraction, 0.0);
+  // Mirrored through the camera, a quarter of the points lies behind it.
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (FrameObservation& frame : frames) {
+    for (PointObservation& point : frame.points) {
+      if (point.id % 4 == 0) point.bearing = -point.bearing;
+    }
+  }
+  const auto window = windowOf(exact, frames);
+  const RefinedWindow refined = refine(*window, {truth}, dataSheetNoise());
+  ASSERT_TRUE(refined.valid);
+  EXPECT_NEAR(refined.behind_fraction, 0.25, 0.06);
+}
+
+}  // namespace
+}  // namespace slim_init
