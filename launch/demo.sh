@@ -1,24 +1,26 @@
 #!/usr/bin/env bash
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #
-# Installs what is missing, builds, and compares the methods on two simulated motions; with POV-Ray
-# also from the pixels of a short rendered walk along a corridor.
+# Installs what is missing, builds, renders a walk along a corridor, writes it as a rosbag and compares
+# `slim` with the initializers of VINS-Mono (`vins`) and OpenVINS (`openvins`) on the images of that bag.
 #   ./launch/demo.sh [--quick] [--out DIR]
-#     --quick    fewer windows and images: half a minute instead of some
-#     --out DIR  where the reports go (default: demo/ in the build folder)
+#     --quick    a shorter walk and fewer windows
+#     --out DIR  where bag and report go (default: demo/ in the build folder)
 # The variables that change the set-up are listed in launch/setup.sh.
 set -euo pipefail
 # shellcheck source=launch/setup.sh
 source "$(dirname -- "${BASH_SOURCE[0]}")/setup.sh"
 
-stride=10 # frames between the starts of two windows, as in the paper's protocol
-seconds=6 # of the rendered walk: some windows of 2.25 s
+motion=corridor-walk
+scene=corridor
+seconds=10 # of motion; a window takes 2.25 s
+stride=8   # images between the starts of two windows
 out="${SLIM_INIT_BUILD_DIR}/demo"
 while [[ $# -gt 0 ]]; do
   case "$1" in
     --quick)
-      stride=60
-      seconds=3
+      seconds=4
+      stride=10
       ;;
     --out)
       [[ $# -ge 2 ]] || slim_init_die "--out needs a folder"
@@ -34,47 +36,38 @@ while [[ $# -gt 0 ]]; do
   shift
 done
 
-slim_init_install_packages both
-# A build folder that already has tests keeps them; a new one does without.
-if [[ -f "${SLIM_INIT_BUILD_DIR}/CMakeCache.txt" ]]; then
-  slim_init_build
-else
-  slim_init_build -DSLIM_INIT_BUILD_TESTS=OFF -DSLIM_INIT_BUILD_BENCHMARKS=OFF
-fi
-
+slim_init_set_up --target slim_init_tool
 program="${SLIM_INIT_BUILD_DIR}/bin/slim_init"
 [[ -x "${program}" ]] || slim_init_die "the build left no program ${program}"
+command -v povray >/dev/null || slim_init_die "povray is missing, which draws the images"
 
-# compare <motion> <world> <what it shows>
-compare() {
-  slim_init_say "A/B on \"$1\" in a $2: $3"
-  "${program}" ab --builtin "$1" --world "$2" --methods slim,slim-paper,drt-l --stride "${stride}" \
-    --seed 1 --out "${out}/$1" </dev/null ||
-    slim_init_die "the comparison on \"$1\" failed; its message is above"
-  [[ -f "${out}/$1/report.md" ]] || slim_init_die "the comparison left no ${out}/$1/report.md"
+# The rig of the EuRoC dataset, as a VINS-Mono user has it.
+config="${SLIM_INIT_ROOT}/config/euroc.yaml"
+
+render() {
+  slim_init_say "Rendering ${seconds} s of images (${motion}, scene ${scene}) with POV-Ray"
+  rm -rf "${out}"
+  "${program}" simulate --builtin "${motion}" --scene "${scene}" --duration "${seconds}" --seed 1 \
+    --config "${config}" --threads "${SLIM_INIT_JOBS}" --out "${out}/sequence" "$@" </dev/null ||
+    slim_init_die "rendering failed; its message is above"
 }
 
-compare figure-eight room "rich motion, rich texture"
-compare corridor-walk corridor "walking along a corridor, where scale is hard to see"
+compare() {
+  slim_init_say "A/B from the images of ${*: -1}: points and lines are tracked, the truth is known"
+  "${program}" ab "$@" --methods slim,vins,openvins --gates own --stride "${stride}" \
+    --out "${out}/report" </dev/null ||
+    slim_init_die "the comparison failed; its message is above"
+  [[ -f "${out}/report/report.html" ]] || slim_init_die "no ${out}/report/report.html was written"
+}
 
-reports=("${out}/figure-eight/report.md" "${out}/corridor-walk/report.md")
-
-# The same walk once more, from pixels.
-if command -v povray >/dev/null; then
-  slim_init_say "Rendering ${seconds} s of a walk along a corridor (POV-Ray)"
-  rm -rf "${out}/corridor-images"
-  "${program}" simulate --builtin corridor-walk --scene corridor --duration "${seconds}" --seed 1 \
-    --threads "${SLIM_INIT_JOBS}" --out "${out}/corridor-images" </dev/null ||
-    slim_init_die "rendering the corridor failed; its message is above"
-  slim_init_say "A/B from these images: points and lines are tracked, not simulated"
-  "${program}" ab --asl "${out}/corridor-images" --stride 5 \
-    --out "${out}/corridor-pixels" </dev/null ||
-    slim_init_die "the comparison on images failed; its message is above"
-  reports+=("${out}/corridor-pixels/report.md")
+if slim_init_is_left_out rosbag; then
+  slim_init_say "This build cannot read bags (see the last lines): the same from an ASL folder"
+  slim_init_timed rendering render
+  slim_init_timed comparison compare --asl "${out}/sequence"
 else
-  slim_init_say "POV-Ray is not installed: no images were rendered, the comparisons above are on" \
-    "simulated features"
+  slim_init_timed rendering render --bag "${out}/walk.bag"
+  slim_init_timed comparison compare --config "${config}" --bag "${out}/walk.bag"
 fi
 
-slim_init_say "Reports:"
-printf '    %s\n' "${reports[@]}"
+slim_init_summary
+slim_init_say "Report, with tables and pictures: ${out}/report/report.html"

@@ -2,6 +2,7 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #
 # Set-up shared by launch/demo.sh and tests/run.sh: distribution packages, configure, build.
+# Both install the same packages and configure the same build.
 # Sourced, never run. Set before sourcing, all optional:
 #   SLIM_INIT_SKIP_PACKAGES=1  neither look for nor install distribution packages
 #   SLIM_INIT_BUILD_DIR=DIR    build folder (default: build/ in the repository)
@@ -12,45 +13,67 @@ SLIM_INIT_ROOT="$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)"
 SLIM_INIT_BUILD_DIR="${SLIM_INIT_BUILD_DIR:-${SLIM_INIT_ROOT}/build}"
 SLIM_INIT_JOBS="${SLIM_INIT_JOBS:-$(nproc)}"
 
-# What a bare system needs, one line a package; the names are the same on Debian 11, Debian 12 and
-# Ubuntu 20.04. "both" is needed by the demo and the tests, "tests" only by the tests; "extra" comes
-# with the tests where the system's sources have it, and everything works without.
+# What a bare system gets, one line a package; the names are the same on Debian 11, Debian 12 and
+# Ubuntu 20.04. Demo and tests get the same packages and the same configuration, so that the second
+# of the two commands finds its packages installed and most of its build done. Without a "needed"
+# package nothing is built. An "optional" one is installed where the system's sources have it, and so
+# is a "ros" one unless ROS itself is there (/opt/ros), with whose packages they must not be mixed;
+# what was left out without them is named in the last lines of the run.
 # OpenCV: the module packages are enough (slim_init/cmake/FindSlimInitOpenCV.cmake), the far larger
 # libopencv-dev is not needed. The column of Ubuntu 20.04 is as published for it, not tried yet.
-# package | needed by | Debian 12 | Ubuntu 20.04 | what it is for
+# package | group | Debian 12 | Ubuntu 20.04 | what it is for
 SLIM_INIT_PACKAGES='
-g++                 | both  | 12.2   | 9.3    | C++17 compiler
-make                | both  | 4.3    | 4.2    | build tool that CMake drives
-cmake               | both  | 3.25.1 | 3.16.3 | build description, CTest
-git                 | both  | 2.39   | 2.25   | source control
-libeigen3-dev       | both  | 3.4.0  | 3.3.7  | linear algebra
-libopencv-core-dev  | both  | 4.6.0  | 4.2.0  | configuration files, images (line front end only)
-libopencv-imgproc-dev | both | 4.6.0 | 4.2.0  | image processing (line front end only)
-libopencv-calib3d-dev | both | 4.6.0 | 4.2.0  | lens undistortion (line front end only)
-libopencv-imgcodecs-dev | both | 4.6.0 | 4.2.0 | images of recordings (line front end only)
-libopencv-video-dev | both  | 4.6.0  | 4.2.0  | point tracking (line front end only)
-libopencv-contrib-dev | both | 4.6.0 | 4.2.0 | line detection, module ximgproc (line front end only)
-nlohmann-json3-dev  | both  | 3.11.2 | 3.7.3  | summary.json of the evaluation
-libboost-program-options-dev | both | 1.74.0 | 1.71.0 | command line of the program slim_init
-povray              | both  | 3.7.0  | 3.7.0  | rendered sequences (slim_init simulate)
-libceres-dev        | tests | 2.1.0  | 1.14.0 | methods vins, openvins; ab --downstream; reference of tests
-libgtest-dev        | tests | 1.12.1 | 1.10.0 | test framework
-libgmock-dev        | tests | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
-librosbag-storage-dev | extra | 1.15.15 | 1.14.3 | bags of ROS 1: slim_init ab --bag
-libsensor-msgs-dev  | extra | 1.13.1 | 1.12.7 | the messages in those bags
-libroscpp-dev       | extra | 1.15.15 | 1.14.3 | the nodes of ROS 1
-ros-message-generation | extra | 0.4.1 | 0.4.0  | the messages of the nodes
-libnav-msgs-dev     | extra | 1.13.1 | 1.12.7  | the nodes of ROS 1
-libdiagnostic-msgs-dev | extra | 1.13.1 | 1.12.7 | the nodes of ROS 1
-libvisualization-msgs-dev | extra | 1.13.1 | 1.12.7 | the nodes of ROS 1
-libtf2-msgs-dev     | extra | 0.7.6  | 0.6.5   | the nodes of ROS 1
-libstd-srvs-dev     | extra | 1.11.3 | 1.11.2  | the nodes of ROS 1
-python3-rostest     | extra | 1.15.15 | 1.14.3 | tests of the nodes under a roscore
-python3-rosbag      | extra | 1.15.15 | 1.14.3 | rosbag play, in the tests of the nodes
-catkin              | extra | 0.8.10 | 0.7.20  | test of the catkin package
-python3-matplotlib  | extra | 3.6.3  | 3.1.2  | pictures in the report of slim_init ab
-libbenchmark-dev    | tests | 1.7.1  | 1.5.0  | slim_init_bench
+g++                 | needed | 12.2   | 9.3    | C++17 compiler
+make                | needed | 4.3    | 4.2    | build tool that CMake drives
+cmake               | needed | 3.25.1 | 3.16.3 | build description, CTest
+git                 | needed | 2.39   | 2.25   | source control
+libeigen3-dev       | needed | 3.4.0  | 3.3.7  | linear algebra
+libopencv-core-dev  | needed | 4.6.0  | 4.2.0  | configuration files, images (line front end only)
+libopencv-imgproc-dev | needed | 4.6.0 | 4.2.0 | image processing (line front end only)
+libopencv-calib3d-dev | needed | 4.6.0 | 4.2.0 | lens undistortion (line front end only)
+libopencv-imgcodecs-dev | needed | 4.6.0 | 4.2.0 | images of recordings (line front end only)
+libopencv-video-dev | needed | 4.6.0  | 4.2.0  | point tracking (line front end only)
+libopencv-contrib-dev | needed | 4.6.0 | 4.2.0 | line detection, module ximgproc (line front end only)
+nlohmann-json3-dev  | needed | 3.11.2 | 3.7.3  | summary.json of the evaluation
+libboost-program-options-dev | needed | 1.74.0 | 1.71.0 | command line of the program slim_init
+libceres-dev        | needed | 2.1.0  | 1.14.0 | methods vins, openvins; ab --downstream; tests
+povray              | needed | 3.7.0  | 3.7.0  | rendered sequences (slim_init simulate)
+libgtest-dev        | needed | 1.12.1 | 1.10.0 | test framework
+libgmock-dev        | needed | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
+libbenchmark-dev    | needed | 1.7.1  | 1.5.0  | slim_init_bench
+python3-pandas      | needed | 1.5.3  | 0.25.3 | report of slim_init ab
+python3-jinja2      | needed | 3.1.2  | 2.10.1 | report of slim_init ab
+python3-matplotlib  | needed | 3.6.3  | 3.1.2  | pictures in the report of slim_init ab
+snakemake           | optional | 7.21.0 | 5.10.0 | suites of runs (slim_init/evaluation/suite)
+ninja-build         | optional | 1.11.1 | 1.10.0 | faster builds (a new build folder uses it)
+ccache              | optional | 4.7.5  | 3.7.7  | faster builds the second time
+doxygen             | optional | 1.9.4  | 1.8.17 | reference of the public headers, test of their comments
+clang-format        | optional | 14.0   | 10.0   | test of the source format (needs version 14)
+librosbag-storage-dev | ros | 1.15.15 | 1.14.3 | bags of ROS 1: slim_init ab --bag
+libsensor-msgs-dev  | ros | 1.13.1 | 1.12.7 | the messages in those bags
+libroscpp-dev       | ros | 1.15.15 | 1.14.3 | the ROS 1 nodes
+ros-message-generation | ros | 0.4.1 | 0.4.0 | the messages of the ROS 1 nodes
+libstd-msgs-dev     | ros | 0.5.13 | 0.5.12 | the ROS 1 nodes
+ros-std-msgs        | ros | 0.5.13 | 0.5.12 | message definitions that ours contain
+ros-geometry-msgs   | ros | 1.13.1 | 1.12.7 | message definitions that ours contain
+libgeometry-msgs-dev | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libnav-msgs-dev     | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libdiagnostic-msgs-dev | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libvisualization-msgs-dev | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libtf2-msgs-dev     | ros | 0.7.6  | 0.6.5  | the ROS 1 nodes
+libstd-srvs-dev     | ros | 1.11.3 | 1.11.2 | the ROS 1 nodes
+python3-rostest     | ros | 1.15.15 | 1.14.3 | tests of the ROS 1 nodes under a roscore
+python3-rosbag      | ros | 1.15.15 | 1.14.3 | rosbag play, in the tests of the ROS 1 nodes
+catkin              | ros | 0.8.10 | 0.7.20 | test of the catkin package
+rosbash             | ros | 1.15.8 | 1.14.7 | rosrun, in the test of the catkin package
+python3-rosmsg      | ros | 1.15.15 | 1.14.3 | rosmsg, in the test of the catkin package
 '
+
+# What the run says at its end (slim_init_summary): optional packages that could not be installed,
+# notes, and how long each part took.
+SLIM_INIT_MISSING=()
+SLIM_INIT_NOTES=()
+SLIM_INIT_TIMES=()
 
 slim_init_say() { printf '\n==> %s\n' "$*"; }
 slim_init_die() {
@@ -58,10 +81,21 @@ slim_init_die() {
   exit 1
 }
 
-# Prints the names in the table above that "$1" needs (both|tests|extra).
+# Seconds as minutes and seconds.
+slim_init_duration() { printf '%d:%02d min' "$(($1 / 60))" "$(($1 % 60))"; }
+
+# slim_init_timed <name> <command>...: runs the command and notes its time for the summary.
+slim_init_timed() {
+  local name="$1" begin=${SECONDS}
+  shift
+  "$@"
+  SLIM_INIT_TIMES+=("${name} $(slim_init_duration $((SECONDS - begin)))")
+}
+
+# Prints the names in the table above of group "$1" (needed|optional|ros).
 slim_init_packages() {
   awk -F'|' -v group="$1" 'NF == 5 { gsub(/ /, "", $1); gsub(/ /, "", $2);
-    if ($2 == group || (group == "tests" && $2 == "both")) print $1 }' <<<"${SLIM_INIT_PACKAGES}"
+    if ($2 == group) print $1 }' <<<"${SLIM_INIT_PACKAGES}"
 }
 slim_init_purpose() {
   awk -F'|' -v name="$1" 'NF == 5 { gsub(/ /, "", $1); sub(/^ */, "", $5);
@@ -89,7 +123,7 @@ slim_init_apt_get() {
     as_root=(sudo)
   fi
   local -a command=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive
-    apt-get -y -qq -o Dpkg::Use-Pty=0 "$@")
+    apt-get -y -qq -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@")
   if [[ -t 1 ]]; then
     "${command[@]}" </dev/null
     return
@@ -100,7 +134,73 @@ slim_init_apt_get() {
   return "${status}"
 }
 
-# Installs what is missing for "$1" (both|tests). Touches neither network nor root when nothing is.
+# Reads the package lists if there are none or if they lack one of "$@"; sets SLIM_INIT_UPDATED.
+slim_init_update_lists_for() {
+  local package stale=
+  compgen -G '/var/lib/apt/lists/*_Packages*' >/dev/null || stale=1
+  for package in "$@"; do
+    slim_init_available "${package}" || stale=1
+  done
+  SLIM_INIT_UPDATED="${stale}"
+  [[ -n "${stale}" ]] || return 0
+  echo "    reading the package lists (apt-get update)"
+  # One broken source among several must not stop us; what counts is checked below.
+  slim_init_apt_get update || echo "    apt-get update reported an error" >&2
+}
+
+# Stops unless the package sources have all of "$@".
+slim_init_require_available() {
+  local -a unavailable=()
+  local package
+  for package in "$@"; do
+    slim_init_available "${package}" || unavailable+=("${package}")
+  done
+  [[ ${#unavailable[@]} -gt 0 ]] || return 0
+  printf '\n' >&2
+  for package in "${unavailable[@]}"; do
+    printf 'error: package %s is not in the package sources of this system; it is for: %s\n' \
+      "${package}" "$(slim_init_purpose "${package}")" >&2
+  done
+  slim_init_die "check the network and /etc/apt/sources.list (Ubuntu needs \"universe\")," \
+    "or install by hand and set SLIM_INIT_SKIP_PACKAGES=1"
+}
+
+# Installs "$@", once more with fresh package lists if they were not read just now. Removes nothing:
+# apt-get refuses rather than give up a package of the user's that conflicts.
+slim_init_install() {
+  local -a install=(slim_init_apt_get install --no-install-recommends --no-remove "$@")
+  echo "    installing $*"
+  "${install[@]}" && return
+  [[ -z "${SLIM_INIT_UPDATED}" ]] || return 1
+  # Old lists name files that the archive no longer has.
+  echo "    trying again with fresh package lists (apt-get update)"
+  SLIM_INIT_UPDATED=1
+  slim_init_apt_get update || echo "    apt-get update reported an error" >&2
+  "${install[@]}"
+}
+
+# Installs those of "$@" that can be had; the others are noted for the summary.
+slim_init_install_optional() {
+  local -a available=()
+  local package
+  for package in "$@"; do
+    if slim_init_available "${package}"; then
+      available+=("${package}")
+    else
+      SLIM_INIT_MISSING+=("${package}")
+    fi
+  done
+  [[ ${#available[@]} -gt 0 ]] || return 0
+  if [[ ${EUID} -ne 0 ]] && ! command -v sudo >/dev/null; then
+    echo "    going on without ${available[*]}: installing packages needs root or sudo"
+    SLIM_INIT_MISSING+=("${available[@]}")
+  elif ! slim_init_install "${available[@]}"; then
+    echo "    going on without: apt-get could not install them (its messages are above)" >&2
+    SLIM_INIT_MISSING+=("${available[@]}")
+  fi
+}
+
+# Installs what is missing of the table. Touches neither network nor root when nothing is.
 slim_init_install_packages() {
   if [[ -n "${SLIM_INIT_SKIP_PACKAGES:-}" ]]; then
     slim_init_say "Packages: not checked (SLIM_INIT_SKIP_PACKAGES is set)"
@@ -111,80 +211,88 @@ slim_init_install_packages() {
     return
   fi
 
-  local -a wanted extra=() missing=() missing_extra=() unavailable=()
+  local -a needed optional missing=() missing_optional=()
   local package
-  mapfile -t wanted < <(slim_init_packages "$1")
-  for package in "${wanted[@]}"; do
+  mapfile -t needed < <(slim_init_packages needed)
+  mapfile -t optional < <(slim_init_packages optional)
+  if ! compgen -G '/opt/ros/*/setup.sh' >/dev/null; then
+    mapfile -t -O "${#optional[@]}" optional < <(slim_init_packages ros)
+  elif [[ -z "${ROS_DISTRO:-}" ]]; then
+    SLIM_INIT_NOTES+=("ROS in /opt/ros was not used: source its setup.bash before this command")
+  fi
+  for package in "${needed[@]}"; do
     slim_init_installed "${package}" || missing+=("${package}")
   done
-  if [[ "$1" == tests ]]; then
-    mapfile -t extra < <(slim_init_packages extra)
-    for package in "${extra[@]}"; do
-      slim_init_installed "${package}" || missing_extra+=("${package}")
-    done
-  fi
-  if [[ ${#missing[@]} -eq 0 && ${#missing_extra[@]} -eq 0 ]]; then
-    slim_init_say "Packages: all $((${#wanted[@]} + ${#extra[@]})) are installed"
+  for package in "${optional[@]}"; do
+    slim_init_installed "${package}" || missing_optional+=("${package}")
+  done
+  if [[ ${#missing[@]} -eq 0 && ${#missing_optional[@]} -eq 0 ]]; then
+    slim_init_say "Packages: all $((${#needed[@]} + ${#optional[@]})) are installed"
     return
   fi
 
-  slim_init_say "Packages: ${#missing[@]} of ${#wanted[@]} are missing: ${missing[*]:-none}"
-  local updated=0
-  for package in "${missing[@]}"; do
-    if ! slim_init_available "${package}"; then
-      echo "    reading the package lists (apt-get update)"
-      # One broken source among several must not stop us; what counts is checked below.
-      slim_init_apt_get update || echo "    apt-get update reported an error" >&2
-      updated=1
-      break
-    fi
-  done
-  for package in "${missing[@]}"; do
-    slim_init_available "${package}" || unavailable+=("${package}")
-  done
-  # What only adds something must not stop us.
-  for package in "${missing_extra[@]}"; do
-    if slim_init_available "${package}"; then
-      missing+=("${package}")
-    else
-      echo "    going on without ${package}, which the package sources do not have; it is for:" \
-        "$(slim_init_purpose "${package}")"
-    fi
-  done
-  if [[ ${#unavailable[@]} -gt 0 ]]; then
-    printf '\n' >&2
-    for package in "${unavailable[@]}"; do
-      printf 'error: package %s cannot be had from the package sources of this system; it is for: %s\n' \
-        "${package}" "$(slim_init_purpose "${package}")" >&2
-    done
-    slim_init_die "check the network and /etc/apt/sources.list (Ubuntu needs \"universe\")," \
-      "or install by hand and set SLIM_INIT_SKIP_PACKAGES=1"
-  fi
-
-  [[ ${#missing[@]} -gt 0 ]] || return 0
-  echo "    installing ${missing[*]}"
-  if ! slim_init_apt_get install --no-install-recommends "${missing[@]}"; then
-    # Old lists name files that the archive no longer has.
-    [[ ${updated} -eq 0 ]] ||
-      slim_init_die "apt-get could not install: ${missing[*]} (its messages are above)"
-    echo "    trying again with fresh package lists (apt-get update)"
-    slim_init_apt_get update || echo "    apt-get update reported an error" >&2
-    slim_init_apt_get install --no-install-recommends "${missing[@]}" ||
+  slim_init_say "Packages: missing are ${#missing[@]} of ${#needed[@]} needed and" \
+    "${#missing_optional[@]} of ${#optional[@]} optional ones"
+  slim_init_update_lists_for "${missing[@]}"
+  if [[ ${#missing[@]} -gt 0 ]]; then
+    slim_init_require_available "${missing[@]}"
+    slim_init_install "${missing[@]}" ||
       slim_init_die "apt-get could not install: ${missing[*]} (its messages are above)"
   fi
+  slim_init_install_optional "${missing_optional[@]}"
 }
 
-# slim_init_build [cmake option]...: configures Release and builds everything.
-slim_init_build() {
-  local -a options=(-DCMAKE_BUILD_TYPE=Release "$@")
+# Configures Release with tests and benchmarks, for demo and tests alike.
+slim_init_configure() {
+  local -a options=(-DCMAKE_BUILD_TYPE=Release -DSLIM_INIT_BUILD_TESTS=ON
+    -DSLIM_INIT_BUILD_BENCHMARKS=ON)
   # Only said where it is meant, so that a user's own choice in the build folder stays.
   if [[ "${CI:-}" == true || "${CI:-}" == 1 ]]; then
     options+=(-DSLIM_INIT_WERROR=ON)
   fi
+  if [[ ! -f "${SLIM_INIT_BUILD_DIR}/CMakeCache.txt" ]] && command -v ninja >/dev/null; then
+    options+=(-G Ninja)
+  fi
   slim_init_say "Configuring ${SLIM_INIT_BUILD_DIR} (Release)"
   cmake -S "${SLIM_INIT_ROOT}" -B "${SLIM_INIT_BUILD_DIR}" "${options[@]}" ||
     slim_init_die "configuring failed; CMake's message above names what is missing"
+}
+
+# slim_init_build [--target NAME]...: builds everything, or the targets named.
+slim_init_build() {
   slim_init_say "Building with ${SLIM_INIT_JOBS} job(s)"
-  cmake --build "${SLIM_INIT_BUILD_DIR}" --parallel "${SLIM_INIT_JOBS}" ||
+  cmake --build "${SLIM_INIT_BUILD_DIR}" --parallel "${SLIM_INIT_JOBS}" "$@" ||
     slim_init_die "the build failed; the compiler's message is above"
+}
+
+# Packages, configuration, build: what both commands begin with. Arguments as slim_init_build.
+slim_init_set_up() {
+  slim_init_timed packages slim_init_install_packages
+  slim_init_timed configuration slim_init_configure
+  slim_init_timed build slim_init_build "$@"
+}
+
+# Whether the configuration left "$1" out (slim_init/cmake/SlimInitLeftOut.cmake writes the list).
+slim_init_is_left_out() {
+  grep -q "^$1: " "${SLIM_INIT_BUILD_DIR}/left_out.txt" 2>/dev/null
+}
+
+# The last lines of a run: times, and what this machine did not build or test.
+slim_init_summary() {
+  local package times
+  printf -v times '%s, ' "${SLIM_INIT_TIMES[@]}"
+  slim_init_say "Times: ${times%, }"
+  if [[ ${#SLIM_INIT_MISSING[@]} -gt 0 ]]; then
+    slim_init_say "Optional packages that could not be had on this system:"
+    for package in "${SLIM_INIT_MISSING[@]}"; do
+      printf '    %s (%s)\n' "${package}" "$(slim_init_purpose "${package}")"
+    done
+  fi
+  [[ ${#SLIM_INIT_NOTES[@]} -eq 0 ]] || printf '\n==> %s\n' "${SLIM_INIT_NOTES[@]}"
+  if [[ -s "${SLIM_INIT_BUILD_DIR}/left_out.txt" ]]; then
+    slim_init_say "Left out of this build:"
+    sed 's/^/    /' "${SLIM_INIT_BUILD_DIR}/left_out.txt"
+  else
+    slim_init_say "Nothing was left out of this build."
+  fi
 }

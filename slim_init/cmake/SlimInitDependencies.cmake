@@ -43,6 +43,10 @@ if(SLIM_INIT_BUILD_EVALUATION AND SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
   find_package(SlimInitRosbag QUIET)
   set_package_properties(SlimInitRosbag PROPERTIES TYPE OPTIONAL DESCRIPTION "rosbag of ROS 1"
                          PURPOSE "reading and writing bags")
+  if(NOT SlimInitRosbag_FOUND)
+    slim_init_left_out(rosbag "bags in evaluation and simulation; not found: librosbag-storage-dev \
+with libsensor-msgs-dev, or ROS")
+  endif()
 endif()
 
 if(SLIM_INIT_BUILD_EVALUATION OR SLIM_INIT_BUILD_TESTS)
@@ -80,4 +84,7 @@ endif()
 if(SLIM_INIT_BUILD_BENCHMARKS)
   find_package(benchmark QUIET)
   set_package_properties(benchmark PROPERTIES TYPE OPTIONAL PURPOSE "slim_init_bench")
+  if(NOT benchmark_FOUND)
+    slim_init_left_out(slim_init_bench "not found: Google Benchmark (libbenchmark-dev)")
+  endif()
 endif()

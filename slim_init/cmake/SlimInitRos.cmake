@@ -95,7 +95,7 @@ if(_sir_missing)
                         "${_sir_missing}; install them, source the ROS set-up file, or configure "
                         "with -DSLIM_INIT_BUILD_ROS=OFF")
   endif()
-  message(STATUS "ROS nodes are left out: not found: ${_sir_missing}")
+  slim_init_left_out("ROS nodes" "not found: ${_sir_missing}")
   return()
 endif()
 set(SLIM_INIT_WITH_ROS ON)

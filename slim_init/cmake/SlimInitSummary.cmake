@@ -27,6 +27,8 @@ add_feature_info(catkin SLIM_INIT_IN_CATKIN "this is a catkin package")
 add_feature_info(werror SLIM_INIT_WERROR "compiler warnings are errors")
 add_feature_info(sanitizers SLIM_INIT_SANITIZE "${SLIM_INIT_SANITIZE}")
 
+slim_init_write_left_out(${PROJECT_BINARY_DIR}/left_out.txt)
+
 # As a part of a larger project we keep quiet.
 if(SLIM_INIT_IS_TOP_LEVEL)
   message(STATUS "slim_init ${PROJECT_VERSION}, ${CMAKE_BUILD_TYPE}")
