@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "alignment/starting_states.h"
+#include "data/with_sightings.h"
 #include "estimation/posterior.h"
 #include "estimation/refine_window.h"
 #include "imu/preintegration.h"
 #include "lines/line_agreement.h"
 #include "lines/vanishing_point.h"
 #include "rotation/robust_bias.h"
-#include "rotation/track_pruning.h"
 #include "solver_support.h"
 #include "translation/ligt.h"
 #include "verdict/gates.h"

@@ -7,9 +7,9 @@
 #include <numeric>
 
 #include "closed_form.h"
+#include "data/with_sightings.h"
 #include "geometry/so3.h"
 #include "inertial_bundle_adjustment.h"
-#include "rotation/track_pruning.h"
 #include "structure_from_motion.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"

@@ -9,6 +9,7 @@
 #include "estimation/inertial_factor.h"
 #include "estimation/visual_tracks.h"
 #include "geometry/so3.h"
+#include "lines/line_track.h"
 #include "support/jacobian_check.h"
 
 namespace slim_init {

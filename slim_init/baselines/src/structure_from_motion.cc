@@ -12,8 +12,8 @@
 #include <opencv2/calib3d.hpp>
 #include <sstream>
 
+#include "data/with_sightings.h"
 #include "geometry/so3.h"
-#include "rotation/track_pruning.h"
 
 namespace slim_init::baselines {
 namespace {

@@ -28,7 +28,7 @@ struct StructureFromMotion {
 };
 
 /// The tracker's rejection: the sightings that a fundamental matrix between consecutive keyframes
-/// (RANSAC) contradicts start a track anew. One SightingVerdict (rotation/track_pruning.h) per
+/// (RANSAC) contradicts start a track anew. One SightingVerdict (data/with_sightings.h) per
 /// sighting; all are kept with a threshold of zero.
 std::vector<char> rejectByFundamentalMatrix(const InitWindow& window, const VinsOptions& options);
 

@@ -7,10 +7,10 @@
 #include <sstream>
 #include <vector>
 
+#include "data/with_sightings.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "linear_alignment.h"
-#include "rotation/track_pruning.h"
 #include "solver_support.h"
 #include "structure_from_motion.h"
 #include "verdict/gates.h"

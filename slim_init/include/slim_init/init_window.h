@@ -64,38 +64,45 @@ class InitWindow {
                                                   std::vector<ImuSample> imu,
                                                   std::string* error = nullptr);
 
-  int size() const { return static_cast<int>(times_.size()); }
+  int size() const { return static_cast<int>(common_->times.size()); }
   /// Keyframe times on the IMU clock [s].
-  const std::vector<double>& times() const { return times_; }
-  const Calibration& calibration() const { return calibration_; }
+  const std::vector<double>& times() const { return common_->times; }
+  const Calibration& calibration() const { return common_->calibration; }
   /// Raw samples covering the window: the first is at or before times().front(), the last at or
   /// after times().back().
-  const std::vector<ImuSample>& imu() const { return imu_; }
+  const std::vector<ImuSample>& imu() const { return common_->imu; }
 
   const std::vector<Track>& pointTracks() const { return point_tracks_; }
   const std::vector<PointSighting>& pointSightings() const { return point_sightings_; }
-  const std::vector<Track>& lineTracks() const { return line_tracks_; }
-  const std::vector<LineSighting>& lineSightings() const { return line_sightings_; }
+  const std::vector<Track>& lineTracks() const { return common_->line_tracks; }
+  const std::vector<LineSighting>& lineSightings() const { return common_->line_sightings; }
   /// Every line of one keyframe, single sightings included: a vanishing point needs no track.
-  const std::vector<LineSighting>& linesOfKeyframe(int k) const { return keyframe_lines_[k]; }
+  const std::vector<LineSighting>& linesOfKeyframe(int k) const {
+    return common_->keyframe_lines[k];
+  }
 
   /// Observations rejected by create(); zero for frames that a KeyframeWindow has cleaned before.
-  const WindowCounts& counts() const { return counts_; }
+  const WindowCounts& counts() const { return common_->counts; }
 
  private:
+  /// What all windows that differ in their point tracks alone have in common, never copied.
+  struct Common {
+    Calibration calibration;
+    std::vector<double> times;
+    std::vector<ImuSample> imu;
+    std::vector<Track> line_tracks;
+    std::vector<LineSighting> line_sightings;
+    std::vector<std::vector<LineSighting>> keyframe_lines;
+    WindowCounts counts;
+  };
+
   InitWindow() = default;
   friend std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
                                                          const std::vector<char>& keep);
 
-  Calibration calibration_;
-  std::vector<double> times_;
-  std::vector<ImuSample> imu_;
+  std::shared_ptr<const Common> common_;
   std::vector<Track> point_tracks_;
   std::vector<PointSighting> point_sightings_;
-  std::vector<Track> line_tracks_;
-  std::vector<LineSighting> line_sightings_;
-  std::vector<std::vector<LineSighting>> keyframe_lines_;
-  WindowCounts counts_;
 };
 
 }  // namespace slim_init

@@ -6,7 +6,7 @@
 
 #include "alignment/consistent_tracks.h"
 #include "alignment/gravity_constrained.h"
-#include "rotation/track_pruning.h"
+#include "data/with_sightings.h"
 
 namespace slim_init {
 namespace {
@@ -132,13 +132,13 @@ std::vector<WindowState> consistentStartingStates(const InitWindow& window,
   const std::vector<char> agrees = consistentTracks(
       window, linearMotion(pre, R_b0_bk, calibration.t_b_c), R_b0_bk, calibration.sigmaBearing(),
       calibration.gravity_magnitude, reverse.accel_bias_prior);
-  std::vector<char> keep(window.pointSightings().size(), 1);
+  std::vector<char> keep(window.pointSightings().size(), kKeepSighting);
   bool all = true;
   for (std::size_t t = 0; t < agrees.size(); ++t) {
     if (agrees[t]) continue;
     all = false;
     const Track& track = window.pointTracks()[t];
-    std::fill(keep.begin() + track.begin, keep.begin() + track.end, 0);
+    std::fill(keep.begin() + track.begin, keep.begin() + track.end, kDropSighting);
   }
   if (all) return {};
   const std::shared_ptr<const InitWindow> agreeing = withSightings(window, keep);

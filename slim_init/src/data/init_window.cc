@@ -9,7 +9,6 @@
 
 #include "data/clean_frame.h"
 #include "geometry/so3.h"
-#include "rotation/track_pruning.h"
 
 namespace slim_init {
 namespace {
@@ -62,6 +61,35 @@ void buildTracks(std::vector<std::pair<FeatureId, Sighting>>& all, std::vector<T
     }
     begin = end;
   }
+}
+
+LineSighting sightingOf(const LineObservation& line, int keyframe) {
+  LineSighting sighting;
+  sighting.keyframe = keyframe;
+  sighting.start_bearing = line.start_bearing;
+  sighting.end_bearing = line.end_bearing;
+  sighting.normal = line.start_bearing.cross(line.end_bearing).normalized();
+  sighting.length_px = line.length_px;
+  sighting.detection_confidence = line.detection_confidence;
+  sighting.match_quality = line.match_quality;
+  return sighting;
+}
+
+// Empty, or a message naming the first sample that is not finite or not after the one before.
+std::string checkSamples(const std::vector<ImuSample>& imu) {
+  std::ostringstream out;
+  for (std::size_t i = 0; i < imu.size(); ++i) {
+    if (!std::isfinite(imu[i].t) || !imu[i].gyro.allFinite() || !imu[i].accel.allFinite()) {
+      out << "IMU sample " << i << " is not finite";
+      break;
+    }
+    if (i > 0 && imu[i].t <= imu[i - 1].t) {
+      out << "IMU sample " << i << " is " << imu[i].t - imu[i - 1].t
+          << " s after the one before, must be positive";
+      break;
+    }
+  }
+  return out.str();
 }
 
 std::shared_ptr<const InitWindow> fail(std::string* error, const std::string& sentence) {
@@ -121,17 +149,7 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
       return fail(error, out.str());
     }
   }
-  for (std::size_t i = 0; i < imu.size(); ++i) {
-    if (!std::isfinite(imu[i].t) || !imu[i].gyro.allFinite() || !imu[i].accel.allFinite()) {
-      out << "IMU sample " << i << " is not finite";
-      return fail(error, out.str());
-    }
-    if (i > 0 && imu[i].t <= imu[i - 1].t) {
-      out << "IMU sample " << i << " is " << imu[i].t - imu[i - 1].t
-          << " s after the one before, must be positive";
-      return fail(error, out.str());
-    }
-  }
+  if (const std::string message = checkSamples(imu); !message.empty()) return fail(error, message);
   if (imu.size() < 2 || imu.front().t > keyframes.front().t || imu.back().t < keyframes.back().t) {
     out << "IMU data do not cover the window: " << imu.size() << " samples";
     if (!imu.empty()) {
@@ -141,73 +159,33 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
     return fail(error, out.str());
   }
 
-  const std::shared_ptr<InitWindow> window(new InitWindow());
-  window->calibration_ = calibration;
-  // Typed with few digits it may be off by as much as validate() lets pass.
-  window->calibration_.R_b_c = nearestRotation(calibration.R_b_c);
-  window->imu_ = std::move(imu);
-  window->times_.reserve(keyframes.size());
-  window->keyframe_lines_.resize(keyframes.size());
+  const auto common = std::make_shared<Common>();
+  common->calibration = calibration;
+  // Its digits may leave it off a rotation by as much as validate() accepts.
+  common->calibration.R_b_c = nearestRotation(calibration.R_b_c);
+  common->imu = std::move(imu);
+  common->times.reserve(keyframes.size());
+  common->keyframe_lines.resize(keyframes.size());
   std::vector<std::pair<FeatureId, PointSighting>> points;
   std::vector<std::pair<FeatureId, LineSighting>> lines;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     FrameObservation frame = keyframes[k];
-    cleanFrame(frame, window->counts_);
-    window->times_.push_back(frame.t);
+    cleanFrame(frame, common->counts);
+    common->times.push_back(frame.t);
     for (const PointObservation& point : frame.points) {
       points.emplace_back(point.id, PointSighting{static_cast<int>(k), point.bearing});
     }
     for (const LineObservation& line : frame.lines) {
-      LineSighting sighting;
-      sighting.keyframe = static_cast<int>(k);
-      sighting.start_bearing = line.start_bearing;
-      sighting.end_bearing = line.end_bearing;
-      sighting.normal = line.start_bearing.cross(line.end_bearing).normalized();
-      sighting.length_px = line.length_px;
-      sighting.detection_confidence = line.detection_confidence;
-      sighting.match_quality = line.match_quality;
+      const LineSighting sighting = sightingOf(line, static_cast<int>(k));
       lines.emplace_back(line.id, sighting);
-      window->keyframe_lines_[k].push_back(sighting);
+      common->keyframe_lines[k].push_back(sighting);
     }
   }
+  const std::shared_ptr<InitWindow> window(new InitWindow());
   buildTracks(points, window->point_tracks_, window->point_sightings_);
-  buildTracks(lines, window->line_tracks_, window->line_sightings_);
+  buildTracks(lines, common->line_tracks, common->line_sightings);
+  window->common_ = common;
   return window;
-}
-
-std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
-                                                const std::vector<char>& keep) {
-  if (keep.size() != window.point_sightings_.size()) return nullptr;
-  const std::shared_ptr<InitWindow> out(new InitWindow());
-  out->calibration_ = window.calibration_;
-  out->times_ = window.times_;
-  out->imu_ = window.imu_;
-  out->line_tracks_ = window.line_tracks_;
-  out->line_sightings_ = window.line_sightings_;
-  out->keyframe_lines_ = window.keyframe_lines_;
-  out->counts_ = window.counts_;
-  out->point_tracks_.reserve(window.point_tracks_.size());
-  out->point_sightings_.reserve(window.point_sightings_.size());
-  for (const Track& track : window.point_tracks_) {
-    Track piece;
-    piece.id = track.id;
-    piece.begin = static_cast<int>(out->point_sightings_.size());
-    const auto close = [&]() {
-      piece.end = static_cast<int>(out->point_sightings_.size());
-      if (piece.size() >= 2) {
-        out->point_tracks_.push_back(piece);
-      } else {
-        out->point_sightings_.resize(piece.begin);
-      }
-      piece.begin = static_cast<int>(out->point_sightings_.size());
-    };
-    for (int a = track.begin; a < track.end; ++a) {
-      if (keep[a] == kStartTrack) close();
-      if (keep[a] != kDropSighting) out->point_sightings_.push_back(window.point_sightings_[a]);
-    }
-    close();
-  }
-  return out;
 }
 
 }  // namespace slim_init

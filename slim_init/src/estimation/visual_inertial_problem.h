@@ -15,6 +15,7 @@
 #include "estimation/visual_tracks.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
+#include "lines/line_track.h"
 #include "lines/vanishing_point.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"

@@ -14,10 +14,6 @@ namespace {
 // Nearest point that a start may have; nearer ones are wrong matches [1/m].
 constexpr double kMaxStartInverseDepth = 10.0;
 
-Eigen::Vector3d cameraCentre(const WindowState& state, int k, const Eigen::Vector3d& t_b_c) {
-  return state.p_b0.col(k) + state.R_b0_bk[k] * t_b_c;
-}
-
 }  // namespace
 
 PointParameters PointParameters::moved(const Eigen::Vector3d& step) const {
@@ -25,13 +21,6 @@ PointParameters PointParameters::moved(const Eigen::Vector3d& step) const {
   out.direction = (direction + tangent * step.head<2>()).normalized();
   out.tangent = tangentBasis(out.direction);
   out.inverse_depth += step[2];
-  return out;
-}
-
-LineParameters LineParameters::moved(const Eigen::Vector4d& step) const {
-  LineParameters out = *this;
-  out.frame = expSO3(step.head<3>()) * frame;
-  out.inverse_distance += step[3];
   return out;
 }
 
@@ -64,37 +53,6 @@ void evaluate(const PointView& view, const PointParameters& point, const WindowS
   out->J_track.col(2) = dr_dy * (R.transpose() * from_body - t_b_c);
 }
 
-void evaluate(const LineView& view, const LineParameters& line, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out) {
-  const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
-  const double rho = line.inverse_distance;
-  const Eigen::Vector3d D = line.frame.col(1);
-  const Eigen::Vector3d w = line.frame.col(2);
-  const Eigen::Vector3d from_camera = line.origin - cameraCentre(state, view.keyframe, t_b_c);
-  const Eigen::Vector3d n = w + rho * from_camera.cross(D);
-  const double inverse_norm = 1.0 / n.norm();
-  const Eigen::Vector3d n_b = R.transpose() * n;
-  const Eigen::Vector3d unit = n_b * inverse_norm;
-  const Eigen::Vector3d D_b = R.transpose() * D;
-
-  const Eigen::Matrix3d dn_dtheta = skew(n_b) - rho * skew(D_b) * skew(t_b_c);
-  const Eigen::Matrix3d dn_dp = rho * skew(D);  // in b0
-  const Eigen::Matrix3d dn_dframe = -skew(w) - rho * skew(from_camera) * skew(D);
-  const Eigen::Vector3d dn_drho = from_camera.cross(D);
-
-  const Eigen::Vector3d* ends[2] = {&view.start_b, &view.end_b};
-  for (int e = 0; e < 2; ++e) {
-    const double sine = ends[e]->dot(unit);
-    out->r[e] = sqrt_information * sine;
-    const Eigen::Vector3d dr_dn_b = (sqrt_information * inverse_norm) * (*ends[e] - sine * unit);
-    const Eigen::Vector3d dr_dn = R * dr_dn_b;
-    out->J_pose.row(e).head<3>() = dr_dn_b.transpose() * dn_dtheta;
-    out->J_pose.row(e).tail<3>() = dr_dn.transpose() * dn_dp;
-    out->J_track.row(e).head<3>() = dr_dn.transpose() * dn_dframe;
-    out->J_track(e, 3) = dr_dn.dot(dn_drho);
-  }
-}
-
 void evaluate(const DirectionView& view, const DirectionParameters& axis, const WindowState& state,
               const Eigen::Vector3d& /*t_b_c*/, double sqrt_information, ViewDerivatives<2>* out) {
   const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
@@ -125,44 +83,6 @@ PointParameters triangulate(const PointView* views, int count, const WindowState
   }
   point.inverse_depth = a > 0.0 ? std::clamp(b / a, 0.0, kMaxStartInverseDepth) : 0.0;
   return point;
-}
-
-bool triangulate(const LineView* views, int count, const WindowState& state,
-                 const Eigen::Vector3d& t_b_c, LineParameters* line) {
-  const LineView& middle = views[count / 2];
-  line->origin = cameraCentre(state, middle.keyframe, t_b_c);
-  const Eigen::Matrix3d& R_middle = state.R_b0_bk[middle.keyframe];
-  const Eigen::Vector3d w = (R_middle * middle.start_b.cross(middle.end_b)).normalized();
-  if (!(w.squaredNorm() > 0.5)) return false;  // zero, or not a number
-  // The direction lies in the plane of the middle view and in all others: the least-squares null
-  // direction of their normals, which are as long as the segments' angles and so weigh by them.
-  Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();
-  for (int k = 0; k < count; ++k) {
-    const Eigen::Vector3d n =
-        state.R_b0_bk[views[k].keyframe] * views[k].start_b.cross(views[k].end_b);
-    normals += n * n.transpose();
-  }
-  const Eigen::Matrix<double, 3, 2> plane = tangentBasis(w);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(plane.transpose() * normals * plane);
-  const Eigen::Vector3d D = plane * solver.eigenvectors().col(0);
-  line->frame.col(0) = D.cross(w);
-  line->frame.col(1) = D;
-  line->frame.col(2) = w;
-  // Both end points of each view lie in its plane: e_k . (w + rho (o - c_k) x D) = 0.
-  double a = 0.0, b = 0.0;
-  for (int k = 0; k < count; ++k) {
-    const Eigen::Matrix3d& R = state.R_b0_bk[views[k].keyframe];
-    const Eigen::Vector3d slope =
-        (line->origin - cameraCentre(state, views[k].keyframe, t_b_c)).cross(D);
-    for (const Eigen::Vector3d* end : {&views[k].start_b, &views[k].end_b}) {
-      const Eigen::Vector3d e = R * *end;
-      a += e.dot(slope) * e.dot(slope);
-      b -= e.dot(slope) * e.dot(w);
-    }
-  }
-  line->inverse_distance =
-      a > 0.0 ? std::clamp(b / a, -kMaxStartInverseDepth, kMaxStartInverseDepth) : 0.0;
-  return true;
 }
 
 DirectionParameters meanDirection(const DirectionView* views, int count, const WindowState& state) {

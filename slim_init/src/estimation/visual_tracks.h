@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Point, line and vanishing-point tracks of the refinement. Each track has a few parameters of its
-// own (3, 4, 2) that are eliminated inside every Gauss-Newton step; they are scratch of the solver
-// and never leave it.
+// Point and vanishing-point tracks of the refinement; those of lines are in lines/line_track.h.
+// Each track has a few parameters of its own (3, 4, 2) that are eliminated inside every
+// Gauss-Newton step; they are scratch of the solver and never leave it.
 //
 // Camera k sees along R_k^T (x - c_k) with R_k = R_b0_bk and c_k = p_k + R_k t_b_c; bearings are
 // kept in the body frame (f_b = R_b_c f_c), so that the extrinsic rotation is applied once.
@@ -11,17 +11,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "geometry/view_derivatives.h"
 #include "imu/window_state.h"
 
 namespace slim_init {
-
-/// Derivatives of one view of a track: two residuals, whitened.
-template <int D>
-struct ViewDerivatives {
-  Eigen::Vector2d r;
-  Eigen::Matrix<double, 2, 6> J_pose;  ///< against [theta_k, p_k]
-  Eigen::Matrix<double, 2, D> J_track;
-};
 
 /// A point seen in keyframe k.
 struct PointView {
@@ -45,26 +38,6 @@ struct PointParameters {
   PointParameters moved(const Eigen::Vector3d& step) const;
 };
 
-/// A line segment seen in keyframe k.
-struct LineView {
-  int keyframe = 0;
-  int sighting = 0;  ///< index into InitWindow::lineSightings()
-  Eigen::Vector3d start_b, end_b;
-};
-
-/// A line as origin, orthonormal frame and inverse distance. Columns of `frame`: direction q from
-/// the origin to the foot of the line, direction D of the line, normal w = q x D of the plane
-/// through the origin. The plane through camera centre c has the normal
-/// w + inverse_distance (origin - c) x D: at zero the same for every camera, a line at infinity.
-struct LineParameters {
-  static constexpr int kSize = 4;
-  Eigen::Vector3d origin;         ///< in b0 [m]
-  Eigen::Matrix3d frame;          ///< in b0
-  double inverse_distance = 0.0;  ///< [1/m]
-
-  LineParameters moved(const Eigen::Vector4d& step) const;
-};
-
 /// A vanishing direction seen in keyframe k.
 struct DirectionView {
   int keyframe = 0;
@@ -83,12 +56,9 @@ struct DirectionParameters {
 
 /// Residuals of one view and their derivatives. `sqrt_information` is 1 / sigma [1/rad].
 ///   point: components of the predicted bearing across the observed one
-///   line: sine of the angle of both end points to the predicted plane
 ///   direction: components of the predicted direction across the observed one, whitened
 void evaluate(const PointView& view, const PointParameters& point, const WindowState& state,
               const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<3>* out);
-void evaluate(const LineView& view, const LineParameters& line, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out);
 void evaluate(const DirectionView& view, const DirectionParameters& axis, const WindowState& state,
               const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<2>* out);
 
@@ -96,10 +66,6 @@ void evaluate(const DirectionView& view, const DirectionParameters& axis, const 
 /// motion. `views` has at least two entries.
 PointParameters triangulate(const PointView* views, int count, const WindowState& state,
                             const Eigen::Vector3d& t_b_c);
-/// False when the planes do not fix a line (all parallel to within noise is fine: the line is then
-/// put at infinity).
-bool triangulate(const LineView* views, int count, const WindowState& state,
-                 const Eigen::Vector3d& t_b_c, LineParameters* line);
 DirectionParameters meanDirection(const DirectionView* views, int count, const WindowState& state);
 
 }  // namespace slim_init

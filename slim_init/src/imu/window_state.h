@@ -36,6 +36,11 @@ struct StateLayout {
   int size() const { return 9 * n + 8; }
 };
 
+/// Centre of camera k in b0 [m]; `t_b_c` of the calibration.
+inline Eigen::Vector3d cameraCentre(const WindowState& state, int k, const Eigen::Vector3d& t_b_c) {
+  return state.p_b0.col(k) + state.R_b0_bk[k] * t_b_c;
+}
+
 /// The state moved by the error vector `step` (StateLayout::size()).
 WindowState retract(const WindowState& state, const Eigen::VectorXd& step);
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimation/visual_tracks.h"
+#include "lines/line_track.h"
 
 namespace slim_init {
 namespace {

@@ -12,6 +12,7 @@
 #include "imu/preintegration.h"
 #include "lines/vanishing_point.h"
 #include "rotation/normalized_epipolar_pair.h"
+#include "rotation/rotation_correction.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
@@ -45,15 +46,6 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
                                           const std::vector<VanishingPoint>* vanishing_points,
                                           const MultiGapBiasOptions& options);
-
-/// Rotation of a keyframe pair as its points alone have it, against the gyroscope's.
-struct RotationCorrection {
-  int i = 0, j = 0;
-  Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();  ///< from the gyroscope, bias taken off
-  Eigen::Matrix3d dR_dbg = Eigen::Matrix3d::Zero();       ///< R Exp(dR_dbg d) for a bias d more
-  Eigen::Vector3d phi = Eigen::Vector3d::Zero();          ///< the points have R Exp(phi) [rad]
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of phi [1/rad^2]
-};
 
 /// The keyframe pairs of a window with their common points, for repeated pruning and minimisation.
 /// Keeps references to its arguments.

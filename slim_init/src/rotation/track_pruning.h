@@ -7,21 +7,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <vector>
 
+#include "data/with_sightings.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 
 namespace slim_init {
-
-/// What becomes of a sighting. Kept sightings are nonzero.
-enum SightingVerdict : char {
-  kDropSighting = 0,
-  kKeepSighting = 1,
-  /// Kept, but the track jumped before it: what follows is a track of its own.
-  kStartTrack = 2,
-};
 
 /// Outcome of a pruning.
 struct TrackPruning {
@@ -45,11 +37,5 @@ struct TrackPruning {
 /// min_points_per_pair common points are not tested, their sightings are kept. Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                          const TrackPruningOptions& options);
-
-/// The window with the kept sightings only. Tracks left with one sighting are dropped, cut tracks
-/// become two with the same id; times, IMU data and lines are unchanged. Null when `keep` has
-/// another size than pointSightings().
-std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
-                                                const std::vector<char>& keep);
 
 }  // namespace slim_init

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "rotation/multi_gap_bias.h"
+#include "rotation/rotation_correction.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init {
