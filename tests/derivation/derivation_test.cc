@@ -245,7 +245,7 @@ TEST(Rotation, NoiseAddsSigmaSquaredNToTheEpipolarMatrix) {
        {Vector3d(0.3, -0.1, 0.1), Vector3d(0, 0, 1), Vector3d(1, 1, 0)}) {
     const Vector3d e = direction.normalized();
     const auto evaluateAt = [&](double sigma, unsigned seed) {
-      NormalizedEpipolarPair noisy;
+      PairPoints noisy;
       addNoisy(pair, sigma, seed, &noisy);
       PointResiduals out;
       noisy.residuals(pair.R_ci_cj, e, kSigma, &out);
@@ -295,9 +295,10 @@ TEST(Rotation, MinimumOfTheQuotientIsUnbiasedThatOfTheEigenvalueIsNot) {
     return (mean.cwiseAbs().array() / scatter.array()).maxCoeff();
   };
   const double quotient = bias([&](unsigned seed) {
+    PairPoints points;
+    addNoisy(pair, kSigma, seed, &points);
     NormalizedEpipolarPair noisy;
-    addNoisy(pair, kSigma, seed, &noisy);
-    noisy.resetWeights();
+    noisy.weighEqually(points, {});
     return [noisy](const Matrix3d& R) { return noisy.evaluate(R, 0.0); };
   });
   const double eigenvalue = bias([&](unsigned seed) {

@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "epipolar_pair.h"
 #include "geometry/so3.h"
@@ -24,6 +25,7 @@ using testing_support::numericJacobian;
 constexpr double kSigma = 1.3e-3;  // 0.6 px at EuRoC's focal length [rad]
 
 struct Scene {
+  PairPoints points;
   NormalizedEpipolarPair normalized;
   EpipolarPair plain;
   Matrix3d R_ci_cj;
@@ -46,10 +48,10 @@ Scene makeScene(int points, double sigma, const Vector3d& t, unsigned seed, int 
     const Vector3d f_i = noisy(X, sigma);
     const Vector3d f_j =
         noisy(scene.R_ci_cj.transpose() * (X - t), k < outliers ? 20.0 * kSigma : sigma);
-    scene.normalized.add(f_i, f_j);
+    scene.points.add(f_i, f_j);
     scene.plain.add(f_i, f_j);
   }
-  scene.normalized.resetWeights();
+  scene.normalized.weighEqually(scene.points, {});
   return scene;
 }
 
@@ -128,10 +130,10 @@ TEST(NormalizedEpipolarPair, MinimumIsLessBiasedThanThePlainEigenvalue) {
         };
         const Vector3d f_i = perturb(X);
         const Vector3d f_j = perturb(noisy.R_ci_cj.transpose() * (X - Vector3d(0.06, 0.02, 0.02)));
-        noisy.normalized.add(f_i, f_j);
+        noisy.points.add(f_i, f_j);
         noisy.plain.add(f_i, f_j);
       }
-      noisy.normalized.resetWeights();
+      noisy.normalized.weighEqually(noisy.points, {});
       const Vector3d g = normalized ? noisy.normalized.evaluate(noisy.R_ci_cj, 0.0).gradient
                                     : noisy.plain.evaluate(noisy.R_ci_cj).gradient;
       mean += g / kRuns;
@@ -148,30 +150,111 @@ TEST(NormalizedEpipolarPair, WeightsSuppressOutliers) {
   const double before = at.lambda;
   PointResiduals residuals;
   for (int k = 0; k < 3; ++k) {
-    scene.normalized.updateWeights(scene.R_ci_cj, at.baseline, kSigma, 3.0, &residuals);
+    scene.normalized.weigh(scene.points, {}, scene.R_ci_cj, at.baseline, kSigma, 3.0, &residuals);
     at = scene.normalized.evaluate(scene.R_ci_cj, 0.0);
   }
   EXPECT_LT(at.lambda, 0.1 * before);
   EXPECT_GT(scene.normalized.robustCount(), 25.0);
   EXPECT_LT(scene.normalized.robustCount(), 55.0);
-  scene.normalized.residuals(scene.R_ci_cj, at.baseline, kSigma, &residuals);
+  scene.points.residuals(scene.R_ci_cj, at.baseline, kSigma, &residuals);
   EXPECT_EQ(residuals.z2.size(), 60);
 }
 
-TEST(NormalizedEpipolarPair, ConsensusFindsTheBaselineAmongOutliers) {
+TEST(NormalizedEpipolarPair, MaskedPointsDoNotCount) {
+  // Ten outliers, left out by hand: what remains is the scene without them.
+  Scene scene = makeScene(60, 0.0, {0.5, 0.1, 0.0}, 5);
+  PairPoints disturbed;
+  for (int k = 0; k < 10; ++k) {
+    disturbed.add(Vector3d(0.1, 0.05 * k, 1.0).normalized(), Vector3d(0.1 * k, 0, 1).normalized());
+  }
+  for (int k = 10; k < 60; ++k) {
+    disturbed.add(scene.points.bearingsI().row(k).transpose().matrix(),
+                  scene.points.bearingsJ().row(k).transpose().matrix());
+  }
+  Eigen::ArrayXd mask = Eigen::ArrayXd::Ones(60);
+  mask.head(10).setZero();
+  NormalizedEpipolarPair pair;
+  pair.weighEqually(disturbed, mask);
+  EXPECT_EQ(pair.robustCount(), 50.0);
+  EXPECT_NEAR(pair.evaluate(scene.R_ci_cj, 0.0).lambda, 0.0, 1e-15);
+  PointResiduals residuals;
+  const Vector3d e = Vector3d(0.5, 0.1, 0.0).normalized();
+  pair.weigh(disturbed, mask, scene.R_ci_cj, e, kSigma, 3.0, &residuals);
+  EXPECT_NEAR(pair.robustCount(), 50.0, 1e-9);
+  pair.weighEqually(disturbed, {});
+  EXPECT_EQ(pair.robustCount(), 60.0);
+  EXPECT_GT(pair.evaluate(scene.R_ci_cj, 0.0).lambda, 1e-6);
+}
+
+TEST(NormalizedEpipolarPair, OneObjectWeighsPairsOfDifferentSizesOneAfterTheOther) {
+  // 10 and 9 points take the same storage; nothing of the first may stay.
+  const Scene ten = makeScene(10, kSigma, {0.4, 0.1, -0.2}, 2);
+  const Scene nine = makeScene(9, kSigma, {0.4, 0.1, -0.2}, 3);
+  PointResiduals residuals;
+  const Vector3d e = Vector3d(0.4, 0.1, -0.2).normalized();
+  NormalizedEpipolarPair reused, fresh;
+  PairPoints ten_points, nine_points;
+  for (const auto& [scene, points] :
+       {std::pair(&ten, &ten_points), std::pair(&nine, &nine_points)}) {
+    points->reserve(scene->points.count());
+    for (int k = 0; k < scene->points.count(); ++k) {
+      points->add(scene->points.bearingsI().row(k).transpose().matrix(),
+                  scene->points.bearingsJ().row(k).transpose().matrix());
+    }
+  }
+  reused.weigh(ten_points, {}, ten.R_ci_cj, e, kSigma, 3.0, &residuals);
+  reused.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0, &residuals);
+  fresh.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0, &residuals);
+  EXPECT_EQ(reused.weightSum(), fresh.weightSum());
+  EXPECT_EQ(reused.evaluate(nine.R_ci_cj, 0.0).lambda, fresh.evaluate(nine.R_ci_cj, 0.0).lambda);
+}
+
+TEST(PairPoints, ConsensusFindsTheBaselineAmongOutliers) {
   const Vector3d t(0.5, 0.1, -0.3);
   const Scene scene = makeScene(60, kSigma, t, 6, 20);
   ConsensusScratch scratch;
-  double cost = 0.0;
-  const Vector3d e = scene.normalized.consensusBaseline(scene.R_ci_cj, kSigma, 3.0, 40, 0,
-                                                        Vector3d::Zero(), 0.0, &scratch, &cost);
-  EXPECT_GT(std::abs(e.dot(t.normalized())), std::cos(0.1));
-  EXPECT_LT(cost, 60 * 9.0 * 0.6);
+  const ConsensusOptions options = {3.0, 40, BaselineSearch::kAlways};
+  const ConsensusBaseline found =
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, Vector3d::Zero(), &scratch);
+  EXPECT_GT(std::abs(found.direction.dot(t.normalized())), std::cos(0.1));
+  EXPECT_LT(found.cost, 60 * 9.0 * 0.6);
   // The same direction handed in wins or is bettered.
-  double again = 0.0;
-  scene.normalized.consensusBaseline(scene.R_ci_cj, kSigma, 3.0, 40, 0, t.normalized(), 0.0,
-                                     &scratch, &again);
-  EXPECT_LE(again, cost);
+  const ConsensusBaseline again =
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, t.normalized(), &scratch);
+  EXPECT_LE(again.cost, found.cost);
+}
+
+TEST(PairPoints, AGoodBaselineAtHandIsKeptWhereThatIsAsked) {
+  const Vector3d t(0.5, 0.1, -0.3);
+  const Scene scene = makeScene(60, kSigma, t, 6);
+  ConsensusScratch scratch;
+  const auto search = [&](BaselineSearch mode, const Vector3d& first) {
+    return scene.points.consensusBaseline(scene.R_ci_cj, kSigma, {3.0, 40, mode}, 0, first,
+                                          &scratch);
+  };
+  const Vector3d good = t.normalized();
+  EXPECT_LT((search(BaselineSearch::kUnlessGood, good).direction - good).norm(), 1e-6);
+  // A bad one has to compete, and so does a good one where rivals are always drawn.
+  EXPECT_GT(
+      (search(BaselineSearch::kUnlessGood, Vector3d::UnitY()).direction - Vector3d::UnitY()).norm(),
+      0.1);
+  EXPECT_LE(search(BaselineSearch::kAlways, good).cost,
+            search(BaselineSearch::kUnlessGood, good).cost);
+}
+
+TEST(PairPoints, WithoutHypothesesTheBaselineAtHandIsRated) {
+  const Vector3d t(0.5, 0.1, -0.3);
+  const Scene scene = makeScene(60, kSigma, t, 6);
+  ConsensusScratch scratch;
+  const ConsensusOptions rate = {3.0, 0, BaselineSearch::kAlways};
+  const ConsensusBaseline rated =
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, t.normalized(), &scratch);
+  EXPECT_LT((rated.direction - t.normalized()).norm(), 1e-6);
+  EXPECT_NEAR(rated.cost / 60, 1.0, 0.4);
+  const ConsensusBaseline nothing =
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, Vector3d::Zero(), &scratch);
+  EXPECT_EQ(nothing.direction, Vector3d::Zero());
+  EXPECT_EQ(nothing.cost, 60 * 9.0);
 }
 
 TEST(NormalizedEpipolarPair, ScatteredGradientsSumToTheGradient) {
@@ -180,8 +263,8 @@ TEST(NormalizedEpipolarPair, ScatteredGradientsSumToTheGradient) {
   std::vector<int> track(31);
   for (int k = 0; k < 31; ++k) track[k] = k % 7;
   std::vector<Vector3d> parts(7, Vector3d::Zero());
-  scene.normalized.scatterGradients(R, 0.5 * kSigma * kSigma, 2.0, Matrix3d::Identity(), track,
-                                    &parts);
+  scene.normalized.scatterGradients(scene.points, R, 0.5 * kSigma * kSigma, 2.0,
+                                    Matrix3d::Identity(), track, &parts);
   Vector3d sum = Vector3d::Zero();
   for (const Vector3d& part : parts) sum += part;
   const Vector3d expected = 2.0 * scene.normalized.evaluate(R, 0.0).gradient;

@@ -4,13 +4,11 @@
 #include <array>
 #include <vector>
 
+#include "rotation/constants.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init {
-
-/// Largest keyframe gap between two sightings whose consistency is tested.
-inline constexpr int kMaxLinkGap = 4;
 
 /// Which pairs of sightings of a track agree with the motion of the camera, and what follows from
 /// it for the sightings.
@@ -19,7 +17,7 @@ class LinkTable {
   explicit LinkTable(const InitWindow& window);
 
   /// Verdict on the link from sighting `a` to that of the same track `gap` keyframes later,
-  /// 1 <= gap <= kMaxLinkGap.
+  /// 1 <= gap <= rotation_constants::kMaxLinkGap.
   void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
 
   /// Cuts tracks where they jump and drops what fits nowhere; `pairs` is left at zero.
@@ -29,10 +27,12 @@ class LinkTable {
   enum Link : char { kUntested, kAgrees, kDisagrees };
 
   Link link(int a, int b) const;
+  void pruneTrack(const Track& track, TrackPruning* out) const;
   void closePiece(int begin, int end, TrackPruning* out) const;
 
   const InitWindow& window_;
-  std::vector<std::array<Link, kMaxLinkGap + 1>> links_;  // by sighting and gap
+  // By sighting and gap.
+  std::vector<std::array<Link, rotation_constants::kMaxLinkGap + 1>> links_;
 };
 
 }  // namespace slim_init

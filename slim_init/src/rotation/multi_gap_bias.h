@@ -5,15 +5,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/StdVector>
-#include <initializer_list>
 #include <vector>
 
-#include "imu/preintegration.h"
+#include "geometry/levenberg_marquardt.h"
 #include "lines/vanishing_point.h"
+#include "rotation/constants.h"
+#include "rotation/keyframe_pairs.h"
 #include "rotation/normalized_epipolar_pair.h"
-#include "rotation/rotation_correction.h"
-#include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 
@@ -47,102 +45,99 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<VanishingPoint>* vanishing_points,
                                           const MultiGapBiasOptions& options);
 
-/// The keyframe pairs of a window with their common points, for repeated pruning and minimisation.
-/// Keeps references to its arguments.
+/// Whether pairs of consecutive keyframes enter the minimisation.
+enum class ConsecutivePairs {
+  kUse,
+  /// Only where longer pairs have few points (kMinKeyframesToSkip, kPointsToSkip).
+  kWhereNeeded,
+};
+
+/// Pairs that enter: those `from` to `to` keyframes apart.
+struct GapRange {
+  int from = 1, to = 8;
+  bool holds(const KeyframePair& pair) const { return from <= pair.gap() && pair.gap() <= to; }
+};
+
+/// One weighted cost per pair; of pairs that did not enter it is not set.
+using WeightedPairs = std::vector<NormalizedEpipolarPair>;
+
+/// Minimum of the cost over the bias, with what belongs to it.
+struct BiasMinimum {
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
+  Baselines baselines;                                  ///< of the last evaluation
+  WeightedPairs weighted;                               ///< of the last round
+  int iterations = 0;                                   ///< accepted steps
+};
+
+/// Inverse covariance of a minimiser, and the baselines there.
+struct BiasInformation {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< [1/(rad/s)^2]
+  Baselines baselines;
+};
+
+/// The cost over the gyroscope bias (docs/derivation.md, 1.2) of one window. Pairs are built once;
+/// baselines, masks and weights are values that the caller passes in and gets back. The one thing
+/// that calls leave behind is the bias at which the gyro was last integrated. Keeps references to
+/// its arguments.
 class MultiGapProblem {
  public:
+  /// `vanishing_points` may be null, else one per keyframe.
   MultiGapProblem(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
                   const MultiGapBiasOptions& options);
 
-  int pointPairs() const { return point_pairs_; }
-  int vpPairs() const { return vp_pairs_; }
+  const InitWindow& window() const { return window_; }
+  const KeyframePairs& pairs() const { return pairs_; }
+  int pointPairs() const { return pairs_.pointPairs(); }
+  int vpPairs() const;
 
-  /// Consecutive pairs add a third to the time and little to the bias where all longer ones have
-  /// points enough; then they are left out of the minimisation, unless `always`.
-  void useConsecutivePairs(bool always) { min_gap_ = always ? 1 : default_min_gap_; }
+  /// Pairs that enter a minimisation up to `max_gap` keyframes.
+  GapRange gaps(ConsecutivePairs use, int max_gap) const;
 
-  /// Forgets the baselines of all pairs, so that findBaselines() starts afresh.
-  void clearBaselines();
+  /// Rotations of the pairs up to `max_gap` at a bias, integrated anew where the last integration
+  /// is further off than `tolerance` [rad/s].
+  PairRotations rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap, double tolerance);
 
-  /// Baselines of all pairs up to `max_gap` keyframes by consensus at a bias. Returns the mean over
-  /// their points of the squared residual [sigma^2], truncated at the square of
-  /// `truncation_sigmas`. With `reuse` the baseline at hand is kept where it leaves no more than
-  /// good data would.
-  double findBaselines(const Eigen::Vector3d& gyro_bias, int max_gap, double truncation_sigmas,
-                       int hypotheses, bool reuse);
+  /// findBaselines() at a bias.
+  BaselineConsensus findBaselines(const Eigen::Vector3d& gyro_bias, int max_gap,
+                                  const ConsensusOptions& options, Baselines known);
 
-  /// Iteratively re-weighted Levenberg-Marquardt over the pairs up to `max_gap`, from the baselines
-  /// at hand: a round per entry of `cutoff_sigmas`, the last one to convergence. Adds the accepted
-  /// steps to `iterations` and returns the bias.
-  Eigen::Vector3d minimize(const Eigen::Vector3d& start, int max_gap,
-                           std::initializer_list<double> cutoff_sigmas, int* iterations);
+  /// Iteratively re-weighted Levenberg-Marquardt over the pairs in `gaps` and the points that
+  /// `masks` leave: a round per cutoff, the last one to convergence. `baselines`: for the weights
+  /// of the first round; where one is not known all points of its pair weigh alike.
+  BiasMinimum minimize(const Eigen::Vector3d& start, const GapRange& gaps,
+                       const CutoffSchedule& schedule, const PointMasks& masks,
+                       Baselines baselines);
 
-  /// Sightings that agree with a bias, by consensus at gaps 1, 2 and 4, whatever keepOnly() said.
-  TrackPruning prune(const Eigen::Vector3d& gyro_bias, double threshold_sigmas, int hypotheses,
-                     bool reuse);
+  /// Weights at a bias, as a round of minimize() begins. Baselines that are not known are filled
+  /// in.
+  WeightedPairs weigh(const Eigen::Vector3d& gyro_bias, const GapRange& gaps, double cutoff_sigmas,
+                      const PointMasks& masks, Baselines* baselines);
 
-  /// A point of a pair counts only when both sightings are kept and its track is not cut between
-  /// them. `keep` as TrackPruning::keep; empty keeps everything.
-  void keepOnly(const std::vector<char>& keep);
-
-  /// Robust weights at a bias and the baselines at hand, as minimize() leaves them.
-  void refreshWeights(const Eigen::Vector3d& gyro_bias, int max_gap, double cutoff_sigmas);
-
-  /// The pairs `gap` keyframes apart with their rotation freed. `cutoff_sigmas` decreasing, one
-  /// round of re-weighting for each; a first one of tens of standard deviations finds rotations
-  /// that are degrees off. Pairs whose points do not determine a rotation are left out. Masks and
-  /// weights of these pairs are reset.
-  std::vector<RotationCorrection> freeRotations(const Eigen::Vector3d& gyro_bias, int gap,
-                                                std::initializer_list<double> cutoff_sigmas);
-
-  /// Inverse covariance of a minimiser, for the weights at hand [1/(rad/s)^2]: the curvature of the
-  /// cost and the scatter of the tracks' gradients, so that points that enter at several gaps, or
-  /// are worse than they should be, count for what they are; and the gyro's white noise over the
-  /// window, with `gyro_noise_inflation` times the calibration's density.
-  Eigen::Matrix3d information(const Eigen::Vector3d& gyro_bias, double gyro_noise_inflation);
+  /// Inverse covariance of a minimiser for given weights: the curvature of the cost and the scatter
+  /// of the tracks' gradients, so that points that enter at several gaps, or are worse than they
+  /// should be, count for what they are; and the gyro's white noise over the window, with
+  /// `gyro_noise_inflation` times the calibration's density. `baselines` as minimize() left them.
+  BiasInformation information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+                              const WeightedPairs& weighted, double gyro_noise_inflation,
+                              Baselines baselines) const;
 
  private:
-  struct Pair {
-    EIGEN_MAKE_ALIGNED_OPERATOR_NEW
-    int i = 0, j = 0;
-    NormalizedEpipolarPair points;
-    std::vector<int> sighting_i, sighting_j, track;      // of every point
-    Eigen::Vector3d baseline = Eigen::Vector3d::Zero();  // zero: not known
-    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();     // R_ci_cj
-    Eigen::Matrix3d dR_dbg = Eigen::Matrix3d::Zero();    // R Exp(dR_dbg d)
-    bool use_points = false;
-    bool use_vp = false;
-  };
-  struct Quadratic {
-    double cost = 0.0;
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
-  };
-
-  // Takes part in the minimisation up to `max_gap`?
-  bool enters(const Pair& pair, int max_gap) const {
-    return pair.j - pair.i >= min_gap_ && pair.j - pair.i <= max_gap;
-  }
-  double share(int max_gap) const;
-  // Integrates the gyro anew when the last linearisation is further off than `tolerance` [rad/s].
-  void linearizeNear(const Eigen::Vector3d& gyro_bias, double tolerance);
-  void rotateTo(const Eigen::Vector3d& gyro_bias, int max_gap);
-  Quadratic evaluate(const Eigen::Vector3d& gyro_bias, int max_gap);
+  // Cost of eq. 1.2 at a bias; the baselines that minimise it there are written.
+  QuadraticModel<3> evaluate(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+                             const WeightedPairs& weighted, Baselines* baselines) const;
+  void addPoints(std::size_t p, const PairRotation& rotation, double share,
+                 const NormalizedEpipolarPair& weighted, Eigen::Vector3d* baseline,
+                 QuadraticModel<3>* sum) const;
+  void addVanishingPoints(std::size_t p, const PairRotation& rotation, double share,
+                          QuadraticModel<3>* sum) const;
+  bool sameVanishingPoint(const KeyframePair& pair) const;
+  bool longPairsSuffice() const;
 
   const InitWindow& window_;
   const std::vector<VanishingPoint>* vps_;
   const MultiGapBiasOptions& options_;
-  const double sigma_;  // of a bearing [rad]
-  std::vector<Pair, Eigen::aligned_allocator<Pair>> pairs_;
-  std::vector<Preintegration> pre_;  // at the last linearisation
-  int point_pairs_ = 0;
-  int vp_pairs_ = 0;
-  int default_min_gap_ = 1;
-  int min_gap_ = 1;
-  // Scratch.
-  std::vector<Eigen::Matrix3d> attitude_, derivative_;
-  PointResiduals residuals_;
-  ConsensusScratch consensus_;
+  const KeyframePairs pairs_;
+  GyroRotations gyro_;
 };
 
 }  // namespace slim_init

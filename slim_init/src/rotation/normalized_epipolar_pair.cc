@@ -6,8 +6,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 
 #include "geometry/so3.h"
 
@@ -21,11 +19,7 @@ constexpr int kRow[6] = {0, 0, 0, 1, 1, 2};
 constexpr int kCol[6] = {0, 1, 2, 1, 2, 2};
 constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-// Points are stored in groups of this many, filled up with zeros, which add nothing to any sum.
-constexpr int kGroup = 2;
-// A point nearer than this to the baseline (|e x f|^2 summed over both views) is weighted as if it
-// stood there: its residual has second-order noise that the first-order weight does not know.
-constexpr double kMinNoise = 1e-2;
+constexpr int kGroup = PairPoints::kGroup;
 
 Vector9d vec(const Eigen::Matrix3d& B) { return Eigen::Map<const Vector9d>(B.data()); }
 
@@ -67,55 +61,23 @@ Quotient minimizeQuotient(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N) {
   return out;
 }
 
-// Small fixed sequence of indices; the standard library's distributions differ between libraries.
-class Sequence {
- public:
-  explicit Sequence(unsigned seed) : state_(0x9e3779b97f4a7c15ULL * (seed + 1ULL)) {}
-  int below(int n) {
-    state_ = state_ * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<int>(((state_ >> 33) * static_cast<std::uint64_t>(n)) >> 31);
-  }
-
- private:
-  std::uint64_t state_;
-};
-
 }  // namespace
 
-void NormalizedEpipolarPair::reserve(int points) {
-  const int rows = (points + kGroup - 1) / kGroup * kGroup;
-  f_i_ = Points::Zero(rows, 3);
-  f_j_ = Points::Zero(rows, 3);
-  weights_ = Eigen::ArrayXd::Zero(rows);
-  mask_ = Eigen::ArrayXd::Zero(rows);
-}
-
-void NormalizedEpipolarPair::add(const Eigen::Vector3d& f_i, const Eigen::Vector3d& f_j) {
-  if (count_ == f_i_.rows()) {
-    const Eigen::Index rows = std::max<Eigen::Index>(16, 2 * f_i_.rows());
-    const Eigen::Index old = f_i_.rows();
-    f_i_.conservativeResize(rows, 3);
-    f_j_.conservativeResize(rows, 3);
-    weights_.conservativeResize(rows);
-    mask_.conservativeResize(rows);
-    f_i_.bottomRows(rows - old).setZero();
-    f_j_.bottomRows(rows - old).setZero();
-    weights_.tail(rows - old).setZero();
-    mask_.tail(rows - old).setZero();
+void NormalizedEpipolarPair::weighEqually(const PairPoints& points, const Eigen::ArrayXd& mask) {
+  const int count = points.count();
+  weights_ = Eigen::ArrayXd::Zero(points.bearingsI().rows());
+  if (mask.size() == 0) {
+    weights_.head(count).setOnes();
+  } else {
+    weights_.head(count) = mask.head(count);
   }
-  f_i_.row(count_) = f_i.transpose().array();
-  f_j_.row(count_) = f_j.transpose().array();
-  mask_[count_] = 1.0;
-  ++count_;
+  robust_count_ = weights_.sum();
+  sum(points);
 }
 
-void NormalizedEpipolarPair::resetWeights() {
-  weights_ = mask_;
-  robust_count_ = mask_.sum();
-  sum();
-}
-
-void NormalizedEpipolarPair::sum() {
+void NormalizedEpipolarPair::sum(const PairPoints& points) {
+  const PairPoints::Bearings& f_i = points.bearingsI();
+  const PairPoints::Bearings& f_j = points.bearingsJ();
   // (f_j (x) f_i)(f_j (x) f_i)^T has 36 different entries, f_i f_i^T times f_j f_j^T. Two points at
   // a time in separate accumulators, so that the compiler may use vector registers without
   // changing the order of additions.
@@ -123,10 +85,10 @@ void NormalizedEpipolarPair::sum() {
   double ii[6][kGroup] = {};
   double jj[6][kGroup] = {};
   double w_sum[kGroup] = {};
-  const double* fi[3] = {f_i_.col(0).data(), f_i_.col(1).data(), f_i_.col(2).data()};
-  const double* fj[3] = {f_j_.col(0).data(), f_j_.col(1).data(), f_j_.col(2).data()};
+  const double* fi[3] = {f_i.col(0).data(), f_i.col(1).data(), f_i.col(2).data()};
+  const double* fj[3] = {f_j.col(0).data(), f_j.col(1).data(), f_j.col(2).data()};
   const double* w = weights_.data();
-  for (int k = 0; k < count_; k += kGroup) {
+  for (int k = 0; k < points.count(); k += kGroup) {
     double a[6][kGroup], b[6][kGroup];
     for (int q = 0; q < 6; ++q) {
       for (int l = 0; l < kGroup; ++l) {
@@ -223,100 +185,23 @@ NormalizedEvaluation NormalizedEpipolarPair::evaluate(const Eigen::Matrix3d& R_c
   return out;
 }
 
-void NormalizedEpipolarPair::residuals(const Eigen::Matrix3d& R_ci_cj,
-                                       const Eigen::Vector3d& baseline, double sigma,
-                                       PointResiduals* out) const {
-  // e . m = f_j^T A f_i, its variance sigma^2 (|e x f_i|^2 + |R^T e x f_j|^2).
-  const Eigen::Matrix3d A = R_ci_cj.transpose() * skew(baseline);
-  const Eigen::Vector3d a = R_ci_cj.transpose() * baseline;
-  const auto ix = f_i_.col(0).head(count_), iy = f_i_.col(1).head(count_),
-             iz = f_i_.col(2).head(count_);
-  const auto jx = f_j_.col(0).head(count_), jy = f_j_.col(1).head(count_),
-             jz = f_j_.col(2).head(count_);
-  out->noise = (2.0 - (baseline.x() * ix + baseline.y() * iy + baseline.z() * iz).square() -
-                (a.x() * jx + a.y() * jy + a.z() * jz).square())
-                   .max(kMinNoise);
-  out->z2 = (jx * (A(0, 0) * ix + A(0, 1) * iy + A(0, 2) * iz) +
-             jy * (A(1, 0) * ix + A(1, 1) * iy + A(1, 2) * iz) +
-             jz * (A(2, 0) * ix + A(2, 1) * iy + A(2, 2) * iz))
-                .square() /
-            (sigma * sigma * out->noise);
-}
-
-void NormalizedEpipolarPair::updateWeights(const Eigen::Matrix3d& R_ci_cj,
-                                           const Eigen::Vector3d& baseline, double sigma,
-                                           double cutoff_sigmas, PointResiduals* scratch) {
-  residuals(R_ci_cj, baseline, sigma, scratch);
+void NormalizedEpipolarPair::weigh(const PairPoints& points, const Eigen::ArrayXd& mask,
+                                   const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& baseline,
+                                   double sigma, double cutoff_sigmas, PointResiduals* scratch) {
+  const int count = points.count();
+  points.residuals(R_ci_cj, baseline, sigma, scratch);
   const double c2 = cutoff_sigmas * cutoff_sigmas;
-  weights_.head(count_) = mask_.head(count_) * (1.0 + scratch->z2 / c2).square().inverse();
-  robust_count_ = weights_.head(count_).sum();
-  weights_.head(count_) /= scratch->noise;
-  sum();
+  weights_.resize(points.bearingsI().rows());
+  weights_.tail(weights_.size() - count).setZero();
+  weights_.head(count) = (1.0 + scratch->z2 / c2).square().inverse();
+  if (mask.size() != 0) weights_.head(count) *= mask.head(count);
+  robust_count_ = weights_.head(count).sum();
+  weights_.head(count) /= scratch->noise;
+  sum(points);
 }
 
-Eigen::Vector3d NormalizedEpipolarPair::consensusBaseline(
-    const Eigen::Matrix3d& R_ci_cj, double sigma, double truncation_sigmas, int hypotheses,
-    unsigned seed, const Eigen::Vector3d& first, double good_enough, ConsensusScratch* scratch,
-    double* cost) const {
-  Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  *cost = truncation_sigmas * truncation_sigmas * count_;
-  if (count_ < 2) return best;
-  // Single precision: its rounding, a ten millionth of a radian, is far below any noise, and twice
-  // as many numbers fit a register.
-  if (scratch->f.rows() < count_) {
-    scratch->f.resize(2 * count_, 3);
-    scratch->m.resize(2 * count_, 3);
-    scratch->z2.resize(2 * count_);
-  }
-  const Eigen::Matrix3d& R = R_ci_cj;
-  for (int k = 0; k < count_; ++k) {
-    const double x = f_j_(k, 0), y = f_j_(k, 1), z = f_j_(k, 2);
-    const double gx = R(0, 0) * x + R(0, 1) * y + R(0, 2) * z;
-    const double gy = R(1, 0) * x + R(1, 1) * y + R(1, 2) * z;
-    const double gz = R(2, 0) * x + R(2, 1) * y + R(2, 2) * z;
-    scratch->m(k, 0) = static_cast<float>(f_i_(k, 1) * gz - f_i_(k, 2) * gy);
-    scratch->m(k, 1) = static_cast<float>(f_i_(k, 2) * gx - f_i_(k, 0) * gz);
-    scratch->m(k, 2) = static_cast<float>(f_i_(k, 0) * gy - f_i_(k, 1) * gx);
-    for (int c = 0; c < 3; ++c) scratch->f(k, c) = static_cast<float>(f_i_(k, c));
-  }
-  const auto f = scratch->f.topRows(count_);
-  const auto m = scratch->m.topRows(count_);
-  const float t2 = static_cast<float>(truncation_sigmas * truncation_sigmas);
-  const float inverse = static_cast<float>(1.0 / (2.0 * sigma * sigma));
-  const float floor = static_cast<float>(0.5 * kMinNoise);
-  const float enough = static_cast<float>(good_enough * count_);
-  Sequence sequence(seed);
-  float best_cost = std::numeric_limits<float>::max();
-  for (int h = -1; h < hypotheses; ++h) {
-    Eigen::Vector3f e = first.cast<float>();
-    if (h >= 0) {
-      const int p = sequence.below(count_);
-      const int q = sequence.below(count_);
-      e = m.row(p).matrix().transpose().cross(m.row(q).matrix().transpose());
-    }
-    const float norm = e.norm();
-    if (!(norm > 1e-20f)) continue;
-    e /= norm;
-    // Both views' noise by that of the first: they differ by the parallax only.
-    scratch->z2.head(count_) =
-        (inverse * (e.x() * m.col(0) + e.y() * m.col(1) + e.z() * m.col(2)).square() /
-         (1.0f - (e.x() * f.col(0) + e.y() * f.col(1) + e.z() * f.col(2)).square()).max(floor))
-            .min(t2);
-    const float sum = scratch->z2.head(count_).sum();
-    if (sum < best_cost) {
-      best_cost = sum;
-      best = e.cast<double>();
-    }
-    if (h < 0 && best_cost < enough) break;
-  }
-  if (best.squaredNorm() > 0.0) {
-    best.normalize();
-    *cost = best_cost;
-  }
-  return best;
-}
-
-void NormalizedEpipolarPair::scatterGradients(const Eigen::Matrix3d& R_ci_cj, double baseline_prior,
+void NormalizedEpipolarPair::scatterGradients(const PairPoints& points,
+                                              const Eigen::Matrix3d& R_ci_cj, double baseline_prior,
                                               double scale, const Eigen::Matrix3d& J,
                                               const std::vector<int>& track,
                                               std::vector<Eigen::Vector3d>* gradients) const {
@@ -328,10 +213,10 @@ void NormalizedEpipolarPair::scatterGradients(const Eigen::Matrix3d& R_ci_cj, do
   // 3x3: takes the gradient by the baseline to that by the bias.
   const Eigen::Matrix3d K = J.transpose() * at.cross * at.Hee_inverse * at.T.transpose();
   const double s = scale / at.eNe;
-  for (int k = 0; k < count_; ++k) {
+  for (int k = 0; k < points.count(); ++k) {
     if (weights_[k] == 0.0) continue;
-    const Eigen::Vector3d f_i = f_i_.row(k).matrix().transpose();
-    const Eigen::Vector3d f_j = f_j_.row(k).matrix().transpose();
+    const Eigen::Vector3d f_i = points.bearingsI().row(k).matrix().transpose();
+    const Eigen::Vector3d f_j = points.bearingsJ().row(k).matrix().transpose();
     const Eigen::Vector3d u = E * f_i;
     const Eigen::Vector3d g = R_ci_cj * f_j;
     const double r = f_j.dot(u), c_i = e.dot(f_i), c_j = a.dot(f_j);

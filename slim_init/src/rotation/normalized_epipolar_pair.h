@@ -12,6 +12,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "rotation/pair_points.h"
+
 namespace slim_init {
 
 /// min over e of e^T M e / e^T N e with derivatives under R Exp(delta), weights fixed.
@@ -24,75 +26,41 @@ struct NormalizedEvaluation {
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
 };
 
-/// Residuals of the points of a pair.
-struct PointResiduals {
-  Eigen::ArrayXd z2;     ///< squared residuals in units of their variance
-  Eigen::ArrayXd noise;  ///< that variance over sigma^2, |e x f_i|^2 + |R^T e x f_j|^2
-};
-
-/// Working memory of consensusBaseline().
-struct ConsensusScratch {
-  Eigen::Array<float, Eigen::Dynamic, 3> f, m;
-  Eigen::Array<float, Eigen::Dynamic, 1> z2;
-};
-
-/// One pair of keyframes (i, j) with its common points and their robust weights.
+/// The cost of one pair of keyframes (i, j) with the weights of its points fixed: a value, made of
+/// points and weights by weigh().
 class NormalizedEpipolarPair {
  public:
   EIGEN_MAKE_ALIGNED_OPERATOR_NEW
 
-  void reserve(int points);
-  void add(const Eigen::Vector3d& f_i, const Eigen::Vector3d& f_j);
-  int count() const { return count_; }
   double weightSum() const { return weight_sum_; }
   /// Robust weights in [0, 1] summed: the number of points that still count.
   double robustCount() const { return robust_count_; }
 
-  /// Sets every weight to one and sums.
-  void resetWeights();
-
-  /// Leaves point `k` out (its weights are zero) until clearMask(). Takes effect with the next
-  /// weights.
-  void mask(int k) { mask_[k] = 0.0; }
-  void clearMask() { mask_.head(count_).setOnes(); }
-  bool masked(int k) const { return mask_[k] == 0.0; }
+  /// Sets every weight to that of `mask` (one per point, 1: used, 0: left out; empty: all used).
+  void weighEqually(const PairPoints& points, const Eigen::ArrayXd& mask);
 
   /// Sets the weights of a Geman-McClure loss, 1 / (1 + z^2 / c^2)^2, at R and `baseline`, each
-  /// divided by the point's own noise, and sums again. z is the point's residual e . m in units of
-  /// its standard deviation, `sigma` [rad] that of a bearing, c = `cutoff_sigmas`. `scratch` comes
-  /// back with the residuals.
-  void updateWeights(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& baseline, double sigma,
-                     double cutoff_sigmas, PointResiduals* scratch);
+  /// divided by the point's own noise, zero where `mask` is. z is the point's residual e . m in
+  /// units of its standard deviation, `sigma` [rad] that of a bearing, c = `cutoff_sigmas`.
+  /// `scratch` comes back with the residuals.
+  void weigh(const PairPoints& points, const Eigen::ArrayXd& mask, const Eigen::Matrix3d& R_ci_cj,
+             const Eigen::Vector3d& baseline, double sigma, double cutoff_sigmas,
+             PointResiduals* scratch);
 
   /// Quotient and derivatives. `baseline_prior` [rad^2] regularises the elimination of the baseline
   /// where the parallax is of the order of the noise.
   NormalizedEvaluation evaluate(const Eigen::Matrix3d& R_ci_cj, double baseline_prior) const;
 
-  /// Residuals of all points at R and `baseline`, masked ones included.
-  void residuals(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& baseline, double sigma,
-                 PointResiduals* out) const;
-
-  /// Direction of translation at a known R by consensus: of `first` (skipped when zero) and of
-  /// `hypotheses` directions that two points define, the one with the least sum of min(z^2, t^2)
-  /// over all points, t = `truncation_sigmas`. Where `first` leaves less than
-  /// `good_enough` per point it is taken at once. Writes the sum to `cost`. The points come from a
-  /// fixed sequence that starts at `seed`. Zero, and t^2 for every point, when no two points
-  /// differ.
-  Eigen::Vector3d consensusBaseline(const Eigen::Matrix3d& R_ci_cj, double sigma,
-                                    double truncation_sigmas, int hypotheses, unsigned seed,
-                                    const Eigen::Vector3d& first, double good_enough,
-                                    ConsensusScratch* scratch, double* cost) const;
-
   /// Adds to `gradients[track[k]]` the part of point k in `scale` times the gradient of the
-  /// quotient by R Exp(delta), baseline eliminated as in evaluate(). At a minimum over several
-  /// pairs the parts sum to zero and their scatter is that of the gradient.
-  void scatterGradients(const Eigen::Matrix3d& R_ci_cj, double baseline_prior, double scale,
-                        const Eigen::Matrix3d& J, const std::vector<int>& track,
+  /// quotient by R Exp(delta), baseline eliminated as in evaluate(), times J (delta = J x). At a
+  /// minimum over several pairs the parts sum to zero and their scatter is that of the gradient.
+  /// `points` as they were weighed.
+  void scatterGradients(const PairPoints& points, const Eigen::Matrix3d& R_ci_cj,
+                        double baseline_prior, double scale, const Eigen::Matrix3d& J,
+                        const std::vector<int>& track,
                         std::vector<Eigen::Vector3d>* gradients) const;
 
  private:
-  using Points = Eigen::Array<double, Eigen::Dynamic, 3>;
-
   // The quotient at R with what the elimination of the baseline needs.
   struct Elimination {
     Eigen::Vector3d e, gradient;
@@ -102,12 +70,10 @@ class NormalizedEpipolarPair {
     Eigen::Matrix2d Hee_inverse;
   };
 
-  void sum();
+  void sum(const PairPoints& points);
   Elimination eliminate(const Eigen::Matrix3d& R_ci_cj, double baseline_prior) const;
 
-  int count_ = 0;
-  Points f_i_, f_j_;  // one row per point, columns contiguous
-  Eigen::ArrayXd weights_, mask_;
+  Eigen::ArrayXd weights_;  // with the rows of the points, zero beyond their count
   Eigen::Matrix<double, 9, 9> sums_ = Eigen::Matrix<double, 9, 9>::Zero();
   Eigen::Matrix3d sum_ii_ = Eigen::Matrix3d::Zero();  // sum w f_i f_i^T
   Eigen::Matrix3d sum_jj_ = Eigen::Matrix3d::Zero();  // sum w f_j f_j^T

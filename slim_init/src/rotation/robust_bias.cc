@@ -1,93 +1,159 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "rotation/robust_bias.h"
 
-#include <algorithm>
 #include <utility>
 
+#include "rotation/constants.h"
+#include "rotation/free_rotations.h"
 #include "rotation/multi_gap_bias.h"
 
 namespace slim_init {
 namespace {
 
-// The start is found at short gaps, where a bias still unknown turns the camera little.
-constexpr int kStartGap = 2;
-// Consensus cost is compared up to this gap: a wrong bias shows at long ones, where on the other
-// hand the jumps of a track add up.
-constexpr int kScoreGap = 4;
-// A rival must be better than the noise of the consensus.
-constexpr double kScoreMargin = 0.99;
-constexpr double kTruncationSigmas = 3.0;
-// The first pruning is at a bias that may be off by several residuals.
-constexpr double kFirstPruning = 1.5;
-// Two keyframes apart a camera has turned enough and the tracks have not yet drifted.
-constexpr int kFreeGap = 2;
+using namespace rotation_constants;  // NOLINT: the constants of this module
 
-struct Candidate {
-  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
-  TrackPruning pruning;
-  double score = 0.0;
+// Where a first bias comes from: pairs up to `gap` keyframes, from a bias of zero.
+struct Approach {
+  int gap;
+  CutoffSchedule schedule;
+};
+constexpr Approach kFirstApproach = {kStartGap, kNarrowStart};
+// Tried in this order where the first answer does not look clean.
+constexpr Approach kRivalApproaches[] = {{1, kNarrowStart}, {1, kWideStart}, {2, kWidestStart}};
+
+// Whether the baselines of the pruning serve the minimisation that follows.
+enum class Baselining { kFromPruning, kSearchAllGaps };
+
+// Prune, then minimise over all gaps.
+struct RefinementPass {
+  double pruning_factor;  // on threshold_sigmas; the first bias may be off by several residuals
+  Baselining baselining;
+  CutoffSchedule schedule;
 };
 
-class FrontDoor {
+// How a first bias is refined.
+struct RefinementSchedule {
+  RefinementPass passes[3];
+  int count;
+  ConsecutivePairs consecutive_pairs;
+  BaselineSearch search;  // of pruning and minimisation
+  // Whether directions are drawn to rate the answer, or those of the last pass rated.
+  bool draw_for_score;
+
+  const RefinementPass* begin() const { return passes; }
+  const RefinementPass* end() const { return passes + count; }
+};
+constexpr RefinementSchedule kQuick = {
+    {{1.5, Baselining::kSearchAllGaps, {{4.0}, 1}}, {1.0, Baselining::kFromPruning, {{3.0}, 1}}},
+    2,
+    ConsecutivePairs::kWhereNeeded,
+    BaselineSearch::kUnlessGood,
+    false};
+constexpr RefinementSchedule kThorough = {{{1.5, Baselining::kSearchAllGaps, {{5.0, 3.0}, 2}},
+                                           {1.0, Baselining::kSearchAllGaps, {{3.0, 3.0}, 2}},
+                                           {1.0, Baselining::kSearchAllGaps, {{3.0, 3.0}, 2}}},
+                                          3,
+                                          ConsecutivePairs::kUse,
+                                          BaselineSearch::kAlways,
+                                          true};
+
+// A bias with the tracks that agree with it.
+struct Candidate {
+  TrackPruning pruning;  // of the last pass
+  BiasMinimum minimum;   // baselines those of the score
+  double score = 0.0;    // mean truncated squared residual over all points [sigma^2]
+};
+
+class ConsensusSearch {
  public:
-  FrontDoor(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-            const RobustBiasOptions& options)
+  ConsensusSearch(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
+                  const RobustBiasOptions& options)
       : options_(options), problem_(window, vanishing_points, options.refinement) {}
 
   MultiGapProblem& problem() { return problem_; }
   int iterations() const { return iterations_; }
 
-  // Bias from short gaps, from `start`, with decreasing cutoffs from `cutoff`.
-  Eigen::Vector3d approach(const Eigen::Vector3d& start, int gap, double cutoff) {
-    problem_.keepOnly({});
-    problem_.clearBaselines();
-    problem_.findBaselines(start, gap, cutoff, hypotheses(), false);
-    if (cutoff <= kTruncationSigmas) {
-      return problem_.minimize(start, gap, {cutoff, cutoff}, &iterations_);
-    }
-    return problem_.minimize(start, gap, {cutoff, std::max(0.5 * cutoff, 3.0), 3.0}, &iterations_);
+  // A bias from short gaps. No track is pruned yet.
+  BiasMinimum start(const Approach& approach, ConsecutivePairs consecutive) {
+    const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+    const ConsensusOptions draw = {*approach.schedule.begin(), hypotheses(),
+                                   BaselineSearch::kAlways};
+    return minimize(
+        zero, problem_.gaps(consecutive, approach.gap), approach.schedule, {},
+        problem_.findBaselines(zero, approach.gap, draw, unknownBaselines(problem_.pairs()))
+            .baselines);
   }
 
-  // Prune, minimise over all gaps, prune, minimise; thoroughly: once more, and with more rounds.
-  Candidate refine(const Eigen::Vector3d& start, bool thorough) {
-    const int max_gap = options_.refinement.max_gap;
-    const double threshold = options_.pruning.threshold_sigmas;
+  Candidate refine(const BiasMinimum& start, const RefinementSchedule& schedule) {
+    const GapRange gaps = gapsOf(schedule);
     Candidate out;
-    out.gyro_bias = start;
-    problem_.useConsecutivePairs(thorough);
-    for (int pass = 0; pass < (thorough ? 3 : 2); ++pass) {
-      const double limit = pass == 0 ? kFirstPruning * threshold : threshold;
-      out.pruning = problem_.prune(out.gyro_bias, limit, hypotheses(), !thorough);
-      problem_.keepOnly(out.pruning.keep);
-      if (thorough || pass == 0) {
-        problem_.findBaselines(out.gyro_bias, max_gap, threshold, hypotheses(), !thorough);
+    out.minimum = start;
+    for (const RefinementPass& pass : schedule) {
+      const double threshold = options_.pruning.threshold_sigmas;
+      const Eigen::Vector3d bias = out.minimum.gyro_bias;
+      PairPruning pruning = pruneTracks(
+          problem_.window(), problem_.pairs(),
+          problem_.rotationsAt(bias, kMaxLinkGap, kRoughTolerance),
+          {pass.pruning_factor * threshold, hypotheses(), schedule.search}, out.minimum.baselines);
+      if (pass.baselining == Baselining::kSearchAllGaps) {
+        pruning.baselines =
+            problem_
+                .findBaselines(bias, gaps.to, {threshold, hypotheses(), schedule.search},
+                               std::move(pruning.baselines))
+                .baselines;
       }
-      const double cutoff = pass == 0 ? (thorough ? 5.0 : 4.0) : 3.0;
-      out.gyro_bias = thorough
-                          ? problem_.minimize(out.gyro_bias, max_gap, {cutoff, 3.0}, &iterations_)
-                          : problem_.minimize(out.gyro_bias, max_gap, {cutoff}, &iterations_);
+      out.pruning = std::move(pruning.tracks);
+      out.minimum =
+          minimize(bias, gaps, pass.schedule, masks(out.pruning), std::move(pruning.baselines));
     }
-    out.score = problem_.findBaselines(out.gyro_bias, kScoreGap, kTruncationSigmas,
-                                       thorough ? hypotheses() : 0, false);
+    const ConsensusOptions rate = {kTruncationSigmas, schedule.draw_for_score ? hypotheses() : 0,
+                                   BaselineSearch::kAlways};
+    BaselineConsensus rated = problem_.findBaselines(out.minimum.gyro_bias, kScoreGap, rate,
+                                                     std::move(out.minimum.baselines));
+    out.minimum.baselines = std::move(rated.baselines);
+    out.score = rated.cost;
     return out;
   }
 
-  // Masks, baselines and weights as refine() had them.
-  void restore(const Candidate& candidate) {
-    problem_.keepOnly(candidate.pruning.keep);
-    problem_.clearBaselines();
-    problem_.findBaselines(candidate.gyro_bias, options_.refinement.max_gap,
-                           options_.pruning.threshold_sigmas, hypotheses(), false);
-    problem_.refreshWeights(candidate.gyro_bias, options_.refinement.max_gap, kTruncationSigmas);
+  GapRange gapsOf(const RefinementSchedule& schedule) const {
+    return problem_.gaps(schedule.consecutive_pairs, options_.refinement.max_gap);
+  }
+
+  // Baselines and weights of a candidate afresh, so that those of its own search, which depend on
+  // where that began, do not matter.
+  void weighAgain(const GapRange& gaps, Candidate* candidate) {
+    BiasMinimum& at = candidate->minimum;
+    const ConsensusOptions draw = {options_.pruning.threshold_sigmas, hypotheses(),
+                                   BaselineSearch::kAlways};
+    at.baselines =
+        problem_.findBaselines(at.gyro_bias, gaps.to, draw, unknownBaselines(problem_.pairs()))
+            .baselines;
+    at.weighted = problem_.weigh(at.gyro_bias, gaps, kTruncationSigmas, masks(candidate->pruning),
+                                 &at.baselines);
   }
 
  private:
   int hypotheses() const { return options_.pruning.hypotheses; }
+  PointMasks masks(const TrackPruning& pruning) const {
+    return masksOf(problem_.window(), problem_.pairs(), pruning.keep);
+  }
+  BiasMinimum minimize(const Eigen::Vector3d& start, const GapRange& gaps,
+                       const CutoffSchedule& schedule, const PointMasks& masks,
+                       Baselines baselines) {
+    BiasMinimum out = problem_.minimize(start, gaps, schedule, masks, std::move(baselines));
+    iterations_ += out.iterations;
+    return out;
+  }
 
   const RobustBiasOptions& options_;
   MultiGapProblem problem_;
   int iterations_ = 0;
 };
+
+bool looksClean(const Candidate& candidate, const RobustBiasOptions& options) {
+  return candidate.pruning.inlierFraction() >= options.clean_inlier_fraction &&
+         candidate.score <= options.clean_cost;
+}
 
 }  // namespace
 
@@ -95,43 +161,42 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
                                   const std::vector<VanishingPoint>* vanishing_points,
                                   const RobustBiasOptions& options) {
   RobustBias out;
-  FrontDoor door(window, vanishing_points, options);
-  out.point_pairs = door.problem().pointPairs();
-  out.vp_pairs = door.problem().vpPairs();
+  ConsensusSearch search(window, vanishing_points, options);
+  MultiGapProblem& problem = search.problem();
+  out.point_pairs = problem.pointPairs();
+  out.vp_pairs = problem.vpPairs();
   if (out.point_pairs == 0) return out;
 
-  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  Candidate best = door.refine(door.approach(zero, kStartGap, kTruncationSigmas), false);
+  Candidate best =
+      search.refine(search.start(kFirstApproach, ConsecutivePairs::kWhereNeeded), kQuick);
   out.candidates = 1;
-  const bool clean = best.pruning.inlierFraction() >= options.clean_inlier_fraction &&
-                     best.score <= options.clean_cost;
+  GapRange gaps = search.gapsOf(kQuick);
+  const bool clean = looksClean(best, options);
   if (!clean && options.candidates > 0) {
-    best = door.refine(best.gyro_bias, true);
-    struct Approach {
-      int gap;
-      double cutoff;
-    };
-    for (const Approach& approach : {Approach{1, 3.0}, Approach{1, 8.0}, Approach{2, 16.0}}) {
+    gaps = search.gapsOf(kThorough);
+    best = search.refine(best.minimum, kThorough);
+    for (const Approach& approach : kRivalApproaches) {
       if (out.candidates > options.candidates) break;
       ++out.candidates;
-      const Candidate next = door.refine(door.approach(zero, approach.gap, approach.cutoff), true);
-      if (next.score < kScoreMargin * best.score) best = next;
+      Candidate next = search.refine(search.start(approach, ConsecutivePairs::kUse), kThorough);
+      if (next.score < kScoreMargin * best.score) best = std::move(next);
     }
   }
-  out.iterations = door.iterations();
-  out.gyro_bias = best.gyro_bias;
+  out.iterations = search.iterations();
+  out.gyro_bias = best.minimum.gyro_bias;
   out.cost = best.score;
-  if (!best.gyro_bias.allFinite() || best.gyro_bias.norm() > options.refinement.max_bias) {
+  if (!out.gyro_bias.allFinite() || out.gyro_bias.norm() > options.refinement.max_bias) {
     out.status = RobustBiasStatus::kOutOfRange;
     return out;
   }
-  if (out.candidates > 1) door.restore(best);  // the weights are those of the last candidate
-  out.information = door.problem().information(best.gyro_bias, options.gyro_noise_inflation);
-  // Cutoffs in standard deviations; 40 are 24 px, what eight degrees of extrinsic rotation make of
-  // a quick turn.
-  out.rotations =
-      clean ? door.problem().freeRotations(best.gyro_bias, kFreeGap, {kTruncationSigmas})
-            : door.problem().freeRotations(best.gyro_bias, kFreeGap, {40.0, 12.0, 4.0, 3.0});
+  if (out.candidates > 1) search.weighAgain(gaps, &best);
+  BiasInformation information =
+      problem.information(out.gyro_bias, gaps, best.minimum.weighted, options.gyro_noise_inflation,
+                          std::move(best.minimum.baselines));
+  out.information = information.information;
+  out.rotations = freeRotations(
+      problem.pairs(), problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),
+      information.baselines, kFreeGap, clean ? kFreeFromClean : kFreeFromFar);
   out.pruning = std::move(best.pruning);
   out.status = out.inlierFraction() < options.min_inlier_fraction ? RobustBiasStatus::kNoConsensus
                                                                   : RobustBiasStatus::kOk;

@@ -1,14 +1,14 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The front door of `slim`: a gyroscope bias by consensus, tracks pruned with it, and the bias
-// again from what is left.
+// First stage of `slim`: a gyroscope bias by consensus, tracks pruned with it, and the bias again
+// from what is left (docs/derivation.md, 1.3).
 #pragma once
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "lines/vanishing_point.h"
-#include "rotation/multi_gap_bias.h"
+#include "rotation/rotation_correction.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"

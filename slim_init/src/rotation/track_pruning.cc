@@ -1,91 +1,59 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "rotation/track_pruning.h"
 
-#include <algorithm>
+#include <utility>
 
+#include "rotation/constants.h"
 #include "rotation/link_table.h"
-#include "rotation/multi_gap_bias.h"
+#include "rotation/normalized_epipolar_pair.h"
 
 namespace slim_init {
 
-LinkTable::LinkTable(const InitWindow& window)
-    : window_(window), links_(window.pointSightings().size()) {
-  for (auto& row : links_) row.fill(kUntested);
-}
+using namespace rotation_constants;  // NOLINT: the constants of this module
 
-LinkTable::Link LinkTable::link(int a, int b) const {
-  const int gap = window_.pointSightings()[b].keyframe - window_.pointSightings()[a].keyframe;
-  return gap <= kMaxLinkGap ? links_[a][gap] : kUntested;
-}
-
-// A piece of track, [begin, end) without the dropped ones, is complete. Dropped as a whole when it
-// is a single sighting, or when most of its longest links disagree: such a point slides slowly.
-void LinkTable::closePiece(int begin, int end, TrackPruning* out) const {
-  const std::vector<PointSighting>& s = window_.pointSightings();
-  int kept = 0, agree = 0, disagree = 0;
-  for (int a = begin; a < end; ++a) {
-    if (out->keep[a] == kDropSighting) continue;
-    ++kept;
-    for (int b = a + 1; b < end && s[b].keyframe - s[a].keyframe <= kMaxLinkGap; ++b) {
-      if (out->keep[b] == kDropSighting || s[b].keyframe - s[a].keyframe != kMaxLinkGap) continue;
-      agree += link(a, b) == kAgrees ? 1 : 0;
-      disagree += link(a, b) == kDisagrees ? 1 : 0;
+PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
+                        const PairRotations& rotations, const ConsensusOptions& consensus,
+                        Baselines known) {
+  PairPruning out;
+  out.baselines =
+      findBaselines(pairs, rotations, kMaxLinkGap, consensus, std::move(known)).baselines;
+  const double threshold = consensus.truncation_sigmas;
+  const Eigen::ArrayXd all_points;
+  LinkTable links(window);
+  NormalizedEpipolarPair weighted;
+  PointResiduals residuals;
+  int tested = 0;
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const KeyframePair& pair = pairs[p];
+    const Eigen::Matrix3d& R = rotations[p].R_ci_cj;
+    Eigen::Vector3d& baseline = out.baselines[p];
+    if (!pair.use_points || pair.gap() > kMaxLinkGap || baseline.squaredNorm() == 0.0) continue;
+    ++tested;
+    // The winner of the draw went exactly through two noisy points.
+    weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold, &residuals);
+    baseline = weighted.evaluate(R, 0.0).baseline;
+    pair.points.residuals(R, baseline, pairs.sigma(), &residuals);
+    const double limit =
+        threshold * threshold * (pair.gap() > kLongLinkGap ? kLongLinkInflation : 1.0);
+    for (int k = 0; k < pair.points.count(); ++k) {
+      links.set(pair.sighting_i[k], pair.gap(), !(residuals.z2[k] > limit));
     }
   }
-  if (kept < 2 || disagree > agree) {
-    std::fill(out->keep.begin() + begin, out->keep.begin() + end, kDropSighting);
-  }
-}
-
-TrackPruning LinkTable::prune() const {
-  TrackPruning out;
-  out.keep.assign(window_.pointSightings().size(), kKeepSighting);
-  for (const Track& track : window_.pointTracks()) {
-    int begin = track.begin;  // of the present piece
-    int last = track.begin;   // its last sighting
-    int pending = -1;         // a sighting after `last` that does not agree with it
-    for (int b = track.begin + 1; b < track.end; ++b) {
-      const Link step = link(b - 1, b);
-      if (step != kUntested) {
-        ++out.checked;
-        out.inconsistent += step == kDisagrees ? 1 : 0;
-      }
-      const Link with_last = link(last, b);
-      if (with_last == kAgrees || (with_last == kUntested && last == b - 1)) {
-        if (pending >= 0) out.keep[pending] = kDropSighting;
-        pending = -1;
-        last = b;
-      } else if (pending == b - 1 && step != kDisagrees) {
-        // Two in a row agree with each other and not with what was before: a jump.
-        closePiece(begin, pending, &out);
-        out.keep[pending] = kStartTrack;
-        begin = pending;
-        last = b;
-        pending = -1;
-      } else {
-        if (pending >= 0) out.keep[pending] = kDropSighting;
-        pending = b;
-      }
-    }
-    if (pending >= 0) out.keep[pending] = kDropSighting;
-    closePiece(begin, track.end, &out);
-    // Nothing is left before the first piece that is kept: no cut is needed there.
-    const auto first = std::find_if(out.keep.begin() + track.begin, out.keep.begin() + track.end,
-                                    [](char keep) { return keep != kDropSighting; });
-    if (first != out.keep.begin() + track.end) *first = kKeepSighting;
-  }
-  out.dropped = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kDropSighting));
-  out.cuts = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kStartTrack));
+  out.tracks = links.prune();
+  out.tracks.pairs = tested;
   return out;
 }
 
 TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                          const TrackPruningOptions& options) {
-  MultiGapBiasOptions pair_options;
-  pair_options.max_gap = kMaxLinkGap;
-  pair_options.min_points_per_pair = options.min_points_per_pair;
-  MultiGapProblem problem(window, nullptr, pair_options);
-  return problem.prune(gyro_bias, options.threshold_sigmas, options.hypotheses, false);
+  const KeyframePairs pairs(window, kMaxLinkGap, options.min_points_per_pair);
+  GyroRotations gyro(window);
+  gyro.linearizeNear(gyro_bias, kRoughTolerance);
+  const ConsensusOptions consensus = {options.threshold_sigmas, options.hypotheses,
+                                      BaselineSearch::kAlways};
+  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, kMaxLinkGap), consensus,
+                     unknownBaselines(pairs))
+      .tracks;
 }
 
 }  // namespace slim_init

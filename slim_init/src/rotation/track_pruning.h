@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "data/with_sightings.h"
+#include "rotation/keyframe_pairs.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 
@@ -31,11 +32,24 @@ struct TrackPruning {
   }
 };
 
-/// Finds the translation direction of every keyframe pair of the checked gaps with the rotations of
-/// the gyro at `gyro_bias` [rad/s], and the sightings that disagree with it. A single bad sighting
-/// is dropped and its track goes on; where a track jumps for good it is cut. Pairs with fewer than
-/// min_points_per_pair common points are not tested, their sightings are kept. Deterministic.
+/// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) with the
+/// rotations of the gyro at `gyro_bias` [rad/s], and the sightings that disagree with it. A single
+/// bad sighting is dropped and its track goes on; where a track jumps for good it is cut. Pairs
+/// with fewer than min_points_per_pair common points are not tested, their sightings are kept.
+/// Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                          const TrackPruningOptions& options);
+
+/// A pruning with the baselines that it found.
+struct PairPruning {
+  TrackPruning tracks;
+  Baselines baselines;  ///< of the pairs of the checked gaps; as `known` for the others
+};
+
+/// The same for pairs at hand with `rotations` at the bias. A sighting disagrees above
+/// `consensus.truncation_sigmas` standard deviations; the baselines `known` compete.
+PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
+                        const PairRotations& rotations, const ConsensusOptions& consensus,
+                        Baselines known);
 
 }  // namespace slim_init

@@ -1,0 +1,127 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Numbers of the rotation stage that are not options: each with its unit and why it is what it is.
+#pragma once
+
+namespace slim_init {
+
+/// Cutoffs c of the robust weights in successive rounds of re-weighting, in standard deviations of
+/// a residual. The first ones are wide where the start may be wrong.
+struct CutoffSchedule {
+  double cutoff_sigmas[4];
+  int rounds;
+  const double* begin() const { return cutoff_sigmas; }
+  const double* end() const { return cutoff_sigmas + rounds; }
+};
+
+namespace rotation_constants {
+
+// ---- Keyframe pairs (keyframe_pairs.h)
+
+/// Distances [keyframes] between the two keyframes of a pair. The derivative of a rotation by the
+/// bias grows with the gap while its noise does not; doubling it keeps the number of pairs low.
+inline constexpr int kGaps[] = {1, 2, 4, 8};
+/// How far [rad/s] the bias may be from where the gyro was integrated: the correction of first
+/// order is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
+inline constexpr double kRelinearizeTolerance = 1e-3;
+/// The same for a search [rad/s]: below 1e-5 rad.
+inline constexpr double kRoughTolerance = 0.02;
+
+// ---- Residuals and baselines (pair_points.h)
+
+/// Floor of the variance of a residual over that of a bearing, |e x f|^2 summed over both views. A
+/// point nearer to the baseline than this has noise of second order that the weight, of first
+/// order, does not know.
+inline constexpr double kMinNoise = 1e-2;
+/// Mean squared residual [sigma^2] below which a baseline needs no rival; that of good data is one.
+inline constexpr double kGoodEnough = 1.3;
+/// Two-point directions tried per pair where no option says otherwise: with 40 % outliers all of
+/// them contain one with a probability of 1e-4.
+inline constexpr int kHypotheses = 20;
+
+// ---- Minimisation over the bias (multi_gap_bias.h)
+
+/// Prior of the baseline in its elimination, in variances of a bearing: half of one keeps the
+/// Hessian regular where the parallax is of the order of the noise (docs/derivation.md, 1.1).
+inline constexpr double kBaselinePriorSigmas2 = 0.5;
+/// Points, counted by their weight, below which a pair says nothing about the rotation: that has
+/// three degrees of freedom and the baseline two.
+inline constexpr double kMinRobustCount = 5.0;
+/// Marquardt damping, relative to the diagonal of the Hessian: at the start, and where another step
+/// is pointless.
+inline constexpr double kFirstDamping = 1e-4;
+inline constexpr double kLargestDamping = 1e6;
+/// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
+/// thousandth of a standard deviation of the bias in the last round, a tenth before.
+inline constexpr double kCostTolerance = 1e-9;
+inline constexpr double kRoundTolerance = 1e-5;
+/// A step below this changes no keyframe rotation by more than rounding [rad/s].
+inline constexpr double kStepTolerance = 1e-12;
+/// Keyframes, and points in every pair two keyframes apart, from which consecutive pairs stay out
+/// of the minimisation: they add a third to the time and then little to the bias.
+inline constexpr int kMinKeyframesToSkip = 8;
+inline constexpr int kPointsToSkip = 25;
+/// Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
+/// not built to better than a milliradian.
+inline constexpr double kVpModelVariance = 1e-6;
+
+// ---- Covariance of the bias (multi_gap_bias.h)
+
+/// Factor on the scatter of the tracks' gradients, which misses what the choice of outliers and of
+/// the minimum adds: over windows of eleven motions the errors are 1.2 times what it says.
+inline constexpr double kScatterInflation = 1.5;
+/// Share of the classical covariance that is added to it: stands for VP and prior terms, and bounds
+/// the result away from zero without noise.
+inline constexpr double kCurvatureShare = 0.02;
+
+// ---- Freed rotations (free_rotations.h)
+
+/// With a wider cutoff than this the baseline at hand is not to be trusted [sigma].
+inline constexpr double kWideCutoff = 5.0;
+/// Gauss-Newton steps per round of re-weighting; the weights of the next move the minimum anyway.
+inline constexpr int kFreeSteps = 3;
+/// Marquardt damping where a narrow view hardly tells a rotation from a translation.
+inline constexpr double kFreeDamping = 1e-3;
+/// Largest correction [rad], 17 deg; more is a wrong minimum.
+inline constexpr double kLargestCorrection = 0.3;
+
+// ---- Pruning (track_pruning.h)
+
+/// Largest keyframe gap between two sightings whose consistency is tested: over longer ones the
+/// rotation is less certain and clean tracks have drifted.
+inline constexpr int kMaxLinkGap = 4;
+/// Both begin to show at gaps above this many keyframes, where a link may have
+/// kLongLinkInflation times the squared residual.
+inline constexpr int kLongLinkGap = 2;
+inline constexpr double kLongLinkInflation = 2.0;
+
+// ---- Consensus (robust_bias.h)
+
+/// Largest gap of the start [keyframes]: a bias still unknown turns the camera little over it.
+inline constexpr int kStartGap = 2;
+/// Largest gap at which candidates are compared [keyframes]: a wrong bias shows at long ones, where
+/// on the other hand the jumps of a track add up.
+inline constexpr int kScoreGap = 4;
+/// A rival must be better than the noise of the consensus: its cost less than this share.
+inline constexpr double kScoreMargin = 0.99;
+/// Residuals of the consensus cost are truncated at this many standard deviations.
+inline constexpr double kTruncationSigmas = 3.0;
+/// Gap of the pairs that check the calibration [keyframes]: over two a camera has turned enough and
+/// the tracks have not yet drifted.
+inline constexpr int kFreeGap = 2;
+
+// ---- Schedules of re-weighting
+
+/// From a start that may be tens of residuals off (estimateMultiGapBias()).
+inline constexpr CutoffSchedule kFromFar = {{10.0, 5.0, 3.0, 3.0}, 4};
+/// Start from a bias of zero at short gaps: with the cutoff of the end, or with wide ones.
+inline constexpr CutoffSchedule kNarrowStart = {{3.0, 3.0}, 2};
+inline constexpr CutoffSchedule kWideStart = {{8.0, 4.0, 3.0}, 3};
+inline constexpr CutoffSchedule kWidestStart = {{16.0, 8.0, 3.0}, 3};
+/// Freed rotations where the bias looks clean, and where the calibration may be degrees off: 40 are
+/// 24 px, what eight degrees of extrinsic rotation make of a quick turn.
+inline constexpr CutoffSchedule kFreeFromClean = {{3.0}, 1};
+inline constexpr CutoffSchedule kFreeFromFar = {{40.0, 12.0, 4.0, 3.0}, 4};
+
+}  // namespace rotation_constants
+}  // namespace slim_init

@@ -1,0 +1,108 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The keyframe pairs of a window with their common points, built once and never changed, and what
+// is passed between the steps of the rotation stage: rotations at a bias, baselines, masks.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "imu/preintegration.h"
+#include "rotation/pair_points.h"
+#include "slim_init/init_window.h"
+
+namespace slim_init {
+
+/// Two keyframes i < j with the points seen in both.
+struct KeyframePair {
+  int i = 0, j = 0;
+  PairPoints points;
+  std::vector<int> sighting_i, sighting_j;  ///< of every point, into InitWindow::pointSightings()
+  std::vector<int> track;                   ///< of every point, into InitWindow::pointTracks()
+  bool use_points = false;                  ///< enough points to enter
+
+  int gap() const { return j - i; }
+};
+
+/// All pairs of a window 1, 2, 4 and 8 keyframes apart, ascending in the gap and then in i.
+class KeyframePairs {
+ public:
+  /// Pairs more than `max_gap` keyframes apart are left out; those with fewer than
+  /// `min_points_per_pair` common points do not use them.
+  KeyframePairs(const InitWindow& window, int max_gap, int min_points_per_pair);
+
+  std::size_t size() const { return pairs_.size(); }
+  const KeyframePair& operator[](std::size_t p) const { return pairs_[p]; }
+  std::vector<KeyframePair>::const_iterator begin() const { return pairs_.begin(); }
+  std::vector<KeyframePair>::const_iterator end() const { return pairs_.end(); }
+
+  int keyframes() const { return keyframes_; }
+  /// Standard deviation of a bearing [rad].
+  double sigma() const { return sigma_; }
+  /// Pairs that use their points.
+  int pointPairs() const;
+
+ private:
+  // Index of the pair (i, j) at i * keyframes + j, -1 where there is none.
+  std::vector<int> layOut(int max_gap);
+  void reserve(const InitWindow& window, const std::vector<int>& index);
+  void addPoints(const InitWindow& window, const std::vector<int>& index);
+
+  int keyframes_;
+  double sigma_;
+  std::vector<KeyframePair> pairs_;
+};
+
+/// Rotation of a pair as the gyroscope has it.
+struct PairRotation {
+  Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d dR_dbg = Eigen::Matrix3d::Zero();  ///< R Exp(dR_dbg d) for a bias d more
+};
+/// One per pair.
+using PairRotations = std::vector<PairRotation>;
+
+/// The gyroscope between the keyframes. Rotations at a bias are of first order about the bias of
+/// the last integration. Keeps a reference to the window.
+class GyroRotations {
+ public:
+  /// Integrates at a bias of zero.
+  explicit GyroRotations(const InitWindow& window);
+
+  /// Integrates anew at `gyro_bias` [rad/s] where the last integration is further off than
+  /// `tolerance` [rad/s].
+  void linearizeNear(const Eigen::Vector3d& gyro_bias, double tolerance);
+
+  /// Rotations of the pairs up to `max_gap` keyframes apart; the identity for the others.
+  PairRotations at(const Eigen::Vector3d& gyro_bias, const KeyframePairs& pairs, int max_gap) const;
+
+ private:
+  const InitWindow& window_;
+  std::vector<Preintegration> pre_;
+};
+
+/// Direction of translation per pair, unit, in c_i; zero where it is not known.
+using Baselines = std::vector<Eigen::Vector3d>;
+/// No baseline is known.
+Baselines unknownBaselines(const KeyframePairs& pairs);
+
+/// Baselines of all pairs.
+struct BaselineConsensus {
+  Baselines baselines;
+  /// Mean over the points of the squared residual, truncated [sigma^2].
+  double cost = 0.0;
+};
+
+/// Baselines of the pairs up to `max_gap` keyframes apart by consensus at known rotations; those
+/// `known` compete (PairPoints::consensusBaseline()). Longer pairs keep what is known.
+BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations& rotations,
+                                int max_gap, const ConsensusOptions& options, Baselines known);
+
+/// Per pair and point: 1 used, 0 left out. Without entries every point is used.
+using PointMasks = std::vector<Eigen::ArrayXd>;
+
+/// Leaves out the points of a pair of which a sighting is dropped, or whose track is cut between
+/// both. `keep`: one SightingVerdict per sighting of `window`.
+PointMasks masksOf(const InitWindow& window, const KeyframePairs& pairs,
+                   const std::vector<char>& keep);
+
+}  // namespace slim_init

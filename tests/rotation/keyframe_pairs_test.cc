@@ -1,0 +1,182 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "rotation/keyframe_pairs.h"
+
+#include <gtest/gtest.h>
+
+#include "data/with_sightings.h"
+#include "geometry/so3.h"
+#include "rotation/constants.h"
+#include "rotation/multi_gap_bias.h"
+#include "support/exact_window.h"
+#include "support/true_state.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+TEST(KeyframePairs, AllGapsWithTheirCommonPoints) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const KeyframePairs pairs(*exact.window, 8, 6);
+  ASSERT_EQ(pairs.size(), 9u + 8u + 6u + 2u);
+  EXPECT_EQ(KeyframePairs(*exact.window, 4, 6).size(), 9u + 8u + 6u);
+  EXPECT_EQ(pairs.pointPairs(), 25);
+  EXPECT_EQ(KeyframePairs(*exact.window, 8, 1000).pointPairs(), 0);
+  const std::vector<PointSighting>& s = exact.window->pointSightings();
+  int last_gap = 1;
+  for (const KeyframePair& pair : pairs) {
+    EXPECT_GE(pair.gap(), last_gap);
+    last_gap = pair.gap();
+    for (int k = 0; k < pair.points.count(); ++k) {
+      EXPECT_EQ(s[pair.sighting_i[k]].keyframe, pair.i);
+      EXPECT_EQ(s[pair.sighting_j[k]].keyframe, pair.j);
+      EXPECT_EQ(pair.points.bearingsI().row(k).transpose().matrix(), s[pair.sighting_i[k]].bearing);
+      const Track& track = exact.window->pointTracks()[pair.track[k]];
+      EXPECT_LE(track.begin, pair.sighting_i[k]);
+      EXPECT_LT(pair.sighting_j[k], track.end);
+    }
+  }
+}
+
+TEST(GyroRotations, AreThoseOfTheMotionAtTheTrueBias) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const KeyframePairs pairs(*exact.window, 8, 6);
+  const Matrix3d& R_b_c = exact.window->calibration().R_b_c;
+  const WindowState truth = trueState(exact);
+  GyroRotations gyro(*exact.window);
+  gyro.linearizeNear(truth.gyro_bias, 1e-6);
+  const PairRotations at = gyro.at(truth.gyro_bias, pairs, 4);
+  ASSERT_EQ(at.size(), pairs.size());
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const Matrix3d R = R_b_c.transpose() * truth.R_b0_bk[pairs[p].i].transpose() *
+                       truth.R_b0_bk[pairs[p].j] * R_b_c;
+    if (pairs[p].gap() > 4) {
+      EXPECT_EQ(at[p].R_ci_cj, Matrix3d::Identity()) << "beyond the gaps asked for";
+    } else {
+      EXPECT_LT((at[p].R_ci_cj - R).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(GyroRotations, DerivativeAgreesWithDifferences) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const KeyframePairs pairs(*exact.window, 8, 6);
+  const GyroRotations gyro(*exact.window);
+  const Vector3d bias(1e-3, -2e-3, 1e-3), step(1e-6, 2e-6, -1e-6);
+  const PairRotations at = gyro.at(bias, pairs, 8);
+  const PairRotations moved = gyro.at(bias + step, pairs, 8);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const Vector3d turned = logSO3(at[p].R_ci_cj.transpose() * moved[p].R_ci_cj);
+    EXPECT_LT((turned - at[p].dR_dbg * step).norm(), 1e-4 * turned.norm());
+  }
+}
+
+TEST(GyroRotations, IntegratesAnewBeyondTheToleranceOnly) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const KeyframePairs pairs(*exact.window, 8, 6);
+  const Vector3d bias = ExactWindowOptions().gyro_bias;
+  GyroRotations untouched(*exact.window), within(*exact.window), beyond(*exact.window);
+  within.linearizeNear(bias, 1.0);
+  beyond.linearizeNear(bias, 1e-3);
+  const std::size_t longest = pairs.size() - 1;
+  const Matrix3d first_order = untouched.at(bias, pairs, 8)[longest].R_ci_cj;
+  EXPECT_EQ(within.at(bias, pairs, 8)[longest].R_ci_cj, first_order);
+  EXPECT_NE(beyond.at(bias, pairs, 8)[longest].R_ci_cj, first_order);
+}
+
+TEST(FindBaselines, FindsThoseOfTheMotionAndKeepsWhatIsBeyondTheGaps) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const KeyframePairs pairs(*exact.window, 8, 6);
+  const WindowState truth = trueState(exact);
+  GyroRotations gyro(*exact.window);
+  gyro.linearizeNear(truth.gyro_bias, 1e-6);
+  Baselines known = unknownBaselines(pairs);
+  known.back() = Vector3d::UnitY();
+  const BaselineConsensus found =
+      findBaselines(pairs, gyro.at(truth.gyro_bias, pairs, 4), 4, ConsensusOptions(), known);
+  EXPECT_LT(found.cost, 1e-3);
+  EXPECT_EQ(found.baselines.back(), Vector3d::UnitY());
+  const Calibration& calibration = exact.window->calibration();
+  const auto centre = [&](int k) { return cameraCentre(truth, k, calibration.t_b_c); };
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    if (pairs[p].gap() > 4) continue;
+    const Vector3d t = calibration.R_b_c.transpose() * (truth.R_b0_bk[pairs[p].i].transpose() *
+                                                        (centre(pairs[p].j) - centre(pairs[p].i)));
+    EXPECT_NEAR(std::abs(found.baselines[p].dot(t.normalized())), 1.0, 1e-5) << p;
+  }
+}
+
+TEST(MasksOf, LeaveOutDroppedSightingsAndLinksAcrossACut) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const InitWindow& window = *exact.window;
+  const KeyframePairs pairs(window, 8, 6);
+  std::vector<char> keep(window.pointSightings().size(), kKeepSighting);
+  for (const Eigen::ArrayXd& mask : masksOf(window, pairs, keep)) EXPECT_TRUE((mask == 1.0).all());
+  int track = 0;
+  while (window.pointTracks()[track].size() < 6) ++track;
+  const int begin = window.pointTracks()[track].begin;
+  keep[begin + 1] = kDropSighting;
+  keep[begin + 3] = kStartTrack;
+  const PointMasks masks = masksOf(window, pairs, keep);
+  int left_out = 0;
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    for (int k = 0; k < pairs[p].points.count(); ++k) {
+      const int a = pairs[p].sighting_i[k], b = pairs[p].sighting_j[k];
+      const bool dropped = a == begin + 1 || b == begin + 1;
+      const bool across = pairs[p].track[k] == track && a < begin + 3 && b >= begin + 3;
+      EXPECT_EQ(masks[p][k], dropped || across ? 0.0 : 1.0);
+      left_out += masks[p][k] == 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(left_out, 0);
+}
+
+TEST(MultiGapProblem, ConsecutivePairsEnterWhereLongerOnesHaveFewPoints) {
+  const MultiGapBiasOptions options;
+  const auto firstGap = [&](int keyframes, int points, ConsecutivePairs use) {
+    ExactWindowOptions window;
+    window.keyframes = keyframes;
+    window.points = points;
+    const ExactWindow exact = makeExactWindow(window);
+    const MultiGapProblem problem(*exact.window, nullptr, options);
+    return problem.gaps(use, 8).from;
+  };
+  EXPECT_EQ(firstGap(10, 100, ConsecutivePairs::kWhereNeeded), 2);
+  EXPECT_EQ(firstGap(10, 100, ConsecutivePairs::kUse), 1);
+  EXPECT_EQ(firstGap(10, 15, ConsecutivePairs::kWhereNeeded), 1);
+  EXPECT_EQ(firstGap(7, 100, ConsecutivePairs::kWhereNeeded), 1);
+}
+
+TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
+  ExactWindowOptions window;
+  window.pixel_noise = 0.6;
+  const ExactWindow exact = makeExactWindow(window);
+  const MultiGapBiasOptions options;
+  MultiGapProblem problem(*exact.window, nullptr, options);
+  const GapRange gaps = problem.gaps(ConsecutivePairs::kUse, 8);
+  const auto minimum = [&]() {
+    return problem.minimize(window.gyro_bias, gaps, rotation_constants::kNarrowStart, {},
+                            unknownBaselines(problem.pairs()));
+  };
+  const Vector3d first = minimum().gyro_bias;
+  // At another bias, with other weights: nothing of it stays but where the gyro was integrated.
+  Baselines elsewhere = unknownBaselines(problem.pairs());
+  problem.weigh(Vector3d(0.3, -0.3, 0.3), gaps, 3.0, {}, &elsewhere);
+  EXPECT_LT((minimum().gyro_bias - first).norm(), 1e-9);
+}
+
+TEST(CutoffSchedules, EndAtTheCutoffOfTheConsensus) {
+  using namespace rotation_constants;  // NOLINT: what is tested
+  for (const CutoffSchedule& schedule :
+       {kFromFar, kNarrowStart, kWideStart, kWidestStart, kFreeFromClean, kFreeFromFar}) {
+    ASSERT_GE(schedule.rounds, 1);
+    ASSERT_LE(schedule.rounds, 4);
+    EXPECT_EQ(*(schedule.end() - 1), kTruncationSigmas);
+    for (const double* c = schedule.begin() + 1; c < schedule.end(); ++c) EXPECT_LE(*c, *(c - 1));
+  }
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,141 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "rotation/track_pruning.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "rotation/constants.h"
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using Eigen::Vector3d;
+
+ExactWindow noisyWindow() {
+  ExactWindowOptions options;
+  options.seed = 2;
+  options.pixel_noise = 0.6;
+  options.imu_noise = true;
+  return makeExactWindow(options);
+}
+
+void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
+  const Vector3d f = point->bearing / point->bearing.z();
+  point->bearing = (f + Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
+}
+
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
+                                           const std::vector<FrameObservation>& frames) {
+  std::string error;
+  auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
+  EXPECT_NE(window, nullptr) << error;
+  return window;
+}
+
+TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
+  const ExactWindow exact = noisyWindow();
+  // A track of at least six sightings, bent in the middle, in both axes.
+  const InitWindow& clean = *exact.window;
+  const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
+                                  [](const Track& t) { return t.size() >= 6; });
+  ASSERT_NE(track, clean.pointTracks().end());
+  const int keyframe = clean.pointSightings()[track->begin + 3].keyframe;
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (PointObservation& point : frames[keyframe].points) {
+    if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
+  }
+  const auto window = windowOf(exact, frames);
+  const TrackPruning pruning =
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+  const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
+                                 [&](const Track& t) { return t.id == track->id; });
+  for (int a = bent->begin; a < bent->end; ++a) {
+    const bool bad = window->pointSightings()[a].keyframe == keyframe;
+    EXPECT_EQ(pruning.keep[a], bad ? kDropSighting : kKeepSighting) << a - bent->begin;
+  }
+}
+
+TEST(TrackPruning, JumpForGoodCutsTheTrack) {
+  const ExactWindow exact = noisyWindow();
+  const InitWindow& clean = *exact.window;
+  const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
+                                  [](const Track& t) { return t.size() >= 8; });
+  ASSERT_NE(track, clean.pointTracks().end());
+  const int keyframe = clean.pointSightings()[track->begin + 4].keyframe;
+  std::vector<FrameObservation> frames = exact.keyframes;
+  for (std::size_t k = keyframe; k < frames.size(); ++k) {
+    for (PointObservation& point : frames[k].points) {
+      if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
+    }
+  }
+  const auto window = windowOf(exact, frames);
+  const TrackPruning pruning =
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+  const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
+                                 [&](const Track& t) { return t.id == track->id; });
+  EXPECT_EQ(pruning.keep[bent->begin + 4], kStartTrack);
+  const auto pruned = withSightings(*window, pruning.keep);
+  ASSERT_NE(pruned, nullptr);
+  int pieces = 0;
+  for (const Track& t : pruned->pointTracks()) pieces += t.id == track->id ? 1 : 0;
+  EXPECT_EQ(pieces, 2);
+}
+
+TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const TrackPruning pruning =
+      pruneTracks(*exact.window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+  EXPECT_GT(pruning.checked, 0);
+  EXPECT_EQ(pruning.inconsistent, 0);
+  EXPECT_EQ(pruning.dropped, 0);
+  EXPECT_EQ(pruning.cuts, 0);
+  EXPECT_EQ(pruning.pairs, 9 + 8 + 6) << "gaps 1, 2 and 4 of ten keyframes";
+  // A bias that is far off contradicts most of them.
+  const Vector3d wrong = ExactWindowOptions().gyro_bias + Vector3d(0.5, -0.5, 0.5);
+  const TrackPruning contradicted = pruneTracks(*exact.window, wrong, TrackPruningOptions());
+  EXPECT_LT(contradicted.inlierFraction(), 0.5);
+  EXPECT_GT(contradicted.dropped, 0);
+}
+
+TEST(TrackPruning, PairsWithFewPointsAreNotTested) {
+  ExactWindowOptions few;
+  few.points = 5;
+  const ExactWindow exact = makeExactWindow(few);
+  const Vector3d wrong = few.gyro_bias + Vector3d(0.5, -0.5, 0.5);
+  TrackPruningOptions options;
+  options.min_points_per_pair = 6;
+  const TrackPruning untested = pruneTracks(*exact.window, wrong, options);
+  EXPECT_EQ(untested.pairs, 0);
+  EXPECT_EQ(untested.checked, 0);
+  EXPECT_EQ(untested.dropped, 0);
+  EXPECT_EQ(untested.inlierFraction(), 1.0);
+  options.min_points_per_pair = 3;
+  EXPECT_GT(pruneTracks(*exact.window, wrong, options).pairs, 0);
+}
+
+TEST(TrackPruning, PairsAtHandGiveTheSameAnswer) {
+  const ExactWindow exact = noisyWindow();
+  const Vector3d bias = ExactWindowOptions().gyro_bias;
+  const TrackPruningOptions options;
+  const TrackPruning alone = pruneTracks(*exact.window, bias, options);
+  // Pairs of more gaps than the pruning needs.
+  const KeyframePairs pairs(*exact.window, 8, options.min_points_per_pair);
+  GyroRotations gyro(*exact.window);
+  gyro.linearizeNear(bias, rotation_constants::kRoughTolerance);
+  Baselines known = unknownBaselines(pairs);
+  known.back() = Vector3d::UnitY();
+  const PairPruning shared =
+      pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
+                  {options.threshold_sigmas, options.hypotheses, BaselineSearch::kAlways}, known);
+  EXPECT_EQ(shared.tracks.keep, alone.keep);
+  EXPECT_EQ(shared.tracks.pairs, alone.pairs);
+  ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);
+  EXPECT_EQ(shared.baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";
+  EXPECT_GT(shared.baselines.front().norm(), 0.0);
+}
+
+}  // namespace
+}  // namespace slim_init
