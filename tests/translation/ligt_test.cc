@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "support/exact_window.h"
 
@@ -34,6 +35,15 @@ Truth cameraTruth(const ExactWindow& exact) {
   }
   truth.centres_c0 /= (truth.centres_c0.colwise() - truth.centres_c0.rowwise().mean()).norm();
   return truth;
+}
+
+TEST(Ligt, BaseViewsAreThoseWithTheLargestParallax) {
+  const auto at = [](double angle) { return Vector3d(std::sin(angle), 0.0, std::cos(angle)); };
+  const BaseViews base = chooseBaseViews({at(0.1), at(-0.2), at(0.15), at(0.12)});
+  EXPECT_EQ(base.l, 1);
+  EXPECT_EQ(base.r, 2);
+  EXPECT_NEAR(base.parallax2, std::pow(std::sin(0.35), 2), 1e-15);
+  EXPECT_LT(chooseBaseViews({at(0.1)}).parallax2, 0.0);
 }
 
 TEST(Ligt, RowVanishesForThreeViewsOfAPoint) {

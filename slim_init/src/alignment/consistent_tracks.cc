@@ -5,21 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
 #include "translation/ligt.h"
 
 namespace slim_init {
 namespace {
 
+using namespace alignment_constants;  // NOLINT: the constants of this module
+
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
-
-// A track agrees up to this many standard deviations, root mean square of its residuals.
-constexpr double kAgreement = 3.0;
-constexpr double kGraduation = 1.4;
-constexpr int kMaxGraduations = 40;
-// Without parallax a track has no say [rad^2].
-constexpr double kMinParallax2 = 1e-8;
 
 // (x^T A x + 2 b^T x + c) / rows: mean squared residual of a track [rad^2].
 struct TrackCost {
@@ -32,6 +28,106 @@ struct TrackCost {
   }
 };
 
+// The cost of a track at the centres C(x) = A x + c0: LiGT rows (docs/derivation.md, 2) divided by
+// |theta|^2 and by the distance of the point, which turns them into angles. `views`: its sightings;
+// `u`: their bearings in b0; `centres`: of an earlier pass, stacked, or empty: every point is at 1
+// m. No rows without parallax or with two views only.
+TrackCost costOf(const PointSighting* views, const std::vector<Eigen::Vector3d>& u,
+                 const LinearMotion& motion, const Eigen::VectorXd& c0,
+                 const Eigen::VectorXd& centres) {
+  TrackCost cost;
+  const BaseViews base = chooseBaseViews(u);
+  if (base.parallax2 < kMinParallax2) return cost;
+  const int k_l = views[base.l].keyframe;
+  const int k_r = views[base.r].keyframe;
+  const bool known = centres.size() > 0;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  if (known) {
+    const Eigen::Vector3d baseline = centres.segment<3>(3 * k_r) - centres.segment<3>(3 * k_l);
+    const double depth = u[base.l].cross(u[base.r]).dot(baseline.cross(u[base.r])) / base.parallax2;
+    point = centres.segment<3>(3 * k_l) + depth * u[base.l];
+  }
+  for (int a = 0; a < static_cast<int>(u.size()); ++a) {
+    if (a == base.l || a == base.r) continue;
+    const int k = views[a].keyframe;
+    const LigtRow row = ligtRow(u[base.l], u[base.r], u[a]);
+    double distance = 1.0;
+    if (known) distance = std::max((point - centres.segment<3>(3 * k)).norm(), kMinDistance);
+    const double to_angle = 1.0 / (base.parallax2 * distance);
+    const auto at = [&](const auto& stacked) {
+      return (to_angle * (row.block_l * stacked.template middleRows<3>(3 * k_l) +
+                          row.block_r * stacked.template middleRows<3>(3 * k_r) +
+                          row.block_i * stacked.template middleRows<3>(3 * k)))
+          .eval();
+    };
+    const Eigen::Matrix<double, 3, 9> LA = at(motion.position);
+    const Eigen::Vector3d Lc = at(c0);
+    cost.A.noalias() += LA.transpose() * LA;
+    cost.b.noalias() += LA.transpose() * Lc;
+    cost.c += Lc.squaredNorm();
+    cost.rows += 2;  // three equations, two of them independent
+  }
+  return cost;
+}
+
+// What the minimisation over x knows besides the tracks.
+struct Prior {
+  double sigma_rad;          // of a bearing
+  double gravity_magnitude;  // [m/s^2]
+  double accel_bias;         // standard deviation [m/s^2]
+};
+
+// Weighted least squares over the tracks, |g| fixed; false where the problem is singular.
+bool solveWeighted(const std::vector<TrackCost>& costs, const std::vector<double>& weight,
+                   const Prior& prior, Vector9d* x) {
+  Matrix9d A = Matrix9d::Zero();
+  Vector9d b = Vector9d::Zero();
+  for (std::size_t t = 0; t < costs.size(); ++t) {
+    if (weight[t] == 0.0) continue;
+    A += weight[t] * costs[t].A;
+    b += weight[t] * costs[t].b;
+  }
+  const double information = 1.0 / (prior.sigma_rad * prior.sigma_rad);
+  A *= information;
+  b *= information;
+  A.diagonal().segment<3>(3).array() += 1.0 / (prior.accel_bias * prior.accel_bias);
+  Eigen::VectorXd solution;
+  if (!solveGravityConstrained(A, -b, prior.gravity_magnitude, &solution)) return false;
+  *x = solution;
+  return true;
+}
+
+// Truncated least squares by graduated non-convexity: Yang, Antonante, Tzoumas and Carlone,
+// "Graduated Non-Convexity for Robust Spatial Perception", RA-L 2020, surrogate and weights of
+// section IV (TLS), docs/derivation.md 3.4. `bound2`: where the loss is cut off [rad^2].
+bool graduate(const std::vector<TrackCost>& costs, double bound2, const Prior& prior, Vector9d* x) {
+  std::vector<double> weight(costs.size(), 1.0);
+  if (!solveWeighted(costs, weight, prior, x)) return false;
+  double largest = 0.0;
+  for (const TrackCost& cost : costs) {
+    if (cost.rows > 0) largest = std::max(largest, cost(*x));
+  }
+  // mu grows from a nearly convex surrogate to the truncated cost.
+  double mu = largest > bound2 ? bound2 / (2.0 * largest - bound2) : kNothingToTruncate;
+  for (int i = 0; i < kMaxGraduations && mu < kTruncated; ++i, mu *= kGraduation) {
+    bool settled = true;
+    for (std::size_t t = 0; t < costs.size(); ++t) {
+      if (costs[t].rows == 0) continue;
+      const double residual2 = costs[t](*x);
+      const double low = mu / (mu + 1.0) * bound2, high = (mu + 1.0) / mu * bound2;
+      weight[t] = 0.0;
+      if (residual2 <= low) weight[t] = 1.0;
+      if (residual2 > low && residual2 < high) {
+        weight[t] = std::sqrt(bound2 * mu * (mu + 1.0) / residual2) - mu;
+        settled = false;
+      }
+    }
+    if (!solveWeighted(costs, weight, prior, x)) return false;
+    if (settled) break;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion& motion,
@@ -39,110 +135,25 @@ std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion&
                                    double gravity_magnitude, double accel_bias_prior) {
   const std::vector<Track>& tracks = window.pointTracks();
   const std::vector<PointSighting>& sightings = window.pointSightings();
-  std::vector<char> agrees(tracks.size(), 1);
-  const Eigen::VectorXd c0 = motion.position0 + motion.lever;
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
+  const Eigen::VectorXd c0 = motion.position0 + motion.lever;
+  const Prior prior = {sigma_rad, gravity_magnitude, accel_bias_prior};
+  const double bound2 = kAgreementSigmas * kAgreementSigmas * sigma_rad * sigma_rad;
 
-  // Centres in units of 1 m distance to every point until the first pass knows better.
-  Eigen::VectorXd centres;
-  std::vector<double> weight(tracks.size(), 1.0);
-  std::vector<Eigen::Vector3d> u;
+  std::vector<char> agrees(tracks.size(), 1);
   std::vector<TrackCost> costs(tracks.size());
-  const double bound2 = kAgreement * kAgreement * sigma_rad * sigma_rad;
-  constexpr int kPasses = 2;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  std::vector<Eigen::Vector3d> u;
+  Eigen::VectorXd centres;  // not known until the first pass has an answer
+  for (int pass = 0; pass < kDistancePasses; ++pass) {
     for (std::size_t t = 0; t < tracks.size(); ++t) {
-      TrackCost& cost = costs[t];
-      cost = TrackCost();
       u.clear();
       for (int s = tracks[t].begin; s < tracks[t].end; ++s) {
         u.push_back(R_b0_bk[sightings[s].keyframe] * R_b_c * sightings[s].bearing);
       }
-      int l = 0, r = 0;
-      double parallax2 = 0.0;
-      for (int a = 0; a < tracks[t].size(); ++a) {
-        for (int b = a + 1; b < tracks[t].size(); ++b) {
-          const double value = u[a].cross(u[b]).squaredNorm();
-          if (value > parallax2) {
-            parallax2 = value;
-            l = a;
-            r = b;
-          }
-        }
-      }
-      if (parallax2 < kMinParallax2) continue;
-      const int k_l = sightings[tracks[t].begin + l].keyframe;
-      const int k_r = sightings[tracks[t].begin + r].keyframe;
-      Eigen::Vector3d point = Eigen::Vector3d::Zero();
-      if (pass > 0) {
-        const Eigen::Vector3d baseline = centres.segment<3>(3 * k_r) - centres.segment<3>(3 * k_l);
-        const double depth = u[l].cross(u[r]).dot(baseline.cross(u[r])) / parallax2;
-        point = centres.segment<3>(3 * k_l) + depth * u[l];
-      }
-      for (int a = 0; a < tracks[t].size(); ++a) {
-        if (a == l || a == r) continue;
-        const int k = sightings[tracks[t].begin + a].keyframe;
-        const LigtRow row = ligtRow(u[l], u[r], u[a]);
-        double distance = 1.0;
-        if (pass > 0) distance = std::max((point - centres.segment<3>(3 * k)).norm(), 1e-3);
-        const double to_angle = 1.0 / (parallax2 * distance);
-        const auto at = [&](const auto& stacked) {
-          return (to_angle * (row.block_l * stacked.template middleRows<3>(3 * k_l) +
-                              row.block_r * stacked.template middleRows<3>(3 * k_r) +
-                              row.block_i * stacked.template middleRows<3>(3 * k)))
-              .eval();
-        };
-        const Eigen::Matrix<double, 3, 9> LA = at(motion.position);
-        const Eigen::Vector3d Lc = at(c0);
-        cost.A.noalias() += LA.transpose() * LA;
-        cost.b.noalias() += LA.transpose() * Lc;
-        cost.c += Lc.squaredNorm();
-        cost.rows += 2;  // three equations, two of them independent
-      }
+      costs[t] = costOf(&sightings[tracks[t].begin], u, motion, c0, centres);
     }
-
     Vector9d x = Vector9d::Zero();
-    const auto solve = [&] {
-      Matrix9d A = Matrix9d::Zero();
-      Vector9d b = Vector9d::Zero();
-      for (std::size_t t = 0; t < tracks.size(); ++t) {
-        if (weight[t] == 0.0) continue;
-        A += weight[t] * costs[t].A;
-        b += weight[t] * costs[t].b;
-      }
-      const double information = 1.0 / (sigma_rad * sigma_rad);
-      A *= information;
-      b *= information;
-      A.diagonal().segment<3>(3).array() += 1.0 / (accel_bias_prior * accel_bias_prior);
-      Eigen::VectorXd solution;
-      if (!solveGravityConstrained(A, -b, gravity_magnitude, &solution)) return false;
-      x = solution;
-      return true;
-    };
-    std::fill(weight.begin(), weight.end(), 1.0);
-    if (!solve()) return agrees;
-    double largest = 0.0;
-    for (const TrackCost& cost : costs) {
-      if (cost.rows > 0) largest = std::max(largest, cost(x));
-    }
-    // mu grows from a nearly convex surrogate to the truncated cost.
-    double mu = largest > bound2 ? bound2 / (2.0 * largest - bound2) : 1e6;
-    for (int i = 0; i < kMaxGraduations && mu < 1e3; ++i, mu *= kGraduation) {
-      bool settled = true;
-      for (std::size_t t = 0; t < tracks.size(); ++t) {
-        if (costs[t].rows == 0) continue;
-        const double residual2 = costs[t](x);
-        const double low = mu / (mu + 1.0) * bound2, high = (mu + 1.0) / mu * bound2;
-        weight[t] = 0.0;
-        if (residual2 <= low) weight[t] = 1.0;
-        if (residual2 > low && residual2 < high) {
-          weight[t] = std::sqrt(bound2 * mu * (mu + 1.0) / residual2) - mu;
-          settled = false;
-        }
-      }
-      if (!solve()) return agrees;
-      if (settled) break;
-    }
+    if (!graduate(costs, bound2, prior, &x)) return agrees;
     centres = motion.position * x + c0;
     for (std::size_t t = 0; t < tracks.size(); ++t) {
       agrees[t] = costs[t].rows == 0 || costs[t](x) <= bound2 ? 1 : 0;

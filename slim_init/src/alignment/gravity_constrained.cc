@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "alignment/constants.h"
+
 namespace slim_init {
 
 Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d& m, double G) {
@@ -28,7 +30,7 @@ Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d
     double low = tiny;
     double high = h.norm() / G;  // |g(high)| <= |h| / high = G
     double nu = low;
-    for (int i = 0; i < 100; ++i) {
+    for (int i = 0; i < alignment_constants::kMaxSecularSteps; ++i) {
       const Eigen::Vector3d at = h.array() / (d.array() + nu);
       const double length = at.norm();
       (length > G ? low : high) = nu;
@@ -57,9 +59,10 @@ bool solveGravityConstrained(const Eigen::MatrixXd& H, const Eigen::VectorXd& b,
   }
   const Eigen::MatrixXd A = scale.asDiagonal() * H.topLeftCorner(q, q) * scale.asDiagonal();
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(A);
-  // With a unit diagonal a pivot of 1e-14 is rounding: the unknown is not determined. Input that is
-  // not finite fails this test as well.
-  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 1e-14)) return false;
+  // Input that is not finite fails this test as well.
+  if (ldlt.info() != Eigen::Success ||
+      !(ldlt.vectorD().minCoeff() > alignment_constants::kMinPivot))
+    return false;
 
   Eigen::MatrixXd rhs(q, 4);
   rhs.leftCols<3>() = scale.asDiagonal() * H.bottomLeftCorner(3, q).transpose();

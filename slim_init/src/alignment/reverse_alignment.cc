@@ -5,15 +5,19 @@
 #include <cmath>
 #include <limits>
 
+#include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
 
 namespace slim_init {
 namespace {
 
+using namespace alignment_constants;  // NOLINT: the constants of this module
+
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 
-// Everything that does not depend on u, projected onto the nine unknowns.
+// The cost of docs/derivation.md, 3.2: everything that does not depend on u, projected onto the
+// nine unknowns.
 class ReverseCost {
  public:
   ReverseCost(const LinearMotion& motion, const Eigen::VectorXd& shape,
@@ -52,6 +56,43 @@ class ReverseCost {
   double c0Hc0_ = 0.0;
   double shape_c0_ = 0.0;
 };
+
+// The cost over log(scale) has one basin per plausible scale: a grid first, golden section search
+// about its lowest point. NaN where the cost is finite nowhere on the grid.
+double bestLogScale(const ReverseCost& cost, const ReverseAlignmentOptions& options) {
+  Eigen::VectorXd x;
+  const double step = std::log(options.max_scale / options.min_scale) / (options.grid - 1);
+  double best_cost = std::numeric_limits<double>::infinity();
+  double best = 0.0;
+  for (int k = 0; k < options.grid; ++k) {
+    const double log_scale = std::log(options.min_scale) + k * step;
+    const double value = cost(std::exp(-log_scale), &x);
+    if (value < best_cost) {
+      best_cost = value;
+      best = log_scale;
+    }
+  }
+  if (!std::isfinite(best_cost)) return kNotComputed;
+  double low = best - step, high = best + step;
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double f_a = cost(std::exp(-a), &x), f_b = cost(std::exp(-b), &x);
+  while (high - low > options.log_scale_tolerance) {
+    if (f_a < f_b) {
+      high = b;
+      b = a;
+      f_b = f_a;
+      a = high - kGolden * (high - low);
+      f_a = cost(std::exp(-a), &x);
+    } else {
+      low = a;
+      a = b;
+      f_a = f_b;
+      b = low + kGolden * (high - low);
+      f_b = cost(std::exp(-b), &x);
+    }
+  }
+  return 0.5 * (low + high);
+}
 
 }  // namespace
 
@@ -114,50 +155,18 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
   const ReverseCost cost(motion, shape, information_b0, kappa, options.accel_bias_prior,
                          gravity_magnitude);
 
-  // The cost over log(scale) has one basin per plausible scale: grid first, golden section after.
+  const double log_scale = bestLogScale(cost, options);
+  if (!std::isfinite(log_scale)) return out;
   Eigen::VectorXd x;
-  const double step = std::log(options.max_scale / options.min_scale) / (options.grid - 1);
-  double best_cost = std::numeric_limits<double>::infinity();
-  double best = 0.0;
-  for (int k = 0; k < options.grid; ++k) {
-    const double log_scale = std::log(options.min_scale) + k * step;
-    const double value = cost(std::exp(-log_scale), &x);
-    if (value < best_cost) {
-      best_cost = value;
-      best = log_scale;
-    }
-  }
-  if (!std::isfinite(best_cost)) return out;
-  constexpr double kGolden = 0.6180339887498949;
-  double low = best - step, high = best + step;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-  double f_a = cost(std::exp(-a), &x), f_b = cost(std::exp(-b), &x);
-  while (high - low > options.log_scale_tolerance) {
-    if (f_a < f_b) {
-      high = b;
-      b = a;
-      f_b = f_a;
-      a = high - kGolden * (high - low);
-      f_a = cost(std::exp(-a), &x);
-    } else {
-      low = a;
-      a = b;
-      f_a = f_b;
-      b = low + kGolden * (high - low);
-      f_b = cost(std::exp(-b), &x);
-    }
-  }
-  const double log_scale = 0.5 * (low + high);
   out.cost = cost(std::exp(-log_scale), &x);
   if (!std::isfinite(out.cost)) return out;
 
   // Half the second derivative of a chi-square over log(scale) is its inverse variance.
-  constexpr double kProbe = 1e-2;
   Eigen::VectorXd unused;
-  const double curvature = (cost(std::exp(-log_scale - kProbe), &unused) - 2.0 * out.cost +
-                            cost(std::exp(-log_scale + kProbe), &unused)) /
-                           (kProbe * kProbe);
-  out.scale_sigma = 1.0 / std::sqrt(std::max(0.5 * curvature, 1e-12));
+  const double curvature = (cost(std::exp(-log_scale - kCurvatureStep), &unused) - 2.0 * out.cost +
+                            cost(std::exp(-log_scale + kCurvatureStep), &unused)) /
+                           (kCurvatureStep * kCurvatureStep);
+  out.scale_sigma = 1.0 / std::sqrt(std::max(0.5 * curvature, kMinCurvature));
   out.scale = std::exp(log_scale);
   setSolution(motion, x, &out);
   return out;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "alignment/consistent_tracks.h"
+#include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
 #include "data/with_sightings.h"
 
@@ -67,8 +68,7 @@ ReverseEstimate alignTight(const LinearMotion& motion, const Eigen::Matrix3Xd& s
   // The weight against the bias prior needs the spread, which is part of the answer.
   Eigen::VectorXd x;
   double metres = 1.0;
-  constexpr int kPasses = 3;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  for (int pass = 0; pass < alignment_constants::kTightPasses; ++pass) {
     const double weight = observations / std::max(lambda * metres * metres, 1e-300);
     Eigen::MatrixXd M = weight * AHA;
     M.diagonal().segment<3>(3).array() += 1.0 / (accel_bias_prior * accel_bias_prior);

@@ -13,25 +13,6 @@
 namespace slim_init {
 namespace {
 
-// Base views of a track: the two sightings with the largest rotation-compensated parallax.
-struct BaseViews {
-  int l = 0, r = 0;         // offsets into the track, l < r
-  double parallax2 = -1.0;  // |u_l x u_r|^2
-};
-
-BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u) {
-  BaseViews best;
-  for (std::size_t a = 0; a < u.size(); ++a) {
-    for (std::size_t b = a + 1; b < u.size(); ++b) {
-      const double parallax2 = u[a].cross(u[b]).squaredNorm();
-      if (parallax2 > best.parallax2) {
-        best = {static_cast<int>(a), static_cast<int>(b), parallax2};
-      }
-    }
-  }
-  return best;
-}
-
 // Adds the rows of all line tracks to the lower triangle of H.
 int addLineRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
                 const AlignmentOptions& options, double weight, Eigen::MatrixXd* H) {
@@ -67,7 +48,80 @@ int addLineRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_
   return rows;
 }
 
+// Depth in the left base view, up to a positive factor, is row . (c_r - c_l).
+struct Vote {
+  int l, r;
+  Eigen::Vector3d row;
+};
+
+// What the point tracks say.
+struct PointRows {
+  // Normal matrix over all centres, lower triangle. The gauge (centre 0 at zero) is fixed by
+  // leaving out its rows and columns at the end.
+  Eigen::MatrixXd H;
+  int rows = 0;
+  std::vector<Vote> votes;        // one per track used
+  std::vector<double> parallax2;  // |theta|^2 of the same
+};
+
+// Adds L^T L of one row to the lower triangle of H; l, r and i are keyframes.
+void addLigtRow(LigtRow row, int l, int r, int i, Eigen::MatrixXd* H) {
+  const int k[3] = {l, r, i};
+  const Eigen::Matrix3d* block[3] = {&row.block_l, &row.block_r, &row.block_i};
+  // In the right base view itself r and i are the same centre.
+  const int blocks = i == r ? 2 : 3;
+  if (i == r) row.block_r += row.block_i;
+  for (int p = 0; p < blocks; ++p) {
+    for (int q = 0; q < blocks; ++q) {
+      if (k[p] < k[q]) continue;
+      H->block<3, 3>(3 * k[p], 3 * k[q]).noalias() += block[p]->transpose() * *block[q];
+    }
+  }
+}
+
+PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                       const AlignmentOptions& options) {
+  const std::vector<PointSighting>& sightings = window.pointSightings();
+  PointRows out;
+  out.H = Eigen::MatrixXd::Zero(3 * window.size(), 3 * window.size());
+  out.votes.reserve(window.pointTracks().size());
+  std::vector<Eigen::Vector3d> u;
+  for (const Track& track : window.pointTracks()) {
+    if (track.size() < options.min_track_length) continue;
+    u.clear();
+    for (int s = track.begin; s < track.end; ++s) {
+      u.push_back(R_c0_ck[sightings[s].keyframe] * sightings[s].bearing);
+    }
+    const BaseViews base = chooseBaseViews(u);
+    if (base.parallax2 <= options.min_parallax_rad * options.min_parallax_rad) continue;
+    const int l = sightings[track.begin + base.l].keyframe;
+    const int r = sightings[track.begin + base.r].keyframe;
+    for (int a = 0; a < track.size(); ++a) {
+      if (a == base.l) continue;
+      const int i = sightings[track.begin + a].keyframe;
+      addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, &out.H);
+      out.rows += 3;
+    }
+    out.parallax2.push_back(base.parallax2);
+    out.votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
+  }
+  return out;
+}
+
 }  // namespace
+
+BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u) {
+  BaseViews best;
+  for (std::size_t a = 0; a < u.size(); ++a) {
+    for (std::size_t b = a + 1; b < u.size(); ++b) {
+      const double parallax2 = u[a].cross(u[b]).squaredNorm();
+      if (parallax2 > best.parallax2) {
+        best = {static_cast<int>(a), static_cast<int>(b), parallax2};
+      }
+    }
+  }
+  return best;
+}
 
 LineRow lineRow(const Eigen::Vector3d& N_l, const Eigen::Vector3d& N_r,
                 const Eigen::Vector3d& N_i) {
@@ -100,58 +154,17 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const AlignmentOptions& options) {
   TranslationEstimate estimate;
   const int n = window.size();
-  const std::vector<PointSighting>& sightings = window.pointSightings();
-
-  // Normal matrix over all centres, lower triangle. The gauge (centre 0 at zero) is fixed by
-  // leaving out its rows and columns at the end.
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(3 * n, 3 * n);
-  // Depth in the left base view, up to a positive factor, is votes_row . (c_r - c_l).
-  struct Vote {
-    int l, r;
-    Eigen::Vector3d row;
-  };
-  std::vector<Vote> votes;
-  votes.reserve(window.pointTracks().size());
-  std::vector<double> parallax2;
-  std::vector<Eigen::Vector3d> u;
-  for (const Track& track : window.pointTracks()) {
-    if (track.size() < options.min_track_length) continue;
-    u.clear();
-    for (int s = track.begin; s < track.end; ++s) {
-      u.push_back(R_c0_ck[sightings[s].keyframe] * sightings[s].bearing);
-    }
-    const BaseViews base = chooseBaseViews(u);
-    if (base.parallax2 <= options.min_parallax_rad * options.min_parallax_rad) continue;
-    const int l = sightings[track.begin + base.l].keyframe;
-    const int r = sightings[track.begin + base.r].keyframe;
-    for (int a = 0; a < track.size(); ++a) {
-      if (a == base.l) continue;
-      const int i = sightings[track.begin + a].keyframe;
-      LigtRow row = ligtRow(u[base.l], u[base.r], u[a]);
-      const int k[3] = {l, r, i};
-      const Eigen::Matrix3d* block[3] = {&row.block_l, &row.block_r, &row.block_i};
-      // In the right base view itself r and i are the same centre.
-      const int blocks = i == r ? 2 : 3;
-      if (i == r) row.block_r += row.block_i;
-      for (int p = 0; p < blocks; ++p) {
-        for (int q = 0; q < blocks; ++q) {
-          if (k[p] >= k[q]) {
-            H.block<3, 3>(3 * k[p], 3 * k[q]).noalias() += block[p]->transpose() * *block[q];
-          }
-        }
-      }
-      estimate.rows += 3;
-    }
-    parallax2.push_back(base.parallax2);
-    votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
-    ++estimate.tracks;
-  }
+  PointRows points = sumPointRows(window, R_c0_ck, options);
+  Eigen::MatrixXd& H = points.H;
+  estimate.rows = points.rows;
+  estimate.tracks = static_cast<int>(points.votes.size());
   if (estimate.tracks < options.min_tracks) return estimate;
   if (options.use_line_rows) {
     // A point row is about |theta|^2 of its track times its distance times the noise, a line row
     // the distance times the noise.
     const Calibration& calibration = window.calibration();
-    const double weight = median(parallax2) * calibration.sigma_px / calibration.sigma_line_px;
+    const double weight =
+        median(points.parallax2) * calibration.sigma_px / calibration.sigma_line_px;
     estimate.rows += addLineRows(window, R_c0_ck, options, weight, &H);
   }
 
@@ -167,8 +180,7 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
   const double spread = (centres.colwise() - centres.rowwise().mean()).norm();
   if (!std::isfinite(spread) || spread <= 0.0) return estimate;
   centres /= spread;
-
-  for (const Vote& vote : votes) {
+  for (const Vote& vote : points.votes) {
     const double depth = vote.row.dot(centres.col(vote.r) - centres.col(vote.l));
     ++(depth > 0.0 ? estimate.positive_votes : estimate.negative_votes);
   }

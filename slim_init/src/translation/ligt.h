@@ -36,6 +36,14 @@ struct TranslationEstimate {
   }
 };
 
+/// The two views of a track with the largest parallax, rotation taken out.
+struct BaseViews {
+  int l = 0, r = 0;         ///< indices into the views, l < r
+  double parallax2 = -1.0;  ///< |u_l x u_r|^2; below zero with fewer than two views
+};
+/// `u`: unit vectors in a common frame, bearings of a point or normals of a line's planes.
+BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u);
+
 /// The 3x(3N) rows of one observation: L c = 0 for the camera centres c (stacked 3N).
 ///
 /// With bearings u in the common frame, base views l and r, theta = u_l x u_r:
