@@ -22,14 +22,6 @@ void fail(InitStatus status, const std::string& message, InitResult* result) {
   result->message = message;
 }
 
-std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
-                                             const Eigen::Matrix3d& R_b_c) {
-  std::vector<Eigen::Matrix3d> R_c0_ck;
-  R_c0_ck.reserve(R_b0_bk.size());
-  for (const Eigen::Matrix3d& R : R_b0_bk) R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
-  return R_c0_ck;
-}
-
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   if (window.size() >= kMinKeyframes) return true;
   std::ostringstream message;

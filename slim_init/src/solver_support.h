@@ -40,10 +40,6 @@ InitResult startResult(const InitWindow& window);
 /// Sets status and message.
 void fail(InitStatus status, const std::string& message, InitResult* result);
 
-/// Rotations of the cameras into the first camera from those of the bodies into the first body.
-std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
-                                             const Eigen::Matrix3d& R_b_c);
-
 /// False, with status and sentence set, when the window has fewer than kMinKeyframes.
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
 

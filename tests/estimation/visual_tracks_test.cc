@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "geometry/so3.h"
+#include "lines/line_track.h"
 
 namespace slim_init {
 namespace {

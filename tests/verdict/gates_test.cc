@@ -84,6 +84,55 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
             "deg, must be at most 2.5");
 }
 
+InitResult withGates(double parallax_share, bool other_passes) {
+  InitResult result;
+  result.states.resize(4);
+  GateValue parallax;
+  parallax.name = "parallax";
+  parallax.threshold = 3.0;
+  parallax.value = parallax_share * parallax.threshold;
+  parallax.passed = parallax.value >= parallax.threshold;
+  parallax.status_if_failed = InitStatus::kStationary;
+  GateValue other;
+  other.name = "chi2";
+  other.passed = other_passes;
+  other.status_if_failed = InitStatus::kInconsistentResiduals;
+  result.gates = {parallax, other};
+  return result;
+}
+
+TEST(EnforceGates, ParallaxIsForgivenAboveHalfItsBoundWhereAllElsePasses) {
+  InitResult result = withGates(0.51, true);
+  enforceGates(GateMode::kOwn, &result);
+  EXPECT_FALSE(find(result.gates, "parallax").enforced);
+  EXPECT_TRUE(find(result.gates, "chi2").enforced);
+  decide(false, &result);
+  EXPECT_EQ(result.status, InitStatus::kSuccess);
+
+  result = withGates(0.49, true);
+  enforceGates(GateMode::kOwn, &result);
+  EXPECT_TRUE(find(result.gates, "parallax").enforced);
+  decide(false, &result);
+  EXPECT_EQ(result.status, InitStatus::kStationary);
+
+  // Another gate fails, or there is no answer: the bound itself counts.
+  result = withGates(0.51, false);
+  enforceGates(GateMode::kOn, &result);
+  EXPECT_TRUE(find(result.gates, "parallax").enforced);
+  result = withGates(0.51, true);
+  result.states.clear();
+  enforceGates(GateMode::kOn, &result);
+  EXPECT_TRUE(find(result.gates, "parallax").enforced);
+}
+
+TEST(EnforceGates, SwitchedOffNoGateIsEnforced) {
+  InitResult result = withGates(0.1, false);
+  enforceGates(GateMode::kOff, &result);
+  for (const GateValue& gate : result.gates) EXPECT_FALSE(gate.enforced) << gate.name;
+  decide(false, &result);
+  EXPECT_EQ(result.status, InitStatus::kSuccess);
+}
+
 TEST(PosteriorGates, EachHasTwoSides) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures good;

@@ -1,11 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "gyro_bias.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "epipolar_pair.h"
+#include "geometry/levenberg_marquardt.h"
 #include "geometry/so3.h"
 
 namespace slim_init::baselines {
@@ -13,7 +13,7 @@ namespace {
 
 // A step below this changes no keyframe rotation by more than rounding [rad/s].
 constexpr double kStepTolerance = 1e-12;
-// Expected relative decrease of the cost below which rounding decides.
+// Relative decrease of the cost, twice that expected of a step, below which rounding decides.
 constexpr double kCostTolerance = 1e-12;
 // Above this change of the bias [rad/s] the gyro is integrated anew. Below, the first-order
 // correction over a keyframe interval dt is wrong by about (change * dt)^2 / 2 < 1e-11 rad.
@@ -34,12 +34,22 @@ Cauchy cauchy(double s, double scale) {
   return {c2 * std::log1p(s / c2), 1.0 / (1.0 + s / c2)};
 }
 
-struct Quadratic {
-  double cost = 0.0;
+struct Quadratic : QuadraticModel<3> {
   double rounding = 0.0;  // error of `cost` from rounding in the pre-summed matrices
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
 };
+
+// Marquardt's scaling, with a floor for directions that the data do not see.
+Eigen::Matrix3d dampDiagonal(const Quadratic& at, double damping) {
+  Eigen::Matrix3d H = at.hessian;
+  H.diagonal() += damping * (at.hessian.diagonal().array() + 1e-12 * at.hessian.trace()).matrix();
+  return H;
+}
+
+// Where rounding hides the cost, the gradient tells better from worse.
+bool isBetter(const Quadratic& there, const Quadratic& at) {
+  const bool hidden = std::abs(there.cost - at.cost) <= at.rounding + there.rounding;
+  return hidden ? there.gradient.norm() < at.gradient.norm() : there.cost < at.cost;
+}
 
 // The sums of eq. (1) that do not depend on the bias.
 class Objective {
@@ -174,29 +184,18 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
     const Eigen::Vector3d start = estimate.gyro_bias;
     const std::vector<Preintegration> pre =
         preintegrateWindow(window, start, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
-    Quadratic at = objective.evaluate(pre, estimate.gyro_bias);
-    double damping = kInitialDamping;
-    for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-      Eigen::Matrix3d H = at.hessian;
-      // Marquardt's scaling, with a floor for directions that the data do not see.
-      H.diagonal() +=
-          damping * (at.hessian.diagonal().array() + 1e-12 * at.hessian.trace()).matrix();
-      const Eigen::Vector3d step = -H.ldlt().solve(at.gradient);
-      if (!step.allFinite() || -at.gradient.dot(step) <= kCostTolerance * at.cost) break;
-      const Eigen::Vector3d candidate = estimate.gyro_bias + step;
-      const Quadratic there = objective.evaluate(pre, candidate);
-      // Where rounding hides the cost, the gradient tells better from worse.
-      const bool hidden = std::abs(there.cost - at.cost) <= at.rounding + there.rounding;
-      if (hidden ? there.gradient.norm() < at.gradient.norm() : there.cost < at.cost) {
-        estimate.gyro_bias = candidate;
-        ++estimate.iterations;
-        damping = std::max(0.1 * damping, 1e-12);
-        at = there;
-      } else {
-        damping *= 10.0;
-      }
-      if (step.norm() < kStepTolerance || damping > kMaxDamping) break;
-    }
+    const auto evaluate = [&](const Eigen::Vector3d& gyro_bias) {
+      return objective.evaluate(pre, gyro_bias);
+    };
+    LevenbergMarquardtOptions steps;
+    steps.max_iterations = options.max_iterations;
+    steps.first_damping = kInitialDamping;
+    steps.largest_damping = kMaxDamping;
+    steps.relative_decrease = 0.5 * kCostTolerance;
+    steps.shortest_step = kStepTolerance;
+    Quadratic at = evaluate(estimate.gyro_bias);
+    estimate.iterations += minimizeLevenbergMarquardt(steps, evaluate, dampDiagonal, isBetter,
+                                                      &estimate.gyro_bias, &at);
     estimate.cost = at.cost;
     if ((estimate.gyro_bias - start).norm() < kRelinearizeTolerance) break;
   }

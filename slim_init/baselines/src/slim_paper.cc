@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "gyro_bias.h"
-#include "imu/preintegration.h"
 #include "line_selection.h"
 #include "lines/vanishing_point.h"
 #include "loosely_coupled.h"
@@ -25,11 +24,7 @@ InitResult SlimPaper::solve(const InitWindow& window) const {
   // IV-B-1, IV-B-2: dominant vanishing point of each keyframe, tracked by the gyro, with its gate.
   std::vector<VanishingPoint> vanishing_points;
   if (terms.use_vp) {
-    const std::vector<Preintegration> predicted = preintegrateWindow(
-        window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
-    vanishing_points = trackVanishingPoints(
-        window, cameraRotations(chainRotations(predicted), window.calibration().R_b_c),
-        options_.vanishing_point);
+    vanishing_points = trackVanishingPoints(window, options_.vanishing_point);
   }
   clock.lap("vanishing_points");
 

@@ -75,6 +75,24 @@ LineSighting sightingOf(const LineObservation& line, int keyframe) {
   return sighting;
 }
 
+// Empty, or a message naming the first keyframe whose time is not finite or not after the one
+// before.
+std::string checkTimes(const std::vector<FrameObservation>& keyframes) {
+  std::ostringstream out;
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    if (!std::isfinite(keyframes[k].t)) {
+      out << "time of keyframe " << k << " is not finite";
+      break;
+    }
+    if (k > 0 && keyframes[k].t <= keyframes[k - 1].t) {
+      out << "time of keyframe " << k << " is " << keyframes[k].t - keyframes[k - 1].t
+          << " s after the one before, must be positive";
+      break;
+    }
+  }
+  return out.str();
+}
+
 // Empty, or a message naming the first sample that is not finite or not after the one before.
 std::string checkSamples(const std::vector<ImuSample>& imu) {
   std::ostringstream out;
@@ -138,16 +156,8 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
     out << "window has " << keyframes.size() << " keyframes, needs at least 2";
     return fail(error, out.str());
   }
-  for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    if (!std::isfinite(keyframes[k].t)) {
-      out << "time of keyframe " << k << " is not finite";
-      return fail(error, out.str());
-    }
-    if (k > 0 && keyframes[k].t <= keyframes[k - 1].t) {
-      out << "time of keyframe " << k << " is " << keyframes[k].t - keyframes[k - 1].t
-          << " s after the one before, must be positive";
-      return fail(error, out.str());
-    }
+  if (const std::string message = checkTimes(keyframes); !message.empty()) {
+    return fail(error, message);
   }
   if (const std::string message = checkSamples(imu); !message.empty()) return fail(error, message);
   if (imu.size() < 2 || imu.front().t > keyframes.front().t || imu.back().t < keyframes.back().t) {

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "estimation/constants.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -13,7 +14,7 @@ namespace {
 // direction of gravity. The yaw of the first body stays zero, which has no simple closed form;
 // central differences of a smooth function are good to 1e-9.
 Eigen::Matrix<double, 3, 2> attitudeFromGravity(const Eigen::Vector3d& gravity_b0) {
-  constexpr double kStep = 1e-5;
+  constexpr double kStep = estimation_constants::kGravityStep;
   const double G = gravity_b0.norm();
   const Eigen::Vector3d down = gravity_b0 / G;
   const Eigen::Matrix<double, 3, 2> B = tangentBasis(down);

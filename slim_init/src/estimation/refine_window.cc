@@ -4,22 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/constants.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/median.h"
 
 namespace slim_init {
 namespace {
 
-// Median of the length of a 2-vector of independent unit Gaussians, sqrt(2 ln 2).
-constexpr double kRayleighMedian = 1.17741;
-// Median of the larger of two independent unit |Gaussians|.
-constexpr double kMaxOfTwoMedian = 1.05;
-
-// First-order biases are exact enough below this [rad/s].
-constexpr double kRelinearizeGyro = 5e-3;
-
-// Fewer residuals say nothing about their spread.
-constexpr int kMinResiduals = 20;
+using namespace estimation_constants;  // NOLINT: the constants of this module
 
 // A fit of `parameters` unknowns to `rows` residuals shrinks them; half the rows at the least.
 double fitCorrection(double rows, double parameters) {
@@ -68,7 +60,7 @@ Basin descendFromCoarse(const std::vector<WindowState>& starts, int max_iteratio
     WindowState state = starts[s];
     MapSummary summary;
     int iterations = 0;
-    for (const double factor : {8.0, 3.0, 1.0}) {
+    for (const double factor : kCoarseToFine) {
       map->setNoise(factor * sigma_point, factor * sigma_line);
       summary = map->minimize(max_iterations, &state);
       iterations += summary.iterations;
@@ -81,6 +73,31 @@ Basin descendFromCoarse(const std::vector<WindowState>& starts, int max_iteratio
   }
   map->setNoise(sigma_point, sigma_line);
   return best;
+}
+
+// Standard deviations estimated from residuals [rad].
+struct TrackNoise {
+  double sigma_point = 0.0, sigma_line = 0.0;
+};
+
+// From the medians of the residuals (docs/derivation.md, 4.9), at least `floor`; as the map has
+// them where there are few.
+TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProblem& map,
+                         double floor) {
+  TrackNoise noise = {map.sigmaPoint(), map.sigmaLine()};
+  if (static_cast<int>(residuals.points.size()) >= kMinResiduals) {
+    const double rows = 2.0 * residuals.points.size();
+    noise.sigma_point = median(residuals.points) / kRayleighMedian *
+                        fitCorrection(rows, 3.0 * residuals.point_tracks + 6.0);
+  }
+  if (static_cast<int>(residuals.lines.size()) >= kMinResiduals) {
+    const double rows = 2.0 * residuals.lines.size();
+    noise.sigma_line = median(residuals.lines) / kMaxOfTwoMedian *
+                       fitCorrection(rows, 4.0 * residuals.line_tracks);
+  }
+  noise.sigma_point = std::max(noise.sigma_point, floor);
+  noise.sigma_line = std::max(noise.sigma_line, floor);
+  return noise;
 }
 
 }  // namespace
@@ -129,24 +146,11 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
 
   // Noise from the residuals, then without what is beyond it.
   const MapResiduals residuals = map.residuals();
-  double sigma_point = map.sigmaPoint();
-  if (static_cast<int>(residuals.points.size()) >= kMinResiduals) {
-    const double rows = 2.0 * residuals.points.size();
-    sigma_point = median(residuals.points) / kRayleighMedian *
-                  fitCorrection(rows, 3.0 * residuals.point_tracks + 6.0);
-  }
-  sigma_point = std::max(sigma_point, options.min_sigma_px / focal);
-  double sigma_line = map.sigmaLine();
-  if (static_cast<int>(residuals.lines.size()) >= kMinResiduals) {
-    const double rows = 2.0 * residuals.lines.size();
-    sigma_line = median(residuals.lines) / kMaxOfTwoMedian *
-                 fitCorrection(rows, 4.0 * residuals.line_tracks);
-  }
-  sigma_line = std::max(sigma_line, options.min_sigma_px / focal);
+  const TrackNoise noise = estimateNoise(residuals, map, options.min_sigma_px / focal);
   map.reject(residuals,
-             std::max(options.reject_sigmas * sigma_point, options.min_reject_px / focal),
-             std::max(options.reject_sigmas * sigma_line, options.min_reject_px / focal));
-  map.setNoise(sigma_point, sigma_line);
+             std::max(options.reject_sigmas * noise.sigma_point, options.min_reject_px / focal),
+             std::max(options.reject_sigmas * noise.sigma_line, options.min_reject_px / focal));
+  map.setNoise(noise.sigma_point, noise.sigma_line);
   if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro) {
     pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, options);
     map.whiten();
@@ -160,8 +164,8 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   out.behind_fraction = map.behindFraction();
   out.point_tracks = map.pointTracks();
   out.line_tracks = map.lineTracks();
-  out.sigma_px = sigma_point * focal;
-  out.sigma_line_px = sigma_line * focal;
+  out.sigma_px = noise.sigma_point * focal;
+  out.sigma_line_px = noise.sigma_line * focal;
   out.information = map.information();
   out.valid = true;
   return out;

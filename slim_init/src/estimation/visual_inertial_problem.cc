@@ -5,22 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/constants.h"
 #include "estimation/inertial_factor.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
 namespace {
 
-// Damping of a track's own parameters, relative to its largest information: where the views do not
-// determine one of them (the distance of a far point), it stays where it is.
-constexpr double kTrackDamping = 1e-7;
-constexpr double kMinTrackInformation = 1e-6;
-
-// Information that holds a bias at zero, 1 / (1e-6 m/s^2)^2.
-constexpr double kHold = 1e12;
-
-constexpr double kFirstDamping = 1e-6;
-constexpr double kLargestDamping = 1e8;
+using namespace estimation_constants;  // NOLINT: the constants of this module
 
 double square(double x) { return x * x; }
 
@@ -314,7 +306,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
     A.diagonal() *= 1.0 + damping;
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(A);
     if (llt.info() != Eigen::Success) {
-      damping = std::max(100.0 * damping, 1e-4);
+      damping = std::max(100.0 * damping, kDampingAfterFailure);
       continue;
     }
     step.tail(m) = -llt.solve(system_.g.tail(m));
@@ -332,14 +324,14 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
       break;
     }
     linearize(trial_state, trial_structure, &trial_);
-    if (std::isfinite(trial_.cost) && trial_.cost <= system_.cost * (1.0 + 1e-12)) {
+    if (std::isfinite(trial_.cost) && trial_.cost <= system_.cost * (1.0 + kCostRounding)) {
       *state = trial_state;
       std::swap(structure_, trial_structure);
       std::swap(system_, trial_);
-      damping = std::max(0.1 * damping, 1e-9);
+      damping = std::max(0.1 * damping, kSmallestDamping);
       ++summary.iterations;
     } else {
-      damping = std::max(10.0 * damping, 1e-5);
+      damping = std::max(10.0 * damping, kDampingAfterRefusal);
     }
   }
   summary.cost = system_.cost;
@@ -377,7 +369,7 @@ double VisualInertialProblem::behindFraction() const {
   int behind = 0;
   for (std::size_t t = 0; t < point_tracks_.size(); ++t) {
     // The last diagonal entry of L is the inverse standard deviation of the inverse depth.
-    if (structure_.points[t].inverse_depth * system_.points.L[t](2, 2) < -3.0) ++behind;
+    if (structure_.points[t].inverse_depth * system_.points.L[t](2, 2) < -kBehindSigmas) ++behind;
   }
   return point_tracks_.empty() ? 0.0 : static_cast<double>(behind) / point_tracks_.size();
 }

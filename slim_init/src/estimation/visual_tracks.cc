@@ -6,15 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimation/constants.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
-namespace {
-
-// Nearest point that a start may have; nearer ones are wrong matches [1/m].
-constexpr double kMaxStartInverseDepth = 10.0;
-
-}  // namespace
+using estimation_constants::kMaxStartInverseDepth;
 
 PointParameters PointParameters::moved(const Eigen::Vector3d& step) const {
   PointParameters out = *this;

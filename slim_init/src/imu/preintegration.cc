@@ -17,6 +17,53 @@ ImuSample interpolate(const ImuSample& a, const ImuSample& b, double t) {
   return out;
 }
 
+// What a step hands to the propagation of its covariance: Exp and right Jacobian of the rotation, R
+// [f]x at both ends, derivative of the mean acceleration by the accelerometer bias.
+struct StepDerivatives {
+  const Eigen::Matrix3d &E, &Jr, &Rf_a, &Rf_b, &dacc_dba;
+};
+
+// Linear error propagation over the step, block by block (a product of 9x9 matrices would spend
+// most of its time on zeros):
+//   theta' = E^T theta + h Jr n_g
+//   v'     = v + G theta + h D n_g + h R n_a      G = d v'/d theta, D = its
+//   gyro noise part p'     = p + h v + h/2 (v' - v)
+// The white noise of the averaged samples is that of one sample per step: neighbouring steps share
+// samples, so that the average loses nothing in sum.
+inline void propagateCovariance(const StepDerivatives& at, double h, const ImuNoise& noise,
+                                Matrix9d* covariance) {
+  const double var_gyro = noise.gyro_density * noise.gyro_density / h;
+  const double var_accel = noise.accel_density * noise.accel_density / h;
+  const Eigen::Matrix3d& E = at.E;
+  const Eigen::Matrix3d G = -0.5 * h * (at.Rf_a + at.Rf_b * E.transpose());
+  const Eigen::Matrix3d B = h * at.Jr;
+  const Eigen::Matrix3d D = -0.5 * h * at.Rf_b * B;
+  Matrix9d& P = *covariance;
+  const Eigen::Matrix3d tt = P.block<3, 3>(0, 0), tv = P.block<3, 3>(0, 3);
+  const Eigen::Matrix3d tp = P.block<3, 3>(0, 6), vv = P.block<3, 3>(3, 3);
+  const Eigen::Matrix3d vp = P.block<3, 3>(3, 6), pp = P.block<3, 3>(6, 6);
+  // Noise of the step: on theta, on the velocity increment, and between them.
+  const Eigen::Matrix3d n_tt = var_gyro * B * B.transpose();
+  const Eigen::Matrix3d n_tv = var_gyro * B * D.transpose();
+  const Eigen::Matrix3d n_vv =
+      var_gyro * D * D.transpose() + var_accel * h * h * at.dacc_dba * at.dacc_dba.transpose();
+  // u = G theta + noise, the error of the velocity increment, against everything before the step.
+  const Eigen::Matrix3d ut = G * tt, uv = G * tv, up = G * tp;
+  const Eigen::Matrix3d uu = ut * G.transpose() + n_vv;
+  const Eigen::Matrix3d Et = E.transpose();
+  const Eigen::Matrix3d vu = uv.transpose();
+  P.block<3, 3>(0, 0) = Et * tt * E + n_tt;
+  P.block<3, 3>(0, 3) = Et * (tv + ut.transpose()) + n_tv;
+  P.block<3, 3>(0, 6) = Et * (tp + h * tv + 0.5 * h * ut.transpose()) + 0.5 * h * n_tv;
+  P.block<3, 3>(3, 3) = vv + uv + vu + uu;
+  P.block<3, 3>(3, 6) = vp + h * vv + 0.5 * h * vu + up + h * uv + 0.5 * h * uu;
+  const Eigen::Matrix3d half = h * vp.transpose() + 0.5 * h * up.transpose() + 0.5 * h * h * vu;
+  P.block<3, 3>(6, 6) = pp + half + half.transpose() + h * h * vv + 0.25 * h * h * uu;
+  P.block<3, 3>(3, 0) = P.block<3, 3>(0, 3).transpose();
+  P.block<3, 3>(6, 0) = P.block<3, 3>(0, 6).transpose();
+  P.block<3, 3>(6, 3) = P.block<3, 3>(3, 6).transpose();
+}
+
 // One trapezoidal step from sample a to sample b.
 template <PreintegrationParts kParts>
 void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preintegration& pre) {
@@ -46,42 +93,7 @@ void step(const ImuSample& a, const ImuSample& b, const ImuNoise& noise, Preinte
   const Eigen::Matrix3d dacc_dba = -0.5 * (dR_a + pre.dR);
 
   if constexpr (kParts == PreintegrationParts::kWithCovariance) {
-    // Linear error propagation over the step, block by block (a product of 9x9 matrices would spend
-    // most of its time on zeros):
-    //   theta' = E^T theta + h Jr n_g
-    //   v'     = v + G theta + h D n_g + h R n_a      G = d v'/d theta, D = its gyro noise part
-    //   p'     = p + h v + h/2 (v' - v)
-    // The white noise of the averaged samples is that of one sample per step: neighbouring steps
-    // share samples, so that the average loses nothing in sum.
-    const double var_gyro = noise.gyro_density * noise.gyro_density / h;
-    const double var_accel = noise.accel_density * noise.accel_density / h;
-    const Eigen::Matrix3d G = -0.5 * h * (Rf_a + Rf_b * E.transpose());
-    const Eigen::Matrix3d B = h * Jr;
-    const Eigen::Matrix3d D = -0.5 * h * Rf_b * B;
-    Matrix9d& P = pre.covariance;
-    const Eigen::Matrix3d tt = P.block<3, 3>(0, 0), tv = P.block<3, 3>(0, 3);
-    const Eigen::Matrix3d tp = P.block<3, 3>(0, 6), vv = P.block<3, 3>(3, 3);
-    const Eigen::Matrix3d vp = P.block<3, 3>(3, 6), pp = P.block<3, 3>(6, 6);
-    // Noise of the step: on theta, on the velocity increment, and between them.
-    const Eigen::Matrix3d n_tt = var_gyro * B * B.transpose();
-    const Eigen::Matrix3d n_tv = var_gyro * B * D.transpose();
-    const Eigen::Matrix3d n_vv =
-        var_gyro * D * D.transpose() + var_accel * h * h * dacc_dba * dacc_dba.transpose();
-    // u = G theta + noise, the error of the velocity increment, against everything before the step.
-    const Eigen::Matrix3d ut = G * tt, uv = G * tv, up = G * tp;
-    const Eigen::Matrix3d uu = ut * G.transpose() + n_vv;
-    const Eigen::Matrix3d Et = E.transpose();
-    const Eigen::Matrix3d vu = uv.transpose();
-    P.block<3, 3>(0, 0) = Et * tt * E + n_tt;
-    P.block<3, 3>(0, 3) = Et * (tv + ut.transpose()) + n_tv;
-    P.block<3, 3>(0, 6) = Et * (tp + h * tv + 0.5 * h * ut.transpose()) + 0.5 * h * n_tv;
-    P.block<3, 3>(3, 3) = vv + uv + vu + uu;
-    P.block<3, 3>(3, 6) = vp + h * vv + 0.5 * h * vu + up + h * uv + 0.5 * h * uu;
-    const Eigen::Matrix3d half = h * vp.transpose() + 0.5 * h * up.transpose() + 0.5 * h * h * vu;
-    P.block<3, 3>(6, 6) = pp + half + half.transpose() + h * h * vv + 0.25 * h * h * uu;
-    P.block<3, 3>(3, 0) = P.block<3, 3>(0, 3).transpose();
-    P.block<3, 3>(6, 0) = P.block<3, 3>(0, 6).transpose();
-    P.block<3, 3>(6, 3) = P.block<3, 3>(3, 6).transpose();
+    propagateCovariance({E, Jr, Rf_a, Rf_b, dacc_dba}, h, noise, &pre.covariance);
   }
 
   pre.dp += h * pre.dv + 0.5 * h * h * acc;
@@ -161,6 +173,14 @@ std::vector<Eigen::Matrix3d> chainRotations(const std::vector<Preintegration>& p
   R_b0_bk.reserve(pre.size() + 1);
   for (const Preintegration& p : pre) R_b0_bk.push_back(R_b0_bk.back() * p.dR);
   return R_b0_bk;
+}
+
+std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                             const Eigen::Matrix3d& R_b_c) {
+  std::vector<Eigen::Matrix3d> R_c0_ck;
+  R_c0_ck.reserve(R_b0_bk.size());
+  for (const Eigen::Matrix3d& R : R_b0_bk) R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
+  return R_c0_ck;
 }
 
 }  // namespace slim_init

@@ -76,4 +76,8 @@ NavState propagate(const NavState& state_i, const Preintegration& pre,
 /// Body attitudes in the first body frame, R_b0_bk, by chaining the relative rotations.
 std::vector<Eigen::Matrix3d> chainRotations(const std::vector<Preintegration>& pre);
 
+/// Rotations of the cameras into the first camera from those of the bodies into the first body.
+std::vector<Eigen::Matrix3d> cameraRotations(const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                             const Eigen::Matrix3d& R_b_c);
+
 }  // namespace slim_init

@@ -9,12 +9,13 @@
 #include <iterator>
 #include <unordered_map>
 
+#include "lines/constants.h"
 #include "lines/vanishing_point.h"
 
 namespace slim_init {
 namespace {
 
-constexpr int kMaxSubdivisions = 6;
+using lines_constants::kMaxSubdivisions;
 
 struct Mesh {
   std::vector<Eigen::Vector3d> vertices;  // unit

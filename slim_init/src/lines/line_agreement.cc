@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lines/constants.h"
 #include "lines/line_track.h"
 
 namespace slim_init {
 namespace {
 
-constexpr int kGaussNewtonSteps = 2;
-constexpr double kDamping = 1e-6;
+using namespace lines_constants;  // NOLINT: the constants of this module
 
 // One line against the views [begin, end) of a track.
 class Stretch {
@@ -61,7 +61,7 @@ class Stretch {
       H += view.J_track.transpose() * view.J_track;
       g += view.J_track.transpose() * view.r;
     }
-    H.diagonal().array() += kDamping * H.diagonal().maxCoeff();
+    H.diagonal().array() += kLineDamping * H.diagonal().maxCoeff();
     return line.moved(-H.llt().solve(g));
   }
 

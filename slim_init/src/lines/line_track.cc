@@ -6,14 +6,10 @@
 #include <algorithm>
 
 #include "geometry/so3.h"
+#include "lines/constants.h"
 
 namespace slim_init {
-namespace {
-
-// Nearest line that a start may have [1/m]; nearer ones are wrong matches.
-constexpr double kMaxStartInverseDistance = 10.0;
-
-}  // namespace
+using lines_constants::kMaxStartInverseDistance;
 
 LineParameters LineParameters::moved(const Eigen::Vector4d& step) const {
   LineParameters out = *this;

@@ -10,10 +10,12 @@
 #include <cmath>
 #include <numeric>
 
+#include "lines/constants.h"
+
 namespace slim_init {
 namespace {
 
-constexpr double kRadPerDeg = 0.017453292519943295;
+using namespace lines_constants;  // NOLINT: the constants of this module
 
 // ------------------------------------------------------------------------------------------------
 // Voting. Finds exactly the direction that a full vote over the icosphere finds, by branch and
@@ -171,8 +173,6 @@ int mostVotedDirection(const VoteTable& table, const std::vector<VotingLine>& li
   const int block_count = static_cast<int>(table.blocks.size());
 
   // A plane within the threshold of a direction is within threshold + radius of the block's centre.
-  // The slack covers rounding to float, it only opens a block too many.
-  constexpr float kRoundingSlack = 1e-5F;
   std::vector<float> bounds(table.centers.size() * kLanes);
   float threshold[kLanes];
   for (std::size_t group = 0; group < table.centers.size(); ++group) {
@@ -215,23 +215,6 @@ int mostVotedDirection(const VoteTable& table, const std::vector<VotingLine>& li
 // ------------------------------------------------------------------------------------------------
 // Refinement.
 
-// Rounds of selecting inliers and fitting. Two suffice as a rule, the set then repeats itself.
-constexpr int kMaxRounds = 4;
-
-// The direction d is held, across the sphere, by how far the planes differ: least along the second
-// eigenvector v of the mean of w n n^T, whose eigenvalue l2 is the mean square of n . v. Against it
-// stand the mean square error of n . d and of n . v, as expected from the noise of the end points,
-// and l1, the mean square of what the fit leaves of n . d. At ten times each of them
-// - the standard deviation of d along v, about sqrt(var(n . d) / (m l2)) for m lines, is below
-//   0.32 / sqrt(m) rad, small enough for the first order on which the covariance rests, and
-// - at most a tenth of l2 is noise that poses as conditioning.
-// Below, the planes are one bundle of near-parallel image lines and d lies anywhere along v.
-constexpr double kMinDetermination = 10.0;
-
-// The same for noise-free input: planes that differ by less than 1e-4 rad (a twentieth of a pixel)
-// differ by nothing an image can show.
-constexpr double kMinPlaneSpread = 1e-4 * 1e-4;
-
 // Variance of n . d over the square of the end point noise, for noise of both end points across the
 // line. The normal n keeps s and e, so with d = a s + b e in the plane n . d errs by a times the
 // noise of s and b times that of e, hence a^2 + b^2: 1/2 in the middle of the segment, large for a
@@ -242,8 +225,7 @@ double errorAmplification(const LineSighting& line, const Eigen::Vector3d& d) {
   const double d_e = d.dot(line.end_bearing);
   const double a_numerator = d_s - cosine * d_e;
   const double b_numerator = d_e - cosine * d_s;
-  // InitWindow leaves out segments below 1e-6 rad, whose square this is.
-  const double squared_sine = std::max((1.0 - cosine) * (1.0 + cosine), 1e-12);
+  const double squared_sine = std::max((1.0 - cosine) * (1.0 + cosine), kMinSquaredSine);
   return (a_numerator * a_numerator + b_numerator * b_numerator) / (squared_sine * squared_sine);
 }
 

@@ -16,8 +16,7 @@ namespace slim_init {
 struct VanishingPoint {
   bool found = false;
   /// Unit, in c, front hemisphere (z >= 0). A vanishing direction has no sense: between keyframes
-  /// the sign flips when the axis crosses z = 0, so whoever compares two directions does it up to
-  /// sign.
+  /// the sign flips when the axis crosses z = 0; two directions are to be compared up to sign.
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   /// Covariance of the direction, rank 2 (across the direction), in c [rad^2].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -65,6 +64,11 @@ VanishingPoint estimateVanishingPoint(const std::vector<LineSighting>& lines, do
 /// 2.25 s is 13 deg), and only the part since the last observation must stay within the threshold.
 std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
                                                  const std::vector<Eigen::Matrix3d>& R_c0_ck,
+                                                 const VanishingPointOptions& options);
+
+/// The same with the rotations of the gyroscope as it is: over one keyframe gap an unknown bias
+/// turns the camera by less than the matching threshold.
+std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
                                                  const VanishingPointOptions& options);
 
 /// The indicator of IV-B-2 for a pair of keyframes, `vp_i` the earlier one: both found, same id,

@@ -3,12 +3,14 @@
 // Track ids of vanishing points and their reliability gate (paper IV-B-1, IV-B-2).
 #include <cmath>
 
+#include "imu/preintegration.h"
+#include "lines/constants.h"
 #include "lines/vanishing_point.h"
 
 namespace slim_init {
 namespace {
 
-constexpr double kRadPerDeg = 0.017453292519943295;
+using namespace lines_constants;  // NOLINT: the constants of this module
 
 // The axis nearest to `direction`, up to sign, that is within the threshold; -1 if none is.
 int nearestAxis(const std::vector<Eigen::Vector3d>& axes_c0, const Eigen::Vector3d& direction_c0,
@@ -59,6 +61,14 @@ std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
     }
   }
   return vps;
+}
+
+std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
+                                                 const VanishingPointOptions& options) {
+  const std::vector<Preintegration> predicted = preintegrateWindow(
+      window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
+  return trackVanishingPoints(
+      window, cameraRotations(chainRotations(predicted), window.calibration().R_b_c), options);
 }
 
 bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,

@@ -6,25 +6,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "verdict/constants.h"
+
 namespace slim_init {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / M_PI;
+using namespace verdict_constants;  // NOLINT: the constants of this module
 
-// Unknowns [delta, td, b_g] and their standard deviations before any data.
+// Unknowns [delta, td, b_g].
 using Vector7d = Eigen::Matrix<double, 7, 1>;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
-constexpr double kExtrinsicPrior = M_PI / 2;  // [rad]
-constexpr double kTdPrior = 0.5;              // [s]
-constexpr double kBiasPrior = 0.5;            // [rad/s]
-
-// Rotations of the gyroscope itself, vibration and scale error [rad]: no pair is more exact.
-constexpr double kRotationFloor = 1e-3;
-// The rate at an instant is the mean of the samples this close [s].
-constexpr double kRateSpan = 0.012;
-constexpr int kRounds = 5;
-constexpr double kCutoffSigmas = 3.0;
-constexpr int kMinPairs = 4;
 
 Eigen::Vector3d cameraRateAt(const InitWindow& window, double t, const Eigen::Vector3d& gyro_bias) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -40,12 +31,68 @@ Eigen::Vector3d cameraRateAt(const InitWindow& window, double t, const Eigen::Ve
   return window.calibration().R_b_c.transpose() * (rate - gyro_bias);
 }
 
+// One pair: phi = J [delta, td, b_g] + noise.
 struct Row {
   Eigen::Vector3d phi;
   Eigen::Matrix<double, 3, 7> J;
   Eigen::Matrix3d information;
   double weight = 1.0;
 };
+
+std::vector<Row> rowsOf(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
+                        const std::vector<RotationCorrection>& corrections) {
+  std::vector<Eigen::Vector3d> rate;
+  for (const double t : window.times()) rate.push_back(cameraRateAt(window, t, gyro_bias));
+  std::vector<Row> rows;
+  for (const RotationCorrection& pair : corrections) {
+    const Eigen::Matrix3d Rt = pair.R_ci_cj.transpose();
+    Row row;
+    row.phi = pair.phi;
+    row.J << Eigen::Matrix3d::Identity() - Rt, rate[pair.j] - Rt * rate[pair.i], pair.dR_dbg;
+    const Eigen::Matrix3d floor = kRotationFloor * kRotationFloor * Eigen::Matrix3d::Identity();
+    // (information^-1 + floor)^-1 without inverting a matrix that may be singular.
+    row.information = (Eigen::Matrix3d::Identity() + pair.information * floor)
+                          .partialPivLu()
+                          .solve(pair.information);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+struct Solution {
+  Vector7d x = Vector7d::Zero();
+  Matrix7d covariance = Matrix7d::Identity();
+  double scatter = 0.0;  // weighted chi-square per degree of freedom
+};
+
+// Least squares with Cauchy weights, re-weighted kRounds times.
+Solution solveRobust(std::vector<Row> rows) {
+  Vector7d prior;
+  prior << Eigen::Vector3d::Constant(kExtrinsicPrior), kTdPrior,
+      Eigen::Vector3d::Constant(kBiasPrior);
+  Solution out;
+  for (int round = 0; round < kRounds; ++round) {
+    Matrix7d H = prior.cwiseAbs2().cwiseInverse().asDiagonal();
+    Vector7d g = Vector7d::Zero();
+    for (const Row& row : rows) {
+      H += row.weight * row.J.transpose() * row.information * row.J;
+      g += row.weight * row.J.transpose() * (row.information * row.phi);
+    }
+    const Eigen::LDLT<Matrix7d> ldlt(H);
+    out.x = ldlt.solve(g);
+    out.covariance = ldlt.solve(Matrix7d::Identity());
+    double chi2 = 0.0, weights = 0.0;
+    for (Row& row : rows) {
+      const Eigen::Vector3d r = row.phi - row.J * out.x;
+      const double z2 = r.dot(row.information * r);
+      chi2 += row.weight * z2;
+      weights += row.weight;
+      row.weight = 1.0 / (1.0 + z2 / (3.0 * kCutoffSigmas * kCutoffSigmas));
+    }
+    out.scatter = chi2 / std::max(3.0 * weights - 7.0, 1.5 * weights);
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -62,59 +109,17 @@ CalibrationCheck checkCalibration(const InitWindow& window, const Eigen::Vector3
   CalibrationCheck out;
   out.pairs = static_cast<int>(corrections.size());
   if (out.pairs < kMinPairs) return out;
-  std::vector<Eigen::Vector3d> rate;
-  for (const double t : window.times()) rate.push_back(cameraRateAt(window, t, gyro_bias));
-
-  std::vector<Row> rows;
-  for (const RotationCorrection& pair : corrections) {
-    const Eigen::Matrix3d Rt = pair.R_ci_cj.transpose();
-    Row row;
-    row.phi = pair.phi;
-    row.J << Eigen::Matrix3d::Identity() - Rt, rate[pair.j] - Rt * rate[pair.i], pair.dR_dbg;
-    const Eigen::Matrix3d floor = kRotationFloor * kRotationFloor * Eigen::Matrix3d::Identity();
-    // (information^-1 + floor)^-1 without inverting a matrix that may be singular.
-    row.information = (Eigen::Matrix3d::Identity() + pair.information * floor)
-                          .partialPivLu()
-                          .solve(pair.information);
-    rows.push_back(row);
-  }
-
-  Vector7d prior;
-  prior << Eigen::Vector3d::Constant(kExtrinsicPrior), kTdPrior,
-      Eigen::Vector3d::Constant(kBiasPrior);
-  Vector7d x = Vector7d::Zero();
-  Matrix7d covariance = Matrix7d::Identity();
-  double scatter = 0.0;
-  for (int round = 0; round < kRounds; ++round) {
-    Matrix7d H = prior.cwiseAbs2().cwiseInverse().asDiagonal();
-    Vector7d g = Vector7d::Zero();
-    for (const Row& row : rows) {
-      H += row.weight * row.J.transpose() * row.information * row.J;
-      g += row.weight * row.J.transpose() * (row.information * row.phi);
-    }
-    const Eigen::LDLT<Matrix7d> ldlt(H);
-    x = ldlt.solve(g);
-    covariance = ldlt.solve(Matrix7d::Identity());
-    double chi2 = 0.0, weights = 0.0;
-    for (Row& row : rows) {
-      const Eigen::Vector3d r = row.phi - row.J * x;
-      const double z2 = r.dot(row.information * r);
-      chi2 += row.weight * z2;
-      weights += row.weight;
-      row.weight = 1.0 / (1.0 + z2 / (3.0 * kCutoffSigmas * kCutoffSigmas));
-    }
-    scatter = chi2 / std::max(3.0 * weights - 7.0, 1.5 * weights);
-  }
-  if (!x.allFinite() || !covariance.allFinite()) return out;
-  covariance *= std::max(scatter, 1.0);
-  out.extrinsic_error = x.head<3>();
+  const Solution solution = solveRobust(rowsOf(window, gyro_bias, corrections));
+  if (!solution.x.allFinite() || !solution.covariance.allFinite()) return out;
+  const Matrix7d covariance = solution.covariance * std::max(solution.scatter, 1.0);
+  out.extrinsic_error = solution.x.head<3>();
   const double angle = out.extrinsic_error.norm();
   const Eigen::Vector3d axis =
       angle > 0.0 ? Eigen::Vector3d(out.extrinsic_error / angle) : Eigen::Vector3d::UnitX();
   out.extrinsic_error_deg = angle * kDegPerRad;
   out.extrinsic_sigma_deg =
       std::sqrt(axis.dot(covariance.topLeftCorner<3, 3>() * axis)) * kDegPerRad;
-  out.td_error_s = x[3];
+  out.td_error_s = solution.x[3];
   out.td_sigma_s = std::sqrt(covariance(3, 3));
   out.valid = true;
   return out;

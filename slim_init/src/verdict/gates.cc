@@ -7,21 +7,18 @@
 #include <sstream>
 #include <utility>
 
+#include "estimation/posterior.h"
+#include "estimation/refine_window.h"
 #include "geometry/median.h"
 #include "geometry/so3.h"
+#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / M_PI;
+using namespace verdict_constants;  // NOLINT: the constants of this module
 
-// Windows with fewer keyframes have max_inertial_chi2_short.
-constexpr int kShortWindow = 8;
-
-// A scale below a micrometre per unit of the trajectory is no motion at all [m].
-constexpr double kMinScale = 1e-6;
-
-GateValue makeGate(const char* name, const char* explanation, const char* unit, double value,
+GateValue makeGate(const char* name, const std::string& explanation, const char* unit, double value,
                    double threshold, bool upper_bound, InitStatus status_if_failed) {
   GateValue gate;
   gate.name = name;
@@ -90,6 +87,20 @@ double pointSpreadDeg(const InitWindow& window) {
   return median(std::move(spreads));
 }
 
+PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& tracks,
+                                   const RefinedWindow& refined, const Posterior& posterior) {
+  PosteriorMeasures measures;
+  measures.keyframes = window.size();
+  measures.chi2 = refined.chi2;
+  measures.inertial_chi2 = refined.inertial_chi2;
+  measures.inlier_fraction =
+      refined.inlier_fraction * tracks.pointSightings().size() / window.pointSightings().size();
+  measures.behind_fraction = refined.behind_fraction;
+  measures.scale_sigma = posterior.scale_sigma;
+  measures.point_spread_deg = pointSpreadDeg(tracks);
+  return measures;
+}
+
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
   InitStatus no_motion = InitStatus::kStationary;
   if (motion.rotation_deg >= options.min_rotation_deg) no_motion = InitStatus::kPureRotation;
@@ -108,7 +119,7 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
 
 std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const GateOptions& options) {
   if (!check.valid) return {};
-  const auto sentence = [](const char* what, double error, double sigma, const char* unit) {
+  const auto explain = [](const char* what, double error, double sigma, const char* unit) {
     std::ostringstream out;
     out.precision(2);
     out << what << " is off by about " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
@@ -116,18 +127,14 @@ std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const Gat
     return out.str();
   };
   constexpr double kMsPerS = 1e3;
-  return {makeGate("extrinsic_rotation",
-                   sentence("extrinsic rotation", check.extrinsic_error_deg,
-                            check.extrinsic_sigma_deg, "deg")
-                       .c_str(),
-                   "deg", check.certainExtrinsicDeg(), options.max_extrinsic_error_deg, true,
-                   InitStatus::kInconsistentResiduals),
-          makeGate("time_offset",
-                   sentence("camera-IMU time offset td", kMsPerS * check.td_error_s,
-                            kMsPerS * check.td_sigma_s, "ms")
-                       .c_str(),
-                   "ms", kMsPerS * check.certainTdS(), kMsPerS * options.max_td_error_s, true,
-                   InitStatus::kInconsistentResiduals)};
+  const std::string extrinsic =
+      explain("extrinsic rotation", check.extrinsic_error_deg, check.extrinsic_sigma_deg, "deg");
+  const std::string td = explain("camera-IMU time offset td", kMsPerS * check.td_error_s,
+                                 kMsPerS * check.td_sigma_s, "ms");
+  return {makeGate("extrinsic_rotation", extrinsic, "deg", check.certainExtrinsicDeg(),
+                   options.max_extrinsic_error_deg, true, InitStatus::kInconsistentResiduals),
+          makeGate("time_offset", td, "ms", kMsPerS * check.certainTdS(),
+                   kMsPerS * options.max_td_error_s, true, InitStatus::kInconsistentResiduals)};
 }
 
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
@@ -190,6 +197,19 @@ std::string describe(const GateValue& gate) {
   }
   out << ", must be at " << (gate.upper_bound ? "most " : "least ") << gate.threshold;
   return out.str();
+}
+
+void enforceGates(GateMode mode, InitResult* result) {
+  if (mode == GateMode::kOff) return;
+  bool others_passed = result->hasEstimate();
+  for (GateValue& gate : result->gates) {
+    gate.enforced = true;
+    if (gate.name != "parallax") others_passed = others_passed && gate.passed;
+  }
+  for (GateValue& gate : result->gates) {
+    if (gate.name != "parallax" || !others_passed) continue;
+    gate.enforced = !(gate.value >= kForgivenParallax * gate.threshold);
+  }
 }
 
 void decide(bool enforce_all, InitResult* result) {

@@ -16,6 +16,9 @@
 
 namespace slim_init {
 
+struct Posterior;
+struct RefinedWindow;
+
 /// What the motion in a window offers, before any alignment.
 struct MotionMeasures {
   double parallax_px = kNotComputed;   ///< see medianParallaxPx()
@@ -76,6 +79,10 @@ struct PosteriorMeasures {
 /// any.
 double pointSpreadDeg(const InitWindow& window);
 
+/// Gathers them: `window` as handed in, `tracks` what the pruning left of it.
+PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& tracks,
+                                   const RefinedWindow& refined, const Posterior& posterior);
+
 /// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction"
 /// (inconsistent residuals), "point_spread" (too few tracks), "scale_sigma" (scale too uncertain;
 /// where the motion fails the excitation gate as well, too little excitation).
@@ -84,6 +91,12 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
 
 /// One sentence: what the gate measured, what it needs.
 std::string describe(const GateValue& gate);
+
+/// Enforces the gates of `slim`: all of them unless `mode` is kOff, with one exception. Where every
+/// other gate passes, parallax refuses only below half its bound: the posterior knows better
+/// whether a few pixels are enough; a window without translation, though, has a small and definite
+/// shape made of noise (docs/derivation.md, 6).
+void enforceGates(GateMode mode, InitResult* result);
 
 /// Sets status and message of `result` from its gates: the first enforced gate that failed decides;
 /// `enforce_all` enforces every one. Without such a failure the status is kSuccess, and the message

@@ -1,0 +1,52 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier:
+// BSD-3-Clause
+//
+// Numbers of the estimation that are not options: each with its unit and why it is what it is.
+#pragma once
+
+namespace slim_init::estimation_constants {
+
+// ---- Minimisation (visual_inertial_problem.h)
+
+/// Damping of a track's own parameters, relative to its largest information, and its floor: where
+/// the views do not determine one of them (the distance of a far point), it stays where it is.
+inline constexpr double kTrackDamping = 1e-7;
+inline constexpr double kMinTrackInformation = 1e-6;
+/// Information that holds a bias at zero, 1 / (1e-6 m/s^2)^2.
+inline constexpr double kHold = 1e12;
+/// Marquardt damping, relative to the diagonal of the information: at the start, its floor after
+/// good steps, and where another step is pointless.
+inline constexpr double kFirstDamping = 1e-6;
+inline constexpr double kSmallestDamping = 1e-9;
+inline constexpr double kLargestDamping = 1e8;
+/// Damping is at least this much after a step that was refused, and after a matrix that was not
+/// positive definite: from the smallest one it would take four refusals to matter.
+inline constexpr double kDampingAfterRefusal = 1e-5;
+inline constexpr double kDampingAfterFailure = 1e-4;
+/// A cost that rises by less than this share is equal: rounding of its sum.
+inline constexpr double kCostRounding = 1e-12;
+/// Nearest point that a start may have [1/m]; nearer ones are wrong matches.
+inline constexpr double kMaxStartInverseDepth = 10.0;
+/// A point is behind the camera when its inverse depth is negative by this many sigma.
+inline constexpr double kBehindSigmas = 3.0;
+
+// ---- Window (refine_window.h)
+
+/// Factors on the noise of the tracks, one minimisation after the other: with the first the IMU
+/// leads, with the last the pixels decide.
+inline constexpr double kCoarseToFine[] = {8.0, 3.0, 1.0};
+/// Median of the length of a 2-vector of independent unit Gaussians, sqrt(2 ln 2).
+inline constexpr double kRayleighMedian = 1.17741;
+/// Median of the larger of two independent unit |Gaussians|.
+inline constexpr double kMaxOfTwoMedian = 1.05;
+/// First-order biases are exact enough below this [rad/s].
+inline constexpr double kRelinearizeGyro = 5e-3;
+/// Fewer residuals say nothing about their spread.
+inline constexpr int kMinResiduals = 20;
+
+// ---- Posterior (posterior.h)
+
+/// Step of the central differences of the attitude by the direction of gravity [rad]: good to 1e-9.
+inline constexpr double kGravityStep = 1e-5;
+
+}  // namespace slim_init::estimation_constants

@@ -1,0 +1,46 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier:
+// BSD-3-Clause
+//
+// Numbers of the line stage that are not options: each with its unit and why it is what it is.
+#pragma once
+
+namespace slim_init::lines_constants {
+
+inline constexpr double kRadPerDeg = 0.017453292519943295;
+
+// ---- Vanishing points (vanishing_point.h)
+
+/// Levels of the icosphere: the last one has 20481 directions, none further than 0.7 deg from any
+/// direction, and the fit that follows the vote needs no better start.
+inline constexpr int kMaxSubdivisions = 6;
+/// Slack of a vote's bound [sine]: covers rounding to float, it only opens a block too many.
+inline constexpr float kRoundingSlack = 1e-5F;
+/// Rounds of selecting inliers and fitting. Two suffice as a rule, the set then repeats itself.
+inline constexpr int kMaxRounds = 4;
+/// The direction d is held, across the sphere, by how far the planes differ: least along the second
+/// eigenvector v of the mean of w n n^T, whose eigenvalue l2 is the mean square of n . v. Against
+/// it stand the mean square error of n . d and of n . v, as expected from the noise of the end
+/// points, and l1, the mean square of what the fit leaves of n . d. At ten times each of them
+/// - the standard deviation of d along v, about sqrt(var(n . d) / (m l2)) for m lines, is below
+///   0.32 / sqrt(m) rad, small enough for the first order on which the
+///   covariance rests, and
+/// - at most a tenth of l2 is noise that poses as conditioning. Below, the planes are one bundle of
+/// near-parallel image lines and d lies anywhere along v.
+inline constexpr double kMinDetermination = 10.0;
+/// The same for noise-free input [rad^2]: planes that differ by less than 1e-4 rad (a twentieth of
+/// a pixel) differ by nothing an image can show.
+inline constexpr double kMinPlaneSpread = 1e-4 * 1e-4;
+/// Squared sine between the end points of a segment; InitWindow leaves out those below 1e-6 rad.
+inline constexpr double kMinSquaredSine = 1e-12;
+
+// ---- Line tracks (line_track.h, line_agreement.h)
+
+/// Nearest line that a start may have [1/m]; nearer ones are wrong matches.
+inline constexpr double kMaxStartInverseDistance = 10.0;
+/// Gauss-Newton steps before views are said to disagree: the linear line leans on the view in the
+/// middle, which may be a short segment.
+inline constexpr int kGaussNewtonSteps = 2;
+/// Their damping, relative to the largest information: holds what the views do not determine.
+inline constexpr double kLineDamping = 1e-6;
+
+}  // namespace slim_init::lines_constants

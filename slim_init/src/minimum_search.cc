@@ -1,0 +1,96 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier:
+// BSD-3-Clause
+#include "minimum_search.h"
+
+#include <utility>
+
+#include "alignment/starting_states.h"
+
+namespace slim_init {
+namespace {
+
+// Share of the line sightings cut off above which the line tracks are doubtful. Clean tracks lose
+// up to a tenth to the error of the start.
+constexpr double kDoubtfulLines = 0.2;
+// 99.9 % point of a chi-square with nine degrees of freedom: start velocity, gravity, both biases
+// and scale are what lines and points can disagree about.
+constexpr double kLineConflict = 28.0;
+
+RefinedWindow refine(const RefinementInput& input, const std::vector<Track>& lines,
+                     const std::vector<WindowState>& starts, StartMode mode,
+                     const InitializerOptions& options) {
+  return refineWindow(input.tracks, lines, input.pre, input.vanishing_points, starts, mode,
+                      options.refinement);
+}
+
+// A wrong minimum shows in its chi-square; with few tracks one bad one among them does not.
+bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& options) {
+  return !refined.valid || refined.chi2 > options.refinement.suspicious_chi2 ||
+         refined.point_tracks < options.slim.few_tracks;
+}
+
+// Starts from the tracks that agree with one inertial trajectory; and where that does not help,
+// from all of them coarse to fine. The lowest cost over all tracks wins.
+void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
+                 const std::vector<WindowState>& starts, const InitializerOptions& options,
+                 RefinedWindow* refined) {
+  const auto keepLower = [refined](const RefinedWindow& other) {
+    if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
+  };
+  const std::vector<WindowState> agreeing =
+      consistentStartingStates(input.tracks, input.pre, input.R_c0_ck, options.slim,
+                               options.alignment, options.reverse_alignment);
+  if (!agreeing.empty()) keepLower(refine(input, lines, agreeing, StartMode::kFine, options));
+  if (refined->valid && refined->chi2 <= options.refinement.suspicious_chi2) return;
+  keepLower(refine(input, lines, agreeing.empty() ? starts : agreeing, StartMode::kCoarseToFine,
+                   options));
+}
+
+// Many cut tracks are the mark of a line tracker that confuses lines, and what is left of them need
+// not be right. Then the points have the last word: lines that cost them more than a measurement of
+// the same motion would are left out.
+void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines,
+                        std::vector<WindowState> starts, const InitializerOptions& options,
+                        RefinedWindow* refined) {
+  if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.sightings)) return;
+  if (refined->valid) starts.insert(starts.begin(), refined->state);
+  const RefinedWindow points = refine(input, {}, starts, StartMode::kFine, options);
+  if (!points.valid) return;
+  const bool conflict =
+      !refined->valid || refined->cost - refined->line_cost > points.cost + kLineConflict;
+  if (conflict) *refined = points;
+}
+
+}  // namespace
+
+AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowState>& starts,
+                            const InitializerOptions& options) {
+  if (!options.slim.prune_lines || !options.refinement.use_lines) {
+    AgreeingLines all;
+    all.tracks = tracks.lineTracks();
+    return all;
+  }
+  const Calibration& calibration = tracks.calibration();
+  const double bound =
+      options.refinement.line_agreement_sigmas * calibration.sigma_line_px / calibration.focal_px;
+  AgreeingLines best;
+  for (const WindowState& start : starts) {
+    AgreeingLines lines =
+        agreeingLineTracks(tracks, start, bound, options.refinement.min_line_views);
+    if (lines.sightings > best.sightings) best = std::move(lines);
+  }
+  return best;
+}
+
+RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
+                            const std::vector<WindowState>& starts,
+                            const InitializerOptions& options) {
+  RefinedWindow refined = refine(input, lines.tracks, starts, StartMode::kFine, options);
+  if (options.slim.second_search && isSuspicious(refined, options)) {
+    searchAgain(input, lines.tracks, starts, options, &refined);
+  }
+  checkAgainstPoints(input, lines, starts, options, &refined);
+  return refined;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,40 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier:
+// BSD-3-Clause
+//
+// The search of the minimum around refineWindow(): which lines are believed, which starts are
+// tried, and whether the points agree with the answer (docs/derivation.md, 4.8 and 4.9).
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimation/refine_window.h"
+#include "imu/preintegration.h"
+#include "imu/window_state.h"
+#include "lines/line_agreement.h"
+#include "lines/vanishing_point.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// What every refinement of a window shares. Keeps references: the arguments outlive it.
+struct RefinementInput {
+  const InitWindow& tracks;                             ///< points pruned
+  const std::vector<Preintegration>& pre;               ///< by preintegrateInflated()
+  const std::vector<Eigen::Matrix3d>& R_c0_ck;          ///< camera k to the first camera
+  const std::vector<VanishingPoint>* vanishing_points;  ///< or null
+};
+
+/// The line tracks that agree with the one of `starts` that more of them agree with; all of them
+/// where lines are not pruned or not used.
+AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowState>& starts,
+                            const InitializerOptions& options);
+
+/// Maximum a posteriori estimate from `starts` (at least one). A second search follows where the
+/// first answer looks wrong, and lines that contradict the points are left out.
+RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
+                            const std::vector<WindowState>& starts,
+                            const InitializerOptions& options);
+
+}  // namespace slim_init

@@ -1,0 +1,118 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "minimum_search.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "support/exact_window.h"
+#include "support/true_state.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+ExactWindow noisyWindow() {
+  ExactWindowOptions options;
+  options.pixel_noise = 0.6;
+  options.imu_noise = true;
+  return makeExactWindow(options);
+}
+
+// A window with what searchMinimum() needs, at the true state.
+struct Search {
+  explicit Search(ExactWindow window)
+      : exact(std::move(window)),
+        truth(trueState(exact)),
+        pre(preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias,
+                                 options.refinement)),
+        R_c0_ck(cameraRotations(truth.R_b0_bk, exact.window->calibration().R_b_c)) {}
+
+  RefinedWindow run(const std::vector<WindowState>& starts) const {
+    return searchMinimum({*exact.window, pre, R_c0_ck, nullptr},
+                         believedLines(*exact.window, starts, options), starts, options);
+  }
+
+  InitializerOptions options;
+  ExactWindow exact;
+  WindowState truth;
+  std::vector<Preintegration> pre;
+  std::vector<Eigen::Matrix3d> R_c0_ck;
+};
+
+// Two lines that change places in the middle of the window.
+ExactWindow withConfusedLines(int pairs) {
+  ExactWindow exact = noisyWindow();
+  std::vector<FeatureId> ids;
+  for (const Track& track : exact.window->lineTracks()) {
+    if (track.size() == exact.window->size()) ids.push_back(track.id);
+  }
+  EXPECT_GE(static_cast<int>(ids.size()), 2 * pairs);
+  for (int k = exact.window->size() / 2; k < exact.window->size(); ++k) {
+    for (LineObservation& line : exact.keyframes[k].lines) {
+      for (int p = 0; p < pairs; ++p) {
+        const FeatureId a = ids[p], b = ids[ids.size() - 1 - p];
+        if (line.id == a || line.id == b) {
+          line.id = line.id == a ? b : a;
+          break;
+        }
+      }
+    }
+  }
+  exact.window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  return exact;
+}
+
+TEST(BelievedLines, ConfusedTracksAreCutWhereLinesArePruned) {
+  Search search(withConfusedLines(3));
+  const std::vector<WindowState> starts = {search.truth};
+  EXPECT_GT(believedLines(*search.exact.window, starts, search.options).tracks.size(),
+            search.exact.window->lineTracks().size())
+      << "both halves of a confused track are one line each";
+  search.options.slim.prune_lines = false;
+  EXPECT_EQ(believedLines(*search.exact.window, starts, search.options).tracks.size(),
+            search.exact.window->lineTracks().size());
+  search.options.slim.prune_lines = true;
+  search.options.refinement.use_lines = false;
+  EXPECT_EQ(believedLines(*search.exact.window, starts, search.options).dropped, 0);
+}
+
+TEST(BelievedLines, TheStartWithMoreAgreementDecides) {
+  Search search(noisyWindow());
+  WindowState wrong = search.truth;
+  for (int k = 1; k < wrong.size(); ++k) wrong.p_b0.col(k) += Eigen::Vector3d(0.3 * k, -0.2, 0.5);
+  const auto sightings = [&](const std::vector<WindowState>& starts) {
+    return believedLines(*search.exact.window, starts, search.options).sightings;
+  };
+  EXPECT_GT(sightings({search.truth}), sightings({wrong}));
+  EXPECT_EQ(sightings({wrong, search.truth}), sightings({search.truth}));
+}
+
+TEST(SearchMinimum, FromTheTruthItStaysThere) {
+  const Search search(noisyWindow());
+  const RefinedWindow refined = search.run({search.truth});
+  ASSERT_TRUE(refined.valid);
+  EXPECT_LT((refined.state.p_b0 - search.truth.p_b0).norm(), 0.05 * search.truth.p_b0.norm());
+}
+
+TEST(SearchMinimum, TheSecondSearchOnlyLowersTheCost) {
+  Search search(noisyWindow());
+  // A start with the trajectory mirrored at its first position.
+  WindowState wrong = search.truth;
+  wrong.p_b0 = -wrong.p_b0;
+  wrong.v_b0 = -wrong.v_b0;
+  search.options.slim.few_tracks = 1000;  // searched again in any case
+  const RefinedWindow twice = search.run({wrong});
+  search.options.slim.second_search = false;
+  const RefinedWindow once = search.run({wrong});
+  ASSERT_TRUE(twice.valid);
+  if (once.valid) {
+    EXPECT_LE(twice.cost, once.cost);
+  }
+  const RefinedWindow right = search.run({search.truth});
+  EXPECT_LT(twice.cost, 1.01 * right.cost);
+}
+
+}  // namespace
+}  // namespace slim_init
