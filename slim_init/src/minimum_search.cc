@@ -46,9 +46,9 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
                    options));
 }
 
-// Many cut tracks are the mark of a line tracker that confuses lines, and what is left of them need
-// not be right. Then the points have the last word: lines that cost them more than a measurement of
-// the same motion would are left out.
+// Many cut tracks are a sign of a line tracker that confuses lines, and what remains of them may be
+// wrong as well. Then the points decide: lines are left out that raise the cost of the points by
+// more than an independent measurement of the same motion would.
 void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines,
                         std::vector<WindowState> starts, const InitializerOptions& options,
                         RefinedWindow* refined) {

@@ -21,7 +21,7 @@
 namespace slim_init {
 namespace {
 
-// Takes over the bias. False, with status and message set, where there is none.
+// Sets the bias. False, with status and message set, where there is none.
 bool acceptGyroBias(const RobustBias& bias, const RobustBiasOptions& options, InitResult* result) {
   result->counts.gyro_bias_iterations = bias.iterations;
   result->counts.vp_pairs = bias.vp_pairs;
@@ -37,7 +37,7 @@ bool acceptGyroBias(const RobustBias& bias, const RobustBiasOptions& options, In
       message << "a share of " << bias.inlierFraction()
               << " of the point tracks agrees with one gyroscope bias, must be at least "
               << options.min_inlier_fraction
-              << " (a wrong extrinsic rotation or time offset does this: try slim_init doctor)";
+              << " (a wrong extrinsic rotation or time offset causes this: run slim_init doctor)";
       fail(InitStatus::kInconsistentResiduals, message.str(), result);
       return false;
     case RobustBiasStatus::kOutOfRange: break;

@@ -40,7 +40,7 @@ InitResult startResult(const InitWindow& window);
 /// Sets status and message.
 void fail(InitStatus status, const std::string& message, InitResult* result);
 
-/// False, with status and sentence set, when the window has fewer than kMinKeyframes.
+/// False, with status and message set, when the window has fewer than kMinKeyframes.
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
 
 /// The motion as the tracks and `pre` show it, for motionGates().
@@ -51,11 +51,11 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
 /// gravity-aligned world.
 void setWorldStates(const InitWindow& window, const WindowState& state, InitResult* result);
 
-/// The way back: world states, at least one, in the frame of the first body, with gravity of this
-/// size along -z of w and the biases of the newest state.
+/// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
+/// with gravity of this size along -z of w and the biases of the newest state.
 WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude);
 
-/// A window without translation holds no scale: where the status says so, takes out what is not
+/// A window without translation holds no scale: where the status says so, removes what is not
 /// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is
 /// minus gravity, plus a bias that cannot be told apart), and the gyroscope bias. Pure rotation:
 /// the gyroscope bias.

@@ -93,7 +93,7 @@ TEST(ReverseAlignment, NoiseFreeRecoveryWithAccelerometerBias) {
     options.log_scale_tolerance = 1e-10;
     const ReverseEstimate estimate = solve(p, options);
     ASSERT_TRUE(estimate.valid);
-    // The prior on the bias pulls a little; a shape good to 1e-6 leaves it almost no say.
+    // The prior on the bias pulls a little; a shape good to 1e-6 leaves it almost no weight.
     EXPECT_NEAR(estimate.scale / p.true_scale, 1.0, 1e-4);
     EXPECT_LT((estimate.accel_bias - accel_bias).norm(), 1e-3);
     EXPECT_LT(gravityErrorRad(estimate.gravity_b0, p.exact.truth[0]), 1e-4);

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The rooms of the compared systems: structure from motion, closed form, maximum likelihood.
+// Parts of the compared systems: structure from motion, closed form, maximum likelihood.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Line segments with a known vanishing point, for the tests of this room.
+// Line segments with a known vanishing point, for the tests of this folder.
 #pragma once
 
 #include <Eigen/Core>
@@ -107,7 +107,8 @@ inline FrameObservation frameOf(double t, const std::vector<LineSighting>& lines
   return frame;
 }
 
-/// A window of these keyframes with inertial data that say nothing; null and `error` as create().
+/// A window of these keyframes with inertial data without information; null and `error` as
+/// create().
 inline std::shared_ptr<const InitWindow> windowOf(const std::vector<FrameObservation>& keyframes,
                                                   std::string* error) {
   std::vector<ImuSample> imu(2);

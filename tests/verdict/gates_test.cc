@@ -79,9 +79,10 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
     EXPECT_FALSE(gate.passed) << gate.name;
     EXPECT_EQ(gate.status_if_failed, InitStatus::kInconsistentResiduals);
   }
-  EXPECT_EQ(describe(find(calibrationGates(check, kOptions), "extrinsic_rotation")),
-            "extrinsic rotation is off by about 5 deg (sigma 1 deg), of which beyond doubt is 2.5 "
-            "deg, must be at most 2.5");
+  EXPECT_EQ(
+      describe(find(calibrationGates(check, kOptions), "extrinsic_rotation")),
+      "extrinsic rotation is off by about 5 deg (sigma 1 deg); its lower bound at 2.5 sigma is 2.5 "
+      "deg, must be at most 2.5");
 }
 
 InitResult withGates(double parallax_share, bool other_passes) {
@@ -235,7 +236,7 @@ TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {
   result.gates = motionGates(motion, kOptions);
   decide(true, &result);
   EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation);
-  // The sentence carries the measured value and the threshold.
+  // The message carries the measured value and the threshold.
   EXPECT_NE(result.message.find("0.0123"), std::string::npos) << result.message;
   EXPECT_NE(result.message.find("at least 0.1"), std::string::npos) << result.message;
   result.gates = motionGates(motion, kOptions);

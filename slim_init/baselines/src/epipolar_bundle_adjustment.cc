@@ -194,6 +194,8 @@ EpipolarAdjustment adjustEpipolar(const InitWindow& window, const std::vector<Pr
   NormalEquations at = problem.linearize(*state);
   out.first_cost = at.cost;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(size);
+  // Not minimizeLevenbergMarquardt(): states on a manifold, a gauge left out, and an end by the
+  // decrease that a step brought, not by the one expected of the next.
   double damping = kFirstDamping;
   while (out.iterations < options.max_iterations && !out.converged && damping < kLargestDamping) {
     Eigen::MatrixXd A = at.H.bottomRightCorner(m, m);

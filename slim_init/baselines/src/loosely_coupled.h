@@ -16,11 +16,12 @@
 
 namespace slim_init::baselines {
 
-/// Takes over step 1. False, with status and sentence set, when its estimate cannot be used.
+/// Takes the result of step 1. False, with status and message set, when its estimate cannot be
+/// used.
 bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
                     InitResult* result);
 
-/// Status and sentence where no gate has refused and yet the alignment has no answer: too few
+/// Status and message where no gate has refused and yet the alignment has no answer: too few
 /// tracks for the translations, or a singular system.
 void failAlignment(const TranslationEstimate& translation, const AlignmentOptions& options,
                    InitResult* result);

@@ -17,7 +17,7 @@ namespace slim_init::baselines {
 /// Camera poses up to scale, or why there are none.
 struct StructureFromMotion {
   InitStatus status = InitStatus::kNumericalFailure;  ///< kSuccess, or that of the refusal
-  std::string message;                                ///< one sentence of the refusal
+  std::string message;                                ///< why it was refused
   std::vector<Eigen::Matrix3d> R_c0_ck;               ///< camera k to the first camera
   Eigen::Matrix3Xd centres_c0;                        ///< 3xN camera centres, column 0 zero
   int reference = -1;                                 ///< keyframe paired with the newest

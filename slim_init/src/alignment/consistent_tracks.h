@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Which point tracks agree with one inertial trajectory. Known-rotation pruning sees two views at a
-// time and lets pass what slides along the epipolar line; a dozen tracks with one such among them
-// are enough to lead the alignment into a wrong minimum.
+// Which point tracks agree with one inertial trajectory. Known-rotation pruning uses two views at a
+// time and accepts a point that slides along its epipolar line; one such track among a dozen is
+// enough to lead the alignment into a wrong minimum.
 #pragma once
 
 #include <Eigen/Core>

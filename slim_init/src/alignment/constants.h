@@ -10,7 +10,7 @@ namespace slim_init::alignment_constants {
 
 /// A track agrees up to this many standard deviations, root mean square of its residuals.
 inline constexpr double kAgreementSigmas = 3.0;
-/// Squared sine of the parallax below which a track has no say [rad^2]: 1e-4 rad, the default of
+/// Squared sine of the parallax below which a track is not used [rad^2]: 1e-4 rad, the default of
 /// AlignmentOptions::min_parallax_rad, is far below the noise of a bearing.
 inline constexpr double kMinParallax2 = 1e-8;
 /// Floor of the distance to a point [m]: a row is divided by it.
@@ -23,7 +23,7 @@ inline constexpr double kGraduation = 1.4;
 inline constexpr double kTruncated = 1e3;
 /// mu where no residual is beyond the bound: above kTruncated, so that nothing is graduated.
 inline constexpr double kNothingToTruncate = 1e6;
-/// 1.4^40 = 7e5: from any start that is not hopeless mu reaches kTruncated.
+/// 1.4^40 = 7e5: mu reaches kTruncated from any start above 1.5e-3.
 inline constexpr int kMaxGraduations = 40;
 
 // ---- Tight and reverse start (starting_states.h, reverse_alignment.h)

@@ -44,8 +44,8 @@ struct ReverseEstimate {
   Eigen::Matrix3Xd positions_b0;   ///< 3xN, body, column 0 zero
 };
 
-/// Takes over x = [v_0, b_a, g]: biases, gravity, and the motion that they give; the scale is the
-/// caller's.
+/// Sets accelerometer bias, gravity and motion that follow from x = [v_0, b_a, g]; the scale is
+/// left to the caller.
 void setSolution(const LinearMotion& motion, const Eigen::VectorXd& x, ReverseEstimate* estimate);
 
 /// Minimises over u and x

@@ -104,8 +104,9 @@ std::vector<WindowState> startingStates(const InitWindow& window,
   }
   if (reverse.valid) {
     WindowState state = stateOf(reverse, R_b0_bk, gyro_bias);
-    // From the shape, not from the IMU: what is wrong then is the inertial part, which is quadratic
-    // and mended in one step, while pixels off by their tens sit on the flat part of the loss.
+    // From the shape, not from the IMU: the error is then in the inertial part, whose cost is
+    // quadratic and corrected in one step; residuals of tens of pixels would lie on the flat part
+    // of the robust loss.
     for (int k = 0; k < window.size(); ++k) {
       state.p_b0.col(k) = reverse.scale * (shape_b0.col(k) - shape_b0.col(0)) -
                           (R_b0_bk[k] * calibration.t_b_c - R_b0_bk[0] * calibration.t_b_c);

@@ -41,7 +41,7 @@ inline constexpr double kRayleighMedian = 1.17741;
 inline constexpr double kMaxOfTwoMedian = 1.05;
 /// First-order biases are exact enough below this [rad/s].
 inline constexpr double kRelinearizeGyro = 5e-3;
-/// Fewer residuals say nothing about their spread.
+/// With fewer residuals their spread is not estimated.
 inline constexpr int kMinResiduals = 20;
 
 // ---- Posterior (posterior.h)

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// From the refined window in b0 to what is handed on: states in the gravity-aligned world, their
+// From the refined window in b0 to the output: states in the gravity-aligned world, their
 // covariance, the standard deviation of the scale.
 #pragma once
 

@@ -31,10 +31,10 @@ double chi2(const Basin& basin, const VisualInertialProblem& map) {
   return basin.summary.visual_cost / std::max(map.visualDof(), 1);
 }
 
-// Start after start, until one leads to a minimum that is not suspicious; the lowest of those
-// tried. A wrong minimum shows in its chi-square (5 to 30), so a second start beside a good first
-// one found nothing better in any window of the recordings and took as long again. The map is left
-// at the last one tried.
+// Tries the starts in order until one leads to a minimum that is not suspicious, and keeps the
+// lowest. A wrong minimum has a chi-square of 5 to 30; after a good first start a second one found
+// nothing better in any recorded window and doubled the time. The map is left at the last one
+// tried.
 Basin findBasin(const std::vector<WindowState>& starts, const RefinementOptions& options,
                 VisualInertialProblem* map) {
   Basin best;
@@ -50,7 +50,8 @@ Basin findBasin(const std::vector<WindowState>& starts, const RefinementOptions&
   return best;
 }
 
-// Each start through a widened noise of the tracks, and the lowest cost at the true one. The map
+// Minimises from each start with the noise of the tracks widened first; keeps the lowest cost at
+// their true noise. The map
 // keeps the noise it had.
 Basin descendFromCoarse(const std::vector<WindowState>& starts, int max_iterations,
                         VisualInertialProblem* map) {

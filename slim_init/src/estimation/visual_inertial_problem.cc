@@ -298,6 +298,8 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
   if (!whitening_valid_) return summary;
   const int m = layout_.size() - StateLayout::kGauge;
   linearize(*state, structure_, &system_);
+  // Not minimizeLevenbergMarquardt(): the last step is taken without an evaluation, a matrix that
+  // is not positive definite raises the damping, and systems of this size are swapped, not copied.
   double damping = kFirstDamping;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
   Eigen::MatrixXd A(m, m);

@@ -53,7 +53,7 @@ class VisualInertialProblem {
                         const std::vector<VanishingPoint>* vanishing_points,
                         const RefinementOptions& options);
 
-  /// Takes the covariances anew after the caller has changed the preintegrations.
+  /// Recomputes the whitening after the caller has changed the preintegrations.
   void whiten();
 
   /// Standard deviation of a point bearing and of a line end point across the line [rad].
@@ -65,14 +65,14 @@ class VisualInertialProblem {
   /// the best found, also where the minimisation failed.
   MapSummary minimize(int max_iterations, WindowState* state);
 
-  /// Goes on from the state and the track parameters that the last call left.
+  /// Continues from the state and the track parameters that the last call left.
   MapSummary resume(int max_iterations, WindowState* state);
 
   /// Residuals after minimize(), at its answer.
   MapResiduals residuals() const;
 
-  /// Takes observations beyond the bounds [rad] out, and tracks that keep fewer than two point or
-  /// three line views with them. `now` as residuals() gave it.
+  /// Removes observations beyond the bounds [rad], and tracks left with fewer than two point or
+  /// three line views. `now` as residuals() gave it.
   void reject(const MapResiduals& now, double max_point, double max_line);
 
   /// Share of the point tracks whose inverse depth is negative by more than three sigma.

@@ -76,8 +76,8 @@ std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double 
 bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gravity_w,
               const std::vector<ImuSample>& imu, const std::vector<double>& times,
               const StateAtOptions& options, std::vector<NavState>* states, std::string* error) {
-  const auto refuse = [error](const std::string& sentence) {
-    if (error != nullptr) *error = sentence;
+  const auto refuse = [error](const std::string& message) {
+    if (error != nullptr) *error = message;
     return false;
   };
   if (keyframes.empty()) return refuse("there is no keyframe to start from");

@@ -44,7 +44,7 @@ inline constexpr int kHypotheses = 20;
 /// Prior of the baseline in its elimination, in variances of a bearing: half of one keeps the
 /// Hessian regular where the parallax is of the order of the noise (docs/derivation.md, 1.1).
 inline constexpr double kBaselinePriorSigmas2 = 0.5;
-/// Points, counted by their weight, below which a pair says nothing about the rotation: that has
+/// Points, counted by their weight, below which a pair does not determine the rotation: that has
 /// three degrees of freedom and the baseline two.
 inline constexpr double kMinRobustCount = 5.0;
 /// Marquardt damping, relative to the diagonal of the Hessian: at the start, and where another step
@@ -76,7 +76,7 @@ inline constexpr double kCurvatureShare = 0.02;
 
 // ---- Freed rotations (free_rotations.h)
 
-/// With a wider cutoff than this the baseline at hand is not to be trusted [sigma].
+/// With a wider cutoff than this the known baseline is not trusted [sigma].
 inline constexpr double kWideCutoff = 5.0;
 /// Gauss-Newton steps per round of re-weighting; the weights of the next move the minimum anyway.
 inline constexpr int kFreeSteps = 3;

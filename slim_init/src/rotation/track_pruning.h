@@ -2,8 +2,8 @@
 //
 // Known-rotation pruning of point tracks: with the rotation from the gyro, two points fix the
 // direction of translation between two keyframes, and every track that disagrees with it is wrong.
-// Finds what a fundamental matrix or an essential matrix lets pass, because it has fewer degrees of
-// freedom to bend: patches of repetitive texture that jump together by one period.
+// Detects what a fundamental or an essential matrix accepts, since it has fewer degrees of freedom
+// to fit: patches of repetitive texture that jump together by one period.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,9 +34,9 @@ struct TrackPruning {
 
 /// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) with the
 /// rotations of the gyro at `gyro_bias` [rad/s], and the sightings that disagree with it. A single
-/// bad sighting is dropped and its track goes on; where a track jumps for good it is cut. Pairs
-/// with fewer than min_points_per_pair common points are not tested, their sightings are kept.
-/// Deterministic.
+/// bad sighting is dropped and its track continues; where a track jumps permanently it is cut.
+/// Pairs with fewer than min_points_per_pair common points are not tested, their sightings are
+/// kept. Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                          const TrackPruningOptions& options);
 

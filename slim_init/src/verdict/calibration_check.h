@@ -23,9 +23,8 @@ struct CalibrationCheck {
   double td_sigma_s = 0.0;
   int pairs = 0;
 
-  /// The part of the error that is beyond doubt: the estimate less this many standard deviations,
-  /// not below zero. (On recorded motion the deviations are stated half as large again as they
-  /// are.)
+  /// The certain part of the error: the estimate minus this many standard deviations, not below
+  /// zero. (On recorded motion the stated deviations are half as large again as the errors.)
   static constexpr double kConfidence = 2.5;
   double certainExtrinsicDeg() const;
   double certainTdS() const;

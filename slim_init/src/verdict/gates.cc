@@ -123,7 +123,7 @@ std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const Gat
     std::ostringstream out;
     out.precision(2);
     out << what << " is off by about " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
-        << "), of which beyond doubt";
+        << "); its lower bound at " << CalibrationCheck::kConfidence << " sigma";
     return out.str();
   };
   constexpr double kMsPerS = 1e3;

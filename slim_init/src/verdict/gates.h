@@ -39,17 +39,17 @@ double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
 double forceDeviation(const std::vector<Preintegration>& pre,
                       const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
-/// Gates on the motion: "parallax" and "excitation". Tracks and IMU together name what a missing
-/// parallax is: beyond min_rotation_deg a pure rotation; with a steady specific force (below
+/// Gates on the motion: "parallax" and "excitation". Tracks and IMU together classify a missing
+/// parallax: beyond min_rotation_deg a pure rotation; with a steady specific force (below
 /// max_rest_deviation over 0.25 s means, so that a vibrating vehicle is at rest) stationary; with
 /// an unsteady one too little excitation of the camera, the scene is too far. Where it could not be
 /// measured, too few tracks. Tracks that move while the IMU is quiet are a slide at constant
 /// velocity and fail "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
-/// Gates on the calibration: "extrinsic_rotation" and "time_offset", values the part of each error
-/// that is beyond doubt, explanations the estimate itself. None where the check is not valid. They
-/// come before those on the answer: a wrong calibration is the reason of what those find.
+/// Gates on the calibration: "extrinsic_rotation" and "time_offset", values are the certain part of
+/// each error, explanations the estimate itself. None where the check is not valid. They precede
+/// the gates on the answer, since a wrong calibration causes those to fail.
 std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const GateOptions& options);
 
 /// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
@@ -89,7 +89,7 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
 
-/// One sentence: what the gate measured, what it needs.
+/// Message with what the gate measured and what it needs.
 std::string describe(const GateValue& gate);
 
 /// Enforces the gates of `slim`: all of them unless `mode` is kOff, with one exception. Where every
