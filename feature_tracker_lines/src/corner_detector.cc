@@ -8,19 +8,23 @@
 namespace slim_init::feature_tracker_lines {
 namespace {
 
+// Side of a cell [px]: two or three corners at the default distance between points.
 constexpr int kCellPx = 48;
 constexpr int kHalfBlock = kCornerBlock / 2;
-// Of a derivative as OpenCV leaves it: Scharr's 3, 10, 3 over two pixels.
+// Of a derivative as OpenCV stores it: Scharr's weights 3, 10, 3 over two pixels.
 constexpr float kDerivativeUnit = 1.0F / 32.0F;
+// A cell is searched if more than one in so many of its pixels, sampled at this step, are free.
+constexpr int kLeastFree = 8, kFreeStep = 4;
 
-// Free pixels among every fourth: enough to say whether looking is worth it.
 bool hasRoom(const cv::Mat& mask, const cv::Rect& area) {
   int free = 0, seen = 0;
-  for (int y = area.y + 2; y < area.br().y; y += 4) {
+  for (int y = area.y + kFreeStep / 2; y < area.br().y; y += kFreeStep) {
     const uchar* row = mask.ptr<uchar>(y);
-    for (int x = area.x + 2; x < area.br().x; x += 4, ++seen) free += row[x] != 0 ? 1 : 0;
+    for (int x = area.x + kFreeStep / 2; x < area.br().x; x += kFreeStep, ++seen) {
+      free += row[x] != 0 ? 1 : 0;
+    }
   }
-  return 8 * free > seen;
+  return kLeastFree * free > seen;
 }
 
 }  // namespace
@@ -42,15 +46,13 @@ void CornerDetector::reset() {
   for (Cell& cell : cells_) cell.last_seen = -1;
 }
 
-// Appends the local maxima in `area` that are free, strong enough and no edges.
-void CornerDetector::searchCell(const cv::Mat& derivative, const cv::Mat& mask,
-                                const cv::Rect& area, float min_eigenvalue,
-                                std::vector<Corner>* found) {
-  // Responses are needed one pixel around, derivatives half a block more: up to three pixels past
-  // the edge of the area, which the padding of the pyramid covers.
-  const int rows = area.height + 2, cols = area.width + 2;
-  const int wide_rows = rows + 2 * kHalfBlock, wide_cols = cols + 2 * kHalfBlock;
-  // Sums along the rows of xx, xy and yy: a plane each.
+// Sums of the products xx, xy and yy of the derivatives over kCornerBlock columns: a plane each,
+// of the area with one pixel around it and half a block more above and below.
+void CornerDetector::sumRows(const cv::Mat& derivative, const cv::Rect& area) {
+  // Up to three pixels past the edge of the image are read, which the padding of the pyramid
+  // covers.
+  const int cols = area.width + 2;
+  const int wide_rows = area.height + 2 + 2 * kHalfBlock, wide_cols = cols + 2 * kHalfBlock;
   const auto plane = static_cast<std::size_t>(cols) * static_cast<std::size_t>(wide_rows);
   sums_.resize(3 * plane);
   products_.resize(3 * static_cast<std::size_t>(wide_cols));
@@ -77,6 +79,12 @@ void CornerDetector::searchCell(const cv::Mat& derivative, const cv::Mat& mask,
       }
     }
   }
+}
+
+// Smaller eigenvalue of the structure tensor in the area and one pixel around it; zero on edges.
+void CornerDetector::computeResponses(const cv::Rect& area) {
+  const int rows = area.height + 2, cols = area.width + 2;
+  const auto plane = sums_.size() / 3;
   responses_.resize(static_cast<std::size_t>(cols) * static_cast<std::size_t>(rows));
   constexpr float kMean = 1.0F / (kCornerBlock * kCornerBlock);
   constexpr auto kRatio = static_cast<float>(kLeastCornerRatio);
@@ -96,6 +104,15 @@ void CornerDetector::searchCell(const cv::Mat& derivative, const cv::Mat& mask,
       response[i] = smaller > kRatio * larger ? kMean * smaller : 0.0F;
     }
   }
+}
+
+// Appends the local maxima in `area` that are free, strong enough and no edges.
+void CornerDetector::searchCell(const cv::Mat& derivative, const cv::Mat& mask,
+                                const cv::Rect& area, float min_eigenvalue,
+                                std::vector<Corner>* found) {
+  sumRows(derivative, area);
+  computeResponses(area);
+  const int rows = area.height + 2, cols = area.width + 2;
   for (int j = 1; j + 1 < rows; ++j) {
     const float* here = responses_.data() + j * cols;
     const float* above = here - cols;

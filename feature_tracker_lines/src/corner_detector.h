@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Shi-Tomasi corners above an absolute threshold, looked for only where there is room.
+// Shi-Tomasi corners above an absolute threshold, looked for only where points are missing.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace slim_init::feature_tracker_lines {
 
 /// Smaller eigenvalue of the structure tensor (mean over blocks of kCornerBlock pixels of the
 /// products of cv::buildOpticalFlowPyramid()'s derivatives, in grey levels per pixel) of the
-/// strongest corner in an image of 752 x 480 pixels of pure noise for which measureNoise() tells 1.
+/// strongest corner in an image of 752 x 480 pixels of pure noise for which measureNoise() gives 1.
 /// Grows with the square of the noise.
 inline constexpr double kNoiseEigenvalue = 0.75;
 inline constexpr int kCornerBlock = 5;  ///< [px], odd
@@ -43,6 +43,8 @@ class CornerDetector {
     float eigenvalue;
     int x, y;
   };
+  void sumRows(const cv::Mat& derivative, const cv::Rect& area);
+  void computeResponses(const cv::Rect& area);
   void searchCell(const cv::Mat& derivative, const cv::Mat& mask, const cv::Rect& area,
                   float min_eigenvalue, std::vector<Corner>* found);
 
@@ -54,7 +56,7 @@ class CornerDetector {
   int min_distance_ = 0;
   std::vector<Cell> cells_;
   std::int64_t calls_ = 0;
-  std::vector<float> products_, sums_, responses_;
+  std::vector<float> products_, sums_, responses_;  // of the cell that is searched
 };
 
 }  // namespace slim_init::feature_tracker_lines

@@ -11,15 +11,21 @@
 namespace slim_init::feature_tracker_lines {
 namespace {
 
-constexpr int kMaxSamples = 40, kMinSamples = 8, kLeastUsed = 5;
+// Samples along an edge: every so many pixels, within bounds, of which so many have to be used.
 constexpr double kSampleStepPx = 3.0;
-constexpr int kMaxSearch = 6;  // [px]
+constexpr int kMaxSamples = 40, kMinSamples = 8, kLeastUsed = 5;
+constexpr int kMaxSearch = 6;  // to either side of the arc [px]
 constexpr int kMaxProfile = 2 * (kMaxSearch + 2) + 1;
-// A slope has to stand out of its own noise by this factor, and of rounding.
+// A slope has to exceed its own noise by this factor, and rounding [grey levels / px].
 constexpr double kSlopeSigmas = 3.0, kLeastSlope = 1.5;
-// Of two edges as steep the nearer one is meant: a rise two pixels off counts for two thirds.
+// Variance of the noise of a pixel over that of a slope: mean of three pixels, difference of two of
+// these means over two pixels.
+constexpr double kSlopeAveraging = 6.0;
+// Of two equally steep edges the nearer one is meant: a rise two pixels off counts for two thirds.
 constexpr double kCentrePreference = 0.12;
-constexpr double kInlierPx = 1.0, kFitScalePx = 0.3;
+constexpr double kDerivativeStep = 1e-4;  // [rad], of the numerical direction across the arc
+constexpr double kInlierPx = 1.0;         // samples this close to the fit are used
+constexpr double kFitScalePx = 0.3;       // Cauchy scale of the fit
 constexpr int kReweightings = 4;
 // Samples without edge that an edge may bridge: a crossing, a pole in front.
 constexpr int kBridgedSamples = 4;
@@ -36,10 +42,11 @@ inline float brightness(const cv::Mat& grey, float x, float y) {
   return upper + ay * (lower - upper);
 }
 
+// Where the brightness rises.
 struct Rise {
   bool found = false;
-  double offset_px = 0.0;
-  double slope = 0.0;
+  double offset_px = 0.0;  // across, from the arc
+  double slope = 0.0;      // [grey levels / px]
 };
 
 // The steepest rise along `across` (unit) within `search` pixels of `middle`, averaged over three
@@ -85,6 +92,128 @@ Rise steepestRise(const cv::Mat& grey, const Eigen::Vector2d& middle, const Eige
   return rise;
 }
 
+// The arc in the image: pixels of samples at equal steps, with one more at each end.
+struct ArcPixels {
+  ArcPixels(const ArcFrame& arc_frame, const Camera& lens, int sample_count)
+      : arc(arc_frame),
+        camera(lens),
+        samples(sample_count),
+        step((arc_frame.x_end - arc_frame.x_start) / (sample_count - 1)) {
+    for (int i = -1; i <= samples; ++i) {
+      const auto at = static_cast<std::size_t>(i + 1);
+      seen[at] = camera.project(arc.u + xOf(i) * arc.t, &pixel[at]);
+    }
+  }
+
+  double xOf(int i) const { return arc.x_start + i * step; }
+
+  // Jacobian of the pixel of sample i by (x, y) of the arc's frame [px / rad]. False outside the
+  // image. At the image's edge the derivative is one-sided.
+  bool jacobian(int i, Eigen::Matrix2d* J) const {
+    const auto at = static_cast<std::size_t>(i + 1);
+    if (!seen[at]) return false;
+    const Eigen::Vector2d& next = seen[at + 1] ? pixel[at + 1] : pixel[at];
+    const Eigen::Vector2d& last = seen[at - 1] ? pixel[at - 1] : pixel[at];
+    const double dx = step * ((seen[at + 1] ? 1 : 0) + (seen[at - 1] ? 1 : 0));
+    Eigen::Vector2d beside;
+    if (!(dx > 0.0) || !camera.project(arc.u + xOf(i) * arc.t + kDerivativeStep * arc.n, &beside)) {
+      return false;
+    }
+    J->col(0) = (next - last) / dx;
+    J->col(1) = (beside - pixel[at]) / kDerivativeStep;
+    return true;
+  }
+
+  const ArcFrame& arc;
+  const Camera& camera;
+  const int samples;
+  const double step;  // [x of the arc's frame]
+  std::array<Eigen::Vector2d, kMaxSamples + 2> pixel;
+  std::array<bool, kMaxSamples + 2> seen{};
+};
+
+// Places on the edge, in the arc's frame.
+struct EdgePoints {
+  explicit EdgePoints(int samples) : x(samples), y(samples), slope(samples) {}
+  int count = 0;
+  Eigen::ArrayXd x, y;   // the first `count` are set
+  Eigen::ArrayXd slope;  // of the brightness [grey levels / px]
+  std::array<int, kMaxSamples> sample{};
+
+  double residual(int k, const StraightFit& fit) const {
+    return y[k] - fit.offset - fit.slope * x[k];
+  }
+};
+
+// Moves every sample across the arc to the steepest rise in brightness.
+EdgePoints findEdgePoints(const cv::Mat& grey, const ArcPixels& arc, int search,
+                          double least_slope) {
+  EdgePoints points(arc.samples);
+  for (int i = 0; i < arc.samples; ++i) {
+    Eigen::Matrix2d J;
+    if (!arc.jacobian(i, &J)) continue;
+    const Eigen::Vector2d along = J.col(0).normalized();
+    const Eigen::Vector2d across(-along.y(), along.x());
+    const Rise rise =
+        steepestRise(grey, arc.pixel[static_cast<std::size_t>(i + 1)], across, search, least_slope);
+    if (!rise.found) continue;
+    const Eigen::Vector2d moved = J.inverse() * (rise.offset_px * across);
+    if (!moved.allFinite()) continue;
+    points.x[points.count] = arc.xOf(i) + moved.x();
+    points.y[points.count] = moved.y();
+    points.slope[points.count] = rise.slope;
+    points.sample[static_cast<std::size_t>(points.count)] = i;
+    ++points.count;
+  }
+  return points;
+}
+
+// A run of edge points on the fit, `first` to `last`; none: -1.
+struct Stretch {
+  int first = -1, last = -1;
+};
+
+// The longest stretch of points within kInlierPx of the fit whose gaps are no longer than may
+// be bridged.
+Stretch longestStretch(const EdgePoints& points, const StraightFit& fit, double focal_px) {
+  const auto sampleOf = [&points](int k) { return points.sample[static_cast<std::size_t>(k)]; };
+  Stretch best, current;
+  for (int k = 0; k < points.count; ++k) {
+    if (std::abs(points.residual(k, fit) * focal_px) > kInlierPx) continue;
+    if (current.first < 0 || sampleOf(k) - sampleOf(current.last) > kBridgedSamples + 1) {
+      current.first = k;
+    }
+    current.last = k;
+    if (best.first < 0 ||
+        sampleOf(k) - sampleOf(current.first) > sampleOf(best.last) - sampleOf(best.first)) {
+      best = current;
+    }
+  }
+  return best;
+}
+
+// Support, rms and contrast of an edge from the points of a stretch; returns how many are used.
+int measureEdge(const EdgePoints& points, const StraightFit& fit, const Stretch& stretch,
+                double focal_px, Edge* edge) {
+  double squares = 0.0;
+  std::vector<double> slopes;
+  for (int k = stretch.first; k <= stretch.last; ++k) {
+    const double residual_px = points.residual(k, fit) * focal_px;
+    if (std::abs(residual_px) > kInlierPx) continue;
+    squares += residual_px * residual_px;
+    slopes.push_back(points.slope[k]);
+  }
+  const int samples = points.sample[static_cast<std::size_t>(stretch.last)] -
+                      points.sample[static_cast<std::size_t>(stretch.first)] + 1;
+  const auto count = static_cast<int>(slopes.size());
+  edge->support = static_cast<double>(count) / samples;
+  edge->rms_px = std::sqrt(squares / count);
+  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+  std::nth_element(slopes.begin(), middle, slopes.end());
+  edge->contrast = *middle;
+  return count;
+}
+
 }  // namespace
 
 ArcFrame::ArcFrame(const Eigen::Vector3d& start, const Eigen::Vector3d& end)
@@ -124,90 +253,25 @@ bool fitEdge(const cv::Mat& grey, const Camera& camera, const Eigen::Vector3d& s
   const int samples =
       std::clamp(static_cast<int>((arc.x_end - arc.x_start) * focal / kSampleStepPx), kMinSamples,
                  kMaxSamples);
-  // Mean of three pixels, difference of two of these over two pixels.
-  const double least_slope = std::max(kLeastSlope, kSlopeSigmas * noise / std::sqrt(6.0));
+  const double least_slope =
+      std::max(kLeastSlope, kSlopeSigmas * noise / std::sqrt(kSlopeAveraging));
 
-  // One more at each end for the direction of the curve in the image.
-  std::array<Eigen::Vector2d, kMaxSamples + 2> pixel;
-  std::array<bool, kMaxSamples + 2> seen{};
-  const double step = (arc.x_end - arc.x_start) / (samples - 1);
-  for (int i = 0; i < samples + 2; ++i) {
-    const double x = arc.x_start + (i - 1) * step;
-    seen[static_cast<std::size_t>(i)] =
-        camera.project(arc.u + x * arc.t, &pixel[static_cast<std::size_t>(i)]);
-  }
-  constexpr double kTiny = 1e-4;  // [rad]
-  Eigen::ArrayXd x(samples), y(samples), slope(samples);
-  std::array<int, kMaxSamples> place{};  // sample number of each one found
-  int found = 0;
-  for (int i = 0; i < samples; ++i) {
-    const auto at = static_cast<std::size_t>(i + 1);
-    if (!seen[at]) continue;
-    // Near the image's edge from one side only.
-    const Eigen::Vector2d& next = seen[at + 1] ? pixel[at + 1] : pixel[at];
-    const Eigen::Vector2d& last = seen[at - 1] ? pixel[at - 1] : pixel[at];
-    const double dx = step * ((seen[at + 1] ? 1 : 0) + (seen[at - 1] ? 1 : 0));
-    if (!(dx > 0.0)) continue;
-    const double x_here = arc.x_start + i * step;
-    Eigen::Vector2d beside;
-    if (!camera.project(arc.u + x_here * arc.t + kTiny * arc.n, &beside)) continue;
-    Eigen::Matrix2d J;  // of the pixel by (x, y)
-    J.col(0) = (next - last) / dx;
-    J.col(1) = (beside - pixel[at]) / kTiny;
-    const Eigen::Vector2d along = J.col(0).normalized();
-    const Eigen::Vector2d across(-along.y(), along.x());
-    const Rise rise = steepestRise(grey, pixel[at], across, search, least_slope);
-    if (!rise.found) continue;
-    const Eigen::Vector2d moved = J.inverse() * (rise.offset_px * across);
-    if (!moved.allFinite()) continue;
-    x[found] = x_here + moved.x();
-    y[found] = moved.y();
-    slope[found] = rise.slope;
-    place[static_cast<std::size_t>(found)] = i;
-    ++found;
-  }
-  if (found < kLeastUsed) return false;
-
-  const StraightFit fit = fitStraight(x.head(found), y.head(found), kFitScalePx / focal);
+  const EdgePoints points =
+      findEdgePoints(grey, ArcPixels(arc, camera, samples), search, least_slope);
+  if (points.count < kLeastUsed) return false;
+  const StraightFit fit =
+      fitStraight(points.x.head(points.count), points.y.head(points.count), kFitScalePx / focal);
   if (!fit.ok) return false;
+  const Stretch stretch = longestStretch(points, fit, focal);
+  if (stretch.first < 0) return false;
+  const int used = measureEdge(points, fit, stretch, focal, edge);
+  if (used < kLeastUsed || edge->support < min_support || edge->rms_px > max_rms_px) return false;
 
-  // The longest stretch of samples on the line.
-  int best_first = -1, best_last = -1, first = -1, last = -1;
-  std::array<bool, kMaxSamples> used{};
-  for (int k = 0; k < found; ++k) {
-    const double residual_px = (y[k] - fit.offset - fit.slope * x[k]) * focal;
-    if (std::abs(residual_px) > kInlierPx) continue;
-    used[static_cast<std::size_t>(k)] = true;
-    const int here = place[static_cast<std::size_t>(k)];
-    if (first < 0 || here - place[static_cast<std::size_t>(last)] > kBridgedSamples + 1) first = k;
-    last = k;
-    if (best_first < 0 || here - place[static_cast<std::size_t>(first)] >
-                              place[static_cast<std::size_t>(best_last)] -
-                                  place[static_cast<std::size_t>(best_first)]) {
-      best_first = first;
-      best_last = k;
-    }
-  }
-  if (best_first < 0) return false;
-  int count = 0;
-  double squares = 0.0;
-  std::vector<double> slopes;
-  for (int k = best_first; k <= best_last; ++k) {
-    if (!used[static_cast<std::size_t>(k)]) continue;
-    ++count;
-    squares += std::pow((y[k] - fit.offset - fit.slope * x[k]) * focal, 2);
-    slopes.push_back(slope[k]);
-  }
-  const int stretch =
-      place[static_cast<std::size_t>(best_last)] - place[static_cast<std::size_t>(best_first)] + 1;
-  edge->support = static_cast<double>(count) / stretch;
-  edge->rms_px = std::sqrt(squares / std::max(count, 1));
-  if (count < kLeastUsed || edge->support < min_support || edge->rms_px > max_rms_px) return false;
-  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-  std::nth_element(slopes.begin(), middle, slopes.end());
-  edge->contrast = *middle;
-  edge->start = arc.direction(x[best_first], fit.offset + fit.slope * x[best_first]);
-  edge->end = arc.direction(x[best_last], fit.offset + fit.slope * x[best_last]);
+  const auto onFit = [&](int k) {
+    return arc.direction(points.x[k], fit.offset + fit.slope * points.x[k]);
+  };
+  edge->start = onFit(stretch.first);
+  edge->end = onFit(stretch.last);
   if (!camera.project(edge->start, &edge->start_pixel) ||
       !camera.project(edge->end, &edge->end_pixel)) {
     return false;

@@ -8,18 +8,17 @@
 
 #include "debug_image.h"
 #include "stopwatch.h"
+#include "vins_constants.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
 
 constexpr double kRadPerDeg = 0.017453292519943295;
-// VINS-Mono's constants.
-constexpr double kClaheLimit = 3.0;
-constexpr int kClaheTiles = 8;
-// An axis out of sight for so many images is forgotten: its prediction has drifted away.
+// An axis out of sight for so many images (5 s at 20 Hz) is forgotten: its prediction has drifted.
 constexpr int kAxisMemory = 100;
+// Axes remembered; a building shows three.
 constexpr std::size_t kMaxAxes = 8;
-// Length of its lines by which another axis has to beat the one that is followed.
+// Another axis has to have so many times the line length of the one that is followed to take over.
 constexpr double kStrongerAxis = 1.5;
 
 double supportOf(const std::vector<LineSighting>& lines, const VanishingPoint& vp) {
@@ -48,16 +47,10 @@ void FeatureTracker::reset() {
 }
 
 void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& prior,
-                           FrameObservation* frame, FrontEndReport* report) {
-  const bool as_vins = options_.profile == TrackerProfile::kVins;
+                           FrameObservation* frame, ImageReport* report) {
   Stopwatch watch;
   std::swap(before_, now_);
-  if (as_vins && options_.host.equalize) {
-    cv::createCLAHE(kClaheLimit, cv::Size(kClaheTiles, kClaheTiles))->apply(grey, equalized_);
-  }
-  buildImagePyramid(as_vins && options_.host.equalize ? equalized_ : grey,
-                    as_vins ? 21 : options_.points.window_px,
-                    std::max(as_vins ? 3 : options_.points.levels, 1), &now_);
+  prepare(grey);
   report->image_noise = now_.noise;
   report->stages.push_back({"prepare", watch.lap()});
 
@@ -70,7 +63,24 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
     trackVanishingPoint(prior, report);
     report->stages.push_back({"vanishing_point", watch.lap()});
   }
+  writeObservations(frame);
+}
 
+// Builds the pyramid, of the equalized image where VINS-Mono equalizes.
+void FeatureTracker::prepare(const cv::Mat& grey) {
+  if (options_.profile != TrackerProfile::kVins) {
+    buildImagePyramid(grey, options_.points.window_px, std::max(options_.points.levels, 1), &now_);
+    return;
+  }
+  if (options_.host.equalize) {
+    cv::createCLAHE(vins::kClaheLimit, cv::Size(vins::kClaheTiles, vins::kClaheTiles))
+        ->apply(grey, equalized_);
+  }
+  buildImagePyramid(options_.host.equalize ? equalized_ : grey, vins::kWindowPx, vins::kLevels,
+                    &now_);
+}
+
+void FeatureTracker::writeObservations(FrameObservation* frame) const {
   frame->points.clear();
   for (const PointTrack& track : points_.tracks()) {
     PointObservation point;
@@ -94,7 +104,7 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
   }
 }
 
-// The vanishing point of the lines that may meet in `predicted`.
+// The vanishing point of those lines that may meet in `predicted`. Found only near it.
 VanishingPoint FeatureTracker::estimateNear(const std::vector<LineSighting>& lines,
                                             const Eigen::Vector3d& predicted) const {
   VanishingPointOptions near = options_.vanishing_point;
@@ -116,8 +126,7 @@ VanishingPoint FeatureTracker::estimateNear(const std::vector<LineSighting>& lin
   return vp;
 }
 
-void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, FrontEndReport* report) {
-  const VanishingPointOptions& o = options_.vanishing_point;
+std::vector<LineSighting> FeatureTracker::sightings() const {
   std::vector<LineSighting> sightings;
   for (const LineTrack& track : lines_.tracks()) {
     LineSighting sighting;
@@ -129,35 +138,37 @@ void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, FrontEndRep
     sighting.match_quality = track.match_quality;
     sightings.push_back(sighting);
   }
-  const int last_id = vp_.track_id, last_age = vp_.age;
+  return sightings;
+}
+
+// Turns the remembered axes with the camera and forgets those not seen for long.
+void FeatureTracker::predictAxes(const Eigen::Matrix3d& R_now_before) {
   for (Axis& axis : axes_) {
-    axis.direction = prior.R_now_before * axis.direction;
+    axis.direction = R_now_before * axis.direction;
     ++axis.unseen;
   }
   axes_.erase(std::remove_if(axes_.begin(), axes_.end(),
                              [](const Axis& axis) { return axis.unseen > kAxisMemory; }),
               axes_.end());
-  vp_ = estimateVanishingPoint(sightings, sigma_line_rad_, o);
+}
 
-  // Of two axes about as strong now the one and now the other wins by a line; the one that is
-  // followed stays until another is clearly stronger.
-  if (last_id >= 0 && !axes_.empty() && axes_.front().id == last_id) {
-    VanishingPoint same = estimateNear(sightings, axes_.front().direction);
-    if (same.found &&
-        (!vp_.found || supportOf(sightings, vp_) < kStrongerAxis * supportOf(sightings, same))) {
-      vp_ = std::move(same);
-    }
+// Of two axes about as strong, a single line can decide which one wins an image. The axis that is
+// followed stays until another one is clearly stronger.
+void FeatureTracker::preferFollowedAxis(const std::vector<LineSighting>& sightings,
+                                        int followed_id) {
+  if (followed_id < 0 || axes_.empty() || axes_.front().id != followed_id) return;
+  VanishingPoint same = estimateNear(sightings, axes_.front().direction);
+  if (same.found &&
+      (!vp_.found || supportOf(sightings, vp_) < kStrongerAxis * supportOf(sightings, same))) {
+    vp_ = std::move(same);
   }
-  if (!vp_.found) {
-    // Still followed: one image without it is no reason to change over.
-    vp_.track_id = last_id;
-    vp_.age = 0;
-    return;
-  }
+}
 
-  const double least_cosine = std::cos(o.match_threshold_deg * kRadPerDeg);
+// Puts the axis of `vp_` first, under the id of the remembered axis nearest to it or a new one;
+// returns the id.
+int FeatureTracker::rememberAxis() {
   auto nearest = axes_.end();
-  double largest = least_cosine;
+  double largest = std::cos(options_.vanishing_point.match_threshold_deg * kRadPerDeg);
   for (auto axis = axes_.begin(); axis != axes_.end(); ++axis) {
     const double cosine = std::abs(axis->direction.dot(vp_.direction));
     if (cosine < largest) continue;
@@ -174,8 +185,23 @@ void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, FrontEndRep
   axis.direction = vp_.direction;
   axes_.insert(axes_.begin(), axis);
   if (axes_.size() > kMaxAxes) axes_.pop_back();
-  vp_.track_id = axis.id;
-  vp_.age = axis.id == last_id ? last_age + 1 : 1;
+  return axis.id;
+}
+
+void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, ImageReport* report) {
+  const std::vector<LineSighting> lines = sightings();
+  const int last_id = vp_.track_id, last_age = vp_.age;
+  predictAxes(prior.R_now_before);
+  vp_ = estimateVanishingPoint(lines, sigma_line_rad_, options_.vanishing_point);
+  preferFollowedAxis(lines, last_id);
+  if (!vp_.found) {
+    // The axis is still followed: one image without it is no reason to change to another.
+    vp_.track_id = last_id;
+    vp_.age = 0;
+    return;
+  }
+  vp_.track_id = rememberAxis();
+  vp_.age = vp_.track_id == last_id ? last_age + 1 : 1;
 
   report->vp_found = true;
   report->vp_direction = vp_.direction;

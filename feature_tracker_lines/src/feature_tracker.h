@@ -28,9 +28,10 @@ class FeatureTracker {
                  double sigma_line_rad);
 
   /// Tracks into `grey` (CV_8UC1, of the camera's size). `prior` is the rotation since the image
-  /// before. Fills points and lines of `frame`, and what concerns this image of `report`.
+  /// before. Fills points and lines of `frame`, and `report` except for the rotation and the gyro
+  /// bias.
   void track(double t, const cv::Mat& grey, const RotationPrior& prior, FrameObservation* frame,
-             FrontEndReport* report);
+             ImageReport* report);
 
   const char* lineDetectorName() const { return lines_.detectorName(); }
 
@@ -41,9 +42,15 @@ class FeatureTracker {
   void reset();
 
  private:
+  void prepare(const cv::Mat& grey);
+  void writeObservations(FrameObservation* frame) const;
+  std::vector<LineSighting> sightings() const;
   VanishingPoint estimateNear(const std::vector<LineSighting>& lines,
                               const Eigen::Vector3d& predicted) const;
-  void trackVanishingPoint(const RotationPrior& prior, FrontEndReport* report);
+  void predictAxes(const Eigen::Matrix3d& R_now_before);
+  void preferFollowedAxis(const std::vector<LineSighting>& sightings, int followed_id);
+  int rememberAxis();
+  void trackVanishingPoint(const RotationPrior& prior, ImageReport* report);
 
   Camera camera_;
   FrontEndOptions options_;
@@ -53,13 +60,13 @@ class FeatureTracker {
   ImagePyramid before_, now_;
   cv::Mat equalized_;
 
-  // Axes seen so far: their direction in the camera now, most recent first.
+  // A physical axis whose vanishing point was dominant in some image.
   struct Axis {
     int id = 0;
-    int unseen = 0;  // images
-    Eigen::Vector3d direction;
+    int unseen = 0;             // images in a row
+    Eigen::Vector3d direction;  // unit, in the camera now
   };
-  std::vector<Axis> axes_;
+  std::vector<Axis> axes_;  // most recent first
   int next_axis_ = 0;
   VanishingPoint vp_;
 };

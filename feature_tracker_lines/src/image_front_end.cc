@@ -17,26 +17,39 @@
 namespace slim_init::feature_tracker_lines {
 namespace {
 
-// Longer gaps between images end all tracks; the host resets its tracker then as well.
-constexpr double kMaxImageGap = 1.0;  // [s]
-constexpr double kMaxImuGap = 0.05;   // [s]
-constexpr double kImuBuffer = 3.0;    // [s]
+// A longer gap between images ends all tracks; VINS-Mono resets its tracker then as well.
+constexpr double kMaxImageGapS = 1.0;
+// A longer gap between IMU samples leaves the rotation between two images unknown: a hand-held
+// camera changes its rate within a few hundredths of a second.
+constexpr double kMaxImuGapS = 0.05;
+// IMU and frames kept: the bias window below (about one second) with a margin for slow cameras.
+constexpr double kImuBufferS = 3.0;
 
-// The window of the own bias estimate: short, for an early answer. Even so rotations of a second
-// tell the bias to some 1e-3 rad/s, and 2e-2 rad/s is what the outlier check can bear.
-constexpr int kBiasKeyframes = 8, kBiasLeastKeyframes = 4;
-constexpr double kBiasKeyframeInterval = 0.12;  // [s]
-constexpr double kFirstEstimates = 4, kEstimateInterval = 0.25, kLateEstimateInterval = 1.0;
-// The information of the estimate knows nothing of wrong tracks.
-constexpr double kSigmaFactor = 2.0, kLeastSigma = 1e-3;  // -, [rad/s]
-constexpr int kDoubtsToForget = 3;  // images in a row in which the known rotation was overruled
+// Window of the front end's own gyro bias estimate: short, for an early answer. Rotations over one
+// second give the bias to about 1e-3 rad/s, and the outlier check tolerates 2e-2 rad/s.
+constexpr int kBiasKeyframes = 8;
+constexpr int kBiasLeastKeyframes = 4;
+constexpr double kBiasKeyframeIntervalS = 0.12;
+// The first estimates follow each other quickly, while each is much better than the last one.
+constexpr int kEarlyEstimates = 4;
+constexpr double kEarlyEstimateIntervalS = 0.25;
+constexpr double kLateEstimateIntervalS = 1.0;
+// The information matrix of the estimate does not account for wrong tracks: its standard deviation
+// is doubled and has a floor [rad/s].
+constexpr double kBiasSigmaFactor = 2.0;
+constexpr double kLeastBiasSigma = 1e-3;
+// A new estimate replaces the last one unless its standard deviation is this many times larger, as
+// when there are few tracks.
+constexpr double kMuchLessCertain = 3.0;
+// Images in a row whose known rotation was overruled, after which the bias is discarded.
+constexpr int kOverruledToForget = 3;
 
 WindowOptions biasWindow() {
   WindowOptions options;
   options.keyframes = kBiasKeyframes;
   options.min_keyframes = kBiasLeastKeyframes;
-  options.min_interval_s = kBiasKeyframeInterval;
-  options.buffer_s = kImuBuffer;
+  options.min_interval_s = kBiasKeyframeIntervalS;
+  options.buffer_s = kImuBufferS;
   return options;
 }
 
@@ -68,28 +81,29 @@ class ImageFrontEnd::Impl {
   AddStatus addImu(const ImuSample& sample) {
     const AddStatus status = window_.addImu(sample);
     switch (status) {
-      case AddStatus::kAdded: ++report_.imu_added; break;
-      case AddStatus::kNotFinite: ++report_.imu_not_finite; break;
-      case AddStatus::kOutOfOrder: ++report_.imu_out_of_order; break;
+      case AddStatus::kAdded: ++totals_.imu_added; break;
+      case AddStatus::kNotFinite: ++totals_.imu_not_finite; break;
+      case AddStatus::kOutOfOrder: ++totals_.imu_out_of_order; break;
     }
     return status;
   }
 
   ImageStatus addImage(double t, const cv::Mat& image, FrameObservation* frame);
   void setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma);
-  const FrontEndReport& report() const { return report_; }
+  const ImageReport& report() const { return report_; }
+  const FrontEndTotals& totals() const { return totals_; }
+  std::string lineDetector() const {
+    return options_.lines.enabled ? tracker_.lineDetectorName() : "";
+  }
   cv::Mat debugImage() const { return tracker_.debugImage(); }
 
   void reset() {
     tracker_.reset();
     window_.reset();
-    report_ = FrontEndReport();
-    if (options_.lines.enabled) report_.line_detector = tracker_.lineDetectorName();
+    report_ = ImageReport();
+    totals_ = FrontEndTotals();
     t_last_ = kNotComputed;
-    t_next_estimate_ = kNotComputed;
-    estimates_ = 0;
-    doubts_ = 0;
-    bias_.reset();
+    forgetBias();
   }
 
  private:
@@ -98,8 +112,16 @@ class ImageFrontEnd::Impl {
     double sigma = 0.0;
   };
 
+  bool isUsable(const cv::Mat& image) const;
+  const cv::Mat& toGrey(const cv::Mat& image);
+  RotationPrior predictRotation(double t, ImageReport* report) const;
   RotationPrior rotationPrior(double t_before, double t_now) const;
+  void track(double t, const cv::Mat& image, FrameObservation* frame, ImageReport* report);
+  void doubtBias(const ImageReport& report);
+  void forgetBias();
+  void updateBias(const FrameObservation& frame);
   void estimateBias(double t_imu);
+  void addToTotals(const ImageReport& report);
 
   CameraParameters camera_;
   Calibration calibration_;
@@ -107,16 +129,17 @@ class ImageFrontEnd::Impl {
   double focal_px_;
   FeatureTracker tracker_;
   KeyframeWindow window_;
-  FrontEndReport report_;
+  ImageReport report_;     // of the last tracked image
+  FrontEndTotals totals_;  // over the run
   cv::Mat grey_;
-  double t_last_ = kNotComputed;           // camera clock
-  double t_next_estimate_ = kNotComputed;  // IMU clock
-  int estimates_ = 0;
-  int doubts_ = 0;
+  double t_last_ = kNotComputed;           // last image [s], camera clock
+  double t_next_estimate_ = kNotComputed;  // of the gyro bias [s], IMU clock
+  int estimates_ = 0;                      // of the gyro bias
+  int overruled_ = 0;                      // images in a row whose known rotation was overruled
   std::optional<Bias> bias_;
 };
 
-// Rotation of the camera between two images, IMU clock.
+// Rotation of the camera between two times on the IMU clock.
 RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) const {
   RotationPrior prior;
   const std::deque<ImuSample>& imu = window_.imu();
@@ -125,13 +148,13 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
                                       [](double t, const ImuSample& s) { return t < s.t; });
   if (after == imu.begin()) return prior;
   std::vector<ImuSample> samples(std::prev(after), imu.end());
-  // The newest sample is a little older than the image: its rate holds on.
+  // The newest sample is slightly older than the image: its rate is extrapolated.
   if (samples.back().t < t_now) {
     samples.push_back(samples.back());
     samples.back().t = t_now;
   }
   for (std::size_t i = 1; i < samples.size(); ++i) {
-    if (samples[i].t - samples[i - 1].t > kMaxImuGap && samples[i - 1].t < t_now) return prior;
+    if (samples[i].t - samples[i - 1].t > kMaxImuGapS && samples[i - 1].t < t_now) return prior;
   }
   const Eigen::Vector3d bias = bias_ ? bias_->value : Eigen::Vector3d::Zero();
   const Preintegration pre = preintegrate(samples, t_before, t_now, bias, Eigen::Vector3d::Zero(),
@@ -146,15 +169,16 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
 void ImageFrontEnd::Impl::setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma) {
   if (!gyro_bias.allFinite() || !std::isfinite(sigma) || sigma < 0.0) return;
   if (bias_ && bias_->sigma < sigma) return;
-  bias_ = Bias{gyro_bias, std::max(sigma, kLeastSigma)};
+  bias_ = Bias{gyro_bias, std::max(sigma, kLeastBiasSigma)};
 }
 
+// Estimates the gyro bias from the tracks in the bias window, if it is time to.
 void ImageFrontEnd::Impl::estimateBias(double t_imu) {
   if (std::isfinite(t_next_estimate_) && t_imu < t_next_estimate_) return;
   const WindowCut cut = window_.cut();
   if (cut.window == nullptr) return;
   t_next_estimate_ =
-      t_imu + (estimates_ < kFirstEstimates ? kEstimateInterval : kLateEstimateInterval);
+      t_imu + (estimates_ < kEarlyEstimates ? kEarlyEstimateIntervalS : kLateEstimateIntervalS);
   std::vector<Eigen::Vector3d> starts = {Eigen::Vector3d::Zero()};
   if (bias_) starts.insert(starts.begin(), bias_->value);
   const MultiGapBiasEstimate estimate =
@@ -164,95 +188,112 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(estimate.information, Eigen::EigenvaluesOnly)
           .eigenvalues()[0];
   if (!(least > 0.0)) return;
-  const double sigma = std::max(kLeastSigma, kSigmaFactor / std::sqrt(least));
+  const double sigma = std::max(kLeastBiasSigma, kBiasSigmaFactor / std::sqrt(least));
   ++estimates_;
-  // The newest estimate is the best unless it knows far less, as when the tracks are few.
-  if (bias_ && sigma > 3.0 * bias_->sigma) return;
+  if (bias_ && sigma > kMuchLessCertain * bias_->sigma) return;
   bias_ = Bias{estimate.gyro_bias, sigma};
+}
+
+void ImageFrontEnd::Impl::forgetBias() {
+  bias_.reset();
+  overruled_ = 0;
+  estimates_ = 0;
+  t_next_estimate_ = kNotComputed;
+}
+
+// A known rotation that is overruled again and again comes from a wrong bias.
+void ImageFrontEnd::Impl::doubtBias(const ImageReport& report) {
+  overruled_ = report.rotation_overruled ? overruled_ + 1 : 0;
+  if (overruled_ >= kOverruledToForget) forgetBias();
+}
+
+void ImageFrontEnd::Impl::updateBias(const FrameObservation& frame) {
+  FrameObservation points;
+  points.t = frame.t;
+  points.points = frame.points;
+  window_.addFrame(points);
+  estimateBias(frame.t + calibration_.td);
+}
+
+bool ImageFrontEnd::Impl::isUsable(const cv::Mat& image) const {
+  return !image.empty() && image.dims == 2 && image.cols == camera_.width &&
+         image.rows == camera_.height && (image.type() == CV_8UC1 || image.type() == CV_8UC3);
+}
+
+const cv::Mat& ImageFrontEnd::Impl::toGrey(const cv::Mat& image) {
+  if (image.type() == CV_8UC1) return image;
+  cv::cvtColor(image, grey_, cv::COLOR_BGR2GRAY);
+  return grey_;
+}
+
+// Rotation since the last image, for an image at `t` on the camera clock.
+RotationPrior ImageFrontEnd::Impl::predictRotation(double t, ImageReport* report) const {
+  RotationPrior prior;
+  if (!options_.use_gyro || !std::isfinite(t_last_)) return prior;
+  prior = rotationPrior(t_last_ + calibration_.td, t + calibration_.td);
+  report->rotation_from_gyro = prior.measured;
+  report->rotation_missing = !prior.measured;
+  return prior;
+}
+
+// Rotation from the gyro, tracking, gyro bias from the tracks. Throws what OpenCV throws.
+void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation* frame,
+                                ImageReport* report) {
+  Stopwatch watch;
+  if (t - t_last_ > kMaxImageGapS) tracker_.reset();
+  const RotationPrior prior = predictRotation(t, report);
+  report->stages.push_back({"predict", watch.lap()});
+  tracker_.track(t, toGrey(image), prior, frame, report);
+  watch.lap();
+  if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
+    doubtBias(*report);
+    if (options_.estimate_gyro_bias) updateBias(*frame);
+  }
+  report->stages.push_back({"gyro_bias", watch.lap()});
+  report->gyro_bias_known = bias_.has_value();
+  if (bias_) {
+    report->gyro_bias = bias_->value;
+    report->gyro_bias_sigma = bias_->sigma;
+  }
+}
+
+void ImageFrontEnd::Impl::addToTotals(const ImageReport& report) {
+  ++totals_.images;
+  totals_.images_without_imu += report.rotation_missing ? 1 : 0;
+  totals_.points_outliers += report.points_outliers;
+  totals_.fallbacks += report.rotation_overruled ? 1 : 0;
 }
 
 ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameObservation* frame) {
   if (!std::isfinite(t)) {
-    ++report_.images_not_finite;
+    ++totals_.images_not_finite;
     return ImageStatus::kNotFinite;
   }
-  if (t <= t_last_) {  // false while there was no image
-    ++report_.images_out_of_order;
+  if (t <= t_last_) {  // false before the first image
+    ++totals_.images_out_of_order;
     return ImageStatus::kOutOfOrder;
   }
-  if (image.empty() || image.dims != 2 || image.cols != camera_.width ||
-      image.rows != camera_.height || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) {
-    ++report_.images_bad;
+  if (!isUsable(image)) {
+    ++totals_.images_bad;
     return ImageStatus::kBadImage;
   }
-
-  Stopwatch total;
   Stopwatch watch;
-  FrontEndReport last_image = FrontEndReport();
-  // Totals go on.
-  last_image.images = report_.images;
-  last_image.images_not_finite = report_.images_not_finite;
-  last_image.images_out_of_order = report_.images_out_of_order;
-  last_image.images_bad = report_.images_bad;
-  last_image.imu_added = report_.imu_added;
-  last_image.imu_not_finite = report_.imu_not_finite;
-  last_image.imu_out_of_order = report_.imu_out_of_order;
-  last_image.images_without_imu = report_.images_without_imu;
-  last_image.points_outliers_total = report_.points_outliers_total;
-  last_image.fallbacks = report_.fallbacks;
-  last_image.line_detector = report_.line_detector;
+  ImageReport report;
   FrameObservation result;
   result.t = t;
   try {
-    if (t - t_last_ > kMaxImageGap) tracker_.reset();
-    RotationPrior prior;
-    if (options_.use_gyro && std::isfinite(t_last_)) {
-      prior = rotationPrior(t_last_ + calibration_.td, t + calibration_.td);
-      if (!prior.measured) ++last_image.images_without_imu;
-    }
-    last_image.rotation_from_gyro = prior.measured;
-    const double predict_ms = watch.lap();
-    cv::Mat grey = image;
-    if (image.type() == CV_8UC3) {
-      cv::cvtColor(image, grey_, cv::COLOR_BGR2GRAY);
-      grey = grey_;
-    }
-    tracker_.track(t, grey, prior, &result, &last_image);
-    last_image.stages.insert(last_image.stages.begin(), {"predict", predict_ms});
-    watch.lap();
-    if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
-      doubts_ = last_image.fallbacks > report_.fallbacks ? doubts_ + 1 : 0;
-      if (doubts_ >= kDoubtsToForget) {
-        bias_.reset();
-        doubts_ = 0;
-        estimates_ = 0;
-        t_next_estimate_ = kNotComputed;
-      }
-      if (options_.estimate_gyro_bias) {
-        FrameObservation points;
-        points.t = t;
-        points.points = result.points;
-        window_.addFrame(points);
-        estimateBias(t + calibration_.td);
-      }
-    }
-    last_image.stages.push_back({"gyro_bias", watch.lap()});
-  } catch (const std::exception&) {
-    // OpenCV refused something: start anew with the next image.
+    track(t, image, &result, &report);
+  } catch (const cv::Exception&) {
+    // OpenCV refused the image: tracking restarts with the next one. Other exceptions (no memory)
+    // are errors of the program and go to the caller.
     tracker_.reset();
     t_last_ = t;
-    ++report_.images_bad;
+    ++totals_.images_bad;
     return ImageStatus::kBadImage;
   }
-  last_image.points_outliers_total += last_image.points_outliers;
-  last_image.gyro_bias_known = bias_.has_value();
-  if (bias_) {
-    last_image.gyro_bias = bias_->value;
-    last_image.gyro_bias_sigma = bias_->sigma;
-  }
-  ++last_image.images;
-  last_image.total_ms = total.lap();
-  report_ = std::move(last_image);
+  report.total_ms = watch.lap();
+  addToTotals(report);
+  report_ = std::move(report);
   t_last_ = t;
   *frame = std::move(result);
   return ImageStatus::kTracked;
@@ -272,7 +313,9 @@ ImageStatus ImageFrontEnd::addImage(double t, const cv::Mat& image, FrameObserva
 void ImageFrontEnd::setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma) {
   impl_->setGyroBias(gyro_bias, sigma);
 }
-const FrontEndReport& ImageFrontEnd::report() const { return impl_->report(); }
+const ImageReport& ImageFrontEnd::report() const { return impl_->report(); }
+const FrontEndTotals& ImageFrontEnd::totals() const { return impl_->totals(); }
+std::string ImageFrontEnd::lineDetector() const { return impl_->lineDetector(); }
 cv::Mat ImageFrontEnd::debugImage() const { return impl_->debugImage(); }
 void ImageFrontEnd::reset() { impl_->reset(); }
 

@@ -4,55 +4,76 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/video/tracking.hpp>
+#include <utility>
 
 namespace slim_init::feature_tracker_lines {
 namespace {
 
 constexpr double kRadPerDeg = 0.017453292519943295;
 
-// KLT of points on lines: a smaller window than for corners, since the edge itself is what counts,
-// and few iterations, since along the edge there is nothing to converge to.
+// KLT of points on lines: a smaller window than for corners [px], since the edge itself is what
+// counts, and few iterations, since along the edge there is nothing to converge to.
 constexpr int kWindowPx = 13;
-// A line with a history is predicted to a pixel or two; a new one may be off by more.
-constexpr int kLevelsKnown = 0, kLevelsNew = 1;
 const cv::TermCriteria kFlowEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 8, 0.02);
-// On an edge the smaller eigenvalue says nothing.
+// From its second image on the motion of a line is known. Its prediction is then good to a pixel or
+// two, and one pyramid level is enough; a new line may be off by more.
+constexpr int kAgeOfKnownMotion = 2;
+constexpr int kLevelsKnown = 0, kLevelsNew = 1;
+// On an edge the smaller eigenvalue says nothing, so that OpenCV's bound on it has to be low.
 constexpr double kLeastEigenvalue = 1e-7;
-constexpr double kMaxCorrectionPx = 8.0;  // across, from the prediction
+constexpr double kMaxCorrectionPx = 8.0;  // across, from the prediction; more is another edge
 constexpr double kSampleScalePx = 0.7;    // Cauchy scale of the moved samples about their line
 constexpr double kLeastMoved = 0.6;       // share of samples that KLT has to find
+constexpr int kLeastMovedCount = 3;       // two always lie on a line
+constexpr double kDerivativeStep = 1e-4;  // [rad], of the numerical direction across a line
+// Directions are used up to 84 degrees from the middle of a line: beyond, ArcFrame's coordinates
+// grow without bound.
+constexpr double kLeastForward = 0.1;
 
 // The detector works on level 1 of the pyramid: a quarter of the time, and the refit on the full
 // image gives the precision.
 constexpr int kDetectionLevel = 1;
 constexpr int kDetectionScale = 1 << kDetectionLevel;
+// Places along a segment, and distances to either side [px of the detection level], at which the
+// brightness is compared to find the brighter side.
+constexpr int kSidePlaces = 7;
+constexpr float kSideOffsets[] = {1.0F, 2.0F};
 
-constexpr double kSearchNewPx = 3.0;  // the detection is good to a pixel of level 1
+// Search of the refit to either side [px]: a detection is good to a pixel of level 1, a tracked
+// line is better.
+constexpr double kSearchNewPx = 3.0;
 constexpr double kSearchTrackedPx = 2.0;
-constexpr double kLeastSupport = 0.6;
-constexpr double kMaxJumpPx = 1.5;  // refit from prediction; beyond is the neighbouring edge
-// A tracked line may get this much shorter than a new one before it is let go.
+constexpr double kLeastSupport = 0.6;  // share of the edge samples that the refit has to use
+constexpr double kMaxJumpPx = 1.5;     // refit to prediction; beyond is the neighbouring edge
+// A tracked line may get this much shorter than a new one before it is dropped.
 constexpr double kShortening = 0.7;
-// Two lines this close and overlapping are one.
-constexpr double kSameDistancePx = 1.0, kSameOverlap = 0.5, kNewDistancePx = 3.0;
+// Two tracks this close and overlapping are one line; a new line keeps a larger distance.
+constexpr double kSameDistancePx = 1.0, kNewDistancePx = 3.0;
+constexpr double kSameOverlap = 0.5;  // share of the shorter one
+// Contrast at which detection confidence is a half, in standard deviations of the image noise.
 constexpr double kContrastNoises = 5.0;
-// Lines seen so often count twice their length when places are short.
+// Match quality: standard deviation of the distance to the prediction [px], the share that a match
+// without overlap keeps, and the factor for each image without a detection.
+constexpr double kMatchSigmaPx = 1.0, kQualityOfMatch = 0.5, kQualityOfMiss = 0.5;
+// Lines of this age count double their length when there are more than fit.
 constexpr int kEstablishedAge = 20;
 
+// How two segments lie to each other, where they overlap.
 struct Overlap {
   double share = 0.0;        // of the shorter one
-  double distance_px = 0.0;  // mean over its ends, across
-  double largest_px = 0.0;
-  double angle = 0.0;  // [rad], of no sense
+  double distance_px = 0.0;  // across, mean over the ends of the overlap
+  double largest_px = 0.0;   // across, at the farther end
+  double angle = 0.0;        // [rad], unsigned
 };
 
 // The segment from `start` to `end` in the frame of a line. The share is zero where they do not
-// overlap, or face away from each other.
+// overlap or point in opposite directions.
 Overlap overlapOf(const ArcFrame& line, const Eigen::Vector3d& start, const Eigen::Vector3d& end,
                   double focal_px) {
   Overlap result;
-  if (!(start.dot(line.u) > 0.1 && end.dot(line.u) > 0.1)) return result;
+  if (!(start.dot(line.u) > kLeastForward && end.dot(line.u) > kLeastForward)) return result;
   const double x0 = line.alongOf(start), x1 = line.alongOf(end);
   if (!(x1 > x0)) return result;
   const double low = std::max(x0, line.x_start), high = std::min(x1, line.x_end);
@@ -69,7 +90,7 @@ Overlap overlapOf(const ArcFrame& line, const Eigen::Vector3d& start, const Eige
 }
 
 // Whether both ends lie on one side of the plane and farther than `distance_px` from it: then so
-// does all between them. Exact, and far cheaper than overlapOf().
+// does everything between them. Exact, and far cheaper than overlapOf().
 bool liesAside(const Eigen::Vector3d& normal, const Eigen::Vector3d& start,
                const Eigen::Vector3d& end, double focal_px, double distance_px) {
   const double a = normal.dot(start), b = normal.dot(end);
@@ -83,6 +104,38 @@ double rankOf(const LineTrack& track) {
 
 double confidenceOf(const Edge& edge, double noise) {
   return edge.support * edge.contrast / (edge.contrast + kContrastNoises * noise);
+}
+
+bool hasKnownMotion(const LineTrack& track) { return track.age >= kAgeOfKnownMotion; }
+
+// Unit direction of `f` after the rotation R, moved onto the plane with the unit normal `normal`.
+Eigen::Vector3d turnedOnto(const Eigen::Vector3d& normal, const Eigen::Matrix3d& R,
+                           const Eigen::Vector3d& f) {
+  const Eigen::Vector3d g = R * f;
+  return (g - normal * normal.dot(g)).normalized();
+}
+
+// Whether the right side of the segment from `a` to `b` [px] is darker than the left one.
+bool isDarkerRight(const cv::Mat& grey, const cv::Point2f& a, const cv::Point2f& b) {
+  const cv::Point2f along = b - a;
+  const auto length = static_cast<float>(cv::norm(along));
+  const cv::Point2f across(-along.y / length, along.x / length);
+  const cv::Rect inside(0, 0, grey.cols, grey.rows);
+  int difference = 0;
+  for (int i = 1; i <= kSidePlaces; ++i) {
+    const cv::Point2f p = a + along * (static_cast<float>(i) / (kSidePlaces + 1));
+    for (const float off : kSideOffsets) {
+      const cv::Point right(cvRound(p.x + off * across.x), cvRound(p.y + off * across.y));
+      const cv::Point left(cvRound(p.x - off * across.x), cvRound(p.y - off * across.y));
+      if (!inside.contains(right) || !inside.contains(left)) continue;
+      difference += grey.at<uchar>(right) - grey.at<uchar>(left);
+    }
+  }
+  return difference < 0;
+}
+
+cv::Point2f toPoint(const Eigen::Vector2d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
 }
 
 }  // namespace
@@ -100,6 +153,23 @@ struct LineTracker::Prediction {
   Eigen::Vector3d start, end;
 };
 
+// Places along all tracked lines that KLT follows; the places of one line are consecutive.
+struct LineTracker::Samples {
+  std::vector<ArcFrame> arcs;           // of each line, as predicted
+  std::vector<std::size_t> owner;       // of each place: its line
+  std::vector<cv::Point2f> before;      // in the previous image [px]
+  std::vector<cv::Point2f> expected;    // in the image now [px]
+  std::vector<Eigen::Vector2d> across;  // unit, across the line in the image now
+  std::vector<cv::Point2f> now;         // found by KLT [px]
+  std::vector<uchar> ok;                // 1: found
+};
+
+// The detection of a tracked line; `segment` is -1 where there is none.
+struct LineTracker::Match {
+  int segment = -1;
+  Overlap overlap;
+};
+
 LineTracker::LineTracker(const CameraParameters& camera, const FrontEndOptions& options)
     : camera_(camera),
       options_(options),
@@ -114,7 +184,7 @@ void LineTracker::reset() {
 std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
   const int level = std::min(kDetectionLevel, now.max_level);
   const int scale = 1 << level;
-  // A copy: the level lies in a larger, padded image, and the detector takes rows as contiguous.
+  // A copy: the level lies in a larger, padded image, and the detector expects contiguous rows.
   now.level(level).copyTo(half_);
   std::vector<cv::Vec4f> found;
   detector_->detect(half_, &found);
@@ -123,25 +193,10 @@ std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
   std::vector<Segment> segments;
   for (const cv::Vec4f& s : found) {
     cv::Point2f a(s[0], s[1]), b(s[2], s[3]);
-    const cv::Point2f along = b - a;
-    const auto length = static_cast<float>(cv::norm(along));
+    const auto length = static_cast<float>(cv::norm(b - a));
     if (!(length * static_cast<float>(scale) >= options_.lines.min_length_px)) continue;
     detected_.push_back(s * static_cast<float>(scale));
-    // The brighter side, from a few places along it.
-    const cv::Point2f across(-along.y / length, along.x / length);
-    int difference = 0;
-    constexpr int kPlaces = 7;
-    for (int i = 1; i <= kPlaces; ++i) {
-      const cv::Point2f p = a + along * (static_cast<float>(i) / (kPlaces + 1));
-      for (const float off : {1.0F, 2.0F}) {
-        const cv::Point right(cvRound(p.x + off * across.x), cvRound(p.y + off * across.y));
-        const cv::Point left(cvRound(p.x - off * across.x), cvRound(p.y - off * across.y));
-        const cv::Rect inside(0, 0, half_.cols, half_.rows);
-        if (!inside.contains(right) || !inside.contains(left)) continue;
-        difference += half_.at<uchar>(right) - half_.at<uchar>(left);
-      }
-    }
-    if (difference < 0) std::swap(a, b);
+    if (isDarkerRight(half_, a, b)) std::swap(a, b);
     Segment segment;
     segment.start = camera_.bearing(Eigen::Vector2d(a.x, a.y) * scale);
     segment.end = camera_.bearing(Eigen::Vector2d(b.x, b.y) * scale);
@@ -149,105 +204,124 @@ std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
     segment.length_px = length * scale;
     segments.push_back(segment);
   }
-  // The longest first; in a given order, so that equal inputs give equal ids.
+  // The longest first. Stable, so that equal inputs give equal ids.
   std::stable_sort(segments.begin(), segments.end(),
                    [](const Segment& a, const Segment& b) { return a.length_px > b.length_px; });
   return segments;
+}
+
+// Places along the tracked lines, and where they are expected after the rotation.
+LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
+                                               const PointTracker& points) const {
+  const int count = options_.lines.samples;
+  const Eigen::Matrix3d& R = prior.R_now_before;
+  Samples samples;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    const LineTrack& track = tracks_[k];
+    const ArcFrame here(track.edge.start, track.edge.end);
+    // The plane turns with the camera and, as in the previous step, with the translation.
+    const Eigen::Vector3d normal = (R * (track.edge.normal() + track.normal_drift)).normalized();
+    samples.arcs.emplace_back(turnedOnto(normal, R, track.edge.start),
+                              turnedOnto(normal, R, track.edge.end));
+    const ArcFrame& there = samples.arcs.back();
+    for (int i = 0; i < count; ++i) {
+      const double share = (i + 0.5) / count;
+      const double x = here.x_start + share * (here.x_end - here.x_start);
+      Eigen::Vector2d before, middle, beside;
+      const Eigen::Vector3d expected = turnedOnto(normal, R, here.direction(x, 0.0));
+      if (!camera_.project(here.direction(x, 0.0), &before) ||
+          !camera_.project(expected, &middle) ||
+          !camera_.project(expected + kDerivativeStep * there.n, &beside)) {
+        continue;
+      }
+      const Eigen::Vector2d across = (beside - middle).normalized();
+      if (!hasKnownMotion(track)) {
+        const cv::Point2f flow = points.residualFlowNear(toPoint(middle));
+        middle += across * across.dot(Eigen::Vector2d(flow.x, flow.y));
+      }
+      samples.owner.push_back(k);
+      samples.before.push_back(toPoint(before));
+      samples.expected.push_back(toPoint(middle));
+      samples.across.push_back(across);
+    }
+  }
+  samples.now = samples.expected;
+  samples.ok.assign(samples.expected.size(), 0);
+  return samples;
+}
+
+// KLT of the places `chosen` over `levels` pyramid levels above the image.
+void LineTracker::followSamples(const ImagePyramid& before, const ImagePyramid& now,
+                                const std::vector<std::size_t>& chosen, int levels,
+                                Samples* samples) const {
+  if (chosen.empty()) return;
+  std::vector<cv::Point2f> sources, ends;
+  for (const std::size_t i : chosen) {
+    sources.push_back(samples->before[i]);
+    ends.push_back(samples->expected[i]);
+  }
+  std::vector<uchar> found;
+  std::vector<float> unused;
+  cv::calcOpticalFlowPyrLK(before.pyramid, now.pyramid, sources, ends, found, unused,
+                           cv::Size(kWindowPx, kWindowPx),
+                           std::min({levels, before.max_level, now.max_level}), kFlowEnd,
+                           cv::OPTFLOW_USE_INITIAL_FLOW, kLeastEigenvalue);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    samples->now[chosen[i]] = ends[i];
+    samples->ok[chosen[i]] = found[i];
+  }
+}
+
+// A straight line through the places of line `k`, which are [first, last) of `samples`.
+LineTracker::Prediction LineTracker::fitSamples(const Samples& samples, std::size_t k,
+                                                std::size_t first, std::size_t last) const {
+  Prediction prediction;
+  const ArcFrame& arc = samples.arcs[k];
+  const int most = options_.lines.samples;
+  Eigen::ArrayXd x(most), y(most);
+  int count = 0;
+  for (std::size_t j = first; j < last; ++j) {
+    if (samples.ok[j] == 0) continue;
+    // Along the edge the result of KLT is arbitrary; across it, it is right.
+    const Eigen::Vector2d& across = samples.across[j];
+    const Eigen::Vector2d expected(samples.expected[j].x, samples.expected[j].y);
+    const Eigen::Vector2d found(samples.now[j].x, samples.now[j].y);
+    const double moved = across.dot(found - expected);
+    if (!(std::abs(moved) <= kMaxCorrectionPx)) continue;
+    const Eigen::Vector3d f = camera_.bearing(expected + moved * across);
+    if (!f.allFinite() || !(f.dot(arc.u) > kLeastForward)) continue;
+    x[count] = arc.alongOf(f);
+    y[count] = arc.acrossOf(f);
+    ++count;
+  }
+  if (count < kLeastMovedCount || count < kLeastMoved * most) return prediction;
+  const StraightFit fit = fitStraight(x.head(count), y.head(count), kSampleScalePx / focal_px_);
+  if (!fit.ok) return prediction;
+  prediction.ok = true;
+  prediction.start = arc.direction(arc.x_start, fit.offset + fit.slope * arc.x_start);
+  prediction.end = arc.direction(arc.x_end, fit.offset + fit.slope * arc.x_end);
+  return prediction;
 }
 
 std::vector<LineTracker::Prediction> LineTracker::predict(const ImagePyramid& before,
                                                           const ImagePyramid& now,
                                                           const RotationPrior& prior,
                                                           const PointTracker& points) const {
-  const int samples = options_.lines.samples;
-  std::vector<Prediction> predictions(tracks_.size());
-  std::vector<cv::Point2f> from, start;
-  std::vector<std::size_t> owner;
-  std::vector<Eigen::Vector2d> across;  // unit, in the image now
-  std::vector<ArcFrame> arcs;
-  const Eigen::Matrix3d& R = prior.R_now_before;
-  for (std::size_t k = 0; k < tracks_.size(); ++k) {
-    const LineTrack& track = tracks_[k];
-    const ArcFrame here(track.edge.start, track.edge.end);
-    // The plane turns with the camera and, by its motion of before, with the translation.
-    const Eigen::Vector3d normal = (R * (track.edge.normal() + track.normal_drift)).normalized();
-    const auto onto = [&normal, &R](const Eigen::Vector3d& f) {
-      const Eigen::Vector3d g = R * f;
-      return Eigen::Vector3d((g - normal * normal.dot(g)).normalized());
-    };
-    arcs.emplace_back(onto(track.edge.start), onto(track.edge.end));
-    const ArcFrame& there = arcs.back();
-    for (int i = 0; i < samples; ++i) {
-      const double share = (i + 0.5) / samples;
-      const double x = here.x_start + share * (here.x_end - here.x_start);
-      Eigen::Vector2d source, middle, beside;
-      const Eigen::Vector3d expected = onto(here.direction(x, 0.0));
-      if (!camera_.project(here.direction(x, 0.0), &source) ||
-          !camera_.project(expected, &middle) ||
-          !camera_.project(expected + 1e-4 * there.n, &beside)) {
-        continue;
-      }
-      Eigen::Vector2d side = (beside - middle).normalized();
-      if (track.age < 2) {
-        const cv::Point2f flow = points.residualFlowNear(
-            cv::Point2f(static_cast<float>(middle.x()), static_cast<float>(middle.y())));
-        middle += side * side.dot(Eigen::Vector2d(flow.x, flow.y));
-      }
-      from.emplace_back(static_cast<float>(source.x()), static_cast<float>(source.y()));
-      start.emplace_back(static_cast<float>(middle.x()), static_cast<float>(middle.y()));
-      owner.push_back(k);
-      across.push_back(side);
-    }
+  Samples samples = sampleTracks(prior, points);
+  std::vector<std::size_t> of_known, of_new;
+  for (std::size_t i = 0; i < samples.owner.size(); ++i) {
+    (hasKnownMotion(tracks_[samples.owner[i]]) ? of_known : of_new).push_back(i);
   }
-  if (from.empty()) return predictions;
+  followSamples(before, now, of_known, kLevelsKnown, &samples);
+  followSamples(before, now, of_new, kLevelsNew, &samples);
 
-  std::vector<cv::Point2f> to = start;
-  std::vector<uchar> ok(start.size(), 0);
-  for (const bool known : {true, false}) {
-    std::vector<std::size_t> chosen;
-    std::vector<cv::Point2f> sources, ends;
-    for (std::size_t i = 0; i < owner.size(); ++i) {
-      if ((tracks_[owner[i]].age >= 2) != known) continue;
-      chosen.push_back(i);
-      sources.push_back(from[i]);
-      ends.push_back(start[i]);
-    }
-    if (chosen.empty()) continue;
-    std::vector<uchar> found;
-    std::vector<float> unused;
-    cv::calcOpticalFlowPyrLK(
-        before.pyramid, now.pyramid, sources, ends, found, unused, cv::Size(kWindowPx, kWindowPx),
-        std::min({known ? kLevelsKnown : kLevelsNew, before.max_level, now.max_level}), kFlowEnd,
-        cv::OPTFLOW_USE_INITIAL_FLOW, kLeastEigenvalue);
-    for (std::size_t i = 0; i < chosen.size(); ++i) {
-      to[chosen[i]] = ends[i];
-      ok[chosen[i]] = found[i];
-    }
-  }
-
-  std::size_t j = 0;
+  std::vector<Prediction> predictions;
+  std::size_t first = 0;
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
-    Eigen::ArrayXd x(samples), y(samples);
-    int count = 0, asked = 0;
-    for (; j < owner.size() && owner[j] == k; ++j, ++asked) {
-      if (ok[j] == 0) continue;
-      // Along the edge KLT slides as it likes; across it is right.
-      const Eigen::Vector2d p(start[j].x, start[j].y);
-      const double moved = across[j].dot(Eigen::Vector2d(to[j].x, to[j].y) - p);
-      if (!(std::abs(moved) <= kMaxCorrectionPx)) continue;
-      const Eigen::Vector3d f = camera_.bearing(p + moved * across[j]);
-      if (!f.allFinite() || !(f.dot(arcs[k].u) > 0.1)) continue;
-      x[count] = arcs[k].alongOf(f);
-      y[count] = arcs[k].acrossOf(f);
-      ++count;
-    }
-    if (count < 3 || count < kLeastMoved * samples) continue;
-    const StraightFit fit = fitStraight(x.head(count), y.head(count), kSampleScalePx / focal_px_);
-    if (!fit.ok) continue;
-    const ArcFrame& arc = arcs[k];
-    predictions[k].ok = true;
-    predictions[k].start = arc.direction(arc.x_start, fit.offset + fit.slope * arc.x_start);
-    predictions[k].end = arc.direction(arc.x_end, fit.offset + fit.slope * arc.x_end);
+    std::size_t last = first;
+    while (last < samples.owner.size() && samples.owner[last] == k) ++last;
+    predictions.push_back(fitSamples(samples, k, first, last));
+    first = last;
   }
   return predictions;
 }
@@ -258,34 +332,22 @@ bool LineTracker::isSameLine(const Edge& a, const Edge& b, double max_distance_p
   return overlap.share >= kSameOverlap && overlap.largest_px <= max_distance_px;
 }
 
-void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
-                        const RotationPrior& prior, const PointTracker& points,
-                        FrontEndReport* report) {
+// Mutual best partners: a line and a detection that each have no better one.
+std::vector<LineTracker::Match> LineTracker::match(const std::vector<Prediction>& predictions,
+                                                   const std::vector<Segment>& segments) const {
   const LineTrackerOptions& o = options_.lines;
-  report->lines_before = static_cast<int>(tracks_.size());
-  std::vector<Segment> segments = detect(now);
-  report->lines_detected = static_cast<int>(segments.size());
-
-  std::vector<Prediction> predictions;
-  if (before.empty()) {
-    tracks_.clear();
-  } else {
-    predictions = predict(before, now, prior, points);
-  }
-
-  // Each line and each detection with its best partner.
-  const std::size_t lines = tracks_.size(), found = segments.size();
-  std::vector<int> best_of_line(lines, -1), best_of_segment(found, -1);
-  std::vector<double> cost_of_line(lines, 1e9), cost_of_segment(found, 1e9);
-  std::vector<Overlap> overlap_of_line(lines);
-  for (std::size_t k = 0; k < lines; ++k) {
+  constexpr double kNoCost = std::numeric_limits<double>::infinity();
+  std::vector<Match> matches(predictions.size());
+  std::vector<int> best_of_segment(segments.size(), -1);
+  std::vector<double> cost_of_line(predictions.size(), kNoCost);
+  std::vector<double> cost_of_segment(segments.size(), kNoCost);
+  for (std::size_t k = 0; k < predictions.size(); ++k) {
     if (!predictions[k].ok) continue;
     const ArcFrame arc(predictions[k].start, predictions[k].end);
-    for (std::size_t s = 0; s < found; ++s) {
-      if (liesAside(arc.n, segments[s].start, segments[s].end, focal_px_, o.max_distance_px)) {
-        continue;
-      }
-      const Overlap overlap = overlapOf(arc, segments[s].start, segments[s].end, focal_px_);
+    for (std::size_t s = 0; s < segments.size(); ++s) {
+      const Segment& segment = segments[s];
+      if (liesAside(arc.n, segment.start, segment.end, focal_px_, o.max_distance_px)) continue;
+      const Overlap overlap = overlapOf(arc, segment.start, segment.end, focal_px_);
       if (overlap.share < o.min_overlap || overlap.largest_px > o.max_distance_px ||
           overlap.angle > o.max_angle_deg * kRadPerDeg) {
         continue;
@@ -293,8 +355,7 @@ void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
       const double cost = overlap.distance_px / o.max_distance_px + (1.0 - overlap.share);
       if (cost < cost_of_line[k]) {
         cost_of_line[k] = cost;
-        best_of_line[k] = static_cast<int>(s);
-        overlap_of_line[k] = overlap;
+        matches[k] = {static_cast<int>(s), overlap};
       }
       if (cost < cost_of_segment[s]) {
         cost_of_segment[s] = cost;
@@ -302,66 +363,84 @@ void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
       }
     }
   }
-
-  std::vector<LineTrack> kept;
-  for (std::size_t k = 0; k < lines; ++k) {
-    if (!predictions[k].ok) continue;
-    Eigen::Vector3d start = predictions[k].start, end = predictions[k].end;
-    const int s = best_of_line[k];
-    const bool matched =
-        s >= 0 && best_of_segment[static_cast<std::size_t>(s)] == static_cast<int>(k);
-    LineTrack track = tracks_[k];
-    track.missed = matched ? 0 : track.missed + 1;
-    if (track.missed > o.max_missed) continue;
-    if (matched) {
-      Segment& segment = segments[static_cast<std::size_t>(s)];
-      segment.taken = true;
-      // As far as either of them reaches; the refit cuts off what is no edge.
-      const ArcFrame arc(start, end);
-      const double x0 = std::min(arc.x_start, arc.alongOf(segment.start));
-      const double x1 = std::max(arc.x_end, arc.alongOf(segment.end));
-      start = arc.direction(x0, 0.0);
-      end = arc.direction(x1, 0.0);
+  for (std::size_t k = 0; k < matches.size(); ++k) {
+    const int s = matches[k].segment;
+    if (s >= 0 && best_of_segment[static_cast<std::size_t>(s)] != static_cast<int>(k)) {
+      matches[k] = Match();
     }
-    if (!fitEdge(now.level(0), camera_, start, end, kSearchTrackedPx, now.noise, kLeastSupport,
-                 o.max_refit_rms_px, &track.edge) ||
-        track.edge.length_px < kShortening * o.min_length_px) {
-      continue;
-    }
-    const Overlap moved = overlapOf(ArcFrame(predictions[k].start, predictions[k].end),
-                                    track.edge.start, track.edge.end, focal_px_);
-    if (!(moved.share > 0.0) || moved.largest_px > kMaxJumpPx) continue;
-    const double certainty = std::exp(-0.5 * moved.distance_px * moved.distance_px);
-    track.match_quality = certainty * (matched ? 0.5 + 0.5 * std::min(1.0, overlap_of_line[k].share)
-                                               : std::pow(0.5, track.missed));
-    track.confidence = confidenceOf(track.edge, now.noise);
-    track.normal_drift = track.edge.normal() - prior.R_now_before * tracks_[k].edge.normal();
-    ++track.age;
-    kept.push_back(track);
   }
+  return matches;
+}
 
-  // Two tracks that ended on one edge: the longer known one has it.
-  std::stable_sort(kept.begin(), kept.end(),
+// Moves a track to this image: from the prediction and, where there is one, the detection `match`,
+// refitted to the edge. False where the line is not found; `track` is then useless.
+bool LineTracker::follow(const ImagePyramid& now, const RotationPrior& prior,
+                         const Prediction& prediction, const Match& match,
+                         const std::vector<Segment>& segments, LineTrack* track) const {
+  const bool matched = match.segment >= 0;
+  const Eigen::Vector3d normal_before = track->edge.normal();
+  Eigen::Vector3d start = prediction.start, end = prediction.end;
+  if (matched) {
+    // As far as either of them reaches; the refit cuts off what is no edge.
+    const Segment& segment = segments[static_cast<std::size_t>(match.segment)];
+    const ArcFrame arc(start, end);
+    const double x0 = std::min(arc.x_start, arc.alongOf(segment.start));
+    const double x1 = std::max(arc.x_end, arc.alongOf(segment.end));
+    start = arc.direction(x0, 0.0);
+    end = arc.direction(x1, 0.0);
+  }
+  if (!refit(now, start, end, kSearchTrackedPx, &track->edge) ||
+      track->edge.length_px < kShortening * options_.lines.min_length_px) {
+    return false;
+  }
+  const Overlap moved = overlapOf(ArcFrame(prediction.start, prediction.end), track->edge.start,
+                                  track->edge.end, focal_px_);
+  if (!(moved.share > 0.0) || moved.largest_px > kMaxJumpPx) return false;
+  const double deviation = moved.distance_px / kMatchSigmaPx;
+  const double certainty = std::exp(-0.5 * deviation * deviation);
+  track->match_quality =
+      certainty *
+      (matched ? kQualityOfMatch + (1.0 - kQualityOfMatch) * std::min(1.0, match.overlap.share)
+               : std::pow(kQualityOfMiss, track->missed));
+  track->confidence = confidenceOf(track->edge, now.noise);
+  track->normal_drift = track->edge.normal() - prior.R_now_before * normal_before;
+  ++track->age;
+  return true;
+}
+
+bool LineTracker::refit(const ImagePyramid& now, const Eigen::Vector3d& start,
+                        const Eigen::Vector3d& end, double search_px, Edge* edge) const {
+  return fitEdge(now.level(0), camera_, start, end, search_px, now.noise, kLeastSupport,
+                 options_.lines.max_refit_rms_px, edge);
+}
+
+bool LineTracker::isTaken(const Edge& edge, double distance_px) const {
+  return std::any_of(tracks_.begin(), tracks_.end(), [&](const LineTrack& other) {
+    return isSameLine(other.edge, edge, distance_px);
+  });
+}
+
+// Keeps one of several tracks that ended on one edge: the one of the highest rank.
+void LineTracker::keepDistinct(std::vector<LineTrack> moved, ImageReport* report) {
+  std::stable_sort(moved.begin(), moved.end(),
                    [](const LineTrack& a, const LineTrack& b) { return rankOf(a) > rankOf(b); });
   tracks_.clear();
-  const auto isTaken = [this](const Edge& edge, double distance_px) {
-    return std::any_of(tracks_.begin(), tracks_.end(), [&](const LineTrack& other) {
-      return isSameLine(other.edge, edge, distance_px);
-    });
-  };
-  for (const LineTrack& track : kept) {
+  for (const LineTrack& track : moved) {
     if (isTaken(track.edge, kSameDistancePx)) continue;
     tracks_.push_back(track);
     ++(track.missed == 0 ? report->lines_matched : report->lines_carried);
   }
+}
 
-  // New ones, longest first, while there is room.
+// Adds lines for detections that are no tracked line, longest first, up to the permitted number.
+void LineTracker::addNew(const ImagePyramid& now, const std::vector<Segment>& segments,
+                         ImageReport* report) {
+  const LineTrackerOptions& o = options_.lines;
   for (const Segment& segment : segments) {
     if (static_cast<int>(tracks_.size()) >= o.max_lines) break;
     if (segment.taken) continue;
     LineTrack track;
-    if (!fitEdge(now.level(0), camera_, segment.start, segment.end, kSearchNewPx, now.noise,
-                 kLeastSupport, o.max_refit_rms_px, &track.edge) ||
+    if (!refit(now, segment.start, segment.end, kSearchNewPx, &track.edge) ||
         track.edge.length_px < o.min_length_px || isTaken(track.edge, kNewDistancePx)) {
       continue;
     }
@@ -370,6 +449,30 @@ void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
     tracks_.push_back(track);
     ++report->lines_new;
   }
+}
+
+void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
+                        const RotationPrior& prior, const PointTracker& points,
+                        ImageReport* report) {
+  report->lines_before = static_cast<int>(tracks_.size());
+  std::vector<Segment> segments = detect(now);
+  report->lines_detected = static_cast<int>(segments.size());
+
+  if (before.empty()) tracks_.clear();
+  const std::vector<Prediction> predictions = predict(before, now, prior, points);
+  const std::vector<Match> matches = match(predictions, segments);
+  std::vector<LineTrack> moved;
+  for (std::size_t k = 0; k < tracks_.size(); ++k) {
+    if (!predictions[k].ok) continue;
+    LineTrack track = tracks_[k];
+    const int s = matches[k].segment;
+    if (s >= 0) segments[static_cast<std::size_t>(s)].taken = true;
+    track.missed = s >= 0 ? 0 : track.missed + 1;
+    if (track.missed > options_.lines.max_missed) continue;
+    if (follow(now, prior, predictions[k], matches[k], segments, &track)) moved.push_back(track);
+  }
+  keepDistinct(std::move(moved), report);
+  addNew(now, segments, report);
 }
 
 }  // namespace slim_init::feature_tracker_lines

@@ -24,12 +24,13 @@ namespace slim_init::feature_tracker_lines {
 /// A tracked line.
 struct LineTrack {
   FeatureId id = -1;
-  int age = 1;     ///< images it was seen in
+  int age = 1;     ///< images it was found in
   int missed = 0;  ///< images in a row without a detection, this one included
   Edge edge;
   double confidence = 1.0;     ///< LineObservation::detection_confidence
   double match_quality = 1.0;  ///< LineObservation::match_quality
-  /// Change of the normal since the image before beyond what the rotation explains; from age 2 on.
+  /// Change of the normal since the previous image beyond what the rotation explains; from age 2
+  /// on.
   Eigen::Vector3d normal_drift = Eigen::Vector3d::Zero();
 };
 
@@ -38,12 +39,13 @@ class LineTracker {
  public:
   LineTracker(const CameraParameters& camera, const FrontEndOptions& options);
 
-  /// Tracks from `before` (empty for the first image) to `now`. `points` have been tracked to `now`
+  /// Tracks from `before` (empty for the first image) to `now`: prediction of the tracked lines,
+  /// matching with detections, refit to the edge, new lines. `points` have been tracked to `now`
   /// already: their motion predicts that of new lines. Writes the line part of `report`.
   void track(const ImagePyramid& before, const ImagePyramid& now, const RotationPrior& prior,
-             const PointTracker& points, FrontEndReport* report);
+             const PointTracker& points, ImageReport* report);
 
-  /// Current lines; those kept longest and the longest first.
+  /// Current lines: those tracked before by age and length, then the new ones by length.
   const std::vector<LineTrack>& tracks() const { return tracks_; }
 
   /// Segments of the detector in the last image [px], for display.
@@ -51,17 +53,33 @@ class LineTracker {
 
   const char* detectorName() const { return detector_->name(); }
 
-  /// Ids go on counting.
+  /// Forgets all lines. Ids are not reused.
   void reset();
 
  private:
   struct Segment;
   struct Prediction;
+  struct Samples;
+  struct Match;
 
   std::vector<Segment> detect(const ImagePyramid& now);
+  Samples sampleTracks(const RotationPrior& prior, const PointTracker& points) const;
+  void followSamples(const ImagePyramid& before, const ImagePyramid& now,
+                     const std::vector<std::size_t>& chosen, int levels, Samples* samples) const;
+  Prediction fitSamples(const Samples& samples, std::size_t k, std::size_t first,
+                        std::size_t last) const;
   std::vector<Prediction> predict(const ImagePyramid& before, const ImagePyramid& now,
                                   const RotationPrior& prior, const PointTracker& points) const;
+  std::vector<Match> match(const std::vector<Prediction>& predictions,
+                           const std::vector<Segment>& segments) const;
+  bool follow(const ImagePyramid& now, const RotationPrior& prior, const Prediction& prediction,
+              const Match& match, const std::vector<Segment>& segments, LineTrack* track) const;
+  bool refit(const ImagePyramid& now, const Eigen::Vector3d& start, const Eigen::Vector3d& end,
+             double search_px, Edge* edge) const;
   bool isSameLine(const Edge& a, const Edge& b, double max_distance_px) const;
+  bool isTaken(const Edge& edge, double distance_px) const;
+  void keepDistinct(std::vector<LineTrack> moved, ImageReport* report);
+  void addNew(const ImagePyramid& now, const std::vector<Segment>& segments, ImageReport* report);
 
   Camera camera_;
   FrontEndOptions options_;

@@ -6,21 +6,51 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <opencv2/calib3d.hpp>
 #include <utility>
 
 namespace slim_init::feature_tracker_lines {
 namespace {
 
-// 0.999 of finding two inliers among 75 % takes 9; noise and near-parallel pairs spoil many more.
+// Nine draws find two inliers among 75 % with probability 0.999; noise and nearly parallel planes
+// spoil many more.
 constexpr int kHypotheses = 120;
 constexpr int kPolishRounds = 4;
-constexpr double kLeastForward = 0.26;  // cos(75 deg)
+// Norm of a hypothesis below which its two planes differ by rounding alone.
+constexpr double kLeastNorm = 1e-16;
+// Polishing: Cauchy scale and cut-off of the weights, as shares of the threshold.
+constexpr double kPolishScale = 0.5, kPolishCut = 2.0;
+constexpr double kLeastForward = 0.26;  // cos(75 deg): rays further off the axis are not checked
+// cv::findFundamentalMat: pairs that it takes, and its confidence.
+constexpr std::size_t kLeastPairs = 8;
+constexpr double kConfidence = 0.99;
+// Three views: parallax of a point that can be judged [px], how many of them it takes, and the
+// deviation that makes a track an outlier, in standard deviations.
 constexpr double kLeastParallaxPx = 2.0;
 constexpr std::size_t kLeastTelling = 8;
+constexpr double kOutlierSigmas = 3.0;
+constexpr double kSigmaOfMedian = 1.4826;  // Gaussian: standard deviation over median magnitude
+// Near the epipole the parallax is known no better than to rounding.
+constexpr double kLeastUnit = 1e-9, kLeastLever = 1e-6;
+
+using Rays = std::vector<Eigen::Vector3d>;
 
 // Sampson distances of all pairs to the epipolar planes through e [rad].
 struct Pairs {
+  Pairs(const Rays& rotated_before, const Rays& now) {
+    const auto n = static_cast<Eigen::Index>(now.size());
+    a.resize(3, n);
+    b.resize(3, n);
+    m.resize(3, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      a.col(i) = rotated_before[k];
+      b.col(i) = now[k];
+      m.col(i) = rotated_before[k].cross(now[k]);
+    }
+  }
+
   Eigen::Matrix3Xd a, b, m;  // rays before (rotated) and now, a x b
 
   void distances(const Eigen::Vector3d& e, Eigen::ArrayXd* out) const {
@@ -32,162 +62,181 @@ struct Pairs {
   }
 };
 
-// Fixed start: equal inputs give equal answers.
+// Pseudo-random numbers from a fixed seed: equal inputs give equal answers.
 class Draw {
  public:
-  std::uint32_t below(std::uint32_t n) {
+  int below(int n) {
     state_ = state_ * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<std::uint32_t>(((state_ >> 32) * n) >> 32);
+    return static_cast<int>(((state_ >> 32) * static_cast<std::uint32_t>(n)) >> 32);
   }
 
  private:
   std::uint64_t state_ = 0x9e3779b97f4a7c15ULL;
 };
 
-}  // namespace
+// A direction of translation, with the distance of each pair and their truncated sum.
+struct Hypothesis {
+  Eigen::Vector3d e = Eigen::Vector3d::Zero();
+  Eigen::ArrayXd distance;  // [rad]
+  double cost = std::numeric_limits<double>::infinity();
+};
 
-std::vector<unsigned char> knownRotationInliers(const std::vector<Eigen::Vector3d>& rotated_before,
-                                                const std::vector<Eigen::Vector3d>& now,
-                                                double focal_px, double threshold_px,
-                                                Eigen::Vector3d* epipole) {
-  const int n = static_cast<int>(now.size());
-  std::vector<unsigned char> inlier(now.size(), 1);
-  if (epipole != nullptr) *epipole = Eigen::Vector3d::Zero();
-  if (n < 3) return inlier;
+// Takes `e` over if it is better than the best so far; false otherwise.
+bool takeBetter(const Pairs& pairs, const Eigen::Vector3d& e, double threshold, Hypothesis* best) {
+  Eigen::ArrayXd distance(pairs.m.cols());
+  pairs.distances(e, &distance);
+  const double cost = distance.min(threshold).sum();
+  if (!(cost < best->cost)) return false;
+  best->cost = cost;
+  best->e = e;
+  best->distance = std::move(distance);
+  return true;
+}
 
-  Pairs pairs;
-  pairs.a.resize(3, n);
-  pairs.b.resize(3, n);
-  pairs.m.resize(3, n);
-  for (int i = 0; i < n; ++i) {
-    pairs.a.col(i) = rotated_before[static_cast<std::size_t>(i)];
-    pairs.b.col(i) = now[static_cast<std::size_t>(i)];
-    pairs.m.col(i) =
-        rotated_before[static_cast<std::size_t>(i)].cross(now[static_cast<std::size_t>(i)]);
-  }
-  const double threshold = threshold_px / focal_px;
-
+// The best of kHypotheses draws of two pairs. Its cost is infinite where no two planes differ.
+Hypothesis sampleEpipole(const Pairs& pairs, double threshold) {
   Draw draw;
-  Eigen::Vector3d best_e = Eigen::Vector3d::UnitZ();
-  Eigen::ArrayXd distance(n), best_distance;
-  double best_cost = std::numeric_limits<double>::infinity();
+  Hypothesis best;
+  const int n = static_cast<int>(pairs.m.cols());
   for (int h = 0; h < kHypotheses; ++h) {
-    const int i = static_cast<int>(draw.below(static_cast<std::uint32_t>(n)));
-    const int j = static_cast<int>(draw.below(static_cast<std::uint32_t>(n)));
-    Eigen::Vector3d e = pairs.m.col(i).cross(pairs.m.col(j));
+    const int i = draw.below(n);
+    const int j = draw.below(n);
+    const Eigen::Vector3d e = pairs.m.col(i).cross(pairs.m.col(j));
     const double norm = e.norm();
-    // Also where i == j. Below, the two planes differ by rounding alone.
-    if (!(norm > 1e-16)) continue;
-    e /= norm;
-    pairs.distances(e, &distance);
-    const double cost = distance.min(threshold).sum();
-    if (cost < best_cost) {
-      best_cost = cost;
-      best_e = e;
-      best_distance = distance;
-    }
+    if (norm > kLeastNorm) takeBetter(pairs, e / norm, threshold, &best);  // not for i == j
   }
-  // Nothing moves: nothing speaks against any pair.
-  if (!std::isfinite(best_cost)) return inlier;
+  return best;
+}
 
+// Re-weighted least squares while it lowers the cost.
+void polish(const Pairs& pairs, double focal_px, double threshold_px, Hypothesis* best) {
+  const double threshold = threshold_px / focal_px;
+  const double inverse_scale = focal_px / (kPolishScale * threshold_px);
   for (int round = 0; round < kPolishRounds; ++round) {
-    // Cauchy weights at a pixel's scale; pairs far out have none.
-    Eigen::ArrayXd weight =
-        1.0 / (1.0 + (best_distance * (2.0 * focal_px / threshold_px)).square());
-    weight = (best_distance < 2.0 * threshold).select(weight, 0.0);
+    Eigen::ArrayXd weight = 1.0 / (1.0 + (best->distance * inverse_scale).square());
+    weight = (best->distance < kPolishCut * threshold).select(weight, 0.0);
     const Eigen::Matrix3d M = pairs.m * weight.matrix().asDiagonal() * pairs.m.transpose();
     const Eigen::Vector3d e =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(M).eigenvectors().col(0);
-    pairs.distances(e, &distance);
-    const double cost = distance.min(threshold).sum();
-    if (!(cost < best_cost)) break;
-    best_cost = cost;
-    best_e = e;
-    best_distance = distance;
+    if (!takeBetter(pairs, e, threshold, best)) break;
   }
-  for (int i = 0; i < n; ++i) inlier[static_cast<std::size_t>(i)] = best_distance[i] <= threshold;
-  if (epipole != nullptr) *epipole = best_e;
-  return inlier;
 }
 
-std::vector<unsigned char> threeViewInliers(const std::vector<Eigen::Vector3d>& first,
-                                            const std::vector<Eigen::Vector3d>& second,
-                                            const std::vector<Eigen::Vector3d>& third,
-                                            double focal_px, double threshold_px, double least_px) {
-  const std::size_t n = first.size();
-  const std::vector<unsigned char> all(n, 1);
-  const double least_parallax = kLeastParallaxPx / focal_px;
-  std::size_t telling = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    telling += first[i].cross(second[i]).norm() > least_parallax &&
-                       first[i].cross(third[i]).norm() > least_parallax
-                   ? 1
-                   : 0;
+}  // namespace
+
+EpipoleFit knownRotationInliers(const Rays& rotated_before, const Rays& now, double focal_px,
+                                double threshold_px) {
+  EpipoleFit fit;
+  fit.flags.assign(now.size(), 1);
+  if (now.size() < 3) return fit;
+  const Pairs pairs(rotated_before, now);
+  const double threshold = threshold_px / focal_px;  // [rad]
+  Hypothesis best = sampleEpipole(pairs, threshold);
+  // Nothing moves: no pair is contradicted.
+  if (!std::isfinite(best.cost)) return fit;
+  polish(pairs, focal_px, threshold_px, &best);
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    fit.flags[i] = best.distance[static_cast<Eigen::Index>(i)] <= threshold ? 1 : 0;
   }
-  if (telling < kLeastTelling) return all;
+  fit.epipole = best.e;
+  return fit;
+}
 
-  Eigen::Vector3d e_second, e_third;
-  std::vector<unsigned char> inlier =
-      knownRotationInliers(first, second, focal_px, threshold_px, &e_second);
-  const std::vector<unsigned char> inlier_third =
-      knownRotationInliers(first, third, focal_px, threshold_px, &e_third);
-  // The camera moved such that distances are positive: a x b = (e x b) / distance.
-  const auto orient = [&first](const std::vector<Eigen::Vector3d>& now, Eigen::Vector3d* e) {
-    double votes = 0.0;
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      const Eigen::Vector3d m = first[i].cross(now[i]);
-      votes += m.dot(e->cross(now[i])) > 0.0 ? m.norm() : -m.norm();
-    }
-    if (votes < 0.0) *e = -*e;
-  };
-  orient(second, &e_second);
-  orient(third, &e_third);
+namespace {
 
-  // Parallax along the epipolar line, and what a point at unit inverse distance would have.
-  struct Along {
-    double parallax, unit;
-  };
-  const auto along = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                        const Eigen::Vector3d& e) {
-    const Eigen::Vector3d side = e.cross(b);
-    const double unit = side.norm();
-    return Along{unit > 1e-9 ? a.cross(b).dot(side) / unit : 0.0, unit};
-  };
-  std::vector<std::pair<double, double>> ratios;  // of the translations' lengths, and weight
+// The sign of the epipole for which distances are positive: a x b = (e x b) / distance.
+Eigen::Vector3d oriented(const Eigen::Vector3d& e, const Rays& before, const Rays& now) {
+  double votes = 0.0;
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const Eigen::Vector3d m = before[i].cross(now[i]);
+    votes += m.dot(e.cross(now[i])) > 0.0 ? m.norm() : -m.norm();
+  }
+  return votes < 0.0 ? Eigen::Vector3d(-e) : e;
+}
+
+// Parallax along the epipolar line [rad], and that of a point at unit inverse distance.
+struct Along {
+  double parallax = 0.0, unit = 0.0;
+};
+Along alongOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& e) {
+  const Eigen::Vector3d side = e.cross(b);
+  const double unit = side.norm();
+  return {unit > kLeastUnit ? a.cross(b).dot(side) / unit : 0.0, unit};
+}
+
+// Parallax of all points in one pair of views.
+struct View {
+  View(const Rays& first, const Rays& now, double focal_px, double threshold_px) {
+    EpipoleFit fit = knownRotationInliers(first, now, focal_px, threshold_px);
+    const Eigen::Vector3d e = oriented(fit.epipole, first, now);
+    for (std::size_t i = 0; i < now.size(); ++i) along.push_back(alongOf(first[i], now[i], e));
+    flags = std::move(fit.flags);
+  }
+  std::vector<unsigned char> flags;
+  std::vector<Along> along;
+};
+
+// Points that moved far enough in both pairs of views to be judged.
+std::size_t countTelling(const Rays& first, const Rays& second, const Rays& third,
+                         double least_parallax) {
+  std::size_t telling = 0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    const bool tells = first[i].cross(second[i]).norm() > least_parallax &&
+                       first[i].cross(third[i]).norm() > least_parallax;
+    telling += tells ? 1 : 0;
+  }
+  return telling;
+}
+
+// Ratio of the translations' lengths, third view over second: median over the points, weighted by
+// their parallax. NaN where too few points tell.
+double translationRatio(const View& second, const View& third, double least_parallax) {
+  std::vector<std::pair<double, double>> ratios;  // and weight
   double weights = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (inlier[i] == 0 || inlier_third[i] == 0) continue;
-    const Along two = along(first[i], second[i], e_second);
-    const Along three = along(first[i], third[i], e_third);
+  for (std::size_t i = 0; i < second.along.size(); ++i) {
+    if (second.flags[i] == 0 || third.flags[i] == 0) continue;
+    const Along& two = second.along[i];
+    const Along& three = third.along[i];
     if (!(two.parallax > least_parallax && three.parallax > least_parallax)) continue;
     ratios.emplace_back(three.parallax * two.unit / (three.unit * two.parallax), two.parallax);
     weights += two.parallax;
   }
-  if (ratios.size() < kLeastTelling) return all;
+  if (ratios.size() < kLeastTelling) return std::numeric_limits<double>::quiet_NaN();
   std::sort(ratios.begin(), ratios.end());
-  double ratio = ratios.back().first, sum = 0.0;
+  double sum = 0.0;
   for (const auto& [value, weight] : ratios) {
     sum += weight;
-    if (sum < 0.5 * weights) continue;
-    ratio = value;
-    break;
+    if (!(sum < 0.5 * weights)) return value;
   }
+  return ratios.back().first;
+}
+
+}  // namespace
+
+std::vector<unsigned char> threeViewInliers(const Rays& first, const Rays& second,
+                                            const Rays& third, double focal_px, double threshold_px,
+                                            double least_px) {
+  const std::size_t n = first.size();
+  const double least_parallax = kLeastParallaxPx / focal_px;
+  std::vector<unsigned char> inlier(n, 1);
+  if (countTelling(first, second, third, least_parallax) < kLeastTelling) return inlier;
+  const View two(first, second, focal_px, threshold_px);
+  const View three(first, third, focal_px, threshold_px);
+  const double ratio = translationRatio(two, three, least_parallax);
+  if (!std::isfinite(ratio)) return inlier;
+
   std::vector<double> difference_px(n), magnitudes;
   for (std::size_t i = 0; i < n; ++i) {
-    const Along two = along(first[i], second[i], e_second);
-    const Along three = along(first[i], third[i], e_third);
-    // Near the epipole both are about nothing.
-    const double lever = ratio * three.unit / std::max(two.unit, 1e-6);
-    difference_px[i] =
-        std::abs(three.parallax - lever * two.parallax) * focal_px / std::sqrt(1.0 + lever * lever);
-    inlier[i] = inlier[i] != 0 && inlier_third[i] != 0 ? 1 : 0;
+    const double lever = ratio * three.along[i].unit / std::max(two.along[i].unit, kLeastLever);
+    difference_px[i] = std::abs(three.along[i].parallax - lever * two.along[i].parallax) *
+                       focal_px / std::sqrt(1.0 + lever * lever);
+    inlier[i] = two.flags[i] != 0 && three.flags[i] != 0 ? 1 : 0;
     if (inlier[i] != 0) magnitudes.push_back(difference_px[i]);
   }
   const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
   std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-  constexpr double kSigmaOfMedian = 1.4826;
   const double largest_px =
-      std::min(threshold_px, std::max(least_px, 3.0 * kSigmaOfMedian * *middle));
+      std::min(threshold_px, std::max(least_px, kOutlierSigmas * kSigmaOfMedian * *middle));
   for (std::size_t i = 0; i < n; ++i) {
     if (difference_px[i] > largest_px) inlier[i] = 0;
   }
@@ -210,9 +259,9 @@ std::vector<unsigned char> fundamentalInliers(const std::vector<Eigen::Vector3d>
     p.push_back(onPlane(before[i]));
     q.push_back(onPlane(now[i]));
   }
-  if (index.size() < 8) return inlier;
+  if (index.size() < kLeastPairs) return inlier;
   std::vector<unsigned char> status;
-  cv::findFundamentalMat(p, q, cv::FM_RANSAC, threshold_px, 0.99, status);
+  cv::findFundamentalMat(p, q, cv::FM_RANSAC, threshold_px, kConfidence, status);
   // No matrix at all, for example because all points lie on a line.
   if (status.size() != index.size()) return inlier;
   for (std::size_t k = 0; k < index.size(); ++k) inlier[index[k]] = status[k] != 0 ? 1 : 0;

@@ -8,25 +8,28 @@
 
 namespace slim_init::feature_tracker_lines {
 
+/// Result of knownRotationInliers().
+struct EpipoleFit {
+  std::vector<unsigned char> flags;                   ///< one per pair, 1 for an inlier
+  Eigen::Vector3d epipole = Eigen::Vector3d::Zero();  ///< unit, sign arbitrary; zero: not found
+};
+
 /// Two-point RANSAC with known rotation: two pairs give the direction of the translation,
 /// e = m_1 x m_2 with m = (R f_before) x f_now; the winner (lowest sum of truncated distances) is
 /// polished by re-weighted least squares. All rays unit; the distance of a pair to its epipolar
 /// plane is to first order (Sampson) and in pixels at the image centre, `focal_px` per radian.
 ///
-/// Returns one flag per pair, 1 for an inlier. Without translation every pair that moved by less
-/// than the threshold is an inlier. Fewer than three pairs: all are inliers. Deterministic.
-/// `epipole` (may be null) is the unit direction of the translation, of no sense; `distances_px`
-/// (may be null) has the distance of each pair.
-std::vector<unsigned char> knownRotationInliers(const std::vector<Eigen::Vector3d>& rotated_before,
-                                                const std::vector<Eigen::Vector3d>& now,
-                                                double focal_px, double threshold_px,
-                                                Eigen::Vector3d* epipole);
+/// Without translation every pair that moved by less than the threshold is an inlier. Fewer than
+/// three pairs: all are inliers. Deterministic.
+EpipoleFit knownRotationInliers(const std::vector<Eigen::Vector3d>& rotated_before,
+                                const std::vector<Eigen::Vector3d>& now, double focal_px,
+                                double threshold_px);
 
-/// Three views with known rotations, all rays unit and turned into one orientation. The first two
-/// give each point's distance, the first and the third give it once more, and both lengths of
-/// translation have one ratio for all points. A track that slides along its epipolar line, as on a
-/// shading or where one edge crosses another behind it, passes every check of two views and fails
-/// this one.
+/// Three views with known rotations, all rays unit and rotated into one orientation. The first two
+/// views give each point's distance, the first and the third give it again, and the ratio of the
+/// two translations' lengths is the same for all points. A track that drifts along its epipolar
+/// line, as on shading or where one edge crosses another one behind it, passes every check of two
+/// views and fails this one.
 ///
 /// Returns one flag per point, 1 for an inlier: both epipolar distances within `threshold_px`, and
 /// the difference along the epipolar line, divided by what equal image errors make of it, within

@@ -9,18 +9,23 @@ namespace {
 
 constexpr int kHalf = PatchAnchor::kSide / 2;
 constexpr int kIterations = 6;
-constexpr double kConvergedPx = 0.03;  // a step; what is left after it is far less
-constexpr double kMaxShiftPx = 3.0;
+constexpr double kConvergedPx = 0.03;  // length of a step; what is left after it is far less
+constexpr double kMaxShiftPx = 3.0;    // from the start
+// Least area of a step's affine map: a patch that shrinks by more in one step is lost.
+constexpr double kLeastDeterminant = 0.2;
+// Correlation that counts as converged although the last step was not short.
+constexpr double kGoodCorrelation = 0.9;
 // Expected size of what deform() does not know of, at the patch's edge as a share of its half side.
 constexpr double kDeformationSigma = 0.03;
-constexpr double kLeastContrast = 1.0;  // [grey levels]
-constexpr double kLeastRatio = 0.08;    // weaker to stronger direction; an edge has less
+constexpr double kLeastContrast = 1.0;   // rms of the patch about its mean [grey levels]
+constexpr float kLeastVariance = 1e-6F;  // of the image patch, against division by zero
+constexpr double kLeastRatio = 0.08;     // weaker to stronger direction; an edge has less
 
 }  // namespace
 
 bool PatchAnchor::sample(const cv::Mat& grey, const Eigen::Vector2d& centre,
                          const Eigen::Matrix2d& affine, Patch* out) const {
-  // All four corners inside; the map is affine, so everything else is as well.
+  // With all four corners inside, so is everything else: the map is affine.
   const double reach_x = kHalf * (std::abs(affine(0, 0)) + std::abs(affine(0, 1)));
   const double reach_y = kHalf * (std::abs(affine(1, 0)) + std::abs(affine(1, 1)));
   if (!(centre.x() - reach_x >= 0.0 && centre.y() - reach_y >= 0.0 &&
@@ -74,7 +79,7 @@ bool PatchAnchor::set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double 
       squares += patch_[i] * patch_[i];
       gradient_x_[i] = 0.5F * (right[i] - left[i]);
       gradient_y_[i] = 0.5F * (below[i] - above[i]);
-      Eigen::Matrix<double, 6, 1> row;
+      Vector6d row;
       const double su = static_cast<double>(u) / kHalf, sv = static_cast<double>(v) / kHalf;
       row << gradient_x_[i], gradient_y_[i], gradient_x_[i] * su, gradient_x_[i] * sv,
           gradient_y_[i] * su, gradient_y_[i] * sv;
@@ -100,52 +105,20 @@ PatchAnchor::Match PatchAnchor::align(const cv::Mat& grey, const Eigen::Vector2d
   if (!valid_) return match;
   Eigen::Matrix2d affine = affine_;
   Eigen::Vector2d centre = start;
-  Eigen::Matrix<double, 6, 6> H = hessian_;
+  Matrix6d H = hessian_;
   const double stiffness = std::pow(noise / (kDeformationSigma * kHalf), 2);
   H.diagonal().tail<4>().array() += stiffness;
-  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> solver(H);
+  const Eigen::LLT<Matrix6d> solver(H);
   if (solver.info() != Eigen::Success) return match;
 
   Patch now;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     if (!sample(grey, centre, affine, &now)) return match;
-    float sum = 0.0F, squares = 0.0F, product = 0.0F;
-    for (std::size_t i = 0; i < kCount; ++i) {
-      sum += now[i];
-      squares += now[i] * now[i];
-      product += now[i] * patch_[i];
-    }
-    const float mean = sum / kCount;
-    const float deviation = std::sqrt(std::max(squares / kCount - mean * mean, 1e-6F));
-    match.correlation = product / (kCount * deviation * deviation_);
-    const float gain = deviation_ / deviation;
-    // Row by row: u changes inside, v outside.
-    std::array<float, 6> b{};
-    std::size_t i = 0;
-    for (int v = -kHalf; v <= kHalf; ++v) {
-      float x = 0.0F, y = 0.0F, xu = 0.0F, yu = 0.0F;
-      for (int u = -kHalf; u <= kHalf; ++u, ++i) {
-        const float residual = (now[i] - mean) * gain - patch_[i];
-        const float gx = gradient_x_[i] * residual, gy = gradient_y_[i] * residual;
-        x += gx;
-        y += gy;
-        xu += gx * static_cast<float>(u);
-        yu += gy * static_cast<float>(u);
-      }
-      b[0] += x;
-      b[1] += y;
-      b[2] += xu;
-      b[3] += x * static_cast<float>(v);
-      b[4] += yu;
-      b[5] += y * static_cast<float>(v);
-    }
-    Eigen::Matrix<double, 6, 1> gradient;
-    gradient << b[0], b[1], b[2] / kHalf, b[3] / kHalf, b[4] / kHalf, b[5] / kHalf;
-    const Eigen::Matrix<double, 6, 1> step = solver.solve(gradient);
+    const Vector6d step = solver.solve(residualGradient(now, &match.correlation));
     Eigen::Matrix2d D;
     D << step[2], step[3], step[4], step[5];
     const Eigen::Matrix2d change = Eigen::Matrix2d::Identity() + D / kHalf;
-    if (!(change.determinant() > 0.2)) return match;
+    if (!(change.determinant() > kLeastDeterminant)) return match;
     affine = affine * change.inverse();
     centre -= affine * step.head<2>();
     if (!((centre - start).norm() < kMaxShiftPx)) return match;
@@ -154,11 +127,49 @@ PatchAnchor::Match PatchAnchor::align(const cv::Mat& grey, const Eigen::Vector2d
       break;
     }
   }
-  // Still moving a little after all steps: good all the same, if the match is.
-  match.ok = match.ok || match.correlation > 0.9;
+  // Still moving a little after all steps is good enough if the match is.
+  match.ok = match.ok || match.correlation > kGoodCorrelation;
   match.pixel = centre;
   aligned_affine_ = affine;
   return match;
+}
+
+// Gradient of half the squared difference of `now`, with brightness and contrast normalised, from
+// the patch: by translation and affine deformation. Also their correlation.
+PatchAnchor::Vector6d PatchAnchor::residualGradient(const Patch& now, double* correlation) const {
+  float sum = 0.0F, squares = 0.0F, product = 0.0F;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    sum += now[i];
+    squares += now[i] * now[i];
+    product += now[i] * patch_[i];
+  }
+  const float mean = sum / kCount;
+  const float deviation = std::sqrt(std::max(squares / kCount - mean * mean, kLeastVariance));
+  *correlation = product / (kCount * deviation * deviation_);
+  const float gain = deviation_ / deviation;
+  // Row by row: u changes inside, v outside.
+  std::array<float, 6> b{};
+  std::size_t i = 0;
+  for (int v = -kHalf; v <= kHalf; ++v) {
+    float x = 0.0F, y = 0.0F, xu = 0.0F, yu = 0.0F;
+    for (int u = -kHalf; u <= kHalf; ++u, ++i) {
+      const float residual = (now[i] - mean) * gain - patch_[i];
+      const float gx = gradient_x_[i] * residual, gy = gradient_y_[i] * residual;
+      x += gx;
+      y += gy;
+      xu += gx * static_cast<float>(u);
+      yu += gy * static_cast<float>(u);
+    }
+    b[0] += x;
+    b[1] += y;
+    b[2] += xu;
+    b[3] += x * static_cast<float>(v);
+    b[4] += yu;
+    b[5] += y * static_cast<float>(v);
+  }
+  Vector6d gradient;
+  gradient << b[0], b[1], b[2] / kHalf, b[3] / kHalf, b[4] / kHalf, b[5] / kHalf;
+  return gradient;
 }
 
 }  // namespace slim_init::feature_tracker_lines

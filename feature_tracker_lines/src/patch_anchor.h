@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What a point looked like when it was first seen. Tracking from image to image adds up small
-// errors; comparing with the first sight does not.
+// Image patch of a point when it was first detected. Tracking from image to image adds up small
+// errors; comparing with the first patch does not.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -15,22 +15,22 @@ namespace slim_init::feature_tracker_lines {
 
 /// A patch with the affine map from it to the current image. Inverse compositional Lucas-Kanade
 /// (Baker and Matthews 2004) over translation and affine deformation, brightness and contrast
-/// normalised. The affine part is what Shi and Tomasi (1994) use to tell whether a track still
-/// shows the same thing.
+/// normalised. Shi and Tomasi (1994) use the affine part to decide whether a track still shows the
+/// same thing.
 class PatchAnchor {
  public:
-  static constexpr int kSide = 15;  ///< [px], odd
-  static constexpr double kMaxSigmaPx = 0.07;
+  static constexpr int kSide = 15;             ///< [px], odd
+  static constexpr double kMaxSigmaPx = 0.07;  ///< largest standard deviation from image noise [px]
 
-  /// Takes the patch about `pixel`. False, and the anchor is invalid, where it reaches over the
-  /// edge of the image or cannot be told from itself a little aside: image noise of standard
-  /// deviation `noise` [grey levels] alone would move it by more than kMaxSigmaPx in the direction
-  /// that it is weakest in, or it is an edge, which its stair steps on the pixel grid move.
+  /// Takes the patch around `pixel`. False, and the anchor is invalid, where the patch reaches over
+  /// the edge of the image or cannot be localised: image noise of standard deviation `noise` [grey
+  /// levels] alone would move it by more than kMaxSigmaPx in its weakest direction, or it is an
+  /// edge, whose stair steps on the pixel grid move it.
   bool set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double noise);
 
   bool valid() const { return valid_; }
 
-  /// Multiplies the affine map by what is known to have happened since the last image.
+  /// Multiplies the affine map by the deformation known since the last image.
   void deform(const Eigen::Matrix2d& jacobian) { affine_ = jacobian * affine_; }
 
   /// Result of align().
@@ -40,7 +40,7 @@ class PatchAnchor {
     double correlation = 0.0;  ///< of the patch with what is there now, at most 1
   };
 
-  /// Looks for the patch near `start`, which should be right to some two pixels. `noise` [grey
+  /// Looks for the patch near `start`, which should be right to about two pixels. `noise` [grey
   /// levels] weighs the image against the expectation that the deformation is as deform() said. The
   /// deformation found is kept only after accept().
   Match align(const cv::Mat& grey, const Eigen::Vector2d& start, double noise);
@@ -48,20 +48,23 @@ class PatchAnchor {
   /// Keeps the deformation of the last align().
   void accept() { affine_ = aligned_affine_; }
 
-  /// Change of size since the first sight (square root of the area's); 1 at first.
+  /// Change of size since the first patch (square root of the area's change); 1 at first.
   double scale() const { return std::sqrt(std::abs(affine_.determinant())); }
 
  private:
   static constexpr int kCount = kSide * kSide;
   using Patch = std::array<float, kCount>;
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
   bool sample(const cv::Mat& grey, const Eigen::Vector2d& centre, const Eigen::Matrix2d& affine,
               Patch* out) const;
+  Vector6d residualGradient(const Patch& now, double* correlation) const;
 
   bool valid_ = false;
   Patch patch_{}, gradient_x_{}, gradient_y_{};  // patch_: mean zero
   float deviation_ = 0.0F;                       // root of the mean square of patch_
-  Eigen::Matrix<double, 6, 6> hessian_ = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6d hessian_ = Matrix6d::Zero();
   Eigen::Matrix2d affine_ = Eigen::Matrix2d::Identity();
   Eigen::Matrix2d aligned_affine_ = Eigen::Matrix2d::Identity();
 };

@@ -6,50 +6,68 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+#include <utility>
 
 #include "outliers.h"
+#include "vins_constants.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
 
+// Points whose flow predicts that of a new point: the median of five bears two wrong ones.
 constexpr int kNeighbours = 5;
-// With a good prediction two levels reach some 20 px; more of them invite a jump to the next period
-// of a texture.
+
+// KLT to this image. With a good prediction two levels reach some 20 px; more of them invite a jump
+// to the next period of a texture.
 constexpr int kPredictedLevels = 1;
-// Where the prediction was as good as this in the image before, one level will do.
+// One level will do where the prediction was this good in the previous image [px].
 constexpr float kSteadyPx = 1.5F;
-// Backwards the way is known; what is asked is whether it is the same. From a start within this
-// distance of the answer one level is enough.
+const cv::TermCriteria kForward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.02);
+
+// KLT back to the previous image. The way is known; the question is whether it is the same. From a
+// start within this distance of the answer [px] one level is enough, and a smaller window.
 constexpr int kBackwardLevels = 1;
 constexpr float kNearPx = 4.0F;
 constexpr int kBackwardWindowPx = 15;
-const cv::TermCriteria kForward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.02);
 const cv::TermCriteria kBackward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 15, 0.02);
+
+// New corners are moved to the vertex where their edges meet: half side of the window [px], and the
+// distance [px] beyond which the vertex is that of another corner.
 constexpr int kVertexHalfPx = 4;
 constexpr double kMaxVertexPx = 4.0;
 const cv::TermCriteria kVertexEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 15, 0.02);
-// First sight: correlation below which it is not recognised, images in a row of that which a point
-// is followed over by KLT alone, and the largest change of size. What a place a pixel wide is at
-// first turns out to be several as it comes closer, and an error of the first sight grows alike.
+
+// Anchor of a point, its first image patch: correlation below which it is not recognised, images in
+// a row of that over which KLT alone follows the point, and the largest change of size. What looks
+// a pixel wide at first turns out to be several pixels as it comes closer, and an error of the
+// first localisation grows with it.
 constexpr double kLeastCorrelation = 0.8;
 constexpr int kMaxAnchorMisses = 2;
 constexpr double kMaxScale = 1.3;
-// Corners are looked for in so many cells of the image at a time (there are about 150), except when
-// most points are gone.
+
+// Corners are looked for in this many cells per image (of about 150), which bounds the time, unless
+// fewer than this share of the points is left.
 constexpr int kCellsPerImage = 30;
 constexpr double kRefillAll = 0.5;
-// A free rotation has to explain so much more than the known one before that one is doubted.
-constexpr double kDoubtBelow = 0.8, kFallbackGain = 1.2;
-// Three views: from mark to mark, and the share of tracks above which none is thrown out.
+// Points that converge, as when flying backwards, are dropped only at this share of the distance
+// that new points keep.
+constexpr double kLeastDistanceShare = 0.5;
+
+// The known rotation is doubted where it explains less than this share of the points, and overruled
+// where a free rotation explains so many times as many.
+constexpr double kDoubtBelow = 0.8;
+constexpr double kFallbackGain = 1.2;
+constexpr std::size_t kLeastForFundamental = 8;
+
+// Check over three views: images from mark to mark (0.25 s at 20 Hz, for parallax), the share of
+// wrong tracks above which none is dropped, since then the rotation is wrong or the scene moves,
+// and the least deviation of a wrong track [px], where most tracks agree far better.
 constexpr int kMarkImages = 5;
 constexpr double kMostWrong = 0.4;
-constexpr double kThreeViewPx = 0.6;  // where most tracks agree far better
-// VINS-Mono's constants.
-constexpr double kVinsFocalPx = 460.0;
-constexpr double kVinsBorderPx = 1.0;
-constexpr int kVinsWindowPx = 21, kVinsLevels = 3;
-constexpr double kVinsQuality = 0.01;
-constexpr double kVinsEveryImageHz = 100.0;
+constexpr double kThreeViewPx = 0.6;
+
+// Places without a ray (beyond the image circle of a fisheye) are looked for at this step [px].
+constexpr int kUsableStepPx = 8;
 
 double medianOf(std::array<float, kNeighbours>& values, int count) {
   std::sort(values.begin(), values.begin() + count);
@@ -86,24 +104,131 @@ cv::Mat usableArea(const Camera& camera, bool fisheye) {
   const CameraParameters& c = camera.parameters();
   cv::Mat usable(c.height, c.width, CV_8UC1, cv::Scalar(255));
   if (fisheye) {
-    // The host reads a picture of its own here; what that one leaves out are the corners.
+    // The host reads a mask image here, which leaves out the corners.
     usable.setTo(0);
     cv::circle(usable, cv::Point(cvRound(c.cx), cvRound(c.cy)), std::max(c.width, c.height) / 2,
                cv::Scalar(255), cv::FILLED);
   }
-  // Places without a ray (beyond a fisheye's image circle), looked at every few pixels.
-  constexpr int kStep = 8;
-  for (int y = 0; y < c.height; y += kStep) {
-    for (int x = 0; x < c.width; x += kStep) {
-      const Eigen::Vector2d middle(x + 0.5 * kStep, y + 0.5 * kStep);
+  const cv::Rect image(0, 0, c.width, c.height);
+  for (int y = 0; y < c.height; y += kUsableStepPx) {
+    for (int x = 0; x < c.width; x += kUsableStepPx) {
+      const Eigen::Vector2d middle(x + 0.5 * kUsableStepPx, y + 0.5 * kUsableStepPx);
       if (camera.bearing(middle).allFinite()) continue;
-      usable(cv::Rect(x, y, kStep, kStep) & cv::Rect(0, 0, c.width, c.height)).setTo(0);
+      usable(cv::Rect(x, y, kUsableStepPx, kUsableStepPx) & image).setTo(0);
     }
   }
   return usable;
 }
 
 Eigen::Vector2d toEigen(const cv::Point2f& p) { return {p.x, p.y}; }
+cv::Point2f toPoint(const Eigen::Vector2d& p) {
+  return {static_cast<float>(p.x()), static_cast<float>(p.y())};
+}
+
+// Removes the tracks whose flag is zero; returns how many.
+int keepFlagged(const std::vector<unsigned char>& flags, std::vector<PointTrack>* tracks) {
+  std::vector<PointTrack> kept;
+  for (std::size_t k = 0; k < tracks->size(); ++k) {
+    if (flags[k] != 0) kept.push_back((*tracks)[k]);
+  }
+  const auto removed = static_cast<int>(tracks->size() - kept.size());
+  *tracks = std::move(kept);
+  return removed;
+}
+
+// KLT of a set of points from the previous image to this one, in rounds: each round looks for those
+// that no earlier round has found.
+class FlowSearch {
+ public:
+  FlowSearch(const ImagePyramid& before, const ImagePyramid& now,
+             const PointTrackerOptions& options, std::vector<cv::Point2f> from)
+      : before_(before),
+        now_(now),
+        options_(options),
+        from_(std::move(from)),
+        found_(from_.size(), 0),
+        to_(from_.size()) {}
+
+  // Looks for the points i with chosen(i) from `starts` (of all points), over `levels` pyramid
+  // levels above the image.
+  template <typename Chosen>
+  void round(const std::vector<cv::Point2f>& starts, int levels, const Chosen& chosen) {
+    std::vector<std::size_t> index;
+    std::vector<cv::Point2f> sources, guesses;
+    for (std::size_t i = 0; i < from_.size(); ++i) {
+      if (found_[i] != 0 || !chosen(i)) continue;
+      index.push_back(i);
+      sources.push_back(from_[i]);
+      guesses.push_back(starts[i]);
+    }
+    if (index.empty()) return;
+    const int top = std::min({levels, before_.max_level, now_.max_level});
+    std::vector<cv::Point2f> ends;
+    const std::vector<uchar> ok = thereAndBack(sources, guesses, top, &ends);
+    for (std::size_t k = 0; k < ok.size(); ++k) {
+      if (ok[k] == 0) continue;
+      found_[index[k]] = 1;
+      to_[index[k]] = ends[k];
+    }
+  }
+
+  bool found(std::size_t i) const { return found_[i] != 0; }
+  const cv::Point2f& to(std::size_t i) const { return to_[i]; }
+
+ private:
+  std::vector<uchar> thereAndBack(const std::vector<cv::Point2f>& sources,
+                                  const std::vector<cv::Point2f>& starts, int top,
+                                  std::vector<cv::Point2f>* ends) const {
+    std::vector<uchar> ok;
+    std::vector<float> unused;
+    *ends = starts;
+    cv::calcOpticalFlowPyrLK(before_.pyramid, now_.pyramid, sources, *ends, ok, unused,
+                             cv::Size(options_.window_px, options_.window_px), top, kForward,
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    std::vector<std::size_t> near, far;
+    for (std::size_t k = 0; k < ok.size(); ++k) {
+      if (ok[k] == 0) continue;
+      (cv::norm((*ends)[k] - starts[k]) < kNearPx ? near : far).push_back(k);
+    }
+    checkBackward(sources, starts, *ends, near, 0, &ok);
+    checkBackward(sources, starts, *ends, far, std::min(kBackwardLevels, top), &ok);
+    return ok;
+  }
+
+  // Sets ok[k] to zero for those of `chosen` that do not come back to their source. The way back
+  // starts off by as much as the way here was corrected. Started at the answer it would stay there,
+  // also after a jump to the next period of a texture.
+  void checkBackward(const std::vector<cv::Point2f>& sources,
+                     const std::vector<cv::Point2f>& starts, const std::vector<cv::Point2f>& ends,
+                     const std::vector<std::size_t>& chosen, int top,
+                     std::vector<uchar>* ok) const {
+    if (chosen.empty()) return;
+    std::vector<cv::Point2f> from, back;
+    for (const std::size_t k : chosen) {
+      const cv::Point2f correction = ends[k] - starts[k];
+      from.push_back(ends[k]);
+      back.push_back(sources[k] + correction);
+    }
+    const int side = std::min(options_.window_px, kBackwardWindowPx);
+    std::vector<uchar> ok_back;
+    std::vector<float> unused;
+    cv::calcOpticalFlowPyrLK(now_.pyramid, before_.pyramid, from, back, ok_back, unused,
+                             cv::Size(side, side), top, kBackward, cv::OPTFLOW_USE_INITIAL_FLOW);
+    for (std::size_t j = 0; j < chosen.size(); ++j) {
+      const std::size_t k = chosen[j];
+      if (ok_back[j] == 0 || cv::norm(back[j] - sources[k]) > options_.forward_backward_px) {
+        (*ok)[k] = 0;
+      }
+    }
+  }
+
+  const ImagePyramid& before_;
+  const ImagePyramid& now_;
+  const PointTrackerOptions& options_;
+  std::vector<cv::Point2f> from_;
+  std::vector<unsigned char> found_;
+  std::vector<cv::Point2f> to_;
+};
 
 }  // namespace
 
@@ -159,7 +284,7 @@ cv::Point2f PointTracker::residualFlowNear(const cv::Point2f& pixel) const {
 }
 
 void PointTracker::track(double t, const ImagePyramid& before, const ImagePyramid& now,
-                         const RotationPrior& prior, FrontEndReport* report) {
+                         const RotationPrior& prior, ImageReport* report) {
   report->points_before = static_cast<int>(tracks_.size());
   if (options_.profile == TrackerProfile::kVins) {
     trackVins(t, before, now, report);
@@ -171,123 +296,70 @@ void PointTracker::track(double t, const ImagePyramid& before, const ImagePyrami
 // ------------------------------------------------------------------------------ default profile
 
 void PointTracker::trackDefault(const ImagePyramid& before, const ImagePyramid& now,
-                                const RotationPrior& prior, FrontEndReport* report) {
-  const PointTrackerOptions& o = options_.points;
-  const std::size_t n = tracks_.size();
+                                const RotationPrior& prior, ImageReport* report) {
   std::vector<PointTrack> moved;
-  std::vector<std::size_t> origin;
-  if (n > 0 && !before.empty()) {
-    // Where each point would be seen without translation, and with the translation of before.
-    std::vector<cv::Point2f> from(n), rotated(n), predicted(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const PointTrack& track = tracks_[i];
-      from[i] = track.pixel;
-      rotated[i] = track.pixel;
-      Eigen::Vector2d pixel;
-      if (prior.measured && camera_.project(prior.R_now_before * track.bearing, &pixel)) {
-        rotated[i] = cv::Point2f(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-      }
-      predicted[i] =
-          rotated[i] + (track.has_flow ? track.residual_flow : nearbyFlow(tracks_, track.pixel));
-    }
-
-    const cv::Size window(o.window_px, o.window_px);
-    const int back_side = std::min(o.window_px, kBackwardWindowPx);
-    const cv::Size back_window(back_side, back_side);
-    const auto flow = [&](const std::vector<cv::Point2f>& starts, int levels,
-                          std::vector<cv::Point2f>* found) {
-      std::vector<uchar> ok, ok_back;
-      std::vector<float> unused;
-      std::vector<cv::Point2f> sources;
-      for (const std::size_t i : origin) sources.push_back(from[i]);
-      *found = starts;
-      const int top = std::min({levels, before.max_level, now.max_level});
-      cv::calcOpticalFlowPyrLK(before.pyramid, now.pyramid, sources, *found, ok, unused, window,
-                               top, kForward, cv::OPTFLOW_USE_INITIAL_FLOW);
-      // The way back starts off by as much as the way here was corrected. Started at the answer it
-      // would stay there, also after a jump to the next period of a texture.
-      for (const bool near : {true, false}) {
-        std::vector<std::size_t> chosen;
-        std::vector<cv::Point2f> ends, back;
-        for (std::size_t k = 0; k < ok.size(); ++k) {
-          const cv::Point2f correction = (*found)[k] - starts[k];
-          if (ok[k] == 0 || (cv::norm(correction) < kNearPx) != near) continue;
-          chosen.push_back(k);
-          ends.push_back((*found)[k]);
-          back.push_back(sources[k] + correction);
-        }
-        if (chosen.empty()) continue;
-        cv::calcOpticalFlowPyrLK(now.pyramid, before.pyramid, ends, back, ok_back, unused,
-                                 back_window, near ? 0 : std::min(kBackwardLevels, top), kBackward,
-                                 cv::OPTFLOW_USE_INITIAL_FLOW);
-        for (std::size_t j = 0; j < chosen.size(); ++j) {
-          const std::size_t k = chosen[j];
-          if (ok_back[j] == 0 || cv::norm(back[j] - sources[k]) > o.forward_backward_px) ok[k] = 0;
-        }
-      }
-      return ok;
-    };
-
-    std::vector<unsigned char> found(n, 0);
-    std::vector<cv::Point2f> to(n);
-    const auto round = [&](const std::vector<cv::Point2f>& starts_of_all, int levels,
-                           const auto& concerns) {
-      origin.clear();
-      std::vector<cv::Point2f> starts, ends;
-      for (std::size_t i = 0; i < n; ++i) {
-        if (found[i] != 0 || !concerns(tracks_[i])) continue;
-        origin.push_back(i);
-        starts.push_back(starts_of_all[i]);
-      }
-      if (origin.empty()) return;
-      const std::vector<uchar> ok = flow(starts, levels, &ends);
-      for (std::size_t k = 0; k < ok.size(); ++k) {
-        if (ok[k] == 0) continue;
-        found[origin[k]] = 1;
-        to[origin[k]] = ends[k];
-      }
-    };
-    const auto all = [](const PointTrack&) { return true; };
-    if (prior.measured) {
-      const auto steady = [](const PointTrack& track) { return track.surprise_px < kSteadyPx; };
-      round(predicted, 0, steady);
-      round(predicted, kPredictedLevels, all);
-    } else {
-      round(predicted, o.levels, all);
-    }
-    round(rotated, o.levels, all);
-
-    for (std::size_t i = 0; i < n; ++i) {
-      if (found[i] == 0 || !isInside(to[i], o.border_px)) continue;
-      PointTrack track = tracks_[i];
-      if (!advance(to[i], rotated[i], &track)) continue;
-      track.surprise_px = static_cast<float>(cv::norm(to[i] - predicted[i]));
-      moved.push_back(track);
-    }
+  if (!tracks_.empty() && !before.empty()) {
+    moved = follow(before, now, prior);
     report->points_flow = static_cast<int>(moved.size());
     anchorTracks(now, prior, &moved);
-    const std::vector<unsigned char> inlier = findOutliers(moved, prior, report);
-    std::vector<PointTrack> kept;
-    for (std::size_t k = 0; k < moved.size(); ++k) {
-      if (inlier[k] != 0) kept.push_back(moved[k]);
-    }
-    report->points_outliers = static_cast<int>(moved.size() - kept.size());
-    moved = std::move(kept);
+    const std::vector<unsigned char> inliers = findInliers(moved, prior, report);
+    report->points_outliers = keepFlagged(inliers, &moved);
     report->points_outliers += checkThreeViews(prior, &moved);
   }
   tracks_ = std::move(moved);
   refill(now, report);
 }
 
-// Puts each point where its first sight says, and gives it up or a new id where that is not seen
-// any more. KLT from image to image drifts, by half a pixel in a second where the camera turns or
-// the scene comes closer.
+// The tracks that KLT finds in this image, moved there.
+std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const ImagePyramid& now,
+                                             const RotationPrior& prior) const {
+  const std::size_t n = tracks_.size();
+  // Where each point would be seen without translation, and with the residual flow of the previous
+  // step.
+  std::vector<cv::Point2f> from(n), rotated(n), predicted(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const PointTrack& track = tracks_[i];
+    from[i] = track.pixel;
+    rotated[i] = track.pixel;
+    Eigen::Vector2d pixel;
+    if (prior.measured && camera_.project(prior.R_now_before * track.bearing, &pixel)) {
+      rotated[i] = toPoint(pixel);
+    }
+    predicted[i] =
+        rotated[i] + (track.has_flow ? track.residual_flow : nearbyFlow(tracks_, track.pixel));
+  }
+
+  FlowSearch search(before, now, options_.points, std::move(from));
+  const auto all = [](std::size_t) { return true; };
+  if (prior.measured) {
+    const auto steady = [this](std::size_t i) { return tracks_[i].surprise_px < kSteadyPx; };
+    search.round(predicted, 0, steady);
+    search.round(predicted, kPredictedLevels, all);
+  } else {
+    search.round(predicted, options_.points.levels, all);
+  }
+  search.round(rotated, options_.points.levels, all);
+
+  std::vector<PointTrack> moved;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!search.found(i) || !isInside(search.to(i), options_.points.border_px)) continue;
+    PointTrack track = tracks_[i];
+    if (!advance(search.to(i), rotated[i], &track)) continue;
+    track.surprise_px = static_cast<float>(cv::norm(search.to(i) - predicted[i]));
+    moved.push_back(track);
+  }
+  return moved;
+}
+
+// Moves each point to where its anchor is found; one whose anchor is no longer recognised becomes a
+// new track or is dropped. KLT from image to image drifts, by half a pixel per second where the
+// camera turns or the scene comes closer.
 void PointTracker::anchorTracks(const ImagePyramid& now, const RotationPrior& prior,
                                 std::vector<PointTrack>* moved) {
   for (PointTrack& track : *moved) {
     if (track.anchor == nullptr) continue;
     const Eigen::Vector2d pixel = toEigen(track.pixel);
-    // The rotation deforms the patch by the derivative of where it takes a pixel.
+    // The rotation deforms the patch by the Jacobian of its map of pixels.
     const Eigen::Vector3d& f = track.bearing_before;
     Eigen::Vector2d middle, right, down;
     const Eigen::Vector2d before = toEigen(track.pixel_before);
@@ -305,8 +377,7 @@ void PointTracker::anchorTracks(const ImagePyramid& now, const RotationPrior& pr
       if (!bearing.allFinite()) continue;
       track.anchor->accept();
       track.anchor_misses = 0;
-      const cv::Point2f there(static_cast<float>(match.pixel.x()),
-                              static_cast<float>(match.pixel.y()));
+      const cv::Point2f there = toPoint(match.pixel);
       track.residual_flow += there - track.pixel;
       track.pixel = there;
       track.bearing = bearing;
@@ -315,8 +386,8 @@ void PointTracker::anchorTracks(const ImagePyramid& now, const RotationPrior& pr
     } else if (++track.anchor_misses <= kMaxAnchorMisses) {
       continue;
     }
-    // Too different by now from what was seen first for the same point to be claimed: what goes on
-    // is a new track, or none where there is no corner any more.
+    // Too different by now from the first patch to be called the same point: it continues as a new
+    // track, or not at all where there is no corner.
     track.anchor = std::make_shared<PatchAnchor>();
     track.anchor->set(now.level(0), toEigen(track.pixel), now.noise);
     track.anchor_misses = 0;
@@ -331,9 +402,11 @@ void PointTracker::anchorTracks(const ImagePyramid& now, const RotationPrior& pr
                moved->end());
 }
 
-std::vector<unsigned char> PointTracker::findOutliers(const std::vector<PointTrack>& moved,
-                                                      const RotationPrior& prior,
-                                                      FrontEndReport* report) {
+// One flag per track, 1 for an inlier: with the known rotation where there is one and it explains
+// the tracks, otherwise with a fundamental matrix.
+std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrack>& moved,
+                                                     const RotationPrior& prior,
+                                                     ImageReport* report) const {
   std::vector<Eigen::Vector3d> rotated, before, now;
   for (std::size_t k = 0; k < moved.size(); ++k) {
     before.push_back(moved[k].bearing_before);
@@ -347,22 +420,22 @@ std::vector<unsigned char> PointTracker::findOutliers(const std::vector<PointTra
   if (prior.measured && prior.sigma_px <= options_.max_rotation_sigma_px) {
     report->outlier_check = OutlierCheck::kKnownRotation;
     std::vector<unsigned char> known =
-        knownRotationInliers(rotated, now, focal_px_, threshold, nullptr);
+        knownRotationInliers(rotated, now, focal_px_, threshold).flags;
     const auto inliers = static_cast<double>(count(known));
     if (inliers >= kDoubtBelow * static_cast<double>(moved.size())) return known;
-    // Much is amiss. A wrong bias must not kill the tracks.
+    // Many points disagree. A wrong gyro bias must not end the tracks.
     std::vector<unsigned char> free = fundamentalInliers(before, now, focal_px_, threshold);
     if (static_cast<double>(count(free)) <= kFallbackGain * inliers) return known;
-    ++report->fallbacks;
+    report->rotation_overruled = true;
     report->outlier_check = OutlierCheck::kFundamental;
     return free;
   }
-  if (moved.size() >= 8) report->outlier_check = OutlierCheck::kFundamental;
+  if (moved.size() >= kLeastForFundamental) report->outlier_check = OutlierCheck::kFundamental;
   return fundamentalInliers(before, now, focal_px_, threshold);
 }
 
-// Takes out what three views a few images apart disagree with; returns how many. Needs rotations
-// known over that time.
+// Drops the tracks that contradict the others over three views, some images apart; returns how
+// many. Needs rotations known over that time.
 int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved) {
   const bool known = prior.measured && prior.sigma_px * std::sqrt(2.0 * kMarkImages) <=
                                            options_.max_rotation_sigma_px;
@@ -374,34 +447,38 @@ int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointT
   }
   R_now_mark_ = prior.R_now_before * R_now_mark_;
   if (++images_since_mark_ < kMarkImages) return 0;
+  const int removed = keepFlagged(threeViewFlags(*moved), moved);
+  setMark(moved);
+  return removed;
+}
 
+// One flag per track, 0 for one that disagrees. All are 1 where many disagree: then it is the
+// rotation that is wrong, or the scene that moves.
+std::vector<unsigned char> PointTracker::threeViewFlags(
+    const std::vector<PointTrack>& moved) const {
   std::vector<std::size_t> chosen;
   std::vector<Eigen::Vector3d> older, newer, now;
   const Eigen::Matrix3d R_now_older = R_now_mark_ * R_mark_older_;
-  for (std::size_t k = 0; k < moved->size(); ++k) {
-    const PointTrack& track = (*moved)[k];
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    const PointTrack& track = moved[k];
     if (track.marks < 2) continue;
     chosen.push_back(k);
     older.push_back(R_now_older * track.mark_rays[0]);
     newer.push_back(R_now_mark_ * track.mark_rays[1]);
     now.push_back(track.bearing);
   }
-  const std::vector<unsigned char> inlier =
+  const std::vector<unsigned char> inliers =
       threeViewInliers(older, newer, now, focal_px_, options_.points.epipolar_px, kThreeViewPx);
-  const auto wrong = static_cast<std::size_t>(std::count(inlier.begin(), inlier.end(), 0));
-  int removed = 0;
-  // Where many are wrong it is the rotation or the scene that moves.
-  if (wrong > 0 && static_cast<double>(wrong) <= kMostWrong * static_cast<double>(chosen.size())) {
-    std::vector<unsigned char> keep(moved->size(), 1);
-    for (std::size_t j = 0; j < chosen.size(); ++j) keep[chosen[j]] = inlier[j];
-    std::vector<PointTrack> kept;
-    for (std::size_t k = 0; k < moved->size(); ++k) {
-      if (keep[k] != 0) kept.push_back((*moved)[k]);
-    }
-    removed = static_cast<int>(moved->size() - kept.size());
-    *moved = std::move(kept);
-  }
-  for (PointTrack& track : *moved) {
+  const auto wrong = static_cast<double>(std::count(inliers.begin(), inliers.end(), 0));
+  std::vector<unsigned char> flags(moved.size(), 1);
+  if (wrong > kMostWrong * static_cast<double>(chosen.size())) return flags;
+  for (std::size_t j = 0; j < chosen.size(); ++j) flags[chosen[j]] = inliers[j];
+  return flags;
+}
+
+// Makes this image the newer mark, at which every track remembers its ray.
+void PointTracker::setMark(std::vector<PointTrack>* tracks) {
+  for (PointTrack& track : *tracks) {
     track.mark_rays[0] = track.mark_rays[1];
     track.mark_rays[1] = track.bearing;
     track.marks = std::min(track.marks + 1, 2);
@@ -409,7 +486,6 @@ int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointT
   R_mark_older_ = R_now_mark_;
   R_now_mark_.setIdentity();
   images_since_mark_ = 0;
-  return removed;
 }
 
 cv::Mat PointTracker::thinOut(double min_distance, double mask_distance) {
@@ -433,10 +509,10 @@ cv::Mat PointTracker::thinOut(double min_distance, double mask_distance) {
   return mask;
 }
 
-void PointTracker::refill(const ImagePyramid& now, FrontEndReport* report) {
+// New corners up to the number wanted, far enough from the points there are.
+void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
   const PointTrackerOptions& o = options_.points;
-  // Points that converge, as when flying backwards, are let go only when they nearly meet.
-  cv::Mat mask = thinOut(0.5 * o.min_distance_px, o.min_distance_px);
+  cv::Mat mask = thinOut(kLeastDistanceShare * o.min_distance_px, o.min_distance_px);
   const int kept = static_cast<int>(tracks_.size());
   report->points_tracked = kept;
   const int wanted = o.max_points - kept;
@@ -446,8 +522,8 @@ void PointTracker::refill(const ImagePyramid& now, FrontEndReport* report) {
       now.derivative(), o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
       kept < kRefillAll * o.max_points ? corners_.cells() : kCellsPerImage, &mask, &found);
   if (found.empty()) return;
-  // The place where the edges meet is one and the same from near and far; the strongest pixel lies
-  // a pixel or two inside, which becomes an error as the scene comes closer.
+  // The vertex of the edges is the same place from near and far. The strongest response lies a
+  // pixel or two inside, which becomes an error as the scene comes closer.
   const std::vector<cv::Point2f> strongest = found;
   cv::cornerSubPix(now.level(0), found, cv::Size(kVertexHalfPx, kVertexHalfPx), cv::Size(-1, -1),
                    kVertexEnd);
@@ -465,75 +541,84 @@ void PointTracker::refill(const ImagePyramid& now, FrontEndReport* report) {
 // --------------------------------------------------------------------------------- profile `vins`
 
 void PointTracker::trackVins(double t, const ImagePyramid& before, const ImagePyramid& now,
-                             FrontEndReport* report) {
-  const HostFrontEnd& host = options_.host;
+                             ImageReport* report) {
   std::vector<PointTrack> moved;
-  std::vector<std::size_t> origin;
   if (!tracks_.empty() && !before.empty()) {
-    std::vector<cv::Point2f> from, to;
-    for (const PointTrack& track : tracks_) from.push_back(track.pixel);
-    std::vector<uchar> ok;
-    std::vector<float> unused;
-    cv::calcOpticalFlowPyrLK(before.pyramid, now.pyramid, from, to, ok, unused,
-                             cv::Size(kVinsWindowPx, kVinsWindowPx),
-                             std::min({kVinsLevels, before.max_level, now.max_level}));
-    for (std::size_t i = 0; i < to.size(); ++i) {
-      const cv::Point2f rounded(static_cast<float>(cvRound(to[i].x)),
-                                static_cast<float>(cvRound(to[i].y)));
-      // The host's image border alone; its mask is asked when points are thinned out.
-      const bool inside = rounded.x >= kVinsBorderPx && rounded.y >= kVinsBorderPx &&
-                          rounded.x < usable_.cols - kVinsBorderPx &&
-                          rounded.y < usable_.rows - kVinsBorderPx;
-      if (ok[i] == 0 || !inside) continue;
-      PointTrack track = tracks_[i];
-      if (!advance(to[i], from[i], &track)) continue;
-      moved.push_back(track);
-    }
+    moved = followVins(before, now);
     report->points_flow = static_cast<int>(moved.size());
   }
-
   // The host rejects, thins out and refills only in images that it publishes.
+  const bool published = countPublished(t);
+  if (published) rejectVins(&moved, report);
+  tracks_ = std::move(moved);
+  if (published) {
+    refillVins(now, report);
+  } else {
+    report->points_tracked = static_cast<int>(tracks_.size());
+  }
+}
+
+// The tracks that KLT finds inside this image, moved there.
+std::vector<PointTrack> PointTracker::followVins(const ImagePyramid& before,
+                                                 const ImagePyramid& now) const {
+  std::vector<cv::Point2f> from, to;
+  for (const PointTrack& track : tracks_) from.push_back(track.pixel);
+  std::vector<uchar> ok;
+  std::vector<float> unused;
+  cv::calcOpticalFlowPyrLK(before.pyramid, now.pyramid, from, to, ok, unused,
+                           cv::Size(vins::kWindowPx, vins::kWindowPx),
+                           std::min({vins::kLevels, before.max_level, now.max_level}));
+  std::vector<PointTrack> moved;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const cv::Point2f rounded(static_cast<float>(cvRound(to[i].x)),
+                              static_cast<float>(cvRound(to[i].y)));
+    // The host's image border alone; its mask is applied when points are thinned out.
+    const bool inside = rounded.x >= vins::kBorderPx && rounded.y >= vins::kBorderPx &&
+                        rounded.x < usable_.cols - vins::kBorderPx &&
+                        rounded.y < usable_.rows - vins::kBorderPx;
+    if (ok[i] == 0 || !inside) continue;
+    PointTrack track = tracks_[i];
+    if (!advance(to[i], from[i], &track)) continue;
+    moved.push_back(track);
+  }
+  return moved;
+}
+
+// Whether the host publishes the image at `t`, by its rule for HostFrontEnd::freq; counts it if so.
+bool PointTracker::countPublished(double t) {
   if (!std::isfinite(t_count_start_)) t_count_start_ = t;
-  const double hz = host.freq == 0 ? kVinsEveryImageHz : host.freq;
+  const double hz = options_.host.freq == 0 ? vins::kEveryImageHz : options_.host.freq;
   const double elapsed = t - t_count_start_;
   const double rate = elapsed > 0.0 ? published_ / elapsed : 0.0;
-  const bool publish = std::round(rate) <= hz;
-  if (publish) {
-    if (elapsed > 0.0 && std::abs(rate - hz) < 0.01 * hz) {
-      t_count_start_ = t;
-      published_ = 0;
-    }
-    ++published_;
+  if (std::round(rate) > hz) return false;
+  if (elapsed > 0.0 && std::abs(rate - hz) < vins::kRateTolerance * hz) {
+    t_count_start_ = t;
+    published_ = 0;
   }
-  if (!publish) {
-    tracks_ = std::move(moved);
-    report->points_tracked = static_cast<int>(tracks_.size());
-    return;
-  }
+  ++published_;
+  return true;
+}
 
-  if (moved.size() >= 8) {
-    report->outlier_check = OutlierCheck::kFundamental;
-    std::vector<Eigen::Vector3d> rays_before, rays_now;
-    for (std::size_t k = 0; k < moved.size(); ++k) {
-      rays_before.push_back(moved[k].bearing_before);
-      rays_now.push_back(moved[k].bearing);
-    }
-    const std::vector<unsigned char> inlier =
-        fundamentalInliers(rays_before, rays_now, kVinsFocalPx, host.F_threshold);
-    std::vector<PointTrack> kept;
-    for (std::size_t k = 0; k < moved.size(); ++k) {
-      if (inlier[k] != 0) kept.push_back(moved[k]);
-    }
-    report->points_outliers = static_cast<int>(moved.size() - kept.size());
-    moved = std::move(kept);
+void PointTracker::rejectVins(std::vector<PointTrack>* moved, ImageReport* report) const {
+  if (moved->size() < kLeastForFundamental) return;
+  report->outlier_check = OutlierCheck::kFundamental;
+  std::vector<Eigen::Vector3d> rays_before, rays_now;
+  for (const PointTrack& track : *moved) {
+    rays_before.push_back(track.bearing_before);
+    rays_now.push_back(track.bearing);
   }
-  tracks_ = std::move(moved);
+  report->points_outliers = keepFlagged(
+      fundamentalInliers(rays_before, rays_now, vins::kFocalPx, options_.host.F_threshold), moved);
+}
+
+void PointTracker::refillVins(const ImagePyramid& now, ImageReport* report) {
+  const HostFrontEnd& host = options_.host;
   const cv::Mat mask = thinOut(host.min_dist, host.min_dist);
   const int kept = static_cast<int>(tracks_.size());
   report->points_tracked = kept;
   if (kept >= host.max_cnt) return;
   std::vector<cv::Point2f> found;
-  cv::goodFeaturesToTrack(now.level(0), found, host.max_cnt - kept, kVinsQuality, host.min_dist,
+  cv::goodFeaturesToTrack(now.level(0), found, host.max_cnt - kept, vins::kQuality, host.min_dist,
                           mask);
   for (const cv::Point2f& corner : found) addTrack(corner);
   report->points_new = static_cast<int>(tracks_.size()) - kept;

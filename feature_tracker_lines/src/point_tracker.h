@@ -23,12 +23,12 @@ namespace slim_init::feature_tracker_lines {
 /// A tracked point.
 struct PointTrack {
   FeatureId id = -1;
-  int age = 1;  ///< images it was seen in under this id
+  int age = 1;  ///< images in which it was found under this id
   cv::Point2f pixel;
   Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();         ///< unit, in c
-  Eigen::Vector3d bearing_before = Eigen::Vector3d::UnitZ();  ///< in the image before
+  Eigen::Vector3d bearing_before = Eigen::Vector3d::UnitZ();  ///< in the previous image
   cv::Point2f pixel_before;
-  /// Motion since the image before beyond what the rotation explains [px].
+  /// Motion since the previous image beyond what the rotation explains [px].
   cv::Point2f residual_flow;
   /// Rays at the last two marks of PointTracker, the older first; how many of them there are.
   Eigen::Vector3d mark_rays[2] = {Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ()};
@@ -49,7 +49,7 @@ class PointTracker {
   /// with new corners. `t` [s] is needed for HostFrontEnd::freq only. Writes the point part of
   /// `report`.
   void track(double t, const ImagePyramid& before, const ImagePyramid& now,
-             const RotationPrior& prior, FrontEndReport* report);
+             const RotationPrior& prior, ImageReport* report);
 
   /// Current points, oldest first.
   const std::vector<PointTrack>& tracks() const { return tracks_; }
@@ -58,26 +58,38 @@ class PointTracker {
   /// none.
   cv::Point2f residualFlowNear(const cv::Point2f& pixel) const;
 
-  /// Ids go on counting.
+  /// Forgets all points. Ids are not reused.
   void reset();
 
  private:
+  // Default profile.
   void trackDefault(const ImagePyramid& before, const ImagePyramid& now, const RotationPrior& prior,
-                    FrontEndReport* report);
-  void trackVins(double t, const ImagePyramid& before, const ImagePyramid& now,
-                 FrontEndReport* report);
-  std::vector<unsigned char> findOutliers(const std::vector<PointTrack>& moved,
-                                          const RotationPrior& prior, FrontEndReport* report);
+                    ImageReport* report);
+  std::vector<PointTrack> follow(const ImagePyramid& before, const ImagePyramid& now,
+                                 const RotationPrior& prior) const;
   void anchorTracks(const ImagePyramid& now, const RotationPrior& prior,
                     std::vector<PointTrack>* moved);
+  std::vector<unsigned char> findInliers(const std::vector<PointTrack>& moved,
+                                         const RotationPrior& prior, ImageReport* report) const;
   int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);
-  void refill(const ImagePyramid& now, FrontEndReport* report);
+  std::vector<unsigned char> threeViewFlags(const std::vector<PointTrack>& moved) const;
+  void setMark(std::vector<PointTrack>* tracks);
+  void refill(const ImagePyramid& now, ImageReport* report);
+
+  // Profile `vins`.
+  void trackVins(double t, const ImagePyramid& before, const ImagePyramid& now,
+                 ImageReport* report);
+  std::vector<PointTrack> followVins(const ImagePyramid& before, const ImagePyramid& now) const;
+  bool countPublished(double t);
+  void rejectVins(std::vector<PointTrack>* moved, ImageReport* report) const;
+  void refillVins(const ImagePyramid& now, ImageReport* report);
+
   /// Keeps the older of two points closer than `min_distance`; returns the mask for new ones.
   cv::Mat thinOut(double min_distance, double mask_distance);
   bool isInside(const cv::Point2f& pixel, double border) const;
   bool addTrack(const cv::Point2f& pixel);
-  /// Moves a track on to the pixel `to` of this image; it would be at `without_flow` if nothing but
-  /// the camera had turned. False where the camera model has no ray for `to`.
+  /// Moves a track to the pixel `to` of this image; under rotation alone it would be at
+  /// `without_flow`. False where the camera model has no ray for `to`.
   bool advance(const cv::Point2f& to, const cv::Point2f& without_flow, PointTrack* track) const;
 
   Camera camera_;

@@ -76,7 +76,7 @@ void run(benchmark::State& state, const Recording& recording, ftl::TrackerProfil
       state.SkipWithError("an image was refused");
       break;
     }
-    const ftl::FrontEndReport& report = front_end.report();
+    const ftl::ImageReport& report = front_end.report();
     if (image > 0) {
       for (const StageTime& stage : report.stages) stages[stage.name].push_back(stage.ms);
       total.push_back(report.total_ms);

@@ -301,7 +301,7 @@ int runTracks(const TracksOptions& options) {
     hooks.progress = [&bar](int done, int total) { bar.update(done, total); };
     hooks.tracked = [&frames_csv](std::int64_t stamp_ns,
                                   const feature_tracker_lines::ImageFrontEnd& front_end) {
-      const feature_tracker_lines::FrontEndReport& r = front_end.report();
+      const feature_tracker_lines::ImageReport& r = front_end.report();
       frames_csv << stamp_ns << ',' << r.points_tracked + r.points_new << ',' << r.points_new << ','
                  << r.points_outliers << ',' << r.lines_matched + r.lines_carried + r.lines_new
                  << ',' << r.lines_new << ',' << r.vp_found << ',' << r.gyro_bias_known << ','

@@ -87,7 +87,7 @@ TEST(TrackImages, TracksRunThroughTheWholeRecording) {
   hooks.tracked = [&](std::int64_t stamp_ns,
                       const feature_tracker_lines::ImageFrontEnd& front_end) {
     EXPECT_EQ(stamp_ns, 1000 + 50000000LL * calls);
-    EXPECT_EQ(front_end.report().images, ++calls);
+    EXPECT_EQ(front_end.totals().images, ++calls);
     return std::string();
   };
   const Tracked tracked = track(&card, Calibration(), hooks);
@@ -157,7 +157,7 @@ TEST(TrackImages, AHookMayStop) {
   SlidingCard card(12);
   TrackingHooks hooks;
   hooks.tracked = [](std::int64_t, const feature_tracker_lines::ImageFrontEnd& front_end) {
-    return front_end.report().images == 3 ? std::string("disk full") : std::string();
+    return front_end.totals().images == 3 ? std::string("disk full") : std::string();
   };
   EXPECT_EQ(track(&card, Calibration(), hooks).error, "disk full");
 }

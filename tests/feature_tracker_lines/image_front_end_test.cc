@@ -27,7 +27,9 @@ FrontEndOptions smallOptions() {
 
 struct Outcome {
   TrackErrors errors;
-  FrontEndReport report;                                                       // of the last image
+  ImageReport report;  // of the last image
+  FrontEndTotals totals;
+  std::string line_detector;
   double points = 0.0, lines = 0.0, persisting = 0.0, lines_persisting = 0.0;  // a frame, mean
   int known_rotation = 0;                                                      // images
   std::set<int> vp_ids;
@@ -45,6 +47,8 @@ Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
     EXPECT_EQ(walk->feed(k, walk->image(k), &front_end, &frame), ImageStatus::kTracked);
     outcome.errors.add(*walk, k, frame);
     outcome.report = front_end.report();
+    outcome.totals = front_end.totals();
+    outcome.line_detector = front_end.lineDetector();
     std::set<FeatureId> points, lines;
     for (const PointObservation& point : outcome.last.points) points.insert(point.id);
     for (const LineObservation& line : outcome.last.lines) lines.insert(line.id);
@@ -137,7 +141,8 @@ TEST(FrontEndLines, NoMoreThanTheCap) {
   RoomWalk again(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 1);
   const Outcome without = run(&again, options, 3);
   EXPECT_TRUE(without.last.lines.empty());
-  EXPECT_EQ(without.report.line_detector, "");
+  EXPECT_EQ(without.line_detector, "");
+  EXPECT_NE(outcome.line_detector, "");
 }
 
 class FrontEndCameras : public ::testing::TestWithParam<CameraModel> {};
@@ -186,7 +191,7 @@ TEST(FrontEndBias, AWrongOneDoesNotKillTheTracks) {
   front_end.setGyroBias(Eigen::Vector3d(0.0, 0.0, 0.6), 1e-3);
   const Outcome outcome = run(&walk, options, 15, &front_end);
   EXPECT_GT(outcome.persisting, 70.0);
-  EXPECT_GT(outcome.report.fallbacks, 0);
+  EXPECT_GT(outcome.totals.fallbacks, 0);
   EXPECT_LT(outcome.errors.pointsBeyond(1.5), 0.02);
 }
 
@@ -208,8 +213,9 @@ TEST(FrontEndBias, WithoutImuItTracksAndSaysSo) {
   for (int k = 0; k < 8; ++k) {
     ASSERT_EQ(front_end.addImage(walk.time(k), walk.image(k), &frame), ImageStatus::kTracked);
     EXPECT_FALSE(front_end.report().rotation_from_gyro);
+    EXPECT_EQ(front_end.report().rotation_missing, k > 0);
   }
-  EXPECT_EQ(front_end.report().images_without_imu, 7);
+  EXPECT_EQ(front_end.totals().images_without_imu, 7);
   EXPECT_GT(front_end.report().points_tracked, 60);
 }
 
@@ -241,15 +247,45 @@ TEST_F(FrontEndFailures, BadImagesAreRefusedCountedAndForgotten) {
   EXPECT_EQ(front_end_.addImage(walk_.time(4), wide, &frame_), ImageStatus::kBadImage);
   EXPECT_EQ(frame_.t, before.t);
   EXPECT_EQ(frame_.points.size(), before.points.size());
-  const FrontEndReport& report = front_end_.report();
-  EXPECT_EQ(report.images, 4);
-  EXPECT_EQ(report.images_not_finite, 1);
-  EXPECT_EQ(report.images_out_of_order, 2);
-  EXPECT_EQ(report.images_bad, 3);
+  const FrontEndTotals& totals = front_end_.totals();
+  EXPECT_EQ(totals.images, 4);
+  EXPECT_EQ(totals.images_not_finite, 1);
+  EXPECT_EQ(totals.images_out_of_order, 2);
+  EXPECT_EQ(totals.images_bad, 3);
   // The next good one goes on from image 3.
   EXPECT_EQ(walk_.feed(4, good, &front_end_, &frame_), ImageStatus::kTracked);
   EXPECT_GT(front_end_.report().points_tracked, 60);
   EXPECT_STREQ(toString(ImageStatus::kBadImage), "bad_image");
+}
+
+TEST_F(FrontEndFailures, AnImageThatOpenCvRefusesIsCountedAndTrackingRestarts) {
+  FrontEndOptions options = smallOptions();
+  options.points.window_px = 1;  // validate() would refuse it; OpenCV needs at least 3
+  ImageFrontEnd front_end(walk_.parameters, walk_.calibration, options);
+  const FrameObservation before = frame_;
+  EXPECT_EQ(front_end.addImage(walk_.time(0), walk_.image(0), &frame_), ImageStatus::kBadImage);
+  EXPECT_EQ(frame_.points.size(), before.points.size());
+  EXPECT_EQ(front_end.totals().images, 0);
+  EXPECT_EQ(front_end.totals().images_bad, 1);
+  // Its time counts all the same.
+  EXPECT_EQ(front_end.addImage(walk_.time(0), walk_.image(0), &frame_), ImageStatus::kOutOfOrder);
+}
+
+TEST_F(FrontEndFailures, TotalsAddUpTheReportsOfSingleImages) {
+  ImageFrontEnd front_end(walk_.parameters, walk_.calibration, smallOptions());
+  int outliers = 0, samples = 0;
+  for (int k = 0; k < 6; ++k) {
+    ASSERT_EQ(walk_.feed(k, walk_.image(k), &front_end, &frame_), ImageStatus::kTracked);
+    outliers += front_end.report().points_outliers;
+    const ImageReport& report = front_end.report();
+    EXPECT_EQ(static_cast<int>(frame_.points.size()), report.points_tracked + report.points_new);
+    EXPECT_EQ(static_cast<int>(frame_.lines.size()),
+              report.lines_matched + report.lines_carried + report.lines_new);
+    EXPECT_EQ(front_end.totals().images, k + 1);
+    EXPECT_GT(front_end.totals().imu_added, samples);
+    samples = static_cast<int>(front_end.totals().imu_added);
+  }
+  EXPECT_EQ(front_end.totals().points_outliers, outliers);
 }
 
 TEST_F(FrontEndFailures, BlackAndSaturatedImagesEndAllTracksAndTheNextStartsAnew) {
@@ -282,7 +318,8 @@ TEST_F(FrontEndFailures, ResetForgetsAllButTheIds) {
   FeatureId largest = 0;
   for (const PointObservation& point : frame_.points) largest = std::max(largest, point.id);
   front_end_.reset();
-  EXPECT_EQ(front_end_.report().images, 0);
+  EXPECT_EQ(front_end_.totals().images, 0);
+  EXPECT_EQ(front_end_.report().points_tracked, 0);
   EXPECT_TRUE(front_end_.debugImage().empty());
   EXPECT_EQ(front_end_.addImage(0.0, walk_.image(0), &frame_), ImageStatus::kTracked);
   for (const PointObservation& point : frame_.points) EXPECT_GT(point.id, largest);
@@ -294,8 +331,8 @@ TEST_F(FrontEndFailures, ImuStatusesArePassedOn) {
   EXPECT_EQ(front_end_.addImu(sample), AddStatus::kOutOfOrder);
   sample.t = kNan;
   EXPECT_EQ(front_end_.addImu(sample), AddStatus::kNotFinite);
-  EXPECT_EQ(front_end_.report().imu_out_of_order, 1);
-  EXPECT_EQ(front_end_.report().imu_not_finite, 1);
+  EXPECT_EQ(front_end_.totals().imu_out_of_order, 1);
+  EXPECT_EQ(front_end_.totals().imu_not_finite, 1);
 }
 
 // ----------------------------------------------------------------------------------------- others

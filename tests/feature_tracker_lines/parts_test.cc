@@ -249,36 +249,32 @@ TEST(KnownRotation, FindsExactlyThePlantedOutliers) {
        {Eigen::Vector3d(0.05, 0.02, 0.0), Eigen::Vector3d(0.0, 0.0, 0.08),
         Eigen::Vector3d(-0.02, 0.03, 0.05)}) {
     const Scene scene = makeScene(translation, 0.2 / 460.0, 150, 60);
-    Eigen::Vector3d epipole;
-    const std::vector<unsigned char> inlier =
-        knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5, &epipole);
-    for (std::size_t i = 0; i < inlier.size(); ++i) {
-      EXPECT_EQ(inlier[i] != 0, !scene.wrong[i]) << i;
+    const EpipoleFit fit = knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5);
+    ASSERT_EQ(fit.flags.size(), scene.wrong.size());
+    for (std::size_t i = 0; i < fit.flags.size(); ++i) {
+      EXPECT_EQ(fit.flags[i] != 0, !scene.wrong[i]) << i;
     }
     const Eigen::Vector3d expected =
         expSO3(Eigen::Vector3d(0.02, -0.03, 0.01)) * translation.normalized();
-    EXPECT_LT(std::acos(std::min(1.0, std::abs(epipole.dot(expected)))), 0.05);
+    EXPECT_LT(std::acos(std::min(1.0, std::abs(fit.epipole.dot(expected)))), 0.05);
   }
 }
 
 TEST(KnownRotation, WithoutTranslationNothingIsWrong) {
   const Scene scene = makeScene(Eigen::Vector3d(1e-9, 0.0, 0.0), 0.2 / 460.0, 100, 0);
-  const std::vector<unsigned char> inlier =
-      knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5, nullptr);
-  for (const unsigned char flag : inlier) EXPECT_EQ(flag, 1);
+  const EpipoleFit fit = knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5);
+  for (const unsigned char flag : fit.flags) EXPECT_EQ(flag, 1);
   // And bit for bit nothing moved.
-  for (const unsigned char flag : knownRotationInliers(scene.now, scene.now, 460.0, 1.5, nullptr)) {
-    EXPECT_EQ(flag, 1);
-  }
+  const EpipoleFit still = knownRotationInliers(scene.now, scene.now, 460.0, 1.5);
+  for (const unsigned char flag : still.flags) EXPECT_EQ(flag, 1);
+  EXPECT_EQ(still.epipole, Eigen::Vector3d::Zero());
 }
 
 TEST(KnownRotation, FewPairsAreLeftAlone) {
   const Scene scene = makeScene(Eigen::Vector3d(0.1, 0.0, 0.0), 0.0, 2, 2);
-  for (const unsigned char flag :
-       knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5, nullptr)) {
-    EXPECT_EQ(flag, 1);
-  }
-  EXPECT_TRUE(knownRotationInliers({}, {}, 460.0, 1.5, nullptr).empty());
+  const EpipoleFit fit = knownRotationInliers(scene.rotated_before, scene.now, 460.0, 1.5);
+  EXPECT_EQ(fit.flags, (std::vector<unsigned char>{1, 1}));
+  EXPECT_TRUE(knownRotationInliers({}, {}, 460.0, 1.5).flags.empty());
 }
 
 // Three views of a moving camera; the last third of the points slide along their epipolar lines.
@@ -303,9 +299,8 @@ TEST(ThreeViews, FindWhatSlidesAlongTheEpipolarLine) {
     third.push_back(last);
   }
   // No check of two views sees it.
-  for (const unsigned char flag : knownRotationInliers(first, third, 460.0, 1.5, nullptr)) {
-    EXPECT_EQ(flag, 1);
-  }
+  const EpipoleFit two_views = knownRotationInliers(first, third, 460.0, 1.5);
+  for (const unsigned char flag : two_views.flags) EXPECT_EQ(flag, 1);
   const std::vector<unsigned char> inlier = threeViewInliers(first, second, third, 460.0, 1.5, 0.6);
   for (int i = 0; i < kPoints; ++i) {
     EXPECT_EQ(inlier[static_cast<std::size_t>(i)] != 0, i < kPoints - kSliding) << i;

@@ -203,7 +203,7 @@ void FeatureTrackerLinesNode::publishMarkers(const FrameObservation& frame,
     segments.points.push_back(pointMessage(line.start_bearing / line.start_bearing.z()));
     segments.points.push_back(pointMessage(line.end_bearing / line.end_bearing.z()));
   }
-  const feature_tracker_lines::FrontEndReport& report = pipeline_->frontEnd().report();
+  const feature_tracker_lines::ImageReport& report = pipeline_->frontEnd().report();
   visualization_msgs::Marker vp = arrowMarker(header, "vanishing point", Eigen::Vector3d::Zero(),
                                               report.vp_direction, 0.0f, 1.0f);
   if (!report.vp_found) vp.action = visualization_msgs::Marker::DELETE;
@@ -225,7 +225,7 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
 
   diagnostic_msgs::DiagnosticStatus tracking = makeStatus("tracking", "tracking");
   const ImagePipelineCounts& counts = pipeline_->counts();
-  const feature_tracker_lines::FrontEndReport& report = pipeline_->frontEnd().report();
+  const feature_tracker_lines::ImageReport& report = pipeline_->frontEnd().report();
   addValue("images", counts.images, &tracking);
   addValue("images waiting", pipeline_->waiting(), &tracking);
   addValue("images tracked", counts.images_tracked, &tracking);

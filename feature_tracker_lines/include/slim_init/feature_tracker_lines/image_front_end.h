@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Images and IMU in, FrameObservation out. The one way from pixels to features: the command line,
+// Images and IMU in, FrameObservation out. The only path from pixels to features: the command line,
 // the ROS node and the host adapter all use it.
 #pragma once
 
@@ -24,70 +24,75 @@ enum class ImageStatus {
   kTracked,     ///< a frame came out
   kNotFinite,   ///< time is NaN or infinite: dropped and counted
   kOutOfOrder,  ///< time not after the previous image: dropped and counted
-  kBadImage,    ///< empty, of another size than the camera's, or of a type not handled: dropped
+  kBadImage,    ///< empty, of another size than the camera's, of a type not handled, or refused by
+                ///< OpenCV: dropped and counted
 };
 
 /// Stable lower-case name: "tracked", "not_finite", "out_of_order", "bad_image".
 const char* toString(ImageStatus status);
 
-/// How the outliers of the last image were found.
+/// How the outliers of an image were found.
 enum class OutlierCheck {
   kNone,           ///< too few points, or the first image
   kKnownRotation,  ///< two-point RANSAC with the gyro's rotation
   kFundamental,    ///< fundamental-matrix RANSAC on undistorted points
 };
 
-/// What became of the last image, and totals since the start or reset().
-struct FrontEndReport {
-  // Last image. Wall-clock time by stage, in order: "prepare" (noise, pyramid), "predict" (gyro),
-  // "points", "lines", "vanishing_point", "gyro_bias".
+/// Report on one tracked image.
+struct ImageReport {
+  /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points",
+  /// "lines", "vanishing_point", "gyro_bias".
   std::vector<StageTime> stages;
   double total_ms = 0.0;
   double image_noise = kNotComputed;  ///< standard deviation of the pixel noise [grey levels]
   OutlierCheck outlier_check = OutlierCheck::kNone;
-  int points_before = 0;    ///< tracked in the image before
+  bool rotation_from_gyro = false;  ///< the IMU covers the time since the previous image
+  bool rotation_missing = false;  ///< a gyro rotation was asked for, but the IMU does not cover it
+  /// The known rotation explained far fewer points than a free one and was not used.
+  bool rotation_overruled = false;
+  int points_before = 0;    ///< tracked in the previous image
   int points_flow = 0;      ///< of these, found by KLT in both directions and inside the image
   int points_tracked = 0;   ///< of these, no outliers and not too close to an older point
   int points_outliers = 0;  ///< rejected by the outlier check
   int points_new = 0;       ///< corners added
-  int lines_before = 0;     ///< tracked in the image before
+  int lines_before = 0;     ///< tracked in the previous image
   int lines_detected = 0;   ///< segments of the detector, long enough
   int lines_matched = 0;    ///< tracked lines found among them
   int lines_carried = 0;    ///< tracked lines not detected but found by their edge
-  int lines_new = 0;
+  int lines_new = 0;        ///< lines added
   bool vp_found = false;
-  Eigen::Vector3d vp_direction = Eigen::Vector3d::UnitZ();  ///< unit, in c, of no sense
+  Eigen::Vector3d vp_direction = Eigen::Vector3d::UnitZ();  ///< unit, in c, sign arbitrary
   double vp_sigma_rad = kNotComputed;  ///< larger standard deviation of the direction [rad]
-  int vp_inliers = 0;
-  int vp_track_id = -1;  ///< same id = same physical axis
-  int vp_age = 0;        ///< images in a row with this id
+  int vp_inliers = 0;                  ///< lines on it
+  int vp_track_id = -1;                ///< same id = same physical axis
+  int vp_age = 0;                      ///< images in a row with this id
   bool gyro_bias_known = false;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   double gyro_bias_sigma = kNotComputed;                ///< its largest standard deviation [rad/s]
-  bool rotation_from_gyro = false;  ///< the IMU covered the time since the image before
+};
 
-  // Totals.
-  std::int64_t images = 0;  ///< tracked
-  std::int64_t images_not_finite = 0;
-  std::int64_t images_out_of_order = 0;
-  std::int64_t images_bad = 0;
+/// Counts since construction or reset().
+struct FrontEndTotals {
+  std::int64_t images = 0;               ///< tracked
+  std::int64_t images_not_finite = 0;    ///< dropped: ImageStatus::kNotFinite
+  std::int64_t images_out_of_order = 0;  ///< dropped: ImageStatus::kOutOfOrder
+  std::int64_t images_bad = 0;           ///< dropped: ImageStatus::kBadImage
+  std::int64_t images_without_imu = 0;   ///< tracked with ImageReport::rotation_missing
   std::int64_t imu_added = 0;
-  std::int64_t imu_not_finite = 0;
-  std::int64_t imu_out_of_order = 0;
-  std::int64_t images_without_imu = 0;  ///< no gyro rotation although it was asked for
-  std::int64_t points_outliers_total = 0;
-  std::int64_t fallbacks = 0;  ///< known rotation explained far fewer points than a free one
-  std::string line_detector;   ///< name of the detector in this build; empty with lines off
+  std::int64_t imu_not_finite = 0;    ///< dropped: AddStatus::kNotFinite
+  std::int64_t imu_out_of_order = 0;  ///< dropped: AddStatus::kOutOfOrder
+  std::int64_t points_outliers = 0;   ///< sum of ImageReport::points_outliers
+  std::int64_t fallbacks = 0;         ///< images with ImageReport::rotation_overruled
 };
 
 /// Rotation prediction from the gyro, point and line tracker, vanishing point, online gyro bias.
 ///
 /// Feed the IMU up to an image's time (image stamp + Calibration::td) before the image; an image
 /// that the IMU does not cover is tracked without prediction and counted. Deterministic: equal
-/// inputs give equal frames, whatever the number of OpenCV threads. Not thread-safe: one owner.
+/// inputs give equal frames, whatever the number of OpenCV threads. Not thread-safe.
 class ImageFrontEnd {
  public:
-  /// Takes everything as it is; call the validate() functions first.
+  /// Does not check its arguments: call their validate() functions first.
   ImageFrontEnd(const CameraParameters& camera, const Calibration& calibration,
                 const FrontEndOptions& options);
   ~ImageFrontEnd();
@@ -99,22 +104,30 @@ class ImageFrontEnd {
 
   /// Tracks into an image. `t`: image stamp on the camera clock [s], must increase. `image`:
   /// CV_8UC1 or CV_8UC3 (BGR), of the camera's size; not kept. On kTracked `frame` (not null) is
-  /// the observation, else it is left alone.
+  /// the observation, otherwise it is not changed.
   ImageStatus addImage(double t, const cv::Mat& image, FrameObservation* frame);
 
-  /// Tells the gyroscope bias [rad/s] with the standard deviation of each component, for example
-  /// from an initializer that succeeded or from the last healthy state of the estimator. Better
-  /// knowledge than the own estimate wins. Values that are not finite are ignored.
+  /// Sets the gyroscope bias [rad/s] with the standard deviation of each component, for example
+  /// from an initializer that succeeded or from the last healthy state of the estimator. It
+  /// replaces the front end's own estimate unless that one has the smaller standard deviation.
+  /// Values that are not finite are ignored.
   void setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma);
 
-  const FrontEndReport& report() const;
+  /// Report on the last tracked image; default-constructed before the first one.
+  const ImageReport& report() const;
+
+  /// Counts over the run.
+  const FrontEndTotals& totals() const;
+
+  /// Name of the line detector in this build ("EDLines", "FLD"); empty with lines switched off.
+  std::string lineDetector() const;
 
   /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue young to red old; lines
   /// grey detected, blue matched, green on the dominant vanishing point; that point marked. Empty
   /// before the first image.
   cv::Mat debugImage() const;
 
-  /// Forgets images, tracks, IMU, bias and counts. Ids are not used again.
+  /// Forgets images, tracks, IMU, bias, report and counts. Ids are not reused.
   void reset();
 
  private:

@@ -81,7 +81,7 @@ struct FrontEndOptions {
   double max_rotation_sigma_px = 0.5;
   PointTrackerOptions points;
   LineTrackerOptions lines;
-  /// Dominant vanishing point of the debug image and of FrontEndReport. Has no keys of its own:
+  /// Dominant vanishing point of the debug image and of ImageReport. Has no keys of its own:
   /// loadConfig() copies what the solvers use.
   VanishingPointOptions vanishing_point;
   HostFrontEnd host;

@@ -11,14 +11,14 @@
 namespace slim_init::evaluation {
 namespace {
 
-using feature_tracker_lines::FrontEndReport;
 using feature_tracker_lines::ImageFrontEnd;
+using feature_tracker_lines::ImageReport;
 using feature_tracker_lines::ImageStatus;
 
 /// Collects one number per image.
 class SummaryCollector {
  public:
-  void add(const FrameObservation& frame, const FrontEndReport& report) {
+  void add(const FrameObservation& frame, const ImageReport& report) {
     points_.push_back(static_cast<double>(frame.points.size()));
     lines_.push_back(static_cast<double>(frame.lines.size()));
     const double carried_points = carried(frame.points, &point_ids_);
@@ -36,8 +36,7 @@ class SummaryCollector {
       found->second.push_back(stage.ms);
     }
     if (report.vp_found) ++vp_images_;
-    without_gyro_ = static_cast<int>(report.images_without_imu);
-    detector_ = report.line_detector;
+    if (report.rotation_missing) ++without_gyro_;
   }
 
   void finish(TrackingSummary* summary) const {
@@ -49,7 +48,6 @@ class SummaryCollector {
     summary->lines_carried = median(lines_carried_);
     summary->images_with_vp = vp_images_;
     summary->images_without_gyro = without_gyro_;
-    summary->line_detector = detector_;
     summary->total_ms_median = median(total_ms_);
     summary->total_ms_p90 = quantile(total_ms_, 0.9);
     for (const auto& [name, times] : stages_) {
@@ -77,7 +75,6 @@ class SummaryCollector {
   std::unordered_set<FeatureId> point_ids_, line_ids_;
   int vp_images_ = 0;
   int without_gyro_ = 0;
-  std::string detector_;
 };
 
 }  // namespace
@@ -140,6 +137,7 @@ std::string trackImages(ImageSequence* images,
   }
   summary->tracked = static_cast<int>(frames->size());
   collector.finish(summary);
+  summary->line_detector = front_end.lineDetector();
   if (summary->tracked >= 2) return "";
   std::ostringstream out;
   out << images->name() << ": " << summary->tracked << " of " << total
