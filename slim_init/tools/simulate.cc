@@ -33,8 +33,8 @@ namespace {
 
 using feature_tracker_lines::CameraParameters;
 
-int fail(ExitCode code, const std::string& sentence) {
-  std::cerr << "slim_init: " << sentence << "\n";
+int fail(ExitCode code, const std::string& message) {
+  std::cerr << "slim_init: " << message << "\n";
   return code;
 }
 
@@ -88,11 +88,17 @@ simulation::CameraPose poseAt(const SimulatedMotion& motion, const Calibration& 
   return pose;
 }
 
-// Every picture to be drawn: `sub_frames` of them per image, spread over the exposure.
+// Pictures that are drawn for one image.
+int subFramesOf(const SimulateOptions& options) {
+  return options.motion_blur_ms > 0.0 ? options.sub_frames : 1;
+}
+
+// Poses of all pictures: subFramesOf() per image, spread over the exposure.
 std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options,
                                             const SimulatedMotion& motion,
-                                            const Calibration& calibration, int sub_frames) {
+                                            const Calibration& calibration) {
   const double exposure = 1e-3 * options.motion_blur_ms;
+  const int sub_frames = subFramesOf(options);
   std::vector<simulation::CameraPose> poses;
   for (const double t : motion.image_times) {
     for (int i = 0; i < sub_frames; ++i) {
@@ -129,7 +135,7 @@ class Writers {
   template <typename Call>
   std::string each(const Call& call) {
     for (const auto& writer : list_) {
-      if (std::string sentence = call(writer.get()); !sentence.empty()) return sentence;
+      if (std::string error = call(writer.get()); !error.empty()) return error;
     }
     return "";
   }
@@ -141,27 +147,28 @@ class Writers {
 std::string writeMotion(const SimulatedMotion& motion, Writers* writers) {
   for (const ImuSample& sample : motion.imu) {
     const std::int64_t stamp = stampOf(motion, sample.t);
-    if (std::string s = writers->each([&](auto* w) { return w->addImu(stamp, sample); });
-        !s.empty()) {
-      return s;
+    if (std::string error = writers->each([&](auto* w) { return w->addImu(stamp, sample); });
+        !error.empty()) {
+      return error;
     }
   }
   for (const NavState& state : motion.truth) {
     const std::int64_t stamp = stampOf(motion, state.t);
-    if (std::string s = writers->each([&](auto* w) { return w->addTruth(stamp, state); });
-        !s.empty()) {
-      return s;
+    if (std::string error = writers->each([&](auto* w) { return w->addTruth(stamp, state); });
+        !error.empty()) {
+      return error;
     }
   }
   return "";
 }
 
-// Draws, exposes and writes every image.
+// Draws, exposes and writes every image. Returns an empty string or a message.
 std::string writeImages(const SimulateOptions& options, const SimulatedMotion& motion,
-                        const simulation::SensorOptions& sensor, int sub_frames,
-                        simulation::Renderer* renderer, Writers* writers) {
+                        const simulation::SensorOptions& sensor, simulation::Renderer* renderer,
+                        Writers* writers) {
   ProgressBar bar(motion.name + " in " + options.scene, !options.quiet);
   const std::size_t count = motion.image_times.size();
+  const int sub_frames = subFramesOf(options);
   for (std::size_t k = 0; k < count; ++k) {
     cv::Mat radiance;
     std::string error;
@@ -174,10 +181,8 @@ std::string writeImages(const SimulateOptions& options, const SimulatedMotion& m
     const double t = motion.image_times[k];
     const cv::Mat image = simulation::expose(radiance, static_cast<std::int64_t>(k), t, sensor);
     const std::int64_t stamp = stampOf(motion, t);
-    if (std::string s = writers->each([&](auto* w) { return w->addImage(stamp, image); });
-        !s.empty()) {
-      return s;
-    }
+    error = writers->each([&](auto* w) { return w->addImage(stamp, image); });
+    if (!error.empty()) return error;
     bar.update(static_cast<int>(k + 1), static_cast<int>(count));
   }
   return "";
@@ -190,17 +195,7 @@ std::string writeScene(const simulation::Scene& scene, const std::string& out) {
   return file.flush() ? "" : path.string() + " cannot be written";
 }
 
-}  // namespace
-
-int runSimulate(const SimulateOptions& options) {
-  if (const std::string error = checkSimulateOptions(options); !error.empty()) {
-    return fail(kExitBadInput, error);
-  }
-  std::string error;
-  if (!simulation::povrayAvailable(options.povray, &error)) return fail(kExitBadInput, error);
-  if (!options.bag.empty() && !evaluation::rosbagSupported()) {
-    return fail(kExitBadInput, "--bag: this program was built without the rosbag library");
-  }
+simulation::SensorOptions sensorOf(const SimulateOptions& options) {
   simulation::SensorOptions sensor;
   sensor.gain = options.gain;
   sensor.blur_px = options.lens_blur_px;
@@ -209,39 +204,75 @@ int runSimulate(const SimulateOptions& options) {
   sensor.read_noise = options.read_noise;
   sensor.shot_noise = options.shot_noise;
   sensor.seed = options.seed;
-  if (error = sensor.validate(); !error.empty()) return fail(kExitBadInput, error);
+  return sensor;
+}
 
+// What a sequence is made from.
+struct Setup {
+  simulation::SensorOptions sensor;
   Calibration calibration;
   CameraParameters camera;
-  if (error = loadRig(options, &calibration, &camera); !error.empty()) {
-    return fail(kExitBadInput, error);
-  }
   SimulatedMotion motion;
-  if (error = loadSimulatedMotion(options, calibration, &motion); !error.empty()) {
-    return fail(kExitBadInput, error);
-  }
-  for (const std::string& note : motion.notes) std::cerr << "slim_init: note: " << note << "\n";
+  std::vector<simulation::CameraPose> poses;  // of all pictures
+  simulation::Scene scene;
+};
 
+// Whether what the options ask for is part of this build and machine. Returns an empty string or a
+// message.
+std::string checkPrograms(const SimulateOptions& options) {
+  std::string error;
+  if (!simulation::povrayAvailable(options.povray, &error)) return error;
+  if (!options.bag.empty() && !evaluation::rosbagSupported()) {
+    return "--bag: this program was built without the rosbag library";
+  }
+  return "";
+}
+
+// Returns an empty string or a message.
+std::string prepare(const SimulateOptions& options, Setup* setup) {
+  setup->sensor = sensorOf(options);
+  std::string error = setup->sensor.validate();
+  if (error.empty()) error = loadRig(options, &setup->calibration, &setup->camera);
+  if (error.empty()) error = loadSimulatedMotion(options, setup->calibration, &setup->motion);
+  if (!error.empty()) return error;
+  for (const std::string& note : setup->motion.notes) {
+    std::cerr << "slim_init: note: " << note << "\n";
+  }
   // The scene is built around the whole path of the camera.
-  const int sub_frames = options.motion_blur_ms > 0.0 ? options.sub_frames : 1;
-  const std::vector<simulation::CameraPose> poses =
-      posesOf(options, motion, calibration, sub_frames);
+  setup->poses = posesOf(options, setup->motion, setup->calibration);
   std::vector<Eigen::Vector3d> path_w;
-  for (const simulation::CameraPose& pose : poses) path_w.push_back(pose.t_w_c);
+  for (const simulation::CameraPose& pose : setup->poses) path_w.push_back(pose.t_w_c);
   simulation::SceneOptions scene_options;
   scene_options.kind = options.scene;
   scene_options.seed = options.seed;
-  simulation::Scene scene;
-  if (!simulation::makeScene(scene_options, path_w, &scene, &error)) {
-    return fail(kExitBadInput, error);
-  }
+  simulation::makeScene(scene_options, path_w, &setup->scene, &error);
+  return error;
+}
 
+void printResult(const SimulateOptions& options, const Setup& setup, double seconds) {
+  const std::vector<double>& times = setup.motion.image_times;
+  std::ostringstream out;
+  out.precision(3);
+  out << times.size() << " images of " << setup.camera.width << "x" << setup.camera.height
+      << " over " << times.back() - times.front() << " s in " << options.out << ", "
+      << seconds / static_cast<double>(times.size()) << " s per image\n";
+  std::cout << out.str();
+}
+
+}  // namespace
+
+int runSimulate(const SimulateOptions& options) {
+  std::string error = checkSimulateOptions(options);
+  Setup setup;
+  if (error.empty()) error = checkPrograms(options);
+  if (error.empty()) error = prepare(options, &setup);
   Writers writers;
-  if (error = writers.open(options, motion, calibration, camera); !error.empty()) {
-    return fail(kExitBadInput, error);
-  }
-  if (error = writeScene(scene, options.out); !error.empty()) return fail(kExitInternal, error);
-  if (error = writeMotion(motion, &writers); !error.empty()) return fail(kExitInternal, error);
+  if (error.empty()) error = writers.open(options, setup.motion, setup.calibration, setup.camera);
+  if (!error.empty()) return fail(kExitBadInput, error);
+
+  error = writeScene(setup.scene, options.out);
+  if (error.empty()) error = writeMotion(setup.motion, &writers);
+  if (!error.empty()) return fail(kExitInternal, error);
 
   simulation::RenderOptions render;
   render.supersample = options.supersample;
@@ -249,25 +280,15 @@ int runSimulate(const SimulateOptions& options) {
   render.program = options.povray;
   render.work_directory = options.out;
   const auto start = std::chrono::steady_clock::now();
-  const auto renderer = simulation::Renderer::start(scene, camera, poses, render, &error);
+  const auto renderer =
+      simulation::Renderer::start(setup.scene, setup.camera, setup.poses, render, &error);
   if (renderer == nullptr) return fail(kExitBadInput, error);
-  if (error = writeImages(options, motion, sensor, sub_frames, renderer.get(), &writers);
-      !error.empty()) {
-    return fail(kExitInternal, error);
-  }
-  if (error = writers.each([](auto* w) { return w->finish(); }); !error.empty()) {
-    return fail(kExitInternal, error);
-  }
+  error = writeImages(options, setup.motion, setup.sensor, renderer.get(), &writers);
+  if (error.empty()) error = writers.each([](auto* w) { return w->finish(); });
+  if (!error.empty()) return fail(kExitInternal, error);
   if (!options.quiet) {
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    std::ostringstream out;
-    out.precision(3);
-    out << motion.image_times.size() << " images of " << camera.width << "x" << camera.height
-        << " over " << motion.image_times.back() - motion.image_times.front() << " s in "
-        << options.out << ", " << seconds / static_cast<double>(motion.image_times.size())
-        << " s an image\n";
-    std::cout << out.str();
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    printResult(options, setup, elapsed.count());
   }
   return kExitOk;
 }

@@ -15,6 +15,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
@@ -35,12 +36,12 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-int fail(ExitCode code, const std::string& sentence) {
-  std::cerr << "slim_init: " << sentence << "\n";
+int fail(ExitCode code, const std::string& message) {
+  std::cerr << "slim_init: " << message << "\n";
   return code;
 }
 
-/// Some of the images of another sequence.
+/// Every `stride`-th image of another sequence, `limit` of them at most (0: all).
 class Subsequence : public evaluation::ImageSequence {
  public:
   Subsequence(evaluation::ImageSequence* whole, int stride, int limit) : whole_(whole) {
@@ -75,10 +76,10 @@ double share(std::size_t part, std::size_t whole) {
   return whole == 0 ? kNotComputed : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-/// Numbers of one kind of feature without any truth.
+/// How long the features of one kind are tracked; needs no ground truth.
 struct Persistence {
   std::vector<double> per_frame;  ///< features in each image
-  std::size_t carried = 0;        ///< features of an image that are in the next one
+  std::size_t carried = 0;        ///< features of an image that are in the next one too
   std::size_t candidates = 0;     ///< features of all images but the last
   std::map<FeatureId, int> life;  ///< images of every track
 };
@@ -143,7 +144,7 @@ Json lineErrorsJson(const std::vector<simulation::LineError>& errors, double sam
       {"offset_px_p90", quantile(offset, 0.9)}, {"same_line_share", share(same, errors.size())}};
 }
 
-/// Camera, calibration and front end: those of --config, else those beside the data.
+/// Camera, calibration and front end: those of --config, otherwise those beside the data.
 std::string configure(const TracksOptions& options, const evaluation::ImageSequence& images,
                       Config* config) {
   std::string error;
@@ -165,39 +166,50 @@ std::string configure(const TracksOptions& options, const evaluation::ImageSeque
   return "";
 }
 
-/// The scene beside the sequence; false without one, with a sentence when it cannot be read.
-bool loadScene(const std::string& directory, simulation::Scene* scene, std::string* error) {
+/// The scene beside the sequence; none where there is no file. `error` says why it cannot be read.
+std::optional<simulation::Scene> loadScene(const std::string& directory, std::string* error) {
   const fs::path path = fs::path(directory) / "scene.json";
   std::error_code code;
-  if (!fs::exists(path, code)) return false;
+  if (!fs::exists(path, code)) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
-  if (simulation::sceneFromJson(text.str(), scene, error)) return true;
+  simulation::Scene scene;
+  if (simulation::sceneFromJson(text.str(), &scene, error)) return scene;
   *error = path.string() + ": " + *error;
-  return false;
+  return std::nullopt;
 }
 
-/// Errors against the scene; `frames_measured` frames had a true pose.
-std::string measure(const TracksOptions& options, const simulation::Scene& scene,
-                    const evaluation::ImageSequence& images, const Config& config,
-                    const std::vector<FrameObservation>& frames,
-                    const simulation::TrackTruthOptions& truth_options,
-                    simulation::TrackQuality* quality, std::vector<int>* measured) {
-  std::string error;
-  const auto trajectory = simulation::makeSampledTrajectory(images.truth(), &error);
-  if (trajectory == nullptr) return options.asl + ": ground truth: " + error;
-  simulation::TrackTruth truth(scene, config.camera, truth_options);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const double t = frames[i].t + config.calibration.td;
-    if (!trajectory->covers(t)) continue;
-    const simulation::Kinematics body = trajectory->at(t);
-    truth.addFrame(frames[i], {body.R_w_b * config.calibration.R_b_c,
-                               body.p_w_b + body.R_w_b * config.calibration.t_b_c});
-    measured->push_back(static_cast<int>(i));
+/// What the command works on.
+struct Input {
+  std::unique_ptr<evaluation::ImageSequence> images;  ///< all of them
+  Config config;
+  std::optional<simulation::Scene> scene;
+
+  bool hasTruth() const { return scene.has_value() && !images->truth().empty(); }
+};
+
+/// Opens the sequence and prints its notes. Returns an empty string or a message.
+std::string openInput(const TracksOptions& options, Input* input) {
+  evaluation::ReadStatus status;
+  input->images =
+      evaluation::openAslFolder(options.asl, evaluation::ImageSequenceOptions(), &status);
+  if (input->images == nullptr) return status.message;
+  std::string error = configure(options, *input->images, &input->config);
+  if (!error.empty()) return error;
+  for (const std::string& note : input->images->notes()) {
+    std::cerr << "slim_init: note: " << note << "\n";
   }
-  *quality = truth.evaluate();
-  return "";
+  input->scene = loadScene(options.asl, &error);
+  return error;
+}
+
+/// Makes --out before the work starts. Returns an empty string or a message.
+std::string makeFolder(const std::string& folder) {
+  if (folder.empty()) return "";
+  std::error_code code;
+  fs::create_directories(folder, code);
+  return fs::is_directory(folder, code) ? "" : "--out: folder " + folder + " cannot be made";
 }
 
 std::string writeFile(const std::string& folder, const std::string& name, const std::string& text) {
@@ -214,10 +226,157 @@ std::string number(double value) {
   return out.str();
 }
 
-/// One line of the printed table: "name  value unit".
+/// The front end's output over the images.
+struct TrackedImages {
+  std::vector<FrameObservation> frames;
+  evaluation::TrackingSummary summary;
+  std::string csv;  ///< frames.csv
+};
+
+/// Tracks all images of `images` in one thread, whose times are measured. Returns an empty string
+/// or a message.
+std::string track(const TracksOptions& options, const Config& config, Subsequence* images,
+                  TrackedImages* tracked) {
+  std::ostringstream csv;
+  csv << "stamp_ns,points,points_new,points_outliers,lines,lines_new,vp_found,gyro_bias_known"
+         ",total_ms\n";
+  ProgressBar bar(images->name(), !options.quiet);
+  evaluation::TrackingHooks hooks;
+  hooks.progress = [&bar](int done, int total) { bar.update(done, total); };
+  hooks.tracked = [&csv](std::int64_t stamp_ns,
+                         const feature_tracker_lines::ImageFrontEnd& front_end) {
+    const feature_tracker_lines::ImageReport& r = front_end.report();
+    csv << stamp_ns << ',' << r.points_tracked + r.points_new << ',' << r.points_new << ','
+        << r.points_outliers << ',' << r.lines_matched + r.lines_carried + r.lines_new << ','
+        << r.lines_new << ',' << r.vp_found << ',' << r.gyro_bias_known << ',' << number(r.total_ms)
+        << '\n';
+    return std::string();
+  };
+  cv::setNumThreads(1);
+  const std::string error =
+      evaluation::trackImages(images, config.camera, config.calibration, config.front_end, hooks,
+                              &tracked->frames, &tracked->summary);
+  tracked->csv = csv.str();
+  return error.empty() ? "" : options.asl + ": " + error;
+}
+
+/// Errors of the tracks against the scene; `stamps_ns` of the frames that have a true pose.
+struct MeasuredTracks {
+  simulation::TrackQuality quality;
+  std::vector<std::int64_t> stamps_ns;
+};
+
+/// Measures the tracks in all frames that the ground truth covers. Returns an empty string or a
+/// message.
+std::string measure(const TracksOptions& options, const Input& input,
+                    const std::vector<FrameObservation>& frames,
+                    const simulation::TrackTruthOptions& truth_options, MeasuredTracks* measured) {
+  std::string error;
+  const auto trajectory = simulation::makeSampledTrajectory(input.images->truth(), &error);
+  if (trajectory == nullptr) return options.asl + ": ground truth: " + error;
+  const Calibration& calibration = input.config.calibration;
+  simulation::TrackTruth truth(*input.scene, input.config.camera, truth_options);
+  for (const FrameObservation& frame : frames) {
+    const double t = frame.t + calibration.td;
+    if (!trajectory->covers(t)) continue;
+    const simulation::Kinematics body = trajectory->at(t);
+    truth.addFrame(frame,
+                   {body.R_w_b * calibration.R_b_c, body.p_w_b + body.R_w_b * calibration.t_b_c});
+    measured->stamps_ns.push_back(input.images->t0Ns() +
+                                  static_cast<std::int64_t>(std::llround(1e9 * frame.t)));
+  }
+  measured->quality = truth.evaluate();
+  return "";
+}
+
+Json summaryJson(const TracksOptions& options, const std::string& name,
+                 const std::vector<FrameObservation>& frames) {
+  const auto points = [](const FrameObservation& f) -> const auto& { return f.points; };
+  const auto lines = [](const FrameObservation& f) -> const auto& { return f.lines; };
+  return {{"sequence", name},
+          {"images", frames.size()},
+          {"stride", options.stride},
+          {"keyframe_interval_s", options.interval_s},
+          {"points", json(persistenceOf(frames, points))},
+          {"lines", json(persistenceOf(frames, lines))}};
+}
+
+void addErrors(const simulation::TrackQuality& quality,
+               const simulation::TrackTruthOptions& truth_options, Json* summary) {
+  Json& p = (*summary)["points"];
+  p["errors"] = pointErrorsJson(quality.points, truth_options.outlier_px);
+  p["keyframe_errors"] = pointErrorsJson(quality.keyframe_points, truth_options.outlier_px);
+  p["tracks_without_truth"] = quality.point_tracks_without_truth;
+  Json& l = (*summary)["lines"];
+  l["errors"] = lineErrorsJson(quality.lines, truth_options.same_line_px);
+  l["keyframe_errors"] = lineErrorsJson(quality.keyframe_lines, truth_options.same_line_px);
+  l["tracks_measured"] = quality.line_tracks - quality.line_tracks_without_truth;
+  l["tracks_without_truth"] = quality.line_tracks_without_truth;
+}
+
+void addTimes(const evaluation::TrackingSummary& tracking, Json* summary) {
+  Json& s = *summary;
+  s["line_detector"] = tracking.line_detector;
+  s["stages_ms_median"] = Json::object();
+  for (const StageTime& stage : tracking.stages_ms_median) {
+    s["stages_ms_median"][stage.name] = stage.ms;
+  }
+  s["total_ms_median"] = tracking.total_ms_median;
+  s["total_ms_p90"] = tracking.total_ms_p90;
+}
+
+/// Name and number of a solid. Commas separate columns, and names come from the user's scenes.
+std::string surfaceName(const simulation::Scene& scene, int solid) {
+  std::string name = scene.solids[static_cast<std::size_t>(solid)].name;
+  std::replace(name.begin(), name.end(), ',', ' ');
+  return name + " " + std::to_string(solid);
+}
+
+/// Writes the columns that points and lines have in common.
+template <typename Error>
+void writeObservation(const char* against, const Error& e, const MeasuredTracks& measured,
+                      const Input& input, std::ostream& out) {
+  out << against << ',' << e.id << ',' << measured.stamps_ns[static_cast<std::size_t>(e.frame)]
+      << ',' << e.age << ',' << surfaceName(*input.scene, e.solid) << ',';
+}
+
+std::string pointsCsv(const MeasuredTracks& measured, const Input& input) {
+  std::ostringstream out;
+  out << "against,id,stamp_ns,age_images,surface,error_px,occluded\n";
+  const auto write = [&](const char* against, const std::vector<simulation::PointError>& errors) {
+    for (const simulation::PointError& e : errors) {
+      writeObservation(against, e, measured, input, out);
+      out << number(e.error_px) << ',' << e.occluded << '\n';
+    }
+  };
+  write("first", measured.quality.points);
+  write("keyframe", measured.quality.keyframe_points);
+  return out.str();
+}
+
+std::string linesCsv(const MeasuredTracks& measured, const Input& input) {
+  std::ostringstream out;
+  out << "against,id,stamp_ns,age_images,surface,angle_deg,offset_px,end_px\n";
+  const auto write = [&](const char* against, const std::vector<simulation::LineError>& errors) {
+    for (const simulation::LineError& e : errors) {
+      writeObservation(against, e, measured, input, out);
+      out << number(e.angle_deg) << ',' << number(e.offset_px) << ',' << number(e.end_px) << '\n';
+    }
+  };
+  write("first", measured.quality.lines);
+  write("keyframe", measured.quality.keyframe_lines);
+  return out.str();
+}
+
+/// Name and text of every file of --out.
+using Files = std::vector<std::pair<std::string, std::string>>;
+
+constexpr double kPercent = 100.0;  // of a share
+
+/// One line of the printed table: "name  value unit". `factor` converts to the unit.
 void print(std::ostream& out, const std::string& name, const Json& value, const char* unit,
            double factor = 1.0) {
-  std::string text = "-";  // a NaN has become null
+  std::string text = "-";  // JSON has null for NaN
   if (value.is_number() && std::isfinite(value.get<double>())) {
     std::ostringstream digits;
     digits.precision(3);
@@ -225,35 +384,36 @@ void print(std::ostream& out, const std::string& name, const Json& value, const 
     text = digits.str();
   }
   std::string label = name;
-  label.resize(44, ' ');
+  constexpr std::size_t kLabelColumns = 44;
+  label.resize(kLabelColumns, ' ');
   out << "  " << label << text << (unit[0] == '\0' ? "" : " ") << unit << "\n";
+}
+
+/// Errors of points or lines against one reference; `suffix` names it.
+void printErrors(const Json& errors, bool points, const std::string& suffix, std::ostream& out) {
+  if (points) {
+    print(out, "error" + suffix + ", median", errors.at("median_px"), "px");
+    print(out, "error" + suffix + ", 90 %", errors.at("p90_px"), "px");
+    print(out, "outliers" + suffix, errors.at("outlier_share"), "%", kPercent);
+  } else {
+    print(out, "angle" + suffix + ", median", errors.at("angle_deg_median"), "deg");
+    print(out, "offset" + suffix + ", median", errors.at("offset_px_median"), "px");
+    print(out, "same line" + suffix, errors.at("same_line_share"), "%", kPercent);
+  }
 }
 
 void printSummary(const Json& summary, std::ostream& out) {
   out << summary.at("sequence").get<std::string>() << ": " << summary.at("images") << " images\n";
-  for (const char* kind : {"points", "lines"}) {
+  for (const std::string kind : {"points", "lines"}) {
     const Json& k = summary.at(kind);
     out << kind << "\n";
     print(out, "per image, median", k.at("per_image_median"), "");
     print(out, "per image, 10 % quantile", k.at("per_image_p10"), "");
     print(out, "track life, median", k.at("life_images_median"), "images");
-    print(out, "survival to the next image", k.at("survival"), "%", 100.0);
+    print(out, "survival to the next image", k.at("survival"), "%", kPercent);
     if (!k.contains("errors")) continue;
-    const bool points = std::string(kind) == "points";
-    for (const char* against : {"errors", "keyframe_errors"}) {
-      const Json& e = k.at(against);
-      const std::string suffix =
-          std::string(against) == "errors" ? ", against first" : ", keyframe to keyframe";
-      if (points) {
-        print(out, "error" + suffix + ", median", e.at("median_px"), "px");
-        print(out, "error" + suffix + ", 90 %", e.at("p90_px"), "px");
-        print(out, "outliers" + suffix, e.at("outlier_share"), "%", 100.0);
-      } else {
-        print(out, "angle" + suffix + ", median", e.at("angle_deg_median"), "deg");
-        print(out, "offset" + suffix + ", median", e.at("offset_px_median"), "px");
-        print(out, "same line" + suffix, e.at("same_line_share"), "%", 100.0);
-      }
-    }
+    printErrors(k.at("errors"), kind == "points", ", against first", out);
+    printErrors(k.at("keyframe_errors"), kind == "points", ", keyframe to keyframe", out);
   }
   out << "time per image, median\n";
   for (const auto& [name, ms] : summary.at("stages_ms_median").items()) print(out, name, ms, "ms");
@@ -264,137 +424,42 @@ void printSummary(const Json& summary, std::ostream& out) {
 }  // namespace
 
 int runTracks(const TracksOptions& options) {
-  if (const std::string error = checkTracksOptions(options); !error.empty()) {
+  std::string error = checkTracksOptions(options);
+  if (!error.empty()) return fail(kExitBadInput, error);
+  Input input;
+  if (error = openInput(options, &input); !error.empty()) return fail(kExitBadInput, error);
+  if (error = makeFolder(options.out); !error.empty()) return fail(kExitBadInput, error);
+
+  Subsequence images(input.images.get(), options.stride, options.limit);
+  TrackedImages tracked;
+  if (error = track(options, input.config, &images, &tracked); !error.empty()) {
     return fail(kExitBadInput, error);
   }
-  evaluation::ReadStatus status;
-  const auto whole =
-      evaluation::openAslFolder(options.asl, evaluation::ImageSequenceOptions(), &status);
-  if (whole == nullptr) return fail(kExitBadInput, status.message);
-  Config config;
-  if (const std::string error = configure(options, *whole, &config); !error.empty()) {
-    return fail(kExitBadInput, error);
-  }
-  for (const std::string& note : whole->notes()) std::cerr << "slim_init: note: " << note << "\n";
-  simulation::Scene scene;
-  std::string scene_error;
-  const bool has_scene = loadScene(options.asl, &scene, &scene_error);
-  if (!scene_error.empty()) return fail(kExitBadInput, scene_error);
-  if (!options.out.empty()) {
-    std::error_code code;
-    fs::create_directories(options.out, code);
-    if (!fs::is_directory(options.out, code)) {
-      return fail(kExitBadInput, "--out: folder " + options.out + " cannot be made");
-    }
-  }
 
-  Subsequence images(whole.get(), options.stride, options.limit);
-  std::vector<FrameObservation> frames;
-  evaluation::TrackingSummary tracking;
-  std::ostringstream frames_csv;
-  frames_csv
-      << "stamp_ns,points,points_new,points_outliers,lines,lines_new,vp_found,gyro_bias_known"
-         ",total_ms\n";
-  {
-    ProgressBar bar(images.name(), !options.quiet);
-    evaluation::TrackingHooks hooks;
-    hooks.progress = [&bar](int done, int total) { bar.update(done, total); };
-    hooks.tracked = [&frames_csv](std::int64_t stamp_ns,
-                                  const feature_tracker_lines::ImageFrontEnd& front_end) {
-      const feature_tracker_lines::ImageReport& r = front_end.report();
-      frames_csv << stamp_ns << ',' << r.points_tracked + r.points_new << ',' << r.points_new << ','
-                 << r.points_outliers << ',' << r.lines_matched + r.lines_carried + r.lines_new
-                 << ',' << r.lines_new << ',' << r.vp_found << ',' << r.gyro_bias_known << ','
-                 << number(r.total_ms) << '\n';
-      return std::string();
-    };
-    cv::setNumThreads(1);  // the times are those of one thread
-    if (const std::string error =
-            evaluation::trackImages(&images, config.camera, config.calibration, config.front_end,
-                                    hooks, &frames, &tracking);
-        !error.empty()) {
-      return fail(kExitBadInput, options.asl + ": " + error);
-    }
-  }
-
-  Json summary = {{"sequence", images.name()},
-                  {"images", frames.size()},
-                  {"stride", options.stride},
-                  {"keyframe_interval_s", options.interval_s}};
-  const auto points = [](const FrameObservation& f) -> const auto& { return f.points; };
-  const auto lines = [](const FrameObservation& f) -> const auto& { return f.lines; };
-  summary["points"] = json(persistenceOf(frames, points));
-  summary["lines"] = json(persistenceOf(frames, lines));
-
-  std::ostringstream points_csv;
-  std::ostringstream lines_csv;
-  points_csv << "against,id,stamp_ns,age_images,surface,error_px,occluded\n";
-  lines_csv << "against,id,stamp_ns,age_images,surface,angle_deg,offset_px,end_px\n";
-  if (has_scene && !whole->truth().empty()) {
+  Json summary = summaryJson(options, images.name(), tracked.frames);
+  MeasuredTracks measured;
+  if (input.hasTruth()) {
     simulation::TrackTruthOptions truth_options;
     truth_options.keyframe_interval_s = options.interval_s;
-    simulation::TrackQuality quality;
-    std::vector<int> measured;
-    if (const std::string error =
-            measure(options, scene, *whole, config, frames, truth_options, &quality, &measured);
-        !error.empty()) {
+    if (error = measure(options, input, tracked.frames, truth_options, &measured); !error.empty()) {
       return fail(kExitBadInput, error);
     }
-    Json& p = summary["points"];
-    p["errors"] = pointErrorsJson(quality.points, truth_options.outlier_px);
-    p["keyframe_errors"] = pointErrorsJson(quality.keyframe_points, truth_options.outlier_px);
-    p["tracks_without_truth"] = quality.point_tracks_without_truth;
-    Json& l = summary["lines"];
-    l["errors"] = lineErrorsJson(quality.lines, truth_options.same_line_px);
-    l["keyframe_errors"] = lineErrorsJson(quality.keyframe_lines, truth_options.same_line_px);
-    l["tracks_measured"] = quality.line_tracks - quality.line_tracks_without_truth;
-    l["tracks_without_truth"] = quality.line_tracks_without_truth;
-    const auto stamp = [&](int frame) {
-      return images.t0Ns() +
-             static_cast<std::int64_t>(std::llround(
-                 1e9 *
-                 frames[static_cast<std::size_t>(measured[static_cast<std::size_t>(frame)])].t));
-    };
-    const auto surface = [&scene](int solid) {
-      std::string name = scene.solids[static_cast<std::size_t>(solid)].name;
-      std::replace(name.begin(), name.end(), ',', ' ');  // names are the user's in his own scenes
-      return name + " " + std::to_string(solid);
-    };
-    for (const auto& [name, list] : {std::make_pair("first", &quality.points),
-                                     std::make_pair("keyframe", &quality.keyframe_points)}) {
-      for (const simulation::PointError& e : *list) {
-        points_csv << name << ',' << e.id << ',' << stamp(e.frame) << ',' << e.age << ','
-                   << surface(e.solid) << ',' << number(e.error_px) << ',' << e.occluded << '\n';
-      }
-    }
-    for (const auto& [name, list] : {std::make_pair("first", &quality.lines),
-                                     std::make_pair("keyframe", &quality.keyframe_lines)}) {
-      for (const simulation::LineError& e : *list) {
-        lines_csv << name << ',' << e.id << ',' << stamp(e.frame) << ',' << e.age << ','
-                  << surface(e.solid) << ',' << number(e.angle_deg) << ',' << number(e.offset_px)
-                  << ',' << number(e.end_px) << '\n';
-      }
-    }
+    addErrors(measured.quality, truth_options, &summary);
   } else {
     std::cerr << "slim_init: note: " << options.asl << " has no "
-              << (has_scene ? "ground truth" : "scene.json") << ": no errors are measured\n";
+              << (input.scene.has_value() ? "ground truth" : "scene.json")
+              << ": no errors are measured\n";
   }
-  summary["line_detector"] = tracking.line_detector;
-  summary["stages_ms_median"] = Json::object();
-  for (const StageTime& stage : tracking.stages_ms_median) {
-    summary["stages_ms_median"][stage.name] = stage.ms;
-  }
-  summary["total_ms_median"] = tracking.total_ms_median;
-  summary["total_ms_p90"] = tracking.total_ms_p90;
+  addTimes(tracked.summary, &summary);
 
-  if (!options.out.empty()) {
-    for (const auto& [name, text] : {std::make_pair("tracks.json", summary.dump(2) + "\n"),
-                                     std::make_pair("frames.csv", frames_csv.str()),
-                                     std::make_pair("points.csv", points_csv.str()),
-                                     std::make_pair("lines.csv", lines_csv.str())}) {
-      if (const std::string error = writeFile(options.out, name, text); !error.empty()) {
-        return fail(kExitInternal, "--out: " + error);
-      }
+  const Files files = {{"tracks.json", summary.dump(2) + "\n"},
+                       {"frames.csv", tracked.csv},
+                       {"points.csv", pointsCsv(measured, input)},
+                       {"lines.csv", linesCsv(measured, input)}};
+  for (const auto& [name, text] : files) {
+    if (options.out.empty()) break;
+    if (error = writeFile(options.out, name, text); !error.empty()) {
+      return fail(kExitInternal, "--out: " + error);
     }
   }
   if (!options.quiet) printSummary(summary, std::cout);

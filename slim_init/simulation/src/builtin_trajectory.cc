@@ -203,8 +203,8 @@ constexpr Builtin kBuiltins[] = {
     {"pure-rotation", pureRotation},
 };
 
-void report(const std::string& sentence, std::string* error) {
-  if (error != nullptr) *error = sentence;
+void report(const std::string& message, std::string* error) {
+  if (error != nullptr) *error = message;
 }
 
 }  // namespace

@@ -8,16 +8,17 @@
 #include <limits>
 
 #include "random.h"
-#include "range_sentence.h"
+#include "range_message.h"
 
 namespace slim_init::simulation {
 namespace {
 
 constexpr double kMinPointDepth = 0.2;  // [m] in front of the camera
 constexpr double kMinLineDepth = 0.3;   // [m] near plane that segments are cut at
-constexpr double kPointBorder = 5.0;    // [px] in which no patch of a tracker fits
-constexpr double kMinNewLine = 50.0;    // [px] a detector reports shorter ones, but too many
-constexpr int kOcclusionSamples = 9;    // along a segment
+constexpr double kPointBorder = 5.0;    // [px] into which no patch of a tracker fits
+constexpr double kMinNewLine =
+    50.0;  // [px]; a detector reports shorter ones too, but too many of them
+constexpr int kOcclusionSamples = 9;  // along a segment
 // Detection confidence 1 - exp(-length / scale): 0.57 at 50 px, 0.96 at 200 px.
 constexpr double kConfidenceLength = 60.0;  // [px]
 constexpr double kConfidenceNoise = 0.03;
@@ -25,7 +26,7 @@ constexpr double kConfidenceNoise = 0.03;
 // descriptors of parallel edges do.
 constexpr double kMatchSpread = 0.1;
 constexpr double kWrongMatchSpread = 0.2;
-// A wrong match is drawn from the most similar other segments; 1 deg is as unlike as 3 px.
+// A wrong match is drawn from the most similar other segments; 1 deg counts as much as 3 px.
 constexpr int kWrongMatchChoices = 3;
 constexpr double kPixelsPerDegree = 3.0;
 
@@ -353,7 +354,7 @@ class LineTracker {
   bool jumpToSimilar(const CameraPose& pose, Track* track) {
     const LineView& own = views_[track->segment];
     if (!own.visible) return false;
-    std::vector<std::pair<double, int>> similar;  // unlikeness [px], segment
+    std::vector<std::pair<double, int>> similar;  // dissimilarity [px], segment
     for (int i = 0; i < static_cast<int>(views_.size()); ++i) {
       if (tracked_[i] || !views_[i].visible || views_[i].length() < kMinNewLine) continue;
       similar.emplace_back(unlikeness(own, views_[i]), i);
@@ -445,29 +446,29 @@ class LineTracker {
 }  // namespace
 
 std::string FeatureSimulationOptions::validate() const {
-  std::string sentence;
+  std::string message;
   const double inf = std::numeric_limits<double>::max();
-  requireWithin("camera.width", camera.width, 16, 100000, &sentence);
-  requireWithin("camera.height", camera.height, 16, 100000, &sentence);
-  requireWithin("camera.fx", camera.fx, 1.0, 1e6, &sentence);
-  requireWithin("camera.fy", camera.fy, 1.0, 1e6, &sentence);
-  requireWithin("camera.cx", camera.cx, 0.0, static_cast<double>(camera.width), &sentence);
-  requireWithin("camera.cy", camera.cy, 0.0, static_cast<double>(camera.height), &sentence);
-  requireWithin("max_points", max_points, 0, 100000, &sentence);
-  requireWithin("min_point_distance", min_point_distance, 0.0, 1e4, &sentence);
-  requireWithin("max_lines", max_lines, 0, 100000, &sentence);
-  requireWithin("pixel_noise", pixel_noise, 0.0, 100.0, &sentence);
-  requireWithin("line_noise", line_noise, 0.0, 100.0, &sentence);
-  requireWithin("drift", drift, 0.0, 100.0, &sentence);
-  requireWithin("outlier_rate", outlier_rate, 0.0, 1.0, &sentence);
-  requireWithin("outlier_speed", outlier_speed, 0.0, 1e3, &sentence);
-  requireWithin("track_life", track_life, 1.0, inf, &sentence);
-  // Two cuts of half a segment would leave nothing of it.
-  requireWithin("line_slide", line_slide, 0.0, 0.49, &sentence);
-  requireWithin("line_fragmentation", line_fragmentation, 0.0, 1.0, &sentence);
-  requireWithin("line_misassociation", line_misassociation, 0.0, 1.0, &sentence);
-  requireWithin("min_line_length_px", min_line_length_px, 1.0, 1e4, &sentence);
-  return sentence;
+  requireWithin("camera.width", camera.width, 16, 100000, &message);
+  requireWithin("camera.height", camera.height, 16, 100000, &message);
+  requireWithin("camera.fx", camera.fx, 1.0, 1e6, &message);
+  requireWithin("camera.fy", camera.fy, 1.0, 1e6, &message);
+  requireWithin("camera.cx", camera.cx, 0.0, static_cast<double>(camera.width), &message);
+  requireWithin("camera.cy", camera.cy, 0.0, static_cast<double>(camera.height), &message);
+  requireWithin("max_points", max_points, 0, 100000, &message);
+  requireWithin("min_point_distance", min_point_distance, 0.0, 1e4, &message);
+  requireWithin("max_lines", max_lines, 0, 100000, &message);
+  requireWithin("pixel_noise", pixel_noise, 0.0, 100.0, &message);
+  requireWithin("line_noise", line_noise, 0.0, 100.0, &message);
+  requireWithin("drift", drift, 0.0, 100.0, &message);
+  requireWithin("outlier_rate", outlier_rate, 0.0, 1.0, &message);
+  requireWithin("outlier_speed", outlier_speed, 0.0, 1e3, &message);
+  requireWithin("track_life", track_life, 1.0, inf, &message);
+  // Two cuts of half a segment each would leave nothing.
+  requireWithin("line_slide", line_slide, 0.0, 0.49, &message);
+  requireWithin("line_fragmentation", line_fragmentation, 0.0, 1.0, &message);
+  requireWithin("line_misassociation", line_misassociation, 0.0, 1.0, &message);
+  requireWithin("min_line_length_px", min_line_length_px, 1.0, 1e4, &message);
+  return message;
 }
 
 std::vector<FrameObservation> simulateFeatures(const Trajectory& trajectory, const World& world,

@@ -4,7 +4,8 @@
 namespace slim_init::simulation {
 namespace {
 
-constexpr double kCorridorOverrun = 10.0;   // [m] beyond the path, so that there is always an ahead
+constexpr double kCorridorOverrun =
+    10.0;  // [m] beyond the path, so that the camera never faces an end wall at close range
 constexpr double kCorridorEyeHeight = 1.5;  // [m] of the path's middle above the floor
 constexpr double kCorridorHeight = 2.7;     // [m]
 
@@ -26,7 +27,7 @@ Box boundsOf(const std::vector<Eigen::Vector3d>& path_w) {
 int longAxis(const Box& box) {
   const Eigen::Vector3d size = box.max - box.min;
   constexpr double kClearlyLonger = 1.25;
-  constexpr double kStill = 0.1;  // [m] the wobble of a vehicle at rest has no direction
+  constexpr double kStill = 0.1;  // [m]; the vibration of a vehicle at rest has no direction
   return size.y() > kClearlyLonger * size.x() + kStill ? 1 : 0;
 }
 

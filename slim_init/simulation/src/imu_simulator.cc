@@ -4,19 +4,19 @@
 #include <cmath>
 
 #include "random.h"
-#include "range_sentence.h"
+#include "range_message.h"
 
 namespace slim_init::simulation {
 
 std::string ImuSimulationOptions::validate() const {
-  std::string sentence;
-  requireWithin("rate_hz", rate_hz, 1.0, 1e4, &sentence);
-  requireWithin("noise.gyro_density", noise.gyro_density, 0.0, 1.0, &sentence);
-  requireWithin("noise.accel_density", noise.accel_density, 0.0, 10.0, &sentence);
-  requireWithin("norm of gyro_bias", gyro_bias.norm(), 0.0, 10.0, &sentence);
-  requireWithin("norm of accel_bias", accel_bias.norm(), 0.0, 100.0, &sentence);
-  requireWithin("gravity_magnitude", gravity_magnitude, 0.0, 100.0, &sentence);
-  return sentence;
+  std::string message;
+  requireWithin("rate_hz", rate_hz, 1.0, 1e4, &message);
+  requireWithin("noise.gyro_density", noise.gyro_density, 0.0, 1.0, &message);
+  requireWithin("noise.accel_density", noise.accel_density, 0.0, 10.0, &message);
+  requireWithin("norm of gyro_bias", gyro_bias.norm(), 0.0, 10.0, &message);
+  requireWithin("norm of accel_bias", accel_bias.norm(), 0.0, 100.0, &message);
+  requireWithin("gravity_magnitude", gravity_magnitude, 0.0, 100.0, &message);
+  return message;
 }
 
 std::vector<ImuSample> simulateImu(const Trajectory& trajectory,

@@ -9,8 +9,8 @@
 
 namespace slim_init::simulation {
 
-/// One named random stream of a seed. Streams of different names are independent, so that what one
-/// of them is used for does not move when another is drawn from more often.
+/// One named random stream of a seed. Streams of different names are independent: the numbers of
+/// one do not change when more are drawn from another.
 ///
 /// The distributions of <random> are not used because the standard leaves their algorithms, and so
 /// their bytes, to the library; the engine itself is fixed by the standard.

@@ -13,7 +13,7 @@
 namespace slim_init::simulation {
 namespace {
 
-// [s] between samples; a hand or a drone does too much in a longer time for a cubic to follow.
+// [s] between samples; over a longer time a hand or a drone moves too much for a cubic.
 constexpr double kMaxGap = 0.3;
 constexpr int kNodes = 4;
 
@@ -228,7 +228,7 @@ std::unique_ptr<Trajectory> makeSmoothTrajectory(const std::vector<NavState>& sa
     if (error != nullptr) *error = problem.str();
     return nullptr;
   }
-  constexpr double kJitter = 0.95;  // keeps samples of just this rate whose stamps shake
+  constexpr double kJitter = 0.95;  // keeps samples at exactly this rate whose stamps jitter
   std::vector<NavState> thinned;
   for (const NavState& sample : samples) {
     // A stamp out of order is kept, for the check to name it.

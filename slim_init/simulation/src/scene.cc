@@ -7,16 +7,16 @@
 #include <limits>
 #include <sstream>
 
-#include "range_sentence.h"
+#include "range_message.h"
 
 namespace slim_init::simulation {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-constexpr double kMinDistance = 1e-6;  // [m] a ray that starts on a surface leaves it
+constexpr double kMinDistance = 1e-6;  // [m]; a ray that starts on a surface does not hit it
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// Turns w into the solid's own axes.
+// Rotation from w to the solid's own axes.
 Eigen::Vector3d toOwn(const Solid& solid, const Eigen::Vector3d& v_w) {
   if (solid.yaw_deg == 0.0) return v_w;
   const double c = std::cos(solid.yaw_deg * kPi / 180.0);
@@ -109,7 +109,7 @@ Eigen::Vector3d normalOf(const Solid& solid, int face, const Eigen::Vector3d& p)
   return normal.normalized();
 }
 
-// Signed distance to a solid; of a cylinder as if its radius were the smaller one.
+// Signed distance to a solid; for a cylinder with its smaller radius.
 double signedDistance(const Solid& solid, const Eigen::Vector3d& place_w) {
   const Eigen::Vector3d p = toOwn(solid, place_w - solid.center);
   Eigen::Vector3d q = p.cwiseAbs() - solid.half_size;
@@ -160,7 +160,7 @@ bool Scene::visible(const Eigen::Vector3d& from_w, const Eigen::Vector3d& to_w,
 }
 
 std::vector<SceneEdge> Scene::edges() const {
-  // An end on the surface of a neighbour is not inside it.
+  // An end on the surface of a neighbouring solid is not inside it.
   constexpr double kInside = -1e-4;  // [m]
   const auto buried = [this](std::size_t self, const Eigen::Vector3d& place_w) {
     for (std::size_t i = 0; i < solids.size(); ++i) {
@@ -199,40 +199,40 @@ double Scene::clearance(const Eigen::Vector3d& place_w) const {
 
 std::string Scene::validate() const {
   constexpr double kMaxLength = 1e4;  // [m]
-  std::string sentence;
+  std::string message;
   if (solids.empty()) return "solids is empty, must have at least one element";
-  requireWithin("ambient", ambient, 0.0, 10.0, &sentence);
-  for (std::size_t i = 0; i < looks.size() && sentence.empty(); ++i) {
+  requireWithin("ambient", ambient, 0.0, 10.0, &message);
+  for (std::size_t i = 0; i < looks.size() && message.empty(); ++i) {
     const std::string name = "looks[" + std::to_string(i) + "].";
-    requireWithin((name + "bright").c_str(), looks[i].bright, 0.0, 1.0, &sentence);
-    requireWithin((name + "dark").c_str(), looks[i].dark, 0.0, 1.0, &sentence);
-    requireWithin((name + "size_m").c_str(), looks[i].size_m, 1e-4, 1e3, &sentence);
-    requireWithin((name + "angle_deg").c_str(), looks[i].angle_deg, -360.0, 360.0, &sentence);
-    requireWithin((name + "glow").c_str(), looks[i].glow, 0.0, 10.0, &sentence);
+    requireWithin((name + "bright").c_str(), looks[i].bright, 0.0, 1.0, &message);
+    requireWithin((name + "dark").c_str(), looks[i].dark, 0.0, 1.0, &message);
+    requireWithin((name + "size_m").c_str(), looks[i].size_m, 1e-4, 1e3, &message);
+    requireWithin((name + "angle_deg").c_str(), looks[i].angle_deg, -360.0, 360.0, &message);
+    requireWithin((name + "glow").c_str(), looks[i].glow, 0.0, 10.0, &message);
   }
-  for (std::size_t i = 0; i < lights.size() && sentence.empty(); ++i) {
+  for (std::size_t i = 0; i < lights.size() && message.empty(); ++i) {
     const std::string name = "lights[" + std::to_string(i) + "].";
     for (int axis = 0; axis < 3; ++axis) {
       requireWithin((name + "position_w").c_str(), lights[i].position_w[axis], -kMaxLength,
-                    kMaxLength, &sentence);
+                    kMaxLength, &message);
     }
-    requireWithin((name + "brightness").c_str(), lights[i].brightness, 0.0, 100.0, &sentence);
-    requireWithin((name + "reach_m").c_str(), lights[i].reach_m, 1e-3, kMaxLength, &sentence);
+    requireWithin((name + "brightness").c_str(), lights[i].brightness, 0.0, 100.0, &message);
+    requireWithin((name + "reach_m").c_str(), lights[i].reach_m, 1e-3, kMaxLength, &message);
   }
-  for (std::size_t i = 0; i < solids.size() && sentence.empty(); ++i) {
+  for (std::size_t i = 0; i < solids.size() && message.empty(); ++i) {
     const std::string name = "solids[" + std::to_string(i) + "].";
     for (int axis = 0; axis < 3; ++axis) {
       requireWithin((name + "center").c_str(), solids[i].center[axis], -kMaxLength, kMaxLength,
-                    &sentence);
+                    &message);
       requireWithin((name + "half_size").c_str(), solids[i].half_size[axis], 1e-6, kMaxLength,
-                    &sentence);
+                    &message);
     }
-    requireWithin((name + "yaw_deg").c_str(), solids[i].yaw_deg, -360.0, 360.0, &sentence);
-    requireWithin((name + "axis").c_str(), solids[i].axis, 0, 2, &sentence);
+    requireWithin((name + "yaw_deg").c_str(), solids[i].yaw_deg, -360.0, 360.0, &message);
+    requireWithin((name + "axis").c_str(), solids[i].axis, 0, 2, &message);
     requireWithin((name + "look").c_str(), solids[i].look, 0, static_cast<int>(looks.size()) - 1,
-                  &sentence);
+                  &message);
   }
-  return sentence;
+  return message;
 }
 
 }  // namespace slim_init::simulation

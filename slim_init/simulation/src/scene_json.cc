@@ -128,8 +128,8 @@ bool sceneFromJson(const std::string& text, Scene* scene, std::string* error) {
   std::string where;
   try {
     Scene read = sceneFrom(Json::parse(text), &where);
-    if (const std::string sentence = read.validate(); !sentence.empty()) {
-      if (error != nullptr) *error = sentence;
+    if (const std::string message = read.validate(); !message.empty()) {
+      if (error != nullptr) *error = message;
       return false;
     }
     *scene = std::move(read);

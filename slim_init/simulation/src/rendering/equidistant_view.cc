@@ -24,11 +24,11 @@ Eigen::Vector2d EquidistantView::project(const Eigen::Vector3d& direction) const
 bool makeEquidistantView(const feature_tracker_lines::Camera& camera, double supersample,
                          EquidistantView* view, std::string* error) {
   constexpr double kMaxAngle = 87.5 * 3.141592653589793 / 180.0;
-  constexpr double kSpare = 2.0;  // [px] for the resampling
+  constexpr double kMargin = 2.0;  // [px], for the resampling
   const auto& parameters = camera.parameters();
   Eigen::Vector2d largest = Eigen::Vector2d::Zero();
   double largest_angle = 0.0;
-  // The border has the extremes.
+  // The extremes are on the border.
   const auto look = [&](double u, double v) {
     const Eigen::Vector2d angles = anglesOf(camera.bearing({u, v}));
     if (!(angles.norm() <= kMaxAngle)) {
@@ -50,8 +50,8 @@ bool makeEquidistantView(const feature_tracker_lines::Camera& camera, double sup
     if (!look(0.0, v) || !look(parameters.width - 1.0, v)) return false;
   }
   view->px_per_rad = supersample * camera.focalPx();
-  view->width = 2 * static_cast<int>(std::ceil(view->px_per_rad * largest.x() + kSpare));
-  view->height = 2 * static_cast<int>(std::ceil(view->px_per_rad * largest.y() + kSpare));
+  view->width = 2 * static_cast<int>(std::ceil(view->px_per_rad * largest.x() + kMargin));
+  view->height = 2 * static_cast<int>(std::ceil(view->px_per_rad * largest.y() + kMargin));
   // The corners of the picture are farther out than those of the image.
   const double corner = 0.5 * std::hypot(view->width, view->height) / view->px_per_rad;
   view->full_angle_rad = 2.0 * std::max(largest_angle, corner) * 1.001;

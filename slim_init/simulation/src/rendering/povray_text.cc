@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The scene in POV-Ray's language (version 3.7). Its coordinates are called left-handed, but all it
-// does with the camera is to add up the vectors it is given: with all of them in w, and `up` as the
-// camera's -y, nothing is mirrored.
+// The scene in POV-Ray's language (version 3.7). Its coordinates are called left-handed, but it
+// only adds the vectors that define the camera: with all of them in w, and `up` as the camera's -y,
+// nothing is mirrored.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <sstream>
@@ -76,8 +76,8 @@ std::string pigment(const Look& look) {
   return out.str();
 }
 
-// Columns: the pattern's across, up and out in the solid's own axes. Flat things carry their
-// pattern on their large side.
+// Columns: the pattern's across, up and out in the solid's own axes. Flat solids carry their
+// pattern on the large side.
 Matrix3d patternAxes(const Solid& solid, double angle_deg) {
   int out = 0;
   solid.half_size.minCoeff(&out);
@@ -157,7 +157,7 @@ std::string povrayText(const Scene& scene, const EquidistantView& view,
   array("Right", [&](std::size_t i) -> Vector3d { return poses[i].R_w_c.col(0); });
   array("Up", [&](std::size_t i) -> Vector3d { return -poses[i].R_w_c.col(1); });
   array("Forward", [&](std::size_t i) -> Vector3d { return poses[i].R_w_c.col(2); });
-  // Of a fisheye camera the lengths of `right` and `up` say how much of the circle of `angle` the
+  // For a fisheye camera the lengths of `right` and `up` set how much of the circle of `angle` the
   // picture shows.
   const double circle = view.px_per_rad * view.full_angle_rad;
   out << "#declare I=frame_number-1;\n"

@@ -21,7 +21,7 @@
 #include <thread>
 #include <utility>
 
-#include "range_sentence.h"
+#include "range_message.h"
 #include "slim_init/simulation/rendering.h"
 
 namespace slim_init::simulation {
@@ -34,11 +34,12 @@ constexpr const char* kSceneFile = "scene.pov";
 constexpr const char* kLogFile = "povray.log";
 constexpr const char* kPicturePrefix = "frame";
 
-void report(const std::string& sentence, std::string* error) {
-  if (error != nullptr) *error = sentence;
+void report(const std::string& message, std::string* error) {
+  if (error != nullptr) *error = message;
 }
 
-// Where a program is: as it stands when it has a slash, else along PATH; empty when nowhere.
+// Path of a program: the name itself if it contains a slash, otherwise found along PATH; empty if
+// there is none.
 std::string findProgram(const std::string& program) {
   if (program.empty()) return "";
   if (program.find('/') != std::string::npos) {
@@ -79,12 +80,12 @@ std::string lastLines(const fs::path& file, std::size_t count) {
 }  // namespace
 
 std::string RenderOptions::validate() const {
-  std::string sentence;
-  requireWithin("supersample", supersample, 0.25, 8.0, &sentence);
-  requireWithin("antialias_threshold", antialias_threshold, 0.0, 3.0, &sentence);
-  requireWithin("antialias_depth", antialias_depth, 1, 9, &sentence);
-  requireWithin("threads", threads, 1, 512, &sentence);
-  return sentence;
+  std::string message;
+  requireWithin("supersample", supersample, 0.25, 8.0, &message);
+  requireWithin("antialias_threshold", antialias_threshold, 0.0, 3.0, &message);
+  requireWithin("antialias_depth", antialias_depth, 1, 9, &message);
+  requireWithin("threads", threads, 1, 512, &message);
+  return message;
 }
 
 bool povrayAvailable(const std::string& program, std::string* error) {
@@ -125,7 +126,7 @@ class Renderer::Impl {
     if (std::string s = makeFolder(options.work_directory); !s.empty()) return s;
     {
       std::ofstream file(folder_ / kSceneFile);
-      // Of a single frame POV-Ray makes no animation, and no number in the name.
+      // For a single frame POV-Ray makes no animation and no number in the name.
       std::vector<CameraPose> drawn = poses;
       if (drawn.size() == 1) drawn.push_back(drawn.front());
       drawn_ = drawn.size();
@@ -142,7 +143,7 @@ class Renderer::Impl {
       report("all " + std::to_string(frames_) + " pictures have been taken", error);
       return {};
     }
-    // A picture is whole when POV-Ray has begun the next one or has ended.
+    // A picture is complete when POV-Ray has begun the next one or has ended.
     const fs::path mine = picture(done_ + 1);
     while (!ended_ && !(done_ + 2 <= drawn_ && fs::exists(picture(done_ + 2)))) {
       int status = 0;
@@ -276,7 +277,7 @@ class Renderer::Impl {
   EquidistantView view_;
   cv::Mat map_x_, map_y_;  // position in the view of every pixel of the image
   fs::path folder_;
-  std::size_t frames_ = 0;  // asked for
+  std::size_t frames_ = 0;  // requested
   std::size_t drawn_ = 0;   // by POV-Ray
   std::size_t digits_ = 1;  // of the numbers in the names of pictures
   std::size_t done_ = 0;
@@ -293,9 +294,9 @@ std::unique_ptr<Renderer> Renderer::start(const Scene& scene,
                                           const std::vector<CameraPose>& poses,
                                           const RenderOptions& options, std::string* error) {
   std::unique_ptr<Renderer> renderer(new Renderer);
-  if (const std::string sentence = renderer->impl_->start(scene, camera, poses, options);
-      !sentence.empty()) {
-    report(sentence, error);
+  if (const std::string message = renderer->impl_->start(scene, camera, poses, options);
+      !message.empty()) {
+    report(message, error);
     return nullptr;
   }
   return renderer;

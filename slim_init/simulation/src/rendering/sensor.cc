@@ -5,21 +5,21 @@
 #include <string>
 
 #include "random.h"
-#include "range_sentence.h"
+#include "range_message.h"
 #include "slim_init/simulation/rendering.h"
 
 namespace slim_init::simulation {
 
 std::string SensorOptions::validate() const {
-  std::string sentence;
-  requireWithin("gain", gain, 1e-3, 1e5, &sentence);
-  requireWithin("blur_px", blur_px, 0.0, 20.0, &sentence);
-  requireWithin("vignetting", vignetting, 0.0, 1.0, &sentence);
-  requireWithin("exposure_swing", exposure_swing, 0.0, 0.9, &sentence);
-  requireWithin("exposure_period_s", exposure_period_s, 0.1, 1e6, &sentence);
-  requireWithin("read_noise", read_noise, 0.0, 100.0, &sentence);
-  requireWithin("shot_noise", shot_noise, 0.0, 100.0, &sentence);
-  return sentence;
+  std::string message;
+  requireWithin("gain", gain, 1e-3, 1e5, &message);
+  requireWithin("blur_px", blur_px, 0.0, 20.0, &message);
+  requireWithin("vignetting", vignetting, 0.0, 1.0, &message);
+  requireWithin("exposure_swing", exposure_swing, 0.0, 0.9, &message);
+  requireWithin("exposure_period_s", exposure_period_s, 0.1, 1e6, &message);
+  requireWithin("read_noise", read_noise, 0.0, 100.0, &message);
+  requireWithin("shot_noise", shot_noise, 0.0, 100.0, &message);
+  return message;
 }
 
 cv::Mat expose(const cv::Mat& radiance, std::int64_t index, double t,

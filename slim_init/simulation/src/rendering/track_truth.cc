@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "range_sentence.h"
+#include "range_message.h"
 
 namespace slim_init::simulation {
 namespace {
@@ -42,7 +42,7 @@ std::optional<Vector3d> meet(const Face& face, const CameraPose& pose, const Vec
   return pose.t_w_c + distance * d;
 }
 
-// Unit vectors at right angles to a bearing.
+// Two unit vectors perpendicular to a bearing.
 std::pair<Vector3d, Vector3d> tangents(const Vector3d& bearing) {
   const Vector3d seed = std::abs(bearing.x()) < 0.7 ? Vector3d::UnitX() : Vector3d::UnitY();
   const Vector3d a = bearing.cross(seed).normalized();
@@ -168,7 +168,7 @@ class TrackTruth::Evaluation {
     return places;
   }
 
-  // Where a bearing meets a surface; a curved one is asked for along the ray itself.
+  // Where a bearing meets a surface; for a curved one the ray itself is cast.
   std::optional<Vector3d> placeOn(const Face& face, int frame, const Vector3d& bearing) const {
     const CameraPose& from = pose(frame);
     if (face.face != kMantle) return meet(face, from, bearing);
@@ -188,7 +188,7 @@ class TrackTruth::Evaluation {
     error.solid = face.solid;
     Vector2d pixel;
     if (camera_.project(place_c, &pixel)) {
-      constexpr double kSurface = 0.02;  // [m] what stands out of a wall less does not hide it
+      constexpr double kSurface = 0.02;  // [m]; a relief lower than this does not hide a wall
       error.error_px = (pixel - seen.observation->pixel).norm();
       error.occluded = !scene_.visible(to.t_w_c, place_w, kSurface);
     } else {
@@ -217,7 +217,7 @@ class TrackTruth::Evaluation {
     }
     quality->points.insert(quality->points.end(), best.errors.begin(), best.errors.end());
 
-    // From keyframe to keyframe, anew from the surface.
+    // From keyframe to keyframe, starting again from the surface.
     for (std::size_t k = 1; k < track.size(); ++k) {
       const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
       const PointObservation* from = before < 0 ? nullptr : seenAt(track, before);
@@ -237,7 +237,7 @@ class TrackTruth::Evaluation {
     const Vector3d& end = first.observation->end_bearing;
     const Vector3d normal = start.cross(end).normalized();
     constexpr int kPlaces = 5;
-    std::vector<std::pair<Face, int>> counted;  // and at how many places
+    std::vector<std::pair<Face, int>> counted;  // and the number of places where it is seen
     for (int i = 0; i < kPlaces; ++i) {
       const double s = 0.1 + 0.8 * i / (kPlaces - 1);
       const Vector3d on = ((1.0 - s) * start + s * end).normalized();
@@ -291,7 +291,7 @@ class TrackTruth::Evaluation {
     error.solid = face.solid;
     error.offset_px = std::abs(std::asin(std::clamp(middle.dot(normal), -1.0, 1.0))) / px_;
     error.end_px = std::max(std::abs(seen_start.dot(normal)), std::abs(seen_end.dot(normal))) / px_;
-    // Both directions in the plane at right angles to the segment's middle.
+    // Both directions in the plane perpendicular to the segment's middle.
     const Vector3d observed = seen_start.cross(seen_end).cross(middle).normalized();
     const Vector3d truth = normal.cross(middle).normalized();
     error.angle_deg = std::asin(std::clamp(observed.cross(truth).norm(), 0.0, 1.0)) / kDegree;
@@ -334,16 +334,16 @@ class TrackTruth::Evaluation {
   const TrackTruthOptions& options_;
   const std::vector<View>& views_;
   double px_;                         // [rad] of one pixel at the axis
-  std::vector<int> keyframe_before_;  // of a view that is a keyframe; else -1
+  std::vector<int> keyframe_before_;  // of a view that is a keyframe; otherwise -1
 };
 
 std::string TrackTruthOptions::validate() const {
-  std::string sentence;
-  requireWithin("outlier_px", outlier_px, 0.01, 1e3, &sentence);
-  requireWithin("border_px", border_px, 0.0, 100.0, &sentence);
-  requireWithin("keyframe_interval_s", keyframe_interval_s, 1e-3, 1e3, &sentence);
-  requireWithin("same_line_px", same_line_px, 0.01, 1e3, &sentence);
-  return sentence;
+  std::string message;
+  requireWithin("outlier_px", outlier_px, 0.01, 1e3, &message);
+  requireWithin("border_px", border_px, 0.0, 100.0, &message);
+  requireWithin("keyframe_interval_s", keyframe_interval_s, 1e-3, 1e3, &message);
+  requireWithin("same_line_px", same_line_px, 0.01, 1e3, &message);
+  return message;
 }
 
 TrackTruth::TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera,

@@ -28,17 +28,17 @@ struct FeatureSimulationOptions {
   double pixel_noise = 0.6;          ///< point observation, standard deviation per axis [px]
   double line_noise = 0.7;           ///< line end point, standard deviation per axis [px]
   double drift = 0.0;                ///< random walk of a point track, per frame and axis [px]
-  double outlier_rate = 0.0;         ///< share of point tracks that slide off at constant velocity
-  double outlier_speed = 0.8;        ///< standard deviation of that velocity [px/frame]
-  double track_life = 36.0;  ///< mean life of a track [frames]; tracks end earlier when unseen
-  double line_slide = 0.25;  ///< largest share of a segment cut from each end, anew per frame
+  double outlier_rate = 0.0;  ///< share of point tracks that leave their point at constant velocity
+  double outlier_speed = 0.8;  ///< standard deviation of that velocity [px/frame]
+  double track_life = 36.0;    ///< mean life of a track [frames]; tracks end earlier out of sight
+  double line_slide = 0.25;    ///< largest share of a segment cut from each end, drawn per frame
   double line_fragmentation = 0.0;   ///< chance per line and frame that the track breaks (new id)
   double line_misassociation = 0.0;  ///< chance per line and frame that it jumps to a wrong segment
                                      ///< under the same id, for the rest of the track
   double min_line_length_px = 25.0;  ///< shorter segments are not seen
   unsigned seed = 1;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
@@ -52,14 +52,14 @@ struct FeatureSimulationCounts {
 };
 
 /// Projects the world at the camera poses T_w_b(t + td) * T_b_c for every image time t (ascending,
-/// on the camera clock). Times outside the trajectory are an error of the caller: they are clamped.
+/// on the camera clock). Times outside the trajectory are clamped.
 ///
-/// A track lives while its point is in view and its life, drawn once, lasts; what is lost is
-/// replaced by a random choice of what is in view. Ids start at 0, separately for points and lines,
-/// and are never used again. Observations are ascending in id. Point, line, noise, life and outlier
+/// A track ends when its point leaves the view or its life, drawn once, is over; lost tracks are
+/// replaced by random ones of what is in view. Ids start at 0, separately for points and lines,
+/// and are never reused. Observations are ascending in id. Point, line, noise, life and outlier
 /// streams are independent and derived from the seed: equal seeds give equal bytes, the points do
-/// not move when the lines are switched off, and noise levels do not change which tracks there are.
-/// Options that do not validate() give no frames.
+/// not change when the lines are switched off, and noise levels do not change which tracks there
+/// are. Options that do not validate() give no frames.
 std::vector<FrameObservation> simulateFeatures(const Trajectory& trajectory, const World& world,
                                                const Calibration& calibration,
                                                const std::vector<double>& image_times,

@@ -18,15 +18,15 @@ struct ImuSimulationOptions {
   double gravity_magnitude = 9.81007;                                    ///< [m/s^2]
   unsigned seed = 1;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound. A
+  /// Returns an empty string, or a message naming the field, its value and the violated bound. A
   /// density of zero is allowed here.
   std::string validate() const;
 };
 
 /// Samples gyro = omega_b + bias + noise and accel = R_w_b^T (a_w_b - g_w) + bias + noise at
 /// begin() + k / rate_hz over the whole trajectory. Gyro and accelerometer noise are independent
-/// streams derived from the seed: the noise of one does not move when the density of the other is
-/// changed. Options that do not validate() give no samples.
+/// streams derived from the seed: the noise of one does not change with the density of the other.
+/// Options that do not validate() give no samples.
 std::vector<ImuSample> simulateImu(const Trajectory& trajectory,
                                    const ImuSimulationOptions& options);
 

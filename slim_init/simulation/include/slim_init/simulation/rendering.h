@@ -36,12 +36,12 @@ struct RenderOptions {
   /// folder of its own is made in it, and removed at the end.
   std::string work_directory = ".";
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
 /// The picture that POV-Ray draws: equidistant (pixels per angle from the axis are constant), so
-/// that any lens up to 175 deg from corner to corner is drawn with few pixels to spare. The lens is
+/// that any lens up to 175 deg from corner to corner is drawn with few unused pixels. The lens is
 /// applied afterwards by resampling.
 struct EquidistantView {
   int width = 0;            ///< [px]
@@ -53,8 +53,8 @@ struct EquidistantView {
   Eigen::Vector2d project(const Eigen::Vector3d& direction) const;
 };
 
-/// The smallest view in which every pixel of the camera lies, with two pixels to spare. False and a
-/// sentence when a pixel has no ray or one beyond 87.5 deg from the axis.
+/// The smallest view in which every pixel of the camera lies, with a margin of two pixels. False
+/// and a message when a pixel has no ray or one beyond 87.5 deg from the axis.
 bool makeEquidistantView(const feature_tracker_lines::Camera& camera, double supersample,
                          EquidistantView* view, std::string* error);
 
@@ -68,7 +68,7 @@ bool povrayAvailable(const std::string& program, std::string* error);
 /// One animation run of POV-Ray as a child process, and its pictures one by one as they are done.
 class Renderer {
  public:
-  /// Starts the run. Null and a sentence in `error` when options, scene or camera are refused or
+  /// Starts the run. Null and a message in `error` when options, scene or camera are refused or
   /// the program cannot be started.
   static std::unique_ptr<Renderer> start(const Scene& scene,
                                          const feature_tracker_lines::CameraParameters& camera,
@@ -79,8 +79,8 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// The picture at the next pose, waiting for it: radiance as the lens throws it onto the sensor,
-  /// CV_32FC1, 1 is a white wall in full light. Empty and a sentence with POV-Ray's last lines when
+  /// Waits for the picture at the next pose: radiance on the sensor behind the lens, CV_32FC1, 1 is
+  /// a white wall in full light. Empty and a message with POV-Ray's last lines when
   /// it failed, or when all poses are done.
   cv::Mat next(std::string* error);
 
@@ -90,7 +90,7 @@ class Renderer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The sensor. Defaults are near EuRoC's MT9M034 indoors.
+/// The sensor. The defaults resemble EuRoC's MT9M034 indoors.
 struct SensorOptions {
   double gain = 255.0;             ///< grey level of radiance 1
   double blur_px = 0.5;            ///< standard deviation of the lens's point spread [px]
@@ -101,12 +101,12 @@ struct SensorOptions {
   double shot_noise = 0.04;        ///< variance per grey level of signal [grey levels]
   unsigned seed = 1;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
-/// What the sensor makes of a radiance picture (CV_32FC1) at time t [s]: CV_8UC1. Noise depends on
-/// the seed and on `index`, the number of the image.
+/// Image that the sensor makes of a radiance picture (CV_32FC1) at time t [s]: CV_8UC1. Noise
+/// depends on the seed and on `index`, the number of the image.
 cv::Mat expose(const cv::Mat& radiance, std::int64_t index, double t, const SensorOptions& options);
 
 }  // namespace slim_init::simulation

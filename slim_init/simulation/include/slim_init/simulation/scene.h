@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Scenes to take pictures of: solids with patterns on them, described once. POV-Ray draws them
-// (rendering.h), and the ray caster here tells what is seen where.
+// Scenes for rendered sequences: solids with patterns on them, described once. POV-Ray draws them
+// (rendering.h), and the ray caster here determines what is seen where.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace slim_init::simulation {
 
-/// What is painted on a surface. Lengths are Look::size_m.
+/// Pattern of a surface. Lengths are Look::size_m.
 enum class Pattern {
   kPlain,    ///< one brightness
   kPlaster,  ///< faint blotches of a painted wall
@@ -31,15 +31,15 @@ struct Look {
   double bright = 0.6;     ///< in [0, 1]
   double dark = 0.3;       ///< in [0, 1]; not used by kPlain
   double size_m = 0.2;     ///< of one element of the pattern
-  double angle_deg = 0.0;  ///< turn of the pattern within the surface
+  double angle_deg = 0.0;  ///< rotation of the pattern within the surface
   double glow = 0.0;       ///< emitted brightness, for lamps and window panes
 };
 
 /// Shape of a solid.
 enum class Shape { kBox, kCylinder };
 
-/// A solid: a box along its own axes, turned by `yaw_deg` about the vertical through its centre, or
-/// a cylinder along one of its axes (elliptic where the other two half sizes differ).
+/// A solid: a box along its own axes, rotated by `yaw_deg` about the vertical through its centre,
+/// or a cylinder along one of its axes (elliptic where the other two half sizes differ).
 struct Solid {
   std::string name;
   Shape shape = Shape::kBox;
@@ -50,8 +50,8 @@ struct Solid {
   int look = 0;  ///< index into Scene::looks
 };
 
-/// A lamp without shadow: twice as bright close by, falling with the square of the distance far
-/// off.
+/// A lamp without shadow: twice as bright at close range, falling with the square of the distance
+/// at long range.
 struct Light {
   Eigen::Vector3d position_w = Eigen::Vector3d::Zero();  ///< [m]
   double brightness = 0.5;                               ///< at `reach_m`
@@ -80,8 +80,8 @@ const std::vector<std::string>& sceneNames();
 
 /// Solids, their looks and the lights: everything that rendering and ray casting need.
 struct Scene {
-  std::string kind;  ///< one of sceneNames(), or a name of the user's own
-  Box hull;          ///< inside of the walls
+  std::string kind;  ///< one of sceneNames(), or a name of the user's
+  Box hull;          ///< space inside the walls
   double ambient = 0.3;
   std::vector<Look> looks;
   std::vector<Light> lights;
@@ -91,8 +91,8 @@ struct Scene {
   /// than a micrometre. A ray from inside a solid meets its far side.
   RayHit castRay(const Eigen::Vector3d& origin_w, const Eigen::Vector3d& direction_w) const;
 
-  /// Whether nothing stands between a place and a point on a surface. What is nearer to the point
-  /// than `tolerance_m` is the surface itself.
+  /// Whether nothing stands between a place and a point on a surface. Anything nearer to the point
+  /// than `tolerance_m` counts as the surface itself.
   bool visible(const Eigen::Vector3d& from_w, const Eigen::Vector3d& to_w,
                double tolerance_m = 0.01) const;
 
@@ -102,7 +102,7 @@ struct Scene {
   /// Distance from a place to the nearest surface [m]; negative inside a solid.
   double clearance(const Eigen::Vector3d& place_w) const;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
@@ -112,17 +112,17 @@ struct SceneOptions {
   unsigned seed = 1;
 };
 
-/// Builds a scene around the path of a camera: as large as its kind is by nature, grown where
+/// Builds a scene around the path of a camera: of its kind's usual size, enlarged where
 /// needed so that the path keeps its distance from walls (0.5 m in the corridor, 1 m elsewhere) and
-/// furniture (0.7 m). Unknown kind, or a path without a finite place: false and a sentence.
+/// furniture (0.7 m). Unknown kind, or a path without a finite position: false and a message.
 bool makeScene(const SceneOptions& options, const std::vector<Eigen::Vector3d>& path_w,
                Scene* scene, std::string* error);
 
 /// The scene as JSON: every solid, look and light in the names of these structs, so that truth can
-/// be computed later, also for scenes of the user's own.
+/// be computed later. Users can write scenes of their own in this format.
 std::string sceneToJson(const Scene& scene);
 
-/// Reads sceneToJson()'s text. False and a sentence naming the key or element at fault.
+/// Reads sceneToJson()'s text. False and a message naming the key or element at fault.
 bool sceneFromJson(const std::string& text, Scene* scene, std::string* error);
 
 }  // namespace slim_init::simulation

@@ -25,7 +25,7 @@ struct TrackTruthOptions {
   /// this distance of it.
   double same_line_px = 2.5;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 

@@ -42,14 +42,14 @@ const std::vector<std::string>& builtinTrajectoryNames();
 /// Makes a built-in motion over [0, duration_s], about 1.5 m above the floor z = 0. The camera of
 /// `R_b_c` looks along x on average, which for the walks is the direction of travel. All
 /// derivatives are exact. `seed` sets the phases. Unknown name, a duration that is not positive or
-/// an `R_b_c` that is no rotation: null, and a sentence in `error`.
+/// an `R_b_c` that is no rotation: null, and a message in `error`.
 std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, double duration_s,
                                                   const Eigen::Matrix3d& R_b_c, unsigned seed,
                                                   std::string* error = nullptr);
 
 /// Interpolates recorded poses: a cubic through the four nearest samples, in position and in the
 /// tangent space of the rotation. Needs at least four samples with finite poses and ascending
-/// times, else null and a sentence in `error`. Velocity comes from the samples' v_w_b where all
+/// times, else null and a message in `error`. Velocity comes from the samples' v_w_b where all
 /// four are finite, else from the derivative of the cubic; a_w_b is the derivative of that
 /// velocity, omega_b of the rotation. Pose is continuous; its derivatives step slightly at the
 /// samples. A gap of more than 0.3 s between samples is interpolated all the same, but covers() is

@@ -6,14 +6,14 @@
 
 namespace slim_init::simulation {
 
-/// Writes a sentence naming field, value and bounds when `sentence` is still empty and `value` is
+/// Writes a message naming field, value and bounds when `message` is still empty and `value` is
 /// outside [min, max] or not a number.
 template <typename T>
-void requireWithin(const char* name, T value, T min, T max, std::string* sentence) {
-  if (!sentence->empty() || (value >= min && value <= max)) return;
+void requireWithin(const char* name, T value, T min, T max, std::string* message) {
+  if (!message->empty() || (value >= min && value <= max)) return;
   std::ostringstream out;
   out << name << " is " << value << ", must be in [" << min << ", " << max << "]";
-  *sentence = out.str();
+  *message = out.str();
 }
 
 }  // namespace slim_init::simulation

@@ -1,0 +1,204 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Objects on the floor of the built-in scenes.
+#include <algorithm>
+
+#include "scene_parts.h"
+
+namespace slim_init::simulation {
+
+using Eigen::Vector3d;
+
+void addCupboard(SceneBuilder* b, Finish finish) {
+  Random& random = b->random;
+  const Vector3d size(random.uniform(0.8, 1.5), random.uniform(0.4, 0.7), random.uniform(0.8, 1.9));
+  const bool turned = random.uniform() < 0.5;
+  Box place;
+  const Vector3d turned_size(size.y(), size.x(), size.z());
+  if (!b->standing(turned ? turned_size : size, Standing::kAlongWalls, &place)) return;
+  Look body{Pattern::kPlanks, random.uniform(0.4, 0.6), random.uniform(0.2, 0.35), 0.15, 0.0, 0.0};
+  if (finish == Finish::kPlain) body = plain(random.uniform(0.3, 0.6));
+  b->box("cupboard", place.min, place.max, b->look(body));
+  // Doors stand 1 cm proud on all four long sides, so that whichever is seen has them.
+  const int axis = turned ? 1 : 0;
+  const int door = b->look(plain(random.uniform(0.25, 0.65)));
+  const int knob = b->look(plain(0.1));
+  const double half = 0.5 * (place.max[axis] - place.min[axis]);
+  for (int i = 0; i < 2; ++i) {
+    Vector3d min = place.min;
+    Vector3d max = place.max;
+    min[1 - axis] -= 0.01;
+    max[1 - axis] += 0.01;
+    min[axis] = place.min[axis] + i * half + 0.03;
+    max[axis] = place.min[axis] + (i + 1) * half - 0.03;
+    min.z() += 0.08;
+    max.z() -= 0.05;
+    b->box("cupboard door", min, max, door);
+    const double u = i == 0 ? max[axis] - 0.06 : min[axis] + 0.03;
+    Vector3d kmin = min;
+    Vector3d kmax = max;
+    kmin[axis] = u;
+    kmax[axis] = u + 0.03;
+    kmin[1 - axis] -= 0.02;
+    kmax[1 - axis] += 0.02;
+    kmin.z() = 0.5 * (min.z() + max.z()) - 0.08;
+    kmax.z() = kmin.z() + 0.16;
+    b->box("knob", kmin, kmax, knob);
+  }
+}
+
+void addTable(SceneBuilder* b, Finish finish) {
+  Random& random = b->random;
+  const Vector3d size(random.uniform(1.0, 1.6), random.uniform(0.6, 0.9), 0.74);
+  Box place;
+  if (!b->standing(size, Standing::kAnywhere, &place)) return;
+  Look top{Pattern::kPlanks, 0.55, 0.35, 0.12, 0.0, 0.0};
+  if (finish == Finish::kPlain) top = plain(0.5);
+  b->box("table top", {place.min.x(), place.min.y(), place.max.z() - 0.04}, place.max,
+         b->look(top));
+  const int leg = b->look(plain(0.15));
+  for (int i = 0; i < 4; ++i) {
+    const double x = i % 2 == 0 ? place.min.x() + 0.03 : place.max.x() - 0.08;
+    const double y = i / 2 == 0 ? place.min.y() + 0.03 : place.max.y() - 0.08;
+    b->box("table leg", {x, y, place.min.z()}, {x + 0.05, y + 0.05, place.max.z() - 0.04}, leg);
+  }
+  // Books and boxes on it.
+  const int things = 2 + random.index(3);
+  for (int i = 0; i < things; ++i) {
+    const double x = random.uniform(place.min.x() + 0.2, place.max.x() - 0.2);
+    const double y = random.uniform(place.min.y() + 0.2, place.max.y() - 0.2);
+    const Vector3d half(random.uniform(0.06, 0.16), random.uniform(0.05, 0.12),
+                        random.uniform(0.03, 0.18));
+    const Vector3d center(x, y, place.max.z() + half.z());
+    b->box("thing", center - half, center + half,
+           b->look(finish == Finish::kPatterned ? posterLook(&random)
+                                                : plain(random.uniform(0.15, 0.7))),
+           random.uniform(-60.0, 60.0));
+  }
+}
+
+void addCrates(SceneBuilder* b, Finish finish, double scale) {
+  Random& random = b->random;
+  const double s = scale * random.uniform(0.4, 0.8);
+  Box place;
+  // The diagonal of the crate, which is turned.
+  const double side = 1.42 * s;
+  if (!b->standing({side, side, 1.7 * s}, Standing::kAnywhere, &place)) return;
+  const Vector3d foot(0.5 * (place.min.x() + place.max.x()), 0.5 * (place.min.y() + place.max.y()),
+                      place.min.z());
+  const auto crate = [&](double size, double base) {
+    const double yaw = random.uniform(-45.0, 45.0);
+    const Vector3d half(0.5 * size, 0.5 * size, 0.5 * size);
+    const Vector3d center = foot + Vector3d(0.0, 0.0, base + half.z());
+    Look body{Pattern::kPlanks,          random.uniform(0.45, 0.65),
+              random.uniform(0.2, 0.35), 0.12,
+              90.0 * random.index(2),    0.0};
+    if (finish == Finish::kPlain) body = plain(random.uniform(0.25, 0.7));
+    b->box("crate", center - half, center + half, b->look(body), yaw);
+    // Battens around it.
+    const int batten = b->look(plain(finish == Finish::kPatterned ? 0.25 : 0.5));
+    for (const double z : {-0.38, 0.38}) {
+      const Vector3d rim(1.06 * half.x(), 1.06 * half.y(), 0.06 * size);
+      const Vector3d at = center + Vector3d(0.0, 0.0, z * size);
+      b->box("batten", at - rim, at + rim, batten, yaw);
+    }
+  };
+  crate(s, 0.0);
+  if (random.uniform() < 0.6) crate(0.7 * s, s);
+}
+
+namespace {
+
+Look panelLook(Random* random) {
+  switch (random->index(5)) {
+    case 0: return {Pattern::kStripes, 0.6, 0.1, 0.05, 90.0 * random->index(2), 0.0};
+    case 1: return {Pattern::kMosaic, 0.75, 0.1, random->uniform(0.06, 0.2), 0.0, 0.0};
+    case 2: return {Pattern::kChecker, 0.5, 0.2, 0.08, 0.0, 0.0};
+    default: return plain(random->uniform(0.1, 0.75));
+  }
+}
+
+// Dials and bolts, which stand out of both faces of a panel.
+void addDials(SceneBuilder* b, const Box& panel, int normal) {
+  Random& random = b->random;
+  const int across = 1 - normal;
+  const int dial = b->look(plain(random.uniform() < 0.5 ? 0.85 : 0.05));
+  for (int i = 0; i < 3; ++i) {
+    const double a = random.uniform(panel.min[across] + 0.03, panel.max[across] - 0.1);
+    const double z = random.uniform(panel.min.z() + 0.03, panel.max.z() - 0.1);
+    Vector3d min = panel.min;
+    Vector3d max = panel.max;
+    min[normal] -= 0.012;
+    max[normal] += 0.012;
+    min[across] = a;
+    max[across] = a + random.uniform(0.03, 0.07);
+    min.z() = z;
+    max.z() = z + random.uniform(0.03, 0.07);
+    b->box("dial", min, max, dial);
+  }
+}
+
+// Panels side by side on one side of a machine, up to the height `top`.
+void addPanels(SceneBuilder* b, const Box& place, int side, double top) {
+  Random& random = b->random;
+  const int normal = side / 2;
+  const int across = 1 - normal;
+  const double place_n = side % 2 == 0 ? place.min[normal] + 0.05 : place.max[normal] - 0.05;
+  double u = place.min[across] + 0.15;
+  while (place.max[across] - u > 0.5) {
+    const double w = std::min(random.uniform(0.35, 0.9), place.max[across] - 0.15 - u);
+    const double z0 = random.uniform(place.min.z() + 0.3, place.min.z() + 0.5);
+    const double z1 = std::min(top - 0.1, z0 + random.uniform(0.4, 1.5));
+    if (w > 0.2 && z1 - z0 > 0.2) {
+      Box panel;
+      panel.min[normal] = place_n - 0.02;
+      panel.max[normal] = place_n + 0.02;
+      panel.min[across] = u;
+      panel.max[across] = u + w;
+      panel.min.z() = z0;
+      panel.max.z() = z1;
+      b->box("panel", panel.min, panel.max, b->look(panelLook(&random)));
+      addDials(b, panel, normal);
+    }
+    u += w + random.uniform(0.08, 0.3);
+  }
+}
+
+// A motor on a machine, and a pipe from it to the ceiling where the path leaves space.
+void addMotorAndPipe(SceneBuilder* b, const Box& place, double top) {
+  Random& random = b->random;
+  const Vector3d motor(random.uniform(place.min.x() + 0.2, place.max.x() - 0.7),
+                       random.uniform(place.min.y() + 0.2, place.max.y() - 0.7), top);
+  b->box("motor", motor, {motor.x() + 0.5, motor.y() + 0.4, place.max.z()},
+         b->look({Pattern::kStripes, 0.45, 0.15, 0.04, 0.0, 0.0}));
+  const double r = random.uniform(0.05, 0.12);
+  const Vector3d foot(place.min.x() + 0.1 + r, place.min.y() + 0.1 + r, top);
+  const Box pipe{{foot.x() - r, foot.y() - r, foot.z()},
+                 {foot.x() + r, foot.y() + r, b->ceiling()}};
+  if (b->clearOfPath(pipe, kFurnitureClearance)) {
+    b->cylinder("pipe", pipe.min, pipe.max, 2, b->look(plain(random.uniform(0.3, 0.7))));
+  }
+}
+
+}  // namespace
+
+void addMachine(SceneBuilder* b) {
+  Random& random = b->random;
+  const Vector3d size(random.uniform(1.2, 3.5), random.uniform(1.0, 2.2), random.uniform(1.2, 3.0));
+  const bool turned = random.uniform() < 0.5;
+  const Standing where = random.uniform() < 0.5 ? Standing::kAlongWalls : Standing::kAnywhere;
+  Box place;
+  const Vector3d turned_size(size.y(), size.x(), size.z());
+  if (!b->standing(turned ? turned_size : size, where, &place)) return;
+  // The motor takes the upper quarter.
+  Vector3d top = place.max;
+  top.z() -= 0.25 * (place.max.z() - place.min.z());
+  Look body{Pattern::kGranite, random.uniform(0.35, 0.6), random.uniform(0.2, 0.3), 1.5, 0.0, 0.0};
+  b->box("machine base", place.min, {top.x(), top.y(), place.min.z() + 0.15}, b->look(plain(0.12)));
+  b->box("machine", {place.min.x() + 0.05, place.min.y() + 0.05, place.min.z() + 0.15},
+         {top.x() - 0.05, top.y() - 0.05, top.z()}, b->look(body));
+  for (int side = 0; side < 4; ++side) addPanels(b, place, side, top.z());
+  addMotorAndPipe(b, place, top.z());
+}
+
+}  // namespace slim_init::simulation
