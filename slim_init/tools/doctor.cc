@@ -23,8 +23,8 @@
 namespace slim_init::tools {
 namespace {
 
-int fail(const std::string& sentence) {
-  std::cerr << "slim_init: " << sentence << "\n";
+int fail(const std::string& message) {
+  std::cerr << "slim_init: " << message << "\n";
   return kExitBadInput;
 }
 

@@ -14,7 +14,7 @@ std::vector<AbOption> doctorOptionTable(DoctorCommand* command) {
        "sensor.yaml files beside the data)",
        ""},
       {"options", &c.options_file, "FILE",
-       "YAML file whose section slim_init: wins over --config's", ""},
+       "YAML file whose section slim_init: takes precedence over --config's", ""},
       {"limit", &c.limit, "N", "Stop after this many images (0: no limit)", "", 0, 1000000000},
       {"json", &c.json, "FILE", "Write the findings here as well, for machines", ""},
       {"quiet", &c.quiet, "", "No progress bar and no table", ""},

@@ -22,7 +22,7 @@ struct DoctorCommand {
 /// All options, bound to the fields of `command`; see abOptionTable().
 std::vector<AbOption> doctorOptionTable(DoctorCommand* command);
 
-/// Checks what a single option cannot know. Returns an empty string or a sentence.
+/// Checks conditions over several options. Returns an empty string or a message.
 std::string checkDoctorOptions(const DoctorCommand& command);
 
 }  // namespace slim_init::tools

@@ -213,11 +213,11 @@ TEST_F(DoctorTool, StopsAtTheLimitAndKeepsQuiet) {
   const ProgramRun run = doctor({"--asl", room(), "--limit", "30", "--quiet"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.out + run.err, "");
-  EXPECT_TRUE(contains(finding("image_order").at("sentence"), "30 images"));
+  EXPECT_TRUE(contains(finding("image_order").at("message"), "30 images"));
 }
 
 TEST_F(DoctorTool, RefusesWhatItCannotUse) {
-  const auto sentence = [this](const std::vector<std::string>& arguments) {
+  const auto message = [this](const std::vector<std::string>& arguments) {
     std::vector<std::string> all = {"doctor"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     const ProgramRun run = runProgram(folder_, all);
@@ -225,13 +225,13 @@ TEST_F(DoctorTool, RefusesWhatItCannotUse) {
     EXPECT_EQ(run.out, "");
     return run.err;
   };
-  EXPECT_TRUE(contains(sentence({}), "give one of --asl DIR and --bag FILE"));
-  EXPECT_TRUE(contains(sentence({"--asl", room(), "--bag", "x"}), "give one of"));
-  EXPECT_TRUE(contains(sentence({"--bag", "x"}), "--bag needs --config"));
-  EXPECT_TRUE(contains(sentence({"--asl", folder_.file("none")}), "is not a directory"));
-  EXPECT_TRUE(contains(sentence({"--asl", room(), "--config", folder_.file("none")}), "--config"));
+  EXPECT_TRUE(contains(message({}), "give one of --asl DIR and --bag FILE"));
+  EXPECT_TRUE(contains(message({"--asl", room(), "--bag", "x"}), "give one of"));
+  EXPECT_TRUE(contains(message({"--bag", "x"}), "--bag needs --config"));
+  EXPECT_TRUE(contains(message({"--asl", folder_.file("none")}), "is not a directory"));
+  EXPECT_TRUE(contains(message({"--asl", room(), "--config", folder_.file("none")}), "--config"));
   EXPECT_TRUE(
-      contains(sentence({"--asl", room(), "--json", folder_.file("none/x.json")}), "--json"));
+      contains(message({"--asl", room(), "--json", folder_.file("none/x.json")}), "--json"));
 }
 
 TEST_F(DoctorTool, RealImagesStandingStill) {

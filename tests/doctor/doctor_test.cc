@@ -119,7 +119,7 @@ TEST_F(Doctor, SaysWhatItCannotCheckStandingStill) {
   EXPECT_EQ(find(report, "gravity").severity, Severity::kOk);
   EXPECT_EQ(find(report, "gyro_bias").severity, Severity::kOk);
   EXPECT_EQ(find(report, "acceleration").severity, Severity::kNote);
-  EXPECT_NE(find(report, "acceleration").sentence.find("stands still"), std::string::npos);
+  EXPECT_NE(find(report, "acceleration").message.find("stands still"), std::string::npos);
 }
 
 TEST_F(Doctor, MeasuresTheTimeOffset) {
@@ -197,7 +197,7 @@ TEST_F(Doctor, FindsTheGyroInDegrees) {
   const DoctorReport report = examined(data);
   EXPECT_TRUE(complaints(report).count("gyro_scale")) << doctorText(report, false);
   EXPECT_NEAR(find(report, "gyro_scale").value, kDegPerRad, 1.0);
-  EXPECT_NE(find(report, "gyro_scale").sentence.find("deg/s"), std::string::npos);
+  EXPECT_NE(find(report, "gyro_scale").message.find("deg/s"), std::string::npos);
   EXPECT_EQ(find(report, "gyro_scale").severity, Severity::kError);
   // The rest is measured in spite of it.
   EXPECT_EQ(find(report, "time_offset").severity, Severity::kOk);
@@ -216,7 +216,7 @@ TEST_F(Doctor, FindsTheAccelerometerInG) {
     const DoctorReport report = examined(data);
     EXPECT_EQ(complaints(report), Names{"accel_unit"}) << doctorText(report, false);
     EXPECT_EQ(report.exitCode(), 2);
-    EXPECT_NE(find(report, "accel_unit").sentence.find("in g"), std::string::npos);
+    EXPECT_NE(find(report, "accel_unit").message.find("in g"), std::string::npos);
   }
 }
 
@@ -393,7 +393,7 @@ TEST_F(Doctor, WritesATableAndJson) {
   Names names;
   for (const auto& f : json["findings"]) {
     names.insert(f["check"].get<std::string>());
-    EXPECT_FALSE(f["sentence"].get<std::string>().empty()) << f["check"];
+    EXPECT_FALSE(f["message"].get<std::string>().empty()) << f["check"];
     if (f["severity"] == "error") {
       EXPECT_FALSE(f["advice"].get<std::string>().empty()) << f["check"];
     }

@@ -31,7 +31,7 @@ Severity severityBelow(double value, const DoctorOptions::Bound& bound) {
 std::string number(double value, int digits) {
   char text[64];
   std::snprintf(text, sizeof(text), "%.*g", digits, value);
-  // No sentence is easier to read for an exponent.
+  // Messages are easier to read without exponents.
   if (std::string(text).find('e') != std::string::npos) {
     std::snprintf(text, sizeof(text), std::abs(value) < 1.0 ? "%.1g" : "%.0f", value);
   }

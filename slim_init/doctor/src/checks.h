@@ -28,20 +28,21 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
 /// Agreement of both rotations, unit and axes of the gyro, time offset, extrinsic rotation.
 void checkRotation(const DoctorData& data, const RotationAlignment& alignment,
                    const DoctorOptions& options, Findings* findings);
-/// Whether there is motion to initialize with.
+/// Whether there is enough motion to initialize.
 void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
                      const DoctorOptions& options, Findings* findings);
 
-/// Severity of a value that must not exceed (`above`: come below) the bound.
+/// Severity of a value that must not exceed the bound (severityBelow: fall below it).
 Severity severityAbove(double value, const DoctorOptions::Bound& bound);
 Severity severityBelow(double value, const DoctorOptions::Bound& bound);
 
-/// A number for a sentence, with as many digits as it needs: "0.0123", "9.81", "200".
+/// A number for a message, without exponent: "0.0123", "9.81", "200".
 std::string number(double value, int digits = 3);
 /// "1.2 %"
 std::string percent(double share);
 
-/// Appends; the caller fills in sentence and advice.
+/// Appends a finding; the caller fills in message and advice. The reference is valid until the next
+/// call.
 Finding& add(Findings* findings, const char* check, Severity severity, double value,
              const char* unit);
 

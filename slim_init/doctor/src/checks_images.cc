@@ -40,24 +40,24 @@ void checkImages(const DoctorData& data, const DoctorOptions& options, Findings*
     const double share = shareOf(count, total);
     Finding& f = add(findings, name, severityAbove(share, bound), 100.0 * share, "%");
     f.max = 100.0 * bound.warn;
-    f.sentence = countText(count, total) + " " + what;
+    f.message = countText(count, total) + " " + what;
     if (f.severity != Severity::kOk) f.advice = advice;
   };
   const int total = static_cast<int>(data.images.size());
-  check("image_size", wrong_size, total, {0.0, 0.0}, "are not of the size configured",
-        "image_width and image_height belong to another camera or another binning; so do its "
-        "intrinsics then.");
+  check("image_size", wrong_size, total, {0.0, 0.0}, "do not have the configured size",
+        "image_width and image_height belong to another camera or another binning; the "
+        "intrinsics are then wrong as well.");
   check("image_black", black, read, options.black,
         "are black (99 % of the pixels at grey level " + number(options.black_level) + " or less)",
         "Check lens cap, exposure, trigger and light; a recording may also have lost the pixels.");
-  check("image_white", saturated, read, options.saturated, "are white over more than half",
-        "Shorten the exposure or lower the gain.");
+  check("image_white", saturated, read, options.saturated,
+        "are white in more than half of their pixels", "Shorten the exposure or lower the gain.");
   check("image_blur", blurred, with_edges, options.blurred,
         "have no edge sharper than " + number(options.blur_px) + " px (median " +
             (widths.empty() ? std::string("-") : number(median(widths), 2)) + " px)",
-        "Focus the lens; where it blurs in motion only, shorten the exposure and add light.");
+        "Focus the lens; if it blurs only in motion, shorten the exposure and add light.");
   check("image_repeated", repeats, read, options.repeated_images,
-        "are pixel by pixel the image before",
+        "equal the previous image in every pixel",
         "The driver publishes old buffers: check its queue and trigger.");
 }
 
@@ -79,39 +79,39 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
   const double count = points.empty() ? 0.0 : median(points);
   Finding& p = add(findings, "points", severityBelow(count, options.points), count, "");
   p.min = options.points.warn;
-  p.sentence = points.empty() ? "No image could be tracked"
-                              : "An image has " + number(count) + " points (median)";
+  p.message = points.empty() ? "No image could be tracked"
+                             : "An image has " + number(count) + " points (median)";
   if (p.severity != Severity::kOk) {
     p.advice =
-        "Too little to see: light, focus, exposure, blank walls; or a mask or image size "
-        "that leaves little of the picture.";
+        "Too little texture: check light, focus, exposure and blank walls, and whether a mask or a "
+        "wrong image size hides most of the image.";
   }
 
   if (survival.empty()) {
     Finding& s = add(findings, "point_survival", Severity::kNotChecked, kNotComputed, "%");
     s.min = 100.0 * options.survival.warn;
-    s.sentence = "How many points are found again is not known: there are none";
+    s.message = "Survival of points not checked: there are none";
   } else {
     const double share = median(survival);
     Finding& s =
         add(findings, "point_survival", severityBelow(share, options.survival), 100.0 * share, "%");
     s.min = 100.0 * options.survival.warn;
-    s.sentence = percent(share) + " of the points are found in the next image (median)";
+    s.message = percent(share) + " of the points are found in the next image (median)";
     if (s.severity != Severity::kOk) {
       s.advice =
-          "Images too far apart, too blurred or too noisy to follow: more images per "
-          "second, shorter exposure, slower motion.";
+          "Images are too far apart, too blurred or too noisy to track: use more images per "
+          "second, a shorter exposure, slower motion.";
     }
   }
 
   if (!data.lines_enabled) return;
   const double line_count = lines.empty() ? 0.0 : median(lines);
-  constexpr double kFewLines = 5.0;
+  constexpr double kFewLines = 5.0;  // fewer hardly constrain the rotation
   Finding& l = add(findings, "lines", line_count >= kFewLines ? Severity::kOk : Severity::kNote,
                    line_count, "");
   l.min = kFewLines;
-  l.sentence = "An image has " + number(line_count) + " lines (median)";
-  if (l.severity != Severity::kOk) l.sentence += ": points alone have to do";
+  l.message = "An image has " + number(line_count) + " lines (median)";
+  if (l.severity != Severity::kOk) l.message += ": only points are used";
 }
 
 }  // namespace slim_init::evaluation

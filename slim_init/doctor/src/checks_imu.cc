@@ -18,19 +18,20 @@ double medianAccelNorm(const std::vector<ImuSample>& imu) {
   return median(norms);
 }
 
-/// Whether values are in g: their size is that of gravity in that unit.
+/// Whether accelerations are in g: their norm is then about one.
 bool isInG(double accel_norm) { return accel_norm > 0.8 && accel_norm < 1.25; }
 
-/// What the samples have to be multiplied by to be in m/s^2.
+/// Factor from the unit of the samples to m/s^2.
 double accelFactor(const std::vector<ImuSample>& imu) {
   return isInG(medianAccelNorm(imu)) ? kStandardGravity : 1.0;
 }
 
-/// Size of the mean specific force over windows of five seconds, turned by the gyro to where each
-/// window began: accelerations come to an end there, gravity does not. Median over the windows; NaN
-/// where the recording is shorter than one.
+/// Norm of the mean specific force over windows of 5 s, rotated by the gyro into the body frame at
+/// the start of each window: accelerations average out, gravity does not. Median over the windows;
+/// NaN where the recording is shorter than one. `scale`: gyro over true rate; `bias` [rad/s].
 double turnedGravity(const std::vector<ImuSample>& imu, double scale, const Eigen::Vector3d& bias) {
-  constexpr double kWindow = 5.0;
+  constexpr double kWindow = 5.0;      // [s]
+  constexpr double kLeastShare = 0.9;  // of a window that has to hold samples
   std::vector<double> norms;
   std::size_t k = 0;
   while (k + 1 < imu.size()) {
@@ -43,7 +44,7 @@ double turnedGravity(const std::vector<ImuSample>& imu, double scale, const Eige
       sum += R * reference::expSo3(0.5 * step) * (0.5 * dt * (imu[k].accel + imu[k + 1].accel));
       R *= reference::expSo3(step);
     }
-    if (imu[k].t - begin < 0.9 * kWindow) {
+    if (imu[k].t - begin < kLeastShare * kWindow) {
       if (k + 1 < imu.size() && imu[k].t == begin) ++k;  // a gap longer than the window
       continue;
     }
@@ -52,11 +53,13 @@ double turnedGravity(const std::vector<ImuSample>& imu, double scale, const Eige
   return median(norms);
 }
 
-/// Root mean square about the mean of means over fifths of a second, over windows; median over the
-/// windows. The short means take vibration out, which moves nothing. NaN without a whole window.
+/// Scatter of a value over windows of `window_s`: root mean square deviation of its means over 0.2
+/// s from their mean; median over the windows. The short means remove vibration, which is no
+/// motion. NaN without a whole window.
 double scatterOverWindows(const std::vector<ImuSample>& imu, Eigen::Vector3d ImuSample::*value,
                           double window_s) {
-  constexpr double kMeanOver = 0.2;
+  constexpr double kMeanOver = 0.2;    // [s]
+  constexpr double kLeastShare = 0.8;  // of a window that has to hold samples
   std::vector<double> scatters;
   std::size_t k = 0;
   while (k < imu.size()) {
@@ -73,7 +76,7 @@ double scatterOverWindows(const std::vector<ImuSample>& imu, Eigen::Vector3d Imu
       }
       means.push_back(sum / count);
     }
-    if (last - begin < 0.8 * window_s) continue;
+    if (last - begin < kLeastShare * window_s) continue;
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     for (const Eigen::Vector3d& m : means) center += m / static_cast<double>(means.size());
     double sum2 = 0.0;
@@ -101,33 +104,34 @@ void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
   Finding& u = add(findings, "accel_unit", Severity::kOk, norm, "m/s^2");
   u.min = g * (1.0 - options.gravity.fail);
   u.max = g * (1.0 + options.gravity.fail);
-  u.sentence = "The accelerometer reads " + number(norm) + " (median of its norm)";
+  u.message = "The accelerometer reads " + number(norm) + " (median of its norm)";
   if (isInG(norm)) {
     u.severity = Severity::kError;
-    u.sentence += ": that is gravity in g, not in m/s^2";
+    u.message += ": that is gravity in g, not in m/s^2";
     u.advice = "Multiply linear_acceleration by " + number(kStandardGravity, 6) +
                " in the driver or its settings.";
   } else if (norm < 0.5 * g) {
     u.severity = Severity::kError;
-    u.sentence += ", far less than gravity";
+    u.message += ", far less than gravity";
     u.advice =
-        "Gravity has been taken off the data, or the unit is another: use the raw "
+        "Gravity has been removed from the data, or the unit is wrong: use the raw "
         "accelerometer in m/s^2.";
   } else if (norm > 2.0 * g) {
     u.severity = Severity::kError;
-    u.sentence += ", far more than gravity";
+    u.message += ", far more than gravity";
     u.advice = "Convert linear_acceleration to m/s^2; raw counts and milli-g look like this.";
   }
-  if (u.severity != Severity::kOk && factor == 1.0) return;  // no unit to weigh gravity in
+  if (u.severity != Severity::kOk && factor == 1.0) return;  // the unit of gravity is unknown
 
   const double off = std::abs(measured / g - 1.0);
   Finding& f = add(findings, "gravity", severityAbove(off, options.gravity), measured, "m/s^2");
   f.min = g * (1.0 - options.gravity.warn);
   f.max = g * (1.0 + options.gravity.warn);
-  f.sentence = "Gravity measures " + number(measured) + " m/s^2, configured are " + number(g);
+  f.message =
+      "The measured gravity is " + number(measured) + " m/s^2, the configured one " + number(g);
   if (f.severity != Severity::kOk) {
     f.advice =
-        "Calibrate the accelerometer's scale and bias while it stands; where it stands well, "
+        "Calibrate the accelerometer's scale and bias at rest; if gravity is right at rest, "
         "check that gyro and accelerometer have the same axes.";
   }
 }
@@ -139,9 +143,9 @@ void checkGyroRange(const DoctorData& data, const DoctorOptions& options, Findin
   const Severity severity = rate > options.max_gyro_rate ? Severity::kError : Severity::kOk;
   Finding& f = add(findings, "gyro_range", severity, rate, "rad/s");
   f.max = options.max_gyro_rate;
-  f.sentence = "The gyro reads up to " + number(rate) + " rad/s (99 % of the samples below)";
+  f.message = "The gyro reads up to " + number(rate) + " rad/s (99 % quantile)";
   if (severity != Severity::kOk) {
-    f.sentence += ", more than a gyro of 2000 deg/s can measure";
+    f.message += ", more than a gyro of 2000 deg/s can measure";
     f.advice = "Is it in deg/s? Multiply angular_velocity by 0.0174533 in the driver.";
   }
 }
@@ -155,17 +159,17 @@ void checkGyroBias(const RotationAlignment& alignment, const DoctorOptions& opti
   Finding& f = add(findings, "gyro_bias", Severity::kNotChecked, kNotComputed, "rad/s");
   f.max = options.gyro_still.warn;
   if (!still && !solved) {
-    f.sentence = "The gyro's bias is not checked: the images do not tell how the camera turns";
+    f.message = "Gyro bias not checked: the rotation of the camera is not known from the images";
     return;
   }
   f.value = still ? alignment.gyro_mean.norm() : alignment.gyro_bias.norm();
   f.severity = severityAbove(f.value, options.gyro_still);
-  f.sentence = "The gyro's bias is " + number(f.value) + " rad/s" +
-               (still ? ", its mean while the camera does not turn" : "");
+  f.message = "The gyro bias is " + number(f.value) + " rad/s" +
+              (still ? ", its mean while the camera does not turn" : "");
   if (f.severity != Severity::kOk) {
     f.advice =
-        "No MEMS gyro is off by so much. A gyro in deg/s looks like this (multiply by "
-        "0.0174533); else calibrate it while it stands.";
+        "No MEMS gyro has a bias this large. A gyro in deg/s looks like this (multiply by "
+        "0.0174533); otherwise calibrate it at rest.";
   }
 }
 
@@ -188,11 +192,11 @@ void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
   Finding& a =
       add(findings, "acceleration", accelerates ? Severity::kOk : Severity::kNote, accel, "m/s^2");
   a.min = options.min_acceleration;
-  a.sentence = "The specific force scatters by " + number(accel) + " m/s^2 over " +
-               number(options.window_s) + " s (median)";
+  a.message = "The specific force scatters by " + number(accel) + " m/s^2 over " +
+              number(options.window_s) + " s (median)";
   if (!std::isfinite(accel)) {
     a.severity = Severity::kNotChecked;
-    a.sentence = "The recording is shorter than the window of " + number(options.window_s) + " s";
+    a.message = "The recording is shorter than the window of " + number(options.window_s) + " s";
   }
   const double turn =
       scatterOverWindows(data.imu, &ImuSample::gyro, options.window_s) /
@@ -202,26 +206,26 @@ void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
   Finding& r =
       add(findings, "turning", turns ? Severity::kOk : Severity::kNote, kDegPerRad * turn, "deg/s");
   r.min = kDegPerRad * options.alignment.min_rate;
-  r.sentence = "The angular rate scatters by " + number(kDegPerRad * turn) + " deg/s over " +
-               number(options.window_s) + " s (median)";
+  r.message = "The angular rate scatters by " + number(kDegPerRad * turn) + " deg/s over " +
+              number(options.window_s) + " s (median)";
   if (!std::isfinite(turn)) {
     r.severity = Severity::kNotChecked;
-    r.sentence = "The recording is shorter than the window of " + number(options.window_s) + " s";
+    r.message = "The recording is shorter than the window of " + number(options.window_s) + " s";
   }
 
-  constexpr double kStandingPxPerS = 3.0;
+  constexpr double kStandingPxPerS = 3.0;  // flow below which the rig stands still [px/s]
   if (accelerates || !(alignment.flow_px_per_s < kStandingPxPerS)) {
     if (a.severity == Severity::kNote) {
-      a.sentence += ", too little to know the scale from";
-      a.advice = "Move with more change of velocity while it initializes: up and down, to and fro.";
+      a.message += ", too little to determine the scale";
+      a.advice = "Change velocity more while it initializes: up and down, back and forth.";
     }
     return;
   }
-  a.sentence +=
-      " and the image moves by " + number(alignment.flow_px_per_s) + " px/s: it stands still";
+  a.message +=
+      " and the image moves by " + number(alignment.flow_px_per_s) + " px/s: the rig stands still";
   a.advice =
-      "Nothing is wrong with that, but no monocular initializer can know the scale before "
-      "it moves: lift it and move to and fro.";
+      "This is no fault, but no monocular initializer can determine the scale before the rig "
+      "moves: lift it and move it back and forth.";
 }
 
 }  // namespace slim_init::evaluation

@@ -12,13 +12,13 @@ namespace slim_init::evaluation {
 namespace {
 
 const char kHowToTurn[] =
-    "Record twenty seconds in which it is turned by hand about all three axes before a scene with "
-    "texture.";
+    "Record 20 s in which the rig is turned by hand about all three axes in front of a textured "
+    "scene.";
 
-/// What rests on the agreement of both rotations, where that could not be had.
+/// The checks that need both rotations to agree, where they do not.
 void noneChecked(Findings* findings) {
   const auto notChecked = [findings](const char* check, const char* unit, const char* what) {
-    add(findings, check, Severity::kNotChecked, kNotComputed, unit).sentence =
+    add(findings, check, Severity::kNotChecked, kNotComputed, unit).message =
         std::string(what) + " not checked: see rotation_agreement";
   };
   notChecked("gyro_scale", "", "Scale of the gyro");
@@ -54,23 +54,23 @@ void checkScale(const RotationAlignment& a, const DoctorOptions& options, Findin
           a.gyro_scale, "");
   f.min = 1.0 - options.gyro_scale.warn;
   f.max = 1.0 + options.gyro_scale.warn;
-  f.sentence = "The gyro turns " + number(a.gyro_scale, 4) + " times (+- " +
-               number(a.gyro_scale_sigma, 2) + ") as fast as the camera";
+  f.message = "The gyro measures " + number(a.gyro_scale, 4) + " times (+- " +
+              number(a.gyro_scale_sigma, 2) + ") the rate of the camera";
   if (f.severity == Severity::kOk) {
     if (a.gyro_scale_sigma > 0.5 * options.gyro_scale.warn) {
       f.severity = Severity::kNotChecked;
-      f.sentence += ": too uncertain to check";
+      f.message += ": too uncertain to check";
       f.advice = kHowToTurn;
     }
     return;
   }
   if (a.gyro_scale > 0.8 * kDegPerRad && a.gyro_scale < 1.25 * kDegPerRad) {
-    f.sentence += ": it is in deg/s";
+    f.message += ": it is in deg/s";
     f.advice = "Multiply angular_velocity by 0.0174533 in the driver or its settings.";
   } else {
     f.advice =
         "Check the focal length (a wrong one changes how far the camera seems to turn), the "
-        "image size it was calibrated at, and the unit and range of the gyro.";
+        "image size at which it was calibrated, and the unit and range of the gyro.";
   }
 }
 
@@ -84,32 +84,32 @@ void checkTimeOffset(const DoctorData& data, const RotationAlignment& a,
           1e3 * a.td, "ms");
   f.min = 1e3 * (data.calibration.td - options.time_offset_s.warn);
   f.max = 1e3 * (data.calibration.td + options.time_offset_s.warn);
-  f.sentence = "The time offset td measures " + number(1e3 * a.td) + " ms (+- " +
-               number(1e3 * a.td_sigma, 2) + "), configured are " +
-               number(1e3 * data.calibration.td) + " ms";
+  f.message = "The measured time offset td is " + number(1e3 * a.td) + " ms (+- " +
+              number(1e3 * a.td_sigma, 2) + "), the configured one " +
+              number(1e3 * data.calibration.td) + " ms";
   if (f.severity != Severity::kOk) {
     f.advice = "Set td: " + number(a.td) +
                " (t_imu = t_image + td), or correct the stamps in the "
                "driver of camera or IMU.";
   } else if (a.td_sigma > 0.5 * options.time_offset_s.warn) {
     f.severity = Severity::kNotChecked;
-    f.sentence += ": too uncertain to check";
-    f.advice = "Record twenty seconds in which it is turned to and fro quickly, by hand.";
+    f.message += ": too uncertain to check";
+    f.advice = "Record 20 s in which the rig is turned back and forth quickly by hand.";
   }
 }
 
 /// The measured rotation against the configured one, in the camera's frame.
 struct ExtrinsicDifference {
-  Eigen::Matrix3d R_b_c;       ///< measured; what the motion leaves open as configured
+  Eigen::Matrix3d R_b_c;       ///< measured; as configured where the motion leaves it open
   Eigen::Vector3d difference;  ///< Log(configured^T measured) [rad]
   double sigmas = 0.0;         ///< its length in standard deviations
   double sigma = 0.0;          ///< largest standard deviation [rad]
-  int open = 0;                ///< axes about which the motion says nothing
+  int open = 0;                ///< axes about which the motion contains no information
 };
 
 ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
                                         const RotationAlignment& a, double floor) {
-  constexpr double kOpen = 0.1;  // [rad]; what is known is known better by far
+  constexpr double kOpen = 0.1;  // [rad]; what the motion determines is known far better
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
       a.R_covariance + floor * floor * Eigen::Matrix3d::Identity());
   ExtrinsicDifference d;
@@ -117,7 +117,7 @@ ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
   d.sigma = std::sqrt(axes.eigenvalues()(2));
   d.open = static_cast<int>((axes.eigenvalues().array() > kOpen * kOpen).count());
   if (d.open == 1) {
-    // Turns about one axis fit with any rotation about it: take the one nearest to the configured.
+    // Turns about one axis fit any rotation about it: the one nearest to the configured is taken.
     constexpr int kSteps = 3600;
     const Eigen::Vector3d axis = axes.eigenvectors().col(2);
     double nearest = -4.0;
@@ -147,19 +147,20 @@ void checkExtrinsic(const DoctorData& data, const RotationAlignment& a,
       add(findings, "extrinsic_rotation",
           known ? severityAbove(angle, options.extrinsic_deg) : Severity::kOk, angle, "deg");
   f.max = options.extrinsic_deg.warn;
-  f.sentence = "The camera's rotation to the IMU is " + number(angle) + " deg ";
-  if (d.open == 0) f.sentence += "(+- " + number(kDegPerRad * d.sigma, 2) + ") ";
-  f.sentence += "off the one configured";
-  if (d.open > 0) f.sentence += " or more: it turns about one axis only";
+  f.message = "The camera-to-IMU rotation differs by " + number(angle) + " deg ";
+  if (d.open == 0) f.message += "(+- " + number(kDegPerRad * d.sigma, 2) + ") ";
+  if (d.open > 0) f.message += "or more ";
+  f.message += "from the configured one";
+  if (d.open > 0) f.message += ": the rig turns about one axis only";
   if (f.severity == Severity::kOk) {
     if (kDegPerRad * d.sigma > 0.5 * options.extrinsic_deg.warn) {
       f.severity = Severity::kNotChecked;
-      f.sentence += ": too uncertain to check to " + number(options.extrinsic_deg.warn) + " deg";
+      f.message += ": too uncertain to check to " + number(options.extrinsic_deg.warn) + " deg";
       f.advice = kHowToTurn;
     }
     return;
   }
-  f.sentence += ", about the camera's " + axisText(d.difference.normalized());
+  f.message += ", about the camera's " + axisText(d.difference.normalized());
   f.advice = "extrinsicRotation is camera to IMU (p_imu = R p_cam). Measured here: " +
              matrixText(d.R_b_c) + ". ";
   f.advice += f.severity == Severity::kError
@@ -168,64 +169,74 @@ void checkExtrinsic(const DoctorData& data, const RotationAlignment& a,
                     "that intrinsics and extrinsic are those of this camera.";
 }
 
+void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {
+  if (a.pairs < options.alignment.min_pairs) return;
+  Finding& f = add(findings, "epipolar", severityAbove(a.residual_px, options.epipolar_px),
+                   a.residual_px, "px");
+  f.max = options.epipolar_px.warn;
+  f.message = "Tracked points scatter by " + number(a.residual_px, 2) +
+              " px about their epipolar lines (median)";
+  if (f.severity != Severity::kOk) {
+    f.advice = "Possible causes: wrong intrinsics, a rolling shutter, a moving scene.";
+  }
+}
+
+/// Fills `f` where the data do not suffice to compare camera and gyro; false where they do.
+bool isNotComparable(const RotationAlignment& a, const DoctorOptions& options, Finding* f) {
+  if (a.status == AlignmentStatus::kTooFewPairs) {
+    f->message = "Rotation of camera against gyro not checked: only " + std::to_string(a.pairs) +
+                 " pairs of images have " + std::to_string(options.alignment.min_points) +
+                 " points in common and IMU data";
+    return true;
+  }
+  if (a.status == AlignmentStatus::kTooLittleTurn) {
+    f->message = "Rotation of camera against gyro not checked: the camera turns at " +
+                 number(kDegPerRad * a.camera_rate, 2) + " deg/s (rms), at least " +
+                 number(kDegPerRad * options.alignment.min_rate, 2) + " is needed";
+    f->advice = kHowToTurn;
+    return true;
+  }
+  return false;
+}
+
+/// Fills `f`; true where camera and gyro measure the same motion.
+bool rotationsAgree(const RotationAlignment& a, const DoctorOptions& options, Finding* f) {
+  f->value = a.correlation;
+  f->severity = Severity::kOk;
+  f->message = "The correlation of camera and gyro rates is " + number(a.correlation) + " over " +
+               std::to_string(a.pairs) + " image pairs";
+  if (a.mirrored_correlation >= options.min_correlation &&
+      a.mirrored_correlation > a.correlation + options.mirrored_margin) {
+    f->severity = Severity::kError;
+    f->message += ", but " + number(a.mirrored_correlation) + " with an axis reversed";
+    f->advice =
+        "Axes of the IMU are left-handed (one sign is wrong, or two axes are swapped), or "
+        "the images are mirrored.";
+    return false;
+  }
+  if (a.correlation >= options.min_correlation) return true;
+  // A slow rotation is lost in the noise of the tracks; a fast one of either sensor is not.
+  constexpr double kFast = 3.0;  // times the least rate
+  const bool fast = std::max(a.camera_rate, a.gyro_rate) > kFast * options.alignment.min_rate;
+  f->severity = fast ? Severity::kError : Severity::kNotChecked;
+  f->message += ": they do not turn together (" + number(kDegPerRad * a.camera_rate, 2) +
+                " deg/s against " + number(kDegPerRad * a.gyro_rate, 2) + ")";
+  f->advice =
+      "Check that camera and IMU are on one rigid body and from one recording, that their clocks "
+      "agree within " +
+      number(options.alignment.max_offset_s) +
+      " s, and that neither the image nor the gyro is frozen.";
+  return false;
+}
+
 }  // namespace
 
 void checkRotation(const DoctorData& data, const RotationAlignment& a, const DoctorOptions& options,
                    Findings* findings) {
-  if (a.pairs >= options.alignment.min_pairs) {
-    Finding& f = add(findings, "epipolar", severityAbove(a.residual_px, options.epipolar_px),
-                     a.residual_px, "px");
-    f.max = options.epipolar_px.warn;
-    f.sentence = "Tracked points are " + number(a.residual_px, 2) +
-                 " px about their epipolar lines (median)";
-    if (f.severity != Severity::kOk) {
-      f.advice = "Wrong intrinsics, a rolling shutter, or a scene that moves itself.";
-    }
-  }
-
+  checkEpipolar(a, options, findings);
   Finding& f = add(findings, "rotation_agreement", Severity::kNotChecked, kNotComputed, "");
   f.min = options.min_correlation;
-  if (a.status == AlignmentStatus::kTooFewPairs) {
-    f.sentence = "Rotation of camera against gyro not checked: only " + std::to_string(a.pairs) +
-                 " pairs of images have " + std::to_string(options.alignment.min_points) +
-                 " points in common and IMU data";
-    noneChecked(findings);
-    return;
-  }
-  if (a.status == AlignmentStatus::kTooLittleTurn) {
-    f.sentence = "Rotation of camera against gyro not checked: the camera turns by " +
-                 number(kDegPerRad * a.camera_rate, 2) + " deg/s (rms), needs " +
-                 number(kDegPerRad * options.alignment.min_rate, 2);
-    f.advice = kHowToTurn;
-    noneChecked(findings);
-    return;
-  }
-
-  f.value = a.correlation;
-  f.severity = Severity::kOk;
-  f.sentence = "The rates of camera and gyro correlate by " + number(a.correlation) + " over " +
-               std::to_string(a.pairs) + " pairs of images";
-  bool agree = true;
-  if (a.mirrored_correlation >= options.min_correlation &&
-      a.mirrored_correlation > a.correlation + options.mirrored_margin) {
-    f.severity = Severity::kError;
-    f.sentence += ", but by " + number(a.mirrored_correlation) + " with an axis reversed";
-    f.advice =
-        "Axes of the IMU are left-handed (one sign is wrong, or two axes are swapped), or "
-        "the images are mirrored.";
-    agree = false;
-  } else if (a.correlation < options.min_correlation) {
-    // A slow turn drowns in the noise of the tracks; a fast one of only one of both does not.
-    constexpr double kPlain = 3.0;
-    const bool plain = std::max(a.camera_rate, a.gyro_rate) > kPlain * options.alignment.min_rate;
-    f.severity = plain ? Severity::kError : Severity::kNotChecked;
-    f.sentence += ": they do not turn together (" + number(kDegPerRad * a.camera_rate, 2) +
-                  " deg/s against " + number(kDegPerRad * a.gyro_rate, 2) + ")";
-    f.advice = "Are camera and IMU on one rigid body, of one recording, and their clocks within " +
-               number(options.alignment.max_offset_s) + " s? Is the image frozen, or the gyro?";
-    agree = false;
-  }
-  if (!agree) {
+  if (isNotComparable(a, options, &f) || !rotationsAgree(a, options, &f)) {
     noneChecked(findings);
     return;
   }

@@ -33,16 +33,16 @@ Steps stepsOf(const std::vector<double>& times) {
   double missing = 0.0;
   std::vector<double> scatter;
   for (const double size : sizes) {
-    // A step that is too long holds the messages that would have fitted in.
+    // A step that is too long stands for the messages that would have fitted into it.
     const double held = std::round(size / steps.period);
     missing += std::max(held - 1.0, 0.0);
     scatter.push_back(std::abs(size / steps.period - std::max(held, 1.0)));
   }
-  // What jitter makes of a step, the next step gives back: no more is missing than the whole time
-  // has room for.
-  const double room = (times.back() - times.front()) / steps.period + 1.0;
+  // Jitter that lengthens one step shortens the next: no more is missing than fits into the whole
+  // time.
+  const double slots = (times.back() - times.front()) / steps.period + 1.0;
   const double present = static_cast<double>(times.size());
-  missing = std::max(std::min(missing, room - present), 0.0);
+  missing = std::max(std::min(missing, slots - present), 0.0);
   steps.lost = missing / (present + missing);
   steps.jitter = quantile(scatter, 0.9);
   return steps;
@@ -55,14 +55,14 @@ void checkOrder(const char* check, const char* what, const StreamCounts& counts,
                        std::max(1.0, static_cast<double>(bad) + static_cast<double>(kept));
   Finding& f = add(findings, check, severityAbove(share, options.disorder), 100.0 * share, "%");
   f.max = 100.0 * options.disorder.warn;
-  f.sentence = std::to_string(kept) + " " + what;
+  f.message = std::to_string(kept) + " " + what;
   if (bad == 0) {
-    f.sentence += ", every one after the one before";
+    f.message += ", all in order";
     return;
   }
-  f.sentence += "; besides, " + std::to_string(counts.repeated) + " repeat a stamp, " +
-                std::to_string(counts.out_of_order) + " come after a later one, " +
-                std::to_string(counts.unreadable) + " cannot be read";
+  f.message += "; in addition, " + std::to_string(counts.repeated) + " repeat a stamp, " +
+               std::to_string(counts.out_of_order) + " are out of order, " +
+               std::to_string(counts.unreadable) + " cannot be read";
   f.advice = advice;
 }
 
@@ -79,7 +79,7 @@ void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findin
 
   Finding& r = add(findings, "imu_rate", severityBelow(rate, options.imu_rate), rate, "Hz");
   r.min = options.imu_rate.warn;
-  r.sentence = "The IMU comes at " + number(rate) + " Hz";
+  r.message = "The IMU rate is " + number(rate) + " Hz";
   if (r.severity != Severity::kOk) {
     r.advice =
         "Set the driver to 100 Hz or more, better 200 Hz, and check that the topic is the "
@@ -89,32 +89,32 @@ void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findin
   Finding& l = add(findings, "imu_lost", severityAbove(steps.lost, options.imu_lost),
                    100.0 * steps.lost, "%");
   l.max = 100.0 * options.imu_lost.warn;
-  l.sentence = percent(steps.lost) + " of the IMU samples are missing";
+  l.message = percent(steps.lost) + " of the IMU samples are missing";
   if (l.severity != Severity::kOk) {
     l.advice =
         "Lost between sensor and recording: larger queues, tcp_nodelay, a faster disk, no "
         "USB hub shared with the camera.";
   }
 
-  // At a rate too low every step is too long; that is said above.
+  // At too low a rate every step is too long, which imu_rate reports.
   const double max_gap = std::max(options.max_imu_gap_s, 3.0 * steps.period);
   const Severity gap = steps.largest > max_gap ? Severity::kWarning : Severity::kOk;
   Finding& g = add(findings, "imu_gap", gap, 1e3 * steps.largest, "ms");
   g.max = 1e3 * max_gap;
-  g.sentence = "The longest step between IMU samples is " + number(1e3 * steps.largest) + " ms";
+  g.message = "The longest step between IMU samples is " + number(1e3 * steps.largest) + " ms";
   if (gap != Severity::kOk) {
-    g.sentence += ", " + number(steps.largest_at, 4) + " s after the start";
-    g.advice = "No initialization window reaches across it. Look for what held the driver up then.";
+    g.message += ", " + number(steps.largest_at, 4) + " s after the start";
+    g.advice = "No initialization window is cut across it. Find out what delayed the driver then.";
   }
 
   const Severity jitter =
       steps.jitter > options.max_imu_jitter ? Severity::kWarning : Severity::kOk;
   Finding& j = add(findings, "imu_jitter", jitter, 100.0 * steps.jitter, "%");
   j.max = 100.0 * options.max_imu_jitter;
-  j.sentence = "Nine of ten steps between IMU samples are within " + percent(steps.jitter) +
-               " of a period of regular";
+  j.message = "Nine of ten steps between IMU samples deviate from the period by at most " +
+              percent(steps.jitter);
   if (j.severity != Severity::kOk) {
-    j.advice = "The stamps are those of arrival, not of measurement: use the sensor's own clock.";
+    j.advice = "The stamps are arrival times, not measurement times: use the sensor's own clock.";
   }
 }
 
@@ -137,15 +137,16 @@ void checkImageStream(const DoctorData& data, const DoctorOptions& options, Find
   const double rate = 1.0 / steps.period;
   Finding& r = add(findings, "image_rate", severityBelow(rate, options.image_rate), rate, "Hz");
   r.min = options.image_rate.warn;
-  r.sentence = "Images come at " + number(rate) + " Hz";
+  r.message = "The image rate is " + number(rate) + " Hz";
   if (r.severity != Severity::kOk) {
-    r.advice = "Set the camera to 20 Hz or more; between images further apart tracks are lost.";
+    r.advice =
+        "Set the camera to 20 Hz or more; tracks are lost between images that are further apart.";
   }
   Finding& l = add(findings, "images_lost", severityAbove(steps.lost, options.images_lost),
                    100.0 * steps.lost, "%");
   l.max = 100.0 * options.images_lost.warn;
-  l.sentence = percent(steps.lost) + " of the images are missing, the longest step is " +
-               number(1e3 * steps.largest) + " ms";
+  l.message = percent(steps.lost) + " of the images are missing, the longest step is " +
+              number(1e3 * steps.largest) + " ms";
   if (l.severity != Severity::kOk) {
     l.advice =
         "Lost between camera and recording: larger queues, less resolution or rate, a "
@@ -161,13 +162,13 @@ void checkImageStream(const DoctorData& data, const DoctorOptions& options, Find
   Finding& c =
       add(findings, "clocks", severityAbove(share, options.images_outside_imu), 100.0 * share, "%");
   c.max = 100.0 * options.images_outside_imu.warn;
-  c.sentence = std::to_string(outside) + " of " + std::to_string(times.size()) +
-               " images lie outside the time of the IMU data";
+  c.message = std::to_string(outside) + " of " + std::to_string(times.size()) +
+              " images lie outside the time of the IMU data";
   if (c.severity != Severity::kOk && !data.imu.empty()) {
-    c.sentence += ": images from " + number(times.front(), 6) + " s to " + number(times.back(), 6) +
-                  " s, IMU from " + number(data.imu.front().t, 6) + " s to " +
-                  number(data.imu.back().t, 6) + " s";
-    c.advice = "Both need stamps of one clock; one of them may count from its own start.";
+    c.message += ": images from " + number(times.front(), 6) + " s to " + number(times.back(), 6) +
+                 " s, IMU from " + number(data.imu.front().t, 6) + " s to " +
+                 number(data.imu.back().t, 6) + " s";
+    c.advice = "Both need stamps from one clock; one of them may count from its own start-up.";
   }
 }
 

@@ -66,7 +66,7 @@ double edgeSigma(const cv::Mat& image) {
   return std::sqrt(std::max(sigma * sigma - kOurs, 0.0));
 }
 
-/// Another sequence's first images, looked at on their way to the tracker.
+/// The first images of another sequence, measured on their way to the tracker.
 class InspectedSequence : public ImageSequence {
  public:
   InspectedSequence(ImageSequence* whole, int limit, cv::Size size) : whole_(whole), size_(size) {
@@ -77,7 +77,7 @@ class InspectedSequence : public ImageSequence {
         limit > 0 ? std::min(whole->images(), static_cast<std::size_t>(limit)) : whole->images();
     for (std::size_t k = 0; k < count; ++k) image_stamps_ns_.push_back(whole->imageStampNs(k));
     if (count < whole->images()) {
-      constexpr double kMargin = 1.0;  // room to search for a time offset [s]
+      constexpr double kMargin = 1.0;  // for the search for a time offset [s]
       const double begin = imageTime(0) - kMargin, end = imageTime(count - 1) + kMargin;
       imu_.erase(std::remove_if(imu_.begin(), imu_.end(),
                                 [=](const ImuSample& s) { return s.t < begin || s.t > end; }),
@@ -95,7 +95,7 @@ class InspectedSequence : public ImageSequence {
     return read;
   }
 
-  /// The tracker leaves out what the IMU does not cover; the doctor does not.
+  /// Facts of all images, also of those that the tracker skips because the IMU does not cover them.
   std::vector<ImageFacts> facts() {
     for (std::size_t k = 0; k < facts_.size(); ++k) {
       if (!seen_[k]) image(k, nullptr);
@@ -154,7 +154,7 @@ DoctorData readDoctorData(ImageSequence* images,
   TrackingHooks hooks;
   hooks.progress = progress;
   TrackingSummary summary;
-  // Its sentence about images that cannot be tracked is what the findings say with more detail.
+  // Its message about images that cannot be tracked is ignored: the findings have more detail.
   trackImages(&inspected, camera, calibration, options, hooks, &data.frames, &summary);
   data.images = inspected.facts();
   return data;

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What the doctor says, for people and for machines.
+// The doctor's report as a table and as JSON.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -117,7 +117,7 @@ std::string doctorText(const DoctorReport& report, bool color) {
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
     if (f.severity == Severity::kOk) continue;
-    text += wrapped(f.sentence + ".", 2 + kLabel, "");
+    text += wrapped(f.message + ".", 2 + kLabel, "");
     if (!f.advice.empty()) text += wrapped(f.advice, 2 + kLabel, "-> ");
   }
   return text;
@@ -135,7 +135,7 @@ std::string doctorJson(const DoctorReport& report) {
                                 {"min", jsonNumber(f.min)},
                                 {"max", jsonNumber(f.max)},
                                 {"unit", f.unit},
-                                {"sentence", f.sentence},
+                                {"message", f.message},
                                 {"advice", f.advice}});
   }
   json["rotation"] = alignmentJson(report.alignment);

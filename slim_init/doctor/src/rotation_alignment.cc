@@ -26,11 +26,12 @@ using Vector8d = Eigen::Matrix<double, 8, 1>;
 using Matrix38d = Eigen::Matrix<double, 3, 8>;
 
 constexpr double kMedianChi2 = 2.366;  // of three degrees of freedom
-// What no bearing knows of: jitter of the stamps, noise of the gyro over a pair [rad].
+// Errors that are not in the bearings: jitter of the stamps, noise of the gyro over a pair [rad].
 constexpr double kModelSigma = 5e-4;
-// A rate that does not come from one pair alone is trusted no further than this [rad/s].
+// Standard deviation of a rate beyond the noise of its own pair [rad/s].
 constexpr double kRateSigma = 0.02;
-// Enough to decide what the data leave open, too little to move what they know.
+// Weight of the configured rotation: enough to decide what the data leave open, too little to move
+// what they determine.
 constexpr double kTieBreak = 1e-3;
 
 struct Pair {
@@ -101,7 +102,7 @@ class Gyro {
   std::vector<InertialStep> steps_;
 };
 
-/// What aligns both.
+/// Parameters that align camera and gyro.
 struct Alignment {
   double td = 0.0;
   Matrix3d R_b_c = Matrix3d::Identity();
@@ -217,8 +218,8 @@ class Aligner {
 
   RotationAlignment run() {
     pairs_ = measurePairs(frames_, calibration_.sigmaBearing(), options_);
-    // What the search needs at every offset; where the recording is too short for that, the range
-    // is cut.
+    // The search needs the pairs at every offset; where the recording is too short for that, the
+    // range is reduced.
     for (max_offset_ = options_.max_offset_s; max_offset_ > 0.02; max_offset_ *= 0.5) {
       if (static_cast<int>(covered(max_offset_).size()) >=
           0.9 * static_cast<double>(pairs_.size())) {
@@ -229,7 +230,7 @@ class Aligner {
     result_.pairs = static_cast<int>(pairs_.size());
     if (result_.pairs < options_.min_pairs) return result_;
     describe();
-    // A camera that seems to turn within its own noise does not turn.
+    // A rotation of the camera within its own noise is none.
     const bool turns = result_.camera_rate >= options_.min_rate;
     if (!turns && result_.gyro_rate < options_.min_rate) {
       result_.status = AlignmentStatus::kTooLittleTurn;
@@ -355,14 +356,14 @@ class Aligner {
     return alignment;
   }
 
-  /// Rotation of the camera as the gyro tells it.
+  /// Rotation of the camera predicted from the gyro.
   Matrix3d predicted(const Pair& pair, const Alignment& a) {
     const Matrix3d R_bi_bj = gyro_.rotation(pair.t_i + a.td, pair.t_j + a.td, a.scale, a.bias);
     return a.R_b_c.transpose() * R_bi_bj * a.R_b_c;
   }
 
-  /// The pairs anew, from where the gyro says that they are: that parts a turn from sideways
-  /// travel where the points alone may mistake one for the other.
+  /// Measures the pairs again, starting from the gyro's prediction: that separates rotation from
+  /// sideways travel where the points alone may confuse them.
   void measureAgain(const Alignment& alignment) {
     for (Pair& pair : pairs_) {
       const Matrix3d start = predicted(pair, alignment);
@@ -410,13 +411,14 @@ class Aligner {
       system.gradient += gradient;
       system.block_gradients[k * blocks / pairs_.size()] += gradient;
     }
-    // One radian, second, rad/s and octave: nothing that data can know is held by this.
+    // Prior of 1 rad, 1 s, 1 rad/s and 1 in log scale: too weak to hold what the data determine.
     system.H += system.scale2 * Matrix8d::Identity();
     return system;
   }
 
-  /// Of the parameters: from the scatter of single pairs, and from that of whole stretches, whose
-  /// errors (a scene that misleads the tracker, a lens model) last longer than a pair.
+  /// Covariance of the parameters: from the scatter of single pairs, and from that of whole
+  /// stretches, whose errors (a scene that misleads the tracker, a lens model) last longer than a
+  /// pair.
   Matrix8d covarianceOf(const System& system) const {
     const Matrix8d inverse = system.H.inverse();
     const double overlap = std::max(1.0, options_.pair_interval_s / options_.pair_spacing_s);

@@ -15,8 +15,8 @@ namespace slim_init::evaluation {
 /// From good to bad.
 enum class Severity {
   kOk,          ///< inside the bound
-  kNote,        ///< nothing is wrong, but the reader should know
-  kNotChecked,  ///< the data cannot tell; the sentence says what would
+  kNote,        ///< no fault, but worth knowing
+  kNotChecked,  ///< the data do not suffice; the advice says what would
   kWarning,     ///< works worse, or not always
   kError,       ///< will not work
 };
@@ -32,11 +32,11 @@ struct Finding {
   double min = kNotComputed;    ///< bounds that the value has to keep; NaN: none on this side
   double max = kNotComputed;
   std::string unit;
-  std::string sentence;  ///< what was found
-  std::string advice;    ///< what to do; empty where there is nothing to do
+  std::string message;  ///< what was found, with the measured value
+  std::string advice;   ///< what to do; empty where there is nothing to do
 };
 
-/// What arrived of a stream besides what could be used.
+/// Messages of a stream that could not be used.
 struct StreamCounts {
   int repeated = 0;      ///< stamp of an earlier message
   int out_of_order = 0;  ///< stamp before that of an earlier message
@@ -49,19 +49,19 @@ struct ImageFacts {
   double p99 = kNotComputed;      ///< 99 % quantile of the grey levels, [0, 255]; NaN: unreadable
   double saturated = 0.0;         ///< share of pixels at 250 or more
   double blur_px = kNotComputed;  ///< width of the sharpest edges as sigma [px]; NaN: no edges
-  bool repeats = false;           ///< pixel by pixel the image before
-  bool right_size = true;         ///< that of the configuration
+  bool repeats = false;           ///< equal to the previous image in every pixel
+  bool right_size = true;         ///< the configured one
 };
 
-/// A recording as the doctor sees it. Times from any common zero, streams ascending.
+/// Input of the doctor. Times count from any common zero; streams ascend in time.
 struct DoctorData {
   std::string name;
-  Calibration calibration;  ///< of the configuration, to be checked
+  Calibration calibration;  ///< as configured: this is checked
   std::vector<ImuSample> imu;
   StreamCounts imu_counts;
   std::vector<ImageFacts> images;
   StreamCounts image_counts;
-  std::vector<FrameObservation> frames;  ///< tracked without help from the gyro
+  std::vector<FrameObservation> frames;  ///< tracked without the gyro
   bool lines_enabled = true;
 };
 
@@ -79,16 +79,17 @@ struct DoctorOptions {
   double max_imu_jitter = 0.3;      ///< 90 % quantile of the steps' deviation, in periods
   Bound image_rate = {9.0, 4.0};    ///< [Hz] at least; the host publishes features at 10 Hz
   Bound images_lost = {0.02, 0.2};  ///< share
-  Bound images_outside_imu = {0.1, 0.9};  ///< share; nearly all: two clocks
+  Bound images_outside_imu = {0.1, 0.9};  ///< share; nearly all of them: two clocks
   Bound gravity = {0.04, 0.15};           ///< |measured / configured - 1| of the specific force
-  Bound gyro_still = {0.2, 1.0};   ///< [rad/s] mean while the camera stands; MEMS have below 0.1
-  double max_gyro_rate = 35.0;     ///< [rad/s]; MEMS gyros end at 2000 deg/s
-  Bound gyro_scale = {0.05, 0.2};  ///< |gyro over camera - 1|; also what a focal length is off by
-  double min_correlation = 0.8;    ///< of the rates of camera and gyro; 0.97 and more where right
-  double mirrored_margin = 0.02;   ///< a mirrored gyro has to fit better by this
+  Bound gyro_still = {0.2, 1.0};          ///< [rad/s] mean rate at rest; MEMS gyros are below 0.1
+  double max_gyro_rate = 35.0;            ///< [rad/s]; MEMS gyros end at 2000 deg/s
+  Bound gyro_scale = {0.05,
+                      0.2};  ///< |gyro over camera - 1|; a wrong focal length has the same effect
+  double min_correlation = 0.8;   ///< of the rates of camera and gyro; 0.97 and more where right
+  double mirrored_margin = 0.02;  ///< a mirrored gyro has to fit better by this
   Bound time_offset_s = {0.006, 0.015};  ///< to the configured one; a fifth of an image period
   Bound extrinsic_deg = {1.0, 5.0};      ///< to the configured rotation
-  double significance = 4.0;             ///< sigmas that a difference needs to be one
+  double significance = 4.0;             ///< a difference counts from so many sigmas on
   /// Standard deviation of the rotation beyond the scatter of pairs: lens model, lever arm [deg].
   double extrinsic_floor_deg = 0.2;
   Bound epipolar_px = {1.0, 3.0};  ///< median scale of points about their epipolar lines [px]
@@ -100,14 +101,14 @@ struct DoctorOptions {
   Bound repeated_images = {0.02, 0.5};  ///< share of images equal to the one before
   Bound points = {40.0, 15.0};          ///< median in an image, at least
   Bound survival = {0.7, 0.4};          ///< median share of points found again in the next image
-  /// Scatter of the specific force, meant over 0.2 s, over a window [m/s^2]. Standing with running
-  /// motors 0.04, the slowest EuRoC flight 0.14.
+  /// Least scatter of the specific force over a window, after averaging over 0.2 s [m/s^2]. At rest
+  /// with running motors it is 0.04, in the slowest EuRoC flight 0.14.
   double min_acceleration = 0.1;
   double window_s = 2.25;  ///< of that scatter: ten keyframes
   RotationAlignmentOptions alignment;
 };
 
-/// Everything found, in the order of the checks.
+/// All findings, in the order of the checks.
 struct DoctorReport {
   std::string name;
   std::vector<Finding> findings;
@@ -121,11 +122,11 @@ struct DoctorReport {
 /// Runs every check. Pure: equal data give an equal report.
 DoctorReport examine(const DoctorData& data, const DoctorOptions& options);
 
-/// A table for people: findings with their values, then advice. At most 100 columns unless a
-/// sentence has a longer word. `color`: ANSI colours.
+/// The report as a table: findings with their values, message and advice. At most 100 columns
+/// unless a word is longer. `color`: ANSI colours.
 std::string doctorText(const DoctorReport& report, bool color);
 
-/// The same for machines (docs/doctor.md, "JSON").
+/// The report as JSON (docs/doctor.md, "JSON").
 std::string doctorJson(const DoctorReport& report);
 
 }  // namespace slim_init::evaluation

@@ -20,11 +20,11 @@ struct RotationAlignmentOptions {
   double max_imu_gap_s = 0.06;    ///< a pair over a longer step between samples is left out
   double max_offset_s = 0.3;      ///< offsets are searched this far from the configured one
   double offset_step_s = 0.005;   ///< grid of that search, finer than any rotation changes
-  double min_rate = 0.05;         ///< rms [rad/s]; what turns less tells nothing
-  int min_pairs = 10;             ///< fewer tell nothing
+  double min_rate = 0.05;         ///< rms [rad/s]; slower rotation does not determine anything
+  int min_pairs = 10;             ///< fewer do not determine anything
 };
 
-/// Why an alignment says nothing, or that it does.
+/// Whether there is an alignment, or why not.
 enum class AlignmentStatus {
   kSolved,
   kTooFewPairs,    ///< fewer than RotationAlignmentOptions::min_pairs with points and IMU data
@@ -59,8 +59,8 @@ struct RotationAlignment {
 /// gyro's: first the correlation over all offsets with the best rotation for each (Procrustes),
 /// then offset, rotation, scale and bias together by robust least squares on SO(3).
 ///
-/// Neither td nor R_b_c of `calibration` is believed: td is the centre of the search, R_b_c fills
-/// in what the motion leaves open (turns about one axis only). `frames` and `imu` ascend in time.
+/// Neither td nor R_b_c of `calibration` is trusted: td is the centre of the search, R_b_c fills in
+/// what the motion leaves open (turns about one axis only). `frames` and `imu` ascend in time.
 RotationAlignment alignRotations(const std::vector<FrameObservation>& frames,
                                  const std::vector<ImuSample>& imu, const Calibration& calibration,
                                  const RotationAlignmentOptions& options);
