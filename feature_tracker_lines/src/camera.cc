@@ -48,7 +48,7 @@ double radialTangentialLimit(double k1, double k2) {
   } else {
     const double discriminant = 9.0 * k1 * k1 - 20.0 * k2;
     if (discriminant >= 0.0) {
-      // The form without cancellation: both roots from one sum of like signs.
+      // Without cancellation: both roots from one sum of equal signs.
       const double s = -0.5 * (3.0 * k1 + std::copysign(std::sqrt(discriminant), k1));
       for (const double root : {s / (5.0 * k2), s == 0.0 ? kInfinity : 1.0 / s}) {
         if (root > 0.0 && root < q) q = root;
@@ -58,8 +58,8 @@ double radialTangentialLimit(double k1, double k2) {
   return std::sqrt(q);
 }
 
-// Newton on distort(p) = target from `start`. False where it does not get to a point inside the
-// invertible region.
+// Newton on distort(p) = target from `start`. False where it does not converge to a point inside
+// the invertible region.
 bool newtonUndistort(const std::array<double, 4>& d, const Eigen::Vector2d& target,
                      double max_radius, const Eigen::Vector2d& start, Eigen::Vector2d* point) {
   Eigen::Vector2d p = start;
@@ -82,7 +82,7 @@ bool newtonUndistort(const std::array<double, 4>& d, const Eigen::Vector2d& targ
 
 // Inverse of distort(). The pixel itself is nearly always a good start (a call to OpenCV costs ten
 // times as much as the whole solution); where it is not, OpenCV's fixed-point solution is the
-// second one. OpenCV alone is no answer: it stops after five iterations and does not report
+// second start. OpenCV alone does not suffice: it stops after five iterations and does not report
 // failure.
 bool undistort(const std::array<double, 4>& d, const Eigen::Vector2d& target, double max_radius,
                Eigen::Vector2d* point) {
@@ -225,7 +225,7 @@ bool Camera::project(const Eigen::Vector3d& direction, Eigen::Vector2d* pixel) c
     const double radius = equidistantRadius(c.distortion, theta, nullptr);
     distorted = side > 0.0 ? Eigen::Vector2d(radius / side * ray.head<2>())
                            : Eigen::Vector2d(Eigen::Vector2d::Zero());
-    if (side == 0.0 && ray.z() < 0.0) return false;  // straight back: every direction at once
+    if (side == 0.0 && ray.z() < 0.0) return false;  // straight back: no single pixel
   } else {
     const double xi = c.model == CameraModel::kMei ? c.xi : 0.0;
     const double depth = ray.z() + xi;

@@ -13,7 +13,7 @@ namespace {
 constexpr int kShift = 4;
 const cv::Scalar kDetected(150, 150, 150), kMatched(255, 120, 0), kOnVp(0, 220, 0),
     kVpMark(0, 255, 255);
-constexpr int kOldAge = 40;  // images; two seconds at 20 Hz
+constexpr int kOldAge = 40;  // images: 2 s at 20 Hz
 
 cv::Point fixedPoint(double x, double y) {
   return {cvRound(x * (1 << kShift)), cvRound(y * (1 << kShift))};
@@ -42,7 +42,7 @@ cv::Mat drawDebugImage(const cv::Mat& grey, const Camera& camera,
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const bool on_vp =
         vp.found && std::binary_search(vp.inliers.begin(), vp.inliers.end(), static_cast<int>(k));
-    // New lines are detections so far.
+    // New lines have been drawn as detections.
     if (lines[k].age < 2 && !on_vp) continue;
     const Edge& edge = lines[k].edge;
     cv::line(image, fixedPoint(edge.start_pixel.x(), edge.start_pixel.y()),
@@ -54,7 +54,7 @@ cv::Mat drawDebugImage(const cv::Mat& grey, const Camera& camera,
                cv::FILLED, cv::LINE_AA, kShift);
   }
   if (vp.found) {
-    // A direction has no sense: either end of the axis may be the one in sight.
+    // The sign of the direction is arbitrary: either end of the axis may be in sight.
     Eigen::Vector2d pixel;
     for (const double sense : {1.0, -1.0}) {
       if (!camera.project(sense * vp.direction, &pixel)) continue;

@@ -10,8 +10,9 @@
 
 namespace slim_init::feature_tracker_lines {
 
-/// A plane through the camera centre with two ends, seen from its middle: directions u + x t, and
-/// u + x t + y n beside it. `start` and `end` are unit and less than 150 degrees apart.
+/// A plane through the camera centre with two ends, parametrised from its middle: directions u + x
+/// t on it, and u + x t + y n beside it. `start` and `end` are unit and less than 150 degrees
+/// apart.
 struct ArcFrame {
   ArcFrame(const Eigen::Vector3d& start, const Eigen::Vector3d& end);
 

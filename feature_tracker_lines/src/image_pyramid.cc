@@ -8,10 +8,14 @@
 namespace slim_init::feature_tracker_lines {
 namespace {
 
+// Side of a block of measureNoise() [px].
 constexpr int kBlock = 16;
-// Every other block in both directions: a quarter of the pixels tells the noise as well.
+// Every other block in both directions: a quarter of the pixels is enough.
 constexpr int kBlockStep = 2 * kBlock;
-constexpr int kDark = 3, kBright = 252;  // beyond, the sensor clips
+constexpr int kDark = 3, kBright = 252;  // [grey levels]; beyond, the sensor clips
+// Standard deviation of the filter's response to unit noise: the root of its squared coefficients'
+// sum, 36.
+constexpr double kFilterGain = 6.0;
 
 }  // namespace
 
@@ -49,8 +53,7 @@ double measureNoise(const cv::Mat& grey) {
   if (variances.empty()) return kLeastNoise;
   const auto tenth = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 10);
   std::nth_element(variances.begin(), tenth, variances.end());
-  // The filter's coefficients have a sum of squares of 36.
-  return std::max(std::sqrt(*tenth) / 6.0, kLeastNoise);
+  return std::max(std::sqrt(*tenth) / kFilterGain, kLeastNoise);
 }
 
 }  // namespace slim_init::feature_tracker_lines

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What points and lines share of an image: its pyramid, built once, and its noise.
+// What the point and the line tracker share of an image: its pyramid, built once, and its noise.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -13,7 +13,7 @@ struct ImagePyramid {
   /// As cv::buildOpticalFlowPyramid() makes it, with derivatives: image and derivative of every
   /// level in turn. Each is padded, so that KLT windows may reach over the edge.
   std::vector<cv::Mat> pyramid;
-  int max_level = 0;   ///< last level there is; small images have few
+  int max_level = 0;   ///< last level that exists; small images have few
   double noise = 0.0;  ///< standard deviation of the pixel noise [grey levels]
 
   bool empty() const { return pyramid.empty(); }
@@ -28,7 +28,7 @@ void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, ImagePyra
 
 /// Standard deviation of the pixel noise [grey levels], at least kLeastNoise: the tenth percentile
 /// over image blocks of the response to a filter that no linear or bilinear brightness passes
-/// (Immerkaer 1996). Saturated blocks have no noise to tell and are left out.
+/// (Immerkaer 1996). Saturated blocks show no noise and are left out.
 double measureNoise(const cv::Mat& grey);
 
 /// Rounding to whole grey levels alone is 0.29.

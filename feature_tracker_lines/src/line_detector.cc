@@ -23,10 +23,10 @@ class EdLines : public LineDetector {
     cv::ximgproc::EdgeDrawing::Params params;
     params.MinLineLength = static_cast<int>(min_length_px);
     params.MinPathLength = std::max(8, static_cast<int>(0.75 * min_length_px));
-    // EDLines' own value. With 0 every local maximum starts an edge, which costs a fifth more.
+    // EDLines' default. With 0 every local maximum starts an edge, which costs a fifth more time.
     params.AnchorThresholdValue = 8;
-    // Three times the time of all else. The refit asks for the same: an edge of one sense along
-    // the whole segment.
+    // Validation takes three times as long as all the rest. The refit checks the same: an edge of
+    // one sign along the whole segment.
     params.NFAValidation = false;
     detector_->setParams(params);
   }
@@ -39,7 +39,7 @@ class EdLines : public LineDetector {
       detector_->detectEdges(image);
       detector_->detectLines(*segments);
     } catch (const cv::Exception&) {
-      // An image without any edge.
+      // OpenCV throws for an image without any edge.
       segments->clear();
     }
   }

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Follows straight edges from image to image: predicted by KLT of points on them, confirmed by a
+// Tracks straight edges from image to image: predicted by KLT of points on them, confirmed by a
 // detector, refitted to the edge.
 #pragma once
 

@@ -6,12 +6,12 @@
 
 namespace slim_init::feature_tracker_lines {
 
-/// What is known before looking about the camera's rotation since the image before.
+/// Prior knowledge of the camera's rotation since the previous image.
 struct RotationPrior {
-  bool measured = false;  ///< false: nothing; the rotation below is the identity
-  /// Takes directions in the camera at the image before to the camera now.
+  bool measured = false;  ///< false: nothing is known; the rotation below is the identity
+  /// Maps directions in the camera at the previous image to the camera now.
   Eigen::Matrix3d R_now_before = Eigen::Matrix3d::Identity();
-  /// Standard deviation of the rotation times the focal length [px]: what it moves a point by.
+  /// Standard deviation of the rotation times the focal length: how far it moves a point [px].
   double sigma_px = std::numeric_limits<double>::infinity();
 };
 

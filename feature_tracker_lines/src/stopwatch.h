@@ -8,7 +8,7 @@ namespace slim_init::feature_tracker_lines {
 /// Wall-clock time since construction or the last lap.
 class Stopwatch {
  public:
-  /// [ms], and starts anew.
+  /// Returns the time [ms] and restarts.
   double lap() {
     const auto now = std::chrono::steady_clock::now();
     const double ms = std::chrono::duration<double, std::milli>(now - start_).count();

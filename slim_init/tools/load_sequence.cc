@@ -25,10 +25,10 @@ constexpr double kImageRateHz = 20.0;  // EuRoC's
 constexpr int kWorldPointsPerTrackedPoint = 20;
 constexpr int kWorldSegmentsPerTrackedLine = 10;
 
-// With --pixel-noise 0 a solver still divides by its sigma.
+// With --pixel-noise 0 a solver still divides by the standard deviation.
 constexpr double kMinSigmaPx = 0.1;
 
-/// The rig of --config, else EuRoC's, with the noise of the simulated features.
+/// The rig of --config, otherwise EuRoC's, with the noise of the simulated features.
 Calibration calibrationFor(const AbOptions& options) {
   Calibration calibration = rigOf(options);
   calibration.sigma_px = std::max(options.features.pixel_noise, kMinSigmaPx);
@@ -62,7 +62,7 @@ std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double 
   return states;
 }
 
-/// Recorded biases, or one that is fitted. Returns an empty string or a sentence.
+/// Recorded biases, or one that is fitted. Returns an empty string or a message.
 std::string settleBiases(bool has_bias, std::vector<NavState>* truth, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
   sequence.has_gyro_bias_truth = has_bias;

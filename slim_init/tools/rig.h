@@ -10,7 +10,7 @@ namespace slim_init::tools {
 /// the built-in motions use it alike.
 Calibration eurocCalibration();
 
-/// The rig of the simulated features: that of --config where there is one, else EuRoC's.
+/// The rig of the simulated features: that of --config where there is one, otherwise EuRoC's.
 Calibration rigOf(const AbOptions& options);
 /// Its camera, taken as one without distortion.
 simulation::PinholeCamera cameraOf(const AbOptions& options);

@@ -23,7 +23,7 @@ constexpr double kBuiltinDuration = 20.0;                   // [s]
 constexpr double kMargin = 0.1;       // [s]
 constexpr double kTruthStep = 0.005;  // [s] of simulated motion, as EuRoC's 200 Hz
 
-// Keeps what lies in [low, high].
+// Keeps the elements in [low, high].
 template <typename T>
 void cut(double low, double high, std::vector<T>* list) {
   list->erase(std::remove_if(list->begin(), list->end(),
@@ -50,7 +50,7 @@ std::string cutImages(const SimulateOptions& options, const Calibration& calibra
   const double begin = times.front() + options.start_s;
   const double last = times.back();
   const double end = options.duration_s > 0.0 ? begin + options.duration_s : last;
-  // Half a nanosecond of slack: the sum is rounded.
+  // With a tolerance of half a nanosecond: the sum is rounded.
   times.erase(std::remove_if(times.begin(), times.end(),
                              [&](double t) { return t < begin - 5e-10 || t > end + 5e-10; }),
               times.end());
@@ -93,7 +93,7 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
   return cutImages(options, calibration, motion);
 }
 
-// Stamp, position, quaternion; further columns are left alone.
+// Stamp, position, quaternion; further columns are ignored.
 std::string readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<NavState>* states) {
   std::ifstream file(path);
   if (!file || !std::filesystem::is_regular_file(path)) return path + " cannot be opened";
@@ -137,7 +137,7 @@ std::string readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<
     NavState state;
     state.t = 1e-9 * static_cast<double>(stamp_ns - *t0_ns);
     if (!states->empty() && !(state.t > states->back().t)) {
-      return problem("the stamp is not after the one before");
+      return problem("the stamp is not after the previous one");
     }
     state.R_w_b = q.normalized().toRotationMatrix();
     state.p_w_b = {value[0], value[1], value[2]};
@@ -223,7 +223,7 @@ std::string loadSimulatedMotion(const SimulateOptions& options, const Calibratio
   const double low = motion->image_times.front() + calibration.td - kMargin;
   const double high = motion->image_times.back() + calibration.td + kMargin;
   cut(low, high, &motion->imu);
-  // Recorded truth may be sparse: some samples more, for whoever interpolates.
+  // Recorded truth may be sparse: a few more samples for interpolation.
   cut(low - 0.5, high + 0.5, &motion->truth);
   return "";
 }

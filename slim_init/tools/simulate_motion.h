@@ -22,11 +22,11 @@ struct SimulatedMotion {
   std::vector<double> image_times;                     ///< camera clock
   std::vector<ImuSample> imu;
   std::vector<NavState> truth;     ///< all fields finite
-  std::vector<std::string> notes;  ///< one sentence each
+  std::vector<std::string> notes;  ///< one message each
 };
 
-/// Reads or makes what the options name. Returns an empty string, or a sentence naming file, line,
-/// value or option.
+/// Reads or makes the motion that the options name. Returns an empty string, or a message naming
+/// file, line, value or option.
 std::string loadSimulatedMotion(const SimulateOptions& options, const Calibration& calibration,
                                 SimulatedMotion* motion);
 

@@ -35,8 +35,7 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        ""},
       {"recorded", &o.recorded, "DIR",
        "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: the real IMU and the real "
-       "image "
-       "times are kept",
+       "image times are kept",
        ""},
       {"scene", &o.scene, "NAME", "Scene: " + join(simulation::sceneNames()), ""},
       {"start", &o.start_s, "X", "Skip this much of the motion [s]", "", 0.0, 1e6},
@@ -45,8 +44,8 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        1e6},
       {"config", &o.config, "FILE",
        "YAML file with camera, extrinsic and td (default: EuRoC's cam0 and IMU)", ""},
-      {"image-scale", &o.image_scale, "X", "Size of the images against the camera's", "", 0.05,
-       4.0},
+      {"image-scale", &o.image_scale, "X", "Size of the images as a multiple of the camera's", "",
+       0.05, 4.0},
       {"distortion", &o.distortion, "MODE", "on: the camera's lens, off: a pinhole", ""},
       {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
       {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,

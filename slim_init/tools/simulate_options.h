@@ -42,7 +42,7 @@ struct SimulateOptions {
 /// All options, bound to the fields of `options`; see abOptionTable().
 std::vector<AbOption> simulateOptionTable(SimulateOptions* options);
 
-/// Checks what a single option cannot know. Returns an empty string, or a sentence naming the
+/// Checks conditions over several options. Returns an empty string, or a message naming the
 /// option, its value and what is allowed.
 std::string checkSimulateOptions(const SimulateOptions& options);
 

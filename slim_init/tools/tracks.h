@@ -5,8 +5,8 @@
 
 namespace slim_init::tools {
 
-/// `slim_init tracks`: runs the front end over a sequence and says how many features it tracks, for
-/// how long, in what time and, where the scene is known, how well. Returns the exit code.
+/// `slim_init tracks`: runs the front end over a sequence and reports how many features it tracks,
+/// for how long, in what time and, where the scene is known, how accurately. Returns the exit code.
 int runTracks(const TracksOptions& options);
 
 }  // namespace slim_init::tools

@@ -10,11 +10,10 @@ std::vector<AbOption> tracksOptionTable(TracksOptions* options) {
        "Sequence in ASL layout; with DIR/scene.json and ground truth errors are measured", ""},
       {"config", &o.config_file, "FILE",
        "YAML file with camera, extrinsic, td and section slim_init: (default: the sensor.yaml "
-       "files "
-       "beside the data)",
+       "files beside the data)",
        ""},
       {"options", &o.options_file, "FILE",
-       "YAML file whose section slim_init: wins over --config's", ""},
+       "YAML file whose section slim_init: takes precedence over --config's", ""},
       {"stride", &o.stride, "N", "Take every N-th image", "", 1, 1000},
       {"limit", &o.limit, "N", "Stop after this many images (0: no limit)", "", 0, 1000000000},
       {"interval", &o.interval_s, "X", "Time between keyframes [s]", "", 0.01, 100.0},

@@ -23,7 +23,7 @@ struct TracksOptions {
 /// All options, bound to the fields of `options`; see abOptionTable().
 std::vector<AbOption> tracksOptionTable(TracksOptions* options);
 
-/// Checks what a single option cannot know. Returns an empty string or a sentence.
+/// Checks conditions over several options. Returns an empty string or a message.
 std::string checkTracksOptions(const TracksOptions& options);
 
 }  // namespace slim_init::tools

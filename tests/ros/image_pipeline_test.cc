@@ -246,7 +246,7 @@ TEST(ImageMessageTest, DecodesWhatIsListedAndRefusesContradictions) {
   EXPECT_EQ(grey.at<std::uint8_t>(1, 0), 3);
   message.encoding = "rgb8";
   EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey),
-            "is said to be 2 x 2 in rows of 2 bytes (rgb8), but holds 4 bytes");
+            "claims to be 2 x 2 in rows of 2 bytes (rgb8), but holds 4 bytes");
   message.step = 6;
   message.data.assign(12, 77);
   EXPECT_EQ(feature_tracker_lines::decodeImage(message, &grey), "");

@@ -248,7 +248,7 @@ TEST(MakeScene, RefusesUnknownKindAndEmptyPath) {
   EXPECT_FALSE(makeScene({"moon", 1}, {Vector3d::Zero()}, &scene, &error));
   EXPECT_TRUE(contains(error, "'moon'") && contains(error, "brick-room")) << error;
   EXPECT_FALSE(makeScene({"room", 1}, {}, &scene, &error));
-  EXPECT_TRUE(contains(error, "no finite place")) << error;
+  EXPECT_TRUE(contains(error, "no finite position")) << error;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(makeScene({"room", 1}, {Vector3d(nan, 0, 0)}, &scene, &error));
   EXPECT_TRUE(scene.solids.empty());

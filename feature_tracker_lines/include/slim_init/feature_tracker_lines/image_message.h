@@ -33,14 +33,14 @@ inline constexpr ImageEncoding kImageEncodings[] = {
     {"rgba8", 4, cv::COLOR_RGBA2GRAY},
 };
 
-/// A name from a message, in quotes and cut short: it may be anything.
+/// A name from a message, in quotes and shortened: it may contain anything.
 inline std::string shownName(const std::string& name) {
   constexpr std::size_t kMost = 40;
   return "'" + (name.size() > kMost ? name.substr(0, kMost) + "..." : name) + "'";
 }
 
 /// Grey image (CV_8UC1, pixels of its own) of a sensor_msgs/Image. Returns an empty string, or the
-/// end of a sentence about the message ("has encoding ..", "is said to be ..") for an encoding not
+/// end of a message ("has encoding ..", "claims to be ..") for an encoding not
 /// listed above and for sizes that contradict each other. May throw what OpenCV throws.
 template <typename Image>
 std::string decodeImage(const Image& message, cv::Mat* grey) {
@@ -59,7 +59,7 @@ std::string decodeImage(const Image& message, cv::Mat* grey) {
   const std::uint64_t needed = std::uint64_t{message.step} * message.height;
   if (message.width == 0 || message.height == 0 || message.step < row ||
       message.data.size() < needed) {
-    out << "is said to be " << message.width << " x " << message.height << " in rows of "
+    out << "claims to be " << message.width << " x " << message.height << " in rows of "
         << message.step << " bytes (" << encoding->name << "), but holds " << message.data.size()
         << " bytes";
     return out.str();
