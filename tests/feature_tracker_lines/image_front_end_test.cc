@@ -219,6 +219,25 @@ TEST(FrontEndBias, WithoutImuItTracksAndSaysSo) {
   EXPECT_GT(front_end.report().points_tracked, 60);
 }
 
+TEST(FrontEndReports, TotalsAddUpTheReportsOfSingleImages) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 1);
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, smallOptions());
+  FrameObservation frame;
+  int outliers = 0, samples = 0;
+  for (int k = 0; k < 6; ++k) {
+    ASSERT_EQ(walk.feed(k, walk.image(k), &front_end, &frame), ImageStatus::kTracked);
+    outliers += front_end.report().points_outliers;
+    const ImageReport& report = front_end.report();
+    EXPECT_EQ(static_cast<int>(frame.points.size()), report.points_tracked + report.points_new);
+    EXPECT_EQ(static_cast<int>(frame.lines.size()),
+              report.lines_matched + report.lines_carried + report.lines_new);
+    EXPECT_EQ(front_end.totals().images, k + 1);
+    EXPECT_GT(front_end.totals().imu_added, samples);
+    samples = static_cast<int>(front_end.totals().imu_added);
+  }
+  EXPECT_EQ(front_end.totals().points_outliers, outliers);
+}
+
 // ------------------------------------------------------------------------------ what goes wrong
 
 class FrontEndFailures : public ::testing::Test {
@@ -269,23 +288,6 @@ TEST_F(FrontEndFailures, AnImageThatOpenCvRefusesIsCountedAndTrackingRestarts) {
   EXPECT_EQ(front_end.totals().images_bad, 1);
   // Its time counts all the same.
   EXPECT_EQ(front_end.addImage(walk_.time(0), walk_.image(0), &frame_), ImageStatus::kOutOfOrder);
-}
-
-TEST_F(FrontEndFailures, TotalsAddUpTheReportsOfSingleImages) {
-  ImageFrontEnd front_end(walk_.parameters, walk_.calibration, smallOptions());
-  int outliers = 0, samples = 0;
-  for (int k = 0; k < 6; ++k) {
-    ASSERT_EQ(walk_.feed(k, walk_.image(k), &front_end, &frame_), ImageStatus::kTracked);
-    outliers += front_end.report().points_outliers;
-    const ImageReport& report = front_end.report();
-    EXPECT_EQ(static_cast<int>(frame_.points.size()), report.points_tracked + report.points_new);
-    EXPECT_EQ(static_cast<int>(frame_.lines.size()),
-              report.lines_matched + report.lines_carried + report.lines_new);
-    EXPECT_EQ(front_end.totals().images, k + 1);
-    EXPECT_GT(front_end.totals().imu_added, samples);
-    samples = static_cast<int>(front_end.totals().imu_added);
-  }
-  EXPECT_EQ(front_end.totals().points_outliers, outliers);
 }
 
 TEST_F(FrontEndFailures, BlackAndSaturatedImagesEndAllTracksAndTheNextStartsAnew) {
