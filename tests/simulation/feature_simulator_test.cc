@@ -788,21 +788,20 @@ TEST(FeatureWorlds, EmptyInputGivesEmptyFrames) {
 
 TEST(FeatureOptions, AreValidated) {
   EXPECT_EQ(FeatureSimulationOptions().validate(), "");
-  const auto sentence = [](const std::function<void(FeatureSimulationOptions*)>& change) {
+  const auto message = [](const std::function<void(FeatureSimulationOptions*)>& change) {
     FeatureSimulationOptions options;
     change(&options);
     return options.validate();
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(sentence([](auto* o) { o->max_points = -1; }).find("max_points is -1"),
+  EXPECT_NE(message([](auto* o) { o->max_points = -1; }).find("max_points is -1"),
             std::string::npos);
-  EXPECT_NE(sentence([](auto* o) { o->track_life = 0.5; }).find("track_life"), std::string::npos);
-  EXPECT_NE(sentence([](auto* o) { o->line_slide = 0.5; }).find("line_slide"), std::string::npos);
-  EXPECT_NE(sentence([](auto* o) { o->outlier_rate = 1.1; }).find("outlier_rate"),
+  EXPECT_NE(message([](auto* o) { o->track_life = 0.5; }).find("track_life"), std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->line_slide = 0.5; }).find("line_slide"), std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->outlier_rate = 1.1; }).find("outlier_rate"),
             std::string::npos);
-  EXPECT_NE(sentence([=](auto* o) { o->pixel_noise = nan; }).find("pixel_noise"),
-            std::string::npos);
-  EXPECT_NE(sentence([](auto* o) { o->camera.fx = 0.0; }).find("camera.fx"), std::string::npos);
+  EXPECT_NE(message([=](auto* o) { o->pixel_noise = nan; }).find("pixel_noise"), std::string::npos);
+  EXPECT_NE(message([](auto* o) { o->camera.fx = 0.0; }).find("camera.fx"), std::string::npos);
   FeatureSimulationOptions bad;
   bad.drift = -1.0;
   EXPECT_TRUE(stillScene().run(bad, 3).empty());

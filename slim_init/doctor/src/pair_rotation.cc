@@ -179,7 +179,9 @@ class EpipolarSearch {
 /// of one for the other, about the image's axes.
 std::vector<Matrix3d> startsNear(const Matrix3d& R, double flow) {
   std::vector<Matrix3d> starts = {R};
-  const double angle = std::min(0.7 * flow, 0.15);
+  // Share of the flow that a rotation may explain, and its largest angle [rad].
+  constexpr double kShareOfFlow = 0.7, kMaxAngle = 0.15;
+  const double angle = std::min(kShareOfFlow * flow, kMaxAngle);
   for (const double sign : {-1.0, 1.0}) {
     starts.push_back(R * reference::expSo3(Vector3d(sign * angle, 0.0, 0.0)));
     starts.push_back(R * reference::expSo3(Vector3d(0.0, sign * angle, 0.0)));

@@ -220,9 +220,9 @@ class Aligner {
     pairs_ = measurePairs(frames_, calibration_.sigmaBearing(), options_);
     // The search needs the pairs at every offset; where the recording is too short for that, the
     // range is reduced.
-    for (max_offset_ = options_.max_offset_s; max_offset_ > 0.02; max_offset_ *= 0.5) {
+    for (max_offset_ = options_.max_offset_s; max_offset_ > kLeastRange; max_offset_ *= 0.5) {
       if (static_cast<int>(covered(max_offset_).size()) >=
-          0.9 * static_cast<double>(pairs_.size())) {
+          kLeastCovered * static_cast<double>(pairs_.size())) {
         break;
       }
     }
@@ -239,7 +239,7 @@ class Aligner {
     result_.status = AlignmentStatus::kSolved;
     Alignment alignment = search();
     refine(&alignment);
-    if (result_.correlation > kWorthASecondLook) {
+    if (result_.correlation > kRemeasureCorrelation) {
       measureAgain(alignment);
       refine(&alignment);
     }
@@ -247,8 +247,16 @@ class Aligner {
   }
 
  private:
-  static constexpr double kWorthASecondLook = 0.6;
+  // Search range of the offset: halved until this share of the pairs has IMU data throughout, but
+  // not below kLeastRange [s].
+  static constexpr double kLeastCovered = 0.9, kLeastRange = 0.02;
+  static constexpr int kSearchRounds = 3;  // with weights from the previous one
+  // Correlation from which on the gyro's prediction is good enough to measure the pairs again.
+  static constexpr double kRemeasureCorrelation = 0.6;
+  // Stretches of the recording whose scatter enters the covariance, and pairs in each.
   static constexpr std::size_t kMaxBlocks = 12, kMinPairsOfBlock = 8;
+  // Floors against division by zero: spread of the rates [rad/s], scale of the gyro.
+  static constexpr double kLeastSpread = 1e-6, kLeastScale = 1e-3;
 
   std::vector<Pair> covered(double offset) const {
     std::vector<Pair> result;
@@ -305,7 +313,7 @@ class Aligner {
     std::vector<double> weights = quality;
     Procrustes best;
     double td = calibration_.td;
-    for (int round = 0; round < 3; ++round) {
+    for (int round = 0; round < kSearchRounds; ++round) {
       const int steps = static_cast<int>(max_offset_ / options_.offset_step_s);
       std::vector<double> correlations;
       best = Procrustes();
@@ -332,7 +340,7 @@ class Aligner {
       for (std::size_t k = 0; k < pairs_.size(); ++k) {
         distances.push_back((rates.gyro[k] / best.scale - best.R_b_c * rates.camera[k]).norm());
       }
-      const double spread = std::max(median(distances), 1e-6);
+      const double spread = std::max(median(distances), kLeastSpread);
       for (std::size_t k = 0; k < pairs_.size(); ++k) {
         weights[k] = quality[k] * gemanMcClure(std::pow(distances[k] / spread, 2));
       }
@@ -342,7 +350,7 @@ class Aligner {
     Alignment alignment;
     alignment.td = td;
     alignment.R_b_c = best.R_b_c;
-    alignment.scale = std::max(best.scale, 1e-3);
+    alignment.scale = std::max(best.scale, kLeastScale);
     // The bias is what the means differ by.
     Vector3d difference = Vector3d::Zero();
     double sum = 0.0;
