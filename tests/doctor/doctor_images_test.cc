@@ -241,7 +241,7 @@ TEST_F(DoctorTool, RealImagesStandingStill) {
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(severity("time_offset"), "not_checked");
   EXPECT_EQ(severity("extrinsic_rotation"), "not_checked");
-  EXPECT_TRUE(contains(run.out, "it stands still")) << run.out;
+  EXPECT_TRUE(contains(run.out, "the rig stands still")) << run.out;
 }
 
 // --- Numbers of a single image ---
