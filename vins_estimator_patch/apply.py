@@ -52,12 +52,12 @@ FRAME = Insertion(
 
 AFTER_STOCK = Insertion(
     "if(result)", "before", """
-            slim_init_glue.afterStock(*this, result);
+            slim_init_glue.recordStock(*this, result);
 """)
 
 HEALTHY = Insertion(
     "key_poses.clear();", "before", """
-        slim_init_glue.healthy(*this);
+        slim_init_glue.rememberHealthy(*this);
 """)
 
 
@@ -109,9 +109,9 @@ void slim_init_lines_callback(const sensor_msgs::PointCloudConstPtr &lines_msg)
     estimator.slim_init_glue.addLines(*lines_msg);
 }
 
-void slim_init_reinit_callback(const std_msgs::BoolConstPtr &reset_if_refused)
+void slim_init_recover_callback(const std_msgs::BoolConstPtr &reset_if_refused)
 {
-    estimator.slim_init_glue.request(reset_if_refused->data);
+    estimator.slim_init_glue.requestRecovery(reset_if_refused->data);
 }
 """)
 
@@ -120,12 +120,12 @@ def node_start(config_file):
     return Insertion(
         "registerPub(n);", "after", config_file + """
     estimator.slim_init_glue.listen(slim_init_report);
-    ros::Subscriber slim_init_sub_lines, slim_init_sub_reinit;
-    if (estimator.slim_init_glue.start(slim_init_file))
+    ros::Subscriber slim_init_sub_lines, slim_init_sub_recover;
+    if (estimator.slim_init_glue.open(slim_init_file))
     {
         slim_init_pub = n.advertise<std_msgs::String>("slim_init/status", 1000);
         slim_init_sub_lines = n.subscribe("/feature_tracker_lines/lines", 2000, slim_init_lines_callback);
-        slim_init_sub_reinit = n.subscribe("slim_init/reinit", 10, slim_init_reinit_callback);
+        slim_init_sub_recover = n.subscribe("slim_init/recover", 10, slim_init_recover_callback);
     }
 """)
 
@@ -157,14 +157,14 @@ VINS_MONO = {
         FRAME,
         Insertion("if( ESTIMATE_EXTRINSIC != 2 && (header.stamp.toSec() - initial_timestamp) > 0.1)",
                   "before", """
-            slim_init_glue.beforeStock();
+            slim_init_glue.timeStock();
             if (slim_init_glue.decides())
                 result = slim_init_glue.seed(*this);
             else
 """),
         AFTER_STOCK,
         Insertion("TicToc t_solve;", "before", """
-        if (slim_init_glue.requestFailed(*this))
+        if (slim_init_glue.serveRequest(*this))
         {
             clearState();
             setParameter();
@@ -209,7 +209,7 @@ VINS_FUSION = {
 """),
         FRAME,
         Insertion("if(ESTIMATE_EXTRINSIC != 2 && (header - initial_timestamp) > 0.1)", "before", """
-                slim_init_glue.beforeStock();
+                slim_init_glue.timeStock();
                 if (slim_init_glue.decides())
                 {
                     result = slim_init_glue.seed(*this);
@@ -221,8 +221,8 @@ VINS_FUSION = {
         AFTER_STOCK,
         # This host cannot reset itself here: processImage() runs inside the lock of clearState().
         Insertion("TicToc t_solve;", "before", """
-        if (slim_init_glue.requestFailed(*this))
-            slim_init_glue.wantReset();
+        if (slim_init_glue.serveRequest(*this))
+            slim_init_glue.requestReset();
 """),
         recovery("""
                 f_manager.triangulate(frame_count, Ps, Rs, tic, ric);

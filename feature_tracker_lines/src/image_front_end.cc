@@ -84,6 +84,7 @@ class ImageFrontEnd::Impl {
       case AddStatus::kAdded: ++totals_.imu_added; break;
       case AddStatus::kNotFinite: ++totals_.imu_not_finite; break;
       case AddStatus::kOutOfOrder: ++totals_.imu_out_of_order; break;
+      default: break;
     }
     return status;
   }

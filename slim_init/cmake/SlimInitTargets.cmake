@@ -5,6 +5,23 @@ if(SLIM_INIT_IS_TOP_LEVEL)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 endif()
 
+# version.h is what consumers see of the version; it has to be the project's.
+file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/../include/slim_init/version.h _version_lines
+     REGEX "^#define SLIM_INIT_VERSION_(MAJOR|MINOR|PATCH) |kVersion = ")
+string(REGEX MATCHALL "[0-9]+(\\.[0-9]+)*" _version_numbers "${_version_lines}")
+set(_version_expected ${PROJECT_VERSION_MAJOR} ${PROJECT_VERSION_MINOR} ${PROJECT_VERSION_PATCH}
+                      ${PROJECT_VERSION})
+if(NOT "${_version_numbers}" STREQUAL "${_version_expected}")
+  message(FATAL_ERROR "slim_init/include/slim_init/version.h says ${_version_numbers}, the project "
+                      "${_version_expected}: change both")
+endif()
+# Before 1.0 a minor version may break the binary interface, afterwards a major one.
+if(PROJECT_VERSION_MAJOR EQUAL 0)
+  set(SLIM_INIT_SOVERSION 0.${PROJECT_VERSION_MINOR})
+else()
+  set(SLIM_INIT_SOVERSION ${PROJECT_VERSION_MAJOR})
+endif()
+
 # Warnings, C++17 and sanitizers; private, so that no consumer inherits them.
 function(slim_init_configure_target target)
   target_compile_features(${target} PUBLIC cxx_std_17)
@@ -32,7 +49,7 @@ function(slim_init_add_library target export_name)
   add_library(slim_init::${export_name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${export_name}
                                              VERSION ${PROJECT_VERSION}
-                                             SOVERSION ${PROJECT_VERSION_MAJOR})
+                                             SOVERSION ${SLIM_INIT_SOVERSION})
   target_include_directories(
     ${target} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
                      $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

@@ -9,15 +9,11 @@
 
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
-#include "slim_init/window_solver.h"
+#include "slim_init/keyframe_window.h"
+#include "slim_init/state_at.h"
 
 namespace slim_init {
 namespace {
-
-bool isFinite(const NavState& state) {
-  return std::isfinite(state.t) && state.R_w_b.allFinite() && state.p_w_b.allFinite() &&
-         state.v_w_b.allFinite() && state.gyro_bias.allFinite() && state.accel_bias.allFinite();
-}
 
 // State of the body at time t, carried there from `state` by the IMU.
 NavState propagateTo(const NavState& state, double t, const std::vector<ImuSample>& imu,
@@ -54,65 +50,95 @@ constexpr double kRotationTolerance = 1e-3;
 class Initializer : public IInitializer {
  public:
   Initializer(std::unique_ptr<WindowSolver> solver, const Calibration& calibration,
-              const WindowOptions& options)
-      : solver_(std::move(solver)), window_(calibration, options) {}
+              const InitializerOptions& options)
+      : solver_(std::move(solver)),
+        window_(calibration, options.window, StreamOptions::liveData(options.imu)) {}
 
   const std::string& name() const override { return solver_->name(); }
   AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
-  AddStatus addFrame(const FrameObservation& frame) override { return window_.addFrame(frame); }
-  bool addLines(double t, const std::vector<LineObservation>& lines) override {
-    return window_.addLines(t, lines);
+  AddStatus addFrame(FrameObservation frame) override { return window_.addFrame(std::move(frame)); }
+  AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
+    return window_.addLines(stamp, std::move(lines));
   }
+  void setTd(double td) override { window_.setTd(td); }
   void reset() override { window_.reset(); }
-  const KeyframeWindow& window() const override { return window_; }
 
   InitResult initialize() override {
     const WindowCut cut = window_.cut();
-    if (cut.window == nullptr) {
-      InitResult result;
-      result.status = cut.status;
-      result.message = cut.message;
-      return result;
+    if (cut.window == nullptr) return refuse(cut.status, cut.message);
+    InitResult result = solver_->solve(*cut.window);
+    if (const std::string message = result.validate(); !message.empty()) {
+      return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
     }
-    return solver_->solve(*cut.window);
+    return result;
   }
 
   InitResult recover(const NavState& last_healthy) override {
-    std::ostringstream sentence;
-    if (!isFinite(last_healthy)) {
-      return refuse("the last healthy state is not finite");
-    }
-    const std::vector<ImuSample> imu(window_.imu().begin(), window_.imu().end());
-    if (imu.empty() || last_healthy.t < imu.front().t || last_healthy.t > imu.back().t) {
-      sentence << "the last healthy state at " << std::fixed << last_healthy.t
-               << " s lies outside the buffered IMU data";
-      if (!imu.empty()) sentence << " [" << imu.front().t << ", " << imu.back().t << "] s";
-      return refuse(sentence.str());
-    }
-    if ((last_healthy.R_w_b.transpose() * last_healthy.R_w_b - Eigen::Matrix3d::Identity()).norm() >
-        kRotationTolerance) {
-      return refuse("R_w_b of the last healthy state is not a rotation to within 1e-3");
-    }
+    const std::string problem = checkHealthy(last_healthy);
+    if (!problem.empty()) return refuse(InitStatus::kInvalidInput, problem);
     InitResult result = initialize();
-    if (!result.success() || !result.hasEstimate()) return result;
+    if (!result.success()) return result;
     // Between the healthy state and the window the IMU alone carries the frame.
+    const std::vector<ImuSample> imu = bufferedSamples();
     const double gap = largestGap(imu, last_healthy.t, result.states.front().t);
     if (gap > window_.options().max_imu_gap_s) {
-      sentence << "IMU data have a gap of " << gap
-               << " s between the last healthy state and the window, must be at most "
-               << window_.options().max_imu_gap_s << " s";
-      return refuse(sentence.str());
+      std::ostringstream message;
+      message << "IMU data have a gap of " << gap
+              << " s between the last healthy state and the window, must be at most "
+              << window_.options().max_imu_gap_s << " s";
+      return refuse(InitStatus::kInvalidInput, message.str());
     }
     joinFrame(last_healthy, imu, &result);
     return result;
   }
 
+  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
+                std::vector<NavState>* states, std::string* error) const override {
+    StateAtOptions options;
+    options.max_reach_s = max_reach_s;
+    options.max_imu_gap_s = window_.options().max_imu_gap_s;
+    return slim_init::statesAt(result.states, result.gravity_w, bufferedSamples(), times, options,
+                               states, error);
+  }
+
+  Calibration calibration() const override { return window_.calibration(); }
+  StreamCounts counts() const override { return window_.counts(); }
+  TimeSpan bufferedImu() const override {
+    return window_.imu().empty() ? TimeSpan{}
+                                 : TimeSpan{window_.imu().front().t, window_.imu().back().t};
+  }
+  double maxWindowSpan() const override {
+    return window_.options().keyframes * window_.options().min_interval_s;
+  }
+
  private:
-  static InitResult refuse(const std::string& message) {
+  static InitResult refuse(InitStatus status, const std::string& message) {
     InitResult result;
-    result.status = InitStatus::kInvalidInput;
+    result.status = status;
     result.message = message;
     return result;
+  }
+
+  std::vector<ImuSample> bufferedSamples() const {
+    return std::vector<ImuSample>(window_.imu().begin(), window_.imu().end());
+  }
+
+  // Why nothing can be joined to this state, or "".
+  std::string checkHealthy(const NavState& last_healthy) const {
+    if (!last_healthy.isFinite()) return "the last healthy state is not finite";
+    const TimeSpan imu = bufferedImu();
+    if (!(last_healthy.t >= imu.first && last_healthy.t <= imu.last)) {
+      std::ostringstream message;
+      message << "the last healthy state at " << std::fixed << last_healthy.t
+              << " s lies outside the buffered IMU data";
+      if (!window_.imu().empty()) message << " [" << imu.first << ", " << imu.last << "] s";
+      return message.str();
+    }
+    const Eigen::Matrix3d& R = last_healthy.R_w_b;
+    if ((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() > kRotationTolerance) {
+      return "R_w_b of the last healthy state is not a rotation to within 1e-3";
+    }
+    return "";
   }
 
   // Moves the new solution into the old odometry frame: both describe the body at one instant, the
@@ -158,14 +184,17 @@ class Initializer : public IInitializer {
 
 std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solver,
                                               const Calibration& calibration,
-                                              const WindowOptions& options, std::string* error) {
+                                              const InitializerOptions& options,
+                                              std::string* error) {
   std::string message;
   if (solver == nullptr) {
     message = "the solver is null";
   } else if (message = calibration.validate(); !message.empty()) {
     message = "calibration: " + message;
-  } else if (message = options.validate(); !message.empty()) {
+  } else if (message = options.window.validate(); !message.empty()) {
     message = "window." + message;
+  } else if (message = options.imu.validate(); !message.empty()) {
+    message = "imu." + message;
   }
   if (!message.empty()) {
     if (error != nullptr) *error = message;
@@ -179,7 +208,7 @@ std::unique_ptr<IInitializer> makeInitializer(const Calibration& calibration,
                                               std::string* error) {
   std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, error);
   if (solver == nullptr) return nullptr;
-  return makeInitializer(std::move(solver), calibration, options.window, error);
+  return makeInitializer(std::move(solver), calibration, options, error);
 }
 
 }  // namespace slim_init

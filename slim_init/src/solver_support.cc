@@ -40,6 +40,33 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
   return motion;
 }
 
+namespace {
+
+Eigen::Matrix3Xd cameraCentres(const InitWindow& window, const WindowState& state) {
+  Eigen::Matrix3Xd centres_b0(3, state.size());
+  for (int k = 0; k < state.size(); ++k) {
+    centres_b0.col(k) = state.p_b0.col(k) + state.R_b0_bk[k] * window.calibration().t_b_c;
+  }
+  return centres_b0;
+}
+
+}  // namespace
+
+double cameraSpread(const InitWindow& window, const WindowState& state) {
+  const Eigen::Matrix3Xd centres_b0 = cameraCentres(window, state);
+  return (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
+}
+
+double meanBaseline(const std::vector<NavState>& states, const Eigen::Vector3d& t_b_c) {
+  if (states.size() < 2) return kNotComputed;
+  double sum = 0.0;
+  for (std::size_t k = 1; k < states.size(); ++k) {
+    const NavState &a = states[k - 1], &b = states[k];
+    sum += (b.p_w_b + b.R_w_b * t_b_c - a.p_w_b - a.R_w_b * t_b_c).norm();
+  }
+  return sum / static_cast<double>(states.size() - 1);
+}
+
 void setWorldStates(const InitWindow& window, const WindowState& state, InitResult* result) {
   const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(state.gravity_b0);
   result->gravity_w = Eigen::Vector3d(0.0, 0.0, -window.calibration().gravity_magnitude);
@@ -47,7 +74,6 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
   result->gyro_bias = state.gyro_bias;
   result->accel_bias = state.accel_bias;
   result->states.clear();
-  Eigen::Matrix3Xd centres_b0(3, state.size());
   for (int k = 0; k < state.size(); ++k) {
     NavState out;
     out.t = window.times()[k];
@@ -57,9 +83,8 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
     out.gyro_bias = state.gyro_bias;
     out.accel_bias = state.accel_bias;
     result->states.push_back(out);
-    centres_b0.col(k) = state.p_b0.col(k) + state.R_b0_bk[k] * window.calibration().t_b_c;
   }
-  result->scale = (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
+  result->scale = meanBaseline(result->states, window.calibration().t_b_c);
 }
 
 WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude) {

@@ -47,6 +47,14 @@ bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
 MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
                              const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
+/// Root of the summed squared distances of the camera centres from their mean [m]: what one unit of
+/// estimateTranslations() is in metres.
+double cameraSpread(const InitWindow& window, const WindowState& state);
+
+/// InitResult::scale: mean distance between consecutive camera centres [m]; NaN for fewer than two
+/// states. `t_b_c`: camera centre in the body [m].
+double meanBaseline(const std::vector<NavState>& states, const Eigen::Vector3d& t_b_c);
+
 /// Turns a motion in b0 into the states, gravity, biases and scale of `result`, in its
 /// gravity-aligned world.
 void setWorldStates(const InitWindow& window, const WindowState& state, InitResult* result);

@@ -40,7 +40,7 @@ struct Place {
   bool silent_scale = false;   ///< tracking with a wrong scale from then on
   double jump = kNotComputed;  ///< change of the position error against the truth [m]
   double yaw_jump_deg = kNotComputed;
-  std::string told;
+  std::string messages;
 
   bool recovered() const { return good && jump <= kJump && yaw_jump_deg <= kYawJumpDeg; }
 };
@@ -155,7 +155,7 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
       }
       if (step->failed) {
         place.failed = true;
-        place.told += " | " + step->sentence;
+        place.messages += " | " + step->message;
       }
       if (t >= place.end + kRecoveredAfter - 1e-6) {
         place.good = place.good && step->tracking && isHealthy(step->state, run.truth());
@@ -175,7 +175,7 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
     }
   }
   // The adapter keeps glitches to itself, and nothing else.
-  EXPECT_EQ(run.host().counts().imu_implausible > 0, failure == Failure::kSpike);
+  EXPECT_EQ(run.host().counts().imu_glitches > 0, failure == Failure::kSpike);
   return list;
 }
 
@@ -194,7 +194,7 @@ void count(const std::vector<Place>& list, const std::string& where, Tally* tall
     tally->largest_yaw_jump_deg = std::max(tally->largest_yaw_jump_deg, place.yaw_jump_deg);
     if (!place.recovered() || place.silent_scale) {
       std::cout << where << " at " << place.begin << " s: jump " << place.jump << " m, "
-                << place.yaw_jump_deg << " deg" << place.told << "\n";
+                << place.yaw_jump_deg << " deg" << place.messages << "\n";
     }
   }
 }
@@ -258,10 +258,10 @@ TEST(TestHostRecovery, OnRequest) {
   run.before_frame = [&](TestHost* host, double stamp) {
     if (asked || stamp < 5.0) return;
     asked = true;
-    host->requestReinit();
+    host->requestRecovery();
   };
   while (const HostStep* step = run.next()) {
-    EXPECT_FALSE(step->failed) << step->sentence;
+    EXPECT_FALSE(step->failed) << step->message;
     served += step->recovered ? 1 : 0;
     if (!step->tracking) continue;
     p.push_back(step->state.p_w_b);

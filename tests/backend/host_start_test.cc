@@ -36,7 +36,7 @@ Start startAt(const evaluation::Sequence& sequence, std::size_t first_frame) {
   std::vector<Eigen::Vector3d> estimated, truth;
   while (const HostStep* step = run.next()) {
     const double elapsed = run.stamp() - sequence.frames[first_frame].t;
-    if (step->started && std::isnan(start.first_state_s)) start.first_state_s = elapsed;
+    if (step->seeded && std::isnan(start.first_state_s)) start.first_state_s = elapsed;
     start.failed = start.failed || step->failed;
     if (step->tracking) {
       estimated.push_back(step->state.p_w_b);
@@ -88,14 +88,14 @@ TEST(TestHostStart, WaitsAtRest) {
   options.duration_s = 5.0;
   const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
   HostRun run(sequence, 5);
-  std::string sentence;
+  std::string message;
   while (const HostStep* step = run.next()) {
     if (step->tracking) {
       EXPECT_LT(run.scaleErrorOrZero(), kScaleError) << run.stamp();
     }
-    sentence = step->sentence;
+    message = step->message;
   }
-  EXPECT_FALSE(sentence.empty());
+  EXPECT_FALSE(message.empty());
 }
 
 TEST(TestHostStart, RunsAnyInitializer) {
@@ -104,9 +104,9 @@ TEST(TestHostStart, RunsAnyInitializer) {
   options.duration_s = 6.0;
   const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
   HostRun run(sequence, 5, "drt-l");
-  bool started = false;
-  while (const HostStep* step = run.next()) started = started || step->started;
-  EXPECT_TRUE(started);
+  bool seeded = false;
+  while (const HostStep* step = run.next()) seeded = seeded || step->seeded;
+  EXPECT_TRUE(seeded);
 }
 
 TEST(TestHostStart, BadOptionsAreRefused) {

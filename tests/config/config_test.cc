@@ -458,7 +458,6 @@ void expectEveryFieldHasAKey(Config* config, const Options* options) {
 TEST(ConfigKeys, CoverEveryOption) {
   Config config;
   expectEveryFieldHasAKey(&config, &config.options);
-  expectEveryFieldHasAKey(&config, &config.imu_limits);
   expectEveryFieldHasAKey(&config, &config.front_end.points);
   expectEveryFieldHasAKey(&config, &config.front_end.lines);
 }

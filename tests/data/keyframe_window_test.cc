@@ -92,6 +92,78 @@ TEST_F(KeyframeWindowTest, TimeOffsetMovesFramesToTheImuClock) {
   EXPECT_NEAR(window.cut().window->times()[1], 0.28, 1e-12);
 }
 
+// A host that estimates td: it holds for the frames that follow.
+TEST_F(KeyframeWindowTest, TheTimeOffsetMayChange) {
+  options_.min_keyframes = options_.keyframes = 2;
+  KeyframeWindow window(calibration_, options_);
+  for (int k = 0; k <= 100; ++k) window.addImu(imu(0.005 * k));
+  window.addFrame(frame(0.0));
+  window.setTd(0.02);
+  window.setTd(kNotComputed);
+  EXPECT_EQ(window.calibration().td, 0.02);
+  window.addFrame(frame(0.25));
+  ASSERT_NE(window.cut().window, nullptr);
+  EXPECT_EQ(window.cut().window->times()[0], 0.0);
+  EXPECT_NEAR(window.cut().window->times()[1], 0.27, 1e-12);
+  // Backwards by more than a frame interval: the frame would be before the last one.
+  window.setTd(-0.3);
+  EXPECT_EQ(window.addFrame(frame(0.3)), AddStatus::kOutOfOrder);
+}
+
+TEST_F(KeyframeWindowTest, LinesMeetTheirFrameInAnyOrder) {
+  options_.min_keyframes = options_.keyframes = 2;
+  calibration_.td = 0.03;  // stamps are matched on the camera clock
+  KeyframeWindow window(calibration_, options_);
+  for (int k = 0; k <= 100; ++k) window.addImu(imu(0.005 * k));
+  std::vector<LineObservation> lines(2);
+  lines[0].id = 5;
+  lines[0].start_bearing = Eigen::Vector3d(0.3, 0.0, 1.0);
+  lines[1] = lines[0];  // the same id: dropped when it is cleaned
+  EXPECT_EQ(window.addLines(0.25, lines), AddStatus::kWaiting);
+  EXPECT_EQ(window.addLines(0.0, lines), AddStatus::kWaiting);
+  EXPECT_EQ(window.counts().lines_waiting, 2);
+  window.addFrame(frame(0.0));
+  window.addFrame(frame(0.25));
+  EXPECT_EQ(window.counts().lines_waiting, 0);
+  EXPECT_EQ(window.counts().lines_merged, 2);
+  EXPECT_EQ(window.counts().observations_duplicate_id, 2);
+  ASSERT_NE(window.cut().window, nullptr);
+  EXPECT_EQ(window.cut().window->lineTracks().size(), 1u);
+
+  window.addFrame(frame(0.30));
+  EXPECT_EQ(window.addLines(0.30, lines), AddStatus::kAdded);
+  EXPECT_EQ(window.addLines(0.30, lines), AddStatus::kUnmatched);  // twice
+  EXPECT_EQ(window.addLines(0.28, lines), AddStatus::kUnmatched);  // no such frame
+  EXPECT_EQ(window.addLines(kNotComputed, lines), AddStatus::kNotFinite);
+  window.addLines(0.32, lines);
+  window.addFrame(frame(0.35));  // the frame at 0.32 s was skipped
+  EXPECT_EQ(window.counts().lines_merged, 3);
+  EXPECT_EQ(window.counts().lines_unmatched, 3);
+  EXPECT_EQ(window.counts().lines_not_finite, 1);
+  // A flood for frames that never come is bounded, and what is dropped is counted.
+  for (int i = 0; i < 1000; ++i) window.addLines(10.0 + i, lines);
+  EXPECT_EQ(window.counts().lines_waiting, 100);
+  EXPECT_EQ(window.counts().lines_unmatched, 903);
+}
+
+TEST_F(KeyframeWindowTest, AJumpBackDropsTheDataOfLiveStreamsAndKeepsTheCounts) {
+  KeyframeWindow window(calibration_, options_, StreamOptions::liveData());
+  feed(window, 10.0, 13.0);
+  window.addLines(14.0, {});
+  ASSERT_NE(window.cut().window, nullptr);
+  window.addImu(imu(2.0));
+  EXPECT_NE(window.cut().window, nullptr);  // it may be a stray stamp
+  EXPECT_EQ(window.addImu(imu(2.005)), AddStatus::kRestarted);
+  EXPECT_EQ(window.cut().window, nullptr);
+  EXPECT_EQ(window.imu().size(), 1u);
+  EXPECT_EQ(window.counts().restarts, 1);
+  EXPECT_EQ(window.counts().lines_waiting, 0);
+  EXPECT_EQ(window.counts().lines_unmatched, 1);
+  EXPECT_EQ(window.counts().imu_added, 602);
+  feed(window, 2.01, 5.0);
+  EXPECT_NE(window.cut().window, nullptr);
+}
+
 TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
   KeyframeWindow window(calibration_, options_);
   EXPECT_EQ(window.addImu(imu(0.0)), AddStatus::kAdded);
@@ -101,6 +173,8 @@ TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
   bad.accel.x() = kNotComputed;
   EXPECT_EQ(window.addImu(bad), AddStatus::kNotFinite);
   EXPECT_EQ(window.addImu(imu(std::numeric_limits<double>::infinity())), AddStatus::kNotFinite);
+  bad.accel.x() = 400.0;
+  EXPECT_EQ(window.addImu(bad), AddStatus::kGlitch);
   EXPECT_EQ(window.addFrame(frame(0.0)), AddStatus::kAdded);
   EXPECT_EQ(window.addFrame(frame(0.0)), AddStatus::kOutOfOrder);
   EXPECT_EQ(window.addFrame(frame(kNotComputed)), AddStatus::kNotFinite);
@@ -110,6 +184,7 @@ TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
   EXPECT_EQ(window.counts().imu_added, 1);
   EXPECT_EQ(window.counts().imu_out_of_order, 2);
   EXPECT_EQ(window.counts().imu_not_finite, 2);
+  EXPECT_EQ(window.counts().imu_glitches, 1);
   EXPECT_EQ(window.counts().frames_added, 2);
   EXPECT_EQ(window.counts().frames_out_of_order, 1);
   EXPECT_EQ(window.counts().frames_not_finite, 1);

@@ -1,9 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The host's door: streaming, recovery into the old odometry frame.
+// The interface of the host: streaming, recovery into the old odometry frame, states at other
+// times.
 #include "slim_init/initializer.h"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 #include "geometry/so3.h"
 #include "slim_init/baselines/baselines.h"
@@ -45,6 +48,66 @@ TEST_F(InitializerTest, WaitsThenAnswersLikeTheSolver) {
   EXPECT_EQ(initializer->name(), "drt-l");
   initializer->reset();
   EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
+}
+
+TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
+  const auto initializer = make();
+  EXPECT_TRUE(std::isnan(initializer->bufferedImu().first));
+  EXPECT_EQ(initializer->maxWindowSpan(), 10 * WindowOptions().min_interval_s);
+  feed(*initializer, exact_);
+  EXPECT_EQ(initializer->bufferedImu().first, exact_.imu.front().t);
+  EXPECT_EQ(initializer->bufferedImu().last, exact_.imu.back().t);
+  EXPECT_EQ(initializer->counts().frames_added, 10);
+  EXPECT_EQ(initializer->calibration().td, exact_.calibration.td);
+  initializer->setTd(0.01);
+  EXPECT_EQ(initializer->calibration().td, 0.01);
+  EXPECT_EQ(initializer->addLines(exact_.keyframes.back().t + 0.1, {}), AddStatus::kWaiting);
+  initializer->reset();
+  EXPECT_EQ(initializer->counts().frames_added, 0);
+  EXPECT_EQ(initializer->counts().lines_waiting, 0);
+}
+
+TEST_F(InitializerTest, StatesBetweenAndBesideTheKeyframes) {
+  const auto initializer = make();
+  feed(*initializer, exact_);
+  const InitResult result = initializer->recover(exact_.truth[3]);  // in the frame of the truth
+  ASSERT_TRUE(result.success()) << result.message;
+  std::vector<NavState> states;
+  std::string error;
+  const double middle = 0.5 * (exact_.truth[4].t + exact_.truth[5].t);
+  ASSERT_TRUE(initializer->statesAt(result, {middle, exact_.truth[5].t}, 0.0, &states, &error))
+      << error;
+  ASSERT_EQ(states.size(), 2u);
+  EXPECT_LT((states[1].p_w_b - exact_.truth[5].p_w_b).norm(), 1e-6);
+  const Vector3d halfway = 0.5 * (exact_.truth[4].p_w_b + exact_.truth[5].p_w_b);
+  EXPECT_LT((states[0].p_w_b - halfway).norm(), 0.1);
+  EXPECT_FALSE(initializer->statesAt(result, {exact_.truth[0].t - 0.5}, 0.1, &states, &error));
+  EXPECT_NE(error.find("may be 0.1 s"), std::string::npos) << error;
+  EXPECT_EQ(states.size(), 2u) << "left as they were";
+}
+
+/// Says success, whatever it is given.
+class Boaster : public WindowSolver {
+ public:
+  const std::string& name() const override { return name_; }
+  InitResult solve(const InitWindow& /*window*/) const override {
+    InitResult result;
+    result.status = InitStatus::kSuccess;
+    return result;
+  }
+
+ private:
+  std::string name_ = "boaster";
+};
+
+TEST_F(InitializerTest, ASuccessThatContradictsItselfIsNotPassedOn) {
+  const auto initializer =
+      makeInitializer(std::make_unique<Boaster>(), exact_.calibration, InitializerOptions());
+  ASSERT_NE(initializer, nullptr);
+  feed(*initializer, exact_);
+  const InitResult result = initializer->initialize();
+  EXPECT_EQ(result.status, InitStatus::kNumericalFailure);
+  EXPECT_EQ(result.message, "boaster reported success without states");
 }
 
 TEST_F(InitializerTest, RecoverContinuesPositionAndYawInsideTheWindow) {
@@ -135,7 +198,7 @@ TEST_F(InitializerTest, RecoverBeforeTheWindowIsFullWaits) {
   EXPECT_EQ(initializer->recover(exact_.truth[0]).status, InitStatus::kTooFewKeyframes);
 }
 
-TEST(MakeInitializer, RefusesBadArgumentsWithASentence) {
+TEST(MakeInitializer, RefusesBadArgumentsWithAMessage) {
   std::string error;
   Calibration bad;
   bad.focal_px = 0.0;
@@ -144,6 +207,12 @@ TEST(MakeInitializer, RefusesBadArgumentsWithASentence) {
   EXPECT_EQ(baselines::makeInitializer("nothing", Calibration(), InitializerOptions(), {}, &error),
             nullptr);
   EXPECT_NE(error.find("unknown method"), std::string::npos);
+  InitializerOptions options;
+  options.imu.max_accel = 16.0;
+  EXPECT_EQ(makeInitializer(Calibration(), options, &error), nullptr);
+  EXPECT_EQ(error, "imu.max_accel is 16, must be in [19.6, inf]");
+  EXPECT_EQ(makeInitializer(nullptr, Calibration(), InitializerOptions(), &error), nullptr);
+  EXPECT_EQ(error, "the solver is null");
 }
 
 }  // namespace

@@ -269,7 +269,7 @@ TEST_F(Init, NothingIsLostAndEveryFrameHasItsLines) {
 TEST_F(Init, TheServiceInitializesAgain) {
   const std::size_t before = listener_->statuses.size();
   std_srvs::Trigger trigger;
-  ASSERT_TRUE(ros::service::call("/slim_init/reinitialize", trigger));
+  ASSERT_TRUE(ros::service::call("/slim_init/initialize", trigger));
   EXPECT_FALSE(trigger.response.message.empty());
   ASSERT_TRUE(listener_->wait([&] { return listener_->statuses.size() > before; }));
   const InitStatusMessage& status = listener_->statuses.back();
@@ -353,9 +353,10 @@ TEST_F(Init, GarbageIsCountedAndTheNodesLiveOn) {
                  listener_->value("slim_init: streams/feature dropped: late") >= 1 &&
                  listener_->value("slim_init: streams/line dropped: garbage") >= 1 &&
                  listener_->value("slim_init: streams/imu dropped: garbage") >= 2 &&
-                 listener_->value("slim_init: streams/imu dropped: no stamp") >= 1 &&
+                 listener_->value("slim_init: streams/imu dropped: glitch") >= 1 &&
                  listener_->value("slim_init: streams/imu dropped: stray stamp") >= 1 &&
                  listener_->value("feature_tracker_lines: streams/imu dropped: garbage") >= 2 &&
+                 listener_->value("feature_tracker_lines: streams/imu dropped: glitch") >= 1 &&
                  listener_->value("feature_tracker_lines: streams/imu dropped: stray stamp") >= 1 &&
                  listener_->value("feature_tracker_lines: streams/image dropped: garbage") >= 3 &&
                  listener_->value(

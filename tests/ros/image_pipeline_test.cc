@@ -205,6 +205,27 @@ TEST_F(ImagePipelineTest, ARestartBeginsAnew) {
   for (std::size_t i = 0; i < first.size(); ++i) expectEqual(first[i].frame, second[i].frame);
 }
 
+// The same twice, as from a bag that is played again: the second time costs the sample and the
+// image that confirm the jump.
+TEST_F(ImagePipelineTest, AJumpInTimeBeginsAnew) {
+  for (double& t : images_) t += 20.0;
+  for (double& t : imu_) t += 20.0;
+  ImagePipeline pipeline(config_, options_);
+  const std::size_t first = run(&pipeline, 0.0).size();
+  for (double& t : images_) t -= 10.0;
+  for (double& t : imu_) t -= 10.0;
+  const std::vector<TrackedFrame> second = run(&pipeline, 0.0);
+  EXPECT_EQ(pipeline.streamCounts().restarts, 1);
+  EXPECT_EQ(pipeline.counts().restarts, 1);
+  EXPECT_EQ(pipeline.streamCounts().imu_stray, 1);
+  ASSERT_GE(second.size(), first - 2);
+  EXPECT_LT(second.front().frame.points.front().id, 60) << "ids begin anew";
+  // A gap between images is a restart as well.
+  pipeline.addImage(15.0, imageAt(15.0));
+  EXPECT_EQ(pipeline.addImage(15.05, imageAt(15.05)), AddStatus::kRestarted);
+  EXPECT_EQ(pipeline.counts().restarts, 2);
+}
+
 TEST_F(ImagePipelineTest, ObservationsThatTheMessageCannotHoldAreLeftOut) {
   // A fisheye that sees beyond 90 degrees: the pixels at the edge have no (x, y, 1).
   config_.camera.model = feature_tracker_lines::CameraModel::kKannalaBrandt;

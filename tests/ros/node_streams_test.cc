@@ -33,8 +33,7 @@ class NodeStreamsTest : public ::testing::Test {
  protected:
   NodeStreamsTest() { ros::Time::init(); }  // no node here
 
-  int restarts_ = 0;
-  NodeStreams streams_{{{"imu"}, {"image", true, true}}, [this] { ++restarts_; }};
+  NodeStreams streams_{{{"imu", StreamKind::kImu, true}, {"image", StreamKind::kFrames, true}}};
   double t_ = -1.0;
 };
 
@@ -47,45 +46,50 @@ TEST_F(NodeStreamsTest, ClockBeginsWithTheFirstMessageOfAnyStream) {
 }
 
 TEST_F(NodeStreamsTest, DropsAndCountsWhatCannotBeUsed) {
-  const DiagnosticStatus before = streams_.report();
+  StreamCounts counts;
+  const DiagnosticStatus before = streams_.report(counts);
   EXPECT_EQ(before.level, DiagnosticStatus::OK);
   EXPECT_EQ(before.message, "data is coming");
 
   EXPECT_TRUE(streams_.accept(0, header(0.0, 1), "", &t_));
   EXPECT_FALSE(streams_.accept(0, header(0.1, 2), "a value is not finite", &t_));
-  EXPECT_FALSE(streams_.accept(0, header(-0.1, 5), "", &t_));
   EXPECT_FALSE(streams_.accept(0, std_msgs::Header(), "", &t_));
   EXPECT_EQ(t_, 0.0) << "of the only message in use";
-  EXPECT_EQ(streams_.received(0), 4);
+  EXPECT_EQ(streams_.received(0), 3);
+  EXPECT_EQ(valuesOf(streams_.report(counts))["imu last dropped"], "the header has no stamp");
 
-  const DiagnosticStatus status = streams_.report();
+  // What StreamCheck has dropped since.
+  EXPECT_TRUE(streams_.accept(0, header(0.2, 5), "", &t_));
+  streams_.explain(0, "400 m/s^2 on an axis");
+  counts.imu_glitches = 1;
+  counts.imu_out_of_order = 2;
+  counts.imu_stray = 3;
+  counts.imu_before_jump = 4;
+  counts.frames_out_of_order = 5;
+  const DiagnosticStatus status = streams_.report(counts);
   EXPECT_EQ(status.level, DiagnosticStatus::WARN);
   auto values = valuesOf(status);
   EXPECT_EQ(values["imu received"], "4");
-  EXPECT_EQ(values["imu lost on the way"], "2");
-  EXPECT_EQ(values["imu dropped: garbage"], "1");
-  EXPECT_EQ(values["imu dropped: late"], "1");
-  EXPECT_EQ(values["imu dropped: no stamp"], "1");
-  EXPECT_EQ(values["imu last garbage"], "a value is not finite");
+  EXPECT_EQ(values["imu dropped: garbage"], "2");
+  EXPECT_EQ(values["imu dropped: glitch"], "1");
+  EXPECT_EQ(values["imu dropped: late"], "2");
+  EXPECT_EQ(values["imu dropped: stray stamp"], "3");
+  EXPECT_EQ(values["imu dropped: before a time jump"], "4");
+  EXPECT_EQ(values["imu last dropped"], "400 m/s^2 on an axis");
   EXPECT_EQ(values["image received"], "0");
-  // The warning takes the place of the good news, and goes when nothing more is dropped.
-  EXPECT_EQ(status.message, "5 imu messages lost or dropped");
-  EXPECT_EQ(streams_.report().message, "data is coming");
+  EXPECT_EQ(values["image dropped: late"], "5");
+  // The warning replaces the message of level OK until nothing more is dropped.
+  EXPECT_NE(status.message.find("5 image messages lost or dropped"), std::string::npos)
+      << status.message;
+  EXPECT_EQ(streams_.report(counts).message, "data is coming");
 }
 
-TEST_F(NodeStreamsTest, RestartsBeforeTheFirstMessageOfTheNewTime) {
-  for (const double t : {10.0, 10.1, 10.2}) EXPECT_TRUE(streams_.accept(0, header(t), "", &t_));
-  EXPECT_FALSE(streams_.accept(0, header(2.0), "", &t_));  // a stray stamp, or the jump
-  EXPECT_EQ(restarts_, 0);
-  EXPECT_TRUE(streams_.accept(0, header(2.1), "", &t_));
-  EXPECT_EQ(restarts_, 1);
-  EXPECT_EQ(streams_.jumps(), 1);
-  EXPECT_NEAR(t_, -7.9, 1e-9) << "the clock goes on";
-  // Forward: a restart only for the stream that asks for it.
-  for (const double t : {20.0, 20.1}) streams_.accept(0, header(t), "", &t_);
-  EXPECT_EQ(restarts_, 1);
-  for (const double t : {20.0, 25.0, 25.1}) streams_.accept(1, header(t), "", &t_);
-  EXPECT_EQ(restarts_, 2);
+TEST_F(NodeStreamsTest, LostMessagesAreThoseMissingInTheirNumbers) {
+  streams_.accept(0, header(0.0, 1), "", &t_);
+  streams_.accept(0, header(0.1, 4), "", &t_);
+  const DiagnosticStatus status = streams_.report(StreamCounts());
+  EXPECT_EQ(valuesOf(status)["imu lost on the way"], "2");
+  EXPECT_EQ(status.message, "2 imu messages lost or dropped");
 }
 
 TEST(Diagnostics, RaisingNeverLowersAndKeepsEverySentence) {

@@ -19,6 +19,20 @@ FLAVOURS = {"vins-mono": "vins_mono", "vins-fusion": "vins_fusion"}
 CPP = {"vins-mono": "vins_estimator/src/estimator.cpp",
        "vins-fusion": "vins_estimator/src/estimator/estimator.cpp"}
 
+# What the blocks called in the first released version: (now, then).
+NAMES_OF_VERSION_0_1 = [
+    ("slim_init_glue.timeStock()", "slim_init_glue.beforeStock()"),
+    ("slim_init_glue.recordStock(", "slim_init_glue.afterStock("),
+    ("slim_init_glue.rememberHealthy(", "slim_init_glue.healthy("),
+    ("slim_init_glue.serveRequest(", "slim_init_glue.requestFailed("),
+    ("slim_init_glue.requestReset()", "slim_init_glue.wantReset()"),
+    ("slim_init_glue.requestRecovery(", "slim_init_glue.request("),
+    ("slim_init_glue.open(", "slim_init_glue.start("),
+    ("slim_init_recover_callback", "slim_init_reinit_callback"),
+    ("slim_init_sub_recover", "slim_init_sub_reinit"),
+    ("slim_init/recover", "slim_init/reinit"),
+]
+
 
 def tool(*arguments):
     """Exit code, output, errors."""
@@ -179,14 +193,54 @@ class ApplyTest(unittest.TestCase):
         self.succeeds(path, "--revert")
         self.assertEqual(self.tree(path), pristine)
 
-    def test_blocks_of_an_older_version_are_replaced(self):
-        path = self.checkout("vins-fusion")
-        self.succeeds(path)
-        applied = self.tree(path)
-        source = os.path.join(path, CPP["vins-fusion"])
-        write(source, read(source).replace(b"slim_init_glue.healthy(*this);", b"an_older_call();"))
-        self.assertIn("in place of", self.succeeds(path))
-        self.assertEqual(self.tree(path), applied)
+    def patched_by_version_0_1(self, flavour):
+        """A stand-in as the first released version left it, and its files before that."""
+        path = self.checkout(flavour)
+        pristine = self.tree(path)
+        for file, insertions in apply.FLAVOURS[flavour].items():
+            old = []
+            for insertion in insertions:
+                code = "\n".join(insertion.code)
+                for now, then in NAMES_OF_VERSION_0_1:
+                    code = code.replace(now, then)
+                old.append(apply.Insertion(insertion.anchor, insertion.where, code))
+            if file == CPP[flavour]:
+                # A block where this version has none.
+                old.append(apply.Insertion("key_poses.clear();", "after", "a_block_of_old();"))
+            target = os.path.join(path, file)
+            text = apply.inserted(file, pristine[file][0].decode("latin-1"), old)
+            write(target, text.encode("latin-1"))
+        return path, pristine
+
+    def test_a_host_patched_by_the_previous_version_is_upgraded(self):
+        for flavour in FLAVOURS:
+            with self.subTest(flavour):
+                path, pristine = self.patched_by_version_0_1(flavour)
+                old = self.tree(path)
+                text = b"".join(data for data, _ in old.values())
+                for _, then in NAMES_OF_VERSION_0_1:
+                    if flavour == "vins-mono" and then == "slim_init_glue.wantReset()":
+                        continue  # of VINS-Fusion alone
+                    self.assertIn(then.encode(), text)
+                blocks = sum(map(len, apply.FLAVOURS[flavour].values()))
+                self.assertIn("%d insertions" % blocks, self.succeeds(path, "--check"))
+                self.assertEqual(self.tree(path), old)
+                self.assertIn("in place of %d earlier ones" % (blocks + 1), self.succeeds(path))
+
+                # The same bytes as from a checkout that was never patched.
+                upgraded = self.tree(path)
+                shutil.rmtree(path)
+                self.succeeds(self.checkout(flavour))
+                self.assertEqual(upgraded, self.tree(path))
+                self.succeeds(path, "--revert")
+                self.assertEqual(self.tree(path), pristine)
+                shutil.rmtree(path)
+
+                # Without the upgrade between them as well.
+                self.patched_by_version_0_1(flavour)
+                self.assertIn("%d insertions taken out" % (blocks + 1),
+                              self.succeeds(path, "--revert"))
+                self.assertEqual(self.tree(path), pristine)
 
     def test_broken_markers_are_named_with_their_line(self):
         path = self.checkout("vins-mono")

@@ -58,7 +58,7 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
 TEST_F(HostFileTest, OurKeysAndDefaults) {
   const std::string path = write("host.yaml", edited("slim_init:\n",
                                                      "initializer: slim\nreinit: 1\nslim_init:\n"
-                                                     "  window:\n    min_keyframes: 7\n"
+                                                     "  window:\n    keyframes: 9\n"
                                                      "  imu:\n    max_accel: 300\n"));
   HostFile file;
   std::string error;
@@ -67,15 +67,18 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_EQ(file.mode, HostMode::kSlim);
   EXPECT_EQ(adapter->options().mode, HostMode::kSlim);
   EXPECT_TRUE(adapter->options().reinit);
-  EXPECT_EQ(adapter->options().imu.max_accel, 300.0);
-  EXPECT_EQ(adapter->options().imu.max_gyro, HostOptions().imu.max_gyro);
+  EXPECT_EQ(file.imu_limits.max_accel, 300.0);
+  EXPECT_EQ(file.imu_limits.max_gyro, ImuLimits().max_gyro);
+  EXPECT_EQ(adapter->addImu(1.0, Eigen::Vector3d(299.0, 0, 0), Eigen::Vector3d::Zero()),
+            AddStatus::kAdded);
+  EXPECT_EQ(adapter->addImu(1.1, Eigen::Vector3d(301.0, 0, 0), Eigen::Vector3d::Zero()),
+            AddStatus::kGlitch);
   EXPECT_EQ(adapter->method(), "slim");
   // What the file says wins, what it does not say is the host's default and not the benchmark's.
-  const WindowOptions window = adapter->windowOptions();
-  EXPECT_EQ(window.min_keyframes, 7);
-  EXPECT_EQ(window.min_interval_s, HostAdapter::hostDefaults().window.min_interval_s);
-  EXPECT_NE(window.min_interval_s, WindowOptions().min_interval_s);
-  // acc_n and gyr_n are in the file and are not densities; both densities are, so nothing to tell.
+  const double interval = HostAdapter::hostDefaults().window.min_interval_s;
+  EXPECT_EQ(adapter->maxWindowSpan(), 9 * interval);
+  EXPECT_NE(interval, WindowOptions().min_interval_s);
+  // acc_n and gyr_n are in the file and are not densities; both densities are, so no note.
   EXPECT_EQ(adapter->calibration().imu_noise.accel_density, 2.0e-3);
   EXPECT_TRUE(file.notes.empty()) << file.notes.front();
 }

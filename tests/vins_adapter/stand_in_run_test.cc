@@ -109,7 +109,7 @@ class StandInRun : public ::testing::Test {
   void request(bool reset) {
     std_msgs::Bool message;
     message.data = reset;
-    ros::callbacks<std_msgs::BoolConstPtr>().at("slim_init/reinit")(
+    ros::callbacks<std_msgs::BoolConstPtr>().at("slim_init/recover")(
         std::make_shared<const std_msgs::Bool>(message));
   }
   std::string logText() const {
@@ -118,7 +118,7 @@ class StandInRun : public ::testing::Test {
     return text;
   }
   // Messages on the console that contain `text`.
-  long told(const std::string& text) const {
+  long timesLogged(const std::string& text) const {
     const std::vector<std::string>& lines = ros::logged();
     return std::count_if(lines.begin(), lines.end(), [&text](const std::string& line) {
       return line.find(text) != std::string::npos;
@@ -178,27 +178,27 @@ TEST_F(StandInRun, SeedLandsInTheRightMembers) {
 #ifdef STAND_IN_VINS_FUSION
   EXPECT_EQ(e.f_manager.triangulations, 1);
 #endif
-  EXPECT_NE(logText().find("info: slim_init: start done: "), std::string::npos) << logText();
-  EXPECT_EQ(told(kNoLines), 0);
-  EXPECT_NE(csv().back().find(",slim,start,success,"), std::string::npos) << csv().back();
+  EXPECT_NE(logText().find("info: slim_init: seed done: "), std::string::npos) << logText();
+  EXPECT_EQ(timesLogged(kNoLines), 0);
+  EXPECT_NE(csv().back().find(",slim,seed,success,"), std::string::npos) << csv().back();
   EXPECT_FALSE(ros::published()["slim_init/status"].empty());
 }
 
 // With the first full window, so that one reads it before the start.
-TEST_F(StandInRun, MissingLinesAreToldWithTheFirstQuestion) {
+TEST_F(StandInRun, MissingLinesAreReportedBeforeTheFirstAttempt) {
   start("initializer: slim\n");
   int k = 0;
   for (; k < kNewest; ++k) frame(k, false);
-  EXPECT_EQ(told(kNoLines), 0);
+  EXPECT_EQ(timesLogged(kNoLines), 0);
   frame(k, false);
-  EXPECT_EQ(told(kNoLines), 1);
-  EXPECT_LT(logText().find(kNoLines), logText().find("slim_init: start "));
+  EXPECT_EQ(timesLogged(kNoLines), 1);
+  EXPECT_LT(logText().find(kNoLines), logText().find("slim_init: seed "));
   for (++k; k < 40; ++k) frame(k, false);
-  EXPECT_EQ(told(kNoLines), 1);
+  EXPECT_EQ(timesLogged(kNoLines), 1);
 }
 
-// A glitch of the IMU during the first second costs nothing and is told once.
-TEST_F(StandInRun, ImuGlitchesAreLeftOut) {
+// A glitch of the IMU during the first second costs nothing and is reported once.
+TEST_F(StandInRun, ImuGlitchesAreDropped) {
   start("initializer: slim\n");
   Estimator& e = host();
   for (const double t : {0.52, 0.71}) {
@@ -210,7 +210,7 @@ TEST_F(StandInRun, ImuGlitchesAreLeftOut) {
   for (; k < 30 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
   EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
   EXPECT_LE(k, 14) << "1.3 s of excited data";
-  EXPECT_EQ(told("warn: slim_init: an IMU sample of 4"), 1) << logText();
+  EXPECT_EQ(timesLogged("warn: slim_init: an IMU sample of 4"), 1) << logText();
 }
 
 // An IMU of another kind: the bounds are those of the file.
@@ -219,8 +219,8 @@ TEST_F(StandInRun, BoundsOfTheImuAreThoseOfTheFile) {
   exact_.imu[100].accel.y() += 400.0;
   exact_.imu[120].gyro.z() = 2.6;
   for (int k = 0; k < 10; ++k) frame(k);
-  EXPECT_EQ(told("an IMU sample of "), 1) << logText();
-  EXPECT_EQ(told("and 2.6 rad/s on an axis (bounds 500 m/s^2, 2.5 rad/s) is left out"), 1)
+  EXPECT_EQ(timesLogged("an IMU sample of "), 1) << logText();
+  EXPECT_EQ(timesLogged("and 2.6 rad/s on an axis (bounds 500 m/s^2, 2.5 rad/s) is dropped"), 1)
       << logText();
 }
 
@@ -243,15 +243,15 @@ TEST_F(StandInRun, ShadowOnlyWatches) {
   for (int k = 0; k < 25; ++k) {
     e.stock_succeeds = k == 24;
     frame(k, false);
-    EXPECT_EQ(told(kNoLines), k < kNewest ? 0 : 1) << k;
+    EXPECT_EQ(timesLogged(kNoLines), k < kNewest ? 0 : 1) << k;
     EXPECT_EQ(e.Ps[0], Vector3d(Vector3d::Zero()));
   }
   EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR);
   EXPECT_EQ(e.Bgs[3], Vector3d(Vector3d::Zero()));
   const std::vector<std::string> rows = csv();
   ASSERT_EQ(rows.size(), 1u + 25 - kNewest);  // from the first full window on
-  EXPECT_EQ(rows[0].find("stamp_s,data_s,mode,question,slim_status"), 0u);
-  EXPECT_NE(rows.back().find(",shadow,start,success,"), std::string::npos) << rows.back();
+  EXPECT_EQ(rows[0].find("stamp_s,data_s,mode,action,slim_status"), 0u);
+  EXPECT_NE(rows.back().find(",shadow,seed,success,"), std::string::npos) << rows.back();
   const std::vector<std::string>& topic = ros::published()["slim_init/status"];
   EXPECT_EQ(std::count(topic.begin(), topic.end(), rows.back()), 1);
   EXPECT_NE(logText().find("no effect with initializer: shadow"), std::string::npos);
@@ -339,7 +339,7 @@ TEST_F(StandInRun, AtRestTheOldestFramesGo) {
   EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
   const double oldest = exact_.keyframes[58].t - glue_detail::stampOf(e.Headers[0]);
   EXPECT_LT(oldest, 2.7) << "12 keyframes of 0.18 s and a frame";
-  EXPECT_EQ(told(kNoLines), 1);
+  EXPECT_EQ(timesLogged(kNoLines), 1);
 }
 
 TEST_F(StandInRun, ABrokenFileLeavesTheHostStock) {

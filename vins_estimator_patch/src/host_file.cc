@@ -42,10 +42,10 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   }
   HostFile read = toHostFile(config.host);
   read.notes = config.notes;
+  read.imu_limits = config.options.imu;
   HostOptions options;
   options.mode = read.mode;
   options.reinit = read.reinit;
-  options.imu = config.imu_limits;
   std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
       config.method, config.calibration, config.options, config.baselines, error);
   if (initializer == nullptr) return nullptr;

@@ -21,9 +21,9 @@ using Clock = std::chrono::steady_clock;
 
 // States of the host from the last moments before it noticed a failure are not trusted [s].
 constexpr double kSuspect = 0.5;
-// Healthy states kept [s]; more than kSuspect is all that is asked for.
+// Healthy states kept [s]; has to be more than kSuspect.
 constexpr double kHealthyKept = 2.0;
-// The console is told again about an unchanged status after this time [s].
+// An unchanged status is reported again after this time [s].
 constexpr double kRepeatReport = 5.0;
 
 GlueWindow toGlueWindow(const HostWindow& window, const Calibration& calibration) {
@@ -43,15 +43,14 @@ struct HostGlue::State {
 
   // Touched by the processing thread alone.
   double last_imu = std::numeric_limits<double>::quiet_NaN();
-  bool glitch_told = false;
-  bool lines_told = false;
-  double window_s = 0.0;  // longest window of the initializer
+  bool glitch_reported = false;
+  bool lines_reported = false;
   std::deque<HostState> healthy;
   HostState lost;  // the last healthy state before a failure that was not recovered
   bool is_lost = false;
   Clock::time_point stock_began;
-  InitStatus told_status = InitStatus::kSuccess;
-  double told_stamp = -std::numeric_limits<double>::infinity();
+  InitStatus reported_status = InitStatus::kSuccess;
+  double reported_stamp = -std::numeric_limits<double>::infinity();
   std::ofstream csv;
 
   // Request and listener come from other threads.
@@ -77,35 +76,35 @@ struct HostGlue::State {
     if (csv.is_open()) {
       csv << startRecordHeader() << std::endl;
     } else {
-      report(ReportLevel::kWarn, path + " cannot be written; the rows go to the topic alone");
+      report(ReportLevel::kWarn,
+             path + " cannot be written; the rows are published on the topic only");
     }
   }
 
-  void record(const std::string& question, const HostAnswer& answer, const StockStart* stock) {
-    const std::string row = startRecordRow(file.mode, question, answer, stock);
+  void record(const std::string& action, const HostAnswer& answer, const StockStart* stock) {
+    const std::string row = startRecordRow(file.mode, action, answer, stock);
     if (csv.is_open()) csv << row << std::endl;
     report(ReportLevel::kRow, row);
   }
 
-  // Once, with the first question: after the answer it may be about a start that is over.
-  void tellMissingLines() {
-    if (std::exchange(lines_told, true) || adapter->hasLines()) return;
+  // Once, before the first attempt: after it the host may have been seeded already.
+  void reportMissingLines() {
+    if (std::exchange(lines_reported, true) || adapter->counts().lines_merged > 0) return;
     report(ReportLevel::kWarn, "no line message has met a frame: initializing on points alone");
   }
 
-  // Tells the console about an answer, where it is news.
-  void tell(const std::string& question, const HostAnswer& answer) {
+  // Reports an answer unless it repeats the one before.
+  void reportAnswer(const std::string& action, const HostAnswer& answer) {
     const InitStatus status = answer.verdict.status;
-    const bool repeated =
-        !answer.success() && status == told_status && answer.stamp - told_stamp < kRepeatReport;
-    if (repeated && question != "recover") return;
-    told_status = status;
-    told_stamp = answer.stamp;
+    const bool repeated = !answer.success() && status == reported_status &&
+                          answer.stamp - reported_stamp < kRepeatReport;
+    if (repeated && action != "recover") return;
+    reported_status = status;
+    reported_stamp = answer.stamp;
     std::ostringstream out;
     out.precision(3);
-    out << question << " " << (answer.success() ? "done" : toString(status)) << ": "
-        << answer.sentence << " (" << std::fixed << answer.data_s << " s of data, "
-        << answer.total_ms << " ms)";
+    out << action << " " << (answer.success() ? "done" : toString(status)) << ": " << answer.message
+        << " (" << std::fixed << answer.data_s << " s of data, " << answer.total_ms << " ms)";
     report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn, out.str());
   }
 };
@@ -118,11 +117,11 @@ void HostGlue::listen(const Listener& listener) {
   state_->listener = listener;
 }
 
-bool HostGlue::start(const std::string& config_file) {
+bool HostGlue::open(const std::string& config_file) {
   State& state = *state_;
   std::string error;
   HostFile file;
-  // First our three keys alone: a host that stays stock is not told what is wrong with its file.
+  // First our three keys alone: in a stock host the rest of the file is not checked.
   if (!readHostFile(config_file, &file, &error)) {
     state.report(ReportLevel::kError, error + "; the host initializes by itself");
     return false;
@@ -141,8 +140,6 @@ bool HostGlue::start(const std::string& config_file) {
   state.report(ReportLevel::kInfo, std::string("initializer: ") + toString(state.file.mode) +
                                        ", reinit: " + (state.file.reinit ? "1" : "0") +
                                        ", method " + state.adapter->method());
-  const WindowOptions window = state.adapter->windowOptions();
-  state.window_s = window.keyframes * window.min_interval_s;
   state.openCsv();
   state.active = true;
   return true;
@@ -158,15 +155,13 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
   if (!active() || t == state_->last_imu) return;
   State& state = *state_;
   state.last_imu = t;
-  if (state.adapter->addImu(t, accel, gyro) || state.glitch_told) return;
-  if (state.adapter->counts().imu_implausible == 0) return;
-  state.glitch_told = true;
+  if (state.adapter->addImu(t, accel, gyro) != AddStatus::kGlitch) return;
+  if (std::exchange(state.glitch_reported, true)) return;
   ImuSample glitch;
   glitch.accel = accel;
   glitch.gyro = gyro;
-  state.report(ReportLevel::kWarn, "an IMU sample of " +
-                                       state.adapter->options().imu.describe(glitch) +
-                                       " is left out, and so are those like it to come");
+  state.report(ReportLevel::kWarn, "an IMU sample of " + state.file.imu_limits.describe(glitch) +
+                                       " is dropped, and so are all others beyond these bounds");
 }
 
 void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {
@@ -182,42 +177,43 @@ void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, dou
     frame.points.push_back(observation);
   }
   state.adapter->setTd(td);
-  state.adapter->addFrame(frame);
+  state.adapter->addFrame(std::move(frame));
 }
 
 void HostGlue::addLineCloud(const GlueCloud& cloud) {
   FrameObservation frame;
   std::string error;
   if (readLineMessage(cloud, &frame, &error)) {
-    state_->adapter->addLines(frame.t, frame.lines);
+    state_->adapter->addLines(frame.t, std::move(frame.lines));
   } else {
     state_->report(ReportLevel::kWarn, error + "; the message is dropped");
   }
 }
 
-bool HostGlue::askStart(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest) {
+bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
+                          bool* drop_oldest) {
   State& state = *state_;
-  state.tellMissingLines();
+  state.reportMissingLines();
   // After a failure the odometry frame continues where the IMU can still carry it.
   const bool join = state.is_lost && reinit() &&
                     stamps.front() - state.lost.stamp <= state.adapter->options().max_join_s;
   const HostAnswer answer =
       join ? state.adapter->recover(stamps, state.lost) : state.adapter->seed(stamps);
-  const std::string question = join ? "join" : "start";
-  state.record(question, answer, nullptr);
-  state.tell(question, answer);
+  const std::string action = join ? "join" : "seed";
+  state.record(action, answer, nullptr);
+  state.reportAnswer(action, answer);
   if (answer.success()) {
     *window = toGlueWindow(answer.window, state.adapter->calibration());
     return true;
   }
   // At rest the host keeps its oldest frames, which no window of ours will ever reach.
-  *drop_oldest = stamps.back() - stamps.front() > state.window_s;
+  *drop_oldest = stamps.back() - stamps.front() > state.adapter->maxWindowSpan();
   return false;
 }
 
-bool HostGlue::askRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window) {
+bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window) {
   State& state = *state_;
-  state.tellMissingLines();
+  state.reportMissingLines();
   if (state.healthy.empty()) {
     state.report(ReportLevel::kWarn, "recover: the host had no healthy state yet");
     return false;
@@ -234,7 +230,7 @@ bool HostGlue::askRecovery(const std::vector<double>& stamps, bool failed, GlueW
   }
   const HostAnswer answer = state.adapter->recover(stamps, last);
   state.record("recover", answer, nullptr);
-  state.tell("recover", answer);
+  state.reportAnswer("recover", answer);
   if (!answer.success()) return false;
   *window = toGlueWindow(answer.window, state.adapter->calibration());
   return true;
@@ -249,13 +245,13 @@ void HostGlue::addHealthy(const HostState& newest) {
   while (state.healthy.front().stamp > newest.stamp) state.healthy.pop_front();
 }
 
-void HostGlue::beforeStock() {
+void HostGlue::timeStock() {
   if (shadows()) state_->stock_began = Clock::now();
 }
 
-void HostGlue::recordStock(const std::vector<HostState>& window, bool tried, bool result) {
+void HostGlue::recordShadow(const std::vector<HostState>& window, bool tried, bool result) {
   State& state = *state_;
-  state.tellMissingLines();
+  state.reportMissingLines();
   StockStart stock;
   stock.tried = tried;
   stock.success = result;
@@ -266,13 +262,13 @@ void HostGlue::recordStock(const std::vector<HostState>& window, bool tried, boo
   std::vector<double> stamps;
   for (const HostState& frame : window) stamps.push_back(frame.stamp);
   const HostAnswer answer = state.adapter->seed(stamps);
-  state.record("start", answer, &stock);
-  state.tell("shadow", answer);
+  state.record("seed", answer, &stock);
+  state.reportAnswer("shadow", answer);
 }
 
-void HostGlue::request(bool reset_if_refused) {
+void HostGlue::requestRecovery(bool reset_if_refused) {
   if (!reinit()) {
-    state_->report(ReportLevel::kWarn, "a re-initialization is asked for and reinit is 0");
+    state_->report(ReportLevel::kWarn, "a recovery was requested and reinit is 0");
     return;
   }
   const std::lock_guard<std::mutex> lock(state_->mutex);
@@ -289,7 +285,7 @@ bool HostGlue::takeRequest(bool* reset_if_refused) {
   return true;
 }
 
-void HostGlue::wantReset() {
+void HostGlue::requestReset() {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   state_->reset_wanted = true;
 }

@@ -60,12 +60,12 @@ std::string quoted(const std::string& text) {
 }  // namespace
 
 std::string startRecordHeader() {
-  return "stamp_s,data_s,mode,question,slim_status,slim_ms,slim_scale_sigma,slim_path_m,"
+  return "stamp_s,data_s,mode,action,slim_status,slim_ms,slim_scale_sigma,slim_path_m,"
          "slim_speed_mps,stock_tried,stock_success,stock_ms,stock_path_m,stock_speed_mps,"
-         "path_ratio_stock_to_slim,tilt_difference_deg,gyro_bias_difference_rps,sentence";
+         "path_ratio_stock_to_slim,tilt_difference_deg,gyro_bias_difference_rps,message";
 }
 
-std::string startRecordRow(HostMode mode, const std::string& question, const HostAnswer& answer,
+std::string startRecordRow(HostMode mode, const std::string& action, const HostAnswer& answer,
                            const StockStart* stock) {
   const StockStart none;
   const StockStart& host = stock == nullptr ? none : *stock;
@@ -73,7 +73,7 @@ std::string startRecordRow(HostMode mode, const std::string& question, const Hos
       number(answer.stamp, 9, true),
       number(answer.data_s, 3, true),
       toString(mode),
-      question,
+      action,
       toString(answer.verdict.status),
       number(answer.total_ms, 4),
       number(answer.verdict.scale_sigma, 4),
@@ -91,7 +91,7 @@ std::string startRecordRow(HostMode mode, const std::string& question, const Hos
       number(pathLength(host.window) / pathLength(answer.window), 6),
       number(tiltDifference(host.window, answer.window), 4),
       number(gyroBiasDifference(host.window, answer.window), 4),
-      quoted(answer.sentence)};
+      quoted(answer.message)};
   std::string row;
   for (std::size_t i = 0; i < fields.size(); ++i) row += (i > 0 ? "," : "") + fields[i];
   return row;

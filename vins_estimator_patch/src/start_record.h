@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// One row of slim_init_starts.csv: what was asked, who answered what, and how long it took.
+// One row of slim_init_starts.csv: one attempt to seed or recover the host, its verdict and time.
 #pragma once
 
 #include <string>
@@ -20,10 +20,10 @@ struct StockStart {
 /// Header line of the file, without the line break.
 std::string startRecordHeader();
 
-/// One row, without the line break. `question` is "start", "join" (a start that continues an
-/// earlier odometry frame) or "recover"; `stock` is null outside shadow mode. Fields that were not
-/// computed are empty.
-std::string startRecordRow(HostMode mode, const std::string& question, const HostAnswer& answer,
+/// One row, without the line break. `action` is "seed", "join" (a seed that continues an earlier
+/// odometry frame) or "recover"; `stock` is null outside shadow mode. Fields that were not computed
+/// are empty.
+std::string startRecordRow(HostMode mode, const std::string& action, const HostAnswer& answer,
                            const StockStart* stock);
 
 }  // namespace slim_init::vins_adapter

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Images and IMU in, VINS-Mono's feature messages and our lines out (docs/ros.md). Can stand in for
-// that host's own tracker.
+// Images and IMU in, VINS-Mono's feature messages and our lines out (docs/ros.md). Can replace that
+// host's own tracker.
 #include <ros/ros.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
@@ -32,7 +32,7 @@ constexpr char kCameraFrame[] = "camera";
 
 class FeatureTrackerLinesNode {
  public:
-  /// Returns an empty string, or a sentence why the node cannot run.
+  /// Returns an empty string, or a message why the node cannot run.
   std::string start();
 
  private:
@@ -44,8 +44,8 @@ class FeatureTrackerLinesNode {
 
   template <typename Message, typename Decode>
   void addImage(const Message& message, const Decode& decode);
-  void restart();
-  void track();
+  void use(AddStatus status);
+  void publishRestart();
   void publish(const TrackedFrame& tracked);
   void publishDebugImage(const std_msgs::Header& header);
   void publishMarkers(const FrameObservation& frame, const std_msgs::Header& header);
@@ -55,8 +55,7 @@ class FeatureTrackerLinesNode {
   ros::NodeHandle private_handle_{"~"};
   ImuLimits imu_limits_;
   std::unique_ptr<ImagePipeline> pipeline_;
-  // As the host: a gap between images is a restart.
-  NodeStreams streams_{{{"imu", true, false}, {"image", true, true}}, [this] { restart(); }};
+  NodeStreams streams_{{{"imu", StreamKind::kImu, true}, {"image", StreamKind::kFrames, true}}};
 
   ros::Subscriber imu_, image_;
   ros::Publisher features_, lines_, restart_, debug_image_, markers_;
@@ -76,15 +75,15 @@ std::string FeatureTrackerLinesNode::start() {
   parameters.read("image_queue", &options.image_queue);
   parameters.read("max_imu_wait_s", &options.max_imu_wait_s);
   parameters.read("publish_rate_hz", &options.publish_rate_hz);
-  if (std::string sentence = parameters.check(); !sentence.empty()) return sentence;
-  if (std::string sentence = options.validate(); !sentence.empty()) return "~" + sentence;
+  if (std::string problem = parameters.check(); !problem.empty()) return problem;
+  if (std::string problem = options.validate(); !problem.empty()) return "~" + problem;
   if (transport != "raw" && transport != "compressed") {
     return "~image_transport is \"" + transport + "\", must be raw or compressed";
   }
   parameters.log();
   // One thread: OpenCV's own cost more than they save at these image sizes.
   cv::setNumThreads(1);
-  imu_limits_ = config.imu_limits;
+  imu_limits_ = config.options.imu;
   pipeline_ = std::make_unique<ImagePipeline>(config, options);
 
   features_ = handle_.advertise<sensor_msgs::PointCloud>("feature_tracker/feature", 100);
@@ -106,8 +105,7 @@ std::string FeatureTrackerLinesNode::start() {
   return "";
 }
 
-void FeatureTrackerLinesNode::restart() {
-  pipeline_->restart();
+void FeatureTrackerLinesNode::publishRestart() {
   std_msgs::Bool message;
   message.data = true;
   restart_.publish(message);
@@ -115,10 +113,11 @@ void FeatureTrackerLinesNode::restart() {
 
 void FeatureTrackerLinesNode::onImu(const sensor_msgs::Imu& message) {
   ImuSample sample;
-  const std::string problem = readImu(message, imu_limits_, &sample);
+  const std::string problem = readImu(message, &sample);
   if (!streams_.accept(kImu, message.header, problem, &sample.t)) return;
-  pipeline_->addImu(sample);
-  track();
+  const AddStatus status = pipeline_->addImu(sample);
+  if (status == AddStatus::kGlitch) streams_.explain(kImu, imu_limits_.describe(sample));
+  use(status);
 }
 
 template <typename Message, typename Decode>
@@ -133,8 +132,7 @@ void FeatureTrackerLinesNode::addImage(const Message& message, const Decode& dec
   if (!problem.empty()) problem = "the image " + problem;
   double t = 0.0;
   if (!streams_.accept(kImage, message.header, problem, &t)) return;
-  pipeline_->addImage(t, image);
-  track();
+  use(pipeline_->addImage(t, image));
 }
 
 void FeatureTrackerLinesNode::onImage(const sensor_msgs::Image& message) {
@@ -145,7 +143,12 @@ void FeatureTrackerLinesNode::onCompressed(const sensor_msgs::CompressedImage& m
   addImage(message, feature_tracker_lines::decodeCompressedImage<sensor_msgs::CompressedImage>);
 }
 
-void FeatureTrackerLinesNode::track() {
+// After every message: `status` is what became of it.
+void FeatureTrackerLinesNode::use(AddStatus status) {
+  if (status == AddStatus::kRestarted) {
+    ROS_WARN("time has jumped: all data before it is dropped");
+    publishRestart();
+  }
   bool worked = true;
   while (worked) {
     const std::optional<TrackedFrame> tracked = pipeline_->track(&worked);
@@ -166,10 +169,11 @@ void FeatureTrackerLinesNode::publish(const TrackedFrame& tracked) {
       !vins_adapter::writeLineMessage(tracked.frame, &lines, &error)) {
     // After some hours the ids no longer fit the floats of the messages.
     ROS_WARN_STREAM(error << ": the tracker restarts");
-    restart();
+    pipeline_->restart();
+    publishRestart();
     return;
   }
-  // Lines first: who joins both has them when the points come.
+  // Lines first, so that they are there when the points arrive.
   lines_.publish(lines);
   features_.publish(points);
   if (debug_image_.getNumSubscribers() > 0) publishDebugImage(header);
@@ -213,12 +217,12 @@ void FeatureTrackerLinesNode::publishMarkers(const FrameObservation& frame,
 }
 
 Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
-  diagnostic_msgs::DiagnosticStatus streams = streams_.report();
+  diagnostic_msgs::DiagnosticStatus streams = streams_.report(pipeline_->streamCounts());
   const double ahead = pipeline_->imageAheadOfImu();
-  if (std::abs(ahead) > TimeGuard::kJump && streams_.received(kImu) > 0) {
+  if (std::abs(ahead) > StreamCheck::kJump && streams_.received(kImu) > 0) {
     std::ostringstream out;
     out.precision(3);
-    out << "images are " << ahead << " s ahead of the IMU (bound " << TimeGuard::kJump << " s)";
+    out << "images are " << ahead << " s ahead of the IMU (bound " << StreamCheck::kJump << " s)";
     raise(diagnostic_msgs::DiagnosticStatus::WARN, out.str(), &streams);
   }
   addValue("images ahead of the IMU [s]", ahead, &streams);
@@ -235,7 +239,7 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("images dropped: refused by the front end", counts.images_refused, &tracking);
   addValue("frames published", counts.frames_published, &tracking);
   addValue("observations left out: off axis", counts.observations_sideways, &tracking);
-  addValue("time jumps", streams_.jumps(), &tracking);
+  addValue("time jumps", pipeline_->streamCounts().restarts, &tracking);
   addValue("restarts", counts.restarts, &tracking);
   addValue("points", report.points_tracked + report.points_new, &tracking);
   addValue("lines", report.lines_matched + report.lines_carried + report.lines_new, &tracking);

@@ -16,6 +16,12 @@ using feature_tracker_lines::ImageStatus;
 constexpr double kLeastForward = 0.01;
 constexpr std::size_t kMostImu = 5000;  // 25 s at 200 Hz, while no image comes
 
+StreamOptions streamOptions(const ImuLimits& limits) {
+  StreamOptions options = StreamOptions::liveData(limits);
+  options.restart_on_frame_gap = true;
+  return options;
+}
+
 bool pointsForward(const Eigen::Vector3d& bearing) { return bearing.z() >= kLeastForward; }
 
 template <typename... Parts>
@@ -41,12 +47,17 @@ std::string ImagePipelineOptions::validate() const {
 }
 
 ImagePipeline::ImagePipeline(const Config& config, const ImagePipelineOptions& options)
-    : config_(config), options_(options) {
-  restart();
-  counts_.restarts = 0;
+    : config_(config), options_(options), check_(streamOptions(config.options.imu)) {
+  forget();
 }
 
 void ImagePipeline::restart() {
+  ++counts_.restarts;
+  check_.forgetTimes();
+  forget();
+}
+
+void ImagePipeline::forget() {
   // A new front end and not reset(): that one goes on counting ids, which have to fit the messages.
   front_end_ =
       std::make_unique<ImageFrontEnd>(config_.camera, config_.calibration, config_.front_end);
@@ -55,36 +66,49 @@ void ImagePipeline::restart() {
   t_first_imu_ = t_fed_imu_ = t_imu_ = t_image_ = t_next_publish_ = kNotComputed;
   previous_ = FrameObservation();
   previous_.t = kNotComputed;
-  ++counts_.restarts;
 }
 
-void ImagePipeline::addImu(const ImuSample& sample) {
-  if (!std::isfinite(sample.t) || sample.t <= t_imu_) return;  // false before the first
+AddStatus ImagePipeline::addImu(const ImuSample& sample) {
+  const AddStatus status = check_.checkImu(sample);
+  if (!isAdded(status)) return status;
+  if (status == AddStatus::kRestarted) {
+    ++counts_.restarts;
+    forget();
+  }
   if (std::isnan(t_first_imu_)) t_first_imu_ = sample.t;
   t_imu_ = sample.t;
   imu_.push_back(sample);
   if (imu_.size() > kMostImu) imu_.pop_front();
+  return status;
 }
 
-void ImagePipeline::addImage(double t, const cv::Mat& image) {
+AddStatus ImagePipeline::addImage(double t, const cv::Mat& image) {
+  const AddStatus status = check_.checkFrame(config_.calibration.imuTime(t));
+  if (!isAdded(status)) return status;
+  if (status == AddStatus::kRestarted) {
+    ++counts_.restarts;
+    forget();
+  }
   ++counts_.images;
   t_image_ = t;
   images_.push_back({t, image});
-  if (static_cast<int>(images_.size()) <= options_.image_queue) return;
-  images_.pop_front();
-  ++counts_.images_overrun;
+  if (static_cast<int>(images_.size()) > options_.image_queue) {
+    images_.pop_front();
+    ++counts_.images_overrun;
+  }
+  return status;
 }
 
 std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
   *worked = false;
-  const double td = config_.calibration.td;
+  const Calibration& calibration = config_.calibration;
   // Known to be older than any sample that will come.
-  while (!images_.empty() && images_.front().t + td < t_first_imu_) {
+  while (!images_.empty() && calibration.imuTime(images_.front().t) < t_first_imu_) {
     images_.pop_front();
     ++counts_.images_before_imu;
   }
   if (images_.empty()) return std::nullopt;
-  const double t_image = images_.front().t + td;
+  const double t_image = calibration.imuTime(images_.front().t);
   const bool covered = t_image <= t_imu_;  // false without IMU
   if (!covered && config_.front_end.use_gyro &&
       t_image_ - images_.front().t < options_.max_imu_wait_s) {

@@ -64,9 +64,9 @@ class Feed {
   double last_imu_ = -1e300;
 };
 
-void diverge(const std::string& sentence, DownstreamRecord* record) {
+void diverge(const std::string& message, DownstreamRecord* record) {
   record->diverged = true;
-  record->message = sentence;
+  record->message = message;
 }
 
 /// ATE, final scale and, from them, divergence.
@@ -117,8 +117,8 @@ std::string DownstreamOptions::validate() const {
     out << "max_error_m is " << max_error_m << ", must be positive";
   } else if (!(min_spread_m > 0.0)) {
     out << "min_spread_m is " << min_spread_m << ", must be positive";
-  } else if (const std::string sentence = estimator.validate(); !sentence.empty()) {
-    out << "estimator." << sentence;
+  } else if (const std::string problem = estimator.validate(); !problem.empty()) {
+    out << "estimator." << problem;
   } else if (const std::string problem = failure.validate(); !problem.empty()) {
     out << "failure." << problem;
   }

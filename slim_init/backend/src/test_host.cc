@@ -15,7 +15,7 @@ using vins_adapter::HostAnswer;
 using vins_adapter::HostState;
 using vins_adapter::toHostState;
 
-// Healthy states kept [s]; more than suspect_s is all that is asked for.
+// Healthy states kept [s]; has to be more than suspect_s.
 constexpr double kHealthyKept = 2.0;
 
 }  // namespace
@@ -38,9 +38,9 @@ TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& 
 
 std::unique_ptr<TestHost> TestHost::create(std::unique_ptr<IInitializer> initializer,
                                            const TestHostOptions& options, std::string* error) {
-  const std::string sentence = options.validate();
-  if (!sentence.empty()) {
-    if (error != nullptr) *error = sentence;
+  const std::string problem = options.validate();
+  if (!problem.empty()) {
+    if (error != nullptr) *error = problem;
     return nullptr;
   }
   std::unique_ptr<HostAdapter> adapter =
@@ -63,14 +63,14 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
 
   if (!was_tracking) {
     if (static_cast<int>(estimator_.stamps().size()) >= options_.estimator.window_frames - 1) {
-      start(&step);
+      seed(&step);
     }
   } else {
-    step.sentence = report.problem;
+    step.message = report.problem;
     if (estimator_.seeded() && report.ok()) {
-      step.sentence = detectFailure(before, estimator_.newest(), report, options_.failure);
+      step.message = detectFailure(before, estimator_.newest(), report, options_.failure);
     }
-    step.failed = !estimator_.seeded() || (report.ok() && !step.sentence.empty());
+    step.failed = !estimator_.seeded() || (report.ok() && !step.message.empty());
     if (step.failed) {
       recover(healthyState(), true, &step);
     } else if (requested_) {
@@ -87,19 +87,19 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
   return step;
 }
 
-void TestHost::start(HostStep* step) {
+void TestHost::seed(HostStep* step) {
   const std::vector<double> stamps = estimator_.stamps();
   step->joined = is_lost_ && options_.adapter.reinit &&
                  stamps.front() - lost_.stamp <= options_.adapter.max_join_s;
   const HostAnswer answer =
       step->joined ? adapter_->recover(stamps, lost_) : adapter_->seed(stamps);
-  step->started = seed(answer, step);
-  step->joined = step->joined && step->started;
+  step->seeded = fillWindow(answer, step);
+  step->joined = step->joined && step->seeded;
 }
 
 void TestHost::recover(const HostState& from, bool failed, HostStep* step) {
   const HostAnswer answer = adapter_->recover(estimator_.stamps(), from);
-  step->recovered = seed(answer, step);
+  step->recovered = fillWindow(answer, step);
   if (step->recovered || !failed) return;
   lost_ = from;
   is_lost_ = true;
@@ -113,15 +113,15 @@ void TestHost::recover(const HostState& from, bool failed, HostStep* step) {
   }
 }
 
-bool TestHost::seed(const HostAnswer& answer, HostStep* step) {
-  step->sentence += (step->sentence.empty() ? "" : "; ") + answer.sentence;
+bool TestHost::fillWindow(const HostAnswer& answer, HostStep* step) {
+  step->message += (step->message.empty() ? "" : "; ") + answer.message;
   if (!answer.success()) return false;
   std::vector<NavState> states;
   for (const HostState& state : answer.window.states) {
     states.push_back(vins_adapter::fromHostState(state, adapter_->calibration().td));
   }
   const FrameReport report = estimator_.seed(states);
-  if (!report.ok()) step->sentence += "; " + report.problem;
+  if (!report.ok()) step->message += "; " + report.problem;
   return report.ok();
 }
 

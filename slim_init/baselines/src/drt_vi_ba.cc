@@ -14,7 +14,7 @@ namespace slim_init::baselines {
 namespace {
 
 // DRT-l's gates with what the refinement has changed: scale and its standard deviation.
-void updateGates(const GateOptions& options, InitResult* result) {
+void updateGates(const GateOptions& options, double camera_spread, InitResult* result) {
   double linkage = kNotComputed, residual = kNotComputed;
   std::vector<GateValue> gates;
   for (const GateValue& gate : result->gates) {
@@ -27,7 +27,7 @@ void updateGates(const GateOptions& options, InitResult* result) {
     }
   }
   for (const GateValue& gate :
-       alignmentGates(linkage, result->scale, residual, result->scale_sigma, options)) {
+       alignmentGates(linkage, camera_spread, residual, result->scale_sigma, options)) {
     gates.push_back(gate);
   }
   result->gates = gates;
@@ -64,7 +64,7 @@ InitResult DrtViBa::solve(const InitWindow& window) const {
   const Posterior posterior = posteriorOf(state, adjustment.information);
   result.scale_sigma = posterior.scale_sigma;
   result.covariance = posterior.covariance;
-  updateGates(options_.gates, &result);
+  updateGates(options_.gates, cameraSpread(window, state), &result);
   decide(options_.gates.mode == GateMode::kOn, &result);
   clock.lap("posterior");
   return result;

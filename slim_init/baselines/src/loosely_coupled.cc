@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "loosely_coupled.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "verdict/gates.h"
@@ -75,7 +76,8 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
     state.gyro_bias = result->gyro_bias;
     state.gravity_b0 = alignment.gravity_b0;
     setWorldStates(window, state, result);
-    result->scale = alignment.scale;
+    // A negative scale of the alignment is a mirrored trajectory.
+    result->scale = std::copysign(result->scale, alignment.scale);
     result->scale_sigma = alignment.scale_sigma;
   }
   decide(options.gates.mode == GateMode::kOn, result);

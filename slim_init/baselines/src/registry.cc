@@ -63,7 +63,7 @@ std::unique_ptr<IInitializer> makeInitializer(const std::string& name,
                                               std::string* error) {
   std::unique_ptr<WindowSolver> solver = makeMethod(name, options, baseline_options, error);
   if (solver == nullptr) return nullptr;
-  return slim_init::makeInitializer(std::move(solver), calibration, options.window, error);
+  return slim_init::makeInitializer(std::move(solver), calibration, options, error);
 }
 
 }  // namespace slim_init::baselines

@@ -132,8 +132,9 @@ InitResult Vins::solve(const InitWindow& window) const {
   state.gravity_b0 = alignment.gravity_b0;
   setWorldStates(window, state, &result);
   result.scale_sigma = alignment.scale_sigma;
-  for (const GateValue& gate : alignmentGates(kNotComputed, result.scale, alignment.residual_rms,
-                                              alignment.scale_sigma, gates_)) {
+  for (const GateValue& gate :
+       alignmentGates(kNotComputed, cameraSpread(window, state), alignment.residual_rms,
+                      alignment.scale_sigma, gates_)) {
     // Of the linear translation system, which this method does not have.
     if (gate.name != "linkage") result.gates.push_back(gate);
   }

@@ -497,8 +497,6 @@ void checkRanges(const Config& config) {
   if (sentence.empty()) sentence = config.baselines.validate();
   if (sentence.empty()) sentence = config.front_end.validate();
   if (!sentence.empty()) fail(kSection, ".", sentence);
-  sentence = config.imu_limits.validate();
-  if (!sentence.empty()) fail(kSection, ".imu.", sentence);
 
   sentence = config.calibration.validate();
   const std::pair<const char*, const char*> renames[] = {
@@ -590,9 +588,9 @@ std::vector<ConfigKey> configKeys(Config* config) {
       {"noise.accel_density", &calibration.imu_noise.accel_density, "m/s^2/sqrt(Hz)",
        "white noise of the accelerometer, from its data sheet; not the host's acc_n"},
 
-      {"imu.max_accel", &config->imu_limits.max_accel, "m/s^2",
+      {"imu.max_accel", &config->options.imu.max_accel, "m/s^2",
        "a live sample with more on an axis is a glitch and dropped; 160: just above 16 g"},
-      {"imu.max_gyro", &config->imu_limits.max_gyro, "rad/s",
+      {"imu.max_gyro", &config->options.imu.max_gyro, "rad/s",
        "the same; 35: just above 2000 deg/s"},
 
       {"window.keyframes", &window.keyframes, "", "keyframes of a full window"},

@@ -71,7 +71,7 @@ class WindowCutter {
   }
 
   /// Feeds frames from `first_frame` on until a full window can be cut.
-  Cut cut(std::size_t first_frame, WindowCounts* dropped) const {
+  Cut cut(std::size_t first_frame, StreamCounts* dropped) const {
     KeyframeWindow buffer(sequence_.calibration, options_);
     const double t_first = imuTime(first_frame);
     std::size_t next_imu = lastSampleAtOrBefore(t_first);
@@ -105,7 +105,7 @@ class WindowCutter {
         break;
       }
     }
-    addCounts(buffer.counts(), dropped);
+    *dropped += buffer.counts();
     return result;
   }
 
@@ -120,18 +120,6 @@ class WindowCutter {
                          [](double time, const ImuSample& sample) { return time < sample.t; });
     const auto index = static_cast<std::size_t>(after - sequence_.imu.begin());
     return index > 0 ? index - 1 : 0;
-  }
-
-  static void addCounts(const WindowCounts& from, WindowCounts* to) {
-    to->imu_added += from.imu_added;
-    to->imu_not_finite += from.imu_not_finite;
-    to->imu_out_of_order += from.imu_out_of_order;
-    to->frames_added += from.frames_added;
-    to->frames_not_finite += from.frames_not_finite;
-    to->frames_out_of_order += from.frames_out_of_order;
-    to->observations_not_finite += from.observations_not_finite;
-    to->observations_duplicate_id += from.observations_duplicate_id;
-    to->lines_degenerate += from.lines_degenerate;
   }
 
   const Sequence& sequence_;

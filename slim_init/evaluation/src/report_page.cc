@@ -70,7 +70,7 @@ std::string trialsText(const ProtocolResult& result) {
          ").";
 }
 
-std::string droppedText(const WindowCounts& dropped) {
+std::string droppedText(const StreamCounts& dropped) {
   return "Dropped on the way, over all trials: " + std::to_string(dropped.imu_not_finite) +
          " IMU samples not finite, " + std::to_string(dropped.imu_out_of_order) +
          " out of order; " + std::to_string(dropped.frames_not_finite) + " frames not finite, " +

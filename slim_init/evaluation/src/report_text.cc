@@ -308,7 +308,7 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
     Json& simulated = json["simulated"] = Json::object();
     for (const auto& [name, count] : info.simulated) simulated[name] = count;
   }
-  const WindowCounts& dropped = result.dropped;
+  const StreamCounts& dropped = result.dropped;
   json["dropped"] = {{"imu_not_finite", dropped.imu_not_finite},
                      {"imu_out_of_order", dropped.imu_out_of_order},
                      {"frames_not_finite", dropped.frames_not_finite},

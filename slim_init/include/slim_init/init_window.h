@@ -3,28 +3,14 @@
 // The immutable input of a WindowSolver.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "slim_init/stream_check.h"
 #include "slim_init/types.h"
 
 namespace slim_init {
-
-/// What was dropped between the sensors and the window; nothing disappears without a count.
-struct WindowCounts {
-  std::int64_t imu_added = 0;
-  std::int64_t imu_not_finite = 0;
-  std::int64_t imu_out_of_order = 0;  ///< time not after the previous sample (duplicates included)
-  std::int64_t frames_added = 0;
-  std::int64_t frames_not_finite = 0;
-  std::int64_t frames_out_of_order =
-      0;  ///< time not after the previous frame (duplicates included)
-  std::int64_t observations_not_finite = 0;    ///< point or line with NaN/inf or a zero bearing
-  std::int64_t observations_duplicate_id = 0;  ///< second use of an id within one frame
-  std::int64_t lines_degenerate = 0;           ///< end points less than 1e-6 rad apart
-};
 
 /// One sighting of a point track.
 struct PointSighting {
@@ -57,8 +43,8 @@ struct Track {
 class InitWindow {
  public:
   /// Builds a window. `keyframes` ascending in time on the IMU clock, `imu` ascending and covering
-  /// [first keyframe, last keyframe]. On a violated invariant returns null and a sentence in
-  /// `error` naming the value and the bound.
+  /// [first keyframe, last keyframe]. On a violated invariant returns null and a message in `error`
+  /// (may be null) naming the value and the bound.
   static std::shared_ptr<const InitWindow> create(const Calibration& calibration,
                                                   const std::vector<FrameObservation>& keyframes,
                                                   std::vector<ImuSample> imu,
@@ -82,7 +68,7 @@ class InitWindow {
   }
 
   /// Observations rejected by create(); zero for frames that a KeyframeWindow has cleaned before.
-  const WindowCounts& counts() const { return common_->counts; }
+  const StreamCounts& counts() const { return common_->counts; }
 
  private:
   /// What all windows that differ in their point tracks alone have in common, never copied.
@@ -93,10 +79,15 @@ class InitWindow {
     std::vector<Track> line_tracks;
     std::vector<LineSighting> line_sightings;
     std::vector<std::vector<LineSighting>> keyframe_lines;
-    WindowCounts counts;
+    StreamCounts counts;
   };
 
   InitWindow() = default;
+  friend class KeyframeWindow;
+  /// As create(), of frames that cleanFrame() has been applied to.
+  static std::shared_ptr<const InitWindow> fromCleanFrames(
+      const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
+      std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts = StreamCounts());
   friend std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
                                                          const std::vector<char>& keep);
 

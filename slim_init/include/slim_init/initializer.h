@@ -1,21 +1,22 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The door that a back end sees and swaps.
+// The interface that a back end sees and swaps.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "slim_init/keyframe_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/stream_check.h"
 #include "slim_init/window_solver.h"
 
 namespace slim_init {
 
 /// An initializer as a host holds it: data in, verdict out. A back end that holds one of these runs
-/// any method without knowing which. Never throws, prints or exits.
+/// any method without knowing which, nor where its data is kept. Never throws, prints or exits. Not
+/// thread-safe.
 class IInitializer {
  public:
   virtual ~IInitializer() = default;
@@ -23,31 +24,59 @@ class IInitializer {
   /// Name of the method, e.g. "slim".
   virtual const std::string& name() const = 0;
 
-  virtual AddStatus addImu(const ImuSample& sample) = 0;
-  virtual AddStatus addFrame(const FrameObservation& frame) = 0;
+  // ------------------------------------------------------------------------------------ data in
 
-  /// Lines that come after their frame, by its stamp; false when there is no such frame or it has
-  /// lines already. An initializer without use for them keeps this default.
-  virtual bool addLines(double /*t*/, const std::vector<LineObservation>& /*lines*/) {
-    return false;
+  /// The streams as they are received; what cannot be used is dropped and counted (StreamCheck is
+  /// there for every implementation). On kRestarted everything received before is forgotten.
+  virtual AddStatus addImu(const ImuSample& sample) = 0;
+  /// `frame.t` is the image stamp, camera clock. Its lines may be in it or follow by addLines().
+  virtual AddStatus addFrame(FrameObservation frame) = 0;
+  /// The lines of the image with this stamp [s], before or after its frame: kAdded, kWaiting,
+  /// kUnmatched or kNotFinite. An initializer without use for them keeps this default.
+  virtual AddStatus addLines(double /*stamp*/, std::vector<LineObservation> /*lines*/) {
+    return AddStatus::kNotSupported;
   }
 
-  /// Solves the newest window. The data stay, so it may be called again at any time.
+  /// Time offset [s] (as Calibration::td) of the frames that follow, from a host that estimates it
+  /// online. A value that is not finite is ignored.
+  virtual void setTd(double td) = 0;
+
+  /// Forgets all data and counts.
+  virtual void reset() = 0;
+
+  // ----------------------------------------------------------------------------------- answer out
+
+  /// Solves the newest window. The data stays, so it may be called again at any time. kSuccess
+  /// means that there is an estimate and that every enforced gate passed (InitResult::validate()).
   virtual InitResult initialize() = 0;
 
   /// Solves the newest window after a failure of the host and joins the answer to the host's old
   /// odometry frame: position and yaw continue from `last_healthy` (its time must lie within the
   /// buffered IMU data), carried on by the IMU to the window; gravity, velocities and biases are
   /// the new ones. Refusals are as for initialize(), plus kInvalidInput when `last_healthy` is not
-  /// finite, not a rotation or outside the buffer, or when the IMU has a gap above
-  /// WindowOptions::max_imu_gap_s between it and the window.
+  /// finite, not a rotation or outside the buffer, or when the IMU has too long a gap between it
+  /// and the window.
   virtual InitResult recover(const NavState& last_healthy) = 0;
 
-  /// Forgets all data.
-  virtual void reset() = 0;
+  /// States of a successful `result` of this initializer at other instants: `times` ascend [s, IMU
+  /// clock] and lie at most `max_reach_s` before the first or after the last keyframe; the IMU
+  /// alone carries the state there. Where it cannot, returns false, leaves `states` as it was and
+  /// puts a message with value and bound into `error` (may be null). slim_init/state_at.h does this
+  /// for anyone who keeps the samples.
+  virtual bool statesAt(const InitResult& result, const std::vector<double>& times,
+                        double max_reach_s, std::vector<NavState>* states,
+                        std::string* error) const = 0;
 
-  /// The data as this initializer sees it: counts of dropped messages, buffered samples.
-  virtual const KeyframeWindow& window() const = 0;
+  // ------------------------------------------------------------------------------ what it works on
+
+  virtual Calibration calibration() const = 0;  ///< td as last set
+  /// Since construction or reset().
+  virtual StreamCounts counts() const = 0;
+  /// The IMU data that recover() can start in: first and last time [s]; NaN while there is none.
+  virtual TimeSpan bufferedImu() const = 0;
+  /// The longest time that a window spans [s]. Frames older than this, counted from the newest one,
+  /// have no influence on the next answer.
+  virtual double maxWindowSpan() const = 0;
 };
 
 /// An initializer that solves with `slim`. Invalid calibration or options: null, and a message in
@@ -56,11 +85,11 @@ std::unique_ptr<IInitializer> makeInitializer(const Calibration& calibration,
                                               const InitializerOptions& options,
                                               std::string* error = nullptr);
 
-/// Pairs a keyframe window with any solver, which must not be null. Invalid calibration or options:
-/// as above.
+/// Pairs a keyframe window with any solver, which must not be null. Of `options`, `window` and
+/// `imu` are used: the solver has its own. Invalid calibration or options: as above.
 std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solver,
                                               const Calibration& calibration,
-                                              const WindowOptions& options,
+                                              const InitializerOptions& options,
                                               std::string* error = nullptr);
 
 }  // namespace slim_init

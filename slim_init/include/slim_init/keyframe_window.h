@@ -11,43 +11,46 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/stream_check.h"
 
 namespace slim_init {
-
-/// What became of one message.
-enum class AddStatus {
-  kAdded,
-  kNotFinite,   ///< NaN or infinity in time, gyro or accelerometer: dropped and counted
-  kOutOfOrder,  ///< time not after the previous message of its kind: dropped and counted
-};
 
 /// Result of cutting a window.
 struct WindowCut {
   /// kSuccess with a window, or kTooFewKeyframes / kInvalidInput with none.
   InitStatus status = InitStatus::kTooFewKeyframes;
-  std::string message;  ///< one sentence: what was found, what is needed
+  std::string message;  ///< what was found, what is needed
   std::shared_ptr<const InitWindow> window;
 };
 
-/// Ring buffer of IMU samples and frames from which a window can be cut at any moment.
+/// Ring buffer of IMU samples and frames from which a window can be cut at any moment. Every
+/// message passes a StreamCheck first; lines meet their frame here, whichever comes first; the time
+/// offset td is applied here and nowhere else (Calibration::imuTime).
 ///
 /// Not thread-safe: one owner feeds and cuts. Memory is bounded by WindowOptions::buffer_s.
 class KeyframeWindow {
  public:
   /// Calibration and options are taken as they are; call their validate() first.
-  KeyframeWindow(const Calibration& calibration, const WindowOptions& options);
+  KeyframeWindow(const Calibration& calibration, const WindowOptions& options,
+                 const StreamOptions& streams = StreamOptions());
 
-  /// Appends a sample; time must increase.
+  /// Appends a sample; time must increase. On kRestarted the buffer holds this sample alone.
   AddStatus addImu(const ImuSample& sample);
 
-  /// Appends a frame; time must increase. The frame may run ahead of the IMU: it is used as soon
-  /// as the samples cover it.
-  AddStatus addFrame(const FrameObservation& frame);
+  /// Appends a frame, `frame.t` its stamp on the camera clock; time must increase. The frame may
+  /// run ahead of the IMU: it is used as soon as the samples cover it. On kRestarted the buffer
+  /// holds this frame alone. Observations that no solver can use are dropped and counted.
+  AddStatus addFrame(FrameObservation frame);
 
-  /// Gives the frame with stamp `t` (camera clock, to within a tenth of a millisecond) its lines
-  /// where they come after it. False, and nothing changes, when there is no such frame or it has
-  /// lines already.
-  bool addLines(double t, const std::vector<LineObservation>& lines);
+  /// The lines of the frame with this stamp (camera clock [s], to within a tenth of a millisecond),
+  /// before or after the frame: kAdded, kWaiting for a frame that is still to come, kUnmatched, or
+  /// kNotFinite. No more than kMaxWaitingLines messages wait; the oldest is dropped beyond.
+  AddStatus addLines(double stamp, std::vector<LineObservation> lines);
+  static constexpr std::size_t kMaxWaitingLines = 100;
+
+  /// The time offset [s] (as Calibration::td) of the frames that follow; those in the buffer keep
+  /// their times. A value that is not finite is ignored.
+  void setTd(double td);
 
   /// Cuts the newest window. Keyframes are chosen backwards from the newest frame that the IMU
   /// covers, each at least `min_interval_s` before the next, up to `keyframes` of them, and never
@@ -58,21 +61,40 @@ class KeyframeWindow {
   /// IMU samples held, oldest first.
   const std::deque<ImuSample>& imu() const { return imu_; }
 
-  const WindowCounts& counts() const { return counts_; }
-  const Calibration& calibration() const { return calibration_; }
+  /// Since construction or reset(); restarts of the streams do not clear it.
+  const StreamCounts& counts() const { return check_.counts(); }
+  const Calibration& calibration() const { return calibration_; }  ///< td as last set
   const WindowOptions& options() const { return options_; }
 
   /// Forgets all data and counts.
   void reset();
 
  private:
+  struct BufferedFrame {
+    double stamp = 0.0;            // camera clock [s]
+    FrameObservation observation;  // t on the IMU clock; cleaned (data/clean_frame.h)
+  };
+  struct WaitingLines {
+    double stamp = 0.0;
+    std::vector<LineObservation> lines;
+  };
+
+  void dropData();
   void trim();
+  bool merge(std::vector<LineObservation> lines, BufferedFrame* frame);
+  void mergeWaiting(BufferedFrame* frame);
+  void waitForFrame(double stamp, std::vector<LineObservation> lines);
+  int newestCovered() const;
+  double imuStart(int newest) const;
+  std::vector<int> chooseKeyframes(int newest, std::string* reason) const;
+  std::vector<ImuSample> samplesCovering(double t_first, double t_last) const;
 
   Calibration calibration_;
   WindowOptions options_;
+  StreamCheck check_;
   std::deque<ImuSample> imu_;
-  std::deque<FrameObservation> frames_;  // t already on the IMU clock
-  WindowCounts counts_;
+  std::deque<BufferedFrame> frames_;
+  std::deque<WaitingLines> waiting_;  // ascending in stamp
 };
 
 }  // namespace slim_init

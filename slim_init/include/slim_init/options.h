@@ -6,6 +6,8 @@
 
 #include <string>
 
+#include "slim_init/imu_limits.h"
+
 namespace slim_init {
 
 /// With three keyframes the alignment has as many rows as unknowns; four are the least for a check.
@@ -229,6 +231,7 @@ struct GateOptions {
 
 /// All options of an initializer.
 struct InitializerOptions {
+  ImuLimits imu;  ///< of the IMU stream
   WindowOptions window;
   VanishingPointOptions vanishing_point;
   AlignmentOptions alignment;

@@ -13,13 +13,13 @@ namespace slim_init {
 
 /// The verdict on one window. The comment says what of InitResult is valid.
 enum class InitStatus {
-  kSuccess,  ///< everything is valid and may be used
+  kSuccess,  ///< everything; every enforced gate passed
 
-  // Wait: the data does not hold the answer yet. What is observable is returned.
+  // Wait: the data does not determine the answer yet. What is observable is returned.
   kTooFewKeyframes,      ///< nothing
   kTooFewTracks,         ///< gyro_bias, where the points sufficed for it
   kStationary,           ///< gravity_w, gravity_b0 and gyro_bias
-  kTooLittleExcitation,  ///< estimate present, its scale is not to be trusted
+  kTooLittleExcitation,  ///< estimate present, its scale is not reliable
   kPureRotation,         ///< gyro_bias
 
   // Refused: an answer was computed and failed a check. The estimate is present for diagnosis.
@@ -47,13 +47,15 @@ bool isRefused(InitStatus status);
 /// One check: a measured number against its threshold.
 struct GateValue {
   std::string name;                 ///< e.g. "scale_sigma"
-  std::string explanation;          ///< what was measured, for a sentence
+  std::string explanation;          ///< what was measured, as the subject of a message
   std::string unit;                 ///< "" where dimensionless
   double value = kNotComputed;      ///< measured
   double threshold = kNotComputed;  ///< bound from GateOptions
   bool upper_bound = true;          ///< passes when value <= threshold; else value >= threshold
   bool passed = false;              ///< a value that is not finite never passes
   bool enforced = false;            ///< false: reported only, does not change the status
+  /// Where gates are enforced and this one is not: why. Empty otherwise.
+  std::string exception;
   InitStatus status_if_failed = InitStatus::kSuccess;
 };
 
@@ -78,7 +80,7 @@ struct SolveCounts {
 /// keyframe's body, and the first body's x axis has zero yaw.
 struct InitResult {
   InitStatus status = InitStatus::kInvalidInput;
-  /// One sentence for a person, with the measured value and the threshold that decided.
+  /// For a person: the measured value and the threshold that decided.
   std::string message = "solve() was not called";
 
   std::vector<NavState> states;  ///< one per keyframe of the window, or empty
@@ -88,10 +90,15 @@ struct InitResult {
   /// [m/s^2]; zero where the method takes it as zero (drt-l, slim-paper).
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Constant(kNotComputed);
 
-  /// Metres per unit of the up-to-scale camera trajectory, whose spread about its mean
-  /// (root of the summed squares) is 1. NaN where the method has no such stage.
+  /// Metric scale of the camera trajectory: metres per unit of an up-to-scale trajectory in which
+  /// consecutive keyframe camera centres are one unit apart on average. So it is the mean baseline
+  /// between consecutive keyframes [m]: an up-to-scale reconstruction of the same keyframes with
+  /// mean baseline d becomes metric when multiplied by scale / d. Present with `states`, whatever
+  /// the method. Negative where a refused answer has mirrored the trajectory.
   double scale = kNotComputed;
-  double scale_sigma = kNotComputed;  ///< relative standard deviation of the scale, or NaN
+  /// Standard deviation of `scale` divided by it (0.05: 5 %), or NaN where the method has none. It
+  /// does not depend on the choice of the unit.
+  double scale_sigma = kNotComputed;
 
   /// Covariance of the error state [theta, p, v] per keyframe followed by [b_g, b_a]; theta on the
   /// right of R_w_b. Empty where the method does not provide it (drt-l, slim-paper).
@@ -104,6 +111,11 @@ struct InitResult {
   bool success() const { return status == InitStatus::kSuccess; }
   bool hasEstimate() const { return !states.empty(); }
   double totalMs() const;
+
+  /// Returns an empty string where the status is not kSuccess, or where there are finite states and
+  /// gravity and every enforced gate passed; else a message saying what contradicts kSuccess.
+  /// makeInitializer() holds every solver to it, the host adapter every initializer.
+  std::string validate() const;
 };
 
 }  // namespace slim_init

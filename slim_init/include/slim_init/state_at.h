@@ -21,7 +21,7 @@ struct StateAtOptions {
 /// between two keyframes from both, weighted by nearness; outside them forward from the last or
 /// backward from the first. `keyframes` ascend in time, `imu` ascends, `gravity_w` [m/s^2] belongs
 /// to the keyframes' world. On bad input (no keyframe, a time that is not finite, out of reach or
-/// not covered by the IMU, a gap) returns false, leaves `states` as it was and puts a sentence with
+/// not covered by the IMU, a gap) returns false, leaves `states` as it was and puts a message with
 /// value and bound into `error` (may be null).
 bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gravity_w,
               const std::vector<ImuSample>& imu, const std::vector<double>& times,

@@ -22,7 +22,7 @@ struct ImuSample {
   Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< specific force in b [m/s^2], biased
 };
 
-/// Track identity; the same id in two frames claims the same physical point (or line).
+/// Track identity: equal ids in two frames mean the same physical point (or line).
 using FeatureId = std::int64_t;
 
 /// One tracked point in one image.
@@ -32,8 +32,8 @@ struct PointObservation {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();     ///< raw image position [px], for display
 };
 
-/// One tracked line segment in one image. The end points of a segment slide along the line from
-/// image to image; only the line itself is claimed to be the same.
+/// One tracked line segment in one image. The end points of a segment move along the line from
+/// image to image; only the infinite line is the same.
 struct LineObservation {
   FeatureId id = -1;
   Eigen::Vector3d start_bearing = Eigen::Vector3d::UnitZ();  ///< unit ray in c, undistorted
@@ -47,7 +47,7 @@ struct LineObservation {
 
 /// Everything seen in one image.
 struct FrameObservation {
-  double t = 0.0;  ///< image stamp [s], camera clock (t_imu = t + Calibration::td)
+  double t = 0.0;  ///< image stamp [s], camera clock; see Calibration::imuTime()
   std::vector<PointObservation> points;
   std::vector<LineObservation> lines;
 };
@@ -58,11 +58,11 @@ struct ImuNoise {
   double gyro_density = 1.7e-4;   ///< [rad/s/sqrt(Hz)], EuRoC's ADIS16448 data sheet
   double accel_density = 2.0e-3;  ///< [m/s^2/sqrt(Hz)], EuRoC's ADIS16448 data sheet
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
-/// What has to be known about the rig.
+/// What has to be known about the rig: extrinsics, time offset, noise.
 struct Calibration {
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();  ///< camera to body rotation
   Eigen::Vector3d t_b_c = Eigen::Vector3d::Zero();      ///< camera centre in b [m]
@@ -71,12 +71,17 @@ struct Calibration {
   double focal_px = 460.0;  ///< pixels per radian at the image centre; turns sigma_px to an angle
   double sigma_px = 0.6;    ///< standard deviation of a point observation [px]
   double sigma_line_px = 0.7;  ///< standard deviation of a line end point across the line [px]
-  double td = 0.0;             ///< camera-IMU time offset: t_imu = t_image + td [s]
+  double td = 0.0;             ///< camera-IMU time offset: t_imu = stamp + td [s]
+
+  /// From the camera clock to the IMU clock and back [s]. Streams and messages carry image stamps;
+  /// buffers, windows and states are on the IMU clock.
+  double imuTime(double stamp) const { return stamp + td; }
+  double imageStamp(double t_imu) const { return t_imu - td; }
 
   /// Angular standard deviation of a point bearing [rad].
   double sigmaBearing() const { return sigma_px / focal_px; }
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
@@ -88,6 +93,15 @@ struct NavState {
   Eigen::Vector3d v_w_b = Eigen::Vector3d::Zero();       ///< body velocity in w [m/s]
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();   ///< in b [rad/s]
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();  ///< in b [m/s^2]
+
+  /// True where time and every value are finite.
+  bool isFinite() const;
+};
+
+/// A closed interval of time; NaN: empty.
+struct TimeSpan {
+  double first = kNotComputed;  ///< [s]
+  double last = kNotComputed;   ///< [s]
 };
 
 }  // namespace slim_init

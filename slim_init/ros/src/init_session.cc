@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSameStamp = 1e-4;      // [s], as KeyframeWindow::addLines()
 constexpr double kStampRounding = 1e-6;  // [s]
-// Frames without IMU and lines without points: nothing waits longer, whoever has fallen silent.
+// Frames that wait for IMU samples: the queue is bounded when the IMU falls silent.
 constexpr std::size_t kMostPending = 50;
 
 }  // namespace
@@ -28,57 +28,45 @@ InitSession::InitSession(std::unique_ptr<IInitializer> initializer,
                          const InitSessionOptions& options)
     : initializer_(std::move(initializer)), options_(options) {}
 
-void InitSession::addImu(const ImuSample& sample) {
-  if (initializer_->addImu(sample) == AddStatus::kAdded) t_imu_ = sample.t;
+AddStatus InitSession::addImu(const ImuSample& sample) {
+  const AddStatus status = initializer_->addImu(sample);
+  if (status == AddStatus::kRestarted) forget();
+  if (isAdded(status)) t_imu_ = sample.t;
+  return status;
 }
 
-void InitSession::addPoints(FrameObservation frame) {
-  // Lines older than this frame will not meet theirs any more.
-  while (!early_lines_.empty() && early_lines_.front().t < frame.t - kSameStamp) {
-    early_lines_.pop_front();
-    ++counts_.lines_unmatched;
-  }
+AddStatus InitSession::addPoints(FrameObservation frame) {
   PendingFrame pending;
   pending.t = frame.t;
-  if (!early_lines_.empty() && std::abs(early_lines_.front().t - frame.t) <= kSameStamp) {
-    frame.lines = std::move(early_lines_.front().lines);
-    early_lines_.pop_front();
-    pending.has_lines = true;
-  }
-  if (initializer_->addFrame(frame) != AddStatus::kAdded) return;
-  ++counts_.frames;
+  const std::int64_t merged_before = initializer_->counts().lines_merged;
+  const AddStatus status = initializer_->addFrame(std::move(frame));
+  if (status == AddStatus::kRestarted) forget();
+  if (!isAdded(status)) return status;
+  // Its lines were there first.
+  pending.has_lines = initializer_->counts().lines_merged > merged_before;
   frames_.push_back(pending);
   if (frames_.size() > kMostPending) {
     frames_.pop_front();
     ++counts_.frames_uncovered;
   }
+  return status;
 }
 
-void InitSession::addLines(double t, std::vector<LineObservation> lines) {
+AddStatus InitSession::addLines(double t, std::vector<LineObservation> lines) {
   ++counts_.line_messages;
   const auto frame = std::find_if(frames_.begin(), frames_.end(), [t](const PendingFrame& f) {
     return std::abs(f.t - t) <= kSameStamp;
   });
   if (frame != frames_.end()) frame->has_lines = true;
-  if (initializer_->addLines(t, lines)) return;
-  const bool early = frames_.empty() ? !(t <= t_asked_) : t > frames_.back().t;
-  if (!early || (!early_lines_.empty() && t <= early_lines_.back().t)) {
-    ++counts_.lines_unmatched;
-    return;
-  }
-  early_lines_.push_back({t, std::move(lines)});
-  if (early_lines_.size() > kMostPending) {
-    early_lines_.pop_front();
-    ++counts_.lines_unmatched;
-  }
+  return initializer_->addLines(t, std::move(lines));
 }
 
 std::optional<Attempt> InitSession::poll() {
-  const double td = initializer_->window().calibration().td;
+  const Calibration calibration = initializer_->calibration();
   // The newest frame that is complete; what is older is part of its window.
   std::size_t complete = 0;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
-    if (!(frames_[i].t + td <= t_imu_)) break;  // NaN before the first sample
+    if (!(calibration.imuTime(frames_[i].t) <= t_imu_)) break;  // NaN before the first sample
     const bool waits_for_lines =
         options_.expect_lines && !frames_[i].has_lines && i + 1 == frames_.size();
     if (!waits_for_lines) complete = i + 1;
@@ -88,17 +76,17 @@ std::optional<Attempt> InitSession::poll() {
   frames_.erase(frames_.begin(), frames_.begin() + static_cast<std::ptrdiff_t>(complete));
   // False before the first attempt.
   const bool too_early =
-      t_newest_covered_ < t_asked_ + options_.attempt_interval_s - kStampRounding;
+      t_newest_covered_ < t_attempt_ + options_.attempt_interval_s - kStampRounding;
   if (initialized_ || too_early) return std::nullopt;
-  return ask(false);
+  return attempt(false);
 }
 
-Attempt InitSession::request() { return ask(true); }
+Attempt InitSession::initialize() { return attempt(true); }
 
-Attempt InitSession::ask(bool requested) {
+Attempt InitSession::attempt(bool requested) {
   Attempt attempt;
   attempt.number = ++counts_.attempts;
-  attempt.t = t_asked_ = t_newest_covered_;
+  attempt.t = t_attempt_ = t_newest_covered_;
   attempt.requested = requested;
   const auto start = std::chrono::steady_clock::now();
   attempt.result = initializer_->initialize();
@@ -111,12 +99,21 @@ Attempt InitSession::ask(bool requested) {
 
 void InitSession::restart() {
   ++counts_.restarts;
-  counts_.lines_unmatched += static_cast<std::int64_t>(early_lines_.size());
+  before_restart_ = streamCounts();
+  before_restart_.lines_unmatched += std::exchange(before_restart_.lines_waiting, 0);
   initializer_->reset();
+  forget();
+}
+
+void InitSession::forget() {
   frames_.clear();
-  early_lines_.clear();
-  t_imu_ = t_asked_ = t_newest_covered_ = kNotComputed;
+  t_imu_ = t_attempt_ = t_newest_covered_ = kNotComputed;
   initialized_ = false;
+}
+
+StreamCounts InitSession::streamCounts() const {
+  StreamCounts counts = before_restart_;
+  return counts += initializer_->counts();
 }
 
 }  // namespace slim_init::node

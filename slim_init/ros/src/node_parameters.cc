@@ -8,8 +8,8 @@
 
 namespace slim_init::node {
 
-void NodeParameters::problem(const std::string& sentence) {
-  if (problem_.empty()) problem_ = sentence;
+void NodeParameters::problem(const std::string& message) {
+  if (problem_.empty()) problem_ = message;
 }
 
 template <typename T>
@@ -64,9 +64,9 @@ std::string NodeParameters::check() {
     if (name.compare(0, prefix.size(), prefix) != 0) continue;
     const std::string key = name.substr(prefix.size());
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    std::string sentence = "~" + key + " is not a parameter of this node; it has";
-    for (const std::string& known : known_) sentence += " ~" + known;
-    problem(sentence);
+    std::string message = "~" + key + " is not a parameter of this node; it has";
+    for (const std::string& known : known_) message += " ~" + known;
+    problem(message);
   }
   return problem_;
 }

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Features, lines and IMU in; verdicts and, when it is a yes, the seed out (docs/ros.md).
+// Features, lines and IMU in; verdicts and, after a success, the initial states out (docs/ros.md).
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud.h>
 #include <std_msgs/Bool.h>
@@ -26,7 +26,7 @@ namespace {
 
 class SlimInitNode {
  public:
-  /// Returns an empty string, or a sentence why the node cannot run.
+  /// Returns an empty string, or a message why the node cannot run.
   std::string start();
 
  private:
@@ -36,9 +36,9 @@ class SlimInitNode {
   void onPoints(const sensor_msgs::PointCloud& message);
   void onLines(const sensor_msgs::PointCloud& message);
   void onRestart(const std_msgs::Bool& message);
-  bool onReinitialize(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool onInitialize(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
-  void poll();
+  void use(AddStatus status);
   void publish(const Attempt& attempt);
   void publishSeed(const Attempt& attempt);
   void publishFrames(const NavState& body);
@@ -54,8 +54,10 @@ class SlimInitNode {
   bool publish_tf_ = true;
   bool expect_lines_ = true;
   std::unique_ptr<InitSession> session_;
-  NodeStreams streams_{{{"imu"}, {"feature"}, {"line", false}}, [this] { session_->restart(); }};
-  std::int64_t jumps_seen_ = 0;  // time jumps that a restart message may still tell about
+  NodeStreams streams_{{{"imu", StreamKind::kImu, true},
+                        {"feature", StreamKind::kFrames, true},
+                        {"line", StreamKind::kOther, false}}};
+  std::int64_t jumps_seen_ = 0;  // jumps in time that a restart message has announced
   std::string last_status_;
   double last_attempt_ms_ = kNotComputed;
 
@@ -77,8 +79,8 @@ std::string SlimInitNode::start() {
   parameters.read("world_frame", &context_.world_frame);
   parameters.read("body_frame", &context_.body_frame);
   parameters.read("publish_tf", &publish_tf_);
-  if (std::string sentence = parameters.check(); !sentence.empty()) return sentence;
-  if (std::string sentence = options.validate(); !sentence.empty()) return "~" + sentence;
+  if (std::string problem = parameters.check(); !problem.empty()) return problem;
+  if (std::string problem = options.validate(); !problem.empty()) return "~" + problem;
   std::string error;
   std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
       config.method, config.calibration, config.options, config.baselines, &error);
@@ -86,7 +88,7 @@ std::string SlimInitNode::start() {
   parameters.log();
   session_ = std::make_unique<InitSession>(std::move(initializer), options);
   calibration_ = config.calibration;
-  imu_limits_ = config.imu_limits;
+  imu_limits_ = config.options.imu;
   context_.method = config.method;
   context_.td = config.calibration.td;
 
@@ -105,17 +107,18 @@ std::string SlimInitNode::start() {
   lines_ =
       handle_.subscribe("feature_tracker_lines/lines", 100, &SlimInitNode::onLines, this, hints);
   restart_ = handle_.subscribe("feature_tracker/restart", 10, &SlimInitNode::onRestart, this);
-  service_ = private_handle_.advertiseService("reinitialize", &SlimInitNode::onReinitialize, this);
+  service_ = private_handle_.advertiseService("initialize", &SlimInitNode::onInitialize, this);
   diagnostics_.start([this] { return diagnostics(); });
   return "";
 }
 
 void SlimInitNode::onImu(const sensor_msgs::Imu& message) {
   ImuSample sample;
-  const std::string problem = readImu(message, imu_limits_, &sample);
+  const std::string problem = readImu(message, &sample);
   if (!streams_.accept(kImu, message.header, problem, &sample.t)) return;
-  session_->addImu(sample);
-  poll();
+  const AddStatus status = session_->addImu(sample);
+  if (status == AddStatus::kGlitch) streams_.explain(kImu, imu_limits_.describe(sample));
+  use(status);
 }
 
 void SlimInitNode::onPoints(const sensor_msgs::PointCloud& message) {
@@ -124,8 +127,7 @@ void SlimInitNode::onPoints(const sensor_msgs::PointCloud& message) {
   vins_adapter::readPointMessage(message, 1, &frame, &problem);
   if (!streams_.accept(kPoints, message.header, problem, &frame.t)) return;
   session_->expectLines(expect_lines_ && lines_.getNumPublishers() > 0);
-  session_->addPoints(std::move(frame));
-  poll();
+  use(session_->addPoints(std::move(frame)));
 }
 
 void SlimInitNode::onLines(const sensor_msgs::PointCloud& message) {
@@ -133,32 +135,34 @@ void SlimInitNode::onLines(const sensor_msgs::PointCloud& message) {
   std::string problem;
   vins_adapter::readLineMessage(message, &frame, &problem);
   if (!streams_.accept(kLines, message.header, problem, &frame.t)) return;
-  session_->addLines(frame.t, std::move(frame.lines));
-  poll();
+  use(session_->addLines(frame.t, std::move(frame.lines)));
 }
 
 void SlimInitNode::onRestart(const std_msgs::Bool& message) {
   if (!message.data) return;
-  // The tracker tells of the same jump that the stamps have told of; it may come after the first
-  // data of the new time, which are to stay.
-  if (streams_.jumps() > jumps_seen_) {
-    jumps_seen_ = streams_.jumps();
+  // The tracker announces a jump that the stamps have shown already; its message may come after the
+  // first data of the new time, which must stay.
+  const std::int64_t jumps = session_->streamCounts().restarts;
+  if (jumps > jumps_seen_) {
+    jumps_seen_ = jumps;
     return;
   }
-  ROS_WARN("the tracker restarts: all data is forgotten");
+  ROS_WARN("the tracker has restarted: all data is dropped");
   session_->restart();
 }
 
-bool SlimInitNode::onReinitialize(std_srvs::Trigger::Request& /*request*/,
-                                  std_srvs::Trigger::Response& response) {
-  const Attempt attempt = session_->request();
+bool SlimInitNode::onInitialize(std_srvs::Trigger::Request& /*request*/,
+                                std_srvs::Trigger::Response& response) {
+  const Attempt attempt = session_->initialize();
   publish(attempt);
   response.success = attempt.result.success();
   response.message = toString(attempt.result.status) + std::string(": ") + attempt.result.message;
   return true;
 }
 
-void SlimInitNode::poll() {
+// After every message: `status` is what became of it.
+void SlimInitNode::use(AddStatus status) {
+  if (status == AddStatus::kRestarted) ROS_WARN("time has jumped: all data before it is dropped");
   while (std::optional<Attempt> attempt = session_->poll()) publish(*attempt);
 }
 
@@ -167,12 +171,12 @@ void SlimInitNode::publish(const Attempt& attempt) {
   context_.clock = streams_.clock();
   log(attempt);
   status_.publish(statusMessage(attempt, context_));
-  if (attempt.result.success() && attempt.result.hasEstimate()) publishSeed(attempt);
+  if (attempt.result.success()) publishSeed(attempt);
 }
 
 void SlimInitNode::log(const Attempt& attempt) {
   const std::string status = toString(attempt.result.status);
-  // Once per change: at ten attempts a second the same sentence says nothing new.
+  // Once per change: there may be ten attempts a second.
   if (status != last_status_ || attempt.requested) {
     ROS_INFO_STREAM("attempt " << attempt.number << ": " << status << ": "
                                << attempt.result.message);
@@ -221,7 +225,7 @@ void SlimInitNode::publishMarkers(const NavState& body, const ros::Time& stamp) 
 
 Diagnostics::Statuses SlimInitNode::diagnostics() {
   const InitSessionCounts& counts = session_->counts();
-  const WindowCounts& window = session_->initializer().window().counts();
+  const StreamCounts streams = session_->streamCounts();
   diagnostic_msgs::DiagnosticStatus state =
       makeStatus("initialization", session_->initialized() ? "initialized"
                                    : last_status_.empty()  ? "waiting for data"
@@ -230,19 +234,16 @@ Diagnostics::Statuses SlimInitNode::diagnostics() {
   addValue("successes", counts.successes, &state);
   addValue("last verdict", last_status_, &state);
   addValue("last attempt [ms]", last_attempt_ms_, &state);
-  addValue("frames", counts.frames, &state);
+  addValue("frames", streams.frames_added, &state);
   addValue("line messages", counts.line_messages, &state);
-  addValue("line messages without frame", counts.lines_unmatched, &state);
+  addValue("line messages without frame", streams.lines_unmatched, &state);
   addValue("frames that no IMU covered", counts.frames_uncovered, &state);
-  addValue("time jumps", streams_.jumps(), &state);
+  addValue("time jumps", streams.restarts, &state);
   addValue("restarts", counts.restarts, &state);
-  // Since the last restart.
-  addValue("window: imu out of order", window.imu_out_of_order, &state);
-  addValue("window: frames out of order", window.frames_out_of_order, &state);
-  addValue("window: observations not finite", window.observations_not_finite, &state);
-  addValue("window: observations with the id of another", window.observations_duplicate_id, &state);
-  addValue("window: lines without length", window.lines_degenerate, &state);
-  return {streams_.report(), state};
+  addValue("observations not finite", streams.observations_not_finite, &state);
+  addValue("observations with the id of another", streams.observations_duplicate_id, &state);
+  addValue("lines without length", streams.lines_degenerate, &state);
+  return {streams_.report(streams), state};
 }
 
 }  // namespace

@@ -5,14 +5,37 @@
 #include <ros/this_node.h>
 
 #include <cmath>
+#include <utility>
 
 namespace slim_init::node {
 
 using diagnostic_msgs::DiagnosticStatus;
 
-void raise(int level, const std::string& sentence, DiagnosticStatus* status) {
+namespace {
+
+// What StreamCounts says about one stream, by the names of the diagnostics.
+std::vector<std::pair<const char*, std::int64_t>> dropsOf(StreamKind kind,
+                                                          const StreamCounts& counts) {
+  switch (kind) {
+    case StreamKind::kImu:
+      return {{"glitch", counts.imu_glitches},
+              {"late", counts.imu_out_of_order},
+              {"stray stamp", counts.imu_stray},
+              {"before a time jump", counts.imu_before_jump}};
+    case StreamKind::kFrames:
+      return {{"late", counts.frames_out_of_order},
+              {"stray stamp", counts.frames_stray},
+              {"before a time jump", counts.frames_before_jump}};
+    case StreamKind::kOther: break;
+  }
+  return {};
+}
+
+}  // namespace
+
+void raise(int level, const std::string& message, DiagnosticStatus* status) {
   status->message =
-      status->level == DiagnosticStatus::OK ? sentence : status->message + "; " + sentence;
+      status->level == DiagnosticStatus::OK ? message : status->message + "; " + message;
   if (level > status->level) status->level = static_cast<DiagnosticStatus::_level_type>(level);
 }
 
@@ -30,17 +53,23 @@ void StreamMonitor::received(std::uint32_t sequence) {
   last_ = ros::WallTime::now();
 }
 
-void StreamMonitor::garbage(const std::string& sentence) {
+void StreamMonitor::garbage(const std::string& reason) {
   ++garbage_;
-  last_garbage_ = sentence;
-  ROS_WARN_STREAM_THROTTLE(5.0, name_ << " message dropped: " << sentence);
+  explain(reason);
 }
 
-void StreamMonitor::report(const StampCounts& stamps, DiagnosticStatus* status) {
+void StreamMonitor::explain(const std::string& reason) {
+  last_reason_ = reason;
+  ROS_WARN_STREAM_THROTTLE(5.0, name_ << " message dropped: " << reason);
+}
+
+void StreamMonitor::report(const StreamCounts& counts, DiagnosticStatus* status) {
   const ros::WallTime now = ros::WallTime::now();
   const double elapsed = (now - reported_).toSec();
   const double silent = (now - last_).toSec();
-  const std::int64_t dropped = garbage_ + stamps.dropped() + gaps_.lost();
+  const auto drops = dropsOf(kind_, counts);
+  std::int64_t dropped = garbage_ + gaps_.lost();
+  for (const auto& [reason, count] : drops) dropped += count;
   const double rate =
       elapsed > 0.0 ? static_cast<double>(received_ - received_before_) / elapsed : 0.0;
   if (required_ && silent > kSilence) {
@@ -58,11 +87,8 @@ void StreamMonitor::report(const StampCounts& stamps, DiagnosticStatus* status) 
   addValue(name_ + " rate [Hz]", std::round(10.0 * rate) / 10.0, status);
   addValue(name_ + " lost on the way", gaps_.lost(), status);
   addValue(name_ + " dropped: garbage", garbage_, status);
-  addValue(name_ + " dropped: no stamp", stamps.no_stamp, status);
-  addValue(name_ + " dropped: late", stamps.late, status);
-  addValue(name_ + " dropped: stray stamp", stamps.held, status);
-  addValue(name_ + " dropped: before a time jump", stamps.stale, status);
-  if (!last_garbage_.empty()) addValue(name_ + " last garbage", last_garbage_, status);
+  for (const auto& [reason, count] : drops) addValue(name_ + " dropped: " + reason, count, status);
+  if (!last_reason_.empty()) addValue(name_ + " last dropped", last_reason_, status);
   received_before_ = received_;
   dropped_before_ = dropped;
   reported_ = now;

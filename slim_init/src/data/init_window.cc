@@ -13,33 +13,6 @@
 namespace slim_init {
 namespace {
 
-// Below this angle between its end points a segment has no usable direction.
-constexpr double kMinLineAngleRad = 1e-6;
-
-bool normalizeBearing(Eigen::Vector3d& bearing) {
-  const double norm = bearing.norm();
-  if (!std::isfinite(norm) || norm < 1e-12) return false;
-  // Left alone when it already is a unit vector, so that cleaning twice keeps the bytes.
-  if (std::abs(norm - 1.0) > 1e-14) bearing /= norm;
-  return true;
-}
-
-template <typename Observation, typename Usable>
-void sortAndFilter(std::vector<Observation>& observations, const Usable& usable,
-                   WindowCounts& counts) {
-  observations.erase(std::remove_if(observations.begin(), observations.end(),
-                                    [&](Observation& observation) { return !usable(observation); }),
-                     observations.end());
-  const auto by_id = [](const Observation& a, const Observation& b) { return a.id < b.id; };
-  if (!std::is_sorted(observations.begin(), observations.end(), by_id)) {
-    std::stable_sort(observations.begin(), observations.end(), by_id);
-  }
-  const auto last = std::unique(observations.begin(), observations.end(),
-                                [](const auto& a, const auto& b) { return a.id == b.id; });
-  counts.observations_duplicate_id += static_cast<int>(observations.end() - last);
-  observations.erase(last, observations.end());
-}
-
 // Groups (id, sighting) pairs into tracks with at least two sightings, by id, ascending in
 // keyframe.
 template <typename Sighting>
@@ -77,15 +50,15 @@ LineSighting sightingOf(const LineObservation& line, int keyframe) {
 
 // Empty, or a message naming the first keyframe whose time is not finite or not after the one
 // before.
-std::string checkTimes(const std::vector<FrameObservation>& keyframes) {
+std::string checkTimes(const std::vector<const FrameObservation*>& keyframes) {
   std::ostringstream out;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    if (!std::isfinite(keyframes[k].t)) {
+    if (!std::isfinite(keyframes[k]->t)) {
       out << "time of keyframe " << k << " is not finite";
       break;
     }
-    if (k > 0 && keyframes[k].t <= keyframes[k - 1].t) {
-      out << "time of keyframe " << k << " is " << keyframes[k].t - keyframes[k - 1].t
+    if (k > 0 && keyframes[k]->t <= keyframes[k - 1]->t) {
+      out << "time of keyframe " << k << " is " << keyframes[k]->t - keyframes[k - 1]->t
           << " s after the one before, must be positive";
       break;
     }
@@ -117,37 +90,23 @@ std::shared_ptr<const InitWindow> fail(std::string* error, const std::string& se
 
 }  // namespace
 
-void cleanFrame(FrameObservation& frame, WindowCounts& counts) {
-  sortAndFilter(
-      frame.points,
-      [&counts](PointObservation& point) {
-        if (normalizeBearing(point.bearing)) return true;
-        ++counts.observations_not_finite;
-        return false;
-      },
-      counts);
-  sortAndFilter(
-      frame.lines,
-      [&counts](LineObservation& line) {
-        if (!normalizeBearing(line.start_bearing) || !normalizeBearing(line.end_bearing) ||
-            !std::isfinite(line.length_px) || !std::isfinite(line.detection_confidence) ||
-            !std::isfinite(line.match_quality)) {
-          ++counts.observations_not_finite;
-          return false;
-        }
-        if (line.start_bearing.cross(line.end_bearing).norm() < kMinLineAngleRad) {
-          ++counts.lines_degenerate;
-          return false;
-        }
-        return true;
-      },
-      counts);
-}
-
 std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibration,
                                                      const std::vector<FrameObservation>& keyframes,
                                                      std::vector<ImuSample> imu,
                                                      std::string* error) {
+  std::vector<FrameObservation> clean = keyframes;
+  std::vector<const FrameObservation*> pointers;
+  StreamCounts counts;
+  for (FrameObservation& frame : clean) {
+    cleanFrame(frame, counts);
+    pointers.push_back(&frame);
+  }
+  return fromCleanFrames(calibration, pointers, std::move(imu), error, counts);
+}
+
+std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
+    const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
+    std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts) {
   std::ostringstream out;
   if (const std::string sentence = calibration.validate(); !sentence.empty()) {
     return fail(error, "calibration: " + sentence);
@@ -160,11 +119,12 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
     return fail(error, message);
   }
   if (const std::string message = checkSamples(imu); !message.empty()) return fail(error, message);
-  if (imu.size() < 2 || imu.front().t > keyframes.front().t || imu.back().t < keyframes.back().t) {
+  if (imu.size() < 2 || imu.front().t > keyframes.front()->t ||
+      imu.back().t < keyframes.back()->t) {
     out << "IMU data do not cover the window: " << imu.size() << " samples";
     if (!imu.empty()) {
-      out << " from " << imu.front().t - keyframes.front().t << " s after its start to "
-          << keyframes.back().t - imu.back().t << " s before its end";
+      out << " from " << imu.front().t - keyframes.front()->t << " s after its start to "
+          << keyframes.back()->t - imu.back().t << " s before its end";
     }
     return fail(error, out.str());
   }
@@ -174,13 +134,13 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
   // Its digits may leave it off a rotation by as much as validate() accepts.
   common->calibration.R_b_c = nearestRotation(calibration.R_b_c);
   common->imu = std::move(imu);
+  common->counts = counts;
   common->times.reserve(keyframes.size());
   common->keyframe_lines.resize(keyframes.size());
   std::vector<std::pair<FeatureId, PointSighting>> points;
   std::vector<std::pair<FeatureId, LineSighting>> lines;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    FrameObservation frame = keyframes[k];
-    cleanFrame(frame, common->counts);
+    const FrameObservation& frame = *keyframes[k];
     common->times.push_back(frame.t);
     for (const PointObservation& point : frame.points) {
       points.emplace_back(point.id, PointSighting{static_cast<int>(k), point.bearing});

@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
 #include <sstream>
+#include <utility>
 
 #include "data/clean_frame.h"
 
@@ -18,102 +19,162 @@ constexpr double kSameStamp = 1e-4;
 
 }  // namespace
 
-KeyframeWindow::KeyframeWindow(const Calibration& calibration, const WindowOptions& options)
-    : calibration_(calibration), options_(options) {}
+KeyframeWindow::KeyframeWindow(const Calibration& calibration, const WindowOptions& options,
+                               const StreamOptions& streams)
+    : calibration_(calibration), options_(options), check_(streams) {}
 
 AddStatus KeyframeWindow::addImu(const ImuSample& sample) {
-  if (!std::isfinite(sample.t) || !sample.gyro.allFinite() || !sample.accel.allFinite()) {
-    ++counts_.imu_not_finite;
-    return AddStatus::kNotFinite;
-  }
-  if (!imu_.empty() && sample.t <= imu_.back().t) {
-    ++counts_.imu_out_of_order;
-    return AddStatus::kOutOfOrder;
-  }
+  const AddStatus status = check_.checkImu(sample);
+  if (!isAdded(status)) return status;
+  if (status == AddStatus::kRestarted) dropData();
   imu_.push_back(sample);
-  ++counts_.imu_added;
   trim();
-  return AddStatus::kAdded;
+  return status;
 }
 
-AddStatus KeyframeWindow::addFrame(const FrameObservation& frame) {
-  const double t_imu = frame.t + calibration_.td;
-  if (!std::isfinite(t_imu)) {
-    ++counts_.frames_not_finite;
+AddStatus KeyframeWindow::addFrame(FrameObservation frame) {
+  const double t_imu = calibration_.imuTime(frame.t);
+  const AddStatus status = check_.checkFrame(t_imu);
+  if (!isAdded(status)) return status;
+  if (status == AddStatus::kRestarted) dropData();
+  BufferedFrame buffered;
+  buffered.stamp = frame.t;
+  buffered.observation = std::move(frame);
+  buffered.observation.t = t_imu;
+  cleanFrame(buffered.observation, check_.counts());
+  mergeWaiting(&buffered);
+  frames_.push_back(std::move(buffered));
+  trim();
+  return status;
+}
+
+AddStatus KeyframeWindow::addLines(double stamp, std::vector<LineObservation> lines) {
+  StreamCounts& counts = check_.counts();
+  if (!std::isfinite(stamp)) {
+    ++counts.lines_not_finite;
     return AddStatus::kNotFinite;
   }
-  if (!frames_.empty() && t_imu <= frames_.back().t) {
-    ++counts_.frames_out_of_order;
-    return AddStatus::kOutOfOrder;
+  if (frames_.empty() || stamp > frames_.back().stamp + kSameStamp) {
+    waitForFrame(stamp, std::move(lines));
+    return AddStatus::kWaiting;
   }
-  frames_.push_back(frame);
-  frames_.back().t = t_imu;
-  cleanFrame(frames_.back(), counts_);
-  ++counts_.frames_added;
-  trim();
-  return AddStatus::kAdded;
+  for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame) {
+    if (std::abs(frame->stamp - stamp) > kSameStamp) continue;
+    return merge(std::move(lines), &*frame) ? AddStatus::kAdded : AddStatus::kUnmatched;
+  }
+  ++counts.lines_unmatched;
+  return AddStatus::kUnmatched;
 }
 
-bool KeyframeWindow::addLines(double t, const std::vector<LineObservation>& lines) {
-  const double t_imu = t + calibration_.td;
-  for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame) {
-    if (std::abs(frame->t - t_imu) > kSameStamp) continue;
-    if (!frame->lines.empty()) return false;
-    frame->lines = lines;
-    cleanFrame(*frame, counts_);
-    return true;
+void KeyframeWindow::setTd(double td) {
+  if (std::isfinite(td)) calibration_.td = td;
+}
+
+bool KeyframeWindow::merge(std::vector<LineObservation> lines, BufferedFrame* frame) {
+  StreamCounts& counts = check_.counts();
+  FrameObservation& observation = frame->observation;
+  if (!observation.lines.empty()) {
+    ++counts.lines_unmatched;
+    return false;
   }
-  return false;
+  observation.lines = std::move(lines);
+  cleanLines(observation.lines, counts);
+  ++counts.lines_merged;
+  return true;
+}
+
+// Lines that were here before their frame. The frame of an older stamp does not come any more.
+void KeyframeWindow::mergeWaiting(BufferedFrame* frame) {
+  StreamCounts& counts = check_.counts();
+  while (!waiting_.empty() && waiting_.front().stamp <= frame->stamp + kSameStamp) {
+    if (std::abs(waiting_.front().stamp - frame->stamp) <= kSameStamp) {
+      merge(std::move(waiting_.front().lines), frame);
+    } else {
+      ++counts.lines_unmatched;
+    }
+    waiting_.pop_front();
+  }
+  counts.lines_waiting = static_cast<std::int64_t>(waiting_.size());
+}
+
+void KeyframeWindow::waitForFrame(double stamp, std::vector<LineObservation> lines) {
+  StreamCounts& counts = check_.counts();
+  const auto place =
+      std::upper_bound(waiting_.begin(), waiting_.end(), stamp,
+                       [](double t, const WaitingLines& waiting) { return t < waiting.stamp; });
+  waiting_.insert(place, {stamp, std::move(lines)});
+  if (waiting_.size() > kMaxWaitingLines) {
+    waiting_.pop_front();
+    ++counts.lines_unmatched;
+  }
+  counts.lines_waiting = static_cast<std::int64_t>(waiting_.size());
+}
+
+// Index of the newest frame that the IMU covers, or -1.
+int KeyframeWindow::newestCovered() const {
+  int newest = static_cast<int>(frames_.size()) - 1;
+  while (newest >= 0 && (imu_.empty() || frames_[newest].observation.t > imu_.back().t)) --newest;
+  return newest;
+}
+
+// Start of the samples without a gap that reach the frame `newest`, which the IMU covers.
+double KeyframeWindow::imuStart(int newest) const {
+  // The first sample at or after the frame closes the window; it exists.
+  auto sample = std::lower_bound(imu_.begin(), imu_.end(), frames_[newest].observation.t,
+                                 [](const ImuSample& s, double t) { return s.t < t; });
+  while (sample != imu_.begin() && sample->t - std::prev(sample)->t <= options_.max_imu_gap_s) {
+    --sample;
+  }
+  return sample->t;
+}
+
+// Indices of the keyframes, newest first; `reason` says what ended the choice.
+std::vector<int> KeyframeWindow::chooseKeyframes(int newest, std::string* reason) const {
+  std::vector<int> chosen;
+  *reason = "no frame is covered by the IMU yet";
+  if (newest < 0) return chosen;
+  const double t_imu_start = imuStart(newest);
+  const auto time = [this](int i) { return frames_[i].observation.t; };
+  std::ostringstream out;
+  for (int i = newest; i >= 0 && static_cast<int>(chosen.size()) < options_.keyframes; --i) {
+    *reason = "more frames are needed";
+    if (i < newest && time(i + 1) - time(i) > options_.max_frame_gap_s) {
+      out << "a gap of " << time(i + 1) - time(i) << " s between frames (bound "
+          << options_.max_frame_gap_s << " s) starts the window anew";
+    } else if (time(i) < t_imu_start && t_imu_start > time(newest)) {
+      out << "the newest frame lies in a gap of the IMU data above " << options_.max_imu_gap_s
+          << " s";
+    } else if (time(i) < t_imu_start) {
+      out << "IMU data start or have a gap above " << options_.max_imu_gap_s << " s "
+          << time(newest) - t_imu_start << " s before the newest frame";
+    }
+    if (!out.str().empty()) {
+      *reason = out.str();
+      break;
+    }
+    if (chosen.empty() ||
+        time(chosen.back()) - time(i) >= options_.min_interval_s - kStampRounding) {
+      chosen.push_back(i);
+    }
+  }
+  return chosen;
+}
+
+// From the last sample at or before `t_first` to the first at or after `t_last`.
+std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_last) const {
+  const auto time_before = [](double t, const ImuSample& s) { return t < s.t; };
+  const auto sample_before = [](const ImuSample& s, double t) { return s.t < t; };
+  auto first = std::upper_bound(imu_.begin(), imu_.end(), t_first, time_before);
+  if (first != imu_.begin()) --first;
+  auto last = std::lower_bound(imu_.begin(), imu_.end(), t_last, sample_before);
+  if (last != imu_.end()) ++last;
+  return std::vector<ImuSample>(first, last);
 }
 
 WindowCut KeyframeWindow::cut() const {
   WindowCut result;
-  std::ostringstream out;
-
-  // The newest frame that the IMU covers, then backwards.
-  int newest = static_cast<int>(frames_.size()) - 1;
-  while (newest >= 0 && (imu_.empty() || frames_[newest].t > imu_.back().t)) --newest;
-
-  // The last gap between IMU samples before the newest frame bounds the window from below.
-  double t_imu_start = std::numeric_limits<double>::infinity();
-  if (newest >= 0) {
-    // The first sample at or after the frame closes the window; it exists, the IMU covers the
-    // frame.
-    auto sample = std::lower_bound(imu_.begin(), imu_.end(), frames_[newest].t,
-                                   [](const ImuSample& s, double t) { return s.t < t; });
-    while (sample != imu_.begin() && sample->t - std::prev(sample)->t <= options_.max_imu_gap_s) {
-      --sample;
-    }
-    t_imu_start = sample->t;
-  }
-
-  std::vector<int> chosen;
-  std::string reason = "no frame is covered by the IMU yet";
-  for (int i = newest; i >= 0 && static_cast<int>(chosen.size()) < options_.keyframes; --i) {
-    reason = "more frames are needed";
-    if (i < newest && frames_[i + 1].t - frames_[i].t > options_.max_frame_gap_s) {
-      out << "a gap of " << frames_[i + 1].t - frames_[i].t << " s between frames (bound "
-          << options_.max_frame_gap_s << " s) starts the window anew";
-      reason = out.str();
-      break;
-    }
-    if (frames_[i].t < t_imu_start) {
-      if (t_imu_start > frames_[newest].t) {
-        out << "the newest frame lies in a gap of the IMU data above " << options_.max_imu_gap_s
-            << " s";
-      } else {
-        out << "IMU data start or have a gap above " << options_.max_imu_gap_s << " s "
-            << frames_[newest].t - t_imu_start << " s before the newest frame";
-      }
-      reason = out.str();
-      break;
-    }
-    if (chosen.empty() ||
-        frames_[chosen.back()].t - frames_[i].t >= options_.min_interval_s - kStampRounding) {
-      chosen.push_back(i);
-    }
-  }
-
+  std::string reason;
+  const std::vector<int> chosen = chooseKeyframes(newestCovered(), &reason);
   if (static_cast<int>(chosen.size()) < options_.min_keyframes) {
     std::ostringstream message;
     message << "window holds " << chosen.size() << " keyframes, needs " << options_.min_keyframes
@@ -122,21 +183,15 @@ WindowCut KeyframeWindow::cut() const {
     return result;
   }
 
-  std::vector<FrameObservation> keyframes;
+  std::vector<const FrameObservation*> keyframes;
   keyframes.reserve(chosen.size());
-  for (auto i = chosen.rbegin(); i != chosen.rend(); ++i) keyframes.push_back(frames_[*i]);
-
-  // Samples from the last one at or before the first keyframe to the first at or after the last.
-  const auto time_before = [](double t, const ImuSample& s) { return t < s.t; };
-  const auto sample_before = [](const ImuSample& s, double t) { return s.t < t; };
-  auto first = std::upper_bound(imu_.begin(), imu_.end(), keyframes.front().t, time_before);
-  if (first != imu_.begin()) --first;
-  auto last = std::lower_bound(imu_.begin(), imu_.end(), keyframes.back().t, sample_before);
-  if (last != imu_.end()) ++last;
-
+  for (auto i = chosen.rbegin(); i != chosen.rend(); ++i) {
+    keyframes.push_back(&frames_[*i].observation);
+  }
+  const double t_first = keyframes.front()->t, t_last = keyframes.back()->t;
   std::string error;
-  result.window =
-      InitWindow::create(calibration_, keyframes, std::vector<ImuSample>(first, last), &error);
+  result.window = InitWindow::fromCleanFrames(calibration_, keyframes,
+                                              samplesCovering(t_first, t_last), &error);
   if (result.window == nullptr) {
     result.status = InitStatus::kInvalidInput;
     result.message = error;
@@ -144,8 +199,7 @@ WindowCut KeyframeWindow::cut() const {
   }
   result.status = InitStatus::kSuccess;
   std::ostringstream message;
-  message << "window of " << keyframes.size() << " keyframes over "
-          << keyframes.back().t - keyframes.front().t << " s";
+  message << "window of " << keyframes.size() << " keyframes over " << t_last - t_first << " s";
   result.message = message.str();
   return result;
 }
@@ -153,14 +207,26 @@ WindowCut KeyframeWindow::cut() const {
 void KeyframeWindow::reset() {
   imu_.clear();
   frames_.clear();
-  counts_ = WindowCounts();
+  waiting_.clear();
+  check_ = StreamCheck(check_.options());
+}
+
+// After a jump in time: nothing of the old time is used again, counts stay.
+void KeyframeWindow::dropData() {
+  StreamCounts& counts = check_.counts();
+  counts.lines_unmatched += static_cast<std::int64_t>(waiting_.size());
+  counts.lines_waiting = 0;
+  imu_.clear();
+  frames_.clear();
+  waiting_.clear();
 }
 
 void KeyframeWindow::trim() {
   // Each stream is bounded by itself, so that neither a silent camera nor a silent IMU makes the
   // other grow without limit.
   while (imu_.size() > 2 && imu_[1].t < imu_.back().t - options_.buffer_s) imu_.pop_front();
-  while (frames_.size() > 1 && frames_.front().t < frames_.back().t - options_.buffer_s) {
+  while (frames_.size() > 1 &&
+         frames_.front().observation.t < frames_.back().observation.t - options_.buffer_s) {
     frames_.pop_front();
   }
 }

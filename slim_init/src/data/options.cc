@@ -134,6 +134,7 @@ std::string GateOptions::validate() const {
 
 std::string InitializerOptions::validate() const {
   return RangeCheck()
+      .nested("imu", imu.validate())
       .nested("window", window.validate())
       .nested("vanishing_point", vanishing_point.validate())
       .nested("alignment", alignment.validate())

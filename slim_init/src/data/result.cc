@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/result.h"
 
+#include <sstream>
+
 namespace slim_init {
 
 const char* toString(InitStatus status) {
@@ -44,6 +46,23 @@ double InitResult::totalMs() const {
   double sum = 0.0;
   for (const StageTime& stage : stages) sum += stage.ms;
   return sum;
+}
+
+std::string InitResult::validate() const {
+  if (!success()) return "";
+  if (states.empty()) return "success without states";
+  if (!gravity_w.allFinite()) return "success without gravity";
+  for (const NavState& state : states) {
+    if (!state.isFinite()) return "success with a state that is not finite";
+  }
+  for (const GateValue& gate : gates) {
+    if (!gate.enforced || gate.passed) continue;
+    std::ostringstream out;
+    out << "success although the enforced gate " << gate.name << " failed: " << gate.value
+        << ", must be at " << (gate.upper_bound ? "most " : "least ") << gate.threshold;
+    return out.str();
+  }
+  return "";
 }
 
 }  // namespace slim_init

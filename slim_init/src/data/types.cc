@@ -30,4 +30,9 @@ std::string Calibration::validate() const {
   return check.sentence();
 }
 
+bool NavState::isFinite() const {
+  return std::isfinite(t) && R_w_b.allFinite() && p_w_b.allFinite() && v_w_b.allFinite() &&
+         gyro_bias.allFinite() && accel_bias.allFinite();
+}
+
 }  // namespace slim_init

@@ -1,16 +1,14 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The initializer as a VINS-Mono style host needs it: streams in, the state at every stamp of the
+// An initializer as a VINS-Mono style host needs it: streams in, the state at every stamp of the
 // host's window out, at start-up and after a failure.
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "slim_init/imu_limits.h"
 #include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/host_convention.h"
 
@@ -18,7 +16,7 @@ namespace slim_init::vins_adapter {
 
 /// Who initializes the host.
 enum class HostMode {
-  kStock,   ///< the host alone; an adapter is then not asked at all
+  kStock,   ///< the host alone; the adapter is not used
   kSlim,    ///< the adapter in place of the host's own initialization
   kShadow,  ///< the host decides, the adapter solves the same windows and both are recorded
 };
@@ -29,7 +27,7 @@ const char* toString(HostMode mode);
 /// The way back; false for any other text.
 bool parseHostMode(const std::string& text, HostMode* mode);
 
-/// How an adapter answers. The mathematics has its own options (InitializerOptions).
+/// Options of the adapter; those of the method are InitializerOptions.
 struct HostOptions {
   HostMode mode = HostMode::kSlim;
   bool reinit = false;  ///< recover() answers; off: it declines and the host resets itself
@@ -37,36 +35,24 @@ struct HostOptions {
   /// A stamp of the host may lie this long before the first or after the last keyframe of the
   /// solved window [s]; the IMU alone carries the state there, and the host's next optimization
   /// refines it. In slow motion the keyframes of a host lie far apart and reach further back than
-  /// our window (about 2 s); a recovery refused for that is a reset (docs/backend.md).
+  /// our window (about 2 s); a recovery refused for that would be a reset (docs/backend.md).
   double max_reach_s = 2.5;
 
-  /// After a recovery that was refused, the next start joins the old odometry frame when the last
+  /// After a recovery that was refused, the next seed joins the old odometry frame when the last
   /// healthy state is at most this old [s]; the IMU alone carries position and yaw over the time
-  /// that the new window does not see.
+  /// before the new window.
   double max_join_s = 3.0;
 
-  ImuLimits imu;  ///< samples beyond are glitches: they are dropped
-
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
-/// What the adapter dropped; what its initializer dropped is in window().counts().
-struct HostCounts {
-  std::int64_t imu_implausible = 0;   ///< IMU samples beyond HostOptions::imu
-  std::int64_t lines_merged = 0;      ///< line messages that met the frame of their stamp
-  std::int64_t lines_waiting = 0;     ///< line messages whose frame has not come yet
-  std::int64_t lines_unmatched = 0;   ///< line messages whose frame never came, or is forgotten
-  std::int64_t lines_not_finite = 0;  ///< line messages without a finite stamp
-  std::int64_t stream_restarts = 0;   ///< time jumped back: the data before the jump was dropped
-};
-
-/// The answer to one question of the host.
+/// What seed() or recover() returned.
 struct HostAnswer {
   InitResult verdict;              ///< the initializer's, in its own world and at its own keyframes
-  HostWindow window;               ///< one state per stamp asked for; empty unless success()
-  std::string sentence;            ///< for a person: what was decided and why
-  double stamp = kNotComputed;     ///< the newest stamp asked for [s], camera clock
+  HostWindow window;               ///< one state per requested stamp; empty unless success()
+  std::string message;             ///< for a person: what was decided and why
+  double stamp = kNotComputed;     ///< the newest requested stamp [s], camera clock
   double data_s = kNotComputed;    ///< from the first frame after a (re)start to `stamp` [s]
   double total_ms = kNotComputed;  ///< wall-clock time of the call
   bool joined = false;             ///< the window continues an earlier odometry frame
@@ -74,13 +60,14 @@ struct HostAnswer {
   bool success() const { return !window.states.empty(); }
 };
 
-/// Keeps its own ring buffer of IMU samples, points and lines, so that nothing is lost when the
-/// host clears its state. Thread-safe: streams may come from other threads than the questions.
-/// Never throws, prints or exits.
+/// Seeds and recovers a host from an initializer, of whatever kind, that buffers its own data, so
+/// that nothing is lost when the host clears its state. Adds to it the host's stamps, the host's
+/// convention and a lock: streams may come from other threads than seed() and recover(). Never
+/// throws, prints or exits.
 class HostAdapter {
  public:
   /// Options for a host: a window that grows from few keyframes, so that the first answer comes as
-  /// early as the data allow it; the verdict's gates keep the early ones honest.
+  /// early as the data allow it; the gates refuse the early ones that are not good enough.
   static InitializerOptions hostDefaults();
 
   /// An adapter around `initializer`. Null initializer or invalid options: null, and a message in
@@ -91,41 +78,36 @@ class HostAdapter {
   ~HostAdapter();
 
   /// `t` [s] on the IMU clock, specific force [m/s^2] and angular rate [rad/s] in the body, both as
-  /// measured. False: the sample was dropped and counted, in counts() where it is beyond the
-  /// limits, in windowCounts() where it is not finite or out of order. A step back in time by more
-  /// than a second is a stream that starts anew: all data before it are dropped and counted.
-  bool addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
+  /// measured. A sample that is not added was dropped and counted.
+  AddStatus addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
 
   /// `frame.t` is the host's stamp, camera clock. Lines may be in it or follow through addLines().
-  AddStatus addFrame(const FrameObservation& frame);
+  AddStatus addFrame(FrameObservation frame);
 
   /// The lines of the image with that stamp. Frame and lines may come in either order; a second
   /// message for one stamp is unmatched.
-  void addLines(double stamp, const std::vector<LineObservation>& lines);
+  AddStatus addLines(double stamp, std::vector<LineObservation> lines);
 
   /// The host's present estimate of the time offset [s] (as Calibration::td), for the frames that
-  /// follow and for the stamps of questions. Without it the calibration's holds.
+  /// follow and for the stamps of seed() and recover(). Without it the calibration's holds.
   void setTd(double td);
 
-  /// A start: the state at every stamp (ascending, camera clock) in a world with zero first
-  /// position and zero first yaw. Declines when the initializer does, and when a stamp lies further
-  /// than max_reach_s outside its window or outside the IMU data.
+  /// Solves the newest window and returns the state at every stamp (ascending, camera clock) in a
+  /// world with zero first position and zero first yaw. Declines when the initializer does, and
+  /// when a stamp lies further than max_reach_s outside its window or outside the IMU data.
   HostAnswer seed(const std::vector<double>& stamps);
 
-  /// A start after a failure: as seed(), but position and yaw continue from the last healthy state.
+  /// After a failure: as seed(), but position and yaw continue from the last healthy state.
   HostAnswer recover(const std::vector<double>& stamps, const HostState& last_healthy);
 
   /// Forgets all data and counts.
   void reset();
 
   HostOptions options() const;
-  HostCounts counts() const;
-  WindowCounts windowCounts() const;
+  StreamCounts counts() const;      ///< the initializer's
   Calibration calibration() const;  ///< td as last set
   std::string method() const;
-  WindowOptions windowOptions() const;
-  /// Line messages merged since the last reset: none means that nobody publishes lines.
-  bool hasLines() const;
+  double maxWindowSpan() const;  ///< IInitializer::maxWindowSpan()
 
  private:
   struct State;

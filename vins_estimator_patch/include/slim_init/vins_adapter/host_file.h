@@ -15,18 +15,20 @@ namespace slim_init::vins_adapter {
 struct HostFile {
   HostMode mode = HostMode::kStock;
   bool reinit = false;
+  ImuLimits imu_limits;            ///< samples beyond are dropped; for messages about them
   std::string output_path;         ///< the host's folder for results, or ""
-  std::vector<std::string> notes;  ///< what a person should know, one sentence each
+  std::vector<std::string> notes;  ///< what a person should know
 };
 
 /// Reads `initializer`, `reinit` and `output_path`; absent keys are those of an unpatched host. On
-/// a problem returns false, leaves `file` as it was and puts a sentence naming file, key, value and
+/// a problem returns false, leaves `file` as it was and puts a message naming file, key, value and
 /// bound into `error` (may be null).
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
 /// Reads the whole file and makes the adapter, with HostAdapter::hostDefaults() where our section
-/// `slim_init:` is silent. Null and a sentence as above, also where the host is to find out the
-/// extrinsic itself (estimate_extrinsic: 2), and in a build without OpenCV. `file` may be null.
+/// `slim_init:` is silent. Null and a message as above, also where the host is to estimate the
+/// extrinsic from scratch (estimate_extrinsic: 2), and in a build without OpenCV. `file` may be
+/// null.
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error);
 

@@ -3,9 +3,9 @@
 // What the lines inserted into a VINS-Mono or VINS-Fusion checkout call. The templates touch the
 // host's estimator, everything else is in the library.
 //
-// Hosts of that family are compiled as C++11: this header is, too, and includes nothing that is
-// not. Only vectors of plain numbers and of unaligned Eigen types cross into the library, so that
-// the host's optimization flags do not matter.
+// Hosts of that family are compiled as C++11, and so are this header and all that it includes. Only
+// vectors of plain numbers and of unaligned Eigen types cross into the library, so that the host's
+// optimization flags do not matter.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,9 +21,9 @@
 namespace slim_init {
 namespace vins_adapter {
 
-/// How much a report matters to a person.
+/// How important a report is.
 enum class ReportLevel {
-  kRow,   ///< a line of slim_init_starts.csv, for the topic and not for the console
+  kRow,   ///< a row of slim_init_starts.csv, for the topic and not for the console
   kInfo,  ///< what was decided
   kWarn,  ///< something is missing or was refused
   kError  ///< the adapter is off
@@ -131,11 +131,11 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
 
 }  // namespace glue_detail
 
-/// A member of the host's estimator. Until start() finds a reason to be active, and always in a
-/// host whose file has none of our keys, every call returns at once and changes nothing.
+/// A member of the host's estimator. Until open() finds a reason to be active, and always in a host
+/// whose file has none of our keys, every call returns at once and changes nothing.
 ///
-/// addImu(), addFrame() and the questions come from the host's processing thread; addLines(),
-/// request() and listen() may come from any.
+/// All calls come from the host's processing thread, except addLines(), requestRecovery() and
+/// listen(), which may come from any.
 class HostGlue {
  public:
   typedef std::function<void(ReportLevel, const std::string&)> Listener;
@@ -145,19 +145,19 @@ class HostGlue {
   HostGlue(const HostGlue&) = delete;
   HostGlue& operator=(const HostGlue&) = delete;
 
-  /// Who is told; called from the thread in which it happens, outside any lock.
+  /// Receives all reports; called in the thread in which it happens, outside any lock.
   void listen(const Listener& listener);
 
   /// Reads the host's file. True when the adapter takes part; on a problem it reports an error and
   /// the host stays stock.
-  bool start(const std::string& config_file);
+  bool open(const std::string& config_file);
 
-  /// Data are wanted.
+  /// False: the adapter does not take part, and data need not be handed over.
   bool active() const;
 
   // ------------------------------------------------------------------------------------ streams
 
-  /// As received, `t` on the IMU clock. A sample handed over twice is taken once.
+  /// As received, `t` on the IMU clock. A sample handed over twice is added once.
   void addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
 
   /// The host's `image` map, its header or stamp, and its present `td`.
@@ -203,19 +203,19 @@ class HostGlue {
     addLineCloud(cloud);
   }
 
-  // ------------------------------------------------------------------------------------ start
+  // ------------------------------------------------------------------------------------- seed
 
-  /// The adapter starts the host, in place of the host's own initialization.
+  /// The adapter seeds the host, in place of the host's own initialization.
   bool decides() const;
 
-  /// Fills the host's full window and returns true, or declines. Declining, it may have the host
-  /// drop its oldest frame, so that frames from before a standstill do not stay for ever.
+  /// Fills the host's full window and returns true, or declines. When it declines, it may have the
+  /// host drop its oldest frame, so that frames from before a standstill do not stay for ever.
   template <typename Estimator>
   bool seed(Estimator& e) {
     if (!decides() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
     bool drop_oldest = false;
     GlueWindow window;
-    if (askStart(stamps(e), &window, &drop_oldest)) {
+    if (seedWindow(stamps(e), &window, &drop_oldest)) {
       glue_detail::writeWindow(window, e);
       // In flight the host may know them better by now.
       e.ric[0] = window.ric;
@@ -227,45 +227,46 @@ class HostGlue {
     return false;
   }
 
-  /// Shadow mode: around the host's own attempt. The second call asks the adapter about the same
-  /// window and records both; the host is not touched.
-  void beforeStock();
+  /// Shadow mode: before the host's own attempt, and after it with its `result`. The second call
+  /// solves the same window and records both answers; the host is not touched.
+  void timeStock();
   template <typename Estimator>
-  void afterStock(const Estimator& e, bool result) {
+  void recordStock(const Estimator& e, bool result) {
     if (!shadows() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
     const bool tried =
         result || e.initial_timestamp == glue_detail::stampOf(e.Headers[e.frame_count]);
-    recordStock(glue_detail::windowOf(e), tried, result);
+    recordShadow(glue_detail::windowOf(e), tried, result);
   }
 
-  // ------------------------------------------------------------------------------------ in flight
+  // ---------------------------------------------------------------------------------- recover
 
   /// After every frame that went well: the newest state may be needed.
   template <typename Estimator>
-  void healthy(const Estimator& e) {
+  void rememberHealthy(const Estimator& e) {
     if (reinit()) addHealthy(glue_detail::stateOf(e, glue_detail::windowFrames<Estimator>() - 1));
   }
 
   /// After a failure: fills the window so that position and yaw continue, or declines.
   template <typename Estimator>
   bool recover(Estimator& e) {
-    return reseed(e, true);
+    return recoverWindow(e, true);
   }
 
-  /// Asks for a new start in flight; served with the next frame. Refused, the host goes on, or
-  /// resets itself when `reset_if_refused`.
-  void request(bool reset_if_refused);
+  /// Requests a recovery with the next frame, without a failure. If it is refused, the host goes
+  /// on, or resets itself when `reset_if_refused`.
+  void requestRecovery(bool reset_if_refused);
 
-  /// Serves a request, if there is one. True: it was refused, and the host is to reset itself.
+  /// Recovers where it was requested. True: that was refused, and the host is to reset itself.
   template <typename Estimator>
-  bool requestFailed(Estimator& e) {
+  bool serveRequest(Estimator& e) {
     bool reset_if_refused = false;
     if (!takeRequest(&reset_if_refused)) return false;
-    return !reseed(e, false) && reset_if_refused;
+    return !recoverWindow(e, false) && reset_if_refused;
   }
 
-  /// For a host that cannot reset itself where the request is served: remembers, and tells once.
-  void wantReset();
+  /// For a host that cannot reset itself where the request is served: takeReset() is true once
+  /// after each requestReset().
+  void requestReset();
   bool takeReset();
 
  private:
@@ -279,10 +280,10 @@ class HostGlue {
   }
 
   template <typename Estimator>
-  bool reseed(Estimator& e, bool failed) {
+  bool recoverWindow(Estimator& e, bool failed) {
     if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
     GlueWindow window;
-    if (!askRecovery(stamps(e), failed, &window)) return false;
+    if (!solveRecovery(stamps(e), failed, &window)) return false;
     glue_detail::writeWindow(window, e);
     return true;
   }
@@ -291,9 +292,9 @@ class HostGlue {
   bool reinit() const;
   void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
-  bool askStart(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
-  bool askRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
-  void recordStock(const std::vector<HostState>& window, bool tried, bool result);
+  bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
+  bool solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
+  void recordShadow(const std::vector<HostState>& window, bool tried, bool result);
   void addHealthy(const HostState& state);
   bool takeRequest(bool* reset_if_refused);
 

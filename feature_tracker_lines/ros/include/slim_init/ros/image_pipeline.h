@@ -13,6 +13,7 @@
 
 #include "slim_init/config/config.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
+#include "slim_init/stream_check.h"
 
 namespace slim_init::node {
 
@@ -25,7 +26,7 @@ struct ImagePipelineOptions {
   /// Of published features [Hz]; 0: every image. The host's key `freq`.
   double publish_rate_hz = 10.0;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
@@ -38,7 +39,7 @@ struct ImagePipelineCounts {
   std::int64_t images_without_imu = 0;  ///< of these, tracked without IMU
   std::int64_t frames_published = 0;
   std::int64_t observations_sideways = 0;  ///< left out of the messages: 89.4 deg or more off axis
-  std::int64_t restarts = 0;
+  std::int64_t restarts = 0;               ///< jumps in time and calls of restart()
 };
 
 /// A tracked image to be published.
@@ -49,15 +50,17 @@ struct TrackedFrame {
 
 /// Images and IMU to frames, in the order and with the data that `slim_init ab` gives to the same
 /// front end: up to the first sample at or after an image, images before the first sample dropped.
-/// Times are the caller's. Not thread-safe.
+/// Stamps are the caller's; they pass a StreamCheck, for which a gap between images is a restart,
+/// as in the host's tracker. Not thread-safe.
 class ImagePipeline {
  public:
   /// Configuration and options as they are; call their validate() first.
   ImagePipeline(const Config& config, const ImagePipelineOptions& options);
 
-  void addImu(const ImuSample& sample);
-  /// `image` is kept until it is tracked: a copy of its own, or one that nobody changes.
-  void addImage(double t, const cv::Mat& image);
+  /// kRestarted: everything before was forgotten, ids included, as by restart().
+  AddStatus addImu(const ImuSample& sample);
+  /// `t` [s] on the camera clock. `image` is kept until it is tracked and must not change.
+  AddStatus addImage(double t, const cv::Mat& image);
 
   /// Tracks one image that is ready. `worked` says whether there was one; the frame is empty where
   /// it is not to be published: the first image after a start, images between two of the rate.
@@ -68,9 +71,10 @@ class ImagePipeline {
 
   const feature_tracker_lines::ImageFrontEnd& frontEnd() const { return *front_end_; }
   const ImagePipelineCounts& counts() const { return counts_; }
+  const StreamCounts& streamCounts() const { return check_.counts(); }
   int waiting() const { return static_cast<int>(images_.size()); }
   /// Newest image and newest IMU sample, one less the other [s]; NaN before both have come.
-  double imageAheadOfImu() const { return t_image_ + config_.calibration.td - t_imu_; }
+  double imageAheadOfImu() const { return config_.calibration.imuTime(t_image_) - t_imu_; }
 
  private:
   struct PendingImage {
@@ -78,11 +82,13 @@ class ImagePipeline {
     cv::Mat image;
   };
 
+  void forget();
   bool publishNow(double t);
   void keepForward(FrameObservation* frame);
 
   Config config_;
   ImagePipelineOptions options_;
+  StreamCheck check_;
   std::unique_ptr<feature_tracker_lines::ImageFrontEnd> front_end_;
   std::deque<PendingImage> images_;
   std::deque<ImuSample> imu_;  // not yet with the front end

@@ -17,7 +17,7 @@ struct DownstreamOptions {
   EstimatorOptions estimator;
   FailureOptions failure;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 

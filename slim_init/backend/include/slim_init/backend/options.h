@@ -35,7 +35,7 @@ struct EstimatorOptions {
   double seed_accel_bias = 0.2;     ///< trust in its accelerometer bias, 1 sigma [m/s^2]
   double imu_buffer_s = 10.0;       ///< samples kept while there is no window
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
@@ -53,7 +53,7 @@ struct FailureOptions {
   double min_inlier_share = 0.5;
   int min_judged_points = 10;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 

@@ -16,7 +16,7 @@ namespace slim_init::backend {
 
 /// What became of one frame.
 struct FrameReport {
-  /// Empty, or one sentence why there is no estimate: the state is then not to be used, and only
+  /// Empty, or a message why there is no estimate: the state is then not to be used, and only
   /// seed() and reset() help.
   std::string problem;
   int tracked = 0;        ///< points of the newest frame that the frame before it saw too
@@ -86,7 +86,7 @@ class SlidingWindowEstimator {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Failure detection of the host: empty, or one sentence naming the rule, the value and the bound.
+/// Failure detection of the host: empty, or a message naming the rule, the value and the bound.
 /// `previous` and `current` are consecutive newest states, `report` belongs to the second.
 std::string detectFailure(const NavState& previous, const NavState& current,
                           const FrameReport& report, const FailureOptions& options);

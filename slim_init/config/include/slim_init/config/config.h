@@ -10,7 +10,6 @@
 #include "slim_init/baselines/options.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/options.h"
-#include "slim_init/imu_limits.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
 
@@ -33,7 +32,6 @@ struct Config {
   Calibration calibration;
   feature_tracker_lines::CameraParameters camera;
   feature_tracker_lines::FrontEndOptions front_end;  ///< the host's own keys are in front_end.host
-  ImuLimits imu_limits;      ///< of live streams: the nodes and a patched host
   bool estimate_td = false;  ///< the host estimates td itself; ours is its starting value
   std::string imu_topic;
   std::string image_topic;

@@ -101,7 +101,7 @@ struct ProtocolResult {
   int first_keyframes = 0;      ///< of the anytime protocol; 0 without it
   bool has_truth = true;        ///< false: no error of any window was computed
   bool has_downstream = false;  ///< an estimator was run from the accepted answers
-  WindowCounts dropped;         ///< messages and observations rejected on the way, over all windows
+  StreamCounts dropped;         ///< messages and observations rejected on the way, over all windows
 };
 
 /// Called after every trial with the number done and the number in all, in order and on the thread

@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <string>
 
-#include "slim_init/imu_limits.h"
 #include "slim_init/ros/init_session.h"
 #include "slim_init/ros/messages.h"
 #include "slim_init/ros/stamp_clock.h"
@@ -24,16 +23,16 @@ namespace slim_init::node {
 
 std::int64_t stampNs(const ros::Time& stamp);
 
-/// Negative times, which ROS cannot say, become zero.
+/// Negative times, which ros::Time cannot hold, become zero.
 ros::Time rosTime(std::int64_t stamp_ns);
 
-/// Angular rate and specific force into `sample`, whose time is the caller's. Returns an empty
-/// string, or why the message cannot be used: a value is not finite, or beyond `limits`.
-std::string readImu(const sensor_msgs::Imu& message, const ImuLimits& limits, ImuSample* sample);
+/// Angular rate and specific force into `sample`, whose time the caller sets. Returns an empty
+/// string, or why the message cannot be used: a value is not finite.
+std::string readImu(const sensor_msgs::Imu& message, ImuSample* sample);
 
-/// What the messages of an answer need besides it.
+/// What the messages need besides the result.
 struct ResultContext {
-  StampClock clock;  ///< of the times in the answer
+  StampClock clock;  ///< of the times in the result
   std::string method;
   std::string world_frame = "world";
   std::string body_frame = "body";
@@ -47,7 +46,7 @@ InitResultMessage resultMessage(const Attempt& attempt, const ResultContext& con
 
 /// The newest keyframe's state: pose in the world, velocity in the body frame as the message wants
 /// it. Covariances (row-major 6 x 6) where the method has them, else zero. The angular velocity is
-/// not known here and zero.
+/// not estimated and left zero.
 nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& context);
 
 /// The poses of all keyframes.

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What slim_init_node does between its messages: joins points and lines, asks the initializer when
-// there is something new to ask, stops when it has an answer. No ROS here.
+// What slim_init_node does between its messages: waits until the newest frame is complete, attempts
+// to initialize at an interval, stops after a success. No ROS here.
 #pragma once
 
 #include <cstdint>
@@ -18,24 +18,24 @@ namespace slim_init::node {
 struct InitSessionOptions {
   /// Between two attempts, time of the data [s]; 0.1 as VINS-Mono. 0: on every frame.
   double attempt_interval_s = 0.1;
-  /// A frame waits for its lines until the next frame comes; off where nobody sends lines.
+  /// A frame waits for its lines until the next frame comes; off where there is no publisher of
+  /// lines.
   bool expect_lines = true;
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
+/// What the session did; what became of the messages is in streamCounts().
 struct InitSessionCounts {
-  std::int64_t frames = 0;            ///< point messages taken
-  std::int64_t line_messages = 0;     ///< line messages taken
-  std::int64_t lines_unmatched = 0;   ///< line messages whose frame never came or is forgotten
+  std::int64_t line_messages = 0;     ///< line messages received
   std::int64_t frames_uncovered = 0;  ///< given up waiting for IMU samples that cover them
   std::int64_t attempts = 0;          ///< by itself and on request
   std::int64_t successes = 0;
   std::int64_t restarts = 0;  ///< calls of restart()
 };
 
-/// One question to the initializer and its answer.
+/// One call of IInitializer::initialize() and its answer.
 struct Attempt {
   std::int64_t number = 0;  ///< since the start, from 1
   double t = kNotComputed;  ///< newest frame that the IMU covers, camera clock [s]; NaN: none
@@ -44,57 +44,55 @@ struct Attempt {
   InitResult result;
 };
 
-/// Feeds an initializer from message streams. Times are those of the caller's clock, IMU and camera
-/// alike; messages in disorder are dropped and counted by the initializer's window. Not
-/// thread-safe.
+/// Feeds an initializer from message streams. Stamps are those of the caller's clock; the
+/// initializer checks them. When it reports that time has jumped, the session starts anew as well.
+/// Not thread-safe.
 class InitSession {
  public:
   /// `initializer` is not null; options as they are, call validate() first.
   InitSession(std::unique_ptr<IInitializer> initializer, const InitSessionOptions& options);
 
-  void addImu(const ImuSample& sample);
+  AddStatus addImu(const ImuSample& sample);
   /// Points of one image; its lines come by addLines(), before or after.
-  void addPoints(FrameObservation frame);
-  /// Lines of the image with stamp `t`, which have to agree with that of its points to 0.1 ms.
-  void addLines(double t, std::vector<LineObservation> lines);
+  AddStatus addPoints(FrameObservation frame);
+  /// Lines of the image with stamp `t`, which has to agree with that of its points to 0.1 ms.
+  AddStatus addLines(double t, std::vector<LineObservation> lines);
 
-  /// Whether somebody sends lines may change while the node runs.
+  /// Whether lines are published may change while the node runs.
   void expectLines(bool expect) { options_.expect_lines = expect; }
 
-  /// Asks the initializer when a new frame is complete, the interval has passed and there is no
-  /// answer yet. To be called after every message.
+  /// Calls the initializer when a new frame is complete, the interval has passed and there was no
+  /// success yet. To be called after every message.
   std::optional<Attempt> poll();
 
-  /// Asks at once, from the data at hand. After a refusal poll() goes on asking, also where there
-  /// was an answer before.
-  Attempt request();
+  /// Calls the initializer at once, with the data at hand. After a refusal poll() continues to
+  /// attempt, also where there was a success before.
+  Attempt initialize();
 
   /// Forgets all data and the answer.
   void restart();
 
   bool initialized() const { return initialized_; }
-  const IInitializer& initializer() const { return *initializer_; }
   const InitSessionCounts& counts() const { return counts_; }
+  /// Since construction; restart() does not clear it.
+  StreamCounts streamCounts() const;
 
  private:
   struct PendingFrame {
     double t = 0.0;  // camera clock
     bool has_lines = false;
   };
-  struct PendingLines {
-    double t = 0.0;
-    std::vector<LineObservation> lines;
-  };
 
-  Attempt ask(bool requested);
+  Attempt attempt(bool requested);
+  void forget();
 
   std::unique_ptr<IInitializer> initializer_;
   InitSessionOptions options_;
   InitSessionCounts counts_;
-  std::deque<PendingFrame> frames_;       // not asked about yet
-  std::deque<PendingLines> early_lines_;  // their points have not come yet
+  StreamCounts before_restart_;
+  std::deque<PendingFrame> frames_;  // not part of an attempt yet
   double t_imu_ = kNotComputed;
-  double t_asked_ = kNotComputed;           // camera clock
+  double t_attempt_ = kNotComputed;         // camera clock
   double t_newest_covered_ = kNotComputed;  // camera clock
   bool initialized_ = false;
 };

@@ -2,8 +2,8 @@
 //
 // The generated message headers beside those of the library. ROS puts messages into the namespace
 // of their package, where the library has an InitStatus and an InitResult of its own: include this
-// file instead of <slim_init/InitResult.h> wherever both are needed, and say InitResultMessage. The
-// types are the same; only the short names differ.
+// file instead of <slim_init/InitResult.h> wherever both are needed, and write InitResultMessage.
+// The types are the same; only the short names differ.
 #pragma once
 
 #define InitStatus InitStatusMessage

@@ -29,8 +29,8 @@ class NodeParameters {
   /// Reads ~config_file (required) and ~options_file into `config`.
   void readConfig(Config* config);
 
-  /// After the last read(): an empty string, or a sentence about the first problem: a wrong type, a
-  /// file that cannot be used, a private parameter that nobody has read.
+  /// After the last read(): an empty string, or a message about the first problem: a wrong type, a
+  /// file that cannot be used, a private parameter that was not read.
   std::string check();
 
   /// Logs all values, one line each, and the notes of the configuration.
@@ -39,7 +39,7 @@ class NodeParameters {
  private:
   template <typename T>
   void readAs(const std::string& name, const char* kind, T* value);
-  void problem(const std::string& sentence);
+  void problem(const std::string& message);
 
   ros::NodeHandle handle_;
   std::vector<std::string> known_;

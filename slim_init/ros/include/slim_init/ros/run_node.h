@@ -7,14 +7,14 @@
 
 namespace slim_init::node {
 
-/// The main() of a node whose start() returns an empty string, or a sentence why it cannot run: the
-/// program then says it and ends with code 2.
+/// The main() of a node whose start() returns an empty string, or a message why it cannot run: the
+/// program then logs it and exits with code 2.
 template <typename Node>
 int runNode(int argc, char** argv, const char* name) {
   ros::init(argc, argv, name);
   Node node;
-  if (const std::string sentence = node.start(); !sentence.empty()) {
-    ROS_FATAL_STREAM(sentence);
+  if (const std::string message = node.start(); !message.empty()) {
+    ROS_FATAL_STREAM(message);
     return 2;
   }
   ros::spin();

@@ -6,8 +6,7 @@
 namespace slim_init::node {
 
 /// Messages that were sent and never came, from the numbers that a ROS publisher writes into the
-/// headers. Numbers that are no count (all zero, several publishers) tell nothing and count
-/// nothing.
+/// headers. Numbers that are no count (all zero, several publishers) are ignored.
 class SequenceGaps {
  public:
   void add(std::uint32_t sequence) {

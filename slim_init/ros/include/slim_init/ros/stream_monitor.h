@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "slim_init/ros/sequence_gaps.h"
-#include "slim_init/ros/time_guard.h"
+#include "slim_init/stream_check.h"
 
 namespace slim_init::node {
 
@@ -31,24 +31,30 @@ void addValue(const std::string& key, const T& value, diagnostic_msgs::Diagnosti
 /// A status named "<node>: <part>" at level OK, with what to say while it stays there.
 diagnostic_msgs::DiagnosticStatus makeStatus(const std::string& part, const std::string& message);
 
-/// Raises the level of a status, never lowers it, and adds a sentence; it takes the place of what
-/// is said at level OK.
-void raise(int level, const std::string& sentence, diagnostic_msgs::DiagnosticStatus* status);
+/// Raises the level of a status, never lowers it, and appends `message`; it replaces the message of
+/// level OK.
+void raise(int level, const std::string& message, diagnostic_msgs::DiagnosticStatus* status);
+
+/// Which part of StreamCounts is about a stream.
+enum class StreamKind { kImu, kFrames, kOther };
 
 /// One subscribed stream as the diagnostics see it.
 class StreamMonitor {
  public:
   /// `name` as in "imu"; a stream that is not `required` may stay silent.
-  StreamMonitor(const std::string& name, bool required) : name_(name), required_(required) {}
+  StreamMonitor(const std::string& name, StreamKind kind, bool required)
+      : name_(name), kind_(kind), required_(required) {}
 
   /// Every message, before anything else.
   void received(std::uint32_t sequence);
-  /// A message that cannot be used; `sentence` says why.
-  void garbage(const std::string& sentence);
+  /// A message that cannot be read, and why: counted here.
+  void garbage(const std::string& reason);
+  /// Why a message was dropped that is counted elsewhere.
+  void explain(const std::string& reason);
 
   /// Values and verdict since the last call: silence of a required stream is an error, messages
-  /// lost or dropped are a warning.
-  void report(const StampCounts& stamps, diagnostic_msgs::DiagnosticStatus* status);
+  /// lost or dropped are a warning. `counts`: of what was not garbage.
+  void report(const StreamCounts& counts, diagnostic_msgs::DiagnosticStatus* status);
 
   std::int64_t receivedCount() const { return received_; }
 
@@ -56,10 +62,11 @@ class StreamMonitor {
   static constexpr double kSilence = 2.0;  // [s], wall clock
 
   std::string name_;
+  StreamKind kind_;
   bool required_;
   std::int64_t received_ = 0;
   std::int64_t garbage_ = 0;
-  std::string last_garbage_;
+  std::string last_reason_;
   SequenceGaps gaps_;
   // At the last report.
   std::int64_t received_before_ = 0;
@@ -68,8 +75,8 @@ class StreamMonitor {
   ros::WallTime last_ = ros::WallTime::now();
 };
 
-/// Publishes what a node has to say about itself on /diagnostics, once a second of wall clock:
-/// simulated time stands still with the bag, and then most of all one wants to know.
+/// Publishes the state of a node on /diagnostics, once a second of wall clock: simulated time stops
+/// with the bag, and then the diagnostics matter most.
 class Diagnostics {
  public:
   using Statuses = std::vector<diagnostic_msgs::DiagnosticStatus>;

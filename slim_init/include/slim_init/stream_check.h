@@ -1,0 +1,134 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What is checked about every message before it becomes data, and what was dropped. One class for
+// ROS nodes, host adapter and command line.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "slim_init/imu_limits.h"
+#include "slim_init/types.h"
+
+namespace slim_init {
+
+/// What became of one message.
+enum class AddStatus {
+  kAdded,
+  kRestarted,    ///< time had jumped: all earlier data was dropped, then the message was added
+  kNotFinite,    ///< NaN or infinity in time, gyro or accelerometer: dropped and counted
+  kGlitch,       ///< IMU sample beyond ImuLimits: dropped and counted
+  kOutOfOrder,   ///< time not after the previous message of its kind: dropped and counted
+  kStray,        ///< time more than StreamCheck::kJump from its stream, not confirmed by another
+                 ///< message yet: dropped and counted
+  kBeforeJump,   ///< from before a jump in time that another stream has made: dropped and counted
+  kWaiting,      ///< lines whose frame has not come yet: kept for it
+  kUnmatched,    ///< lines whose frame is unknown or has lines already: dropped and counted
+  kNotSupported  ///< lines, handed to an initializer without use for them
+};
+
+/// True where the message is data now.
+inline bool isAdded(AddStatus status) {
+  return status == AddStatus::kAdded || status == AddStatus::kRestarted;
+}
+
+/// What was received and what was dropped, from the sensors to the keyframe window; nothing
+/// disappears without a count. The only such structure: InitWindow, IInitializer, host adapter, ROS
+/// nodes and the reports of the command line all hand out this one.
+struct StreamCounts {
+  std::int64_t imu_added = 0;
+  std::int64_t imu_not_finite = 0;
+  std::int64_t imu_glitches = 0;      ///< beyond ImuLimits
+  std::int64_t imu_out_of_order = 0;  ///< time not after the previous sample (duplicates included)
+  std::int64_t imu_stray = 0;         ///< AddStatus::kStray
+  std::int64_t imu_before_jump = 0;   ///< AddStatus::kBeforeJump
+  std::int64_t frames_added = 0;
+  std::int64_t frames_not_finite = 0;
+  std::int64_t frames_out_of_order = 0;  ///< time not after the previous frame (duplicates too)
+  std::int64_t frames_stray = 0;
+  std::int64_t frames_before_jump = 0;
+  std::int64_t restarts = 0;                   ///< jumps in time; each dropped all data before it
+  std::int64_t lines_merged = 0;               ///< line messages that met the frame of their stamp
+  std::int64_t lines_waiting = 0;              ///< line messages whose frame has not come yet
+  std::int64_t lines_unmatched = 0;            ///< AddStatus::kUnmatched, or the frame never came
+  std::int64_t lines_not_finite = 0;           ///< line messages without a finite stamp
+  std::int64_t observations_not_finite = 0;    ///< point or line with NaN/inf or a zero bearing
+  std::int64_t observations_duplicate_id = 0;  ///< second use of an id within one frame
+  std::int64_t lines_degenerate = 0;           ///< end points less than 1e-6 rad apart
+
+  std::int64_t imuDropped() const {
+    return imu_not_finite + imu_glitches + imu_out_of_order + imu_stray + imu_before_jump;
+  }
+  std::int64_t framesDropped() const {
+    return frames_not_finite + frames_out_of_order + frames_stray + frames_before_jump;
+  }
+  StreamCounts& operator+=(const StreamCounts& other);
+};
+
+/// How a stream is checked.
+struct StreamOptions {
+  ImuLimits imu;
+  /// Data that arrives while it is used: a stamp far from its stream is a stray one until another
+  /// message confirms it, and time that jumps back is a restart. Off, as for a recording that was
+  /// read, sorted and checked as a whole: gaps are gaps, and what is not after its predecessor is
+  /// dropped.
+  bool live = false;
+  /// A confirmed gap of more than StreamCheck::kJump between frames is a restart as well. For
+  /// trackers, which cannot match across it. Needs `live`.
+  bool restart_on_frame_gap = false;
+
+  /// Streams of a running system.
+  static StreamOptions liveData(const ImuLimits& imu = ImuLimits());
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+/// Judges IMU samples and frames by their values and stamps. It keeps no data: its owner drops all
+/// earlier data on kRestarted and uses the message where isAdded(). Not thread-safe.
+///
+/// Live streams: a stamp more than kJump from the previous one of its stream is believed when a
+/// second message agrees: the next one of the stream or, for a gap, the newest one of the other
+/// stream. So a single wrong stamp costs one message, and so does a bag that starts again. Time
+/// that went back is a restart for both streams. After it the other stream's messages of the old
+/// time are dropped for kPatience of their time: a sender that lags is still in the old time, but a
+/// stream that goes on for longer has a clock of its own.
+class StreamCheck {
+ public:
+  static constexpr double kJump = 1.0;      ///< [s]; VINS-Mono's own bound for images
+  static constexpr double kPatience = 5.0;  ///< [s]
+
+  explicit StreamCheck(const StreamOptions& options = StreamOptions()) : options_(options) {}
+
+  /// `sample.t` [s] on the IMU clock.
+  AddStatus checkImu(const ImuSample& sample);
+  /// `t` [s] on a clock less than kJump off the IMU clock.
+  AddStatus checkFrame(double t);
+
+  /// Forgets the times, as before the first message; the counts stay.
+  void forgetTimes();
+
+  const StreamOptions& options() const { return options_; }
+  const StreamCounts& counts() const { return counts_; }
+  /// For the owner's own drops: lines, observations.
+  StreamCounts& counts() { return counts_; }
+
+ private:
+  struct Stream {
+    double last = kNotComputed;
+    double stray = kNotComputed;        // the last unconfirmed stamp
+    bool follows_jump = false;          // the other stream has jumped, this one not yet
+    double first_stale = kNotComputed;  // first message from before that jump
+  };
+
+  AddStatus checkTime(double t, bool restart_on_gap, Stream* stream);
+  AddStatus use(double t, Stream* stream);
+  AddStatus restart(double t, Stream* stream);
+
+  StreamOptions options_;
+  StreamCounts counts_;
+  Stream imu_, frames_;
+  double newest_ = kNotComputed;  // of both streams since the last restart
+};
+
+}  // namespace slim_init

@@ -1,0 +1,120 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/stream_check.h"
+
+#include <cmath>
+
+namespace slim_init {
+
+StreamCounts& StreamCounts::operator+=(const StreamCounts& other) {
+  imu_added += other.imu_added;
+  imu_not_finite += other.imu_not_finite;
+  imu_glitches += other.imu_glitches;
+  imu_out_of_order += other.imu_out_of_order;
+  imu_stray += other.imu_stray;
+  imu_before_jump += other.imu_before_jump;
+  frames_added += other.frames_added;
+  frames_not_finite += other.frames_not_finite;
+  frames_out_of_order += other.frames_out_of_order;
+  frames_stray += other.frames_stray;
+  frames_before_jump += other.frames_before_jump;
+  restarts += other.restarts;
+  lines_merged += other.lines_merged;
+  lines_waiting += other.lines_waiting;
+  lines_unmatched += other.lines_unmatched;
+  lines_not_finite += other.lines_not_finite;
+  observations_not_finite += other.observations_not_finite;
+  observations_duplicate_id += other.observations_duplicate_id;
+  lines_degenerate += other.lines_degenerate;
+  return *this;
+}
+
+StreamOptions StreamOptions::liveData(const ImuLimits& imu) {
+  StreamOptions options;
+  options.imu = imu;
+  options.live = true;
+  return options;
+}
+
+std::string StreamOptions::validate() const {
+  if (restart_on_frame_gap && !live) return "restart_on_frame_gap is set and live is not";
+  const std::string message = imu.validate();
+  return message.empty() ? "" : "imu." + message;
+}
+
+AddStatus StreamCheck::checkImu(const ImuSample& sample) {
+  AddStatus status = AddStatus::kNotFinite;
+  if (options_.imu.exceededBy(sample)) {
+    status = AddStatus::kGlitch;
+  } else if (std::isfinite(sample.t) && sample.gyro.allFinite() && sample.accel.allFinite()) {
+    status = checkTime(sample.t, false, &imu_);
+  }
+  switch (status) {
+    case AddStatus::kAdded:
+    case AddStatus::kRestarted: ++counts_.imu_added; break;
+    case AddStatus::kNotFinite: ++counts_.imu_not_finite; break;
+    case AddStatus::kGlitch: ++counts_.imu_glitches; break;
+    case AddStatus::kStray: ++counts_.imu_stray; break;
+    case AddStatus::kBeforeJump: ++counts_.imu_before_jump; break;
+    default: ++counts_.imu_out_of_order;
+  }
+  return status;
+}
+
+AddStatus StreamCheck::checkFrame(double t) {
+  AddStatus status = AddStatus::kNotFinite;
+  if (std::isfinite(t)) status = checkTime(t, options_.restart_on_frame_gap, &frames_);
+  switch (status) {
+    case AddStatus::kAdded:
+    case AddStatus::kRestarted: ++counts_.frames_added; break;
+    case AddStatus::kNotFinite: ++counts_.frames_not_finite; break;
+    case AddStatus::kStray: ++counts_.frames_stray; break;
+    case AddStatus::kBeforeJump: ++counts_.frames_before_jump; break;
+    default: ++counts_.frames_out_of_order;
+  }
+  return status;
+}
+
+void StreamCheck::forgetTimes() {
+  imu_ = Stream();
+  frames_ = Stream();
+  newest_ = kNotComputed;
+}
+
+// Comparisons with NaN are false: nothing is confirmed, late or stale before it is known.
+AddStatus StreamCheck::checkTime(double t, bool restart_on_gap, Stream* stream) {
+  if (!options_.live) return t <= stream->last ? AddStatus::kOutOfOrder : use(t, stream);
+  if (stream->follows_jump && std::abs(t - newest_) > kJump) {
+    if (std::isnan(stream->first_stale)) stream->first_stale = t;
+    if (std::abs(t - stream->first_stale) <= kPatience) return AddStatus::kBeforeJump;
+  }
+  if (std::isnan(stream->last)) return use(t, stream);
+  const double step = t - stream->last;
+  if (step > 0.0 && step <= kJump) return use(t, stream);
+  if (step <= 0.0 && step > -kJump) return AddStatus::kOutOfOrder;
+
+  const bool is_gap = step > 0.0;
+  const bool by_its_stream = t > stream->stray && t - stream->stray <= kJump;
+  const bool by_the_other = is_gap && !restart_on_gap && std::abs(t - newest_) <= kJump;
+  if (!by_its_stream && !by_the_other) {
+    stream->stray = t;
+    return AddStatus::kStray;
+  }
+  return is_gap && !restart_on_gap ? use(t, stream) : restart(t, stream);
+}
+
+AddStatus StreamCheck::use(double t, Stream* stream) {
+  *stream = Stream();
+  stream->last = t;
+  if (!(newest_ >= t)) newest_ = t;
+  return AddStatus::kAdded;
+}
+
+AddStatus StreamCheck::restart(double t, Stream* stream) {
+  ++counts_.restarts;
+  forgetTimes();
+  imu_.follows_jump = frames_.follows_jump = true;
+  use(t, stream);
+  return AddStatus::kRestarted;
+}
+
+}  // namespace slim_init

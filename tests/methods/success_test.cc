@@ -1,0 +1,148 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What a host relies on when the status is success, for every method and every mode of the gates.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "slim_init/baselines/baselines.h"
+#include "support/exact_window.h"
+#include "support/method_name.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+class Success : public ::testing::TestWithParam<std::string> {
+ protected:
+  static double meanBaseline(const std::vector<NavState>& states, const Eigen::Vector3d& t_b_c) {
+    double sum = 0.0;
+    for (std::size_t k = 1; k < states.size(); ++k) {
+      const Eigen::Vector3d before = states[k - 1].p_w_b + states[k - 1].R_w_b * t_b_c;
+      sum += (states[k].p_w_b + states[k].R_w_b * t_b_c - before).norm();
+    }
+    return sum / static_cast<double>(states.size() - 1);
+  }
+};
+
+// From the exact window to those that hold no scale, with few points and with a wrong calibration.
+std::vector<ExactWindow> allKindsOfWindows() {
+  std::vector<ExactWindow> windows;
+  for (const Motion motion :
+       {Motion::kExcited, Motion::kHover, Motion::kPureRotation, Motion::kConstantVelocity}) {
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      ExactWindowOptions options;
+      options.motion = motion;
+      options.seed = seed;
+      options.pixel_noise = seed == 1 ? 0.0 : 0.6 * seed;
+      options.imu_noise = seed > 1;
+      options.points = seed == 3 ? 12 : 100;
+      // Short windows have little parallax.
+      options.interval_s = seed == 4 ? 0.05 : 0.25;
+      windows.push_back(makeExactWindow(options));
+    }
+  }
+  return windows;
+}
+
+TEST_P(Success, MeansThatEveryEnforcedGatePassed) {
+  int successes = 0, refusals = 0;
+  for (const GateMode mode : {GateMode::kOff, GateMode::kOwn, GateMode::kOn}) {
+    InitializerOptions options;
+    options.gates.mode = mode;
+    const auto solver = baselines::makeMethod(GetParam(), options);
+    for (const ExactWindow& exact : allKindsOfWindows()) {
+      const InitResult result = solver->solve(*exact.window);
+      EXPECT_EQ(result.validate(), "");
+      ++(result.success() ? successes : refusals);
+      if (!result.success()) continue;
+      EXPECT_EQ(result.states.size(), exact.keyframes.size());
+      EXPECT_TRUE(result.gyro_bias.allFinite() && result.accel_bias.allFinite());
+      if (mode != GateMode::kOn) continue;
+      for (const GateValue& gate : result.gates) {
+        EXPECT_TRUE(gate.passed || !gate.exception.empty())
+            << gate.name << " is " << gate.value << " (bound " << gate.threshold
+            << "), not enforced, and does not say why";
+      }
+    }
+  }
+  EXPECT_GT(successes, 0);
+  EXPECT_GT(refusals, 0);
+}
+
+TEST_P(Success, ScaleIsTheMeanBaselineInMetres) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const InitResult result =
+      baselines::makeMethod(GetParam(), InitializerOptions())->solve(*exact.window);
+  ASSERT_TRUE(result.success()) << result.message;
+  const Eigen::Vector3d& t_b_c = exact.calibration.t_b_c;
+  EXPECT_NEAR(result.scale, meanBaseline(result.states, t_b_c), 1e-12);
+  EXPECT_NEAR(result.scale / meanBaseline(exact.truth, t_b_c), 1.0, 0.05);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Success,
+                         ::testing::ValuesIn(baselines::namesOf(baselines::methods())),
+                         methodTestName);
+
+// The gate whose exceptions have a reason, where the exception is made.
+TEST(SuccessOfSlim, AnExceptionOfAGateSaysWhy) {
+  InitializerOptions options;
+  const auto solver = baselines::makeMethod("slim", options);
+  int exceptions = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    ExactWindowOptions window;
+    window.seed = seed;
+    window.interval_s = 0.05 + 0.005 * seed;
+    const InitResult result = solver->solve(*makeExactWindow(window).window);
+    for (const GateValue& gate : result.gates) {
+      EXPECT_EQ(gate.exception.empty(), gate.enforced) << gate.name;
+      if (result.success() && !gate.enforced && !gate.passed) ++exceptions;
+    }
+  }
+  EXPECT_GT(exceptions, 0) << "none of the windows is accepted with little parallax";
+}
+
+class ResultValidation : public ::testing::Test {
+ protected:
+  ResultValidation() {
+    result_.status = InitStatus::kSuccess;
+    result_.states.resize(2);
+    for (NavState& state : result_.states) state.t = 0.0;
+    result_.gravity_w = Eigen::Vector3d(0, 0, -9.81);
+    GateValue gate;
+    gate.name = "scale_sigma";
+    gate.value = 0.2;
+    gate.threshold = 0.1;
+    result_.gates.push_back(gate);
+  }
+  InitResult result_;
+};
+
+TEST_F(ResultValidation, AcceptsWhatIsConsistent) {
+  EXPECT_EQ(result_.validate(), "");  // failed, but not enforced
+  result_.gates[0].enforced = result_.gates[0].passed = true;
+  EXPECT_EQ(result_.validate(), "");
+  InitResult refused;
+  refused.status = InitStatus::kStationary;
+  EXPECT_EQ(refused.validate(), "");
+}
+
+TEST_F(ResultValidation, NamesWhatContradictsSuccess) {
+  InitResult result = result_;
+  result.gates[0].enforced = true;
+  EXPECT_EQ(result.validate(),
+            "success although the enforced gate scale_sigma failed: 0.2, must be at most 0.1");
+  result = result_;
+  result.states.clear();
+  EXPECT_EQ(result.validate(), "success without states");
+  result = result_;
+  result.states[1].v_w_b.x() = kNotComputed;
+  EXPECT_EQ(result.validate(), "success with a state that is not finite");
+  result = result_;
+  result.gravity_w.z() = kNotComputed;
+  EXPECT_EQ(result.validate(), "success without gravity");
+}
+
+}  // namespace
+}  // namespace slim_init

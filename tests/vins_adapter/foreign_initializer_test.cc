@@ -1,0 +1,231 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// An initializer that shares nothing with ours but the interface, behind the host adapter and in a
+// host: who implements IInitializer needs no KeyframeWindow.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geometry/so3.h"
+#include "slim_init/initializer.h"
+#include "slim_init/state_at.h"
+#include "slim_init/vins_adapter/host_adapter.h"
+#include "support/exact_window.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+constexpr int kHostFrames = 11;
+
+/// Knows the true state of every frame (in a world of its own, turned about z and shifted) and
+/// keeps what it was given in plain vectors.
+class Oracle : public IInitializer {
+ public:
+  explicit Oracle(const ExactWindow& exact) : calibration_(exact.calibration) {
+    for (const NavState& state : exact.truth) {
+      NavState moved = state;
+      moved.R_w_b = turn_ * state.R_w_b;
+      moved.p_w_b = turn_ * state.p_w_b + Eigen::Vector3d(7.0, -3.0, 2.0);
+      moved.v_w_b = turn_ * state.v_w_b;
+      truth_.push_back(moved);
+    }
+  }
+
+  const std::string& name() const override { return name_; }
+  AddStatus addImu(const ImuSample& sample) override {
+    const AddStatus status = check_.checkImu(sample);
+    if (status == AddStatus::kRestarted) forget();
+    if (isAdded(status)) imu_.push_back(sample);
+    return status;
+  }
+  AddStatus addFrame(FrameObservation frame) override {
+    const double t = calibration_.imuTime(frame.t);
+    const AddStatus status = check_.checkFrame(t);
+    if (status == AddStatus::kRestarted) forget();
+    if (isAdded(status)) times_.push_back(t);
+    return status;
+  }
+  void setTd(double td) override { calibration_.td = td; }
+  void reset() override {
+    forget();
+    check_ = StreamCheck(check_.options());
+  }
+
+  InitResult initialize() override {
+    InitResult result;
+    if (times_.size() < 8) {
+      result.status = InitStatus::kTooFewKeyframes;
+      result.message = "the oracle wants eight frames";
+      return result;
+    }
+    result.status = InitStatus::kSuccess;
+    result.message = "as foretold";
+    result.gravity_w = Eigen::Vector3d(0, 0, -calibration_.gravity_magnitude);
+    // Every second frame, to have some between its keyframes.
+    for (std::size_t i = times_.size() - 7; i < times_.size(); i += 2) {
+      result.states.push_back(at(times_[i]));
+    }
+    result.gyro_bias = result.states.back().gyro_bias;
+    result.accel_bias = result.states.back().accel_bias;
+    if (contradict) result.states.clear();
+    return result;
+  }
+  InitResult recover(const NavState& last_healthy) override {
+    InitResult result = initialize();
+    if (!result.success()) return result;
+    // Its world is exact: one rigid motion about z joins the two.
+    const NavState mine = at(last_healthy.t);
+    const Eigen::Matrix3d R = last_healthy.R_w_b * mine.R_w_b.transpose();
+    for (NavState& state : result.states) {
+      state.R_w_b = R * state.R_w_b;
+      state.p_w_b = R * (state.p_w_b - mine.p_w_b) + last_healthy.p_w_b;
+      state.v_w_b = R * state.v_w_b;
+    }
+    return result;
+  }
+  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
+                std::vector<NavState>* states, std::string* error) const override {
+    if (too_few_states) return states->clear(), true;
+    StateAtOptions options;
+    options.max_reach_s = max_reach_s;
+    return slim_init::statesAt(result.states, result.gravity_w, imu_, times, options, states,
+                               error);
+  }
+
+  Calibration calibration() const override { return calibration_; }
+  StreamCounts counts() const override { return check_.counts(); }
+  TimeSpan bufferedImu() const override {
+    return imu_.empty() ? TimeSpan() : TimeSpan{imu_.front().t, imu_.back().t};
+  }
+  double maxWindowSpan() const override { return 0.7; }
+
+  bool contradict = false;      ///< success without states
+  bool too_few_states = false;  ///< statesAt() forgets to fill them
+
+ private:
+  NavState at(double t) const {
+    return *std::min_element(truth_.begin(), truth_.end(),
+                             [t](const NavState& a, const NavState& b) {
+                               return std::abs(a.t - t) < std::abs(b.t - t);
+                             });
+  }
+  void forget() {
+    imu_.clear();
+    times_.clear();
+  }
+
+  std::string name_ = "oracle";
+  Eigen::Matrix3d turn_ = expSO3(Eigen::Vector3d(0, 0, 1.1));
+  Calibration calibration_;
+  StreamCheck check_{StreamOptions::liveData()};
+  std::vector<NavState> truth_;
+  std::vector<ImuSample> imu_;
+  std::vector<double> times_;
+};
+
+class ForeignInitializer : public ::testing::Test {
+ protected:
+  ForeignInitializer() {
+    ExactWindowOptions options;
+    options.keyframes = 35;
+    options.interval_s = 0.1;
+    exact_ = makeExactWindow(options);
+    auto oracle = std::make_unique<Oracle>(exact_);
+    oracle_ = oracle.get();
+    HostOptions host;
+    host.reinit = true;
+    std::string error;
+    adapter_ = HostAdapter::create(std::move(oracle), host, &error);
+    EXPECT_NE(adapter_, nullptr) << error;
+  }
+
+  void feed(int k) {
+    const double t = exact_.truth[k].t;
+    while (next_ < exact_.imu.size() && (next_ == 0 || exact_.imu[next_ - 1].t < t)) {
+      const ImuSample& sample = exact_.imu[next_++];
+      adapter_->addImu(sample.t, sample.accel, sample.gyro);
+    }
+    adapter_->addFrame(exact_.keyframes[k]);
+  }
+  std::vector<double> stamps(int last) const {
+    std::vector<double> result;
+    for (int k = std::max(0, last - kHostFrames + 1); k <= last; ++k) {
+      result.push_back(exact_.keyframes[k].t);
+    }
+    return result;
+  }
+
+  ExactWindow exact_;
+  Oracle* oracle_ = nullptr;
+  std::unique_ptr<HostAdapter> adapter_;
+  std::size_t next_ = 0;
+};
+
+TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
+  EXPECT_EQ(adapter_->method(), "oracle");
+  EXPECT_EQ(adapter_->maxWindowSpan(), 0.7);
+  for (int k = 0; k <= 6; ++k) feed(k);
+  HostAnswer answer = adapter_->seed(stamps(6));
+  EXPECT_FALSE(answer.success());
+  EXPECT_EQ(answer.message, "the oracle wants eight frames");
+
+  for (int k = 7; k <= 20; ++k) feed(k);
+  answer = adapter_->seed(stamps(20));
+  ASSERT_TRUE(answer.success()) << answer.message;
+  ASSERT_EQ(answer.window.states.size(), static_cast<std::size_t>(kHostFrames));
+  EXPECT_EQ(answer.window.states[0].P, Eigen::Vector3d::Zero());
+  EXPECT_NEAR(hostYaw(answer.window.states[0].R), 0.0, 1e-12);
+  EXPECT_NEAR((answer.window.states[10].P - answer.window.states[2].P).norm(),
+              (exact_.truth[20].p_w_b - exact_.truth[12].p_w_b).norm(), 1e-3);
+  EXPECT_FALSE(answer.joined);
+
+  // The host flies in the true frame and fails.
+  for (int k = 21; k <= 30; ++k) feed(k);
+  const HostAnswer again = adapter_->recover(stamps(30), toHostState(exact_.truth[24], 0.0));
+  ASSERT_TRUE(again.success()) << again.message;
+  EXPECT_TRUE(again.joined);
+  for (int i = 0; i < kHostFrames; ++i) {
+    EXPECT_LT((again.window.states[i].P - exact_.truth[20 + i].p_w_b).norm(), 2e-3) << i;
+    EXPECT_LT((again.window.states[i].V - exact_.truth[20 + i].v_w_b).norm(), 2e-3) << i;
+  }
+}
+
+TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
+  for (int k = 0; k <= 20; ++k) feed(k);
+  EXPECT_EQ(adapter_->counts().frames_added, 21);
+  EXPECT_EQ(
+      adapter_->addImu(exact_.imu[next_].t, Eigen::Vector3d(400, 0, 0), Eigen::Vector3d::Zero()),
+      AddStatus::kGlitch);
+  EXPECT_EQ(adapter_->addLines(exact_.keyframes[20].t, exact_.keyframes[20].lines),
+            AddStatus::kNotSupported);
+  adapter_->setTd(0.25);
+  EXPECT_EQ(adapter_->calibration().td, 0.25);
+  adapter_->reset();
+  EXPECT_EQ(adapter_->counts().frames_added, 0);
+  EXPECT_FALSE(adapter_->seed(stamps(20)).success());
+}
+
+// The adapter relies on success, so it checks it.
+TEST_F(ForeignInitializer, ContradictionsAreNotPassedOn) {
+  for (int k = 0; k <= 20; ++k) feed(k);
+  oracle_->contradict = true;
+  HostAnswer answer = adapter_->seed(stamps(20));
+  EXPECT_FALSE(answer.success());
+  EXPECT_EQ(answer.verdict.status, InitStatus::kNumericalFailure);
+  EXPECT_EQ(answer.message, "oracle reported success without states");
+  oracle_->contradict = false;
+  oracle_->too_few_states = true;
+  answer = adapter_->seed(stamps(20));
+  EXPECT_FALSE(answer.success());
+  EXPECT_EQ(answer.message, "oracle returned 0 states for 11 stamps");
+}
+
+}  // namespace
+}  // namespace slim_init::vins_adapter
