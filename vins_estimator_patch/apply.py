@@ -18,7 +18,7 @@ END = "<<< slim_init"
 
 
 class Problem(Exception):
-    """One sentence for the user."""
+    """A message for the user."""
 
 
 class Insertion:
@@ -427,9 +427,9 @@ def run(options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("checkout", metavar="CHECKOUT", help="folder that holds vins_estimator/")
-    parser.add_argument("--check", action="store_true", help="say what would be done and stop")
-    parser.add_argument("--revert", action="store_true", help="take everything out again")
-    parser.add_argument("--flavour", choices=sorted(FLAVOURS), help="default: found out")
+    parser.add_argument("--check", action="store_true", help="print what would be done and stop")
+    parser.add_argument("--revert", action="store_true", help="remove all insertions")
+    parser.add_argument("--flavour", choices=sorted(FLAVOURS), help="default: detected")
     try:
         print(run(parser.parse_args()))
     except Problem as problem:

@@ -252,12 +252,12 @@ TEST(TestHostRecovery, OnRequest) {
   options.duration_s = 8.0;
   const evaluation::Sequence sequence = testing_support::makeSimulatedSequence(options);
   HostRun run(sequence, 0);
-  bool asked = false;
+  bool requested = false;
   int served = 0;
   std::vector<Eigen::Vector3d> p, true_p;
   run.before_frame = [&](TestHost* host, double stamp) {
-    if (asked || stamp < 5.0) return;
-    asked = true;
+    if (requested || stamp < 5.0) return;
+    requested = true;
     host->requestRecovery();
   };
   while (const HostStep* step = run.next()) {

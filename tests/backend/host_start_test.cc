@@ -81,7 +81,7 @@ TEST(TestHostStart, FiftyStartsInExcitedMotion) {
             << ates.back() << " m\n";
 }
 
-// At rest there is no scale: the host waits, and says why.
+// At rest there is no scale: the host waits, with a reason.
 TEST(TestHostStart, WaitsAtRest) {
   testing_support::SimulatedSequenceOptions options;
   options.motion = "hover";

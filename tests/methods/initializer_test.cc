@@ -86,8 +86,8 @@ TEST_F(InitializerTest, StatesBetweenAndBesideTheKeyframes) {
   EXPECT_EQ(states.size(), 2u) << "left as they were";
 }
 
-/// Says success, whatever it is given.
-class Boaster : public WindowSolver {
+/// Reports success for every window, without an estimate.
+class WrongSuccess : public WindowSolver {
  public:
   const std::string& name() const override { return name_; }
   InitResult solve(const InitWindow& /*window*/) const override {
@@ -97,17 +97,17 @@ class Boaster : public WindowSolver {
   }
 
  private:
-  std::string name_ = "boaster";
+  std::string name_ = "wrong-success";
 };
 
 TEST_F(InitializerTest, ASuccessThatContradictsItselfIsNotPassedOn) {
   const auto initializer =
-      makeInitializer(std::make_unique<Boaster>(), exact_.calibration, InitializerOptions());
+      makeInitializer(std::make_unique<WrongSuccess>(), exact_.calibration, InitializerOptions());
   ASSERT_NE(initializer, nullptr);
   feed(*initializer, exact_);
   const InitResult result = initializer->initialize();
   EXPECT_EQ(result.status, InitStatus::kNumericalFailure);
-  EXPECT_EQ(result.message, "boaster reported success without states");
+  EXPECT_EQ(result.message, "wrong-success reported success without states");
 }
 
 TEST_F(InitializerTest, RecoverContinuesPositionAndYawInsideTheWindow) {

@@ -63,7 +63,7 @@ TEST_P(Success, MeansThatEveryEnforcedGatePassed) {
       for (const GateValue& gate : result.gates) {
         EXPECT_TRUE(gate.passed || !gate.exception.empty())
             << gate.name << " is " << gate.value << " (bound " << gate.threshold
-            << "), not enforced, and does not say why";
+            << "), not enforced, and no reason is given";
       }
     }
   }
@@ -86,7 +86,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Success,
                          methodTestName);
 
 // The gate whose exceptions have a reason, where the exception is made.
-TEST(SuccessOfSlim, AnExceptionOfAGateSaysWhy) {
+TEST(SuccessOfSlim, AnExceptionOfAGateHasAReason) {
   InitializerOptions options;
   const auto solver = baselines::makeMethod("slim", options);
   int exceptions = 0;

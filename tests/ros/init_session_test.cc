@@ -237,7 +237,7 @@ TEST_F(InitSessionTest, ARestartForgetsDataAndAnswer) {
   EXPECT_EQ(session_->counts().restarts, 1);
 }
 
-// The streams show a jump in time, and nobody calls restart().
+// The streams show a jump in time, without a call of restart().
 TEST_F(InitSessionTest, AJumpInTimeForgetsTheAnswer) {
   make(everyFrame(false));
   scripted_->script = {InitStatus::kSuccess};

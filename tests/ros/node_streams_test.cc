@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What both nodes do with a message before they use it, and what they say about it.
+// What both nodes do with a message before they use it, and their diagnostics about it.
 #include "slim_init/ros/node_streams.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // An initializer that shares nothing with ours but the interface, behind the host adapter and in a
-// host: who implements IInitializer needs no KeyframeWindow.
+// host: an implementation of IInitializer needs no KeyframeWindow.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,7 +62,7 @@ class Oracle : public IInitializer {
     InitResult result;
     if (times_.size() < 8) {
       result.status = InitStatus::kTooFewKeyframes;
-      result.message = "the oracle wants eight frames";
+      result.message = "the oracle needs eight frames";
       return result;
     }
     result.status = InitStatus::kSuccess;
@@ -174,7 +174,7 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
   for (int k = 0; k <= 6; ++k) feed(k);
   HostAnswer answer = adapter_->seed(stamps(6));
   EXPECT_FALSE(answer.success());
-  EXPECT_EQ(answer.message, "the oracle wants eight frames");
+  EXPECT_EQ(answer.message, "the oracle needs eight frames");
 
   for (int k = 7; k <= 20; ++k) feed(k);
   answer = adapter_->seed(stamps(20));

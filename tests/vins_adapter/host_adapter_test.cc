@@ -129,7 +129,7 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
   options.max_reach_s = 0.5;
   const auto adapter = make(exact_.calibration, options);
   feed(*adapter, 0, 34);
-  // The window of twelve keyframes spans 2.2 s; the host asks for frames 2.6 s back.
+  // The window of twelve keyframes spans 2.2 s; the host needs frames 2.6 s back.
   std::vector<double> old = stamps(34);
   old.front() = exact_.keyframes[34].t - 2.6;
   HostAnswer answer = adapter->seed(old);
@@ -156,14 +156,14 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
 TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
   const auto adapter = make();
   feed(*adapter, 0, 34);
-  std::vector<double> asked;
+  std::vector<double> requested;
   std::vector<NavState> truth;
   for (int i = 0; i < kHostFrames; ++i) {
     const int k = 34 * i / (kHostFrames - 1);
-    asked.push_back(exact_.keyframes[k].t);
+    requested.push_back(exact_.keyframes[k].t);
     truth.push_back(exact_.truth[k]);
   }
-  const HostAnswer answer = adapter->seed(asked);
+  const HostAnswer answer = adapter->seed(requested);
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_GT(answer.verdict.states.front().t - truth.front().t, 1.1);
   expectTruth(answer, truth, 0, true, 5e-3);
@@ -180,16 +180,16 @@ TEST_F(HostAdapterTest, TimeOffset) {
     for (const ImuSample& sample : exact_.imu) {
       adapter->addImu(sample.t, sample.accel, sample.gyro);
     }
-    std::vector<double> asked;
+    std::vector<double> requested;
     for (int k = 0; k <= 33; ++k) {
       FrameObservation frame = exact_.keyframes[k];
       frame.t = exact_.truth[k].t - td;
       adapter->addFrame(frame);
-      if (k > 33 - kHostFrames) asked.push_back(frame.t);
+      if (k > 33 - kHostFrames) requested.push_back(frame.t);
     }
-    const HostAnswer answer = adapter->seed(asked);
+    const HostAnswer answer = adapter->seed(requested);
     ASSERT_TRUE(answer.success()) << answer.message;
-    EXPECT_EQ(answer.window.states[4].stamp, asked[4]);
+    EXPECT_EQ(answer.window.states[4].stamp, requested[4]);
     expectTruth(answer, exact_.truth, 33 - kHostFrames + 1, true, 2e-3);
     EXPECT_EQ(adapter->calibration().td, td);
   }
@@ -276,7 +276,7 @@ TEST_F(HostAdapterTest, ImplausibleSamplesAreLeftOut) {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
   double t = exact_.imu[next_ - 1].t;
 
-  // Just above, on one axis and in either direction, whatever the time says.
+  // Just above, on one axis and in either direction, whatever the time.
   EXPECT_EQ(adapter->addImu(t + 0.001, accel - 0.2 * x, gyro), AddStatus::kGlitch);
   EXPECT_EQ(adapter->addImu(t + 0.001, accel, gyro - 0.2 * z), AddStatus::kGlitch);
   EXPECT_EQ(adapter->addImu(t - 100.0, 160.1 * z, gyro), AddStatus::kGlitch);
@@ -306,11 +306,11 @@ TEST_F(HostAdapterTest, BadStampsAndArguments) {
   const auto adapter = make();
   feed(*adapter, 0, 30);
   EXPECT_EQ(adapter->seed({}).message, "the host's window is empty");
-  std::vector<double> asked = stamps(30);
-  asked[3] = kNotComputed;
-  EXPECT_EQ(adapter->seed(asked).message, "stamp 3 of the host's window is not finite");
-  asked[3] = asked[2];
-  EXPECT_EQ(adapter->seed(asked).message,
+  std::vector<double> requested = stamps(30);
+  requested[3] = kNotComputed;
+  EXPECT_EQ(adapter->seed(requested).message, "stamp 3 of the host's window is not finite");
+  requested[3] = requested[2];
+  EXPECT_EQ(adapter->seed(requested).message,
             "stamp 3 of the host's window is 0 s after the one before, must be after it");
   std::string error;
   EXPECT_EQ(HostAdapter::create(nullptr, HostOptions(), &error), nullptr);

@@ -135,7 +135,7 @@ TEST(HostConvention, VerticalBodyAxisHasNoYaw) {
 }
 
 struct BadInput {
-  const char* word;  // that the sentence must contain
+  const char* word;  // that the message must contain
   void (*spoil)(std::vector<NavState>*, double* gravity);
 };
 

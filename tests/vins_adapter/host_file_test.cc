@@ -74,7 +74,7 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_EQ(adapter->addImu(1.1, Eigen::Vector3d(301.0, 0, 0), Eigen::Vector3d::Zero()),
             AddStatus::kGlitch);
   EXPECT_EQ(adapter->method(), "slim");
-  // What the file says wins, what it does not say is the host's default and not the benchmark's.
+  // Keys in the file win; the rest are the host's defaults and not the benchmark's.
   const double interval = HostAdapter::hostDefaults().window.min_interval_s;
   EXPECT_EQ(adapter->maxWindowSpan(), 9 * interval);
   EXPECT_NE(interval, WindowOptions().min_interval_s);
@@ -83,7 +83,7 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_TRUE(file.notes.empty()) << file.notes.front();
 }
 
-// What docs/vins_mono.md tells to put into the file, comments and all.
+// The lines that docs/vins_mono.md gives for the file, comments included.
 TEST_F(HostFileTest, TheGuidesLinesAreRead) {
   std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/docs/vins_mono.md");
   std::ostringstream text;

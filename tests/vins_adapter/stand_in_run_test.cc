@@ -311,7 +311,7 @@ TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
   frame(k);
   EXPECT_LT((e.Ps[kNewest] - exact_.truth[k].p_w_b).norm(), 0.05) << logText();
   EXPECT_EQ(e.resets, resets);
-  // Twenty frames later without a point: refused. The host goes on or resets, as asked for.
+  // Twenty frames later without a point: refused. The host goes on or resets, as requested.
   for (FrameObservation& observed : exact_.keyframes) {
     observed.points.clear();
     observed.lines.clear();
@@ -332,7 +332,7 @@ TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
 TEST_F(StandInRun, AtRestTheOldestFramesGo) {
   start("initializer: slim\n");
   Estimator& e = host();
-  // The host sees no parallax and wants to keep its oldest frames; the adapter declines.
+  // The host sees no parallax and keeps its oldest frames; the adapter declines.
   for (FrameObservation& observed : exact_.keyframes) observed.points.clear();
   e.next_flag = Estimator::MARGIN_SECOND_NEW;
   for (int k = 0; k < 59; ++k) frame(k, false);

@@ -201,7 +201,7 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
       }
       path.push_back(newest);
     }
-    // A frame that the IMU data do not reach is left out, for every method alike.
+    // A frame that the IMU data do not cover is skipped, for every method alike.
   }
   record.seconds = path.back().t - t_seed;
   compare(sequence, path, estimator.states(), options, &record);

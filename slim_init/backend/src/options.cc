@@ -6,7 +6,7 @@
 namespace slim_init::backend {
 namespace {
 
-constexpr double kTiny = 1e-12, kLarge = 1e12;  // where only positive or finite is asked for
+constexpr double kTiny = 1e-12, kLarge = 1e12;  // where a value only has to be positive or finite
 
 }  // namespace
 

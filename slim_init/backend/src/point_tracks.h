@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Points of the window: who saw them, and how far they are.
+// Points of the window: the frames that observe them, and their distances.
 #pragma once
 
 #include <map>

@@ -175,7 +175,7 @@ Marginalization::Linearized Marginalization::linearize(const ceres::CostFunction
   Eigen::VectorXd r_first(rows);
   if (!cost.Evaluate(present_data.data(), out.r_present.data(), nullptr) ||
       !cost.Evaluate(first_data.data(), r_first.data(), J_data.data())) {
-    out.r_present.setZero();  // says nothing
+    out.r_present.setZero();  // no residual
     out.r = out.r_present;
     for (const BlockKey& key : blocks) out.J.push_back(Eigen::MatrixXd::Zero(rows, key.size()));
     out.J_lambda.setZero();
@@ -237,7 +237,7 @@ void Marginalization::addPoint(const std::vector<PointView>& views, double inver
     h_point += w * factor.J_lambda.squaredNorm();
     g_point += w * factor.J_lambda.dot(factor.r);
   }
-  // A point without any parallax says nothing about its distance, and eliminating it takes nothing.
+  // A point without any parallax has no information on its distance; eliminating it removes none.
   if (!(h_point > 0.0)) return;
   H_.noalias() -= h * (h.transpose() / h_point);
   g_ -= h * (g_point / h_point);

@@ -37,7 +37,7 @@ constexpr double kInlierChi2 = 9.0;  // three standard deviations
 // tenth of a second, an acceleration wrong by the order of gravity.
 constexpr double kContradiction = 1e4;
 
-/// What the IMU says between two neighbouring frames.
+/// The IMU measurements between two neighbouring frames.
 struct Link {
   Preintegration pre;      ///< dt is 0 where it has to be made
   double inflation = 1.0;  ///< on the covariance

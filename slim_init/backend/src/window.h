@@ -55,7 +55,7 @@ struct Frame {
     Eigen::Map<Vector6d>(pose.data()) << state.p_w_b, Eigen::Vector3d::Zero();
     Eigen::Map<Vector9d>(motion.data()) << state.v_w_b, state.gyro_bias, state.accel_bias;
   }
-  /// Takes theta into the reference. Renormalised: the product of many is no rotation for ever.
+  /// Moves theta into the reference, renormalised: the product of many rotations drifts off SO(3).
   void rebase() {
     R_ref = Eigen::Quaterniond(rotation()).normalized().toRotationMatrix();
     Eigen::Map<Vector6d>(pose.data()).tail<3>().setZero();

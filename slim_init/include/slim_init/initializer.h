@@ -62,7 +62,7 @@ class IInitializer {
   /// clock] and lie at most `max_reach_s` before the first or after the last keyframe; the IMU
   /// alone carries the state there. Where it cannot, returns false, leaves `states` as it was and
   /// puts a message with value and bound into `error` (may be null). slim_init/state_at.h does this
-  /// for anyone who keeps the samples.
+  /// for any buffer of samples.
   virtual bool statesAt(const InitResult& result, const std::vector<double>& times,
                         double max_reach_s, std::vector<NavState>* states,
                         std::string* error) const = 0;

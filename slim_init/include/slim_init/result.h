@@ -11,7 +11,7 @@
 
 namespace slim_init {
 
-/// The verdict on one window. The comment says what of InitResult is valid.
+/// The verdict on one window. The comments name the fields of InitResult that are valid.
 enum class InitStatus {
   kSuccess,  ///< everything; every enforced gate passed
 

@@ -13,7 +13,7 @@ using diagnostic_msgs::DiagnosticStatus;
 
 namespace {
 
-// What StreamCounts says about one stream, by the names of the diagnostics.
+// The drops of one stream in StreamCounts, with their names in the diagnostics.
 std::vector<std::pair<const char*, std::int64_t>> dropsOf(StreamKind kind,
                                                           const StreamCounts& counts) {
   switch (kind) {

@@ -83,8 +83,8 @@ std::string checkSamples(const std::vector<ImuSample>& imu) {
   return out.str();
 }
 
-std::shared_ptr<const InitWindow> fail(std::string* error, const std::string& sentence) {
-  if (error != nullptr) *error = sentence;
+std::shared_ptr<const InitWindow> fail(std::string* error, const std::string& message) {
+  if (error != nullptr) *error = message;
   return nullptr;
 }
 
@@ -108,8 +108,8 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
     std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts) {
   std::ostringstream out;
-  if (const std::string sentence = calibration.validate(); !sentence.empty()) {
-    return fail(error, "calibration: " + sentence);
+  if (const std::string message = calibration.validate(); !message.empty()) {
+    return fail(error, "calibration: " + message);
   }
   if (keyframes.size() < 2) {
     out << "window has " << keyframes.size() << " keyframes, needs at least 2";

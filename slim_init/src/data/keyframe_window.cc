@@ -128,7 +128,7 @@ double KeyframeWindow::imuStart(int newest) const {
   return sample->t;
 }
 
-// Indices of the keyframes, newest first; `reason` says what ended the choice.
+// Indices of the keyframes, newest first; `reason` is what ended the choice.
 std::vector<int> KeyframeWindow::chooseKeyframes(int newest, std::string* reason) const {
   std::vector<int> chosen;
   *reason = "no frame is covered by the IMU yet";

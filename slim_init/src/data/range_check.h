@@ -7,7 +7,7 @@
 
 namespace slim_init {
 
-/// Collects the first violated bound of an options struct as a sentence.
+/// Collects the first violated bound of an options struct as a message.
 class RangeCheck {
  public:
   /// Requires min <= value <= max; a value that is not finite violates it.
@@ -33,7 +33,7 @@ class RangeCheck {
     return *this;
   }
 
-  /// Takes over the sentence of a nested struct, prefixed with its section.
+  /// Adopts the message of a nested struct, prefixed with its section.
   RangeCheck& nested(const char* section, const std::string& sentence) {
     if (sentence_.empty() && !sentence.empty()) sentence_ = std::string(section) + "." + sentence;
     return *this;

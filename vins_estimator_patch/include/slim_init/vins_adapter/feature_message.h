@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The two feature messages and what they say: templates over any type with the members of
+// The two feature messages and their fields: templates over any type with the members of
 // sensor_msgs::PointCloud, so that no ROS header is needed here.
 //
 //   points  /feature_tracker/feature      VINS-Mono: points (x, y, 1); channels id * cameras +
@@ -110,7 +110,7 @@ inline Eigen::Vector3d ray(double x, double y) { return Eigen::Vector3d(x, y, 1.
 /// Reads the point message into t and points of `frame`; its lines stay. `cameras` is the host's
 /// NUM_OF_CAM; only observations of camera 0 are taken. Garbage (too few channels, channels of
 /// another size than the points, a value that is not finite, z that is not 1, an id that is not a
-/// whole number in [0, kMaxMessageId]) is refused: false, `frame` as it was and a sentence in
+/// whole number in [0, kMaxMessageId]) is refused: false, `frame` as it was and a message in
 /// `error` (may be null).
 template <typename Cloud>
 bool readPointMessage(const Cloud& cloud, int cameras, FrameObservation* frame,
@@ -178,7 +178,7 @@ bool readLineMessage(const Cloud& cloud, FrameObservation* frame, std::string* e
 /// Writes the points of `frame` for a host with one camera; the header is the caller's. A point's
 /// velocity on the image plane [1/s] is the difference to `previous` (null, or a point new in
 /// `frame`: zero), as that host's own tracker has it. A bearing that does not point forward or an
-/// id outside [0, kMaxMessageId] cannot be written: false, `cloud` as it was, a sentence in
+/// id outside [0, kMaxMessageId] cannot be written: false, `cloud` as it was, a message in
 /// `error` (may be null).
 template <typename Cloud>
 bool writePointMessage(const FrameObservation& frame, const FrameObservation* previous,

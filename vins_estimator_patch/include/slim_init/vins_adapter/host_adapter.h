@@ -14,7 +14,7 @@
 
 namespace slim_init::vins_adapter {
 
-/// Who initializes the host.
+/// What initializes the host.
 enum class HostMode {
   kStock,   ///< the host alone; the adapter is not used
   kSlim,    ///< the adapter in place of the host's own initialization
@@ -24,7 +24,7 @@ enum class HostMode {
 /// "stock", "slim", "shadow".
 const char* toString(HostMode mode);
 
-/// The way back; false for any other text.
+/// The inverse of toString(); false for any other text.
 bool parseHostMode(const std::string& text, HostMode* mode);
 
 /// Options of the adapter; those of the method are InitializerOptions.

@@ -29,14 +29,14 @@ double hostYaw(const Eigen::Matrix3d& R_w_b);
 /// Converts states of our world (z up, gravity (0, 0, -gravity_magnitude)). `td` as in
 /// Calibration: host stamp = t - td [s]. On bad input (no state, a value that is not finite, a
 /// matrix that is not a rotation, times that do not ascend, gravity_magnitude not positive)
-/// returns false, leaves `window` as it was and puts a sentence into `error` (may be null).
+/// returns false, leaves `window` as it was and puts a message into `error` (may be null).
 bool toHostWindow(const std::vector<NavState>& states, double gravity_magnitude, double td,
                   HostOrigin origin, HostWindow* window, std::string* error);
 
 /// One state, in the world it is in: the same values under the host's names, stamp = t - td [s].
 HostState toHostState(const NavState& state, double td);
 
-/// The way back, for the last healthy state that a host hands over for a recovery.
+/// The inverse, for the last healthy state of a host.
 NavState fromHostState(const HostState& state, double td);
 
 }  // namespace slim_init::vins_adapter

@@ -11,7 +11,7 @@
 
 namespace slim_init::vins_adapter {
 
-/// What the host's file says besides the options of the adapter.
+/// Keys of the host's file besides the options of the adapter.
 struct HostFile {
   HostMode mode = HostMode::kStock;
   bool reinit = false;

@@ -209,7 +209,7 @@ class HostGlue {
   bool decides() const;
 
   /// Fills the host's full window and returns true, or declines. When it declines, it may have the
-  /// host drop its oldest frame, so that frames from before a standstill do not stay for ever.
+  /// host drop its oldest frame, so that frames from before a standstill do not stay in it.
   template <typename Estimator>
   bool seed(Estimator& e) {
     if (!decides() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;

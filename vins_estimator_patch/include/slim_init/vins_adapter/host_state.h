@@ -12,7 +12,7 @@ namespace slim_init {
 namespace vins_adapter {
 
 /// The state of one frame under the host's names. Its world has z up as ours, so poses and
-/// velocities are the same numbers; names say what the host calls them.
+/// velocities are the same numbers; names are those of the host.
 struct HostState {
   /// Headers [s], camera clock; NaN: not set.
   double stamp = std::numeric_limits<double>::quiet_NaN();

@@ -52,8 +52,8 @@ class SlidingWindowEstimator {
   void addImu(const ImuSample& sample);
 
   /// Next frame; the samples up to it (stamp + td) have to be there. Lines are ignored. A frame
-  /// that is not after the last one or beyond the IMU data is dropped, and `problem` says so; the
-  /// estimate then stays as it was.
+  /// that is not after the last one or beyond the IMU data is dropped, and `problem` names the
+  /// reason; the estimate then stays as it was.
   FrameReport addFrame(const FrameObservation& frame);
 
   /// Starts, or starts anew, from states of the frames in the window, in the order of stamps(), on

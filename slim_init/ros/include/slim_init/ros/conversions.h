@@ -44,7 +44,7 @@ InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& con
 /// `attempt` succeeded and has states.
 InitResultMessage resultMessage(const Attempt& attempt, const ResultContext& context);
 
-/// The newest keyframe's state: pose in the world, velocity in the body frame as the message wants
+/// The newest keyframe's state: pose in the world, velocity in the body frame as nav_msgs defines
 /// it. Covariances (row-major 6 x 6) where the method has them, else zero. The angular velocity is
 /// not estimated and left zero.
 nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& context);

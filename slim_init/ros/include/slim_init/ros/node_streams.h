@@ -26,7 +26,7 @@ class NodeStreams {
 
   explicit NodeStreams(const std::vector<Stream>& streams);
 
-  /// Takes in a message; `problem` says why it cannot be used, "" where it can. True: `t` is its
+  /// Takes in a message; `problem` is why it cannot be used, or "". True: `t` is its
   /// time [s] on clock(), and the rest of the checks is StreamCheck's. False: it has a problem or
   /// no stamp, and was dropped and counted. `stream`: index into the constructor's list.
   bool accept(int stream, const std_msgs::Header& header, const std::string& problem, double* t);

@@ -28,7 +28,7 @@ void addValue(const std::string& key, const T& value, diagnostic_msgs::Diagnosti
   status->values.push_back(pair);
 }
 
-/// A status named "<node>: <part>" at level OK, with what to say while it stays there.
+/// A status named "<node>: <part>" at level OK, with the message of that level.
 diagnostic_msgs::DiagnosticStatus makeStatus(const std::string& part, const std::string& message);
 
 /// Raises the level of a status, never lowers it, and appends `message`; it replaces the message of
