@@ -120,6 +120,7 @@ Failure runCase(const AbOptions& options, const CaseHooks& hooks, CaseResult* re
   evaluation::ProtocolOptions protocol;
   protocol.stride = options.stride;
   protocol.max_windows = options.limit;
+  protocol.imu = options.initializer.imu;
   protocol.window = options.initializer.window;
   protocol.first_keyframes = options.first_keyframes;
   protocol.threads = options.threads;

@@ -120,6 +120,28 @@ TEST(Protocol, ImuGapInterruptsInsteadOfStretchingAWindow) {
   EXPECT_GT(result.counts.repeated + result.counts.interrupted, 0);
 }
 
+// What is measured is what runs: the limits of the IMU hold for recordings as well.
+TEST(Protocol, ImuGlitchesAreDroppedAndCounted) {
+  Sequence sequence = makeCircleSequence(6.0);
+  for (ImuSample& sample : sequence.imu) {
+    if (std::abs(sample.t - 1.0) < 1e-3) sample.accel.y() = 400.0;
+  }
+  const FakeSolver solver = makePerfectSolver("fake");
+  ProtocolOptions options;
+  options.max_windows = 1;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  EXPECT_EQ(result.counts.windows, 1);
+  EXPECT_EQ(result.dropped.imu_glitches, 1);
+
+  options.imu.max_accel = 500.0;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  EXPECT_EQ(result.dropped.imu_glitches, 0);
+  options.imu.max_accel = 16.0;
+  EXPECT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result),
+            "imu.max_accel is 16, must be in [19.6, inf]");
+}
+
 TEST(Protocol, LongFrameGapInterrupts) {
   Sequence sequence = makeCircleSequence(16.0);
   std::vector<FrameObservation> frames;

@@ -55,8 +55,10 @@ std::string checkSequence(const Sequence& sequence) {
 class WindowCutter {
  public:
   /// The smallest window has `first_keyframes`, the full one options.keyframes.
-  WindowCutter(const Sequence& sequence, const WindowOptions& options, int first_keyframes)
+  WindowCutter(const Sequence& sequence, const WindowOptions& options, const ImuLimits& imu,
+               int first_keyframes)
       : sequence_(sequence), options_(options) {
+    streams_.imu = imu;
     std::vector<double> intervals;
     for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
       intervals.push_back(sequence.frames[i].t - sequence.frames[i - 1].t);
@@ -72,7 +74,7 @@ class WindowCutter {
 
   /// Feeds frames from `first_frame` on until a full window can be cut.
   Cut cut(std::size_t first_frame, StreamCounts* dropped) const {
-    KeyframeWindow buffer(sequence_.calibration, options_);
+    KeyframeWindow buffer(sequence_.calibration, options_, streams_);
     const double t_first = imuTime(first_frame);
     std::size_t next_imu = lastSampleAtOrBefore(t_first);
     Cut result;
@@ -124,6 +126,7 @@ class WindowCutter {
 
   const Sequence& sequence_;
   WindowOptions options_;
+  StreamOptions streams_;
   double give_up_s_ = 0.0;
 };
 
@@ -292,8 +295,9 @@ std::string ProtocolOptions::validate() const {
     return "first_keyframes is " + std::to_string(first_keyframes) + ", must be 0 or in [" +
            std::to_string(kMinKeyframes) + ", " + std::to_string(window.keyframes) + "]";
   }
-  const std::string sentence = window.validate();
-  return sentence.empty() ? "" : "window." + sentence;
+  if (const std::string message = imu.validate(); !message.empty()) return "imu." + message;
+  const std::string message = window.validate();
+  return message.empty() ? "" : "window." + message;
 }
 
 std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
@@ -310,7 +314,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   ProtocolCounts& counts = result->counts;
   counts.frames = static_cast<int>(sequence.frames.size());
   const WindowCutter cutter(
-      sequence, options.window,
+      sequence, options.window, options.imu,
       options.first_keyframes > 0 ? options.first_keyframes : options.window.keyframes);
   const int trials = (counts.frames + options.stride - 1) / options.stride;
   // With a limit the end is near after about as many trials.

@@ -310,6 +310,7 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
   }
   const StreamCounts& dropped = result.dropped;
   json["dropped"] = {{"imu_not_finite", dropped.imu_not_finite},
+                     {"imu_glitches", dropped.imu_glitches},
                      {"imu_out_of_order", dropped.imu_out_of_order},
                      {"frames_not_finite", dropped.frames_not_finite},
                      {"frames_out_of_order", dropped.frames_out_of_order},

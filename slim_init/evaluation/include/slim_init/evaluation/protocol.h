@@ -24,6 +24,7 @@ inline constexpr int kMaxThreads = 256;
 struct ProtocolOptions {
   int stride = 10;       ///< images between the starts of two trials; 10 as in the paper (V-C)
   int max_windows = 0;   ///< stop after this many windows; 0: no limit
+  ImuLimits imu;         ///< samples beyond are dropped, as in a running system
   WindowOptions window;  ///< a window counts when it holds window.keyframes keyframes
   /// Anytime protocol: every trial hands windows of first_keyframes, first_keyframes + 1, ..,
   /// window.keyframes keyframes to a method until it accepts one; that answer counts, or else the
