@@ -120,6 +120,7 @@ InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& con
     out.upper_bound = gate.upper_bound;
     out.passed = gate.passed;
     out.enforced = gate.enforced;
+    out.exception = gate.exception;
     message.gates.push_back(out);
   }
   for (const StageTime& stage : result.stages) {
