@@ -114,6 +114,7 @@ class StreamCheck {
   StreamCounts& counts() { return counts_; }
 
  private:
+  /// One of the input streams.
   struct Stream {
     double last = kNotComputed;
     double stray = kNotComputed;        // the last unconfirmed stamp

@@ -23,6 +23,7 @@ struct ImageEncoding {
   int to_grey;  ///< code of cv::cvtColor; -1: is grey
 };
 
+/// All encodings that are read.
 inline constexpr ImageEncoding kImageEncodings[] = {
     {"mono8", 1, -1},
     {"8UC1", 1, -1},

@@ -44,16 +44,20 @@ struct GluePoint {
 
 /// A sensor_msgs::PointCloud without ROS.
 struct GlueCloud {
+  /// Time stamp of a message, as ros::Time has it.
   struct Stamp {
     double seconds = 0.0;
     double toSec() const { return seconds; }
   };
+  /// Header of a message.
   struct Header {
     Stamp stamp;
   };
+  /// A point in the plane z = 1.
   struct Point {
     float x = 0.0f, y = 0.0f, z = 0.0f;
   };
+  /// Named values, one per point.
   struct Channel {
     std::string name;
     std::vector<float> values;

@@ -17,6 +17,7 @@
 
 namespace slim_init::node {
 
+/// When an image is tracked and when its features are published.
 struct ImagePipelineOptions {
   /// Images that may wait for the IMU or for the processor; the oldest is dropped beyond.
   int image_queue = 20;
@@ -30,6 +31,7 @@ struct ImagePipelineOptions {
   std::string validate() const;
 };
 
+/// What became of the messages.
 struct ImagePipelineCounts {
   std::int64_t images = 0;             ///< taken
   std::int64_t images_overrun = 0;     ///< dropped: image_queue was full

@@ -9,6 +9,7 @@
 
 namespace slim_init::backend {
 
+/// How a seed is followed by the back end.
 struct DownstreamOptions {
   double seconds = 5.0;           ///< after the last keyframe of the seed
   double frame_interval_s = 0.1;  ///< between the frames that the estimator sees; a host's 10 Hz

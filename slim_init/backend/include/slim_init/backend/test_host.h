@@ -14,6 +14,7 @@
 
 namespace slim_init::backend {
 
+/// Options of the host, of its estimator and of the adapter that it asks.
 struct TestHostOptions {
   TestHostOptions();
   vins_adapter::HostOptions adapter;  ///< reinit is on

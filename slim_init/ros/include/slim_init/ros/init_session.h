@@ -15,6 +15,7 @@
 
 namespace slim_init::node {
 
+/// When an attempt is made.
 struct InitSessionOptions {
   /// Between two attempts, time of the data [s]; 0.1 as VINS-Mono. 0: on every frame.
   double attempt_interval_s = 0.1;

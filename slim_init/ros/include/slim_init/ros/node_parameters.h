@@ -12,6 +12,7 @@
 
 namespace slim_init::node {
 
+/// Private parameters of a node: read and logged once, unknown ones refused.
 class NodeParameters {
  public:
   explicit NodeParameters(const ros::NodeHandle& private_handle) : handle_(private_handle) {}

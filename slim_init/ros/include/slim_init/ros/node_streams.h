@@ -16,8 +16,10 @@
 
 namespace slim_init::node {
 
+/// The input streams of a node, in the order of their time stamps.
 class NodeStreams {
  public:
+  /// One of the input streams.
   struct Stream {
     std::string name;                      ///< as in "imu"
     StreamKind kind = StreamKind::kOther;  ///< which part of StreamCounts is about it
