@@ -19,19 +19,23 @@ esac
 run_tests() {
   slim_init_say "Running the tests"
   # --no-tests=error: a filter that matches nothing, or a build without tests, is not a success.
-  ctest --output-on-failure --no-tests=error --parallel "${SLIM_INIT_JOBS}" "$@" </dev/null ||
+  ctest --output-on-failure --no-tests=error --parallel "${SLIM_INIT_JOBS}" \
+    --output-log Testing/Temporary/run.log "$@" </dev/null ||
     slim_init_die "tests failed; the list is above, details are in" \
       "${SLIM_INIT_BUILD_DIR}/Testing/Temporary/LastTest.log"
 }
 
-# Cases that could not run on this machine: ctest says it of a whole test, GoogleTest of one case,
-# with the reason in the lines above it.
+# Tests, and cases of GoogleTest with their reason, that could not run on this machine.
 skipped_tests() {
-  awk '/^[0-9]+\/[0-9]+ Testing: / { test = $3 }
-    /^\[ RUN      \]/ { reason = "" }
+  sed -nE 's/^ *[0-9]+\/[0-9]+ Test +#[0-9]+: ([^ ]+) .*\*\*\*(Skipped|Not Run).*/    \1/p' \
+    Testing/Temporary/run.log
+  awk '/^[0-9]+\/[0-9]+ Test: / { test = $3 }
+    /^Command: / { output = 0 }
+    /^Output:$/ { output = 1 }
+    /^\[ RUN      \]/ { reason = "no reason given" }
     /: Skipped$/ { getline reason }
-    /^\[  SKIPPED \] .*\(/ { printf "    %s: %s (%s)\n", test, $4, reason }
-    /^Test Skipped/ { printf "    %s\n", test }' Testing/Temporary/LastTest.log
+    output && /^\[  SKIPPED \] .*\(/ { printf "    %s: %s (%s)\n", test, $4, reason }' \
+    Testing/Temporary/LastTest.log
 }
 
 # shellcheck disable=SC2119  # no arguments: all targets
