@@ -2,19 +2,48 @@
 #include "ab.h"
 
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "run_case.h"
-#include "suite.h"
+#include "ablation.h"
+#include "load_sequence.h"
+#include "options_file.h"
+#include "progress_bar.h"
+#include "python_report.h"
+#include "slim_init/evaluation/protocol.h"
+#include "slim_init/evaluation/report.h"
+#include "source_commit.h"
+#ifdef SLIM_INIT_HAS_BACKEND
+#include "slim_init/backend/downstream.h"
+#endif
 
 namespace slim_init::tools {
 namespace {
 
+namespace fs = std::filesystem;
+
+/// Why something was not done; nothing is wrong with kExitOk.
+struct Failure {
+  ExitCode code = kExitOk;
+  std::string message;
+
+  explicit operator bool() const { return code != kExitOk; }
+};
+
+/// A run: what its files are written from.
+struct AbRun {
+  evaluation::RunInfo info;
+  evaluation::ProtocolResult result;
+  std::vector<evaluation::MethodSummary> summaries;
+};
+
 int fail(const Failure& failure) {
-  std::cerr << "slim_init: " << failure.sentence << "\n";
+  std::cerr << "slim_init: " << failure.message << "\n";
   return failure.code;
 }
 
@@ -29,20 +58,188 @@ std::string trackingLine(const evaluation::TrackingSummary& tracking) {
   return out.str();
 }
 
+std::string noWindowMessage(const LoadedSequence& loaded, const AbOptions& options,
+                            const evaluation::ProtocolCounts& counts) {
+  std::ostringstream out;
+  out << loaded.sequence.name << " holds no window of " << options.keyframes
+      << " keyframes: " << counts.trials << " trials over " << counts.frames << " usable frames, "
+      << counts.ended << " met the end of the data, " << counts.interrupted << " a gap, "
+      << counts.without_truth << " had no truth, " << counts.invalid << " were refused";
+  for (const std::string& note : loaded.sequence.notes) out << "; " << note;
+  return out.str();
+}
+
+/// The back end of --downstream.
+void setDownstream(const AbOptions& options, evaluation::ProtocolOptions* protocol) {
+#ifdef SLIM_INIT_HAS_BACKEND
+  if (!(options.downstream_s > 0.0)) return;
+  backend::DownstreamOptions downstream;
+  downstream.seconds = options.downstream_s;
+  protocol->downstream = [downstream](const evaluation::Sequence& sequence,
+                                      const InitResult& answer) {
+    return backend::runDownstream(sequence, answer, downstream);
+  };
+#else
+  (void)options;
+  (void)protocol;
+#endif
+}
+
+/// What was run.
+evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& loaded,
+                                const std::vector<Method>& methods,
+                                const std::vector<std::string>& notes) {
+  evaluation::RunInfo info;
+  info.version = SLIM_INIT_VERSION;
+  info.commit = sourceCommit();
+  info.dataset = loaded.sequence.name;
+  info.command = options.command;
+  info.gyro_bias_truth = loaded.gyro_bias_truth;
+  info.options = describeAbOptions(options);
+  info.notes = notes;
+  for (const Method& method : methods) {
+    if (!method.note.empty()) info.method_notes.emplace_back(method.solver->name(), method.note);
+  }
+  info.tracking = loaded.sequence.tracking;
+  if (loaded.simulated.has_value()) {
+    const simulation::FeatureSimulationCounts& counts = *loaded.simulated;
+    info.simulated = {{"point_tracks", counts.point_tracks},
+                      {"outlier_tracks", counts.outlier_tracks},
+                      {"line_tracks", counts.line_tracks},
+                      {"fragmented_lines", counts.fragmented_lines},
+                      {"misassociated_lines", counts.misassociated_lines}};
+  }
+  return info;
+}
+
+/// Reads the files that the options name and checks everything that can be known before the data
+/// are read.
+Failure prepare(AbOptions* options) {
+  if (options->hasFile()) {
+    if (std::string error = readConfiguration(options); !error.empty()) {
+      return {kExitBadInput, error};
+    }
+  }
+  if (std::string error = checkAbOptions(options); !error.empty()) return {kExitBadInput, error};
+#ifndef SLIM_INIT_HAS_BACKEND
+  if (options->downstream_s > 0.0) {
+    return {kExitBadInput,
+            "--downstream: this program was built without the back end, which needs Ceres Solver "
+            "(libceres-dev)"};
+  }
+#endif
+  return {};
+}
+
+evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
+  evaluation::ProtocolOptions protocol;
+  protocol.stride = options.stride;
+  protocol.max_windows = options.limit;
+  protocol.imu = options.initializer.imu;
+  protocol.window = options.initializer.window;
+  protocol.first_keyframes = options.first_keyframes;
+  protocol.threads = options.threads;
+  protocol.downstream_every = options.downstream_every;
+  setDownstream(options, &protocol);
+  return protocol;
+}
+
+/// Writes what the front end saw into OUT/images, in place of the images of an earlier run.
+std::string writeDebugImages(const std::string& out, const std::vector<DebugImage>& images) {
+  const fs::path folder = fs::path(out) / "images";
+  std::error_code code;
+  std::vector<fs::path> old;
+  for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
+    const std::string stem = it->path().stem().string();
+    const bool ours = it->path().extension() == ".png" &&
+                      stem.find_first_not_of("0123456789") == std::string::npos;
+    if (ours) old.push_back(it->path());
+  }
+  for (const fs::path& file : old) fs::remove(file, code);
+  if (images.empty()) return "";
+  if (std::string error = evaluation::makeReportDirectory(folder.string()); !error.empty()) {
+    return error;
+  }
+  for (const DebugImage& image : images) {
+    const fs::path path = folder / (std::to_string(image.stamp_ns) + ".png");
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    file.write(reinterpret_cast<const char*>(image.png.data()),
+               static_cast<std::streamsize>(image.png.size()));
+    file.close();
+    if (!file.good()) return path.string() + " cannot be written";
+  }
+  return "";
+}
+
+/// Every method on the same windows.
+Failure solveWindows(const AbOptions& options, const LoadedSequence& loaded,
+                     const std::vector<Method>& methods, evaluation::ProtocolResult* result) {
+  std::vector<const WindowSolver*> solvers;
+  for (const Method& method : methods) solvers.push_back(method.solver.get());
+  ProgressBar bar(loaded.sequence.name, !options.quiet);
+  if (std::string error = evaluation::runProtocol(
+          loaded.sequence, solvers, protocolOptions(options),
+          [&bar](int done, int total) { bar.update(done, total); }, result);
+      !error.empty()) {
+    return {kExitInternal, error};
+  }
+  if (result->windows.empty()) {
+    return {kExitBadInput, noWindowMessage(loaded, options, result->counts)};
+  }
+  return {};
+}
+
+/// Loads or simulates the sequence, runs every method on its windows and writes the data into
+/// options.out. `options` have been prepared.
+Failure runOnce(const AbOptions& options, AbRun* run) {
+  std::vector<Method> methods;
+  if (std::string error = makeMethods(options, &methods); !error.empty()) {
+    return {kExitInternal, error};
+  }
+  LoadedSequence loaded;
+  if (std::string error = loadSequence(options, &loaded); !error.empty()) {
+    return {kExitBadInput, error};
+  }
+  std::vector<std::string> notes = options.file_notes;
+  notes.insert(notes.end(), loaded.sequence.notes.begin(), loaded.sequence.notes.end());
+  for (const std::string& note : notes) std::cerr << "slim_init: note: " << note << "\n";
+  // Before the long part: a folder that cannot be written is best known now.
+  if (std::string error = evaluation::makeReportDirectory(options.out); !error.empty()) {
+    return {kExitInternal, "--out: " + error};
+  }
+  if (Failure failure = solveWindows(options, loaded, methods, &run->result)) return failure;
+  run->info = describeRun(options, loaded, methods, notes);
+  run->summaries = evaluation::summarize(run->result);
+  std::string error = evaluation::writeReport(options.out, run->info, run->result, run->summaries);
+  if (error.empty()) error = writeDebugImages(options.out, loaded.debug_images);
+  if (!error.empty()) return {kExitInternal, error};
+  return {};
+}
+
 }  // namespace
 
 int runAb(AbOptions options) {
-  if (options.given.count("suite") > 0) return runSuite(std::move(options));
-  if (const Failure failure = prepareCase(&options)) return fail(failure);
-  CaseResult run;
-  if (const Failure failure = runCase(options, CaseHooks(), &run)) return fail(failure);
-  if (options.quiet) return kExitOk;
-  std::cout << run.info.dataset;
-  if (!options.hasImages()) std::cout << " (" << options.world << ", seed " << options.seed << ")";
-  std::cout << "\n";
-  if (run.info.tracking.has_value()) std::cout << trackingLine(*run.info.tracking);
-  std::cout << evaluation::summaryTable(run.result, run.summaries)
-            << "\nReport: " << (std::filesystem::path(options.out) / "report.md").string() << "\n";
+  if (const Failure failure = prepare(&options)) return fail(failure);
+  AbRun run;
+  if (const Failure failure = runOnce(options, &run)) return fail(failure);
+  if (!options.quiet) {
+    std::cout << run.info.dataset;
+    if (!options.hasImages()) {
+      std::cout << " (" << options.world << ", seed " << options.seed << ")";
+    }
+    std::cout << "\n";
+    if (run.info.tracking.has_value()) std::cout << trackingLine(*run.info.tracking);
+    std::cout << evaluation::summaryTable(run.result, run.summaries) << std::flush;
+  }
+  ReportOutcome report;
+  if (options.report == "auto") report = makeReport(options.out);
+  if (report.code != kExitOk) return fail({report.code, report.message});
+  if (!report.message.empty()) std::cerr << "slim_init: note: " << report.message << "\n";
+  if (!options.quiet) {
+    const char* name = report.written ? "report.md" : "summary.json";
+    std::cout << (report.written ? "\nReport: " : "\nData: ")
+              << (fs::path(options.out) / name).string() << "\n";
+  }
   return kExitOk;
 }
 

@@ -182,8 +182,7 @@ std::string checkSource(const AbOptions& options) {
     if (!value.empty()) sources.emplace_back(name);
   }
   if (sources.empty()) {
-    return "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed, or --suite "
-           "paper";
+    return "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed";
   }
   if (sources.size() > 1) return sources[0] + " and " + sources[1] + " exclude each other";
   for (const char* name : {"options", "config", "groundtruth", "frames"}) {
@@ -199,7 +198,6 @@ std::string checkSource(const AbOptions& options) {
     const OptionScope useless =
         o.hasImages() ? OptionScope::kSimulatedFeatures : OptionScope::kImages;
     if (option.scope == useless) return "--" + option.name + " has no effect with " + sources[0];
-    if (option.scope == OptionScope::kSuite) return "--" + option.name + " is for --suite";
   }
   if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
     return "--downstream-every has no effect without --downstream";
@@ -225,7 +223,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
   constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
   constexpr OptionScope kSimulated = OptionScope::kSimulatedFeatures;
   constexpr OptionScope kImages = OptionScope::kImages;
-  constexpr OptionScope kSuite = OptionScope::kSuite;
   return {
       {"asl", &o.asl, "DIR",
        "Recording with images: ASL folder (EuRoC's layout), DIR/mav0 or DIR with cam0 and imu0",
@@ -245,15 +242,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "recorded"},
       {"builtin", &o.builtin, "NAME",
        "Simulated motion: " + join(simulation::builtinTrajectoryNames()), "builtin"},
-      {"suite", &o.suite, "NAME",
-       "A set of sequences and its tables; paper: the built-in motions, with --recorded the "
-       "recordings in that folder, with --euroc EuRoC's, as the paper tabulates them",
-       ""},
-      {"euroc", &o.euroc, "DIR",
-       "With --suite: folder of EuRoC's sequences, as ASL folders or bags (which need --config)",
-       "", 0.0, 0.0, kSuite},
-      {"quick", &o.quick, "", "With --suite: few windows, to see that all of it runs", "", 0.0, 0.0,
-       kSuite},
       {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0, 3600.0,
        kSimulated},
       {"world", &o.world, "NAME", "Scene: room, hall or corridor", "world", 0.0, 0.0, kSimulated},
@@ -300,7 +288,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"frames", &o.frames, "DIR",
        "Folder for a debug image per tracked image: points by age, lines, vanishing point", "", 0.0,
        0.0, kImages},
-      {"out", &o.out, "DIR", "Folder for the report (of a suite: out/suite)", ""},
+      {"out", &o.out, "DIR", "Folder for the data and the report", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
       {"downstream", &o.downstream_s, "SECONDS",
@@ -308,8 +296,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "downstream_s", 0.0, 600.0},
       {"downstream-every", &o.downstream_every, "N",
        "Do so in every N-th trial only, the first one included", "downstream_every", 1, 100000},
-      {"plots", &o.plots, "MODE",
-       "Pictures for the report: auto (where python3 has matplotlib) or off", ""},
+      {"report", &o.report, "MODE",
+       "report.md and report.html: auto (where python3 has pandas, matplotlib and jinja2) or off",
+       ""},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},
   };
 }
@@ -357,8 +346,8 @@ std::string checkAbOptions(AbOptions* options) {
     return "--world is '" + o.world + "', must be room, hall or corridor";
   }
   if (o.out.empty()) return "--out is empty, must name a folder";
-  if (o.plots != "auto" && o.plots != "off") {
-    return "--plots is '" + o.plots + "', must be auto or off";
+  if (o.report != "auto" && o.report != "off") {
+    return "--report is '" + o.report + "', must be auto or off";
   }
   if (std::string sentence = mergeFile(options); !sentence.empty()) return sentence;
   if (o.first_keyframes > 0 && o.gates == "off") {

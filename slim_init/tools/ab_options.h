@@ -25,15 +25,11 @@ using NamedValues = std::vector<std::pair<std::string, evaluation::OptionValue>>
 
 /// The command line of `slim_init ab`. Defaults of the simulation are those of its own structs.
 struct AbOptions {
-  // The source; exactly one of them is given, or else --suite.
-  std::string recorded;  ///< directory of a recording without pixels; of a suite: of many
+  // The source; exactly one of them is given.
+  std::string recorded;  ///< directory of a recording without pixels
   std::string builtin;   ///< name of a motion
   std::string asl;       ///< directory of a recording with pixels
   std::string bag;       ///< file of a recording with pixels
-
-  std::string suite;   ///< "paper": a set of sequences; empty: one
-  std::string euroc;   ///< directory of EuRoC's sequences, of a suite
-  bool quick = false;  ///< a suite of few windows
 
   std::string config_file;  ///< the host's configuration file; empty: none
   std::string groundtruth;  ///< of a bag; empty: the file beside it
@@ -53,7 +49,7 @@ struct AbOptions {
   bool ablation = false;
   double downstream_s = 0.0;  ///< 0: the back end is not run
   int downstream_every = evaluation::ProtocolOptions().downstream_every;
-  std::string plots = "auto";
+  std::string report = "auto";  ///< or "off"
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
 
@@ -86,7 +82,6 @@ enum class OptionScope {
   kAlways,
   kSimulatedFeatures,  ///< no effect with --asl and --bag
   kImages,             ///< no effect without them
-  kSuite,              ///< no effect without --suite
 };
 
 /// One option of `slim_init ab`. Defaults are the values of a fresh AbOptions.

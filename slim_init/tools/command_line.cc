@@ -11,6 +11,8 @@
 #include <sstream>
 #include <utility>
 
+#include "python_report.h"
+
 namespace slim_init::tools {
 namespace {
 
@@ -31,6 +33,8 @@ constexpr Subcommand kSubcommands[] = {
      CommandLine::Action::kTracks},
     {"doctor", "Check a recording and its configuration: why does it not initialize?",
      CommandLine::Action::kDoctor},
+    {"report", "Tables, pictures and HTML from the folders of one or several runs of ab",
+     CommandLine::Action::kReport},
     {"methods", "List the methods with a line each", CommandLine::Action::kMethods},
 };
 
@@ -187,6 +191,13 @@ bool has(const Given& given, const std::string& name) {
                      [&name](const auto& option) { return option.first == name; });
 }
 
+/// --suite, which `slim_init ab` had once.
+bool asksForSuite(const std::vector<std::string>& arguments) {
+  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
+    return argument == "--suite" || argument.rfind("--suite=", 0) == 0;
+  });
+}
+
 std::string setOptions(const Given& given, const std::vector<AbOption>& table) {
   for (const auto& [name, value] : given) {
     const auto option =
@@ -234,6 +245,15 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   }
 
   const std::vector<std::string> after(word + 1, arguments.end());
+  if (subcommand->action == CommandLine::Action::kReport) {
+    line->action = subcommand->action;
+    line->report = after;
+    return "";
+  }
+  if (subcommand->action == CommandLine::Action::kAb && asksForSuite(after)) {
+    return "--suite is now a Snakemake workflow (package snakemake): snakemake -s " + suiteFile() +
+           " --cores 4 --config recorded=DIR euroc=DIR out=DIR (docs/evaluation.md, Suite)";
+  }
   // Bound to the fields of `line`; their values are the defaults that the help shows.
   std::vector<AbOption> table;
   if (subcommand->action == CommandLine::Action::kAb) table = abOptionTable(&line->ab);

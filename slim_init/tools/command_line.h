@@ -13,13 +13,14 @@ namespace slim_init::tools {
 
 /// What the user wants.
 struct CommandLine {
-  enum class Action { kHelp, kVersion, kAb, kSimulate, kTracks, kDoctor, kMethods };
+  enum class Action { kHelp, kVersion, kAb, kSimulate, kTracks, kDoctor, kReport, kMethods };
   Action action = Action::kHelp;
-  std::string help;          ///< kHelp: what to print
-  AbOptions ab;              ///< kAb
-  SimulateOptions simulate;  ///< kSimulate
-  TracksOptions tracks;      ///< kTracks
-  DoctorCommand doctor;      ///< kDoctor
+  std::string help;                 ///< kHelp: what to print
+  AbOptions ab;                     ///< kAb
+  SimulateOptions simulate;         ///< kSimulate
+  TracksOptions tracks;             ///< kTracks
+  DoctorCommand doctor;             ///< kDoctor
+  std::vector<std::string> report;  ///< kReport: the arguments, which the Python package reads
 };
 
 /// Reads the arguments without the program's name. Returns an empty string, or a sentence naming

@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
@@ -69,6 +70,40 @@ std::string writeDebugImage(const std::string& folder, std::int64_t stamp_ns,
   return "--frames: " + path + " cannot be written";
 }
 
+/// Takes a few debug images, evenly over the recording, for the report.
+class DebugImagePicker {
+ public:
+  DebugImagePicker(const evaluation::ImageSequence& images, std::vector<DebugImage>* picked)
+      : picked_(picked) {
+    const std::size_t count = images.images();
+    for (std::size_t i = 0; i < kDebugImages && count > 0; ++i) {
+      due_ns_.push_back(images.imageStampNs((2 * i + 1) * count / (2 * kDebugImages)));
+    }
+  }
+
+  /// To be called after every tracked image; takes it when the next one is due.
+  void add(std::int64_t stamp_ns, const feature_tracker_lines::ImageFrontEnd& front_end) {
+    if (next_ >= due_ns_.size() || stamp_ns < due_ns_[next_]) return;
+    while (next_ < due_ns_.size() && stamp_ns >= due_ns_[next_]) ++next_;
+    DebugImage image;
+    image.stamp_ns = stamp_ns;
+    // A picture less is no reason to give up the run.
+    try {
+      if (cv::imencode(".png", front_end.debugImage(), image.png)) {
+        picked_->push_back(std::move(image));
+      }
+    } catch (const cv::Exception&) {
+    }
+  }
+
+ private:
+  static constexpr std::size_t kDebugImages = 6;
+
+  std::vector<DebugImage>* picked_;
+  std::vector<std::int64_t> due_ns_;  ///< the first image tracked from each of these on
+  std::size_t next_ = 0;
+};
+
 std::string makeFolder(const std::string& folder) {
   std::error_code code;
   fs::create_directories(folder, code);
@@ -118,12 +153,13 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
     cv::setNumThreads(1);
     evaluation::TrackingHooks hooks;
     hooks.progress = [&bar](int done, int total) { bar.update(done, total); };
-    if (!options.frames.empty()) {
-      hooks.tracked = [&options](std::int64_t stamp_ns,
-                                 const feature_tracker_lines::ImageFrontEnd& front_end) {
-        return writeDebugImage(options.frames, stamp_ns, front_end.debugImage());
-      };
-    }
+    DebugImagePicker picker(*images, &loaded->debug_images);
+    hooks.tracked = [&](std::int64_t stamp_ns,
+                        const feature_tracker_lines::ImageFrontEnd& front_end) {
+      picker.add(stamp_ns, front_end);
+      if (options.frames.empty()) return std::string();
+      return writeDebugImage(options.frames, stamp_ns, front_end.debugImage());
+    };
     if (std::string sentence =
             evaluation::trackImages(images.get(), config.camera, config.calibration,
                                     config.front_end, hooks, &sequence.frames, &tracking);

@@ -11,6 +11,7 @@
 #include "doctor.h"
 #include "exit_code.h"
 #include "methods.h"
+#include "python_report.h"
 #include "shell_line.h"
 #include "simulate.h"
 #include "tracks.h"
@@ -41,6 +42,7 @@ int run(int argc, char** argv) {
     case CommandLine::Action::kSimulate: return slim_init::tools::runSimulate(line.simulate);
     case CommandLine::Action::kDoctor: return slim_init::tools::runDoctor(line.doctor);
     case CommandLine::Action::kTracks: return slim_init::tools::runTracks(line.tracks);
+    case CommandLine::Action::kReport: return slim_init::tools::runReport(line.report);
     case CommandLine::Action::kAb: break;
   }
   // For the report, so that the run can be repeated by copying the line.

@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "evaluation/html_check.h"
 #include "evaluation/scratch_folder.h"
 
 namespace slim_init::evaluation {
@@ -171,10 +170,10 @@ TEST(Summary, NumbersThatDoNotExistAreNull) {
   const auto& excited = json["methods"]["none"]["excited"];
   EXPECT_EQ(excited["windows"], 0);
   EXPECT_TRUE(excited["success_rate"].is_null());
-  // The other files have empty fields and dashes.
+  // The other texts have empty fields and dashes.
   EXPECT_EQ(summaryCsv(someRun(), summaries).find("nan"), std::string::npos);
   EXPECT_EQ(windowsCsv(someRun(), result).find("nan"), std::string::npos);
-  EXPECT_EQ(reportMarkdown(someRun(), result, summaries).find("nan"), std::string::npos);
+  EXPECT_EQ(summaryTable(result, summaries).find("nan"), std::string::npos);
   EXPECT_NE(summaryTable(result, summaries).find(" - "), std::string::npos);
 }
 
@@ -304,55 +303,14 @@ TEST(SummaryCsv, OneRowPerMethodAndSubset) {
   EXPECT_EQ(field(rows, 1, "success_rate"), "0.6");
 }
 
-TEST(Report, SaysWhatWasRunAndWhatWasDropped) {
-  ProtocolResult result = handMade();
-  result.dropped.imu_out_of_order = 3;
-  RunInfo info = someRun();
-  info.options.emplace_back("odd", OptionValue(std::string("a|b")));
-  const std::string text = reportMarkdown(info, result, summarize(result));
-  for (const char* part :
-       {"# A/B initialization on V9_99", "slim_init ab --something", "| pixel_noise | 0.6 |",
-        "| true gyro bias | fitted |",
-        "10 trials over 100 frames gave 5 windows, 3 of them excited", "5 (data end",
-        "0 IMU samples not finite, 3 out of order", "- a note", "## Excited windows (3)",
-        "## All windows (5)", "| hand | 60.0 |", "too_few_tracks", "a\\|b", "How to read this"}) {
-    EXPECT_NE(text.find(part), std::string::npos) << part;
-  }
-}
-
 TEST(Report, WritesItsFiles) {
   const ScratchFolder folder;
   const ProtocolResult result = handMade();
   const std::string out = folder.file("deep/er");
   ASSERT_EQ(writeReport(out, someRun(), result, summarize(result)), "");
-  for (const char* name :
-       {"windows.csv", "summary.csv", "summary.json", "report.md", "report.html"}) {
+  for (const char* name : {"windows.csv", "summary.csv", "summary.json"}) {
     EXPECT_GT(std::filesystem::file_size(out + "/" + name), 100u) << name;
   }
-}
-
-TEST(Report, ThePageHoldsWhatTheReportHolds) {
-  const ScratchFolder folder;
-  folder.write("error_cdf.png", "not a real one");
-  ProtocolResult result = handMade();
-  result.methods.emplace_back("<other>");
-  for (WindowRecord& window : result.windows) {
-    window.methods.push_back(record(InitStatus::kSuccess, true, 1.01, 5.0));
-  }
-  RunInfo info = someRun();
-  info.notes = {"rows & <columns>"};
-  info.pictures = {{"error_cdf.png", "Errors"}};
-  ASSERT_EQ(writeReportPage(folder.path(), info, result, summarize(result)), "");
-  const std::string html = readFile(folder.file("report.html"));
-  EXPECT_EQ(htmlProblem(html), "");
-  for (const char* part :
-       {"<h1>A/B initialization on V9_99</h1>", "Excited windows (3)", "All windows (5)",
-        "&lt;other&gt;", "rows &amp; &lt;columns&gt;", "src=\"data:image/png;base64,",
-        "<td class=\"name\">hand</td><td>60.0</td>", "<td><b>100.0</b></td>"}) {
-    EXPECT_NE(html.find(part), std::string::npos) << part;
-  }
-  const std::string markdown = readFile(folder.file("report.md"));
-  EXPECT_NE(markdown.find("| <other> | **100.0** |"), std::string::npos) << markdown;
 }
 
 TEST(Report, FailureToWriteIsASentence) {
@@ -371,14 +329,28 @@ TEST(Report, NamesTheProgramAndItsCommit) {
   RunInfo info = someRun();
   info.version = "9.8.7";
   const ProtocolResult result = handMade();
-  EXPECT_NE(reportMarkdown(info, result, {}).find("| program | slim_init 9.8.7 |"),
-            std::string::npos);
-  info.commit = "0123abcd";
-  EXPECT_NE(reportMarkdown(info, result, {}).find("slim_init 9.8.7, commit 0123abcd |"),
-            std::string::npos);
-  const auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
   EXPECT_EQ(json["version"], "9.8.7");
+  EXPECT_TRUE(json["commit"].is_null());
+  info.commit = "0123abcd";
+  json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
   EXPECT_EQ(json["commit"], "0123abcd");
+}
+
+TEST(Report, SummaryKeepsNotesAndRefusals) {
+  RunInfo info = someRun();
+  ProtocolResult result = handMade();
+  auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  EXPECT_FALSE(json.contains("method_notes"));
+  EXPECT_FALSE(json.contains("first_refusal"));
+  info.method_notes = {{"hand[less]", "with less"}};
+  result.first_refusal = "times go back";
+  result.dropped.imu_out_of_order = 3;
+  json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  EXPECT_EQ(json["method_notes"]["hand[less]"], "with less");
+  EXPECT_EQ(json["first_refusal"], "times go back");
+  EXPECT_EQ(json["dropped"]["imu_out_of_order"], 3);
+  EXPECT_EQ(json["dropped"]["imu_not_finite"], 0);
 }
 
 TEST(Report, AcceptedAnswersHaveErrorsOfTheirOwn) {
@@ -399,9 +371,6 @@ TEST(Report, AcceptedAnswersHaveErrorsOfTheirOwn) {
   EXPECT_NEAR(all.accept_s_median, 1.0, 1e-12);
   EXPECT_NEAR(all.accept_s_p90, 0.2 * 1.0 + 0.8 * 1.5, 1e-12);  // sorted 0.75, 1.0, 1.5
   EXPECT_EQ(all.accept_keyframes_median, 5.0);
-  const std::string text = reportMarkdown(someRun(), result, summarize(result));
-  EXPECT_NE(text.find("## Accepted answers, windows growing from 4 keyframes"), std::string::npos);
-  EXPECT_NE(text.find("| hand | 60.0 | 1.00 | 1.40 | 5 |"), std::string::npos) << text;
   const auto rows = parseCsv(windowsCsv(someRun(), result));
   EXPECT_EQ(field(rows, 2, "answer_keyframes"), "5");
   EXPECT_EQ(field(rows, 2, "answer_s"), "1");
@@ -418,13 +387,9 @@ TEST(Report, WithoutTruthThereAreNoErrorColumns) {
   const std::vector<MethodSummary> summaries = summarize(result);
   EXPECT_TRUE(std::isnan(summaries[0].all.success_rate));
   EXPECT_EQ(summaries[0].all.accepted, 3);
-  for (const std::string& text :
-       {reportMarkdown(someRun(), result, summaries), summaryTable(result, summaries)}) {
-    EXPECT_EQ(text.find("scale rmse"), std::string::npos) << text;
-    EXPECT_NE(text.find("accepted"), std::string::npos) << text;
-  }
-  EXPECT_NE(reportMarkdown(someRun(), result, summaries).find("There is no ground truth"),
-            std::string::npos);
+  const std::string text = summaryTable(result, summaries);
+  EXPECT_EQ(text.find("scale rmse"), std::string::npos) << text;
+  EXPECT_NE(text.find("accepted"), std::string::npos) << text;
   const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summaries));
   EXPECT_EQ(json["has_truth"], false);
   EXPECT_TRUE(json["methods"]["hand"]["all"]["success_rate"].is_null());
@@ -449,9 +414,6 @@ TEST(Report, PartialAnswersAreSummedByStatus) {
   EXPECT_DOUBLE_EQ(partial.gravity_max_deg, 2.5);
   EXPECT_DOUBLE_EQ(partial.gyro_bias_max_pct, 2.0);
   EXPECT_NEAR(partial.gyro_bias_vec_rmse, 0.001, 1e-15);
-  EXPECT_NE(reportMarkdown(someRun(), result, summaries)
-                .find("| hand | stationary | 3 | 1.500 | 2.500 | 2.00 | 2.00 | 0.00100 |"),
-            std::string::npos);
   const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summaries));
   EXPECT_EQ(json["methods"]["hand"]["all"]["partial"]["stationary"]["windows"], 3);
   const auto rows = parseCsv(windowsCsv(someRun(), result));
@@ -472,27 +434,17 @@ TEST(Report, TellsWhatTheFrontEndDid) {
   info.tracking->line_detector = "EDLines";
   info.simulated = {{"outlier_tracks", 17}};
   const ProtocolResult result = handMade();
-  const std::string text = reportMarkdown(info, result, summarize(result));
-  for (const char* part : {"65 of 70 images tracked", "5 unreadable", "| points | 123 |",
-                           "median 6.25", "points 2.50", "EDLines", "outlier_tracks 17"}) {
-    EXPECT_NE(text.find(part), std::string::npos) << part;
-  }
   const auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  EXPECT_EQ(json["tracking"]["images"], 70);
+  EXPECT_EQ(json["tracking"]["tracked"], 65);
   EXPECT_EQ(json["tracking"]["unreadable"], 5);
+  EXPECT_EQ(json["tracking"]["points"], 123.0);
+  EXPECT_EQ(json["tracking"]["lines_carried"], 45.0);
+  EXPECT_EQ(json["tracking"]["total_ms_median"], 6.25);
+  EXPECT_EQ(json["tracking"]["line_detector"], "EDLines");
   EXPECT_TRUE(json["tracking"]["points_p10"].is_null());
   EXPECT_EQ(json["tracking"]["stages_ms_median"]["points"], 2.5);
   EXPECT_EQ(json["simulated"]["outlier_tracks"], 17);
-}
-
-TEST(Report, ShowsPicturesOrSaysWhyNot) {
-  RunInfo info = someRun();
-  const ProtocolResult result = handMade();
-  EXPECT_EQ(reportMarkdown(info, result, {}).find("## Pictures"), std::string::npos);
-  info.picture_note = "There are none.";
-  EXPECT_NE(reportMarkdown(info, result, {}).find("## Pictures\n\nThere are none."),
-            std::string::npos);
-  info.pictures = {{"a.png", "A title"}};
-  EXPECT_NE(reportMarkdown(info, result, {}).find("![A title](a.png)"), std::string::npos);
 }
 
 TEST(Report, TheTerminalSeesTheVerdicts) {
@@ -503,11 +455,37 @@ TEST(Report, TheTerminalSeesTheVerdicts) {
       << text;
 }
 
-TEST(Report, VariantsAreExplained) {
-  RunInfo info = someRun();
-  info.method_notes = {{"hand[less]", "with less"}};
-  const ProtocolResult result = handMade();
-  EXPECT_NE(reportMarkdown(info, result, {}).find("- `hand[less]`: with less"), std::string::npos);
+/// The line of the terminal's main table (all windows) that begins with the name.
+std::string tableLine(const std::string& text, const std::string& name) {
+  const std::size_t block = text.find("in all\n");
+  const std::size_t begin = text.find("\n  " + name, block) + 1;
+  return text.substr(begin, text.find('\n', begin) - begin);
+}
+
+TEST(Report, TheTerminalTableIsAlignedAndMarksTheBest) {
+  ProtocolResult result = handMade();
+  result.methods = {"hand", "better", "none"};
+  for (WindowRecord& window : result.windows) {
+    window.methods.push_back(record(InitStatus::kSuccess, true, 1.01, 5.0));
+    window.methods.push_back(record(InitStatus::kTooFewTracks, false, 0.0, 1.0));
+  }
+  std::vector<MethodSummary> summaries = summarize(result);
+  std::string text = summaryTable(result, summaries);
+  EXPECT_EQ(tableLine(text, "method").find("  method  success %  scale rmse  "), 0u) << text;
+  EXPECT_EQ(tableLine(text, "hand").find("  hand         60.0      0.2327  "), 0u) << text;
+  EXPECT_EQ(tableLine(text, "better").find("  better     100.0*     0.0100*  "), 0u) << text;
+  EXPECT_EQ(tableLine(text, "none").find("  none          0.0           -  "), 0u) << text;
+  EXPECT_EQ(tableLine(text, "hand").size(), tableLine(text, "method").size());
+  // Best are all that show the same figure, and none where all do.
+  summaries[2].all.success_rate = 0.9999;
+  EXPECT_NE(tableLine(summaryTable(result, summaries), "none").find(" 100.0*"), std::string::npos);
+  summaries[0].all.success_rate = 1.0;
+  text = summaryTable(result, summaries);
+  for (const char* name : {"hand", "better", "none"}) {
+    const std::string success = tableLine(text, name).substr(0, 20);
+    EXPECT_EQ(success.find("100.0*"), std::string::npos) << text;
+    EXPECT_NE(success.find("100.0"), std::string::npos) << text;
+  }
 }
 
 }  // namespace

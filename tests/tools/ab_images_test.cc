@@ -3,6 +3,7 @@
 // `slim_init ab` on recordings with images, as a user runs it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -65,7 +66,7 @@ TEST(AbAsl, RunsFromPixelsToTheReport) {
   EXPECT_EQ(all["windows"], 4);
   EXPECT_EQ(all["attempted"], 4);
   EXPECT_GE(all["success"].get<int>(), 3);
-  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "81 of 81 images tracked"));
+  EXPECT_TRUE(contains(run.out, "81 of 81 images tracked")) << run.out;
 
   // A debug image per tracked image, named by its stamp.
   int pictures = 0;
@@ -78,6 +79,32 @@ TEST(AbAsl, RunsFromPixelsToTheReport) {
       cv::imread(folder.file("frames/") + std::to_string(Wall::kT0Ns + 50000000) + ".png");
   EXPECT_EQ(picture.size(), cv::Size(320, 240));
   EXPECT_EQ(picture.channels(), 3);
+}
+
+/// Names of the files in a folder, in order.
+std::vector<std::string> filesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST(AbAsl, LeavesAFewDebugImagesInPlaceOfThoseOfAnEarlierRun) {
+  const ScratchFolder folder;
+  Wall::writeAsl(folder.file("wall"));
+  fs::create_directories(folder.file("out/images"));
+  folder.write("out/images/17.png", "of an earlier run");
+  folder.write("out/images/mine.png", "of the user");
+  ASSERT_EQ(ab(folder, "out", {"--asl", folder.file("wall"), "--methods", "drt-l"}).exit_code, 0);
+  std::vector<std::string> names;
+  for (const int k : {6, 20, 33, 47, 60, 74}) {  // of 81 images
+    names.push_back(std::to_string(Wall::kT0Ns + 50000000LL * k) + ".png");
+    EXPECT_EQ(cv::imread(folder.file("out/images/") + names.back()).size(), cv::Size(320, 240));
+  }
+  names.push_back("mine.png");
+  EXPECT_EQ(filesIn(folder.file("out/images")), names);
 }
 
 TEST(AbAsl, EqualRunsGiveEqualWindows) {

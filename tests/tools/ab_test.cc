@@ -93,7 +93,14 @@ const std::vector<BadCommand>& badCommands() {
       {"DurationShort", {"ab", "--builtin", "circle", "--duration", "2.9"}, {"[3, 3600]"}},
       {"DurationInfinite", {"ab", "--builtin", "circle", "--duration", "inf"}, {"--duration"}},
       {"OutliersAboveOne", {"ab", "--builtin", "circle", "--outliers", "1.01"}, {"[0, 1]"}},
-      {"PlotsMode", {"ab", "--builtin", "circle", "--plots", "3d"}, {"--plots is '3d'"}},
+      {"ReportMode", {"ab", "--builtin", "circle", "--report", "3d"}, {"--report is '3d'"}},
+      {"Suite",
+       {"ab", "--suite", "paper", "--recorded", "x"},
+       {"Snakemake", "snakemake -s ", "/suite/Snakefile --cores"}},
+      {"SuiteAfterEquals", {"ab", "--suite=paper"}, {"snakemake -s "}},
+      {"DownstreamEveryAlone",
+       {"ab", "--builtin", "circle", "--downstream-every", "2"},
+       {"--downstream-every has no effect without --downstream"}},
       {"IntervalZero", {"ab", "--builtin", "circle", "--interval", "0"}, {"'0'", "[0.01, 2]"}},
       {"KeyframesShrink",
        {"ab", "--builtin", "circle", "--keyframes", "9..4"},
@@ -171,7 +178,7 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
                            "--groundtruth FILE",
                            "--frames DIR",
                            "--ablation",
-                           "--plots MODE (=auto)",
+                           "--report MODE (=auto)",
                            "--limit N (=0)",
                            "--points N (=100)",
                            "--lines N (=25)",
@@ -199,7 +206,7 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
   EXPECT_EQ(run.err, "");
 }
 
-TEST(Ab, BuiltinRunWritesTheReport) {
+TEST(Ab, BuiltinRunWritesItsData) {
   const ScratchFolder folder;
   const std::string out = folder.file("out");
   const ProgramRun run = runProgram(folder, {"ab", "--builtin", "figure-eight", "--duration", "8",
@@ -208,7 +215,7 @@ TEST(Ab, BuiltinRunWritesTheReport) {
   EXPECT_EQ(run.err, "");  // no progress bar in a pipe
   EXPECT_FALSE(contains(run.out, "\r"));
   EXPECT_TRUE(contains(run.out, "drt-l")) << run.out;
-  EXPECT_TRUE(contains(run.out, "Report: " + out + "/report.md")) << run.out;
+  EXPECT_TRUE(contains(run.out, "Data: " + out + "/summary.json")) << run.out;
 
   const auto json = nlohmann::json::parse(readFile(out + "/summary.json"));
   EXPECT_EQ(json["dataset"], "figure-eight");
@@ -219,7 +226,8 @@ TEST(Ab, BuiltinRunWritesTheReport) {
   // 8 s at 20 Hz: frames 0 to 160, windows of 45 frame intervals start at 0, 10, .. 110.
   EXPECT_EQ(all["windows"], 12);
   EXPECT_GE(all["success_rate"].get<double>(), 0.5);
-  EXPECT_TRUE(contains(readFile(out + "/report.md"), "## Excited windows"));
+  EXPECT_FALSE(std::filesystem::exists(out + "/report.md"));  // --report off
+  EXPECT_FALSE(std::filesystem::exists(out + "/images"));     // there were none
   EXPECT_TRUE(contains(readFile(out + "/summary.csv"), "figure-eight,drt-l,excited"));
 }
 
@@ -257,7 +265,6 @@ TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
   EXPECT_GE(all["accept_s_median"].get<double>(), 0.75);
   EXPECT_LT(all["accept_s_median"].get<double>(), 2.25);
   EXPECT_GE(all["accept_s_p90"].get<double>(), all["accept_s_median"].get<double>());
-  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "time to accept s, median"));
 }
 
 TEST(Ab, TheIntervalSpacesTheKeyframes) {
@@ -287,7 +294,8 @@ TEST(Ab, AblationRunsVariantsBesideTheirMethod) {
   }
   EXPECT_NE(json["methods"]["slim-paper"]["all"]["scale_rmse"],
             json["methods"]["slim-paper[points-only]"]["all"]["scale_rmse"]);
-  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "`slim-paper[no-vp]`: without"));
+  EXPECT_TRUE(contains(json["method_notes"]["slim-paper[no-vp]"].get<std::string>(), "without"));
+  EXPECT_FALSE(json["method_notes"].contains("slim-paper"));
 }
 
 TEST(Ab, AblationOfSlimChangesOneThingAtATime) {
@@ -308,20 +316,74 @@ TEST(Ab, AblationOfSlimChangesOneThingAtATime) {
   }
 }
 
-TEST(Ab, PicturesAreDrawnOrTheReportSaysWhyNot) {
+/// With a folder in which the first python3 of the path is this script.
+ProgramRun runWithPython(const ScratchFolder& folder, const std::string& script,
+                         const std::vector<std::string>& arguments) {
+  folder.write("bin/python3", script);
+  std::filesystem::permissions(folder.file("bin/python3"), std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", (folder.file("bin") + ":" + path).c_str(), 1);
+  const ProgramRun run = runProgram(folder, arguments);
+  setenv("PATH", path.c_str(), 1);
+  return run;
+}
+
+/// Notes its arguments in called.txt and exits with `code`; with --check with 0.
+std::string pythonThatExits(const ScratchFolder& folder, int code) {
+  return "#!/bin/sh\necho \"$PYTHONPATH $*\" >> \"" + folder.file("called.txt") +
+         "\"\ncase \"$*\" in *--check) exit 0;; esac\necho a report; exit " + std::to_string(code) +
+         "\n";
+}
+
+const std::vector<std::string> kShortRun = {"ab", "--builtin", "circle", "--duration",
+                                            "4",  "--methods", "drt-l",  "--out"};
+
+TEST(AbReport, IsWrittenByThePythonPackageBesideTheProgram) {
   const ScratchFolder folder;
-  const ProgramRun run =
-      runProgram(folder, {"ab", "--builtin", "circle", "--duration", "5", "--methods", "drt-l",
-                          "--plots", "auto", "--quiet", "--out", folder.file("out")});
+  std::filesystem::create_directories(folder.file("bin"));
+  std::vector<std::string> arguments = kShortRun;
+  arguments.insert(arguments.end(), {folder.file("out"), "--report", "auto"});
+  const ProgramRun run = runWithPython(folder, pythonThatExits(folder, 0), arguments);
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const std::string report = readFile(folder.file("out/report.md"));
-  const bool drawn = std::filesystem::exists(folder.file("out/error_cdf.png"));
-  for (const char* picture : {"trajectory.png", "error_cdf.png", "solve_time.png"}) {
-    EXPECT_EQ(std::filesystem::exists(folder.file("out/") + picture), drawn) << picture;
-    EXPECT_EQ(contains(report, picture), drawn) << picture;
-  }
-  EXPECT_EQ(contains(report, "There are no pictures: they need python3 with matplotlib"), !drawn);
-  EXPECT_TRUE(std::filesystem::exists(folder.file("out/plot_report.py")));
+  EXPECT_EQ(run.err, "");
+  EXPECT_TRUE(contains(run.out, "\nReport: " + folder.file("out/report.md"))) << run.out;
+  EXPECT_FALSE(contains(run.out, "a report")) << run.out;
+  const std::string called = readFile(folder.file("called.txt"));
+  EXPECT_TRUE(contains(called, "share/slim_init/python")) << called;
+  EXPECT_TRUE(contains(called, "-m slim_init_report -- " + folder.file("out") + "\n")) << called;
+}
+
+TEST(AbReport, OneThatFailsExitsWithOneAndKeepsTheData) {
+  const ScratchFolder folder;
+  std::filesystem::create_directories(folder.file("bin"));
+  std::vector<std::string> arguments = kShortRun;
+  arguments.insert(arguments.end(), {folder.file("out"), "--report", "auto"});
+  const ProgramRun run = runWithPython(folder, pythonThatExits(folder, 1), arguments);
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_TRUE(contains(run.err, "the report in " + folder.file("out") + " could not be written"))
+      << run.err;
+  EXPECT_TRUE(std::filesystem::exists(folder.file("out/windows.csv")));
+}
+
+TEST(AbReport, OffCallsNoPython) {
+  const ScratchFolder folder;
+  std::filesystem::create_directories(folder.file("bin"));
+  std::vector<std::string> arguments = kShortRun;
+  arguments.insert(arguments.end(), {folder.file("out"), "--report", "off"});
+  const ProgramRun run = runWithPython(folder, pythonThatExits(folder, 1), arguments);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(folder.file("called.txt")));
+}
+
+TEST(AbReport, TheSubcommandHandsOnItsArgumentsAndTheExitCode) {
+  const ScratchFolder folder;
+  std::filesystem::create_directories(folder.file("bin"));
+  const ProgramRun run =
+      runWithPython(folder, pythonThatExits(folder, 2), {"report", "--suite", "a b", "--out", "c"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.out, "a report\n");
+  const std::string called = readFile(folder.file("called.txt"));
+  EXPECT_TRUE(contains(called, "-m slim_init_report --suite a b --out c\n")) << called;
 }
 
 TEST(Ab, ReportNamesTheProgram) {
@@ -407,7 +469,6 @@ TEST(AbOptionsFile, ASwitchedTermChangesItsMethodOnly) {
   EXPECT_EQ(options["options"], folder.file("no_vp.yaml"));
   EXPECT_EQ(options["slim_init.slim_paper.use_vp"], 0);
   EXPECT_EQ(options["keyframes"], 10);
-  EXPECT_TRUE(contains(readFile(folder.file("no_vp/report.md")), "no_vp.yaml"));
 }
 
 TEST(AbOptionsFile, TheCommandLineWins) {
@@ -468,7 +529,8 @@ TEST(AbOptionsFile, KeysWithoutEffectAreNoted) {
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_TRUE(contains(run.err, "slim_init: note: ")) << run.err;
   EXPECT_TRUE(contains(run.err, "not used here: slim_init.sigma_px (")) << run.err;
-  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "slim_init.sigma_px")) << run.err;
+  const std::string notes = summaryOf(folder, "out")["notes"].dump();
+  EXPECT_TRUE(contains(notes, "slim_init.sigma_px")) << notes;
 }
 
 TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
@@ -533,7 +595,7 @@ TEST(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
                                        "--out", folder.file("out")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(contains(run.err, "imu0.csv has 1 IMU gap longer than 0.05 s")) << run.err;
-  EXPECT_TRUE(contains(readFile(folder.file("out/report.md")), "1 IMU gap longer")) << run.err;
+  EXPECT_TRUE(contains(readFile(folder.file("out/summary.json")), "1 IMU gap longer"));
 
   writeRecording(folder, 4.2, 0.3);  // 2 s before the gap and 1.9 s after it: no window fits
   run = runProgram(folder, {"ab", "--recorded", folder.path(), "--out", folder.file("out")});

@@ -20,12 +20,12 @@ struct ProgramRun {
   std::string err;
 };
 
-/// Arguments are plain words of the test; quoting keeps scratch paths with spaces whole. Pictures
-/// are drawn only where a test asks for them: they take longer than most runs.
+/// Arguments are plain words of the test; quoting keeps scratch paths with spaces whole. The
+/// report in Python is written only where a test asks for it: it takes longer than most runs.
 inline ProgramRun runProgram(const ScratchFolder& folder, std::vector<std::string> arguments) {
   if (arguments.size() > 1 && arguments.front() == "ab" &&
-      std::find(arguments.begin(), arguments.end(), "--plots") == arguments.end()) {
-    arguments.insert(arguments.begin() + 1, {"--plots", "off"});
+      std::find(arguments.begin(), arguments.end(), "--report") == arguments.end()) {
+    arguments.insert(arguments.begin() + 1, {"--report", "off"});
   }
   std::string command = "\"" SLIM_INIT_PROGRAM "\"";
   for (const std::string& argument : arguments) command += " \"" + argument + "\"";

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "ordered_tasks.h"
-#include "slim_init/evaluation/journal.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/keyframe_window.h"
 
@@ -266,16 +265,6 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
   return true;
 }
 
-/// The record of a window that was solved in an earlier run; null where there is none. The
-/// journal's fingerprint vouches for the options, this for the data.
-const WindowRecord* solvedBefore(const WindowJournal* journal, const WindowRecord& window,
-                                 std::size_t methods) {
-  const WindowRecord* record = journal != nullptr ? journal->find(window.trial) : nullptr;
-  const bool same = record != nullptr && record->t_start_ns == window.t_start_ns &&
-                    record->keyframes == window.keyframes && record->methods.size() == methods;
-  return same ? record : nullptr;
-}
-
 }  // namespace
 
 std::string ProtocolOptions::validate() const {
@@ -320,44 +309,33 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
   std::vector<double> times_before;
-  std::string error;
   OrderedTasks tasks(options.threads);  // last, so that it ends before what its tasks refer to
 
-  for (int index = 0; index < trials && error.empty(); ++index) {
+  for (int index = 0; index < trials; ++index) {
     if (options.max_windows > 0 && counts.windows >= options.max_windows) break;
     const auto trial = std::make_shared<Trial>();
     trial->record.trial = index;
     trial->cut =
         cutter.cut(static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride),
                    &result->dropped);
-    std::function<void()> solve, keep;
-    if (countTrial(sequence, &times_before, trial.get(), result)) {
-      if (const WindowRecord* before =
-              solvedBefore(options.journal, trial->record, solvers.size())) {
-        ++result->from_journal;
-        keep = [result, before] { result->windows.push_back(*before); };
-      } else {
-        solve = [&, trial] {
-          trial->record.excitation = measureExcitation(trial->cut.full());
-          trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
-          for (const WindowSolver* solver : solvers) {
-            trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));
-          }
-        };
-        keep = [&, trial] {
-          if (options.journal != nullptr) error = options.journal->append(trial->record);
-          result->windows.push_back(std::move(trial->record));
-        };
-      }
+    const bool is_window = countTrial(sequence, &times_before, trial.get(), result);
+    std::function<void()> solve;
+    if (is_window) {
+      solve = [&, trial] {
+        trial->record.excitation = measureExcitation(trial->cut.full());
+        trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
+        for (const WindowSolver* solver : solvers) {
+          trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));
+        }
+      };
     }
-    tasks.add(solve, [&, index, keep] {
-      if (!error.empty()) return;
-      if (keep) keep();
+    tasks.add(solve, [&, index, is_window, trial] {
+      if (is_window) result->windows.push_back(std::move(trial->record));
       if (progress) progress(std::min(index + 1, expected), expected);
     });
   }
-  if (error.empty()) tasks.finishAll();
-  return error;
+  tasks.finishAll();
+  return "";
 }
 
 }  // namespace slim_init::evaluation

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <utility>
 
-#include "method_lists.h"
 #include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
@@ -163,38 +162,29 @@ class SubsetCollector {
   std::vector<double> accepted_scale_, accepted_gravity_, accepted_velocity_;
 };
 
-}  // namespace
-
-std::vector<MethodSummary> summarize(const ProtocolResult& result) {
-  return summarize(std::vector<const ProtocolResult*>{&result});
-}
-
-std::vector<MethodSummary> summarize(const std::vector<const ProtocolResult*>& sequences) {
-  std::vector<MethodSummary> summaries;
-  for (const std::string& name : methodsOf(sequences)) {
-    SubsetCollector all;
-    SubsetCollector excited;
-    bool has_truth = true;
-    for (const ProtocolResult* sequence : sequences) {
-      const int method = indexOf(*sequence, name);
-      if (method < 0) continue;
-      has_truth = has_truth && sequence->has_truth;
-      for (const WindowRecord& window : sequence->windows) {
-        const MethodRecord& record = window.methods[static_cast<std::size_t>(method)];
-        all.add(record);
-        if (window.excitation.excited) excited.add(record);
-      }
-    }
-    summaries.push_back({name, all.summary(has_truth), excited.summary(has_truth)});
-  }
-  return summaries;
-}
-
+/// Writes a file anew. Returns an empty string, or a message naming it.
 std::string writeText(const std::string& file, const std::string& text) {
   std::ofstream out(file, std::ios::binary | std::ios::trunc);
   out << text;
   out.close();
   return out.good() ? "" : file + " cannot be written";
+}
+
+}  // namespace
+
+std::vector<MethodSummary> summarize(const ProtocolResult& result) {
+  std::vector<MethodSummary> summaries;
+  for (std::size_t method = 0; method < result.methods.size(); ++method) {
+    SubsetCollector all;
+    SubsetCollector excited;
+    for (const WindowRecord& window : result.windows) {
+      all.add(window.methods[method]);
+      if (window.excitation.excited) excited.add(window.methods[method]);
+    }
+    summaries.push_back(
+        {result.methods[method], all.summary(result.has_truth), excited.summary(result.has_truth)});
+  }
+  return summaries;
 }
 
 std::string makeReportDirectory(const std::string& directory) {
@@ -213,16 +203,6 @@ std::string writeReport(const std::string& directory, const RunInfo& info,
   if (error.empty()) error = writeText(base / "windows.csv", windowsCsv(info, result));
   if (error.empty()) error = writeText(base / "summary.csv", summaryCsv(info, summaries));
   if (error.empty()) error = writeText(base / "summary.json", summaryJson(info, result, summaries));
-  return error.empty() ? writeReportPage(directory, info, result, summaries) : error;
-}
-
-std::string writeReportPage(const std::string& directory, const RunInfo& info,
-                            const ProtocolResult& result,
-                            const std::vector<MethodSummary>& summaries) {
-  const Page page = reportPage(info, result, summaries);
-  const fs::path base(directory);
-  std::string error = writeText(base / "report.md", pageMarkdown(page));
-  if (error.empty()) error = writeText(base / "report.html", pageHtml(page, directory));
   return error;
 }
 

@@ -303,6 +303,11 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
   if (result.first_keyframes > 0) json["first_keyframes"] = result.first_keyframes;
   json["version"] = info.version;
   json["commit"] = info.commit.empty() ? Json(nullptr) : Json(info.commit);
+  if (!result.first_refusal.empty()) json["first_refusal"] = result.first_refusal;
+  if (!info.method_notes.empty()) {
+    Json& notes = json["method_notes"] = Json::object();
+    for (const auto& [name, note] : info.method_notes) notes[name] = note;
+  }
   if (info.tracking.has_value()) json["tracking"] = jsonTracking(*info.tracking);
   if (!info.simulated.empty()) {
     Json& simulated = json["simulated"] = Json::object();

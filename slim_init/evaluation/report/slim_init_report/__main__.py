@@ -33,7 +33,7 @@ def parse(arguments):
     parser.add_argument("--suite", action="store_true",
                         help="the report over several runs also for a single folder")
     parser.add_argument("--note", action="append", default=[], metavar="TEXT",
-                        help="a sentence for the report over several runs; may be repeated")
+                        help="a line for the report over several runs; may be repeated")
     parser.add_argument("--command", default="", metavar="TEXT",
                         help="how the runs were made, for the same report")
     parser.add_argument("--check", action="store_true",

@@ -122,7 +122,7 @@ def _write_comparisons(comparisons, path):
 
 def build(runs, out, notes=(), command=""):
     """Draws the pictures, writes comparisons.csv into `out` and returns the context of the
-    template. notes: sentences about what was not run; command: how the runs were made."""
+    template. notes: lines about what was not run; command: how the runs were made."""
     groups = group_runs(runs)
     plain = [group for group in groups if not group.ablation]
     real = [group for group in plain if group.kind != "builtin"]

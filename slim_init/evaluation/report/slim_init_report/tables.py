@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 # Characters of a name before it is wrapped.
-NAME_WIDTH = 30
+NAME_WIDTH = 18
 # Room between two columns, in characters.
 GAP = 2
 

@@ -17,8 +17,6 @@
 
 namespace slim_init::evaluation {
 
-class WindowJournal;  // journal.h
-
 inline constexpr int kMaxThreads = 256;
 
 struct ProtocolOptions {
@@ -36,9 +34,6 @@ struct ProtocolOptions {
   int downstream_every = 1;
   /// Windows solved at the same time. Answers and their order do not depend on it; wall times do.
   int threads = 1;
-  /// Windows that it holds are taken from it, the others are appended as they are finished, in
-  /// order. Null: none. Must outlive the run.
-  WindowJournal* journal = nullptr;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
   std::string validate() const;
@@ -97,7 +92,6 @@ struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;
   ProtocolCounts counts;
-  int from_journal = 0;         ///< windows that were not solved but taken from the journal
   std::string first_refusal;    ///< sentence of the first trial counted as invalid
   int first_keyframes = 0;      ///< of the anytime protocol; 0 without it
   bool has_truth = true;        ///< false: no error of any window was computed
@@ -113,8 +107,8 @@ using ProgressCallback = std::function<void(int done, int total)>;
 /// from a fresh KeyframeWindow and handed to every solver in turn, on one thread. A trial whose
 /// data end before its longest window is full does not count, for any method. With several threads
 /// different windows are solved at the same time, so solvers and options.downstream must allow
-/// parallel calls (WindowSolver promises that). Returns an empty string, or a sentence when options
-/// or sequence cannot be used or the journal cannot be written.
+/// parallel calls (WindowSolver promises that). Returns an empty string, or a message when options
+/// or sequence cannot be used.
 std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
                         const ProtocolOptions& options, const ProgressCallback& progress,
                         ProtocolResult* result);

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Statistics over windows, and the files that hold them. Definitions: docs/evaluation.md.
+// Statistics over windows, and the files that hold them. Definitions: docs/evaluation.md. Tables,
+// pictures and comparisons are made from these files by the Python package in
+// slim_init/evaluation/report.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +13,6 @@
 #include <variant>
 #include <vector>
 
-#include "slim_init/evaluation/page.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/sequence.h"
 
@@ -102,11 +103,6 @@ struct MethodSummary {
 /// Statistics of every method, in the order of result.methods.
 std::vector<MethodSummary> summarize(const ProtocolResult& result);
 
-/// Statistics of every method over the windows of several sequences together, in the order in which
-/// `sequences` first name them. A method that did not run on a sequence has that many windows less.
-/// Success rates do not exist where one of a method's sequences has no truth.
-std::vector<MethodSummary> summarize(const std::vector<const ProtocolResult*>& sequences);
-
 using OptionValue = std::variant<std::int64_t, double, std::string, std::vector<std::string>>;
 
 /// A number with a name, for a table of counts.
@@ -123,11 +119,8 @@ struct RunInfo {
   std::vector<std::string> notes;
   std::optional<TrackingSummary> tracking;  ///< where the features come from images
   std::vector<NamedCount> simulated;        ///< what was simulated; empty with images
-  /// What a method of that name is, one sentence each; empty: the names speak for themselves.
+  /// What a variant of a method changes, by the variant's name; empty without variants.
   std::vector<std::pair<std::string, std::string>> method_notes;
-  /// Files of pictures in the report's folder, with a title each.
-  std::vector<std::pair<std::string, std::string>> pictures;
-  std::string picture_note;  ///< a sentence where there are none
 };
 
 /// The files as text.
@@ -135,33 +128,15 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result);
 std::string summaryCsv(const RunInfo& info, const std::vector<MethodSummary>& summaries);
 std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
                         const std::vector<MethodSummary>& summaries);
-std::string reportMarkdown(const RunInfo& info, const ProtocolResult& result,
-                           const std::vector<MethodSummary>& summaries);
-
-/// The report as a page; info.pictures are named relative to its folder.
-Page reportPage(const RunInfo& info, const ProtocolResult& result,
-                const std::vector<MethodSummary>& summaries);
-/// A paragraph on what the figures of every report mean.
-std::string howToRead();
 
 /// The main table for a terminal, one block per subset, and the verdicts.
 std::string summaryTable(const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
 
-/// Writes report.md and report.html alone, for example when their pictures have been drawn from
-/// windows.csv. Returns an empty string, or a sentence naming the file.
-std::string writeReportPage(const std::string& directory, const RunInfo& info,
-                            const ProtocolResult& result,
-                            const std::vector<MethodSummary>& summaries);
-
-/// Writes a file anew. Returns an empty string, or a sentence naming it.
-std::string writeText(const std::string& file, const std::string& text);
-
-/// Makes `directory` with its parents. Returns an empty string, or a sentence naming the path.
+/// Makes `directory` with its parents. Returns an empty string, or a message naming the path.
 std::string makeReportDirectory(const std::string& directory);
 
-/// Writes windows.csv, summary.csv, summary.json, report.md and report.html into `directory`, which
-/// is made when missing. Returns an empty string, or a sentence naming the file that could not be
-/// written.
+/// Writes windows.csv, summary.csv and summary.json into `directory`, which is made when missing.
+/// Returns an empty string, or a message naming the file that could not be written.
 std::string writeReport(const std::string& directory, const RunInfo& info,
                         const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
 

@@ -1,0 +1,150 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The short tables of a run for a terminal. All others are made by the Python package in
+// slim_init/evaluation/report.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "slim_init/evaluation/report.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+using Subset = SubsetSummary MethodSummary::*;
+
+enum class Best { kNone, kLowest, kHighest };
+
+/// A figure of one method over one set of windows.
+struct Column {
+  const char* title;
+  bool needs_truth;  ///< left out of the tables of a sequence without truth
+  Best best;
+  const char* pattern;  ///< of printf
+  double SubsetSummary::*real;
+  int SubsetSummary::*count = nullptr;  ///< in place of `real`
+  double factor = 1.0;
+};
+
+using S = SubsetSummary;
+constexpr Column kAccuracy[] = {
+    {"success %", true, Best::kHighest, "%.1f", &S::success_rate, nullptr, 100.0},
+    {"scale rmse", true, Best::kLowest, "%.4f", &S::scale_rmse},
+    {"median", true, Best::kLowest, "%.4f", &S::scale_median},
+    {"p90", true, Best::kLowest, "%.4f", &S::scale_p90},
+    {"gravity deg", true, Best::kLowest, "%.3f", &S::gravity_rmse_deg},
+    {"speed m/s", true, Best::kLowest, "%.4f", &S::velocity_rmse},
+    {"velocity m/s", true, Best::kLowest, "%.4f", &S::velocity_vec_rmse},
+    {"pose m", true, Best::kLowest, "%.4f", &S::pose_rmse},
+    {"gyro bias %", true, Best::kLowest, "%.2f", &S::gyro_bias_err_pct},
+    {"accepted", false, Best::kNone, "%.0f", nullptr, &S::accepted},
+    {"of them < 0.1 %", true, Best::kHighest, "%.1f", &S::accepted_within_0_1_rate, nullptr, 100.0},
+    {"solve ms", false, Best::kNone, "%.3f", &S::solve_cpu_ms_median}};
+constexpr Column kDownstream[] = {
+    {"runs", false, Best::kNone, "%.0f", nullptr, &S::downstream_runs},
+    {"diverged %", false, Best::kLowest, "%.1f", &S::downstream_divergence_rate, nullptr, 100.0},
+    {"ATE m, median", true, Best::kLowest, "%.3f", &S::downstream_ate_median},
+    {"p90", true, Best::kLowest, "%.3f", &S::downstream_ate_p90},
+    {"final scale error, median", true, Best::kLowest, "%.4f", &S::downstream_scale_median},
+    {"p90", true, Best::kLowest, "%.4f", &S::downstream_scale_p90}};
+
+double valueOf(const Column& column, const SubsetSummary& summary) {
+  return column.real != nullptr ? column.factor * summary.*column.real
+                                : static_cast<double>(summary.*column.count);
+}
+
+/// A dash for a number that does not exist.
+std::string cellText(const Column& column, double value) {
+  if (!std::isfinite(value)) return "-";
+  char text[64];
+  std::snprintf(text, sizeof(text), column.pattern, value);
+  return text;
+}
+
+/// The title and a text per method, a star behind the best: several stars where the best are shown
+/// by the same text, none where all are level.
+std::vector<std::string> columnTexts(const Column& column,
+                                     const std::vector<MethodSummary>& summaries, Subset subset) {
+  std::vector<double> values;
+  std::vector<std::string> texts = {column.title};
+  for (const MethodSummary& summary : summaries) {
+    values.push_back(valueOf(column, summary.*subset));
+    texts.push_back(cellText(column, values.back()));
+  }
+  std::string best;
+  double best_value = kNotComputed;
+  for (std::size_t i = 0; i < values.size() && column.best != Best::kNone; ++i) {
+    if (!std::isfinite(values[i])) continue;
+    const bool better =
+        column.best == Best::kLowest ? values[i] < best_value : values[i] > best_value;
+    if (!std::isfinite(best_value) || better) {
+      best_value = values[i];
+      best = texts[i + 1];
+    }
+  }
+  const auto level = [&best](const std::string& text) { return text == best; };
+  if (best.empty() || std::all_of(texts.begin() + 1, texts.end(), level)) return texts;
+  for (std::size_t i = 1; i < texts.size(); ++i) {
+    if (level(texts[i])) texts[i] += '*';
+  }
+  return texts;
+}
+
+template <std::size_t N>
+std::string tableText(const Column (&columns)[N], const std::vector<MethodSummary>& summaries,
+                      Subset subset, bool has_truth) {
+  std::vector<std::string> lines = {"  method"};
+  for (const MethodSummary& summary : summaries) lines.push_back("  " + summary.name);
+  std::size_t width = 0;
+  for (const std::string& line : lines) width = std::max(width, line.size());
+  for (std::string& line : lines) line.resize(width, ' ');
+  for (const Column& column : columns) {
+    if (column.needs_truth && !has_truth) continue;
+    const std::vector<std::string> texts = columnTexts(column, summaries, subset);
+    width = 0;
+    for (const std::string& text : texts) width = std::max(width, text.size());
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      lines[i] += std::string(2 + width - texts[i].size(), ' ') + texts[i];
+    }
+  }
+  std::string table;
+  for (const std::string& line : lines) table += line + "\n";
+  return table;
+}
+
+std::string verdictText(const std::vector<MethodSummary>& summaries) {
+  std::string text;
+  std::size_t width = 0;
+  for (const MethodSummary& summary : summaries) width = std::max(width, summary.name.size());
+  for (const MethodSummary& summary : summaries) {
+    text += "  " + summary.name + std::string(width - summary.name.size() + 2, ' ');
+    const char* separator = "";
+    for (const auto& [status, count] : summary.all.statuses) {
+      text += separator + status + " " + std::to_string(count);
+      separator = ", ";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string summaryTable(const ProtocolResult& result,
+                         const std::vector<MethodSummary>& summaries) {
+  std::string text;
+  for (const Subset subset : {&MethodSummary::excited, &MethodSummary::all}) {
+    const bool excited = subset == &MethodSummary::excited;
+    const int windows = summaries.empty() ? 0 : (summaries.front().*subset).windows;
+    text += (excited ? "" : "\n") + std::to_string(windows) + (excited ? " excited" : "") +
+            (windows == 1 ? " window" : " windows") + (excited ? "" : " in all") + "\n";
+    if (windows > 0) text += tableText(kAccuracy, summaries, subset, result.has_truth);
+  }
+  if (result.has_downstream) {
+    text += "\nBack end from the accepted answers, all windows\n" +
+            tableText(kDownstream, summaries, &MethodSummary::all, result.has_truth);
+  }
+  return text + "\nVerdicts, all windows\n" + verdictText(summaries);
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,104 @@
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""The program and the package together: SLIM_INIT_PROGRAM names the program."""
+import csv
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+
+from slim_init_report import data, statistics
+
+PROGRAM = os.environ["SLIM_INIT_PROGRAM"]
+
+
+class Program(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.out = os.path.join(self.scratch.name, "out")
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def run_program(self, *arguments, **more):
+        return subprocess.run([PROGRAM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              universal_newlines=True, check=False, **more)
+
+    def ab(self, *more, **environment):
+        return self.run_program("ab", "--builtin", "corridor-walk", "--world", "corridor",
+                                "--duration", "10", "--points", "12", "--outliers", "0.1",
+                                "--methods", "slim,slim-paper,drt-l", "--out", self.out, *more,
+                                **environment)
+
+    def test_ab_leaves_a_report(self):
+        run = self.ab()
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        self.assertIn("Report: %s/report.md" % self.out, run.stdout)
+        for name in ("report.md", "report.html", "windows.csv", "summary.json", "summary.csv",
+                     "trajectory.png"):
+            self.assertGreater(os.path.getsize(os.path.join(self.out, name)), 1000, name)
+        with open(os.path.join(self.out, "report.md"), encoding="utf-8") as file:
+            self.assertIn("slim_init ab --builtin corridor-walk", file.read())
+
+    def test_without_the_modules_there_is_a_line_and_the_data(self):
+        # A python that has none of them, and no other in reach.
+        folder = os.path.join(self.scratch.name, "bin")
+        os.makedirs(folder)
+        with open(os.path.join(folder, "python3"), "w", encoding="utf-8") as file:
+            file.write("#!/bin/sh\nexit 3\n")
+        os.chmod(file.name, 0o755)
+        hidden = subprocess.run(["unshare", "-rm", "true"], stdout=subprocess.DEVNULL,
+                                stderr=subprocess.DEVNULL, check=False).returncode != 0
+        if hidden:  # /usr/bin/python3 cannot be covered up without a mount of our own
+            self.skipTest("no unshare")
+        run = subprocess.run(
+            ["unshare", "-rm", "sh", "-c", 'mount --bind "$0" /usr/bin/python3 && exec "$@"',
+             file.name, PROGRAM, "ab", "--builtin", "circle", "--duration", "4", "--methods", "drt-l",
+             "--out", self.out], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            universal_newlines=True, check=False, env=dict(os.environ, PATH=folder + ":/bin:/usr/bin"))
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(run.stderr.count("\n"), 1)
+        self.assertIn("slim_init: note: no report: no python3 with pandas, matplotlib and jinja2 was "
+                      "found (packages python3-pandas, python3-matplotlib, python3-jinja2); "
+                      "`slim_init report %s` writes it later" % self.out, run.stderr)
+        self.assertIn("Data: %s/summary.json" % self.out, run.stdout)
+        self.assertFalse(os.path.exists(os.path.join(self.out, "report.md")))
+
+    def test_report_of_several_runs(self):
+        self.assertEqual(self.ab("--report", "off", "--ablation").returncode, 0)
+        self.assertFalse(os.path.exists(os.path.join(self.out, "report.md")))
+        together = os.path.join(self.scratch.name, "to gether")
+        run = self.run_program("report", "--suite", self.out, "--out", together)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        with open(os.path.join(together, "report.md"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn("## Table IV, ablation", text)
+        self.assertIn("without both line residuals", text)
+        run = self.run_program("report", os.path.join(self.scratch.name, "none"))
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("summary.json", run.stderr)
+        self.assertIn("--suite", self.run_program("report", "--help").stdout)
+
+    def test_both_compute_the_same_statistics(self):
+        self.assertEqual(self.ab("--report", "off", "--gates", "on").returncode, 0)
+        run = data.load_run(self.out)
+        with open(os.path.join(self.out, "summary.csv"), newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), 6)
+        for row in rows:
+            windows = run.windows
+            if row["subset"] == "excited":
+                windows = windows[windows["excited"]]
+            ours = statistics.summarize(windows, data.methods_of(run.windows)).loc[row["method"]]
+            self.assertEqual(set(ours.index), set(row) - {"dataset", "method", "subset"})
+            for key in ours.index:
+                theirs = float(row[key]) if row[key] else math.nan
+                if math.isnan(theirs):
+                    self.assertTrue(math.isnan(ours[key]), key)
+                else:
+                    self.assertAlmostEqual(ours[key], theirs, delta=1e-7 * abs(theirs) + 1e-12,
+                                           msg=key)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,146 @@
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""Which runs the suite makes, and with which arguments."""
+import os
+import sys
+import tempfile
+import unittest
+
+SUITE = os.path.normpath(os.path.join(os.path.dirname(__file__), "../../slim_init/evaluation/suite"))
+sys.path.insert(0, SUITE)
+import cases as suite  # noqa: E402
+
+SIMULATED = ["simulated/corridor-walk", "simulated/constant-velocity-12",
+             "simulated/constant-velocity", "simulated/pure-rotation", "simulated/hover",
+             "simulated/circle", "simulated/figure-eight"]
+
+
+def option(case, name):
+    """The value after --name, or None."""
+    return case.arguments[case.arguments.index("--" + name) + 1] if "--" + name in case.arguments \
+        else None
+
+
+class Cases(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def file(self, name):
+        """Makes an empty file with its folders; returns its path."""
+        path = os.path.join(self.scratch.name, name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w", encoding="utf-8"):
+            pass
+        return path
+
+    def cases(self, **config):
+        found, notes = suite.list_cases(dict(config))
+        return {case.name: case for case in found}, notes
+
+    def refused(self, part, **config):
+        with self.assertRaises(suite.ConfigError) as caught:
+            suite.list_cases(dict(config))
+        self.assertIn(part, str(caught.exception))
+
+    def test_motions_are_always_there(self):
+        found, notes = self.cases()
+        self.assertEqual(list(found), SIMULATED + ["ablation/simulated/corridor-walk",
+                                                   "ablation/simulated/constant-velocity-12"])
+        self.assertEqual(notes, [])
+        walk = found["simulated/corridor-walk"]
+        self.assertEqual(walk.arguments, [
+            "--builtin", "corridor-walk", "--world", "corridor", "--points", "12", "--outliers",
+            "0.03", "--drift", "0.04", "--seed", "1", "--keyframes", "10", "--interval", "0.22"])
+        ablation = found["ablation/simulated/corridor-walk"]
+        self.assertEqual(option(ablation, "methods"), "slim,slim-paper")
+        self.assertIn("--ablation", ablation.arguments)
+
+    def test_options_reach_every_run(self):
+        found, _ = self.cases(methods="slim-paper,drt-l", stride=20, limit=7, seed=3, threads=2,
+                              downstream=10, downstream_every=5, gates="on", options="o.yaml")
+        walk = found["simulated/corridor-walk"]
+        for name, value in (("methods", "slim-paper,drt-l"), ("stride", "20"), ("limit", "7"),
+                            ("seed", "3"), ("threads", "2"), ("downstream", "10"),
+                            ("downstream-every", "5"), ("gates", "on"), ("options", "o.yaml")):
+            self.assertEqual(option(walk, name), value)
+        ablation = found["ablation/simulated/corridor-walk"]
+        self.assertEqual(option(ablation, "methods"), "slim-paper")
+        self.assertIsNone(option(ablation, "downstream"))
+        self.assertIsNone(option(self.cases()[0]["simulated/hover"], "downstream-every"))
+
+    def test_quick(self):
+        for value in (True, "true", 1):
+            walk = self.cases(quick=value)[0]["simulated/circle"]
+            self.assertEqual((option(walk, "limit"), option(walk, "duration")), ("5", "10"))
+        self.assertEqual(option(self.cases(quick=True, limit=2)[0]["simulated/circle"], "limit"), "2")
+        self.assertIsNone(option(self.cases(quick="false")[0]["simulated/circle"], "limit"))
+
+    def test_without_variants_there_is_no_ablation(self):
+        found, notes = self.cases(methods="drt-l")
+        self.assertEqual(list(found), SIMULATED)
+        self.assertEqual(notes, ["no ablation: none of the methods has variants"])
+
+    def test_recordings_without_images(self):
+        imu = self.file("MH_03/imu0.csv")
+        self.file("V1_01/imu0.csv")
+        self.file("papers/read.me")
+        found, notes = self.cases(recorded=self.scratch.name)
+        self.assertEqual(list(found)[:2], ["recorded/MH_03", "recorded/V1_01"])
+        self.assertIn("ablation/recorded/MH_03", found)
+        self.assertEqual(notes, ["recorded: papers has no imu0.csv and was left out"])
+        hall = found["recorded/MH_03"]
+        self.assertEqual(option(hall, "recorded"), os.path.dirname(imu))
+        self.assertEqual(option(hall, "world"), "hall")
+        self.assertEqual(option(found["recorded/V1_01"], "world"), "room")
+        self.assertEqual(hall.inputs[0], imu)
+        self.assertEqual(len(hall.inputs), 3)
+
+    def test_sequences_of_euroc_by_name(self):
+        table = self.file("machine_hall/MH_01_easy/mav0/imu0/data.csv")
+        self.file("machine_hall/MH_01_easy/mav0/cam0/data.csv")
+        bag = self.file("vicon/V2_01_easy/V2_01_easy.bag")
+        self.refused("V2_01_easy.bag is a bag and needs config=YAML", euroc=self.scratch.name)
+        found, notes = self.cases(euroc=self.scratch.name, config="rig.yaml")
+        self.assertEqual(list(found)[:2], ["images/MH_01", "images/V2_01"])
+        folder = found["images/MH_01"]
+        self.assertEqual(folder.arguments[:2], ["--asl", table[:-len("/mav0/imu0/data.csv")]])
+        self.assertEqual(folder.inputs[0], table)
+        self.assertIsNone(option(folder, "config"))
+        self.assertIsNone(option(folder, "seed"))  # has no effect with images
+        self.assertEqual(found["images/V2_01"].arguments[:4], ["--bag", bag, "--config", "rig.yaml"])
+        self.assertIn("ablation/images/V2_01", found)
+        self.assertEqual(len(notes), 1)
+        self.assertIn("euroc: not found: MH_02_easy, MH_03_medium", notes[0])
+
+    def test_a_choice_of_cases(self):
+        found, notes = self.cases(cases="simulated/c*,ablation/*walk")
+        self.assertEqual(list(found), ["simulated/corridor-walk", "simulated/constant-velocity-12",
+                                       "simulated/constant-velocity", "simulated/circle",
+                                       "ablation/simulated/corridor-walk"])
+        self.assertEqual(notes, ["only the cases simulated/c*, ablation/*walk"])
+        self.refused("cases: 'circle' is none of simulated/", cases="circle")
+
+    def test_bad_folders(self):
+        none = os.path.join(self.scratch.name, "none")
+        self.refused("recorded: there is no folder", recorded=none)
+        self.refused("euroc: there is no folder", euroc=none)
+        self.refused("holds a recording (imu0.csv)", recorded=self.scratch.name)
+        self.refused("none of EuRoC's sequences", euroc=self.scratch.name)
+        self.file("imu0.csv")
+        self.refused("name the folder above", recorded=self.scratch.name)
+
+    def test_the_program(self):
+        program = self.file("build/bin/slim_init")
+        folder = os.path.join(self.scratch.name, "slim_init/evaluation/suite")
+        os.chmod(program, 0o755)
+        self.assertEqual(suite.find_program({}, folder), program)
+        self.assertEqual(suite.find_program({"program": program}, "/"), program)
+        os.chmod(program, 0o644)
+        with self.assertRaises(suite.ConfigError):
+            suite.find_program({"program": program}, folder)
+
+
+if __name__ == "__main__":
+    unittest.main()

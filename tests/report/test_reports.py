@@ -1,0 +1,334 @@
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""Whole reports: what they say, that the HTML opens by itself, and that nothing is wider than the
+page."""
+import contextlib
+import io
+import math
+import os
+import re
+import tempfile
+import unittest
+from html.parser import HTMLParser
+
+import numpy
+from handmade import by_hand, row, write_run
+from slim_init_report import __main__ as program
+from slim_init_report import bootstrap, data, figures, render, run_report, suite_report
+
+VOID = {"meta", "img", "br", "hr", "link"}
+
+
+class Checker(HTMLParser):
+    """Finds tags that do not match, resources from elsewhere, and the lines of tables."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.problems, self.open, self.pictures, self.text = [], [], 0, ""
+        self.rows = []  # of all tables, the cells' texts
+        self.feed(html)
+        self.close()
+        self.problems += ["<%s> is not closed" % tag for tag in self.open]
+
+    def handle_starttag(self, tag, attrs):
+        for name, value in attrs:
+            if name in ("src", "href") and not re.match(r"#|data:image/png;base64,", value or ""):
+                self.problems.append("%s=%s leads elsewhere" % (name, value[:40]))
+        self.pictures += tag == "img"
+        if tag in ("script", "iframe", "link"):
+            self.problems.append("<%s>" % tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.problems.append("</%s> closes nothing" % tag)
+
+    def handle_data(self, text):
+        self.text += text
+        if self.open and self.open[-1] == "style" and "url(" in text:
+            self.problems.append("the style loads something")
+        if "td" in self.open or "th" in self.open:
+            self.rows[-1][-1] += text
+
+
+def check(test, files):
+    """Reads a report; returns the Markdown and the checked HTML."""
+    with open(files[0], encoding="utf-8") as file:
+        markdown = file.read()
+    with open(files[1], encoding="utf-8") as file:
+        html = file.read()
+    page = Checker(html)
+    test.assertEqual(page.problems, [])
+    # Nothing scrolls; text wraps, pictures shrink.
+    style = html[html.index("<style>"):html.index("</style>")]
+    test.assertNotIn("overflow-x", style)
+    for part in ("table-layout: auto", "th { background: var(--head); white-space: normal",
+                 "white-space: pre-wrap", "figure img { max-width: 100%"):
+        test.assertIn(part, style)
+    test.assertEqual(re.findall(r"white-space: nowrap", style), ["white-space: nowrap"])  # .beside
+    test.assertIn(".beside { color: var(--soft); white-space: nowrap; }", style)
+    for cells in page.rows:
+        # What cannot be wrapped: the longest word of every cell.
+        width = sum(2 + max([len(word) for word in re.split(r"\s+(?![^(]*\))", cell)] or [0])
+                    for cell in cells)
+        test.assertLessEqual(width, render.HTML_WIDTH, cells)
+    test.assertNotRegex(markdown + page.text, r"(?i)\bnan\b")
+    return markdown, page, html
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.folder = self.scratch.name
+
+    def tearDown(self):
+        self.scratch.cleanup()
+
+    def report(self, rows, **info):
+        """The report of one run."""
+        run = data.load_run(write_run(os.path.join(self.folder, "run"), rows, **info))
+        return check(self, run_report.write(run, run.folder))
+
+
+class RunReport(Folder):
+    def test_says_what_was_run_and_what_was_left_out(self):
+        markdown, page, html = self.report(by_hand(), first_refusal="times | go back")
+        for part in ("# A/B initialization on V9_99", "slim_init ab --something '<x>'",
+                     "| pixel_noise | 0.6 |", "| true gyro bias | recorded |",
+                     "| program | slim_init 1.2.3, commit 0123abcd |", "a\\|b",
+                     "10 trials over 100 frames gave 5 windows, 3 of them excited",
+                     "5 (the data end", "first: times | go back",
+                     "0 IMU samples not finite, 4 beyond the IMU's limits, 3 out of order", "- rows & <columns> | bars",
+                     "## Excited windows (3)", "## All windows (5)", "| hand | 60.0 |",
+                     "How to read this",
+                     "`hand`, median per stage [ms wall]: one 0.500, two 0.250"):
+            self.assertIn(part, markdown)
+        # All refusals and waits are there.
+        self.assertIn("| hand | 5 | 4 | 1 | 3 | 1 |", markdown)
+        self.assertIn("scale too uncertain", markdown)
+        self.assertIn("rows &amp; &lt;columns&gt;", html)
+        self.assertIn("<code>hand</code>, median", html)
+        self.assertIn("rows & <columns>", page.text)
+        self.assertGreaterEqual(page.pictures, 4)
+        for picture in ("trajectory.png", "error_cdf.png", "solve_time.png", "first_answer.png"):
+            self.assertGreater(os.path.getsize(os.path.join(self.folder, "run", picture)), 1000)
+            self.assertIn("(%s)" % picture, markdown)
+        self.assertNotIn("images.png", markdown)
+        self.assertNotIn("Differences", markdown)
+
+    def test_methods_are_compared_with_slim(self):
+        rows = [row(i, method, 1.0 + error * (1 + 0.1 * math.sin(i))) for i in range(60)
+                for method, error in (("slim", 0.02), ("<other>", 0.1))]
+        markdown, page, html = self.report(rows)
+        run = data.load_run(os.path.join(self.folder, "run"))
+        interval = bootstrap.compare(run.windows, "slim")[0].intervals["scale_rmse"]
+        self.assertIn("| <other> | 60 | 60 | +0.0 (+0.0 to +0.0) | **%+.3f** (%+.3f to %+.3f) |" %
+                      (interval.value, interval.low, interval.high), markdown)
+        self.assertIn("<td class=\"name\">&lt;other&gt;</td>", html)
+
+    def test_without_truth_there_are_no_errors(self):
+        rows = [dict(row(i, "m", 1.0), scale="", scale_error="", success=0, p_x="", p_y="", p_z="",
+                     gravity_error_deg="", velocity_rmse="", velocity_vec_rmse="", pose_rmse="",
+                     gyro_bias_err_pct="", gyro_bias_vec_err="") for i in range(6)]
+        markdown, page, _ = self.report(rows, has_truth=False, gyro_bias_truth="none")
+        self.assertIn("There is no ground truth", markdown)
+        self.assertNotIn("scale rmse", markdown)
+        self.assertIn("| m | 6 |", markdown)
+        self.assertNotIn("trajectory.png", markdown)
+        self.assertNotIn("error_cdf.png", markdown)
+        self.assertEqual(page.pictures, 2)  # times and first answers
+
+    def test_a_method_that_never_answers(self):
+        rows = [row(i, method, 1.1 if method == "slim" else None,
+                    "success" if method == "slim" else "too_few_tracks")
+                for i in range(12) for method in ("slim", "mute")]
+        markdown, _, _ = self.report(rows)
+        self.assertIn("| mute | 0.0 | - | - |", markdown)
+        self.assertIn("| mute | 12 | 0 | 0 | 12 |", markdown)
+        # And nobody does.
+        markdown, page, _ = self.report([row(i, "mute", None, "stationary") for i in range(3)])
+        self.assertIn("| mute | 3 | 0 | 3 |", markdown)
+        self.assertEqual(page.pictures, 1)  # the path, black
+
+    def test_growing_windows_images_variants_and_the_back_end(self):
+        rows = [row(i, method, 1.05, answer_s=0.75 + 0.25 * (i % 3), answer_keyframes=4 + i % 3,
+                    downstream=1, downstream_s=5.0, downstream_diverged=0, downstream_ate=0.1,
+                    downstream_scale_error=0.01)
+                for i in range(8) for method in ("slim", "slim[no-lines]")]
+        tracking = {"images": 70, "tracked": 65, "outside_imu": 0, "unreadable": 5, "refused": 0,
+                    "images_without_gyro": 0, "images_with_vp": 60, "points": 123.0,
+                    "points_p10": None, "points_carried": 100.0, "lines": 40.0, "lines_p10": 30.0,
+                    "lines_carried": 35.0, "line_detector": "EDLines", "total_ms_median": 6.25,
+                    "total_ms_p90": 8.0, "stages_ms_median": {"points": 2.5, "lines": 3.5}}
+        images = os.path.join(self.folder, "run", "images")
+        os.makedirs(images)
+        for stamp in ("1500000000000000000", "1500000001000000000"):
+            figures.pyplot.imsave(os.path.join(images, stamp + ".png"), numpy.zeros((24, 32, 3)))
+        markdown, page, _ = self.report(
+            rows, first_keyframes=4, tracking=tracking,
+            method_notes={"slim[no-lines]": "without <lines>"},
+            options={"asl": "DIR", "downstream_s": 5.0})
+        for part in ("Accepted answers, windows growing from 4 keyframes",
+                     "| slim | 100.0 | 1.00 | 1.25 | 5 |", "- `slim[no-lines]`: without <lines>",
+                     "65 of 70 images tracked", "5 unreadable", "Line detector: EDLines.",
+                     "| points | 123 | - | 100 |", "median 6.25", "points 2.50, lines 3.50.",
+                     "The back end started from the accepted answers", "| slim | 8 | 0.0 |",
+                     "windows growing until the method accepts", "(images.png)"):
+            self.assertIn(part, markdown)
+        self.assertEqual(page.pictures, 5)
+
+    def test_pictures_of_an_earlier_report_do_not_stay(self):
+        self.report(by_hand())
+        self.report([row(i, "mute", None, "stationary") for i in range(3)])
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "run", "error_cdf.png")))
+
+
+class FirstAnswer(unittest.TestCase):
+    def waits(self, rows, growing):
+        with tempfile.TemporaryDirectory() as folder:
+            windows = data.load_run(write_run(folder, rows)).windows
+        return [list(values) for values in figures.waiting_times(windows, growing)]
+
+    ROWS = [row(0, "m", None, "stationary"), row(1, "m", 1.2), row(2, "m", 1.01, answer_s=1.0),
+            row(3, "m", None, "stationary")]
+
+    def test_from_a_start_at_any_window(self):
+        wait, right = self.waits(self.ROWS, growing=False)
+        self.assertEqual(wait, [0.5 + 2.25, 2.25, 1.0, math.inf])
+        self.assertEqual(right, [False, False, True, False])
+
+    def test_growing_windows_have_their_own_answers(self):
+        wait, right = self.waits(self.ROWS, growing=True)
+        self.assertEqual(wait, [math.inf, 2.25, 1.0, math.inf])
+        self.assertEqual(right, [False, False, True, False])
+
+
+class SuiteReport(Folder):
+    def run_of(self, name, methods, **more):
+        rows = [row(i, method, 1.0 + error * (1.0 + 0.3 * math.sin(i)) if error else None,
+                    "success" if error else "too_few_tracks")
+                for i in range(60) for method, error in methods.items()]
+        return data.load_run(write_run(os.path.join(self.folder, name), rows, **more))
+
+    def test_every_table(self):
+        both = {"slim": 0.02, "drt-l": 0.1}
+        variants = {"slim-paper": 0.1, "slim-paper[no-lines]": 0.2}
+
+        def builtin(name):
+            return {"builtin": name, "world": "corridor", "points": 12, "lines": 25}
+        runs = [self.run_of("images/MH_01", both, options={"asl": "DIR"}),
+                self.run_of("recorded/MH_03", both), self.run_of("recorded/V1_01", both),
+                self.run_of("recorded/blind", both, has_truth=False),
+                self.run_of("simulated/corridor-walk", both, options=builtin("corridor-walk")),
+                self.run_of("simulated/hover", both, options=builtin("hover")),
+                self.run_of("simulated/circle", {"slim": 0.02, "drt-l": 0}, options=builtin("circle")),
+                self.run_of("ablation/recorded/V1_01", variants),
+                self.run_of("ablation/simulated/corridor-walk", variants,
+                            options=builtin("corridor-walk"))]
+        out = os.path.join(self.folder, "out")
+        os.makedirs(out)
+        markdown, page, _ = check(self, suite_report.write(runs, out, ["euroc: not <found>"],
+                                                           "snakemake -s Snakefile"))
+        for part in ("snakemake -s Snakefile", "- euroc: not <found>",
+                     "- recorded/blind: no ground truth", "slim_init 1.2.3, commit 0123abcd",
+                     "## Table I, accuracy: EuRoC, from images",
+                     "## Table I, accuracy: recorded motion and IMU, simulated features",
+                     "## Table II, success rate: EuRoC, from images",
+                     "| drt-l | 100.0 (91.8) |", "## Table III, degenerate motion",
+                     "## Table IV, ablation: degenerate motion, simulated",
+                     "## Ablation: recorded motion and IMU, simulated features",
+                     "## Fig. 6, solve time", "(4.150)", "## Differences to slim",
+                     "## Where slim is not first", "## Accuracy per sequence",
+                     "## Verdicts (all windows)", "| circle | drt-l | 60 | 0 | 0 | 0 | 60 |", "| circle | drt-l | 0 | 0 | 0 | 0 | - |",
+                     "V1_01: True path", "recorded_error_cdf.png", "images_solve_time.png",
+                     "degenerate_first_answer.png", "How to read this"):
+            self.assertIn(part, markdown)
+        # Where a method succeeds in no window there is nothing to be first in but the success rate.
+        self.assertIn("`slim` is first or level in", markdown)
+        self.assertNotIn("NOT RUN", markdown)
+        with open(os.path.join(out, "comparisons.csv"), encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        self.assertEqual(lines[0], "group,method,reference,windows,both_success,quantity,difference,"
+                                   "low,high")
+        self.assertEqual(len(lines), 1 + 4 * 5)  # four groups, one method, five quantities
+        self.assertTrue(lines[1].startswith('"EuRoC, from images",drt-l,slim,60,60,success_rate,0,'))
+        self.assertGreaterEqual(page.pictures, 10)
+
+    def test_without_the_reference_there_are_no_differences(self):
+        run = self.run_of("recorded/MH_03", {"drt-l": 0.1, "vins": 0.2})
+        markdown, _, _ = check(self, suite_report.write([run], self.folder))
+        self.assertNotIn("Differences", markdown)
+        self.assertNotIn("is not first", markdown)
+        self.assertIn("| vins | 0.2", markdown)
+
+    def test_eleven_sequences_fit_the_page(self):
+        names = ["%s_%02d" % (hall, i) for hall, n in (("MH", 5), ("V1", 3), ("V2", 3))
+                 for i in range(1, n + 1)]
+        runs = [self.run_of("images/" + name, {"slim": 0.02, "drt-l": 0.1, "slim-paper": 0.1},
+                            options={"asl": "DIR"}) for name in names]
+        markdown, _, _ = check(self, suite_report.write(runs, self.folder))
+        for name in names:
+            self.assertIn(" %s |" % name, markdown)
+
+
+class CommandLine(Folder):
+    def call(self, *arguments):
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                code = program.main(list(arguments))
+            except SystemExit as stop:  # of argparse
+                code = stop.code
+        return code, out.getvalue(), err.getvalue()
+
+    def test_one_folder_and_several(self):
+        first, second = (write_run(os.path.join(self.folder, name), by_hand()) for name in "ab")
+        code, out, _ = self.call(first)
+        self.assertEqual((code, out), (0, "Report: %s/report.md\nReport: %s/report.html\n" %
+                                       (first, first)))
+        together = os.path.join(self.folder, "deep/er")
+        code, out, _ = self.call(first, second, "--out", together, "--note", "a note")
+        self.assertEqual(code, 0)
+        with open(os.path.join(together, "report.md"), encoding="utf-8") as file:
+            self.assertIn("- a note", file.read())
+        self.assertEqual(self.call("--suite", first, "--out", together)[0], 0)
+        self.assertEqual(self.call("--check")[0], 0)
+
+    def test_bad_input(self):
+        code, out, err = self.call(os.path.join(self.folder, "none"))
+        self.assertEqual((code, out), (2, ""))
+        self.assertTrue(err.startswith("slim_init report: ") and "summary.json" in err, err)
+        self.assertIn("the folder of a run is needed", self.call()[2])
+        self.assertEqual(self.call("a", "b")[0], 2)
+        folder = write_run(os.path.join(self.folder, "a"), by_hand())
+        with open(os.path.join(self.folder, "file"), "w", encoding="utf-8"):
+            pass
+        code, _, err = self.call(folder, "--out", os.path.join(self.folder, "file"))
+        self.assertEqual(code, 1)
+
+    def test_missing_modules_are_named(self):
+        known = dict(program.NEEDED)
+        try:
+            program.NEEDED["a_module_of_nobody"] = "python3-nobody"
+            code, out, err = self.call("--check")
+        finally:
+            program.NEEDED.clear()
+            program.NEEDED.update(known)
+        self.assertEqual((code, out), (3, ""))
+        self.assertIn("lacks a_module_of_nobody (Debian packages: python3-nobody)", err)
+
+
+class CheckerItself(unittest.TestCase):
+    def test_finds_what_is_wrong(self):
+        self.assertEqual(Checker("<p>a<b>c</b></p>").problems, [])
+        for html in ("<p>a<b>c</p></b>", "<p>a", "<img src=\"http://a/b.png\">",
+                     "<script></script>", "<a href=\"page.html\"></a>"):
+            self.assertNotEqual(Checker(html).problems, [], html)
+
+
+if __name__ == "__main__":
+    unittest.main()

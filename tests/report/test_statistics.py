@@ -1,0 +1,166 @@
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""Statistics against values found by hand."""
+import glob
+import math
+import os
+import re
+import tempfile
+import unittest
+
+from handmade import by_hand, row, write_run
+from slim_init_report import data, statistics
+
+SOURCE = os.path.normpath(os.path.join(os.path.dirname(__file__), "../.."))
+
+
+def load(rows, **info):
+    with tempfile.TemporaryDirectory() as folder:
+        return data.load_run(write_run(folder, rows, **info))
+
+
+class ByHand(unittest.TestCase):
+    def setUp(self):
+        self.windows = load(by_hand()).windows
+        self.all = statistics.summarize(self.windows).loc["hand"]
+
+    def test_counts(self):
+        for key, value in (("windows", 5), ("attempted", 4), ("success", 3), ("accepted", 3),
+                           ("accepted_within_0_1", 1), ("accepted_within_0_5", 2), ("waiting", 1),
+                           ("refused", 1), ("failed", 0)):
+            self.assertEqual(self.all[key], value, key)
+
+    def test_errors_over_successful_windows(self):
+        mean_square = (0.03 ** 2 + 0.4 ** 2 + 0.04 ** 2) / 3.0
+        p90 = 0.2 * 0.04 + 0.8 * 0.4  # sorted 0.03, 0.04, 0.4: position 1.8
+        for key, value in (("success_rate", 0.6), ("scale_rmse", math.sqrt(mean_square)),
+                           ("scale_median", 0.04), ("scale_p90", p90),
+                           ("gravity_rmse_deg", 10.0 * math.sqrt(mean_square)),
+                           ("gravity_median_deg", 0.4), ("gravity_p90_deg", 10.0 * p90),
+                           ("velocity_rmse", 2.0 * math.sqrt(mean_square)),
+                           ("velocity_vec_rmse", 3.0 * math.sqrt(mean_square)),
+                           ("pose_rmse", 4.0 * math.sqrt(mean_square)), ("pose_median", 0.16),
+                           ("pose_p90", 4.0 * p90),
+                           ("gyro_bias_err_pct", 50.0 * math.sqrt(mean_square)),
+                           ("gyro_bias_vec_rmse", 0.1 * math.sqrt(mean_square))):
+            self.assertAlmostEqual(self.all[key], value, 12, key)
+
+    def test_errors_over_accepted_windows_whatever_they_are(self):
+        for key, value in (("accepted_rate", 0.6), ("accepted_within_0_1_rate", 1.0 / 3.0),
+                           ("accepted_within_0_5_rate", 2.0 / 3.0),
+                           ("accepted_scale_error_max", 0.7), ("accepted_scale_median", 0.4),
+                           ("accepted_scale_rmse",
+                            math.sqrt((0.03 ** 2 + 0.4 ** 2 + 0.7 ** 2) / 3.0)),
+                           ("accept_s_median", 2.25), ("accept_keyframes_median", 10.0)):
+            self.assertAlmostEqual(self.all[key], value, 12, key)
+
+    def test_times_over_windows_with_an_estimate(self):
+        for key, value in (("solve_ms_median", 2.5), ("solve_ms_mean", 4.0),
+                           ("solve_cpu_ms_median", 1.25), ("solve_cpu_ms_mean", 2.0),
+                           ("solve_cpu_ms_p90", 0.3 * 1.5 + 0.7 * 5.0)):
+            self.assertAlmostEqual(self.all[key], value, 12, key)
+        self.assertEqual(statistics.stage_times(self.windows), {"hand": {"one": 0.5, "two": 0.25}})
+
+    def test_excited_windows(self):
+        excited = statistics.summarize(self.windows[self.windows["excited"]]).loc["hand"]
+        self.assertEqual((excited["windows"], excited["success"], excited["accepted"]), (3, 3, 2))
+
+    def test_statuses_add_up_to_all_windows(self):
+        counts = statistics.statuses(self.windows).loc["hand"]
+        self.assertEqual(dict(counts), {"scale_too_uncertain": 1, "success": 3, "too_few_tracks": 1})
+        self.assertEqual(sum(self.all[key] for key in ("accepted", "waiting", "refused", "failed")), 5)
+
+
+class Special(unittest.TestCase):
+    def test_every_refusal_and_wait_is_counted(self):
+        names = statistics.WAITING + statistics.REFUSED + statistics.FAILED
+        rows = [row(i, "m", None, name) for i, name in enumerate(names)]
+        s = statistics.summarize(load(rows).windows).loc["m"]
+        self.assertEqual((s["windows"], s["waiting"], s["refused"], s["failed"]), (10, 5, 3, 2))
+        self.assertEqual(s["success_rate"], 0.0)
+
+    def test_statuses_are_those_of_the_library(self):
+        files = glob.glob(os.path.join(SOURCE, "slim_init/src/*/result.cc"))
+        self.assertEqual(len(files), 1)
+        with open(files[0], encoding="utf-8") as file:
+            source = file.read()
+        names = re.findall(r'case InitStatus::k(\w+): return "(\w+)"', source)
+        text = dict(names)
+
+        def kinds(function):
+            body = source[source.index("bool %s(" % function):]
+            return {text[name] for name in re.findall(r"InitStatus::k(\w+)",
+                                                      body[:body.index("default")])}
+        self.assertEqual(set(statistics.WAITING), kinds("isWait"))
+        self.assertEqual(set(statistics.REFUSED), kinds("isRefused"))
+        self.assertEqual(set(text.values()), {"success"} | set(statistics.WAITING) |
+                         set(statistics.REFUSED) | set(statistics.FAILED))
+
+    def test_numbers_that_do_not_exist(self):
+        s = statistics.summarize(load([row(0, "m", None, "stationary")]).windows).loc["m"]
+        for key in ("scale_rmse", "scale_median", "gravity_p90_deg", "pose_rmse", "solve_ms_mean",
+                    "accepted_within_0_1_rate", "downstream_divergence_rate"):
+            self.assertTrue(math.isnan(s[key]), key)
+        # A method without a window, and no window at all.
+        windows = load([row(0, "m", None, "stationary")]).windows
+        s = statistics.summarize(windows[windows["excited"] & False], ["m"]).loc["m"]
+        self.assertEqual((s["windows"], s["accepted"]), (0, 0))
+        self.assertTrue(math.isnan(s["success_rate"]))
+
+    def test_without_truth_there_are_no_rates(self):
+        rows = [dict(row(i, "m", 1.0), scale="", scale_error="", success=0) for i in range(3)]
+        s = statistics.summarize(load(rows, has_truth=False).windows).loc["m"]
+        self.assertTrue(math.isnan(s["success_rate"]))
+        self.assertTrue(math.isnan(s["accepted_within_0_1_rate"]))
+        self.assertEqual(s["accepted"], 3)
+
+    def test_downstream_runs_of_accepted_answers(self):
+        rows = [row(i, "m", 1.0, downstream=int(i < 4), downstream_diverged=int(i == 3),
+                    downstream_ate=0.1 * (i + 1)) for i in range(6)]
+        s = statistics.summarize(load(rows).windows).loc["m"]
+        self.assertEqual((s["downstream_runs"], s["downstream_diverged"]), (4, 1))
+        self.assertAlmostEqual(s["downstream_ate_median"], 0.25)
+        self.assertAlmostEqual(s["downstream_ate_p90"], 0.37)
+
+    def test_partial_answers_by_status(self):
+        rows = [row(i, "m", None, "stationary", gravity_error_deg=0.5 + i,
+                    gyro_bias_vec_err=0.001 if i < 2 else "", gyro_bias_err_pct=2.0 if i < 2 else "")
+                for i in range(3)] + [row(3, "m", None, "too_few_tracks"), row(4, "m", 1.1)]
+        partial = statistics.partial_answers(load(rows).windows)
+        self.assertEqual(len(partial), 1)
+        self.assertEqual((partial[0]["status"], partial[0]["windows"]), ("stationary", 3))
+        self.assertAlmostEqual(partial[0]["gravity_median_deg"], 1.5)
+        self.assertAlmostEqual(partial[0]["gravity_max_deg"], 2.5)
+        self.assertAlmostEqual(partial[0]["gyro_bias_vec_rmse"], 0.001)
+
+    def test_several_runs_together(self):
+        one = load(by_hand()).windows
+        two = load([row(i, "other", 1.1) for i in range(2)]).windows
+        together = data.pandas.concat([one, two, one.assign(run="again")], ignore_index=True)
+        s = statistics.summarize(together)
+        self.assertEqual(list(s.index), ["hand", "other"])
+        self.assertEqual((s.loc["hand", "windows"], s.loc["other", "windows"]), (10, 2))
+        self.assertAlmostEqual(s.loc["hand", "scale_rmse"],
+                               statistics.summarize(one).loc["hand", "scale_rmse"])
+
+
+class BadFolders(unittest.TestCase):
+    def refused(self, folder, part):
+        with self.assertRaises(data.InputError) as caught:
+            data.load_run(folder)
+        self.assertIn(part, str(caught.exception))
+
+    def test_messages_name_the_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.refused(os.path.join(folder, "none"), "summary.json: No such file")
+            write_run(folder, by_hand())
+            with open(os.path.join(folder, "summary.json"), "w", encoding="utf-8") as file:
+                file.write("{")
+            self.refused(folder, "cannot be read")
+            write_run(folder, by_hand())
+            with open(os.path.join(folder, "windows.csv"), "w", encoding="utf-8") as file:
+                file.write("dataset,method\nx,y\n")
+            self.refused(folder, "lacks the column")
+
+
+if __name__ == "__main__":
+    unittest.main()
