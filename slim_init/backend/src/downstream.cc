@@ -117,10 +117,11 @@ std::string DownstreamOptions::validate() const {
     out << "max_error_m is " << max_error_m << ", must be positive";
   } else if (!(min_spread_m > 0.0)) {
     out << "min_spread_m is " << min_spread_m << ", must be positive";
-  } else if (const std::string problem = estimator.validate(); !problem.empty()) {
-    out << "estimator." << problem;
-  } else if (const std::string problem = failure.validate(); !problem.empty()) {
-    out << "failure." << problem;
+  } else if (const std::string estimator_problem = estimator.validate();
+             !estimator_problem.empty()) {
+    out << "estimator." << estimator_problem;
+  } else if (const std::string failure_problem = failure.validate(); !failure_problem.empty()) {
+    out << "failure." << failure_problem;
   }
   return out.str();
 }
