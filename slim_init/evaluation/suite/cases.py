@@ -61,8 +61,8 @@ def find_program(config, suite_folder):
             return path
     found = shutil.which("slim_init")
     if found is None:
-        raise ConfigError("program: no slim_init in the build folder of this source or in PATH; name "
-                          "it with --config program=FILE")
+        raise ConfigError("program: no slim_init in the build folder of this source or in PATH; "
+                          "name it with --config program=FILE")
     return found
 
 
@@ -164,8 +164,8 @@ def _euroc(config, notes):
             arguments += ["--config", config["config"]]
         yield "images/" + name[:5], arguments, files, True
     if len(missing) == len(EUROC):
-        raise ConfigError("euroc: none of EuRoC's sequences is in %s (looked for %s/mav0, %s.bag and "
-                          "so on, there and two folders deep)" % (folder, EUROC[0], EUROC[0]))
+        raise ConfigError("euroc: none of EuRoC's sequences is in %s (looked for %s/mav0, %s.bag "
+                          "and so on, there and two folders deep)" % (folder, EUROC[0], EUROC[0]))
     if missing:
         notes.append("euroc: not found: " + ", ".join(missing))
 

@@ -1,8 +1,8 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Tables, figures and HTML pages from the CSV and JSON files of `slim_init ab`.
 
-    python3 -m slim_init_report DIR                    # report.md and report.html of one run
-    python3 -m slim_init_report DIR DIR... --out OUT   # several runs together, as the paper tabulates
+    python3 -m slim_init_report DIR                   # report.md and report.html of one run
+    python3 -m slim_init_report DIR DIR... --out OUT  # several runs together, as in the paper
 
 Where to change what:
 

@@ -112,9 +112,11 @@ def named_table(columns, blocks, names, has_truth=True, title=""):
 
 def difference_table(comparisons, reference, title=""):
     """A row per method; bold where zero is outside the interval, which stands below the value."""
-    columns = (("success %", "success_rate", "%+.1f", 100.0), ("scale rmse", "scale_rmse", "%+.3f", 1.0),
+    columns = (("success %", "success_rate", "%+.1f", 100.0),
+               ("scale rmse", "scale_rmse", "%+.3f", 1.0),
                ("gravity deg", "gravity_rmse_deg", "%+.2f", 1.0),
-               ("velocity m/s", "velocity_rmse", "%+.3f", 1.0), ("pose m", "pose_rmse", "%+.3f", 1.0))
+               ("velocity m/s", "velocity_rmse", "%+.3f", 1.0),
+               ("pose m", "pose_rmse", "%+.3f", 1.0))
     table = Table(["method minus %s" % reference, "windows", "both succeed"] +
                   [title for title, _, _, _ in columns], title=title)
     for comparison in comparisons:

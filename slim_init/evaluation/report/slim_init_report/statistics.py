@@ -151,7 +151,8 @@ def stage_times(windows):
     """Median wall time [ms] of each stage, by method, over windows with an estimate; stages in the
     order in which they first occur."""
     times = {}
-    for method, text in zip(windows["method"], windows["stages_ms"].where(windows["attempted"], "")):
+    texts = windows["stages_ms"].where(windows["attempted"], "")
+    for method, text in zip(windows["method"], texts):
         of_method = times.setdefault(method, {})
         for stage in filter(None, text.split(";")):
             name, _, value = stage.partition("=")

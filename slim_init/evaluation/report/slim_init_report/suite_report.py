@@ -142,7 +142,8 @@ def build(runs, out, notes=(), command=""):
         "accuracy": [(group, [_with_title("%s, %s" % (table.title, name), table)
                               for subset, name in SUBSETS
                               for table in accuracy_tables(group.runs, subset)]) for group in real],
-        "success": [(group, [_with_title("Success [%%], %s" % name, success_table(group.runs, subset))
+        "success": [(group, [_with_title("Success [%%], %s" % name,
+                                         success_table(group.runs, subset))
                              for subset, name in SUBSETS]) for group in real],
         "degenerate": [degenerate_table(group.runs) for group in plain if group.degenerate],
         "ablations": [(group, ablation_table(group.runs, group.degenerate))

@@ -1,5 +1,5 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""The tables of several runs: the paper's tables I to IV and Fig. 6, and one row per run and method.
+"""The tables of several runs: the paper's tables I to IV and Fig. 6, and a row per run and method.
 
 `runs` are data.Run; subset: "excited" (a column of windows.csv that must be true) or None for all
 windows."""
@@ -105,8 +105,8 @@ def success_table(runs, subset):
 
 def _add_errors(summary, name, printed):
     """The errors of a row of tables III and IV; printed(key, name) or None."""
-    return [set_beside(error.cell(summary), "%.3f", printed(error.key, name) if printed else math.nan)
-            for error in ERRORS]
+    return [set_beside(error.cell(summary), "%.3f",
+                       printed(error.key, name) if printed else math.nan) for error in ERRORS]
 
 
 def degenerate_table(runs):

@@ -44,8 +44,8 @@ class Table:
         self.rows.append([cell if isinstance(cell, Cell) else Cell(str(cell)) for cell in cells])
 
     def mark_best(self, column, lowest=True, rows=None):
-        """Marks the best figures of a column, in the rows with these indices (default: all). Several
-        where they are shown by the same text, none where all are level."""
+        """Marks the best figures of a column, in the rows with these indices (default: all).
+        Several where they are shown by the same text, none where all are level."""
         cells = [self.rows[i][column] for i in (range(len(self.rows)) if rows is None else rows)]
         known = [cell for cell in cells if math.isfinite(cell.value)]
         if not known:
@@ -58,7 +58,7 @@ class Table:
             cell.best = True
 
     def width(self, column):
-        """Least width of a column in characters: words of names and headers wrap, numbers do not."""
+        """Least width of a column in characters: names and headers wrap, numbers do not."""
         header = max([len(word) for word in self.columns[column].split()] or [0])
         if column < self.names:
             longest = max([len(row[column].text) for row in self.rows] or [0])
