@@ -18,10 +18,12 @@ foreach(_module slim_init slim_init/config slim_init/baselines slim_init/backend
 endforeach()
 set(SLIM_INIT_DOCS_OUTPUT "${PROJECT_BINARY_DIR}/docs")
 configure_file(${PROJECT_SOURCE_DIR}/docs/Doxyfile.in ${SLIM_INIT_DOCS_OUTPUT}/Doxyfile @ONLY)
+# Also the command of the test "doxygen".
+set(SLIM_INIT_DOCS_COMMAND
+    ${CMAKE_COMMAND} -DDOXYGEN=${DOXYGEN_EXECUTABLE} -DFOLDER=${SLIM_INIT_DOCS_OUTPUT}
+    -P ${CMAKE_CURRENT_LIST_DIR}/SlimInitDocsCheck.cmake)
 add_custom_target(
   docs
-  COMMAND Doxygen::doxygen ${SLIM_INIT_DOCS_OUTPUT}/Doxyfile
-  COMMAND ${CMAKE_COMMAND} -DWARNINGS=${SLIM_INIT_DOCS_OUTPUT}/warnings.txt
-          -P ${CMAKE_CURRENT_LIST_DIR}/SlimInitDocsCheck.cmake
+  COMMAND ${SLIM_INIT_DOCS_COMMAND}
   COMMENT "Reference of the public headers: ${SLIM_INIT_DOCS_OUTPUT}/html/index.html"
   VERBATIM)

@@ -17,8 +17,10 @@
 
 namespace slim_init::evaluation {
 
+/// Largest ProtocolOptions::threads.
 inline constexpr int kMaxThreads = 256;
 
+/// Which windows are cut, and what is run on them (docs/evaluation.md, "Protocol").
 struct ProtocolOptions {
   int stride = 10;       ///< images between the starts of two trials; 10 as in the paper (V-C)
   int max_windows = 0;   ///< stop after this many windows; 0: no limit
@@ -88,6 +90,7 @@ struct ProtocolCounts {
   int invalid = 0;        ///< KeyframeWindow refused the data
 };
 
+/// Every window with every method's answer, and the account of all trials.
 struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;

@@ -94,6 +94,7 @@ struct SubsetSummary {
   double solve_cpu_ms_p90 = kNotComputed;
 };
 
+/// Summary numbers of one method, over all windows and over the excited ones.
 struct MethodSummary {
   std::string name;
   SubsetSummary all;
