@@ -183,7 +183,7 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
   std::vector<Eigen::Vector3d> starts = {Eigen::Vector3d::Zero()};
   if (bias_) starts.insert(starts.begin(), bias_->value);
   const MultiGapBiasEstimate estimate =
-      estimateMultiGapBias(*cut.window, starts, nullptr, MultiGapBiasOptions());
+      estimateMultiGapBias(*cut.window, starts, nullptr, MultiGapBiasOptions(), InertialOptions());
   if (!estimate.valid) return;
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(estimate.information, Eigen::EigenvaluesOnly)

@@ -20,7 +20,7 @@ RefinedWindow refine(const RefinementInput& input, const std::vector<Track>& lin
                      const std::vector<WindowState>& starts, StartMode mode,
                      const InitializerOptions& options) {
   return refineWindow(input.tracks, lines, input.pre, input.vanishing_points, starts, mode,
-                      options.refinement);
+                      options.refinement, options.inertial);
 }
 
 // A wrong minimum shows in its chi-square; with few tracks one bad one among them does not.
@@ -39,7 +39,7 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
   };
   const std::vector<WindowState> agreeing =
       consistentStartingStates(input.tracks, input.pre, input.R_c0_ck, options.slim,
-                               options.alignment, options.reverse_alignment);
+                               options.alignment, options.reverse_alignment, options.inertial);
   if (!agreeing.empty()) keepLower(refine(input, lines, agreeing, StartMode::kFine, options));
   if (refined->valid && refined->chi2 <= options.refinement.suspicious_chi2) return;
   keepLower(refine(input, lines, agreeing.empty() ? starts : agreeing, StartMode::kCoarseToFine,

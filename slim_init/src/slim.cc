@@ -73,8 +73,8 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
                               const InitializerOptions& options, StageClock* clock) {
   MetricEstimate out;
   // [3.2, 3.3] Reverse alignment and tight start.
-  out.starts =
-      startingStates(input.tracks, input.pre, translation, options.slim, options.reverse_alignment);
+  out.starts = startingStates(input.tracks, input.pre, translation, options.slim,
+                              options.reverse_alignment, options.inertial);
   // [4.8] Line tracks that agree with one of them.
   const AgreeingLines lines = believedLines(input.tracks, out.starts, options);
   clock->lap("alignment");
@@ -119,11 +119,14 @@ InitResult Slim::solve(const InitWindow& window) const {
   // [1.2] Vanishing points of the lines with their covariance Sigma_d.
   std::vector<VanishingPoint> found;
   if (use.vanishing_points) found = trackVanishingPoints(window, options_.vanishing_point);
+  // Sigma_d is that of the segments' noise; clutter among the inliers is not in it (kappa_v).
+  for (VanishingPoint& vp : found) vp.covariance *= options_.vanishing_point.covariance_inflation;
   const std::vector<VanishingPoint>* vps = use.vanishing_points ? &found : nullptr;
   clock.lap("vanishing_points");
 
   // [1.1-1.3] Gyroscope bias b_g by consensus; sightings that contradict it are pruned.
-  const RobustBias bias = estimateRobustGyroBias(window, vps, options_.robust_bias);
+  const RobustBias bias =
+      estimateRobustGyroBias(window, vps, options_.robust_bias, options_.inertial);
   if (!acceptGyroBias(bias, options_.robust_bias, &result)) return result;
   const std::shared_ptr<const InitWindow> pruned =
       use.prune_tracks ? withSightings(window, bias.pruning.keep) : nullptr;
@@ -132,7 +135,7 @@ InitResult Slim::solve(const InitWindow& window) const {
 
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3.
   const std::vector<Preintegration> pre =
-      preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options_.refinement);
+      preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options_.inertial);
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
   clock.lap("integration");

@@ -248,8 +248,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"methods", &o.methods, "LIST",
        "Methods, comma separated: " + join(methodNames()) + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
-       "YAML file whose section slim_init: every method is made with (config/template.yaml lists "
-       "the keys); wins over --config",
+       "YAML file whose section slim_init: every method is made with (`slim_init options` lists "
+       "the "
+       "keys); wins over --config",
        "options"},
       {"gates", &o.gates, "MODE",
        "Whose checks decide: own (as published), on or off for every method; wins over --options",

@@ -36,6 +36,7 @@ constexpr Subcommand kSubcommands[] = {
     {"report", "Tables, pictures and HTML from the folders of one or several runs of ab",
      CommandLine::Action::kReport},
     {"methods", "List the methods with a line each", CommandLine::Action::kMethods},
+    {"options", "List the keys of configuration files", CommandLine::Action::kOptions},
 };
 
 /// Options and texts of `slim_init` itself or of a subcommand.
@@ -262,6 +263,9 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   }
   if (subcommand->action == CommandLine::Action::kTracks) table = tracksOptionTable(&line->tracks);
   if (subcommand->action == CommandLine::Action::kDoctor) table = doctorOptionTable(&line->doctor);
+  if (subcommand->action == CommandLine::Action::kOptions) {
+    table = optionsOptionTable(&line->options);
+  }
   const Syntax syntax = tableSyntax("slim_init " + std::string(subcommand->name), table);
   given.clear();
   if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;

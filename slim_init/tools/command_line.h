@@ -6,6 +6,7 @@
 
 #include "ab_options.h"
 #include "doctor_options.h"
+#include "options.h"
 #include "simulate_options.h"
 #include "tracks_options.h"
 
@@ -13,13 +14,24 @@ namespace slim_init::tools {
 
 /// What the user wants.
 struct CommandLine {
-  enum class Action { kHelp, kVersion, kAb, kSimulate, kTracks, kDoctor, kReport, kMethods };
+  enum class Action {
+    kHelp,
+    kVersion,
+    kAb,
+    kSimulate,
+    kTracks,
+    kDoctor,
+    kReport,
+    kMethods,
+    kOptions
+  };
   Action action = Action::kHelp;
   std::string help;                 ///< kHelp: what to print
   AbOptions ab;                     ///< kAb
   SimulateOptions simulate;         ///< kSimulate
   TracksOptions tracks;             ///< kTracks
   DoctorCommand doctor;             ///< kDoctor
+  OptionsCommand options;           ///< kOptions
   std::vector<std::string> report;  ///< kReport: the arguments, which the Python package reads
 };
 

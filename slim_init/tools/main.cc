@@ -11,6 +11,7 @@
 #include "doctor.h"
 #include "exit_code.h"
 #include "methods.h"
+#include "options.h"
 #include "python_report.h"
 #include "shell_line.h"
 #include "simulate.h"
@@ -39,6 +40,7 @@ int run(int argc, char** argv) {
       std::cout << "slim_init " << SLIM_INIT_VERSION << "\n";
       return kExitOk;
     case CommandLine::Action::kMethods: return slim_init::tools::runMethods();
+    case CommandLine::Action::kOptions: return slim_init::tools::runOptions(line.options);
     case CommandLine::Action::kSimulate: return slim_init::tools::runSimulate(line.simulate);
     case CommandLine::Action::kDoctor: return slim_init::tools::runDoctor(line.doctor);
     case CommandLine::Action::kTracks: return slim_init::tools::runTracks(line.tracks);

@@ -3,35 +3,49 @@
 
 #ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <set>
+#include <sstream>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "methods.h"
 #include "slim_init/config/config.h"
 
 namespace slim_init::tools {
 namespace {
 
-evaluation::OptionValue optionValue(const ConfigKey& key) {
+evaluation::OptionValue valueOf(const OptionField& option) {
   return std::visit(
-      [](auto* field) -> evaluation::OptionValue {
-        using T = std::remove_pointer_t<decltype(field)>;
-        if constexpr (std::is_same_v<T, feature_tracker_lines::TrackerProfile>) {
-          return std::string(toString(*field));
-        } else if constexpr (std::is_same_v<T, GateMode>) {
-          return std::string(*field == GateMode::kOn    ? "on"
-                             : *field == GateMode::kOff ? "off"
-                                                        : "own");
-        } else if constexpr (std::is_integral_v<T>) {
-          return static_cast<std::int64_t>(*field);
+      [](const auto& value) -> evaluation::OptionValue {
+        using T = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, OptionWord>) {
+          return value.get();
+        } else if constexpr (std::is_integral_v<std::remove_pointer_t<T>>) {
+          return static_cast<std::int64_t>(*value);
         } else {
-          return *field;
+          return *value;
         }
       },
-      key.field);
+      option.value);
+}
+
+// The note of loadConfig() on keys that the file's `method` does not read becomes one on keys that
+// none of the compared methods reads.
+std::vector<std::string> notesFor(const Config& config, const std::string& method_list) {
+  std::vector<std::string> methods;
+  std::istringstream words(method_list);
+  for (std::string word; std::getline(words, word, ',');) methods.push_back(word);
+  if (methods.empty()) methods = methodNames();
+  std::vector<std::string> notes = config.notes;
+  notes.erase(std::remove(notes.begin(), notes.end(), noteUnreadKeys(config, {config.method})),
+              notes.end());
+  const std::string note = noteUnreadKeys(config, methods);
+  if (!note.empty()) notes.push_back(note);
+  return notes;
 }
 
 }  // namespace
@@ -49,16 +63,16 @@ std::string readConfiguration(AbOptions* options) {
       return "--config: " + error;
     }
     o.config = std::make_shared<const Config>(config);
-    o.file_notes = config.notes;
   }
+  o.file_notes = notesFor(config, o.methods);
   o.initializer = config.options;
   o.baselines = config.baselines;
 
   // The same table three times: as read, as used here, as it is by default. The report has the
   // window's length and the gates under the names of --keyframes, --interval and --gates, which may
   // win, and the protocol counts full windows only.
-  const std::set<std::string> told_elsewhere = {"window.keyframes", "window.min_keyframes",
-                                                "window.min_interval_s", "gates.mode"};
+  const std::set<std::string> set_elsewhere = {"window.keyframes", "window.min_keyframes",
+                                               "window.min_interval_s", "gates.mode"};
   // Features that are simulated have the noise of --pixel-noise and no front end.
   Config used = config;
   const Config fresh;
@@ -70,16 +84,16 @@ std::string readConfiguration(AbOptions* options) {
     used.front_end = fresh.front_end;
   }
   Config defaults;
-  const std::vector<ConfigKey> keys_read = configKeys(&config);
-  const std::vector<ConfigKey> keys_used = configKeys(&used);
-  const std::vector<ConfigKey> keys_default = configKeys(&defaults);
+  const OptionTable keys_read = configTable(&config);
+  const OptionTable keys_used = configTable(&used);
+  const OptionTable keys_default = configTable(&defaults);
   std::string unused;
   for (std::size_t i = 0; i < keys_read.size(); ++i) {
-    if (told_elsewhere.count(keys_read[i].key) > 0) continue;
+    if (set_elsewhere.count(keys_read[i].key) > 0) continue;
     const std::string name = "slim_init." + keys_read[i].key;
-    const evaluation::OptionValue value = optionValue(keys_read[i]);
-    if (value == optionValue(keys_default[i])) continue;
-    if (value == optionValue(keys_used[i])) {
+    const evaluation::OptionValue value = valueOf(keys_read[i]);
+    if (value == valueOf(keys_default[i])) continue;
+    if (value == valueOf(keys_used[i])) {
       o.file_values.emplace_back(name, value);
     } else {
       unused += (unused.empty() ? "" : ", ") + name;

@@ -64,8 +64,8 @@ TEST(StartingStates, NoiseFreeStartsAreTheTruth) {
   ExactWindowOptions options;
   const Prepared s = makePrepared(options);
   ASSERT_TRUE(s.translation.valid);
-  const std::vector<WindowState> starts =
-      startingStates(*s.window, s.pre, s.translation, SlimOptions(), ReverseAlignmentOptions());
+  const std::vector<WindowState> starts = startingStates(
+      *s.window, s.pre, s.translation, SlimOptions(), ReverseAlignmentOptions(), InertialOptions());
   ASSERT_EQ(starts.size(), 2u);
   for (const WindowState& start : starts) {
     // The search for the scale ends at a relative 1e-5.
@@ -80,7 +80,9 @@ TEST(StartingStates, OnlyThoseAskedFor) {
   const Prepared s = makePrepared(ExactWindowOptions());
   SlimOptions use;
   use.tight_start = false;
-  EXPECT_EQ(startingStates(*s.window, s.pre, s.translation, use, ReverseAlignmentOptions()).size(),
+  EXPECT_EQ(startingStates(*s.window, s.pre, s.translation, use, ReverseAlignmentOptions(),
+                           InertialOptions())
+                .size(),
             1u);
 }
 
@@ -96,8 +98,8 @@ TEST(StartingStates, NoisyTightStartIsNotShrunk) {
     const Prepared s = makePrepared(options);
     SlimOptions use;
     use.reverse_start = false;
-    const std::vector<WindowState> starts =
-        startingStates(*s.window, s.pre, s.translation, use, ReverseAlignmentOptions());
+    const std::vector<WindowState> starts = startingStates(
+        *s.window, s.pre, s.translation, use, ReverseAlignmentOptions(), InertialOptions());
     ASSERT_EQ(starts.size(), 1u);
     sum += spread(starts[0].p_b0) / trueSpread(s.exact) - 1.0;
   }

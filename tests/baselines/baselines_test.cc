@@ -12,6 +12,7 @@
 
 #include "support/exact_window.h"
 #include "support/method_name.h"
+#include "support/option_checks.h"
 #include "support/same_result.h"
 
 namespace slim_init::baselines {
@@ -228,34 +229,9 @@ TEST(MakeBaseline, RefusesUnknownNamesAndBadOptions) {
   }
 }
 
-TEST(BaselineOptions, EveryFieldRefusesAValueBelowItsRange) {
-  using Change = std::function<void(BaselineOptions&)>;
-  const std::vector<std::pair<std::string, Change>> changes = {
-      {"gyro_bias.max_iterations", [](auto& o) { o.gyro_bias.max_iterations = 0; }},
-      {"gyro_bias.max_relinearizations", [](auto& o) { o.gyro_bias.max_relinearizations = 0; }},
-      {"gyro_bias.cauchy_scale", [](auto& o) { o.gyro_bias.cauchy_scale = 0.0; }},
-      {"gyro_bias.min_points_per_pair", [](auto& o) { o.gyro_bias.min_points_per_pair = 4; }},
-      {"gyro_bias.max_bias", [](auto& o) { o.gyro_bias.max_bias = 0.0; }},
-      {"line_selection.min_keyframes", [](auto& o) { o.line_selection.min_keyframes = 1; }},
-      {"line_selection.max_lines_per_pair",
-       [](auto& o) { o.line_selection.max_lines_per_pair = -1; }},
-      {"line_selection.full_length_px", [](auto& o) { o.line_selection.full_length_px = 0.0; }},
-      {"slim_paper.vp_weight", [](auto& o) { o.slim_paper.vp_weight = -1.0; }},
-      {"slim_paper.vp_cauchy_scale", [](auto& o) { o.slim_paper.vp_cauchy_scale = 0.0; }},
-      {"slim_paper.line_epipolar_weight",
-       [](auto& o) { o.slim_paper.line_epipolar_weight = -1.0; }},
-      {"slim_paper.line_normal_weight", [](auto& o) { o.slim_paper.line_normal_weight = -1.0; }},
-      {"drt_vi_ba.sigma_px", [](auto& o) { o.drt_vi_ba.sigma_px = 0.0; }},
-      {"drt_vi_ba.huber_sigmas", [](auto& o) { o.drt_vi_ba.huber_sigmas = 0.0; }},
-      {"drt_vi_ba.max_iterations", [](auto& o) { o.drt_vi_ba.max_iterations = 0; }},
-      {"drt_vi_ba.tolerance", [](auto& o) { o.drt_vi_ba.tolerance = -1.0; }},
-  };
-  EXPECT_EQ(BaselineOptions().validate(), "");
-  for (const auto& [key, change] : changes) {
-    BaselineOptions options;
-    change(options);
-    EXPECT_EQ(options.validate().find(key + " is "), 0u) << options.validate();
-  }
+TEST(BaselineOptions, TableHasEveryFieldAndValidateKeepsItsBounds) {
+  testing_support::expectBothSidesOfEveryBound<BaselineOptions>();
+  testing_support::expectEveryFieldHasARow<BaselineOptions>();
 }
 
 }  // namespace

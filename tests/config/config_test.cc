@@ -8,15 +8,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
-#include <new>
 #include <set>
 #include <sstream>
 #include <string>
-#include <typeinfo>
 #include <vector>
+
+#include "support/option_checks.h"
 
 namespace slim_init {
 
@@ -91,7 +89,7 @@ class ConfigFile : public ::testing::Test {
     return text.replace(position, from.size(), to);
   }
 
-  // Loads what was written; expects failure, a sentence that starts with the file name and holds
+  // Loads what was written; expects failure, a message that starts with the file name and holds
   // `words`, and an untouched result.
   void expectError(const std::string& words, const std::string& file = "") {
     Config config;
@@ -377,6 +375,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "slim_init.points.window_px is 20, must be odd"},
         OurError{"slim_init:\n  lines: {min_overlap: 2.}\n",
                  "slim_init.lines.min_overlap is 2, must be in"},
+        OurError{"slim_init:\n  robust_bias: {candidates: 4}\n",
+                 "slim_init.robust_bias.candidates is 4, must be in [0, 3]"},
         OurError{"slim_init:\n  slim_paper: {use_vp: 3}\n",
                  "slim_init.slim_paper.use_vp is 3, must be 0, 1, true or false"},
         OurError{"slim_init:\n", "slim_init is"},
@@ -403,63 +403,272 @@ TEST_F(ConfigErrors, KeyTwice) {
   Config config;
   std::string error;
   if (!loadConfig(path_, &config, &error)) {
-    EXPECT_NE(error.find("stands twice"), std::string::npos) << error;
+    EXPECT_NE(error.find("is given twice"), std::string::npos) << error;
   }
 }
 
 // ------------------------------------------------------------------------ table and shipped files
 
-TEST(ConfigKeys, AreUniqueAndExplained) {
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+TEST(ConfigTable, KeysAreUniqueAndExplained) {
   Config config;
   std::set<std::string> keys;
-  std::set<void*> fields;
-  for (const ConfigKey& key : configKeys(&config)) {
-    EXPECT_TRUE(keys.insert(key.key).second) << key.key << " stands twice";
-    EXPECT_TRUE(
-        fields.insert(std::visit([](auto* f) { return static_cast<void*>(f); }, key.field)).second)
-        << key.key << " shares a field";
-    EXPECT_FALSE(key.reason.empty()) << key.key;
+  std::set<const void*> fields;
+  for (const OptionField& option : configTable(&config)) {
+    EXPECT_TRUE(keys.insert(option.key).second) << option.key << " stands twice";
+    EXPECT_TRUE(fields.insert(memoryOf(option).first).second) << option.key << " shares a field";
+    EXPECT_FALSE(option.reason.empty()) << option.key;
+    for (const std::string& method : option.methods) {
+      // Those that need Ceres are not in this build's registry of methods().
+      const std::set<std::string> known = {"slim",      "slim-paper", "drt-l",   "drt-t",
+                                           "drt-vi-ba", "vins",       "openvins"};
+      EXPECT_EQ(known.count(method), 1u) << option.key << ": " << method;
+    }
   }
 }
 
-// A field that was added to the options and forgotten in the table would be a knob that no file can
-// turn. C++ cannot list fields; but bytes that a constructor writes are fields, bytes that keep the
-// paint of the memory below are padding.
-template <typename Options>
-void expectEveryFieldHasAKey(Config* config, const Options* options) {
-  constexpr size_t kSize = sizeof(Options);
-  alignas(Options) unsigned char memory[2][kSize];
-  const unsigned char paints[2] = {0x5a, 0xa5};
-  for (int i = 0; i < 2; ++i) {
-    std::memset(memory[i], paints[i], kSize);
-    asm volatile("" : : "r"(memory[i]) : "memory");  // the paint is not dead
-    new (memory[i]) Options;                         // trivially destructible
-    asm volatile("" : : "r"(memory[i]) : "memory");
-  }
-  std::vector<bool> written(kSize), listed(kSize);
-  for (size_t i = 0; i < kSize; ++i) written[i] = memory[0][i] == memory[1][i];
-
-  const auto* begin = reinterpret_cast<const unsigned char*>(options);
-  for (const ConfigKey& key : configKeys(config)) {
-    std::visit(
-        [&](auto* field) {
-          const auto* bytes = reinterpret_cast<const unsigned char*>(field);
-          if (bytes < begin || bytes >= begin + kSize) return;  // a field outside the options
-          std::fill_n(listed.begin() + (bytes - begin), sizeof(*field), true);
-        },
-        key.field);
-  }
-  for (size_t i = 0; i < kSize; ++i) {
-    EXPECT_TRUE(!written[i] || listed[i])
-        << "byte " << i << " of " << typeid(Options).name() << " belongs to a field without a key";
-  }
-}
-
-TEST(ConfigKeys, CoverEveryOption) {
+TEST(ConfigTable, HoldsTheTablesOfAllStructs) {
   Config config;
-  expectEveryFieldHasAKey(&config, &config.options);
-  expectEveryFieldHasAKey(&config, &config.front_end.points);
-  expectEveryFieldHasAKey(&config, &config.front_end.lines);
+  std::set<const void*> fields;
+  for (const OptionField& option : configTable(&config)) fields.insert(memoryOf(option).first);
+  const auto expectListed = [&fields](const OptionTable& table) {
+    for (const OptionField& option : table) {
+      EXPECT_EQ(fields.count(memoryOf(option).first), 1u) << option.key;
+    }
+  };
+  expectListed(optionTable(&config.options));
+  expectListed(optionTable(&config.baselines));
+  expectListed(optionTable(&config.front_end));
+  expectListed(optionTable(&config.calibration));
+  expectListed(optionTable(&config.calibration.imu_noise));
+}
+
+TEST(ConfigTable, FrontEndHasEveryFieldAndKeepsItsBounds) {
+  expectBothSidesOfEveryBound<FrontEndOptions>();
+  expectBothSidesOfEveryBound<PointTrackerOptions>();
+  expectBothSidesOfEveryBound<LineTrackerOptions>();
+  expectBothSidesOfEveryBound<HostFrontEnd>();
+  expectEveryFieldHasARow<FrontEndOptions>([](FrontEndOptions* options) {
+    OptionTable table = optionTable(options);
+    // No keys of its own; the host's keys are at the top level of the file.
+    appendSection("vanishing_point", optionTable(&options->vanishing_point), {}, &table);
+    appendSection("host", optionTable(&options->host), {}, &table);
+    return table;
+  });
+}
+
+TEST(ConfigTable, HeadersStateTheSameUnits) {
+  const std::string top = SLIM_INIT_SOURCE_DIR;
+  Config config;
+  const auto front_end = unitsOfHeader(
+      top + "/feature_tracker_lines/include/slim_init/feature_tracker_lines/options.h");
+  expectUnitsAgree(front_end, "PointTrackerOptions", optionTable(&config.front_end.points));
+  expectUnitsAgree(front_end, "LineTrackerOptions", optionTable(&config.front_end.lines));
+  expectUnitsAgree(front_end, "HostFrontEnd", optionTable(&config.front_end.host));
+  const auto compared =
+      unitsOfHeader(top + "/slim_init/baselines/include/slim_init/baselines/options.h");
+  expectUnitsAgree(compared, "GyroBiasOptions", optionTable(&config.baselines.gyro_bias));
+  expectUnitsAgree(compared, "LineSelectionOptions", optionTable(&config.baselines.line_selection));
+  expectUnitsAgree(compared, "SlimPaperOptions", optionTable(&config.baselines.slim_paper));
+  expectUnitsAgree(compared, "DrtViBaOptions", optionTable(&config.baselines.drt_vi_ba));
+  expectUnitsAgree(compared, "VinsOptions", optionTable(&config.baselines.vins));
+  expectUnitsAgree(compared, "OpenVinsOptions", optionTable(&config.baselines.openvins));
+}
+
+// A file with one of our keys.
+std::string fileWithKey(const std::string& key, const std::string& value) {
+  std::string text = "%YAML:1.0\nslim_init:\n", indent = "  ";
+  std::size_t begin = 0;
+  for (std::size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', begin)) {
+    text += indent + key.substr(begin, dot - begin) + ":\n";
+    indent += "  ";
+    begin = dot + 1;
+  }
+  return text + indent + key.substr(begin) + ": " + value + "\n";
+}
+
+std::string numberText(const OptionField& option, double value) {
+  std::ostringstream out;
+  out.precision(17);
+  out << value;
+  const bool real = std::holds_alternative<double*>(option.value);
+  return real && out.str().find_first_of(".e") == std::string::npos ? out.str() + ".0" : out.str();
+}
+
+TEST_F(ConfigFile, EveryNumberIsRefusedOutsideOfItsRangeByNameOfItsKey) {
+  Config defaults;
+  int tested = 0;
+  for (const OptionField& option : configTable(&defaults)) {
+    for (const BoundCase& bound : boundCases(option)) {
+      writeOptions(fileWithKey(option.key, numberText(option, bound.outside)));
+      Config config;
+      std::string error;
+      EXPECT_FALSE(loadOptions(optionsPath(), &config, &error)) << option.key;
+      EXPECT_NE(error.find(": slim_init." + option.key + " is "), std::string::npos) << error;
+      EXPECT_NE(error.find("must be in ["), std::string::npos) << error;
+      writeOptions(fileWithKey(option.key, numberText(option, bound.inside)));
+      const bool taken = loadOptions(optionsPath(), &config, &error);
+      EXPECT_TRUE(taken || error.find("must be in [") == std::string::npos) << error;
+      ++tested;
+    }
+  }
+  EXPECT_GT(tested, 150);
+}
+
+// ------------------------------------------------------------------------------- renamed keys
+
+std::string valueOf(Config* config, const std::string& key) {
+  for (const OptionField& option : configTable(config)) {
+    if (option.key != key) continue;
+    if (const auto* whole = std::get_if<int*>(&option.value)) return std::to_string(**whole);
+    if (const auto* real = std::get_if<double*>(&option.value)) return std::to_string(**real);
+  }
+  return "no such key";
+}
+
+TEST_F(ConfigFile, EarlierNamesAreReadWithANote) {
+  for (const RenamedKey& renamed : renamedKeys()) {
+    Config config;
+    EXPECT_EQ(valueOf(&config, renamed.old_key), "no such key");
+    writeOptions(fileWithKey(renamed.old_key, "7"));
+    std::string error;
+    ASSERT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
+    EXPECT_EQ(std::stod(valueOf(&config, renamed.key)), 7.0) << renamed.old_key;
+    ASSERT_EQ(config.notes.size(), 1u);
+    EXPECT_NE(config.notes[0].find("slim_init." + renamed.old_key + " is now " + renamed.key),
+              std::string::npos)
+        << config.notes[0];
+
+    config = Config();
+    writeOptions(fileWithKey(renamed.key, "7"));
+    ASSERT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
+    EXPECT_TRUE(config.notes.empty()) << config.notes[0];
+  }
+}
+
+TEST_F(ConfigFile, TwoNamesOfOneKeyHaveToAgree) {
+  writeOptions(
+      "%YAML:1.0\nslim_init:\n  refinement: {vp_inflation: 3.0}\n"
+      "  robust_bias: {refinement: {vp_inflation: 3.0}}\n");
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
+  EXPECT_EQ(config.options.vanishing_point.covariance_inflation, 3.0);
+  writeOptions(
+      "%YAML:1.0\nslim_init:\n  refinement: {vp_inflation: 3.0}\n"
+      "  robust_bias: {refinement: {vp_inflation: 4.0}}\n");
+  EXPECT_FALSE(loadOptions(optionsPath(), &config, &error));
+  EXPECT_NE(error.find("slim_init.robust_bias.refinement.vp_inflation is 4.0 and "
+                       "slim_init.refinement.vp_inflation is 3.0"),
+            std::string::npos)
+      << error;
+  // The file of our own wins over the host's, whatever the names.
+  write(std::string(kHostFile) + "slim_init:\n  refinement: {accel_noise_factor: 2.0}\n");
+  writeOptions("%YAML:1.0\nslim_init:\n  inertial: {accel_noise_factor: 5.0}\n");
+  ASSERT_TRUE(loadConfig(path_, optionsPath(), &config, &error)) << error;
+  EXPECT_EQ(config.options.inertial.accel_noise_factor, 5.0);
+}
+
+// ------------------------------------------------------------------------ keys without effect
+
+TEST_F(ConfigFile, NotesKeysThatTheMethodDoesNotRead) {
+  const auto notes = [this](const std::string& section) {
+    writeOptions("%YAML:1.0\nslim_init:\n" + section);
+    Config config;
+    std::string error;
+    EXPECT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
+    return config.notes;
+  };
+  const std::string compared = "  slim_paper: {vp_weight: 0.5}\n  drt_vi_ba: {sigma_px: 2.0}\n";
+  ASSERT_EQ(notes(compared).size(), 1u);
+  EXPECT_EQ(notes(compared)[0],
+            "without effect on slim: slim_init.slim_paper.vp_weight, slim_init.drt_vi_ba.sigma_px");
+  ASSERT_EQ(notes("  method: slim-paper\n" + compared).size(), 1u);
+  EXPECT_EQ(notes("  method: slim-paper\n" + compared)[0],
+            "without effect on slim-paper: slim_init.drt_vi_ba.sigma_px");
+  EXPECT_EQ(notes("  method: drt-l\n  slim: {refine: 0}\n")[0],
+            "without effect on drt-l: slim_init.slim.refine");
+  EXPECT_TRUE(notes("  slim: {refine: 0}\n").empty());
+  EXPECT_TRUE(notes("  slim_paper: {vp_weight: 0.001}\n").empty()) << "the default";
+
+  Config config;
+  config.baselines.slim_paper.vp_weight = 0.5;
+  EXPECT_EQ(noteUnreadKeys(config, {"slim", "slim-paper"}), "");
+  EXPECT_EQ(noteUnreadKeys(config, {"slim", "drt-l"}),
+            "without effect on slim or drt-l: slim_init.slim_paper.vp_weight");
+}
+
+// --------------------------------------------------------------------------------- shipped files
+
+// A default, a range or a reason changed? `slim_init options --update .` in the repository.
+TEST(ShippedConfigs, GeneratedFilesAreUpToDate) {
+  const std::vector<GeneratedFile> files = generatedFiles();
+  ASSERT_EQ(files.size(), 4u);
+  for (const GeneratedFile& file : files) {
+    EXPECT_TRUE(fileText(SLIM_INIT_SOURCE_DIR "/" + file.path) == file.text)
+        << file.path << " is out of date: run `slim_init options --update .` in the repository";
+  }
+}
+
+TEST(ShippedConfigs, LinesAreAtMostAHundredColumnsLong) {
+  for (const GeneratedFile& file : generatedFiles()) {
+    std::istringstream lines(file.text);
+    for (std::string line; std::getline(lines, line);) {
+      const bool table_row = line[0] == '|';
+      EXPECT_TRUE(table_row || line.size() <= 100) << file.path << ": " << line;
+    }
+  }
+}
+
+void expectDefaults(Config* read) {
+  Config defaults;
+  const OptionTable table = configTable(read), expected = configTable(&defaults);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    if (const auto* word = std::get_if<OptionWord>(&table[i].value)) {
+      EXPECT_EQ(word->get(), std::get<OptionWord>(expected[i].value).get()) << table[i].key;
+    } else {
+      std::visit(
+          [&](const auto& value) {
+            using T = std::decay_t<decltype(value)>;
+            if constexpr (std::is_pointer_v<T>) {
+              EXPECT_EQ(*value, *std::get<T>(expected[i].value)) << table[i].key;
+            }
+          },
+          table[i].value);
+    }
+  }
+}
+
+// The three files together hold every key once, with its default.
+TEST(ShippedConfigs, HoldEveryKeyWithItsDefault) {
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(kConfigDir + "template.yaml", &config, &error)) << error;
+  expectDefaults(&config);
+  EXPECT_TRUE(config.notes.empty()) << config.notes[0];
+  for (const char* file : {"advanced.yaml", "compared_methods.yaml"}) {
+    Config options;
+    ASSERT_TRUE(loadOptions(kConfigDir + file, &options, &error)) << error;
+    expectDefaults(&options);
+    EXPECT_TRUE(options.notes.empty()) << options.notes[0];
+  }
+  const auto keys = [](OptionKeys which) {
+    const std::string text = optionsYaml(which);
+    int count = 0;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      count += line[0] == ' ' && line.find('#') == std::string::npos && line.back() != ':' ? 1 : 0;
+    }
+    return count;
+  };
+  const int user = keys(OptionKeys::kUser);
+  EXPECT_EQ(user + keys(OptionKeys::kAdvanced) + keys(OptionKeys::kCompared),
+            static_cast<int>(configTable(&config).size()));
+  EXPECT_EQ(keys(OptionKeys::kAll), static_cast<int>(configTable(&config).size()));
+  // What a user has to look through.
+  EXPECT_GE(user, 25);
+  EXPECT_LE(user, 35);
 }
 
 TEST(ShippedConfigs, AllLoad) {
@@ -471,37 +680,16 @@ TEST(ShippedConfigs, AllLoad) {
     if (name.size() < 5 || name.compare(name.size() - 5, 5, ".yaml") != 0) continue;
     Config config;
     std::string error;
-    EXPECT_TRUE(loadConfig(kConfigDir + name, &config, &error)) << error;
+    const bool rig = fileText(kConfigDir + name).find("\nmodel_type:") != std::string::npos;
+    EXPECT_TRUE(rig ? loadConfig(kConfigDir + name, &config, &error)
+                    : loadOptions(kConfigDir + name, &config, &error))
+        << error;
     EXPECT_EQ(config.options.validate(), "") << name;
     EXPECT_EQ(config.calibration.validate(), "") << name;
     ++loaded;
   }
   closedir(directory);
-  EXPECT_GE(loaded, 2);
-}
-
-// A default changed? SLIM_INIT_UPDATE_TEMPLATE=1 build/tests/feature_tracker_lines/config_test
-TEST(ShippedConfigs, TemplateHoldsEveryKeyWithItsDefault) {
-  const std::string path = kConfigDir + "template.yaml";
-  if (std::getenv("SLIM_INIT_UPDATE_TEMPLATE") != nullptr) {
-    const std::string old = fileText(path);
-    std::ofstream(path) << old.substr(0, old.find("\nslim_init:\n") + 1) + documentedDefaults();
-  }
-  const std::string text = fileText(path);
-  EXPECT_NE(text.find("\n" + documentedDefaults()), std::string::npos)
-      << "config/template.yaml is out of date; run this test with SLIM_INIT_UPDATE_TEMPLATE=1";
-
-  Config config, defaults;
-  std::string error;
-  ASSERT_TRUE(loadConfig(path, &config, &error)) << error;
-  const std::vector<ConfigKey> read = configKeys(&config), expected = configKeys(&defaults);
-  for (size_t i = 0; i < read.size(); ++i) {
-    std::visit(
-        [&](auto* field) {
-          EXPECT_EQ(*field, *std::get<decltype(field)>(expected[i].field)) << read[i].key;
-        },
-        read[i].field);
-  }
+  EXPECT_GE(loaded, 6);
 }
 
 TEST(ShippedConfigs, EurocIsTheDatasetsCalibration) {

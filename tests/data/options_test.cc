@@ -1,79 +1,101 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/options.h"
 
+#include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <functional>
-#include <limits>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "slim_init/result.h"
 #include "slim_init/types.h"
+#include "support/option_checks.h"
 
 namespace slim_init {
 namespace {
 
-TEST(Options, DefaultsAreValid) {
-  EXPECT_EQ(InitializerOptions().validate(), "");
-  EXPECT_EQ(Calibration().validate(), "");
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+TEST(OptionTable, BothSidesOfEveryBound) {
+  expectBothSidesOfEveryBound<WindowOptions>();
+  expectBothSidesOfEveryBound<InertialOptions>();
+  expectBothSidesOfEveryBound<MultiGapBiasOptions>();
+  expectBothSidesOfEveryBound<TrackPruningOptions>();
+  expectBothSidesOfEveryBound<RobustBiasOptions>();
+  expectBothSidesOfEveryBound<VanishingPointOptions>();
+  expectBothSidesOfEveryBound<AlignmentOptions>();
+  expectBothSidesOfEveryBound<ReverseAlignmentOptions>();
+  expectBothSidesOfEveryBound<RefinementOptions>();
+  expectBothSidesOfEveryBound<SlimOptions>();
+  expectBothSidesOfEveryBound<GateOptions>();
+  expectBothSidesOfEveryBound<InitializerOptions>();
+  expectBothSidesOfEveryBound<Calibration>();
+  expectBothSidesOfEveryBound<ImuNoise>();
+  expectBothSidesOfEveryBound<ImuLimits>();
 }
 
-TEST(Options, EveryFieldRefusesAValueBelowItsRange) {
-  using Change = std::function<void(InitializerOptions&)>;
-  const std::vector<std::pair<std::string, Change>> changes = {
-      {"window.keyframes", [](auto& o) { o.window.keyframes = 3; }},
-      {"window.min_keyframes", [](auto& o) { o.window.min_keyframes = 3; }},
-      {"window.min_interval_s", [](auto& o) { o.window.min_interval_s = 0.0; }},
-      {"window.max_frame_gap_s", [](auto& o) { o.window.max_frame_gap_s = 0.0; }},
-      {"window.max_imu_gap_s", [](auto& o) { o.window.max_imu_gap_s = 0.0; }},
-      {"window.buffer_s", [](auto& o) { o.window.buffer_s = 0.0; }},
-      {"vanishing_point.icosphere_subdivisions",
-       [](auto& o) { o.vanishing_point.icosphere_subdivisions = 0; }},
-      {"vanishing_point.vote_threshold_deg",
-       [](auto& o) { o.vanishing_point.vote_threshold_deg = 0.0; }},
-      {"vanishing_point.inlier_threshold_deg",
-       [](auto& o) { o.vanishing_point.inlier_threshold_deg = 0.0; }},
-      {"vanishing_point.min_inliers", [](auto& o) { o.vanishing_point.min_inliers = 1; }},
-      {"vanishing_point.match_threshold_deg",
-       [](auto& o) { o.vanishing_point.match_threshold_deg = 0.0; }},
-      {"vanishing_point.min_track_age", [](auto& o) { o.vanishing_point.min_track_age = 0; }},
-      {"vanishing_point.consistency_threshold_deg",
-       [](auto& o) { o.vanishing_point.consistency_threshold_deg = 0.0; }},
-      {"alignment.min_track_length", [](auto& o) { o.alignment.min_track_length = 2; }},
-      {"alignment.min_tracks", [](auto& o) { o.alignment.min_tracks = 0; }},
-      {"alignment.min_parallax_rad", [](auto& o) { o.alignment.min_parallax_rad = -1.0; }},
-      {"gates.min_parallax_px", [](auto& o) { o.gates.min_parallax_px = -1.0; }},
-      {"gates.min_rotation_deg", [](auto& o) { o.gates.min_rotation_deg = -1.0; }},
-      {"gates.min_excitation", [](auto& o) { o.gates.min_excitation = -1.0; }},
-      {"gates.min_linkage", [](auto& o) { o.gates.min_linkage = 0.0; }},
-      {"gates.max_alignment_residual", [](auto& o) { o.gates.max_alignment_residual = -1.0; }},
-      {"gates.max_scale_sigma", [](auto& o) { o.gates.max_scale_sigma = -1.0; }},
+TEST(OptionTable, HasEveryField) {
+  expectEveryFieldHasARow<InitializerOptions>();
+  expectEveryFieldHasARow<ImuNoise>();
+  expectEveryFieldHasARow<ImuLimits>();
+}
+
+TEST(OptionTable, FindsAFieldWithoutARow) {
+  const auto withoutTheLast = [](WindowOptions* options) {
+    OptionTable table = optionTable(options);
+    table.pop_back();
+    return table;
   };
-  for (const auto& [field, change] : changes) {
-    InitializerOptions options;
-    change(options);
-    const std::string sentence = options.validate();
-    EXPECT_EQ(sentence.find(field + " is "), 0u) << field << ": \"" << sentence << "\"";
-    EXPECT_NE(sentence.find("must"), std::string::npos) << sentence;
-  }
+  EXPECT_NONFATAL_FAILURE(expectEveryFieldHasARow<WindowOptions>(withoutTheLast), "without a row");
 }
 
-TEST(Options, RoomsOfSlimRefuseWhatIsOutOfRange) {
-  EXPECT_EQ(MultiGapBiasOptions().validate(), "");
-  EXPECT_EQ(ReverseAlignmentOptions().validate(), "");
+TEST(OptionTable, HeaderStatesTheSameUnits) {
+  const auto units = unitsOfHeader(SLIM_INIT_SOURCE_DIR "/slim_init/include/slim_init/options.h");
+  InitializerOptions o;
+  expectUnitsAgree(units, "WindowOptions", optionTable(&o.window));
+  expectUnitsAgree(units, "InertialOptions", optionTable(&o.inertial));
+  expectUnitsAgree(units, "MultiGapBiasOptions", optionTable(&o.robust_bias.refinement));
+  expectUnitsAgree(units, "TrackPruningOptions", optionTable(&o.robust_bias.pruning));
+  expectUnitsAgree(units, "RobustBiasOptions", optionTable(&o.robust_bias));
+  expectUnitsAgree(units, "VanishingPointOptions", optionTable(&o.vanishing_point));
+  expectUnitsAgree(units, "AlignmentOptions", optionTable(&o.alignment));
+  expectUnitsAgree(units, "ReverseAlignmentOptions", optionTable(&o.reverse_alignment));
+  expectUnitsAgree(units, "RefinementOptions", optionTable(&o.refinement));
+  expectUnitsAgree(units, "SlimOptions", optionTable(&o.slim));
+  expectUnitsAgree(units, "GateOptions", optionTable(&o.gates));
+}
+
+TEST(OptionTable, MethodsOfARowAreThoseOfItsSectionUnlessItNamesItsOwn) {
+  InitializerOptions options;
+  std::map<std::string, OptionField> rows;
+  for (const OptionField& row : optionTable(&options)) rows[row.key] = row;
+  EXPECT_TRUE(rows["window.keyframes"].isReadBy("any-method"));
+  EXPECT_TRUE(rows["refinement.use_lines"].isReadBy("slim"));
+  EXPECT_FALSE(rows["refinement.use_lines"].isReadBy("drt-l"));
+  EXPECT_FALSE(isForComparedMethods(rows["vanishing_point.min_inliers"]));
+  EXPECT_TRUE(isForComparedMethods(rows["vanishing_point.min_track_age"]));
+}
+
+TEST(Options, OutOfRangeMessageNamesValueAndBound) {
   MultiGapBiasOptions bias;
   bias.max_gap = 9;
   EXPECT_EQ(bias.validate(), "max_gap is 9, must be in [1, 8]");
+  RobustBiasOptions robust;
+  robust.candidates = kMaxBiasCandidates + 1;
+  EXPECT_EQ(robust.validate(), "candidates is 4, must be in [0, 3]");
   ReverseAlignmentOptions reverse;
   reverse.min_scale = 60.0;
   EXPECT_EQ(reverse.validate(), "min_scale is 60, must not exceed max_scale (50)");
 }
 
-TEST(Options, NotANumberIsOutOfEveryRange) {
-  InitializerOptions options;
-  options.gates.max_scale_sigma = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(options.validate(), "");
+TEST(Options, SlimNeedsAStart) {
+  SlimOptions options;
+  options.reverse_start = false;
+  EXPECT_EQ(options.validate(), "");
+  options.tight_start = false;
+  EXPECT_NE(options.validate().find("reverse_start and tight_start"), std::string::npos);
 }
 
 TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {
@@ -98,7 +120,7 @@ TEST(Options, VpConsistencyThresholdMustBeAbleToFail) {
   EXPECT_EQ(options.validate().find("vanishing_point.consistency_threshold_deg"), 0u);
 }
 
-TEST(Options, SentenceNamesValueAndBound) {
+TEST(Options, InitializerOptionsNameTheSection) {
   InitializerOptions options;
   options.window.keyframes = 51;
   EXPECT_EQ(options.validate(), "window.keyframes is 51, must be in [4, 50]");

@@ -451,8 +451,8 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   const WindowState start = trueState(exact);
   const StateLayout at(start.size());
   const std::vector<Preintegration> pre =
-      preintegrateInflated(window, start.gyro_bias, start.accel_bias, options);
-  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options);
+      preintegrateInflated(window, start.gyro_bias, start.accel_bias, InertialOptions());
+  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options, InertialOptions());
   WindowState moved = start;
   ASSERT_TRUE(map.minimize(0, &moved).valid);
   const MatrixXd information = map.information();
@@ -514,8 +514,8 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
     H.diagonal().segment<3>(column).array() += 1.0 / (sigma * sigma);
     g.segment<3>(column) += value / (sigma * sigma);
   };
-  prior(at.gyroBias(), start.gyro_bias, options.gyro_bias_prior);
-  prior(at.accelBias(), start.accel_bias, options.accel_bias_prior);
+  prior(at.gyroBias(), start.gyro_bias, InertialOptions().gyro_bias_prior);
+  prior(at.accelBias(), start.accel_bias, InertialOptions().accel_bias_prior);
 
   const int m = at.size() - StateLayout::kGauge;
   // In units of the standard deviation that each entry has when all others are known.
@@ -642,12 +642,14 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
     const auto window = InitWindow::create(calibration, frames, imu, &error);
     EXPECT_NE(window, nullptr) << error;
     RefinementOptions options;
-    options.accel_noise_factor = options.gyro_noise_factor = 1.0;
     options.estimate_accel_bias = !bias_known;
-    options.accel_bias_prior = options.gyro_bias_prior = 1e6;  // none
+    InertialOptions inertial;
+    inertial.accel_noise_factor = inertial.gyro_noise_factor = 1.0;
+    inertial.accel_bias_prior = inertial.gyro_bias_prior = 1e6;  // none
     const std::vector<Preintegration> pre =
-        preintegrateInflated(*window, Vector3d::Zero(), Vector3d::Zero(), options);
-    VisualInertialProblem map(*window, window->lineTracks(), pre, &vanishing_points, options);
+        preintegrateInflated(*window, Vector3d::Zero(), Vector3d::Zero(), inertial);
+    VisualInertialProblem map(*window, window->lineTracks(), pre, &vanishing_points, options,
+                              inertial);
     EXPECT_TRUE(map.minimize(0, &state).valid);
     // In units of 1 m, 1 m/s, 1 m/s^2, 1 rad; gravity by what it does to the acceleration.
     VectorXd unit = VectorXd::Ones(map.information().rows());

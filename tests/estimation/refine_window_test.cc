@@ -25,10 +25,15 @@ using testing_support::makeExactWindow;
 using testing_support::trueState;
 
 // The simulated IMU is as good as its data sheet.
-RefinementOptions dataSheetNoise() {
+InertialOptions dataSheetNoise() {
+  InertialOptions inertial;
+  inertial.accel_noise_factor = 1.0;
+  inertial.gyro_noise_factor = 1.0;
+  return inertial;
+}
+
+RefinementOptions withoutVanishingPoints() {
   RefinementOptions options;
-  options.accel_noise_factor = 1.0;
-  options.gyro_noise_factor = 1.0;
   options.use_vanishing_points = false;
   return options;
 }
@@ -54,8 +59,8 @@ RefinedWindow refine(const InitWindow& window, const std::vector<WindowState>& s
                      const RefinementOptions& options, StartMode mode = StartMode::kFine) {
   const Eigen::Vector3d bias = starts.empty() ? Eigen::Vector3d::Zero() : starts[0].gyro_bias;
   return refineWindow(window, window.lineTracks(),
-                      preintegrateInflated(window, bias, Eigen::Vector3d::Zero(), options), nullptr,
-                      starts, mode, options);
+                      preintegrateInflated(window, bias, Eigen::Vector3d::Zero(), dataSheetNoise()),
+                      nullptr, starts, mode, options, dataSheetNoise());
 }
 
 double spread(const WindowState& state) {
@@ -92,7 +97,8 @@ TEST(RefineWindow, NoiseIsThatOfTheData) {
   // The calibration says 0.6 px throughout.
   for (const double sigma_px : {0.3, 0.6, 1.5}) {
     const ExactWindow exact = makeExactWindow(noisy(3, sigma_px));
-    const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, dataSheetNoise());
+    const RefinedWindow refined =
+        refine(*exact.window, {trueState(exact)}, withoutVanishingPoints());
     ASSERT_TRUE(refined.valid);
     EXPECT_NEAR(refined.sigma_px, sigma_px, 0.1 * sigma_px);
     EXPECT_NEAR(refined.sigma_line_px, sigma_px, 0.2 * sigma_px);
@@ -101,7 +107,7 @@ TEST(RefineWindow, NoiseIsThatOfTheData) {
 
 TEST(RefineWindow, NoiseHasAFloor) {
   const ExactWindow exact = makeExactWindow(noisy(3, 0.05));
-  RefinementOptions options = dataSheetNoise();
+  RefinementOptions options = withoutVanishingPoints();
   options.min_sigma_px = 0.2;
   RefinedWindow refined = refine(*exact.window, {trueState(exact)}, options);
   ASSERT_TRUE(refined.valid);
@@ -117,7 +123,7 @@ TEST(RefineWindow, TooFewResidualsKeepTheNoiseOfTheCalibration) {
   window_options.lines = 1;
   const ExactWindow exact = makeExactWindow(window_options);
   ASSERT_EQ(exact.window->lineTracks().size(), 1u);
-  const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, dataSheetNoise());
+  const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, withoutVanishingPoints());
   ASSERT_TRUE(refined.valid);
   EXPECT_NEAR(refined.sigma_line_px, exact.calibration.sigma_line_px, 1e-12);
   EXPECT_NEAR(refined.sigma_px, 1.5, 0.15);
@@ -147,7 +153,7 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   }
   ASSERT_GT(wrong, 20);
   const auto window = windowOf(exact, frames);
-  const RefinementOptions options = dataSheetNoise();
+  const RefinementOptions options = withoutVanishingPoints();
   const RefinedWindow refined = refine(*window, {truth}, options);
   ASSERT_TRUE(refined.valid);
   // A Rayleigh variable is beyond 3.5 sigma once in 450; short tracks, which bend to their outlier,
@@ -168,7 +174,7 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
 
 TEST(RefineWindow, NoSmallResidualIsTakenOut) {
   const ExactWindow exact = makeExactWindow(noisy(3, 0.05));
-  RefinementOptions options = dataSheetNoise();
+  RefinementOptions options = withoutVanishingPoints();
   options.min_sigma_px = 0.01;
   options.reject_sigmas = 2.0;
   options.min_reject_px = 0.5;
@@ -198,7 +204,7 @@ TEST(RefineWindow, AWrongLineIsTakenOut) {
     }
   }
   const auto window = windowOf(exact, frames);
-  const RefinementOptions options = dataSheetNoise();
+  const RefinementOptions options = withoutVanishingPoints();
   const RefinedWindow clean = refine(*exact.window, {trueState(exact)}, options);
   const RefinedWindow refined = refine(*window, {trueState(exact)}, options);
   ASSERT_TRUE(clean.valid && refined.valid);
@@ -216,7 +222,7 @@ TEST(RefineWindow, ASecondStartIsTriedWhereTheFirstLooksWrong) {
   const WindowState truth = trueState(exact);
   // Turned over: the minimisation does not come back from there.
   WindowState wrong = moved(truth, 1.0, 2);
-  RefinementOptions options = dataSheetNoise();
+  RefinementOptions options = withoutVanishingPoints();
   options.suspicious_chi2 = 2.0;
   const RefinedWindow from_wrong = refine(*exact.window, {wrong}, options);
   EXPECT_TRUE(!from_wrong.valid || from_wrong.chi2 > options.suspicious_chi2);
@@ -240,7 +246,7 @@ TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
   const ExactWindow exact = makeExactWindow(noisy(7));
   const WindowState truth = trueState(exact);
   const WindowState wrong = moved(truth, 1.0, 2);
-  RefinementOptions options = dataSheetNoise();
+  RefinementOptions options = withoutVanishingPoints();
   options.suspicious_chi2 = 1e-3;  // every minimum looks wrong
   for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
     const RefinedWindow alone = refine(*exact.window, {truth}, options, mode);
@@ -256,7 +262,7 @@ TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
 
 TEST(RefineWindow, CoarseToFineReachesTheSameMinimumAtTheTrueNoise) {
   const ExactWindow exact = makeExactWindow(noisy(8));
-  RefinementOptions options = dataSheetNoise();
+  RefinementOptions options = withoutVanishingPoints();
   options.tolerance = 1e-6;
   options.max_iterations = 50;
   const WindowState truth = trueState(exact);
@@ -269,7 +275,7 @@ TEST(RefineWindow, CoarseToFineReachesTheSameMinimumAtTheTrueNoise) {
 }
 
 TEST(RefineWindow, CoarseToFineFindsTheMinimumFromFartherAway) {
-  const RefinementOptions options = dataSheetNoise();
+  const RefinementOptions options = withoutVanishingPoints();
   int fine = 0, coarse = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const ExactWindow exact = makeExactWindow(noisy(seed));
@@ -294,7 +300,7 @@ TEST(RefineWindow, CoarseToFineFindsTheMinimumFromFartherAway) {
 TEST(RefineWindow, WithoutAStartThereIsNoAnswer) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
-    const RefinedWindow refined = refine(*exact.window, {}, dataSheetNoise(), mode);
+    const RefinedWindow refined = refine(*exact.window, {}, withoutVanishingPoints(), mode);
     EXPECT_FALSE(refined.valid);
     EXPECT_EQ(refined.chosen_start, -1);
   }
@@ -306,8 +312,9 @@ TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
   WindowState broken = truth;
   broken.p_b0(1, 3) = std::numeric_limits<double>::quiet_NaN();
   for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
-    EXPECT_FALSE(refine(*exact.window, {broken}, dataSheetNoise(), mode).valid);
-    const RefinedWindow refined = refine(*exact.window, {broken, truth}, dataSheetNoise(), mode);
+    EXPECT_FALSE(refine(*exact.window, {broken}, withoutVanishingPoints(), mode).valid);
+    const RefinedWindow refined =
+        refine(*exact.window, {broken, truth}, withoutVanishingPoints(), mode);
     ASSERT_TRUE(refined.valid);
     EXPECT_EQ(refined.chosen_start, 1);
     EXPECT_LT(scaleError(refined, truth), 0.02);
@@ -317,21 +324,25 @@ TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
 TEST(RefineWindow, FromFarAwayItIsInvalidOrLooksWrong) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   const WindowState far = scaled(moved(trueState(exact), 1.0, 3), 1e6);
-  const RefinedWindow refined = refine(*exact.window, {far}, dataSheetNoise());
+  const RefinedWindow refined = refine(*exact.window, {far}, withoutVanishingPoints());
   EXPECT_TRUE(!refined.valid || refined.chi2 > 5.0) << refined.chi2;
 }
 
 TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   const WindowState truth = trueState(exact);
-  const RefinementOptions options = dataSheetNoise();
+  const RefinementOptions options = withoutVanishingPoints();
   for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
     std::vector<Preintegration> pre =
-        preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
+        preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
     const auto lines = exact.window->lineTracks();
-    EXPECT_TRUE(refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options).valid);
+    EXPECT_TRUE(
+        refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options, dataSheetNoise())
+            .valid);
     pre[4].covariance.setZero();
-    EXPECT_FALSE(refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options).valid);
+    EXPECT_FALSE(
+        refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options, dataSheetNoise())
+            .valid);
   }
 }
 
@@ -343,7 +354,7 @@ TEST(RefineWindow, PreintegratesAnewWhereTheGyroscopeBiasMovedFar) {
   const WindowState truth = trueState(exact);
   WindowState off = truth;
   off.gyro_bias += Eigen::Vector3d(0.03, -0.04, 0.02);
-  RefinementOptions options = dataSheetNoise();
+  RefinementOptions options = withoutVanishingPoints();
   options.max_iterations = 30;
   options.tolerance = 1e-6;
   const RefinedWindow at_truth = refine(*exact.window, {truth}, options);
@@ -360,7 +371,7 @@ TEST(RefineWindow, TheAccelerometerBiasIsFoundOrHeld) {
   const ExactWindow exact = makeExactWindow(window_options);
   WindowState start = trueState(exact);
   start.accel_bias.setZero();
-  RefinementOptions options = dataSheetNoise();
+  RefinementOptions options = withoutVanishingPoints();
   const RefinedWindow found = refine(*exact.window, {start}, options);
   ASSERT_TRUE(found.valid);
   const Posterior posterior = posteriorOf(found.state, found.information);
@@ -369,7 +380,7 @@ TEST(RefineWindow, TheAccelerometerBiasIsFoundOrHeld) {
   for (int i = 0; i < 3; ++i) {
     const double sigma = std::sqrt(posterior.covariance(at + i, at + i));
     EXPECT_LT(std::abs(found.state.accel_bias[i] - window_options.accel_bias[i]), 4.0 * sigma) << i;
-    EXPECT_LT(sigma, 0.9 * options.accel_bias_prior) << "the data say nothing";
+    EXPECT_LT(sigma, 0.9 * InertialOptions().accel_bias_prior) << "the data say nothing";
   }
   options.estimate_accel_bias = false;
   const RefinedWindow held = refine(*exact.window, {start}, options);
@@ -385,7 +396,7 @@ TEST(RefineWindow, LinesAddWhatPointsLack) {
     window_options.points = 10;
     const ExactWindow exact = makeExactWindow(window_options);
     const WindowState truth = trueState(exact);
-    RefinementOptions options = dataSheetNoise();
+    RefinementOptions options = withoutVanishingPoints();
     const RefinedWindow with = refine(*exact.window, {truth}, options);
     options.use_lines = false;
     const RefinedWindow without = refine(*exact.window, {truth}, options);
@@ -404,7 +415,7 @@ TEST(RefineWindow, LinesAddWhatPointsLack) {
 TEST(RefineWindow, PointsBehindTheCameraAreCounted) {
   const ExactWindow exact = makeExactWindow(noisy(2));
   const WindowState truth = trueState(exact);
-  EXPECT_EQ(refine(*exact.window, {truth}, dataSheetNoise()).behind_fraction, 0.0);
+  EXPECT_EQ(refine(*exact.window, {truth}, withoutVanishingPoints()).behind_fraction, 0.0);
   // Mirrored through the camera, a quarter of the points lies behind it.
   std::vector<FrameObservation> frames = exact.keyframes;
   for (FrameObservation& frame : frames) {
@@ -413,7 +424,7 @@ TEST(RefineWindow, PointsBehindTheCameraAreCounted) {
     }
   }
   const auto window = windowOf(exact, frames);
-  const RefinedWindow refined = refine(*window, {truth}, dataSheetNoise());
+  const RefinedWindow refined = refine(*window, {truth}, withoutVanishingPoints());
   ASSERT_TRUE(refined.valid);
   EXPECT_NEAR(refined.behind_fraction, 0.25, 0.06);
 }

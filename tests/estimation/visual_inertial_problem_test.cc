@@ -56,12 +56,14 @@ TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
   RefinementOptions options;
   options.tolerance = 1e-10;
   options.max_iterations = 30;
-  options.gyro_bias_prior = 10.0;
+  InertialOptions inertial;
+  inertial.gyro_bias_prior = 10.0;
   options.use_vanishing_points = false;
   const WindowState truth = trueState(exact);
   const std::vector<Preintegration> pre =
-      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
-  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
+                            inertial);
   WindowState state = perturbed(truth, 0.02, 3);
   const MapSummary summary = map.minimize(options.max_iterations, &state);
   ASSERT_TRUE(summary.valid);
@@ -169,12 +171,13 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   const ExactWindow exact = noisyWindow(5);
   const InitWindow& window = *exact.window;
   RefinementOptions options;
+  const InertialOptions inertial;
   options.tolerance = 1e-16;
   options.use_vanishing_points = false;
   const WindowState truth = trueState(exact);
   const std::vector<Preintegration> pre =
-      preintegrateInflated(window, truth.gyro_bias, truth.accel_bias, options);
-  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options);
+      preintegrateInflated(window, truth.gyro_bias, truth.accel_bias, inertial);
+  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options, inertial);
   WindowState ours = truth;
   const MapSummary summary = map.minimize(200, &ours);
   ASSERT_TRUE(summary.valid && summary.converged);
@@ -209,10 +212,10 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<UnitLength, 1, 3>(new UnitLength),
                            nullptr, g.data());
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 3, 3>(
-                               new Prior{Eigen::Vector3d::Zero(), 1.0 / options.accel_bias_prior}),
+                               new Prior{Eigen::Vector3d::Zero(), 1.0 / inertial.accel_bias_prior}),
                            nullptr, ba.data());
   problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 3, 3>(
-                               new Prior{Eigen::Vector3d::Zero(), 1.0 / options.gyro_bias_prior}),
+                               new Prior{Eigen::Vector3d::Zero(), 1.0 / inertial.gyro_bias_prior}),
                            nullptr, bg.data());
 
   std::vector<Eigen::Vector3d> X(window.pointTracks().size());
@@ -284,17 +287,19 @@ TEST(VisualInertialProblem, InformationPredictsTheScatterOfTheScale) {
   // Over noisy windows the error of the spread has its standard deviation. The
   // noise factors are 1 because the simulated IMU is as good as its data sheet.
   RefinementOptions options;
-  options.accel_noise_factor = 1.0;
-  options.gyro_noise_factor = 1.0;
+  InertialOptions inertial;
+  inertial.accel_noise_factor = 1.0;
+  inertial.gyro_noise_factor = 1.0;
   options.use_vanishing_points = false;
   double sum = 0.0;
   constexpr int kWindows = 200;
   for (int seed = 1; seed <= kWindows; ++seed) {
-    const ExactWindow exact = makeExactWindow(drawnFromTheModel(seed, options.accel_bias_prior));
+    const ExactWindow exact = makeExactWindow(drawnFromTheModel(seed, inertial.accel_bias_prior));
     const WindowState truth = trueState(exact);
     const std::vector<Preintegration> pre =
-        preintegrateInflated(*exact.window, truth.gyro_bias, Eigen::Vector3d::Zero(), options);
-    VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+        preintegrateInflated(*exact.window, truth.gyro_bias, Eigen::Vector3d::Zero(), inertial);
+    VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
+                              inertial);
     // What was added to the tracks, line end points included.
     const double sigma = 0.6 / exact.calibration.focal_px;
     map.setNoise(sigma, sigma);
@@ -321,9 +326,11 @@ TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
   const ExactWindow exact = noisyWindow(2);
   const WindowState truth = trueState(exact);
   RefinementOptions options;
+  const InertialOptions inertial;
   const std::vector<Preintegration> pre =
-      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, options);
-  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
+                            inertial);
   WindowState state = truth;
   ASSERT_TRUE(map.minimize(10, &state).valid);
   const MapResiduals residuals = map.residuals();
@@ -344,10 +351,12 @@ TEST(VisualInertialProblem, RefusesACovarianceThatIsNone) {
   const ExactWindow exact = noisyWindow(2);
   WindowState state = trueState(exact);
   RefinementOptions options;
+  const InertialOptions inertial;
   std::vector<Preintegration> pre =
-      preintegrateInflated(*exact.window, state.gyro_bias, state.accel_bias, options);
+      preintegrateInflated(*exact.window, state.gyro_bias, state.accel_bias, inertial);
   pre[3].covariance.setZero();
-  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options);
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
+                            inertial);
   EXPECT_FALSE(map.minimize(10, &state).valid);
 }
 

@@ -26,7 +26,7 @@ struct Search {
       : exact(std::move(window)),
         truth(trueState(exact)),
         pre(preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias,
-                                 options.refinement)),
+                                 options.inertial)),
         R_c0_ck(cameraRotations(truth.R_b0_bk, exact.window->calibration().R_b_c)) {}
 
   RefinedWindow run(const std::vector<WindowState>& starts) const {

@@ -24,7 +24,7 @@ baselines::BaselineOptions withoutEquation11() {
 InitializerOptions preciseOptions() {
   InitializerOptions options;
   options.refinement.tolerance = 1e-12;  // slim stops at a third of a sigma, noise or not
-  options.refinement.gyro_bias_prior = 10.0;
+  options.inertial.gyro_bias_prior = 10.0;
   return options;
 }
 
@@ -103,10 +103,10 @@ TEST(NoiseFreeEquation11, PullsTheScaleDownAndMoreWithMoreWeight) {
   const ExactWindow exact = makeExactWindow(options);
   double last = 0.0;
   for (double weight : {0.01, 0.1, 1.0, 10.0}) {
-    baselines::BaselineOptions options;
-    options.slim_paper.line_epipolar_weight = weight;
+    baselines::BaselineOptions paper;
+    paper.slim_paper.line_epipolar_weight = weight;
     const InitResult result =
-        baselines::makeMethod("slim-paper", InitializerOptions(), options)->solve(*exact.window);
+        baselines::makeMethod("slim-paper", InitializerOptions(), paper)->solve(*exact.window);
     ASSERT_TRUE(result.hasEstimate());
     const double error = scaleError(result.states, exact.truth);
     RecordProperty("scale_error_at_weight_" + std::to_string(weight), std::to_string(error));

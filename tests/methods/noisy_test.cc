@@ -50,15 +50,15 @@ TEST_P(Noisy, StaysWithinTolerance) {
 TEST(Noisy, SlimsStandardDeviationsAreThoseOfItsErrors) {
   InitializerOptions slim_options;
   // The simulated IMU is as good as its data sheet, the tracks do not drift.
-  slim_options.refinement.accel_noise_factor = 1.0;
-  slim_options.refinement.gyro_noise_factor = 1.0;
+  slim_options.inertial.accel_noise_factor = 1.0;
+  slim_options.inertial.gyro_noise_factor = 1.0;
   slim_options.refinement.min_sigma_px = 0.01;
   const auto solver = baselines::makeMethod("slim", slim_options);
   double scale = 0.0, gyro_bias = 0.0, accel_bias = 0.0, speed = 0.0, distance = 0.0;
   constexpr int kWindows = 150;
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     const ExactWindow exact =
-        makeExactWindow(drawnFromTheModel(seed, slim_options.refinement.accel_bias_prior));
+        makeExactWindow(drawnFromTheModel(seed, slim_options.inertial.accel_bias_prior));
     const InitResult result = solver->solve(*exact.window);
     ASSERT_TRUE(result.success()) << "seed " << seed << ": " << result.message;
     scale += std::pow(scaleError(result.states, exact.truth) / result.scale_sigma, 2);

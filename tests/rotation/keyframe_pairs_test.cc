@@ -140,7 +140,7 @@ TEST(MultiGapProblem, ConsecutivePairsEnterWhereLongerOnesHaveFewPoints) {
     window.keyframes = keyframes;
     window.points = points;
     const ExactWindow exact = makeExactWindow(window);
-    const MultiGapProblem problem(*exact.window, nullptr, options);
+    const MultiGapProblem problem(*exact.window, nullptr, options, InertialOptions());
     return problem.gaps(use, 8).from;
   };
   EXPECT_EQ(firstGap(10, 100, ConsecutivePairs::kWhereNeeded), 2);
@@ -154,7 +154,7 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
   window.pixel_noise = 0.6;
   const ExactWindow exact = makeExactWindow(window);
   const MultiGapBiasOptions options;
-  MultiGapProblem problem(*exact.window, nullptr, options);
+  MultiGapProblem problem(*exact.window, nullptr, options, InertialOptions());
   const GapRange gaps = problem.gaps(ConsecutivePairs::kUse, 8);
   const auto minimum = [&]() {
     return problem.minimize(window.gyro_bias, gaps, rotation_constants::kNarrowStart, {},

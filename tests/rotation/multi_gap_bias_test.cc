@@ -26,10 +26,10 @@ TEST(MultiGapBias, NoiseFreeRecovery) {
     ExactWindowOptions options;
     options.seed = seed;
     const ExactWindow exact = makeExactWindow(options);
-    MultiGapBiasOptions bias_options;
-    bias_options.bias_prior = 10.0;  // its pull towards zero is all that is left without noise
-    const MultiGapBiasEstimate estimate =
-        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, bias_options);
+    InertialOptions inertial;
+    inertial.gyro_bias_prior = 10.0;  // its pull towards zero is all that is left without noise
+    const MultiGapBiasEstimate estimate = estimateMultiGapBias(
+        *exact.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions(), inertial);
     ASSERT_TRUE(estimate.valid);
     EXPECT_LT(relativeError(estimate.gyro_bias, options.gyro_bias), 1e-6) << "seed " << seed;
     EXPECT_EQ(estimate.point_pairs, 9 + 8 + 6 + 2);
@@ -47,9 +47,10 @@ TEST(MultiGapBias, BeatsConsecutivePairsAndDrtUnderNoise) {
     const auto run = [&](int max_gap) {
       MultiGapBiasOptions bias_options;
       bias_options.max_gap = max_gap;
-      return relativeError(
-          estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, bias_options).gyro_bias,
-          options.gyro_bias);
+      return relativeError(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr,
+                                                bias_options, InertialOptions())
+                               .gyro_bias,
+                           options.gyro_bias);
     };
     ours.push_back(run(8));
     consecutive.push_back(run(1));
@@ -72,7 +73,8 @@ TEST(MultiGapBias, KeepsTheLowerCostOfSeveralStarts) {
   const ExactWindow exact = makeExactWindow(options);
   const Vector3d far(0.6, -0.6, 0.6);
   const auto from = [&](const std::vector<Vector3d>& starts) {
-    return estimateMultiGapBias(*exact.window, starts, nullptr, MultiGapBiasOptions());
+    return estimateMultiGapBias(*exact.window, starts, nullptr, MultiGapBiasOptions(),
+                                InertialOptions());
   };
   const MultiGapBiasEstimate both = from({far, Vector3d::Zero()});
   EXPECT_LE(both.cost, from({Vector3d::Zero()}).cost * (1 + 1e-9));
@@ -83,9 +85,9 @@ TEST(MultiGapBias, WithoutDataItIsNotValid) {
   ExactWindowOptions options;
   options.points = 3;
   const ExactWindow exact = makeExactWindow(options);
-  EXPECT_FALSE(
-      estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions())
-          .valid);
+  EXPECT_FALSE(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr,
+                                    MultiGapBiasOptions(), InertialOptions())
+                   .valid);
 }
 
 TEST(WhitenedVpResidual, JacobianAgreesWithDifferences) {
@@ -101,12 +103,12 @@ TEST(WhitenedVpResidual, JacobianAgreesWithDifferences) {
       const Eigen::Matrix3d R = expSO3(theta);
       Eigen::Vector2d z;
       Eigen::Matrix<double, 2, 3> J;
-      whitenedVpResidual(a, b, R, R_b_c, 4.0, &z, &J);
+      whitenedVpResidual(a, b, R, R_b_c, &z, &J);
       // The whitening depends on R as well, weakly; the Jacobian leaves that out as Gauss-Newton
       // does. With isotropic covariances it does not depend on R at all.
       const auto f = [&](const Eigen::VectorXd& phi) -> Eigen::VectorXd {
         Eigen::Vector2d out;
-        whitenedVpResidual(a, b, R * expSO3(phi), R_b_c, 4.0, &out, nullptr);
+        whitenedVpResidual(a, b, R * expSO3(phi), R_b_c, &out, nullptr);
         return out;
       };
       EXPECT_TRUE(jacobiansAgree(J, numericJacobian(f, 3, 1e-6), 0.03)) << theta.transpose();

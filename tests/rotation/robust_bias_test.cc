@@ -113,9 +113,10 @@ TEST(RobustBias, NoiseFreeRecovery) {
     ExactWindowOptions options;
     options.seed = seed;
     const ExactWindow exact = makeExactWindow(options);
-    RobustBiasOptions bias_options;
-    bias_options.refinement.bias_prior = 10.0;  // its pull towards zero is all that is left
-    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, bias_options);
+    InertialOptions inertial;
+    inertial.gyro_bias_prior = 10.0;  // its pull towards zero is all that is left
+    const RobustBias estimate =
+        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), inertial);
     ASSERT_TRUE(estimate.valid());
     EXPECT_LT(relativeError(estimate, options.gyro_bias), 1e-8) << "seed " << seed;
     EXPECT_EQ(estimate.inlierFraction(), 1.0);
@@ -130,7 +131,8 @@ TEST(RobustBias, CleanNoiseKeepsNearlyEverything) {
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     const ExactWindowOptions options = noisy(seed);
     const ExactWindow exact = makeExactWindow(options);
-    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    const RobustBias estimate =
+        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), InertialOptions());
     ASSERT_TRUE(estimate.valid());
     errors.push_back(relativeError(estimate, options.gyro_bias));
     kept.push_back(estimate.inlierFraction());
@@ -150,9 +152,10 @@ TEST(RobustBias, InformationIsThatOfTheErrors) {
     ExactWindowOptions options = noisy(seed);
     options.angular_noise = true;
     const ExactWindow exact = makeExactWindow(options);
-    RobustBiasOptions bias_options;
-    bias_options.gyro_noise_inflation = 1.0;
-    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, bias_options);
+    InertialOptions inertial;
+    inertial.gyro_noise_factor = 1.0;
+    const RobustBias estimate =
+        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), inertial);
     const Vector3d error = estimate.gyro_bias - options.gyro_bias;
     sum += error.dot(estimate.information * error);
   }
@@ -166,7 +169,7 @@ TEST(RobustBias, ThirtyPercentRandomOutliers) {
     const ExactWindowOptions options = noisy(seed);
     const Corrupted corrupted = withRandomOutliers(makeExactWindow(options), 0.3, seed);
     const RobustBias estimate =
-        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions());
+        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions(), InertialOptions());
     ASSERT_TRUE(estimate.valid());
     errors.push_back(relativeError(estimate, options.gyro_bias));
     for (const Track& track : corrupted.window->pointTracks()) {
@@ -196,12 +199,12 @@ TEST(RobustBias, CoherentOutliers) {
     const ExactWindowOptions options = noisy(seed);
     const Corrupted corrupted = withCoherentOutliers(makeExactWindow(options), 0.15, seed);
     const RobustBias estimate =
-        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions());
+        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions(), InertialOptions());
     ASSERT_TRUE(estimate.valid());
     EXPECT_GT(estimate.pruning.cuts, 0);
     robust.push_back(relativeError(estimate, options.gyro_bias));
-    const MultiGapBiasEstimate unpruned =
-        estimateMultiGapBias(*corrupted.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions());
+    const MultiGapBiasEstimate unpruned = estimateMultiGapBias(
+        *corrupted.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions(), InertialOptions());
     plain.push_back((unpruned.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm());
   }
   EXPECT_LT(median(robust), 0.15);
@@ -213,7 +216,8 @@ TEST(RobustBias, PureRotationStillGivesTheBias) {
     ExactWindowOptions options = noisy(seed);
     options.motion = Motion::kPureRotation;
     const ExactWindow exact = makeExactWindow(options);
-    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    const RobustBias estimate =
+        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), InertialOptions());
     ASSERT_TRUE(estimate.valid());
     EXPECT_LT(relativeError(estimate, options.gyro_bias), 0.1) << "seed " << seed;
   }
@@ -224,7 +228,8 @@ TEST(RobustBias, HoverGivesTheBias) {
     ExactWindowOptions options = noisy(seed);
     options.motion = Motion::kHover;
     const ExactWindow exact = makeExactWindow(options);
-    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    const RobustBias estimate =
+        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), InertialOptions());
     ASSERT_TRUE(estimate.valid());
     EXPECT_LT(relativeError(estimate, options.gyro_bias), 0.1) << "seed " << seed;
   }
@@ -237,7 +242,8 @@ TEST(RobustBias, ShortWindow) {
     ExactWindowOptions options = noisy(seed);
     options.keyframes = 4;
     const ExactWindow exact = makeExactWindow(options);
-    const RobustBias estimate = estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions());
+    const RobustBias estimate =
+        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), InertialOptions());
     ASSERT_TRUE(estimate.valid());
     errors.push_back(relativeError(estimate, options.gyro_bias));
   }
@@ -247,8 +253,8 @@ TEST(RobustBias, ShortWindow) {
 TEST(RobustBias, RefusesWithoutPoints) {
   ExactWindowOptions options;
   options.points = 3;
-  const RobustBias estimate =
-      estimateRobustGyroBias(*makeExactWindow(options).window, nullptr, RobustBiasOptions());
+  const RobustBias estimate = estimateRobustGyroBias(*makeExactWindow(options).window, nullptr,
+                                                     RobustBiasOptions(), InertialOptions());
   EXPECT_EQ(estimate.status, RobustBiasStatus::kTooFewPoints);
   EXPECT_FALSE(estimate.valid());
 }
@@ -266,15 +272,16 @@ TEST(RobustBias, RefusesWithoutConsensus) {
       point.bearing = Vector3d(x, y, 1.0).normalized();
     }
   }
-  const RobustBias estimate =
-      estimateRobustGyroBias(*windowOf(exact, frames), nullptr, RobustBiasOptions());
+  const RobustBias estimate = estimateRobustGyroBias(*windowOf(exact, frames), nullptr,
+                                                     RobustBiasOptions(), InertialOptions());
   EXPECT_FALSE(estimate.valid());
 }
 
 TEST(RobustBias, SameInputSameBytes) {
   const Corrupted corrupted = withRandomOutliers(makeExactWindow(noisy(3)), 0.2, 3);
   const auto run = [&]() {
-    return estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions());
+    return estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions(),
+                                  InertialOptions());
   };
   const RobustBias a = run(), b = run();
   EXPECT_EQ(a.gyro_bias, b.gyro_bias);

@@ -49,7 +49,7 @@ TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
   }
   const auto window = windowOf(exact, frames);
   const TrackPruning pruning =
-      pruneTracks(*window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   for (int a = bent->begin; a < bent->end; ++a) {
@@ -73,7 +73,7 @@ TEST(TrackPruning, JumpForGoodCutsTheTrack) {
   }
   const auto window = windowOf(exact, frames);
   const TrackPruning pruning =
-      pruneTracks(*window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   EXPECT_EQ(pruning.keep[bent->begin + 4], kStartTrack);
@@ -87,7 +87,7 @@ TEST(TrackPruning, JumpForGoodCutsTheTrack) {
 TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
   const TrackPruning pruning =
-      pruneTracks(*exact.window, ExactWindowOptions().gyro_bias, TrackPruningOptions());
+      pruneTracks(*exact.window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
   EXPECT_GT(pruning.checked, 0);
   EXPECT_EQ(pruning.inconsistent, 0);
   EXPECT_EQ(pruning.dropped, 0);
@@ -95,7 +95,7 @@ TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
   EXPECT_EQ(pruning.pairs, 9 + 8 + 6) << "gaps 1, 2 and 4 of ten keyframes";
   // A bias that is far off contradicts most of them.
   const Vector3d wrong = ExactWindowOptions().gyro_bias + Vector3d(0.5, -0.5, 0.5);
-  const TrackPruning contradicted = pruneTracks(*exact.window, wrong, TrackPruningOptions());
+  const TrackPruning contradicted = pruneTracks(*exact.window, wrong, RobustBiasOptions());
   EXPECT_LT(contradicted.inlierFraction(), 0.5);
   EXPECT_GT(contradicted.dropped, 0);
 }
@@ -105,31 +105,32 @@ TEST(TrackPruning, PairsWithFewPointsAreNotTested) {
   few.points = 5;
   const ExactWindow exact = makeExactWindow(few);
   const Vector3d wrong = few.gyro_bias + Vector3d(0.5, -0.5, 0.5);
-  TrackPruningOptions options;
-  options.min_points_per_pair = 6;
+  RobustBiasOptions options;
+  options.refinement.min_points_per_pair = 6;
   const TrackPruning untested = pruneTracks(*exact.window, wrong, options);
   EXPECT_EQ(untested.pairs, 0);
   EXPECT_EQ(untested.checked, 0);
   EXPECT_EQ(untested.dropped, 0);
   EXPECT_EQ(untested.inlierFraction(), 1.0);
-  options.min_points_per_pair = 3;
+  options.refinement.min_points_per_pair = 3;
   EXPECT_GT(pruneTracks(*exact.window, wrong, options).pairs, 0);
 }
 
 TEST(TrackPruning, PairsAtHandGiveTheSameAnswer) {
   const ExactWindow exact = noisyWindow();
   const Vector3d bias = ExactWindowOptions().gyro_bias;
-  const TrackPruningOptions options;
+  const RobustBiasOptions options;
   const TrackPruning alone = pruneTracks(*exact.window, bias, options);
   // Pairs of more gaps than the pruning needs.
-  const KeyframePairs pairs(*exact.window, 8, options.min_points_per_pair);
+  const KeyframePairs pairs(*exact.window, 8, options.refinement.min_points_per_pair);
   GyroRotations gyro(*exact.window);
   gyro.linearizeNear(bias, rotation_constants::kRoughTolerance);
   Baselines known = unknownBaselines(pairs);
   known.back() = Vector3d::UnitY();
-  const PairPruning shared =
-      pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
-                  {options.threshold_sigmas, options.hypotheses, BaselineSearch::kAlways}, known);
+  const PairPruning shared = pruneTracks(
+      *exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
+      {options.pruning.threshold_sigmas, options.pruning.hypotheses, BaselineSearch::kAlways},
+      known);
   EXPECT_EQ(shared.tracks.keep, alone.keep);
   EXPECT_EQ(shared.tracks.pairs, alone.pairs);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);

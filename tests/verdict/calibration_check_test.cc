@@ -54,7 +54,8 @@ std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
 }
 
 CalibrationCheck check(const InitWindow& window) {
-  const RobustBias bias = estimateRobustGyroBias(window, nullptr, RobustBiasOptions());
+  const RobustBias bias =
+      estimateRobustGyroBias(window, nullptr, RobustBiasOptions(), InertialOptions());
   EXPECT_TRUE(bias.valid());
   return checkCalibration(window, bias.gyro_bias, bias.rotations);
 }

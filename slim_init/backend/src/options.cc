@@ -29,7 +29,7 @@ std::string EstimatorOptions::validate() const {
       .within("seed_gyro_bias", seed_gyro_bias, kTiny, kLarge)
       .within("seed_accel_bias", seed_accel_bias, kTiny, kLarge)
       .within("imu_buffer_s", imu_buffer_s, 1.0, kLarge)
-      .sentence();
+      .message();
 }
 
 std::string FailureOptions::validate() const {
@@ -40,7 +40,7 @@ std::string FailureOptions::validate() const {
       .within("max_vertical_step_m", max_vertical_step_m, kTiny, kLarge)
       .within("min_inlier_share", min_inlier_share, 0.0, 1.0)
       .within("min_judged_points", min_judged_points, 1, 1000000)
-      .sentence();
+      .message();
 }
 
 }  // namespace slim_init::backend

@@ -28,7 +28,7 @@ std::string TestHostOptions::validate() const {
       .nested("estimator", estimator.validate())
       .nested("failure", failure.validate())
       .within("suspect_s", suspect_s, 0.0, kHealthyKept)
-      .sentence();
+      .message();
 }
 
 TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& options)

@@ -20,7 +20,7 @@ constexpr double kLargestDamping = 1e10;
 // Standard deviation of b_a about zero [m/s^2]. Seconds of flight hardly tell b_a from a tilt of
 // gravity: without a prior gravity turns by 10 deg rms on recorded windows (docs/baselines.md). 0.1
 // is the size of a MEMS accelerometer's turn-on bias, and what OpenVINS' release and our refinement
-// (RefinementOptions::accel_bias_prior) take; it allows a tilt of 0.6 deg.
+// (InertialOptions::accel_bias_prior) take; it allows a tilt of 0.6 deg.
 constexpr double kAccelBiasPrior = 0.1;
 constexpr double kShortestBaseline = 1e-8;  // [m] of which no direction can be had
 

@@ -1,87 +1,156 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The table of the compared methods' options.
 #include "slim_init/baselines/options.h"
 
 #include "data/range_check.h"
 
 namespace slim_init::baselines {
+namespace {
 
-std::string GyroBiasOptions::validate() const {
-  return RangeCheck()
-      .within("max_iterations", max_iterations, 1, 1000)
-      .within("max_relinearizations", max_relinearizations, 1, 20)
-      .within("cauchy_scale", cauchy_scale, 1e-12, 1e6)
-      .within("min_points_per_pair", min_points_per_pair, 5, 1000)
-      .within("max_bias", max_bias, 1e-3, 10.0)
-      .sentence();
+template <typename Options>
+std::string checkTable(Options options) {
+  return RangeCheck().within(optionTable(&options)).message();
 }
 
-std::string LineSelectionOptions::validate() const {
-  return RangeCheck()
-      .within("min_keyframes", min_keyframes, 2, 50)
-      .within("max_lines_per_pair", max_lines_per_pair, 0, 1000)
-      .within("full_length_px", full_length_px, 1.0, 1e5)
-      .sentence();
+}  // namespace
+
+OptionTable optionTable(GyroBiasOptions* o) {
+  return {
+      advancedKey("max_iterations", &o->max_iterations, {1, 1000}, "",
+                  "Levenberg-Marquardt iterations per linearisation of the IMU"),
+      advancedKey("max_relinearizations", &o->max_relinearizations, {1, 20}, "",
+                  "integrations of the gyroscope at a new bias"),
+      advancedKey("cauchy_scale", &o->cauchy_scale, {1e-12, 1e6}, "rad^2",
+                  "residual of a keyframe pair beyond which it loses weight; DRT's release"),
+      advancedKey("min_points_per_pair", &o->min_points_per_pair, {5, 1000}, "",
+                  "keyframe pairs with fewer common points are not used"),
+      advancedKey("max_bias", &o->max_bias, {1e-3, 10.0}, "rad/s",
+                  "a larger answer is a numerical failure"),
+  };
 }
 
-std::string SlimPaperOptions::validate() const {
-  return RangeCheck()
-      .within("vp_weight", vp_weight, 0.0, 1e6)
-      .within("vp_cauchy_scale", vp_cauchy_scale, 1e-9, 10.0)
-      .within("line_epipolar_weight", line_epipolar_weight, 0.0, 1e6)
-      .within("line_normal_weight", line_normal_weight, 0.0, 1e6)
-      .sentence();
+OptionTable optionTable(LineSelectionOptions* o) {
+  return {
+      advancedKey("min_keyframes", &o->min_keyframes, {2, 50}, "keyframes",
+                  "a line seen in fewer is not persistent and not used"),
+      advancedKey("max_lines_per_pair", &o->max_lines_per_pair, {0, 1000}, "",
+                  "best lines of a keyframe pair by score, for each residual type"),
+      advancedKey("full_length_px", &o->full_length_px, {1.0, 1e5}, "px",
+                  "length at which the length part of q^n reaches 1"),
+  };
 }
 
-std::string DrtViBaOptions::validate() const {
-  return RangeCheck()
-      .within("sigma_px", sigma_px, 1e-3, 1e3)
-      .within("huber_sigmas", huber_sigmas, 1e-3, 1e6)
-      .within("max_iterations", max_iterations, 1, 1000)
-      .within("tolerance", tolerance, 0.0, 1.0)
-      .sentence();
+OptionTable optionTable(SlimPaperOptions* o) {
+  return {
+      advancedKey("use_vp", &o->use_vp, "vanishing points in the gyroscope bias, eq. (4)"),
+      advancedKey("use_line_epipolar", &o->use_line_epipolar, "the line residual of eq. (11)"),
+      advancedKey("use_line_normal", &o->use_line_normal, "the line residual of eq. (12)"),
+      advancedKey(
+          "vp_weight", &o->vp_weight, {0.0, 1e6}, "",
+          "factor on lambda_vp, the ratio of point to vanishing-point residuals. At 1 the "
+          "vanishing points dominate and the error of the bias grows several times, because a "
+          "vanishing point is about ten times noisier than a point (docs/method_slim_paper.md)"),
+      advancedKey("vp_cauchy_scale", &o->vp_cauchy_scale, {1e-9, 10.0}, "rad",
+                  "vanishing-point residual beyond which it loses weight"),
+      advancedKey("line_epipolar_weight", &o->line_epipolar_weight, {0.0, 1e6}, "",
+                  "constant of eq. (13) for eq. (11); a larger one pulls the scale to zero, above "
+                  "0.1 the success falls"),
+      advancedKey("line_normal_weight", &o->line_normal_weight, {0.0, 1e6}, "",
+                  "constant of eq. (13) for eq. (12); 1 is best or near it"),
+  };
 }
 
-std::string VinsOptions::validate() const {
-  return RangeCheck()
-      .within("tracking_threshold_px", tracking_threshold_px, 0.0, 1e3)
-      .within("min_common_points", min_common_points, 5, 10000)
-      .within("min_parallax_px", min_parallax_px, 0.0, 1e4)
-      .within("ransac_threshold_px", ransac_threshold_px, 1e-3, 1e3)
-      .within("ransac_confidence", ransac_confidence, 0.5, 1.0 - 1e-9)
-      .within("min_pose_inliers", min_pose_inliers, 5, 10000)
-      .within("min_pnp_points", min_pnp_points, 6, 10000)
-      .within("max_iterations", max_iterations, 1, 1000)
-      .within("max_final_cost", max_final_cost, 0.0, 1e6)
-      .within("max_gravity_residual", max_gravity_residual, 0.0, 100.0)
-      .sentence();
+OptionTable optionTable(DrtViBaOptions* o) {
+  return {
+      advancedKey("sigma_px", &o->sigma_px, {1e-3, 1e3}, "px",
+                  "standard deviation of an epipolar residual; VINS-Mono's"),
+      advancedKey("huber_sigmas", &o->huber_sigmas, {1e-3, 1e6}, "sigma",
+                  "epipolar residual beyond which it loses weight"),
+      advancedKey("max_iterations", &o->max_iterations, {1, 1000}, "", "Levenberg-Marquardt steps"),
+      advancedKey("tolerance", &o->tolerance, {0.0, 1.0}, "",
+                  "relative decrease of the cost that ends the minimisation"),
+  };
 }
 
-std::string OpenVinsOptions::validate() const {
-  return RangeCheck()
-      .within("max_features", max_features, 0, 100000)
-      .within("min_features", min_features, 4, 10000)
-      .within("min_rotation_deg", min_rotation_deg, 0.0, 1e4)
-      .within("sigma_px", sigma_px, 1e-3, 1e3)
-      .within("cauchy_sigmas", cauchy_sigmas, 1e-3, 1e6)
-      .within("gyro_bias_prior", gyro_bias_prior, 1e-6, 1e3)
-      .within("accel_bias_prior", accel_bias_prior, 1e-6, 1e3)
-      .within("gyro_walk", gyro_walk, 1e-9, 1.0)
-      .within("accel_walk", accel_walk, 1e-9, 1.0)
-      .within("max_iterations", max_iterations, 0, 1000)
-      .within("relinearizations", relinearizations, 0, 10)
-      .within("function_tolerance", function_tolerance, 0.0, 1.0)
-      .sentence();
+OptionTable optionTable(VinsOptions* o) {
+  return {
+      advancedKey(
+          "tracking_threshold_px", &o->tracking_threshold_px, {0.0, 1e3}, "px",
+          "fundamental matrix between consecutive keyframes; a track that disagrees starts anew. 0 "
+          "leaves it out: the release has it, at 1 px, in its tracker, and the tracks of a window "
+          "have been through a front end (docs/baselines.md measures it)"),
+      advancedKey("min_common_points", &o->min_common_points, {5, 10000}, "",
+                  "the reference keyframe shares more points with the newest"),
+      advancedKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e4}, "px",
+                  "mean motion of these points, rotation included, at least"),
+      advancedKey("ransac_threshold_px", &o->ransac_threshold_px, {1e-3, 1e3}, "px",
+                  "inlier threshold of the five-point pose"),
+      advancedKey("ransac_confidence", &o->ransac_confidence, {0.5, 0.999999}, "",
+                  "confidence of both consensus searches"),
+      advancedKey("min_pose_inliers", &o->min_pose_inliers, {5, 10000}, "",
+                  "the five-point pose needs more points in front of both cameras"),
+      advancedKey("min_pnp_points", &o->min_pnp_points, {6, 10000}, "",
+                  "known points that a keyframe needs to be registered"),
+      advancedKey("max_iterations", &o->max_iterations, {1, 1000}, "",
+                  "iterations of the bundle adjustment; the release ends it by time"),
+      advancedKey("max_final_cost", &o->max_final_cost, {0.0, 1e6}, "",
+                  "without convergence it may still end at this cost, on the plane z = 1"),
+      advancedKey("max_gravity_residual", &o->max_gravity_residual, {0.0, 100.0}, "m/s^2",
+                  "largest difference of the unconstrained |g| from its true value"),
+  };
 }
 
-std::string BaselineOptions::validate() const {
-  return RangeCheck()
-      .nested("gyro_bias", gyro_bias.validate())
-      .nested("line_selection", line_selection.validate())
-      .nested("slim_paper", slim_paper.validate())
-      .nested("drt_vi_ba", drt_vi_ba.validate())
-      .nested("vins", vins.validate())
-      .nested("openvins", openvins.validate())
-      .sentence();
+OptionTable optionTable(OpenVinsOptions* o) {
+  return {
+      advancedKey(
+          "max_features", &o->max_features, {0, 100000}, "",
+          "longest tracks used; 0 uses all. The release tracks 50 points in an image to save time"),
+      advancedKey("min_features", &o->min_features, {4, 10000}, "",
+                  "least number of tracks, and of points in front of the camera"),
+      advancedKey("min_rotation_deg", &o->min_rotation_deg, {0.0, 1e4}, "deg",
+                  "summed rotation of the gyroscope, bias included; less waits"),
+      advancedKey("sigma_px", &o->sigma_px, {1e-3, 1e3}, "px",
+                  "standard deviation of an observation"),
+      advancedKey("cauchy_sigmas", &o->cauchy_sigmas, {1e-3, 1e6}, "sigma",
+                  "residual of an observation beyond which it loses weight"),
+      advancedKey("gyro_bias_prior", &o->gyro_bias_prior, {1e-6, 1e3}, "rad/s",
+                  "standard deviation of the bias about zero"),
+      advancedKey("accel_bias_prior", &o->accel_bias_prior, {1e-6, 1e3}, "m/s^2",
+                  "standard deviation of the bias about zero"),
+      advancedKey("gyro_walk", &o->gyro_walk, {1e-9, 1.0}, "rad/s^2/sqrt(Hz)",
+                  "random walk of the bias"),
+      advancedKey("accel_walk", &o->accel_walk, {1e-9, 1.0}, "m/s^3/sqrt(Hz)",
+                  "random walk of the bias"),
+      advancedKey(
+          "max_iterations", &o->max_iterations, {0, 1000}, "",
+          "iterations of the refinement; 0 leaves it out, the release also ends it at 0.05 s"),
+      advancedKey("relinearizations", &o->relinearizations, {0, 10}, "",
+                  "further refinements with the IMU integrated anew at the refined biases; the "
+                  "release has none"),
+      advancedKey("function_tolerance", &o->function_tolerance, {0.0, 1.0}, "",
+                  "relative decrease of the cost that ends it"),
+  };
 }
+
+OptionTable optionTable(BaselineOptions* o) {
+  OptionTable table;
+  appendSection("gyro_bias", optionTable(&o->gyro_bias),
+                {"slim-paper", "drt-l", "drt-t", "drt-vi-ba"}, &table);
+  appendSection("line_selection", optionTable(&o->line_selection), {"slim-paper"}, &table);
+  appendSection("slim_paper", optionTable(&o->slim_paper), {"slim-paper"}, &table);
+  appendSection("drt_vi_ba", optionTable(&o->drt_vi_ba), {"drt-vi-ba"}, &table);
+  appendSection("vins", optionTable(&o->vins), {"vins"}, &table);
+  appendSection("openvins", optionTable(&o->openvins), {"openvins"}, &table);
+  return table;
+}
+
+std::string GyroBiasOptions::validate() const { return checkTable(*this); }
+std::string LineSelectionOptions::validate() const { return checkTable(*this); }
+std::string SlimPaperOptions::validate() const { return checkTable(*this); }
+std::string DrtViBaOptions::validate() const { return checkTable(*this); }
+std::string VinsOptions::validate() const { return checkTable(*this); }
+std::string OpenVinsOptions::validate() const { return checkTable(*this); }
+std::string BaselineOptions::validate() const { return checkTable(*this); }
 
 }  // namespace slim_init::baselines

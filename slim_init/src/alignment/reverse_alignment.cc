@@ -140,7 +140,7 @@ void setSolution(const LinearMotion& motion, const Eigen::VectorXd& x, ReverseEs
 
 ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
                              const Eigen::MatrixXd& information_b0, double gravity_magnitude,
-                             const ReverseAlignmentOptions& options) {
+                             const ReverseAlignmentOptions& options, double accel_bias_prior) {
   ReverseEstimate out;
   const Eigen::Index n = shape_b0.cols();
   if (!shape_b0.allFinite() || !information_b0.allFinite() || !motion.position.allFinite() ||
@@ -152,8 +152,7 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
   centred /= centred.norm();
   const Eigen::VectorXd shape = Eigen::Map<const Eigen::VectorXd>(centred.data(), 3 * n);
   const double kappa = options.length_weight * information_b0.trace() / static_cast<double>(3 * n);
-  const ReverseCost cost(motion, shape, information_b0, kappa, options.accel_bias_prior,
-                         gravity_magnitude);
+  const ReverseCost cost(motion, shape, information_b0, kappa, accel_bias_prior, gravity_magnitude);
 
   const double log_scale = bestLogScale(cost, options);
   if (!std::isfinite(log_scale)) return out;

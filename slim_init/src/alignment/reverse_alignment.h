@@ -56,6 +56,6 @@ void setSolution(const LinearMotion& motion, const Eigen::VectorXd& x, ReverseEs
 /// bracketed search. Fails (valid == false) on input that is not finite or a singular problem.
 ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
                              const Eigen::MatrixXd& information_b0, double gravity_magnitude,
-                             const ReverseAlignmentOptions& options);
+                             const ReverseAlignmentOptions& options, double accel_bias_prior);
 
 }  // namespace slim_init

@@ -86,7 +86,8 @@ std::vector<WindowState> startingStates(const InitWindow& window,
                                         const std::vector<Preintegration>& pre,
                                         const TranslationEstimate& translation,
                                         const SlimOptions& use,
-                                        const ReverseAlignmentOptions& options) {
+                                        const ReverseAlignmentOptions& options,
+                                        const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
@@ -100,7 +101,7 @@ std::vector<WindowState> startingStates(const InitWindow& window,
   ReverseEstimate reverse;
   if (use.reverse_start) {
     reverse = alignReverse(motion, shape_b0, H_b0 * (observations / lambda),
-                           calibration.gravity_magnitude, options);
+                           calibration.gravity_magnitude, options, inertial.accel_bias_prior);
   }
   if (reverse.valid) {
     WindowState state = stateOf(reverse, R_b0_bk, gyro_bias);
@@ -116,7 +117,7 @@ std::vector<WindowState> startingStates(const InitWindow& window,
   ReverseEstimate tight;
   if (use.tight_start) {
     tight = alignTight(motion, shape_b0, H_b0, observations, calibration.gravity_magnitude,
-                       options.accel_bias_prior);
+                       inertial.accel_bias_prior);
   }
   if (tight.valid) starts.push_back(stateOf(tight, R_b0_bk, gyro_bias));
   return starts;
@@ -127,12 +128,13 @@ std::vector<WindowState> consistentStartingStates(const InitWindow& window,
                                                   const std::vector<Eigen::Matrix3d>& R_c0_ck,
                                                   const SlimOptions& use,
                                                   const AlignmentOptions& alignment,
-                                                  const ReverseAlignmentOptions& reverse) {
+                                                  const ReverseAlignmentOptions& reverse,
+                                                  const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<char> agrees = consistentTracks(
       window, linearMotion(pre, R_b0_bk, calibration.t_b_c), R_b0_bk, calibration.sigmaBearing(),
-      calibration.gravity_magnitude, reverse.accel_bias_prior);
+      calibration.gravity_magnitude, inertial.accel_bias_prior);
   std::vector<char> keep(window.pointSightings().size(), kKeepSighting);
   bool all = true;
   for (std::size_t t = 0; t < agrees.size(); ++t) {
@@ -145,7 +147,7 @@ std::vector<WindowState> consistentStartingStates(const InitWindow& window,
   const std::shared_ptr<const InitWindow> agreeing = withSightings(window, keep);
   const TranslationEstimate translation = estimateTranslations(*agreeing, R_c0_ck, alignment);
   if (!translation.valid) return {};
-  return startingStates(*agreeing, pre, translation, use, reverse);
+  return startingStates(*agreeing, pre, translation, use, reverse, inertial);
 }
 
 }  // namespace slim_init

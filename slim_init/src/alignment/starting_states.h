@@ -31,7 +31,8 @@ std::vector<WindowState> startingStates(const InitWindow& window,
                                         const std::vector<Preintegration>& pre,
                                         const TranslationEstimate& translation,
                                         const SlimOptions& use,
-                                        const ReverseAlignmentOptions& options);
+                                        const ReverseAlignmentOptions& options,
+                                        const InertialOptions& inertial);
 
 /// The same from the tracks that consistentTracks() finds to agree only, or none when all agree or
 /// too few do. `R_c0_ck`: rotation of camera k into the first camera.
@@ -40,6 +41,7 @@ std::vector<WindowState> consistentStartingStates(const InitWindow& window,
                                                   const std::vector<Eigen::Matrix3d>& R_c0_ck,
                                                   const SlimOptions& use,
                                                   const AlignmentOptions& alignment,
-                                                  const ReverseAlignmentOptions& reverse);
+                                                  const ReverseAlignmentOptions& reverse,
+                                                  const InertialOptions& inertial);
 
 }  // namespace slim_init

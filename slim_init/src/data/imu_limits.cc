@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/imu_limits.h"
 
-#include <limits>
 #include <sstream>
 
 #include "data/range_check.h"
+#include "slim_init/option_table.h"
 
 namespace slim_init {
 
@@ -23,11 +23,8 @@ std::string ImuLimits::describe(const ImuSample& sample) const {
 }
 
 std::string ImuLimits::validate() const {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  return RangeCheck()
-      .within("max_accel", max_accel, 19.6, kInfinity)
-      .within("max_gyro", max_gyro, 2.1, kInfinity)
-      .sentence();
+  ImuLimits copy = *this;
+  return RangeCheck().within(optionTable(&copy)).message();
 }
 
 }  // namespace slim_init

@@ -1,141 +1,392 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The table of the core's options: key, field, bounds, unit, and what it does and why the default
+// is what it is.
 #include "slim_init/options.h"
 
+#include <limits>
+
 #include "data/range_check.h"
+#include "slim_init/option_table.h"
 
 namespace slim_init {
+namespace {
+
+constexpr OptionRange kShare = {0.0, 1.0};
+const std::vector<std::string> kSlim = {"slim"};
+const std::vector<std::string> kSlimPaper = {"slim-paper"};
+// Methods with LiGT translations; the compared ones among them.
+const std::vector<std::string> kWithLigt = {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
+const std::vector<std::string> kComparedLigt = {"slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
+
+// Checks a struct without cross-checks by its table.
+template <typename Options>
+RangeCheck checkTable(Options options) {
+  return RangeCheck().within(optionTable(&options));
+}
+
+}  // namespace
+
+const char* toString(GateMode mode) {
+  switch (mode) {
+    case GateMode::kOwn: return "own";
+    case GateMode::kOn: return "on";
+    case GateMode::kOff: return "off";
+  }
+  return "unknown";
+}
+
+OptionTable optionTable(WindowOptions* o) {
+  return {
+      userKey("keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
+              "keyframes of a full window; 10 as in DRT and the paper (V-D)"),
+      userKey("min_keyframes", &o->min_keyframes, {kMinKeyframes, 50}, "",
+              "a window with fewer is answered with too_few_keyframes"),
+      userKey("min_interval_s", &o->min_interval_s, {0.01, 5.0}, "s",
+              "least time between keyframes: closer ones share too little motion; 0.22 as in DRT's "
+              "release"),
+      userKey("max_frame_gap_s", &o->max_frame_gap_s, {0.05, 10.0}, "s",
+              "a longer gap between images ends the window (blackout)"),
+      userKey("max_imu_gap_s", &o->max_imu_gap_s, {0.001, 1.0}, "s",
+              "a longer gap between IMU samples ends the window"),
+      advancedKey("buffer_s", &o->buffer_s, {0.5, 600.0}, "s", "data kept; bounds the memory"),
+  };
+}
+
+OptionTable optionTable(InertialOptions* o) {
+  return {
+      userKey("accel_noise_factor", &o->accel_noise_factor, {1.0, 100.0}, "",
+              "on noise.accel_density: sensors in motion are noisier than their data sheet. "
+              "Recorded EuRoC data deviate from the truth by 7 to 12 data-sheet sigmas per 0.25 s"),
+      userKey("gyro_noise_factor", &o->gyro_noise_factor, {1.0, 100.0}, "",
+              "on noise.gyro_density, for the same reason"),
+      userKey("accel_bias_prior", &o->accel_bias_prior, {1e-6, 10.0}, "m/s^2",
+              "standard deviation of the accelerometer bias before any data; 0.1 is the turn-on "
+              "bias of a MEMS sensor"),
+      userKey("gyro_bias_prior", &o->gyro_bias_prior, {1e-6, 10.0}, "rad/s",
+              "standard deviation of the gyroscope bias before any data"),
+  };
+}
+
+OptionTable optionTable(MultiGapBiasOptions* o) {
+  return {
+      advancedKey("max_gap", &o->max_gap, {1, 8}, "keyframes",
+                  "largest gap between the keyframes of a pair; gaps are 1, 2, 4 and 8, and 1 "
+                  "leaves consecutive pairs only (ablation)"),
+      advancedKey("min_points_per_pair", &o->min_points_per_pair, {5, 1000}, "",
+                  "keyframe pairs with fewer common points are neither used nor tested"),
+      advancedKey("max_iterations", &o->max_iterations, {1, 1000}, "",
+                  "Levenberg-Marquardt iterations per round"),
+      advancedKey("cauchy_sigmas", &o->cauchy_sigmas, {0.1, 1e6}, "sigma",
+                  "vanishing-point residual beyond which it loses weight"),
+      advancedKey("max_bias", &o->max_bias, {1e-3, 10.0}, "rad/s",
+                  "a larger answer is a numerical failure"),
+  };
+}
+
+OptionTable optionTable(TrackPruningOptions* o) {
+  return {
+      advancedKey("threshold_sigmas", &o->threshold_sigmas, {0.5, 100.0}, "sigma",
+                  "a point with a larger residual disagrees with the bias"),
+      advancedKey("hypotheses", &o->hypotheses, {1, 1000}, "",
+                  "two-point translation directions tried per pair"),
+  };
+}
+
+OptionTable optionTable(RobustBiasOptions* o) {
+  OptionTable table = {
+      advancedKey(
+          "candidates", &o->candidates, {0, kMaxBiasCandidates}, "",
+          "further starts tried, at most, where the first solution is not clean; there are three"),
+      advancedKey("clean_inlier_fraction", &o->clean_inlier_fraction, kShare, "",
+                  "share of agreeing sightings from which a solution is clean and taken as it is"),
+      advancedKey("clean_cost", &o->clean_cost, {0.0, 10.0}, "sigma^2",
+                  "mean truncated squared residual up to which it is. Right solutions of clean "
+                  "windows have 0.9, one in ten 1.1; wrong minima mostly 1.2 to 2.4"),
+      advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
+                  "a smaller share of agreeing sightings is no consensus"),
+  };
+  appendSection("refinement", optionTable(&o->refinement), {}, &table);
+  appendSection("pruning", optionTable(&o->pruning), {}, &table);
+  return table;
+}
+
+OptionTable optionTable(VanishingPointOptions* o) {
+  return {
+      advancedKey("icosphere_subdivisions", &o->icosphere_subdivisions, {1, 6}, "",
+                  "levels of the grid of directions; 4: 1281 on the hemisphere, none further than "
+                  "2.8 deg from any direction. Fewer need a larger vote_threshold_deg (5.5 at 3)"),
+      advancedKey("vote_threshold_deg", &o->vote_threshold_deg, {0.1, 20.0}, "deg",
+                  "a line votes for directions this close to its plane"),
+      advancedKey(
+          "inlier_threshold_deg", &o->inlier_threshold_deg, {0.1, 20.0}, "deg",
+          "a line this close belongs to the vanishing point (t_in of the paper). At 2 deg a "
+          "quarter of clutter among the lines doubles the squared error, at 1 deg it adds a fifth"),
+      advancedKey("min_inliers", &o->min_inliers, {2, 1000}, "",
+                  "fewer lines make no vanishing point. Among 25 lines without a common direction "
+                  "four meet by chance nine times in ten, eight once in thirty"),
+      advancedKey("match_threshold_deg", &o->match_threshold_deg, {0.1, 45.0}, "deg",
+                  "largest angle between the direction predicted by the gyroscope and the observed "
+                  "one, to be the same vanishing point"),
+      advancedKey("covariance_inflation", &o->covariance_inflation, {0.1, 1e4}, "",
+                  "on the covariance of a direction: clutter among the inliers is not in it",
+                  kSlim),
+      advancedKey("min_track_age", &o->min_track_age, {1, 100}, "keyframes",
+                  "younger vanishing points are not used (A_min of the paper)", kSlimPaper),
+      advancedKey("consistency_threshold_deg", &o->consistency_threshold_deg, {0.01, 20.0}, "deg",
+                  "largest rms of the inliers (t_vp of the paper). Lines spread evenly up to t_in "
+                  "have 0.58 t_in, so this tells a bundle that is no vanishing point",
+                  kSlimPaper),
+  };
+}
+
+OptionTable optionTable(AlignmentOptions* o) {
+  return {
+      advancedKey("min_track_length", &o->min_track_length, {3, 50}, "keyframes",
+                  "shorter tracks are not used: two views say nothing about relative scale"),
+      advancedKey("min_tracks", &o->min_tracks, {1, 10000}, "",
+                  "fewer tracks of that length are answered with too_few_tracks"),
+      advancedKey("min_parallax_rad", &o->min_parallax_rad, {0.0, 0.1}, "rad",
+                  "tracks with less rotation-compensated parallax are not used"),
+      advancedKey("use_line_rows", &o->use_line_rows,
+                  "three-view rows of line tracks beside those of the points (ablation)"),
+  };
+}
+
+OptionTable optionTable(ReverseAlignmentOptions* o) {
+  return {
+      advancedKey("min_scale", &o->min_scale, {1e-6, 1e3}, "m", "smallest scale searched"),
+      advancedKey("max_scale", &o->max_scale, {1e-3, 1e6}, "m", "largest scale searched"),
+      advancedKey("grid", &o->grid, {3, 10000}, "", "points of the logarithmic grid between them"),
+      advancedKey("length_weight", &o->length_weight, {1.0, 1e9}, "",
+                  "weight of the length of the trajectory (kappa), in units of the mean diagonal "
+                  "of the information"),
+      advancedKey("log_scale_tolerance", &o->log_scale_tolerance, {1e-12, 0.1}, "",
+                  "end of the search, in log(scale)"),
+  };
+}
+
+OptionTable optionTable(RefinementOptions* o) {
+  return {
+      advancedKey("use_lines", &o->use_lines, "line residuals (ablation)"),
+      advancedKey("use_vanishing_points", &o->use_vanishing_points,
+                  "vanishing-point residuals (ablation)"),
+      advancedKey("estimate_accel_bias", &o->estimate_accel_bias,
+                  "0: the accelerometer bias is held at zero (ablation)"),
+      advancedKey("max_iterations", &o->max_iterations, {0, 1000}, "",
+                  "Levenberg-Marquardt steps of one minimisation"),
+      advancedKey("tolerance", &o->tolerance, {1e-30, 100.0}, "sigma^2",
+                  "squared length of a step, in standard deviations of the state, that ends the "
+                  "minimisation"),
+      advancedKey("cauchy_sigmas", &o->cauchy_sigmas, {0.5, 1e6}, "sigma",
+                  "residual beyond which it loses weight"),
+      advancedKey("min_sigma_px", &o->min_sigma_px, {0.01, 10.0}, "px",
+                  "floor of the estimated noise of a point: tracks drift together, which their "
+                  "scatter does not show. The front end's are 0.13 to 0.22 px off between "
+                  "keyframes (docs/benchmark.md)"),
+      advancedKey("reject_sigmas", &o->reject_sigmas, {1.0, 100.0}, "sigma",
+                  "observations beyond are taken out before the second solve"),
+      advancedKey("min_reject_px", &o->min_reject_px, {0.01, 100.0}, "px",
+                  "observations below are never taken out"),
+      advancedKey(
+          "min_line_views", &o->min_line_views, {2, 15}, "keyframes",
+          "a line seen in fewer is not used: two views of a line say nothing about the motion"),
+      advancedKey(
+          "line_agreement_sigmas", &o->line_agreement_sigmas, {1.0, 1e3}, "sigma",
+          "departure from one line in space, seen from the start, at which a line track is cut, in "
+          "standard deviations of an end point; leaves a margin for the error of the start"),
+      advancedKey("suspicious_chi2", &o->suspicious_chi2, {0.0, 1e6}, "",
+                  "visual chi-square per degree of freedom above which a minimum is searched for "
+                  "again. Right ones have 0.6 to 1.1, and a search in vain costs little"),
+  };
+}
+
+OptionTable optionTable(SlimOptions* o) {
+  return {
+      advancedKey("vanishing_points", &o->vanishing_points,
+                  "vanishing points in the gyroscope bias and in the refinement (ablation)"),
+      advancedKey("prune_tracks", &o->prune_tracks,
+                  "take out tracks that contradict the consensus bias (ablation)"),
+      advancedKey("prune_lines", &o->prune_lines,
+                  "cut line tracks where they contradict the start (ablation)"),
+      advancedKey("reverse_start", &o->reverse_start,
+                  "start from the reverse alignment (ablation)"),
+      advancedKey("tight_start", &o->tight_start,
+                  "start from the closed-form tight alignment (ablation)"),
+      advancedKey("refine", &o->refine, "0: the first start is the answer (ablation)"),
+      advancedKey("second_search", &o->second_search,
+                  "search for a lower minimum where the first looks wrong (ablation)"),
+      advancedKey("few_tracks", &o->few_tracks, {0, 100000}, "",
+                  "with fewer point tracks it is searched for in any case: one bad track among a "
+                  "dozen bends the minimum without showing, and the search is cheap"),
+  };
+}
+
+OptionTable optionTable(GateOptions* o) {
+  const OptionWord mode =
+      wordOption<GateMode>(&o->mode, {GateMode::kOwn, GateMode::kOn, GateMode::kOff});
+  const std::vector<std::string> with_residual = {"slim-paper", "drt-l", "drt-t", "drt-vi-ba",
+                                                  "vins"};
+  const std::vector<std::string> with_sigma = {"slim",  "slim-paper", "drt-l",
+                                               "drt-t", "drt-vi-ba",  "vins"};
+  return {
+      userKey("mode", mode,
+              "own: as the method was published, on for slim and off for methods that have none; "
+              "on: enforced for every method; off: only reported"),
+      userKey("strict", &o->strict,
+              "max_scale_sigma at most 0.05, max_chi2 at most 1.2, min_inlier_fraction at least "
+              "0.7: fewer windows are accepted, and those are better",
+              kSlim),
+      userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
+              "median over the tracks of their motion without rotation; less is no translation"),
+      advancedKey(
+          "min_rotation_deg", &o->min_rotation_deg, {0.0, 180.0}, "deg",
+          "without translation: less rotation over the window is stationary, more a pure rotation"),
+      advancedKey("max_rest_deviation", &o->max_rest_deviation, {0.0, 100.0}, "m/s^2",
+                  "without translation: deviation as of min_excitation up to which the window is "
+                  "at rest; above it the vehicle accelerates and the scene is too far to show it"),
+      userKey("min_excitation", &o->min_excitation, {0.0, 100.0}, "m/s^2",
+              "rms deviation of the specific force from its mean over the window; less is motion "
+              "at constant velocity, in which the scale is not observable"),
+      userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
+              "relative standard deviation of the scale; more is refused", with_sigma),
+      userKey("max_chi2", &o->max_chi2, {0.1, 1e6}, "",
+              "visual chi-square per degree of freedom at the calibration's noise, before "
+              "rejection; more is refused. Wrong minima have 1.5 to 30",
+              kSlim),
+      userKey(
+          "max_inertial_chi2", &o->max_inertial_chi2, {0.0, 1e6}, "",
+          "cost of IMU factors and bias priors per residual row; more is refused. 1 is what the "
+          "noise of section inertial predicts; recorded EuRoC IMUs have 0.15 to 0.21 over ten "
+          "keyframes (medians). A sensor that vibrates more needs a larger accel_noise_factor",
+          kSlim),
+      advancedKey(
+          "max_inertial_chi2_short", &o->max_inertial_chi2_short, {0.0, 1e6}, "",
+          "the same below eight keyframes, where a trajectory a tenth as large as it should be "
+          "fits the images: those have 0.48 and more, right ones 0.07 to 0.09 (medians)",
+          kSlim),
+      userKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
+              "share of the point sightings left after pruning and rejection; less is refused",
+              kSlim),
+      advancedKey("min_point_spread_deg", &o->min_point_spread_deg, {0.0, 90.0}, "deg",
+                  "rms angle over which the points of an image are spread; less is refused, "
+                  "because points in one spot are one point",
+                  kSlim),
+      userKey("max_extrinsic_error_deg", &o->max_extrinsic_error_deg, {0.0, 180.0}, "deg",
+              "measured error of the extrinsic rotation less 2.5 standard deviations; more is "
+              "refused. Two degrees cost 2 % of scale, four 5 %, eight 15 %",
+              kSlim),
+      userKey("max_td_error_s", &o->max_td_error_s, {0.0, 1.0}, "s",
+              "the same of the time offset between camera and IMU. 10 ms cost 5 % of scale, 20 ms "
+              "10 to 20 %, without a trace in any other gate",
+              kSlim),
+      advancedKey(
+          "max_behind_fraction", &o->max_behind_fraction, kShare, "",
+          "share of the point tracks behind the camera by over three sigma; more is refused",
+          kSlim),
+      advancedKey("min_linkage", &o->min_linkage, {1.0, 1e12}, "",
+                  "ratio of the second to the first eigenvalue of the translation system; less "
+                  "means that the tracks do not link the window",
+                  kComparedLigt),
+      advancedKey("max_alignment_residual", &o->max_alignment_residual, {0.0, 1e3}, "m, m/s",
+                  "rms residual of the velocity and position rows over the window; more is refused",
+                  with_residual),
+  };
+}
+
+OptionTable optionTable(InitializerOptions* o) {
+  OptionTable table;
+  appendSection("imu", optionTable(&o->imu), {}, &table);
+  appendSection("window", optionTable(&o->window), {}, &table);
+  appendSection("inertial", optionTable(&o->inertial), kSlim, &table);
+  appendSection("gates", optionTable(&o->gates), {}, &table);
+  appendSection("vanishing_point", optionTable(&o->vanishing_point), {"slim", "slim-paper"},
+                &table);
+  appendSection("alignment", optionTable(&o->alignment), kWithLigt, &table);
+  appendSection("robust_bias", optionTable(&o->robust_bias), kSlim, &table);
+  appendSection("reverse_alignment", optionTable(&o->reverse_alignment), kSlim, &table);
+  appendSection("refinement", optionTable(&o->refinement), kSlim, &table);
+  appendSection("slim", optionTable(&o->slim), kSlim, &table);
+  return table;
+}
+
+OptionTable optionTable(Calibration* c) {
+  return {
+      userKey("sigma_px", &c->sigma_px, {1e-3, 20.0}, "px",
+              "standard deviation of a tracked point"),
+      userKey("sigma_line_px", &c->sigma_line_px, {1e-3, 20.0}, "px",
+              "standard deviation of the end of a line segment, across the segment"),
+  };
+}
+
+OptionTable optionTable(ImuNoise* n) {
+  return {
+      userKey("gyro_density", &n->gyro_density, {1e-8, 1.0}, "rad/s/sqrt(Hz)",
+              "white noise of the gyroscope from its data sheet, not the host's gyr_n; the default "
+              "is EuRoC's ADIS16448"),
+      userKey(
+          "accel_density", &n->accel_density, {1e-7, 10.0}, "m/s^2/sqrt(Hz)",
+          "white noise of the accelerometer from its data sheet, not the host's acc_n; likewise"),
+  };
+}
+
+OptionTable optionTable(ImuLimits* l) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  return {
+      userKey("max_accel", &l->max_accel, {19.6, kInfinity}, "m/s^2",
+              "a sample with more on an axis is a glitch and dropped; 160 is just above 16 g. "
+              "No MEMS sensor's range ends below 2 g: a limit given in g is refused"),
+      userKey("max_gyro", &l->max_gyro, {2.1, kInfinity}, "rad/s",
+              "the same; 35 is just above 2000 deg/s"),
+  };
+}
 
 std::string WindowOptions::validate() const {
-  return RangeCheck()
-      .within("keyframes", keyframes, kMinKeyframes, 50)
-      .within("min_keyframes", min_keyframes, kMinKeyframes, 50)
+  return checkTable(*this)
       .ordered("min_keyframes", min_keyframes, "keyframes", keyframes)
-      .within("min_interval_s", min_interval_s, 0.01, 5.0)
-      .within("max_frame_gap_s", max_frame_gap_s, 0.05, 10.0)
-      .within("max_imu_gap_s", max_imu_gap_s, 0.001, 1.0)
-      .within("buffer_s", buffer_s, 0.5, 600.0)
       // Frames come at their own pace, so that keyframes lie up to twice as far apart.
       .ordered("twice the least length of a full window", 2.0 * (keyframes - 1) * min_interval_s,
                "buffer_s", buffer_s)
-      .sentence();
+      .message();
 }
 
-std::string MultiGapBiasOptions::validate() const {
-  return RangeCheck()
-      .within("max_gap", max_gap, 1, 8)
-      .within("min_points_per_pair", min_points_per_pair, 5, 1000)
-      .within("max_iterations", max_iterations, 1, 1000)
-      .within("cauchy_sigmas", cauchy_sigmas, 0.1, 1e6)
-      .within("vp_inflation", vp_inflation, 0.1, 1e6)
-      .within("bias_prior", bias_prior, 1e-4, 10.0)
-      .within("max_bias", max_bias, 1e-3, 10.0)
-      .sentence();
-}
+std::string InertialOptions::validate() const { return checkTable(*this).message(); }
 
-std::string TrackPruningOptions::validate() const {
-  return RangeCheck()
-      .within("threshold_sigmas", threshold_sigmas, 0.5, 100.0)
-      .within("min_points_per_pair", min_points_per_pair, 5, 1000)
-      .within("hypotheses", hypotheses, 1, 1000)
-      .sentence();
-}
+std::string MultiGapBiasOptions::validate() const { return checkTable(*this).message(); }
 
-std::string RobustBiasOptions::validate() const {
-  return RangeCheck()
-      .nested("refinement", refinement.validate())
-      .nested("pruning", pruning.validate())
-      .within("candidates", candidates, 0, 1000)
-      .within("clean_inlier_fraction", clean_inlier_fraction, 0.0, 1.0)
-      .within("clean_cost", clean_cost, 0.0, 10.0)
-      .within("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0)
-      .within("gyro_noise_inflation", gyro_noise_inflation, 0.0, 1e3)
-      .sentence();
-}
+std::string TrackPruningOptions::validate() const { return checkTable(*this).message(); }
+
+std::string RobustBiasOptions::validate() const { return checkTable(*this).message(); }
 
 std::string ReverseAlignmentOptions::validate() const {
-  return RangeCheck()
-      .within("accel_bias_prior", accel_bias_prior, 1e-6, 10.0)
-      .within("min_scale", min_scale, 1e-6, 1e3)
-      .within("max_scale", max_scale, 1e-3, 1e6)
-      .ordered("min_scale", min_scale, "max_scale", max_scale)
-      .within("grid", grid, 3, 10000)
-      .within("length_weight", length_weight, 1.0, 1e9)
-      .within("log_scale_tolerance", log_scale_tolerance, 1e-12, 0.1)
-      .sentence();
+  return checkTable(*this).ordered("min_scale", min_scale, "max_scale", max_scale).message();
 }
 
-std::string RefinementOptions::validate() const {
-  return RangeCheck()
-      .within("max_iterations", max_iterations, 0, 1000)
-      .within("tolerance", tolerance, 1e-30, 100.0)
-      .within("cauchy_sigmas", cauchy_sigmas, 0.5, 1e6)
-      .within("accel_bias_prior", accel_bias_prior, 1e-6, 10.0)
-      .within("gyro_bias_prior", gyro_bias_prior, 1e-6, 10.0)
-      .within("vp_inflation", vp_inflation, 0.1, 1e4)
-      .within("accel_noise_factor", accel_noise_factor, 1.0, 100.0)
-      .within("gyro_noise_factor", gyro_noise_factor, 1.0, 100.0)
-      .within("min_sigma_px", min_sigma_px, 0.01, 10.0)
-      .within("reject_sigmas", reject_sigmas, 1.0, 100.0)
-      .within("min_reject_px", min_reject_px, 0.01, 100.0)
-      .within("min_line_views", min_line_views, 2, 15)
-      .within("line_agreement_sigmas", line_agreement_sigmas, 1.0, 1e3)
-      .within("suspicious_chi2", suspicious_chi2, 0.0, 1e6)
-      .sentence();
-}
+std::string RefinementOptions::validate() const { return checkTable(*this).message(); }
 
 std::string VanishingPointOptions::validate() const {
-  return RangeCheck()
-      .within("icosphere_subdivisions", icosphere_subdivisions, 1, 6)
-      .within("vote_threshold_deg", vote_threshold_deg, 0.1, 20.0)
-      .within("inlier_threshold_deg", inlier_threshold_deg, 0.1, 20.0)
-      .within("min_inliers", min_inliers, 2, 1000)
-      .within("match_threshold_deg", match_threshold_deg, 0.1, 45.0)
-      .within("min_track_age", min_track_age, 1, 100)
-      .within("consistency_threshold_deg", consistency_threshold_deg, 0.01, 20.0)
+  return checkTable(*this)
       // The rms over lines chosen by a threshold is always below that threshold.
       .ordered("consistency_threshold_deg", consistency_threshold_deg, "inlier_threshold_deg",
                inlier_threshold_deg)
-      .sentence();
+      .message();
 }
 
-std::string AlignmentOptions::validate() const {
-  return RangeCheck()
-      .within("min_track_length", min_track_length, 3, 50)
-      .within("min_tracks", min_tracks, 1, 10000)
-      .within("min_parallax_rad", min_parallax_rad, 0.0, 0.1)
-      .sentence();
-}
+std::string AlignmentOptions::validate() const { return checkTable(*this).message(); }
 
 std::string SlimOptions::validate() const {
   if (!reverse_start && !tight_start)
     return "reverse_start and tight_start are both off, needs one";
-  return RangeCheck().within("few_tracks", few_tracks, 0, 100000).sentence();
+  return checkTable(*this).message();
 }
 
-std::string GateOptions::validate() const {
-  return RangeCheck()
-      .within("min_parallax_px", min_parallax_px, 0.0, 1e3)
-      .within("min_rotation_deg", min_rotation_deg, 0.0, 180.0)
-      .within("min_excitation", min_excitation, 0.0, 100.0)
-      .within("min_linkage", min_linkage, 1.0, 1e12)
-      .within("max_alignment_residual", max_alignment_residual, 0.0, 1e3)
-      .within("max_rest_deviation", max_rest_deviation, 0.0, 100.0)
-      .within("max_chi2", max_chi2, 0.1, 1e6)
-      .within("min_inlier_fraction", min_inlier_fraction, 0.0, 1.0)
-      .within("min_point_spread_deg", min_point_spread_deg, 0.0, 90.0)
-      .within("max_inertial_chi2", max_inertial_chi2, 0.0, 1e6)
-      .within("max_inertial_chi2_short", max_inertial_chi2_short, 0.0, 1e6)
-      .within("max_extrinsic_error_deg", max_extrinsic_error_deg, 0.0, 180.0)
-      .within("max_td_error_s", max_td_error_s, 0.0, 1.0)
-      .within("max_behind_fraction", max_behind_fraction, 0.0, 1.0)
-      .within("max_scale_sigma", max_scale_sigma, 0.0, 10.0)
-      .sentence();
-}
+std::string GateOptions::validate() const { return checkTable(*this).message(); }
 
 std::string InitializerOptions::validate() const {
   return RangeCheck()
       .nested("imu", imu.validate())
       .nested("window", window.validate())
+      .nested("inertial", inertial.validate())
       .nested("vanishing_point", vanishing_point.validate())
       .nested("alignment", alignment.validate())
       .nested("robust_bias", robust_bias.validate())
@@ -143,7 +394,7 @@ std::string InitializerOptions::validate() const {
       .nested("refinement", refinement.validate())
       .nested("slim", slim.validate())
       .nested("gates", gates.validate())
-      .sentence();
+      .message();
 }
 
 }  // namespace slim_init

@@ -1,9 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cmath>
 #include <sstream>
 #include <string>
+#include <type_traits>
+#include <variant>
+
+#include "slim_init/option_table.h"
 
 namespace slim_init {
 
@@ -12,11 +15,24 @@ class RangeCheck {
  public:
   /// Requires min <= value <= max; a value that is not finite violates it.
   template <typename T>
-  RangeCheck& within(const char* name, T value, T min, T max) {
-    if (sentence_.empty() && !(value >= min && value <= max)) {
+  RangeCheck& within(const std::string& name, T value, T min, T max) {
+    if (message_.empty() && !(value >= min && value <= max)) {
       std::ostringstream out;
       out << name << " is " << value << ", must be in [" << min << ", " << max << "]";
-      sentence_ = out.str();
+      message_ = out.str();
+    }
+    return *this;
+  }
+
+  /// The same for every number of a table.
+  RangeCheck& within(const OptionTable& table) {
+    for (const OptionField& option : table) {
+      if (const auto* whole = std::get_if<int*>(&option.value)) {
+        within(option.key, **whole, static_cast<int>(option.range.min),
+               static_cast<int>(option.range.max));
+      } else if (const auto* real = std::get_if<double*>(&option.value)) {
+        within(option.key, **real, option.range.min, option.range.max);
+      }
     }
     return *this;
   }
@@ -24,26 +40,26 @@ class RangeCheck {
   /// Requires lower <= upper for two fields.
   template <typename T>
   RangeCheck& ordered(const char* lower_name, T lower, const char* upper_name, T upper) {
-    if (sentence_.empty() && !(lower <= upper)) {
+    if (message_.empty() && !(lower <= upper)) {
       std::ostringstream out;
       out << lower_name << " is " << lower << ", must not exceed " << upper_name << " (" << upper
           << ")";
-      sentence_ = out.str();
+      message_ = out.str();
     }
     return *this;
   }
 
-  /// Adopts the message of a nested struct, prefixed with its section.
-  RangeCheck& nested(const char* section, const std::string& sentence) {
-    if (sentence_.empty() && !sentence.empty()) sentence_ = std::string(section) + "." + sentence;
+  /// Takes over the message of a nested struct, prefixed with its section.
+  RangeCheck& nested(const char* section, const std::string& message) {
+    if (message_.empty() && !message.empty()) message_ = std::string(section) + "." + message;
     return *this;
   }
 
   /// The first violation, or empty.
-  const std::string& sentence() const { return sentence_; }
+  const std::string& message() const { return message_; }
 
  private:
-  std::string sentence_;
+  std::string message_;
 };
 
 }  // namespace slim_init

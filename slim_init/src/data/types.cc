@@ -5,29 +5,28 @@
 #include <cmath>
 
 #include "data/range_check.h"
+#include "slim_init/option_table.h"
 
 namespace slim_init {
 
 std::string ImuNoise::validate() const {
-  return RangeCheck()
-      .within("gyro_density", gyro_density, 1e-8, 1.0)
-      .within("accel_density", accel_density, 1e-7, 10.0)
-      .sentence();
+  ImuNoise copy = *this;
+  return RangeCheck().within(optionTable(&copy)).message();
 }
 
 std::string Calibration::validate() const {
+  Calibration copy = *this;
   RangeCheck check;
   check.nested("imu_noise", imu_noise.validate())
       .within("gravity_magnitude", gravity_magnitude, 9.7, 9.9)
       .within("focal_px", focal_px, 10.0, 1e5)
-      .within("sigma_px", sigma_px, 1e-3, 20.0)
-      .within("sigma_line_px", sigma_line_px, 1e-3, 20.0)
+      .within(optionTable(&copy))
       .within("td", td, -1.0, 1.0)
       .within("norm of t_b_c", t_b_c.norm(), 0.0, 10.0);
   const double not_rotation = (R_b_c.transpose() * R_b_c - Eigen::Matrix3d::Identity()).norm() +
                               std::abs(R_b_c.determinant() - 1.0);
   check.within("distance of R_b_c from a rotation", not_rotation, 0.0, 1e-3);
-  return check.sentence();
+  return check.message();
 }
 
 bool NavState::isFinite() const {

@@ -106,10 +106,10 @@ TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProb
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
-                                                 const RefinementOptions& options) {
+                                                 const InertialOptions& inertial) {
   ImuNoise noise = window.calibration().imu_noise;
-  noise.gyro_density *= options.gyro_noise_factor;
-  noise.accel_density *= options.accel_noise_factor;
+  noise.gyro_density *= inertial.gyro_noise_factor;
+  noise.accel_density *= inertial.accel_noise_factor;
   std::vector<Preintegration> pre;
   pre.reserve(window.size() - 1);
   for (int k = 0; k + 1 < window.size(); ++k) {
@@ -123,10 +123,10 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
                            std::vector<Preintegration> pre,
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<WindowState>& starts, StartMode mode,
-                           const RefinementOptions& options) {
+                           const RefinementOptions& options, const InertialOptions& inertial) {
   RefinedWindow out;
   const double focal = window.calibration().focal_px;
-  VisualInertialProblem map(window, lines, pre, vanishing_points, options);
+  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial);
   const int handed_in = map.pointViews();
 
   Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
@@ -153,7 +153,7 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
              std::max(options.reject_sigmas * noise.sigma_line, options.min_reject_px / focal));
   map.setNoise(noise.sigma_point, noise.sigma_line);
   if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro) {
-    pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, options);
+    pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, inertial);
     map.whiten();
   }
   const MapSummary summary = map.resume(options.max_iterations, &out.state);

@@ -38,11 +38,11 @@ struct RefinedWindow {
 };
 
 /// Preintegrations with covariance at the biases, the densities of the calibration times the noise
-/// factors of `options`.
+/// factors of `inertial`.
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
-                                                 const RefinementOptions& options);
+                                                 const InertialOptions& inertial);
 
 /// How the minimum is searched.
 enum class StartMode {
@@ -57,6 +57,6 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
                            std::vector<Preintegration> pre,
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<WindowState>& starts, StartMode mode,
-                           const RefinementOptions& options);
+                           const RefinementOptions& options, const InertialOptions& inertial);
 
 }  // namespace slim_init

@@ -42,10 +42,12 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
                                              const std::vector<Track>& lines,
                                              const std::vector<Preintegration>& pre,
                                              const std::vector<VanishingPoint>* vanishing_points,
-                                             const RefinementOptions& options)
+                                             const RefinementOptions& options,
+                                             const InertialOptions& inertial)
     : window_(window),
       pre_(pre),
       options_(options),
+      inertial_(inertial),
       layout_(window.size()),
       t_b_c_(window.calibration().t_b_c),
       sigma_point_(window.calibration().sigmaBearing()),
@@ -100,8 +102,7 @@ void VisualInertialProblem::addDirectionTracks(
       const VanishingPoint& vp = vanishing_points[k];
       if (!vp.found || vp.track_id != id) continue;
       const Eigen::Matrix<double, 3, 2> B = tangentBasis(vp.direction);
-      const Eigen::LLT<Eigen::Matrix2d> llt(options_.vp_inflation * B.transpose() * vp.covariance *
-                                            B);
+      const Eigen::LLT<Eigen::Matrix2d> llt(B.transpose() * vp.covariance * B);
       if (llt.info() != Eigen::Success) continue;
       DirectionView view;
       view.keyframe = k;
@@ -157,8 +158,9 @@ void VisualInertialProblem::triangulateAll(const WindowState& state) {
 
 double VisualInertialProblem::addPriors(const WindowState& state, System* system) const {
   // The prior is centred at zero, so a tight one holds the bias there.
-  const double w_a = options_.estimate_accel_bias ? 1.0 / square(options_.accel_bias_prior) : kHold;
-  const double w_g = 1.0 / square(options_.gyro_bias_prior);
+  const double w_a =
+      options_.estimate_accel_bias ? 1.0 / square(inertial_.accel_bias_prior) : kHold;
+  const double w_g = 1.0 / square(inertial_.gyro_bias_prior);
   system->H.diagonal().segment<3>(layout_.accelBias()).array() += w_a;
   system->H.diagonal().segment<3>(layout_.gyroBias()).array() += w_g;
   system->g.segment<3>(layout_.accelBias()) += w_a * state.accel_bias;

@@ -51,7 +51,7 @@ class VisualInertialProblem {
   VisualInertialProblem(const InitWindow& window, const std::vector<Track>& lines,
                         const std::vector<Preintegration>& pre,
                         const std::vector<VanishingPoint>* vanishing_points,
-                        const RefinementOptions& options);
+                        const RefinementOptions& options, const InertialOptions& inertial);
 
   /// Recomputes the whitening after the caller has changed the preintegrations.
   void whiten();
@@ -135,6 +135,7 @@ class VisualInertialProblem {
   const InitWindow& window_;
   const std::vector<Preintegration>& pre_;
   RefinementOptions options_;
+  InertialOptions inertial_;
   StateLayout layout_;
   Eigen::Vector3d t_b_c_;
   double sigma_point_;

@@ -34,10 +34,12 @@ Eigen::Matrix3d dampDiagonal(const QuadraticModel<3>& at, double damping) {
 
 MultiGapProblem::MultiGapProblem(const InitWindow& window,
                                  const std::vector<VanishingPoint>* vanishing_points,
-                                 const MultiGapBiasOptions& options)
+                                 const MultiGapBiasOptions& options,
+                                 const InertialOptions& inertial)
     : window_(window),
       vps_(vanishing_points),
       options_(options),
+      gyro_bias_prior_(inertial.gyro_bias_prior),
       pairs_(window, options.max_gap, options.min_points_per_pair),
       gyro_(window) {}
 
@@ -99,8 +101,7 @@ void MultiGapProblem::addVanishingPoints(std::size_t p, const PairRotation& rota
   Eigen::Vector2d z;
   Eigen::Matrix<double, 2, 3> dz;
   whitenedVpResidual((*vps_)[pairs_[p].i], (*vps_)[pairs_[p].j],
-                     R_b_c * rotation.R_ci_cj * R_b_c.transpose(), R_b_c, options_.vp_inflation, &z,
-                     &dz);
+                     R_b_c * rotation.R_ci_cj * R_b_c.transpose(), R_b_c, &z, &dz);
   const double weight = 1.0 / (1.0 + z.squaredNorm() / c2);
   const Eigen::Matrix<double, 2, 3> J = dz * R_b_c * rotation.dR_dbg;
   sum->cost += share * c2 * std::log1p(z.squaredNorm() / c2);
@@ -113,7 +114,7 @@ QuadraticModel<3> MultiGapProblem::evaluate(const Eigen::Vector3d& gyro_bias, co
                                             Baselines* baselines) const {
   const PairRotations rotations = gyro_.at(gyro_bias, pairs_, gaps.to);
   const double share = shareOf(gaps, pairs_.keyframes());
-  const double prior = 1.0 / (options_.bias_prior * options_.bias_prior);
+  const double prior = 1.0 / (gyro_bias_prior_ * gyro_bias_prior_);
   QuadraticModel<3> sum;
   sum.cost = prior * gyro_bias.squaredNorm();
   sum.gradient = 2.0 * prior * gyro_bias;
@@ -180,8 +181,7 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, const GapRan
 
 BiasInformation MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
                                              const WeightedPairs& weighted,
-                                             double gyro_noise_inflation,
-                                             Baselines baselines) const {
+                                             double gyro_noise_factor, Baselines baselines) const {
   BiasInformation out;
   out.baselines = std::move(baselines);
   const double share = shareOf(gaps, pairs_.keyframes());
@@ -204,15 +204,14 @@ BiasInformation MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, c
   const Eigen::Matrix3d covariance =
       kScatterInflation * (H_inverse * scatter * H_inverse) + kCurvatureShare * 2.0 * H_inverse;
   const double duration = window_.times().back() - window_.times().front();
-  const double gyro = gyro_noise_inflation * window_.calibration().imu_noise.gyro_density;
+  const double gyro = gyro_noise_factor * window_.calibration().imu_noise.gyro_density;
   out.information = (covariance + gyro * gyro / duration * Eigen::Matrix3d::Identity()).inverse();
   return out;
 }
 
 void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
                         const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
-                        double inflation, Eigen::Vector2d* residual,
-                        Eigen::Matrix<double, 2, 3>* jacobian) {
+                        Eigen::Vector2d* residual, Eigen::Matrix<double, 2, 3>* jacobian) {
   const Eigen::Matrix3d R_cj_ci = R_b_c.transpose() * R_bi_bj.transpose() * R_b_c;
   Eigen::Vector3d u_b = R_bi_bj.transpose() * (R_b_c * vp_i.direction);
   Eigen::Vector3d u_c = R_b_c.transpose() * u_b;
@@ -221,9 +220,8 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
     u_c = -u_c;
   }
   const Eigen::Matrix<double, 3, 2> B = tangentBasis(vp_j.direction);
-  Eigen::Matrix2d covariance = inflation * B.transpose() *
-                               (vp_j.covariance + R_cj_ci * vp_i.covariance * R_cj_ci.transpose()) *
-                               B;
+  Eigen::Matrix2d covariance =
+      B.transpose() * (vp_j.covariance + R_cj_ci * vp_i.covariance * R_cj_ci.transpose()) * B;
   covariance.diagonal().array() += kVpModelVariance;
   const Eigen::Matrix2d L = covariance.llt().matrixL();
   const Eigen::Matrix2d W = L.triangularView<Eigen::Lower>().solve(Eigen::Matrix2d::Identity());
@@ -235,8 +233,9 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
                                           const std::vector<VanishingPoint>* vanishing_points,
-                                          const MultiGapBiasOptions& options) {
-  MultiGapProblem problem(window, vanishing_points, options);
+                                          const MultiGapBiasOptions& options,
+                                          const InertialOptions& inertial) {
+  MultiGapProblem problem(window, vanishing_points, options, inertial);
   MultiGapBiasEstimate best;
   best.point_pairs = problem.pointPairs();
   best.vp_pairs = problem.vpPairs();

@@ -35,15 +35,15 @@ struct MultiGapBiasEstimate {
 /// `residual` 2, `jacobian` 2x3 under R_bi_bj Exp(phi). The sign of d_i is chosen freely.
 void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
                         const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
-                        double inflation, Eigen::Vector2d* residual,
-                        Eigen::Matrix<double, 2, 3>* jacobian);
+                        Eigen::Vector2d* residual, Eigen::Matrix<double, 2, 3>* jacobian);
 
 /// Minimises from each of `starts`, without pruning, and keeps the lowest cost. `vanishing_points`
 /// may be null, else one per keyframe.
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
                                           const std::vector<VanishingPoint>* vanishing_points,
-                                          const MultiGapBiasOptions& options);
+                                          const MultiGapBiasOptions& options,
+                                          const InertialOptions& inertial);
 
 /// Whether pairs of consecutive keyframes enter the minimisation.
 enum class ConsecutivePairs {
@@ -83,7 +83,7 @@ class MultiGapProblem {
  public:
   /// `vanishing_points` may be null, else one per keyframe.
   MultiGapProblem(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                  const MultiGapBiasOptions& options);
+                  const MultiGapBiasOptions& options, const InertialOptions& inertial);
 
   const InitWindow& window() const { return window_; }
   const KeyframePairs& pairs() const { return pairs_; }
@@ -116,9 +116,9 @@ class MultiGapProblem {
   /// Inverse covariance of a minimiser for given weights: the curvature of the cost and the scatter
   /// of the tracks' gradients, so that points that enter at several gaps, or are worse than they
   /// should be, count for what they are; and the gyro's white noise over the window, with
-  /// `gyro_noise_inflation` times the calibration's density. `baselines` as minimize() left them.
+  /// `gyro_noise_factor` times the calibration's density. `baselines` as minimize() left them.
   BiasInformation information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
-                              const WeightedPairs& weighted, double gyro_noise_inflation,
+                              const WeightedPairs& weighted, double gyro_noise_factor,
                               Baselines baselines) const;
 
  private:
@@ -136,6 +136,7 @@ class MultiGapProblem {
   const InitWindow& window_;
   const std::vector<VanishingPoint>* vps_;
   const MultiGapBiasOptions& options_;
+  const double gyro_bias_prior_;  // [rad/s]
   const KeyframePairs pairs_;
   GyroRotations gyro_;
 };

@@ -19,7 +19,8 @@ struct Approach {
 };
 constexpr Approach kFirstApproach = {kStartGap, kNarrowStart};
 // Tried in this order where the first answer does not look clean.
-constexpr Approach kRivalApproaches[] = {{1, kNarrowStart}, {1, kWideStart}, {2, kWidestStart}};
+constexpr Approach kRivalApproaches[kMaxBiasCandidates] = {
+    {1, kNarrowStart}, {1, kWideStart}, {2, kWidestStart}};
 
 // Whether the baselines of the pruning serve the minimisation that follows.
 enum class Baselining { kFromPruning, kSearchAllGaps };
@@ -67,8 +68,8 @@ struct Candidate {
 class ConsensusSearch {
  public:
   ConsensusSearch(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                  const RobustBiasOptions& options)
-      : options_(options), problem_(window, vanishing_points, options.refinement) {}
+                  const RobustBiasOptions& options, const InertialOptions& inertial)
+      : options_(options), problem_(window, vanishing_points, options.refinement, inertial) {}
 
   MultiGapProblem& problem() { return problem_; }
   int iterations() const { return iterations_; }
@@ -159,9 +160,10 @@ bool looksClean(const Candidate& candidate, const RobustBiasOptions& options) {
 
 RobustBias estimateRobustGyroBias(const InitWindow& window,
                                   const std::vector<VanishingPoint>* vanishing_points,
-                                  const RobustBiasOptions& options) {
+                                  const RobustBiasOptions& options,
+                                  const InertialOptions& inertial) {
   RobustBias out;
-  ConsensusSearch search(window, vanishing_points, options);
+  ConsensusSearch search(window, vanishing_points, options, inertial);
   MultiGapProblem& problem = search.problem();
   out.point_pairs = problem.pointPairs();
   out.vp_pairs = problem.vpPairs();
@@ -191,7 +193,7 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
   }
   if (out.candidates > 1) search.weighAgain(gaps, &best);
   BiasInformation information =
-      problem.information(out.gyro_bias, gaps, best.minimum.weighted, options.gyro_noise_inflation,
+      problem.information(out.gyro_bias, gaps, best.minimum.weighted, inertial.gyro_noise_factor,
                           std::move(best.minimum.baselines));
   out.information = information.information;
   out.rotations = freeRotations(

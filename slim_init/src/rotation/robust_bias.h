@@ -29,7 +29,7 @@ struct RobustBias {
   bool valid() const { return status == RobustBiasStatus::kOk; }
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   /// Inverse covariance of the bias [1/(rad/s)^2], from the scatter of the tracks' residuals, gyro
-  /// noise included. Positive definite when valid (bias_prior).
+  /// noise included. Positive definite when valid (gyro_bias_prior).
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   TrackPruning pruning;  ///< keep mask for withSightings() and counts, at `gyro_bias`
   /// Mean squared residual over keyframe pairs at gaps 1, 2 and 4 before any pruning, truncated at
@@ -51,6 +51,7 @@ struct RobustBias {
 /// one per keyframe. Deterministic.
 RobustBias estimateRobustGyroBias(const InitWindow& window,
                                   const std::vector<VanishingPoint>* vanishing_points,
-                                  const RobustBiasOptions& options);
+                                  const RobustBiasOptions& options,
+                                  const InertialOptions& inertial);
 
 }  // namespace slim_init

@@ -38,7 +38,7 @@ struct TrackPruning {
 /// Pairs with fewer than min_points_per_pair common points are not tested, their sightings are
 /// kept. Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                         const TrackPruningOptions& options);
+                         const RobustBiasOptions& options);
 
 /// A pruning with the baselines that it found.
 struct PairPruning {

@@ -1,11 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Every number of the front end, with default, unit and reason. Configuration keys are the field
-// names (config/README.md).
+// Parameters of the front end. As in slim_init/options.h: the comment of a field says what it is;
+// bounds and reasons stand in the table in src/options.cc.
 #pragma once
 
 #include <string>
 
+#include "slim_init/option_table.h"
 #include "slim_init/options.h"
 
 namespace slim_init::feature_tracker_lines {
@@ -14,11 +15,14 @@ namespace slim_init::feature_tracker_lines {
 /// default profile takes only `fisheye`.
 struct HostFrontEnd {
   int max_cnt = 150;         ///< points tracked in one image
-  int min_dist = 30;         ///< [px] between two points
-  int freq = 10;             ///< [Hz] of published features; 0 is every image
-  double F_threshold = 1.0;  ///< [px] of the host's outlier rejection
+  int min_dist = 30;         ///< distance between two points [px]
+  int freq = 10;             ///< rate of published features; 0 is every image [Hz]
+  double F_threshold = 1.0;  ///< of the host's outlier rejection [px]
   bool equalize = true;      ///< histogram equalization before detection
   bool fisheye = false;      ///< only the image circle is used
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
 };
 
 /// How points are tracked.
@@ -32,63 +36,59 @@ const char* toString(TrackerProfile profile);
 
 /// Points of the default profile: Shi-Tomasi corners, pyramidal KLT.
 struct PointTrackerOptions {
-  /// Tracked in one image; VINS-Mono has as many. 200 cost a third more time and gain nothing.
-  int max_points = 150;
-  double min_distance_px = 20.0;  ///< between two points [px]
-  /// A corner's smaller eigenvalue has to exceed this multiple of the largest one that the measured
-  /// image noise alone makes: blank walls give no corners.
-  double corner_noise_factor = 2.0;
-  int window_px = 21;  ///< side of the tracked patch [px], odd; 21 as VINS-Mono
-  int levels = 3;      ///< pyramid levels above the image; 3 as VINS-Mono
-  /// A point tracked back to the image before has to come within this of where it was [px].
-  double forward_backward_px = 0.5;
-  /// Distance to the epipolar line above which a point is an outlier [px]. More than twice the
-  /// largest tracking error between neighbouring images, less than half a period of common
-  /// textures.
-  double epipolar_px = 1.5;
-  double border_px = 8.0;  ///< points closer to the image's edge than this are dropped [px]
+  int max_points = 150;              ///< tracked in one image
+  double min_distance_px = 20.0;     ///< distance between two points [px]
+  double corner_noise_factor = 2.0;  ///< least corner, over what image noise alone makes
+  int window_px = 21;                ///< side of the tracked patch, odd [px]
+  int levels = 3;                    ///< pyramid levels above the image
+  double forward_backward_px = 0.5;  ///< tracked there and back, largest distance [px]
+  double epipolar_px = 1.5;          ///< largest distance to the epipolar line [px]
+  double border_px = 8.0;            ///< least distance to the edge of the image [px]
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
 /// Line segments: detection, tracking, refit.
 struct LineTrackerOptions {
   bool enabled = true;            ///< false: points only
-  int max_lines = 80;             ///< tracked in one image; old and long ones are kept
-  double min_length_px = 40.0;    ///< shorter segments are left out [px]
+  int max_lines = 80;             ///< tracked in one image
+  double min_length_px = 40.0;    ///< least length of a segment [px]
   int samples = 5;                ///< points per line that KLT predicts the line with
   double max_distance_px = 2.0;   ///< predicted to detected line, across [px]
   double max_angle_deg = 3.0;     ///< predicted to detected line [deg]
-  double min_overlap = 0.4;       ///< of predicted and detected segment, of the shorter one
-  int max_missed = 3;             ///< images without a detection over which a line is carried on
-  double max_refit_rms_px = 0.5;  ///< edge samples about the fitted line; more is no line [px]
+  double min_overlap = 0.4;       ///< share of predicted and detected segment
+  int max_missed = 3;             ///< without a detection a line is carried on so long [images]
+  double max_refit_rms_px = 0.5;  ///< edge samples about the fitted line [px]
 
-  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
 /// All options of an ImageFrontEnd.
 struct FrontEndOptions {
-  TrackerProfile profile = TrackerProfile::kDefault;
-  /// Predict the flow from the gyroscope (default profile only); off for a camera alone.
-  bool use_gyro = true;
-  /// Estimate the gyroscope bias from the tracks themselves, for the prediction and for the
-  /// known-rotation RANSAC. Off: only what ImageFrontEnd::setGyroBias was told.
-  bool estimate_gyro_bias = true;
-  /// The rotation between two images counts as known where its standard deviation moves a point by
-  /// less than this [px]: well below PointTrackerOptions::epipolar_px.
-  double max_rotation_sigma_px = 0.5;
-  PointTrackerOptions points;
-  LineTrackerOptions lines;
+  TrackerProfile profile = TrackerProfile::kDefault;  ///< how points are tracked
+  bool use_gyro = true;                               ///< predict the flow from the gyroscope
+  bool estimate_gyro_bias = true;      ///< from the tracks; off: ImageFrontEnd::setGyroBias() only
+  double max_rotation_sigma_px = 0.5;  ///< of a rotation that counts as known [px]
+  PointTrackerOptions points;          ///< point tracker of the default profile
+  LineTrackerOptions lines;            ///< line tracker
   /// Dominant vanishing point of the debug image and of ImageReport. Has no keys of its own:
   /// loadConfig() copies what the solvers use.
   VanishingPointOptions vanishing_point;
-  HostFrontEnd host;
+  HostFrontEnd host;  ///< the host's own keys
 
-  /// Returns an empty string, or a sentence naming the field (with its section: "points.levels"),
+  /// Returns an empty string, or a message naming the field (with its section: "points.levels"),
   /// its value and the violated bound.
   std::string validate() const;
 };
+
+/// The tables of these structs, bound to the fields of the argument (slim_init/option_table.h).
+/// That of FrontEndOptions has the sections front_end, points and lines; that of HostFrontEnd has
+/// the host's keys.
+OptionTable optionTable(HostFrontEnd* options);
+OptionTable optionTable(PointTrackerOptions* options);
+OptionTable optionTable(LineTrackerOptions* options);
+OptionTable optionTable(FrontEndOptions* options);
 
 }  // namespace slim_init::feature_tracker_lines

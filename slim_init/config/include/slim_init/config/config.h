@@ -4,12 +4,12 @@
 #pragma once
 
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "slim_init/baselines/options.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/options.h"
+#include "slim_init/option_table.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
 
@@ -36,26 +36,46 @@ struct Config {
   std::string imu_topic;
   std::string image_topic;
   HostKeys host;
-  /// What the reader should know, one sentence each; nothing here is an error.
+  /// What the reader should know, one message each; nothing here is an error. Renamed keys and keys
+  /// that `method` does not read (noteUnreadKeys()) are among them.
   std::vector<std::string> notes;
 };
 
-/// One of our keys. `key` is the path below `slim_init:`, e.g. "window.keyframes".
-struct ConfigKey {
+/// All our keys, bound to the fields of `config`; `key` is the path below `slim_init:`, e.g.
+/// "window.keyframes". Made of the tables that stand beside the structs (slim_init/option_table.h).
+OptionTable configTable(Config* config);
+
+/// A key that had another name in the release before. It is still read under the old one, with a
+/// note; the next release refuses it.
+struct RenamedKey {
+  std::string old_key;
   std::string key;
-  std::variant<int*, double*, bool*, std::string*, GateMode*,
-               feature_tracker_lines::TrackerProfile*>
-      field;
-  std::string unit;    ///< "" where there is none
-  std::string reason;  ///< what it does and why the default is what it is
+};
+const std::vector<RenamedKey>& renamedKeys();
+
+/// A note that names the keys with another value than the default that none of `methods` reads, or
+/// an empty string.
+std::string noteUnreadKeys(const Config& config, const std::vector<std::string>& methods);
+
+/// Groups of keys: those of `slim` for users and the advanced ones, and those that only compared
+/// methods read.
+enum class OptionKeys { kUser, kAdvanced, kCompared, kAll };
+
+/// A section `slim_init:` with these keys, their defaults, units, ranges and reasons.
+std::string optionsYaml(OptionKeys keys);
+
+/// docs/options.md: all keys as tables.
+std::string optionsPage();
+
+/// A file of this repository that is written from configTable().
+struct GeneratedFile {
+  std::string path;  ///< from the top of the repository: "config/template.yaml"
+  std::string text;
 };
 
-/// All our keys, bound to the fields of `config`. Reading, the list of unknown keys and the
-/// documentation all go through this one table.
-std::vector<ConfigKey> configKeys(Config* config);
-
-/// The `slim_init:` section with every key, its default, unit and reason: config/template.yaml.
-std::string documentedDefaults();
+/// config/template.yaml (the host's keys that are read, and ours for users), config/advanced.yaml,
+/// config/compared_methods.yaml, docs/options.md.
+std::vector<GeneratedFile> generatedFiles();
 
 /// Reads the host's configuration file: camera (model_type, image_width, image_height,
 /// projection_parameters, distortion_parameters, mirror_parameters), extrinsicRotation and
@@ -67,7 +87,7 @@ std::string documentedDefaults();
 ///
 /// Everything else is an error: a missing or malformed file, a missing camera or extrinsic key, a
 /// value of the wrong kind, an unknown key in our section, a value out of range. Then returns
-/// false, leaves `config` as it was and puts a sentence that names file, key, value and bound into
+/// false, leaves `config` as it was and puts a message that names file, key, value and bound into
 /// `error` (may be null). Never throws.
 bool loadConfig(const std::string& path, Config* config, std::string* error);
 

@@ -1,0 +1,233 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "host_keys.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <exception>
+
+#include "yaml_value.h"
+
+namespace slim_init::config {
+
+using namespace feature_tracker_lines;  // cameras and front-end options
+
+namespace {
+
+template <typename T>
+void readRequired(const cv::FileNode& parent, const std::string& prefix, const char* key,
+                  const char* purpose, T* value) {
+  const cv::FileNode node = parent[key];
+  if (node.empty()) fail(prefix, key, " is missing; it is needed for ", purpose);
+  read(prefix + key, node, value);
+}
+
+template <typename T>
+void readOptional(const cv::FileNode& root, const char* key, T* value) {
+  const cv::FileNode node = root[key];
+  if (!node.empty()) read(key, node, value);
+}
+
+// Names of the intrinsics of each model, in the order of CameraParameters.
+struct IntrinsicNames {
+  CameraModel model;
+  const char* projection[4];  // fx, fy, cx, cy
+  const char* distortion_section;
+  const char* distortion[4];
+};
+constexpr IntrinsicNames kIntrinsics[] = {
+    {CameraModel::kPinhole,
+     {"fx", "fy", "cx", "cy"},
+     "distortion_parameters",
+     {"k1", "k2", "p1", "p2"}},
+    {CameraModel::kKannalaBrandt,
+     {"mu", "mv", "u0", "v0"},
+     "projection_parameters",
+     {"k2", "k3", "k4", "k5"}},
+    {CameraModel::kMei,
+     {"gamma1", "gamma2", "u0", "v0"},
+     "distortion_parameters",
+     {"k1", "k2", "p1", "p2"}},
+};
+
+cv::FileNode requiredSection(const cv::FileNode& root, const char* key) {
+  const cv::FileNode node = root[key];
+  if (node.empty()) fail(key, " is missing; it is needed for the camera model");
+  if (!node.isMap()) wrongKind(key, node, "a section of keys");
+  return node;
+}
+
+CameraParameters readCamera(const cv::FileNode& root) {
+  constexpr char kPurpose[] = "the camera model";
+  std::string type;
+  readRequired(root, "", "model_type", kPurpose, &type);
+  const IntrinsicNames* names = nullptr;
+  for (const IntrinsicNames& candidate : kIntrinsics) {
+    if (lower(type) == lower(toString(candidate.model))) names = &candidate;
+  }
+  if (names == nullptr) {
+    fail("model_type is \"", type, "\", must be PINHOLE, KANNALA_BRANDT or MEI");
+  }
+
+  CameraParameters camera;
+  camera.model = names->model;
+  readRequired(root, "", "image_width", kPurpose, &camera.width);
+  readRequired(root, "", "image_height", kPurpose, &camera.height);
+  const cv::FileNode projection = requiredSection(root, "projection_parameters");
+  double* const intrinsics[4] = {&camera.fx, &camera.fy, &camera.cx, &camera.cy};
+  for (int i = 0; i < 4; ++i) {
+    readRequired(projection, "projection_parameters.", names->projection[i], kPurpose,
+                 intrinsics[i]);
+  }
+  const cv::FileNode distortion = requiredSection(root, names->distortion_section);
+  for (int i = 0; i < 4; ++i) {
+    readRequired(distortion, std::string(names->distortion_section) + ".", names->distortion[i],
+                 kPurpose, &camera.distortion[i]);
+  }
+  if (camera.model == CameraModel::kMei) {
+    readRequired(requiredSection(root, "mirror_parameters"), "mirror_parameters.", "xi", kPurpose,
+                 &camera.xi);
+  }
+
+  const std::string message = camera.validate();
+  if (message.empty()) return camera;
+  // The message names our field; the user knows the key.
+  const auto rename = [&message](const std::string& field, const std::string& key) {
+    if (message.compare(0, field.size() + 1, field + " ") == 0) {
+      fail(key, message.substr(field.size()));
+    }
+  };
+  const char* const fields[4] = {"fx", "fy", "cx", "cy"};
+  for (int i = 0; i < 4; ++i) {
+    rename(fields[i], std::string("projection_parameters.") + names->projection[i]);
+    rename("distortion[" + std::to_string(i) + "]",
+           std::string(names->distortion_section) + "." + names->distortion[i]);
+  }
+  rename("width", "image_width");
+  rename("height", "image_height");
+  rename("xi", "mirror_parameters.xi");
+  fail(message);
+}
+
+// A matrix written as !!opencv-matrix, of rows x cols; a vector may also stand as a row.
+Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, int cols) {
+  const cv::FileNode node = root[key];
+  if (node.empty()) {
+    fail(key,
+         " is missing; the initializer needs to know how the camera sits on the IMU, also "
+         "where the host estimates it itself (estimate_extrinsic: 2)");
+  }
+  cv::Mat matrix;
+  try {
+    node >> matrix;
+  } catch (const std::exception&) {
+    fail(key, " cannot be read as !!opencv-matrix");
+  }
+  const bool transposed = cols == 1 && matrix.rows == 1 && matrix.cols == rows;
+  if (matrix.channels() != 1 || !(transposed || (matrix.rows == rows && matrix.cols == cols))) {
+    fail(key, " is ", matrix.rows, " x ", matrix.cols, ", must be an !!opencv-matrix of ", rows,
+         " x ", cols);
+  }
+  cv::Mat_<double> values;
+  matrix.convertTo(values, CV_64F);
+  Eigen::MatrixXd result(rows, cols);
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < cols; ++c) result(r, c) = transposed ? values(c, r) : values(r, c);
+  }
+  return result;
+}
+
+void readExtrinsic(const cv::FileNode& root, Config* config) {
+  // VINS-Fusion writes both into one matrix.
+  const bool one_matrix = root["extrinsicRotation"].empty() && !root["body_T_cam0"].empty();
+  const char* const R_key = one_matrix ? "body_T_cam0" : "extrinsicRotation";
+  const char* const t_key = one_matrix ? "body_T_cam0" : "extrinsicTranslation";
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+  if (one_matrix) {
+    const Eigen::Matrix4d T = readMatrix(root, R_key, 4, 4);
+    R = T.topLeftCorner<3, 3>();
+    t = T.topRightCorner<3, 1>();
+  } else {
+    R = readMatrix(root, R_key, 3, 3);
+    t = readMatrix(root, t_key, 3, 1);
+  }
+  if (!R.allFinite()) fail(R_key, " has a value that is not a number");
+  if (!t.allFinite()) fail(t_key, " has a value that is not a number");
+
+  // Files carry a few digits: take the nearest rotation, but only if that is what was meant.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
+  constexpr double kLargest = 1e-2;
+  if (nearest.determinant() < 0.0) {
+    fail(R_key, " has determinant ", R.determinant(),
+         ", must be a rotation (+1): one axis is mirrored");
+  }
+  if ((R - nearest).norm() > kLargest) {
+    fail(R_key, " is ", (R - nearest).norm(), " away from the nearest rotation, may be ", kLargest);
+  }
+  config->calibration.R_b_c = nearest;
+  config->calibration.t_b_c = t;
+}
+
+// VINS-Fusion keeps the camera in a file beside its own.
+CameraParameters readHostCamera(const cv::FileNode& root, const std::string& path) {
+  std::string name;
+  readOptional(root, "cam0_calib", &name);
+  if (name.empty()) return readCamera(root);
+  const size_t slash = path.rfind('/');
+  const std::string file = slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
+  try {
+    return readCamera(openFile(file)->root());
+  } catch (const Problem& problem) {
+    fail("cam0_calib, ", file, ": ", problem.message);
+  }
+}
+
+}  // namespace
+
+void readHostKeys(const cv::FileNode& root, HostKeys* host) {
+  readOptional(root, "initializer", &host->initializer);
+  if (host->initializer != "stock" && host->initializer != "slim" &&
+      host->initializer != "shadow") {
+    fail("initializer is \"", host->initializer, "\", must be stock, slim or shadow");
+  }
+  readOptional(root, "reinit", &host->reinit);
+  readOptional(root, "output_path", &host->output_path);
+  readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);
+}
+
+void readHost(const cv::FileNode& root, const std::string& path, Config* config) {
+  config->camera = readHostCamera(root, path);
+  config->calibration.focal_px = Camera(config->camera).focalPx();
+  readExtrinsic(root, config);
+
+  readOptional(root, "imu_topic", &config->imu_topic);
+  readOptional(root, "image0_topic", &config->image_topic);
+  readOptional(root, "image_topic", &config->image_topic);
+  readHostKeys(root, &config->host);
+  readOptional(root, "g_norm", &config->calibration.gravity_magnitude);
+  readOptional(root, "td", &config->calibration.td);
+  readOptional(root, "estimate_td", &config->estimate_td);
+
+  for (const OptionField& option : optionTable(&config->front_end.host)) {
+    const cv::FileNode node = root[option.key];
+    if (!node.empty()) read(option.key, node, option);
+  }
+  const std::string message = config->front_end.host.validate();
+  if (!message.empty()) fail(message);
+
+  int rolling_shutter = 0;
+  readOptional(root, "rolling_shutter", &rolling_shutter);
+  const int estimate_extrinsic = config->host.estimate_extrinsic;
+  if (rolling_shutter != 0) {
+    config->notes.push_back(
+        "rolling_shutter is set: the initializer takes every image as exposed at one instant");
+  }
+  if (estimate_extrinsic != 0) {
+    config->notes.push_back("estimate_extrinsic is " + std::to_string(estimate_extrinsic) +
+                            ": the initializer takes extrinsicRotation and extrinsicTranslation "
+                            "as exact");
+  }
+}
+
+}  // namespace slim_init::config

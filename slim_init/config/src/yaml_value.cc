@@ -1,0 +1,135 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "yaml_value.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+
+namespace slim_init::config {
+namespace {
+
+std::string shown(const cv::FileNode& node) {
+  std::ostringstream out;
+  if (node.isInt()) {
+    out << static_cast<int>(node);
+  } else if (node.isReal()) {
+    out << static_cast<double>(node);
+  } else if (node.isString()) {
+    out << '"' << static_cast<std::string>(node) << '"';
+  } else if (node.isMap()) {
+    out << "a section";
+  } else if (node.isSeq()) {
+    out << "a list";
+  } else {
+    out << "empty";
+  }
+  return out.str();
+}
+
+std::string text(int value) { return std::to_string(value); }
+std::string text(bool value) { return value ? "1" : "0"; }
+std::string text(const std::string& value) { return value; }
+std::string text(double value) {
+  std::ostringstream out;
+  out.precision(15);
+  out << value;
+  // OpenCV reads "1" as a whole number; a reader should see that a fraction may stand here.
+  if (out.str().find_first_of(".en") == std::string::npos) out << ".0";
+  return out.str();
+}
+
+}  // namespace
+
+void wrongKind(const std::string& key, const cv::FileNode& node, const std::string& wanted) {
+  fail(key, " is ", shown(node), ", must be ", wanted);
+}
+
+void read(const std::string& key, const cv::FileNode& node, int* value) {
+  if (!node.isInt()) wrongKind(key, node, "a whole number");
+  *value = static_cast<int>(node);
+}
+
+void read(const std::string& key, const cv::FileNode& node, double* value) {
+  if (!node.isInt() && !node.isReal()) wrongKind(key, node, "a number");
+  const double number = static_cast<double>(node);
+  if (!std::isfinite(number)) fail(key, " is ", shown(node), ", must be a finite number");
+  *value = number;
+}
+
+// OpenCV's YAML has no booleans: 0 and 1 are numbers, the words are strings.
+void read(const std::string& key, const cv::FileNode& node, bool* value) {
+  if (node.isInt()) {
+    const int number = static_cast<int>(node);
+    if (number == 0 || number == 1) {
+      *value = number == 1;
+      return;
+    }
+  } else if (node.isString()) {
+    const std::string word = lower(static_cast<std::string>(node));
+    if (word == "true" || word == "false") {
+      *value = word == "true";
+      return;
+    }
+  }
+  wrongKind(key, node, "0, 1, true or false");
+}
+
+void read(const std::string& key, const cv::FileNode& node, std::string* value) {
+  if (!node.isString()) wrongKind(key, node, "a text");
+  *value = static_cast<std::string>(node);
+}
+
+void read(const std::string& key, const cv::FileNode& node, const OptionWord& value) {
+  const std::string word = node.isString() ? static_cast<std::string>(node) : "";
+  if (std::find(value.words.begin(), value.words.end(), word) == value.words.end()) {
+    wrongKind(key, node, listed(value.words));
+  }
+  value.set(word);
+}
+
+void read(const std::string& key, const cv::FileNode& node, const OptionField& option) {
+  std::visit([&](const auto& value) { read(key, node, value); }, option.value);
+}
+
+std::string written(const OptionField& option) {
+  if (const auto* word = std::get_if<OptionWord>(&option.value)) return word->get();
+  return std::visit(
+      [](const auto& value) -> std::string {
+        if constexpr (std::is_pointer_v<std::decay_t<decltype(value)>>) return text(*value);
+        return "";
+      },
+      option.value);
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string list;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) list += i + 1 == words.size() ? " or " : ", ";
+    list += words[i];
+  }
+  return list;
+}
+
+std::string lower(std::string word) {
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return word;
+}
+
+std::unique_ptr<cv::FileStorage> openFile(const std::string& path) {
+  // Tried first, because OpenCV prints to the console about a file it cannot open.
+  if (!std::ifstream(path).is_open()) fail("the file cannot be opened");
+  try {
+    auto storage = std::make_unique<cv::FileStorage>(path, cv::FileStorage::READ);
+    if (!storage->isOpened()) fail("the file cannot be read");
+    return storage;
+  } catch (const cv::Exception& exception) {
+    // exception.err is the parser's message, exception.func "file(line): what".
+    std::string reason = exception.func + " " + exception.err;
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    fail("not a YAML file that OpenCV can read (the first line has to be %YAML:1.0): ", reason);
+  }
+}
+
+}  // namespace slim_init::config

@@ -1,0 +1,72 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "options.h"
+
+#include <fstream>
+#include <iostream>
+#include <utility>
+
+#include "exit_code.h"
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+#include "slim_init/config/config.h"
+#endif
+
+namespace slim_init::tools {
+
+std::vector<AbOption> optionsOptionTable(OptionsCommand* options) {
+  OptionsCommand& o = *options;
+  return {
+      {"keys", &o.keys, "WHICH", "Keys to print: user, advanced, compared or all", ""},
+      {"markdown", &o.markdown, "", "Print the page docs/options.md: all keys as tables", ""},
+      {"update", &o.update, "DIR",
+       "Write config/template.yaml, config/advanced.yaml, config/compared_methods.yaml and "
+       "docs/options.md of the repository DIR anew",
+       ""},
+  };
+}
+
+#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+namespace {
+
+constexpr std::pair<const char*, OptionKeys> kGroups[] = {{"user", OptionKeys::kUser},
+                                                          {"advanced", OptionKeys::kAdvanced},
+                                                          {"compared", OptionKeys::kCompared},
+                                                          {"all", OptionKeys::kAll}};
+
+int update(const std::string& folder) {
+  for (const GeneratedFile& file : generatedFiles()) {
+    const std::string path = folder + "/" + file.path;
+    if (!(std::ofstream(path) << file.text)) {
+      std::cerr << "slim_init: " << path << " cannot be written\n";
+      return kExitBadInput;
+    }
+    std::cout << path << "\n";
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+int runOptions(const OptionsCommand& options) {
+  if (!options.update.empty()) return update(options.update);
+  for (const auto& [name, keys] : kGroups) {
+    if (options.keys != name) continue;
+    std::cout << (options.markdown ? optionsPage() : optionsYaml(keys));
+    return kExitOk;
+  }
+  std::cerr << "slim_init: --keys is '" << options.keys
+            << "', must be user, advanced, compared or all\n";
+  return kExitBadInput;
+}
+
+#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+int runOptions(const OptionsCommand&) {
+  std::cerr << "slim_init: options: this program was built without feature_tracker_lines "
+               "(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)\n";
+  return kExitBadInput;
+}
+
+#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
+
+}  // namespace slim_init::tools
