@@ -127,7 +127,8 @@ git_here=(git -c safe.directory="${root}" -C "${root}")
 [[ -z "$("${git_here[@]}" status --porcelain)" ]] ||
   echo "    note: changes that are not committed are not in it"
 "${git_here[@]}" bundle create -q "${dir}/repository.bundle" HEAD
-git clone -q "${dir}/repository.bundle" "${system}/slim_init" || die "the repository could not be cloned"
+git -c advice.detachedHead=false clone -q "${dir}/repository.bundle" "${system}/slim_init" ||
+  die "the repository could not be cloned"
 rm "${dir}/repository.bundle"
 
 failed=()
@@ -153,8 +154,9 @@ done
 if [[ ${#failed[@]} -eq 0 ]]; then
   last_lines="$(sed -n '/^==> Times: /,$p' "${log}")"
   for file in "${root}"/tests/*/CMakeLists.txt; do
-    tr '\n' ' ' <"${file}" | grep -oE '(slim_init_add_test\( *|add_test\( *NAME +)[a-z0-9_]+ ' |
-      awk '{ sub(/.*\(/, "", $0); print $NF }'
+    tr '\n' ' ' <"${file}" |
+      { grep -oE '(slim_init_add_test\( *|add_test\( *NAME +)[a-z0-9_]+ ' || true; } |
+      awk '{ sub(/.*\(/, ""); print $NF }'
   done | sort -u >"${dir}/declared_tests"
   while read -r name; do
     grep -qE " ${name} \.\.\." "${log}" || grep -qw "${name}" <<<"${last_lines}" ||
