@@ -19,9 +19,6 @@ namespace {
 
 // A longer gap between images ends all tracks; VINS-Mono resets its tracker then as well.
 constexpr double kMaxImageGapS = 1.0;
-// A longer gap between IMU samples leaves the rotation between two images unknown: a hand-held
-// camera changes its rate within a few hundredths of a second.
-constexpr double kMaxImuGapS = 0.05;
 // IMU and frames kept: the bias window below (about one second) with a margin for slow cameras.
 constexpr double kImuBufferS = 3.0;
 
@@ -44,12 +41,18 @@ constexpr double kMuchLessCertain = 3.0;
 // Images in a row whose known rotation was overruled, after which the bias is discarded.
 constexpr int kOverruledToForget = 3;
 
-WindowOptions biasWindow() {
-  WindowOptions options;
+WindowOptions biasWindow(const WindowOptions& gaps) {
+  WindowOptions options = gaps;
   options.keyframes = kBiasKeyframes;
   options.min_keyframes = kBiasLeastKeyframes;
   options.min_interval_s = kBiasKeyframeIntervalS;
   options.buffer_s = kImuBufferS;
+  return options;
+}
+
+StreamOptions limitedTo(const ImuLimits& limits) {
+  StreamOptions options;
+  options.imu = limits;
   return options;
 }
 
@@ -74,7 +77,7 @@ class ImageFrontEnd::Impl {
         options_(options),
         focal_px_(Camera(camera).focalPx()),
         tracker_(camera, options, calibration.sigma_line_px / calibration.focal_px),
-        window_(calibration, biasWindow()) {
+        window_(calibration, biasWindow(options.window), limitedTo(options.imu)) {
     reset();
   }
 
@@ -154,8 +157,11 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
     samples.push_back(samples.back());
     samples.back().t = t_now;
   }
+  // A camera in the hand changes its rate within a few hundredths of a second: across a longer gap
+  // the rotation is unknown.
+  const double max_gap = window_.options().max_imu_gap_s;
   for (std::size_t i = 1; i < samples.size(); ++i) {
-    if (samples[i].t - samples[i - 1].t > kMaxImuGapS && samples[i - 1].t < t_now) return prior;
+    if (samples[i].t - samples[i - 1].t > max_gap && samples[i - 1].t < t_now) return prior;
   }
   const Eigen::Vector3d bias = bias_ ? bias_->value : Eigen::Vector3d::Zero();
   const Preintegration pre = preintegrate(samples, t_before, t_now, bias, Eigen::Vector3d::Zero(),

@@ -120,6 +120,8 @@ std::string FrontEndOptions::validate() const {
   return checkTable(*this)
       .nested("points", points.validate())
       .nested("vanishing_point", vanishing_point.validate())
+      .nested("window", window.validate())
+      .nested("imu", imu.validate())
       .message();
 }
 

@@ -231,6 +231,18 @@ TEST_F(ConfigFile, AFileOfOurOwnWins) {
   EXPECT_EQ(options.options.window.keyframes, 10);
 }
 
+// One set of bounds for the whole way from image to window.
+TEST_F(ConfigFile, TheFrontEndHasTheInitializersWindowAndLimits) {
+  write(std::string(kHostFile) +
+        "slim_init:\n  window: {max_imu_gap_s: 0.2}\n  imu: {max_accel: 300}\n");
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_EQ(config.options.window.max_imu_gap_s, 0.2);
+  EXPECT_EQ(config.front_end.window.max_imu_gap_s, 0.2);
+  EXPECT_EQ(config.front_end.imu.max_accel, 300.0);
+}
+
 TEST_F(ConfigFile, NothingOfAnEarlierFileStays) {
   write(std::string(kHostFile) + "slim_init:\n  sigma_px: 0.8\n");
   Config config;
@@ -453,6 +465,8 @@ TEST(ConfigTable, FrontEndHasEveryFieldAndKeepsItsBounds) {
     OptionTable table = optionTable(options);
     // No keys of its own; the host's keys are at the top level of the file.
     appendSection("vanishing_point", optionTable(&options->vanishing_point), {}, &table);
+    appendSection("window", optionTable(&options->window), {}, &table);
+    appendSection("imu", optionTable(&options->imu), {}, &table);
     appendSection("host", optionTable(&options->host), {}, &table);
     return table;
   });

@@ -219,6 +219,33 @@ TEST(FrontEndBias, WithoutImuItTracksAndSaysSo) {
   EXPECT_GT(front_end.report().points_tracked, 60);
 }
 
+// The bounds of the initializer's window hold for the front end's own estimate as well.
+TEST(FrontEndBias, GapsAndLimitsOfTheImuAreThoseOfTheOptions) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 1);
+  for (const bool wide : {false, true}) {
+    FrontEndOptions options = smallOptions();
+    if (wide) {
+      options.window.max_imu_gap_s = 0.2;
+      options.imu.max_accel = 500.0;
+    }
+    ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
+    ImuSample sample;
+    sample.accel.z() = 9.81;
+    for (int k = 0; k < 8; ++k) {
+      sample.t = walk.time(0) + walk.calibration.td + 0.1 * (k - 1);
+      EXPECT_EQ(front_end.addImu(sample), AddStatus::kAdded);
+    }
+    FrameObservation frame;
+    for (int k = 0; k < 3; ++k) {
+      ASSERT_EQ(front_end.addImage(walk.time(k), walk.image(k), &frame), ImageStatus::kTracked);
+      EXPECT_EQ(front_end.report().rotation_from_gyro, wide && k > 0) << k;
+    }
+    sample.t += 0.01;
+    sample.accel.x() = 400.0;
+    EXPECT_EQ(front_end.addImu(sample), wide ? AddStatus::kAdded : AddStatus::kGlitch);
+  }
+}
+
 TEST(FrontEndReports, TotalsAddUpTheReportsOfSingleImages) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 1);
   ImageFrontEnd front_end(walk.parameters, walk.calibration, smallOptions());

@@ -3,6 +3,7 @@
 // What a host relies on when the status is success, for every method and every mode of the gates.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "slim_init/baselines/baselines.h"
@@ -59,6 +60,12 @@ TEST_P(Success, MeansThatEveryEnforcedGatePassed) {
       if (!result.success()) continue;
       EXPECT_EQ(result.states.size(), exact.keyframes.size());
       EXPECT_TRUE(result.gyro_bias.allFinite() && result.accel_bias.allFinite());
+      if (mode != GateMode::kOn) continue;
+      for (const GateValue& gate : result.gates) {
+        EXPECT_TRUE(gate.passed || !gate.exception.empty())
+            << gate.name << " is " << gate.value << " (bound " << gate.threshold
+            << "), not enforced, and no reason is given";
+      }
     }
   }
   EXPECT_GT(successes, 0);
@@ -78,6 +85,32 @@ TEST_P(Success, ScaleIsTheMeanBaselineInMetres) {
 INSTANTIATE_TEST_SUITE_P(Methods, Success,
                          ::testing::ValuesIn(baselines::namesOf(baselines::methods())),
                          methodTestName);
+
+// The one exception of the gates: parallax between half its bound and the bound.
+TEST(SuccessOfSlim, AnExceptionOfAGateHasAReason) {
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const auto solve = [&exact](double min_parallax_px) {
+    InitializerOptions options;
+    options.gates.min_parallax_px = min_parallax_px;
+    return baselines::makeMethod("slim", options)->solve(*exact.window);
+  };
+  const auto parallaxOf = [](const InitResult& result) {
+    return *std::find_if(result.gates.begin(), result.gates.end(),
+                         [](const GateValue& gate) { return gate.name == "parallax"; });
+  };
+  const double measured = parallaxOf(solve(3.0)).value;
+
+  const InitResult accepted = solve(1.5 * measured);
+  EXPECT_TRUE(accepted.success()) << accepted.message;
+  EXPECT_FALSE(parallaxOf(accepted).passed);
+  EXPECT_FALSE(parallaxOf(accepted).enforced);
+  EXPECT_FALSE(parallaxOf(accepted).exception.empty());
+
+  const InitResult refused = solve(2.5 * measured);
+  EXPECT_FALSE(refused.success());
+  EXPECT_TRUE(parallaxOf(refused).enforced);
+  EXPECT_TRUE(parallaxOf(refused).exception.empty());
+}
 
 class ResultValidation : public ::testing::Test {
  protected:

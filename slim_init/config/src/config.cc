@@ -105,6 +105,8 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
   try {
     work(&result, &log);
     result.front_end.vanishing_point = result.options.vanishing_point;
+    result.front_end.window = result.options.window;
+    result.front_end.imu = result.options.imu;
     try {
       checkRanges(result);
     } catch (const Problem& problem) {

@@ -209,6 +209,9 @@ void enforceGates(GateMode mode, InitResult* result) {
   for (GateValue& gate : result->gates) {
     if (gate.name != "parallax" || !others_passed) continue;
     gate.enforced = !(gate.value >= kForgivenParallax * gate.threshold);
+    if (!gate.enforced) {
+      gate.exception = "all other gates passed: the posterior knows whether the parallax suffices";
+    }
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "slim_init/imu_limits.h"
 #include "slim_init/option_table.h"
 #include "slim_init/options.h"
 
@@ -76,6 +77,11 @@ struct FrontEndOptions {
   /// Dominant vanishing point of the debug image and of ImageReport. Has no keys of its own:
   /// loadConfig() copies what the solvers use.
   VanishingPointOptions vanishing_point;
+  /// Of the IMU and the frames behind the gyroscope bias estimate. No keys of their own either:
+  /// loadConfig() copies those of the initializer. Of `window` the bounds on gaps are used; the
+  /// estimate itself works on a short window, for an early answer.
+  WindowOptions window;
+  ImuLimits imu;
   HostFrontEnd host;  ///< the host's own keys
 
   /// Returns an empty string, or a message naming the field (with its section: "points.levels"),
