@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <map>
 
-#include "line_scene.h"
+#include "lines/line_scene.h"
 
 namespace slim_init::baselines {
 namespace {

@@ -10,7 +10,7 @@
 #include <limits>
 #include <numeric>
 
-#include "line_scene.h"
+#include "lines/line_scene.h"
 
 namespace slim_init {
 namespace {

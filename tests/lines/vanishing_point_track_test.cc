@@ -3,7 +3,7 @@
 // Ids of vanishing points through a window, and their gate.
 #include <gtest/gtest.h>
 
-#include "line_scene.h"
+#include "lines/line_scene.h"
 #include "lines/vanishing_point.h"
 
 namespace slim_init {
