@@ -21,6 +21,15 @@
 namespace slim_init {
 namespace {
 
+// Their covariance is that of the segments' noise; clutter among the inliers is not in it
+// (kappa_v).
+std::vector<VanishingPoint> vanishingPoints(const InitWindow& window,
+                                            const VanishingPointOptions& options) {
+  std::vector<VanishingPoint> found = trackVanishingPoints(window, options);
+  for (VanishingPoint& vp : found) vp.covariance *= options.covariance_inflation;
+  return found;
+}
+
 // Sets the bias. False, with status and message set, where there is none.
 bool acceptGyroBias(const RobustBias& bias, const RobustBiasOptions& options, InitResult* result) {
   result->counts.gyro_bias_iterations = bias.iterations;
@@ -72,6 +81,7 @@ struct MetricEstimate {
 MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
                               const InitializerOptions& options, StageClock* clock) {
   MetricEstimate out;
+  if (!translation.valid) return out;
   // [3.2, 3.3] Reverse alignment and tight start.
   out.starts = startingStates(input.tracks, input.pre, translation, options.slim,
                               options.reverse_alignment, options.inertial);
@@ -118,9 +128,7 @@ InitResult Slim::solve(const InitWindow& window) const {
 
   // [1.2] Vanishing points of the lines with their covariance Sigma_d.
   std::vector<VanishingPoint> found;
-  if (use.vanishing_points) found = trackVanishingPoints(window, options_.vanishing_point);
-  // Sigma_d is that of the segments' noise; clutter among the inliers is not in it (kappa_v).
-  for (VanishingPoint& vp : found) vp.covariance *= options_.vanishing_point.covariance_inflation;
+  if (use.vanishing_points) found = vanishingPoints(window, options_.vanishing_point);
   const std::vector<VanishingPoint>* vps = use.vanishing_points ? &found : nullptr;
   clock.lap("vanishing_points");
 
@@ -151,10 +159,8 @@ InitResult Slim::solve(const InitWindow& window) const {
   clock.lap("translation");
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
-  MetricEstimate metric;
-  if (translation.valid) {
-    metric = estimateMetric({tracks, pre, R_c0_ck, vps}, translation, options_, &clock);
-  }
+  const MetricEstimate metric =
+      estimateMetric({tracks, pre, R_c0_ck, vps}, translation, options_, &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {

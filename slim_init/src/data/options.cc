@@ -222,21 +222,11 @@ OptionTable optionTable(SlimOptions* o) {
   };
 }
 
-OptionTable optionTable(GateOptions* o) {
-  const OptionWord mode =
-      wordOption<GateMode>(&o->mode, {GateMode::kOwn, GateMode::kOn, GateMode::kOff});
-  const std::vector<std::string> with_residual = {"slim-paper", "drt-l", "drt-t", "drt-vi-ba",
-                                                  "vins"};
-  const std::vector<std::string> with_sigma = {"slim",  "slim-paper", "drt-l",
-                                               "drt-t", "drt-vi-ba",  "vins"};
+namespace {
+
+// Gates on the motion, whatever the method made of it.
+OptionTable motionGateTable(GateOptions* o) {
   return {
-      userKey("mode", mode,
-              "own: as the method was published, on for slim and off for methods that have none; "
-              "on: enforced for every method; off: only reported"),
-      userKey("strict", &o->strict,
-              "max_scale_sigma at most 0.05, max_chi2 at most 1.2, min_inlier_fraction at least "
-              "0.7: fewer windows are accepted, and those are better",
-              kSlim),
       userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
               "median over the tracks of their motion without rotation; less is no translation"),
       advancedKey(
@@ -248,8 +238,12 @@ OptionTable optionTable(GateOptions* o) {
       userKey("min_excitation", &o->min_excitation, {0.0, 100.0}, "m/s^2",
               "rms deviation of the specific force from its mean over the window; less is motion "
               "at constant velocity, in which the scale is not observable"),
-      userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
-              "relative standard deviation of the scale; more is refused", with_sigma),
+  };
+}
+
+// Gates on the estimate and the calibration that `slim` has.
+OptionTable slimGateTable(GateOptions* o) {
+  return {
       userKey("max_chi2", &o->max_chi2, {0.1, 1e6}, "",
               "visual chi-square per degree of freedom at the calibration's noise, before "
               "rejection; more is refused. Wrong minima have 1.5 to 30",
@@ -284,14 +278,48 @@ OptionTable optionTable(GateOptions* o) {
           "max_behind_fraction", &o->max_behind_fraction, kShare, "",
           "share of the point tracks behind the camera by over three sigma; more is refused",
           kSlim),
+  };
+}
+
+// Gates of the compared methods' alignments.
+OptionTable alignmentGateTable(GateOptions* o) {
+  return {
       advancedKey("min_linkage", &o->min_linkage, {1.0, 1e12}, "",
                   "ratio of the second to the first eigenvalue of the translation system; less "
                   "means that the tracks do not link the window",
                   kComparedLigt),
       advancedKey("max_alignment_residual", &o->max_alignment_residual, {0.0, 1e3}, "m, m/s",
                   "rms residual of the velocity and position rows over the window; more is refused",
-                  with_residual),
+                  {"slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
   };
+}
+
+}  // namespace
+
+OptionTable optionTable(GateOptions* o) {
+  const OptionWord mode =
+      wordOption<GateMode>(&o->mode, {GateMode::kOwn, GateMode::kOn, GateMode::kOff});
+  OptionTable table = {
+      userKey("mode", mode,
+              "own: as the method was published, on for slim and off for methods that have none; "
+              "on: enforced for every method; off: only reported"),
+      userKey("strict", &o->strict,
+              "max_scale_sigma at most 0.05, max_chi2 at most 1.2, min_inlier_fraction at least "
+              "0.7: fewer windows are accepted, and those are better",
+              kSlim),
+  };
+  const auto add = [&table](const OptionTable& rows) {
+    table.insert(table.end(), rows.begin(), rows.end());
+  };
+  add(motionGateTable(o));
+  add({
+      userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
+              "relative standard deviation of the scale; more is refused",
+              {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
+  });
+  add(slimGateTable(o));
+  add(alignmentGateTable(o));
+  return table;
 }
 
 OptionTable optionTable(InitializerOptions* o) {
