@@ -38,7 +38,7 @@ constexpr Column kAccuracy[] = {
     {"pose m", true, Best::kLowest, "%.4f", &S::pose_rmse},
     {"gyro bias %", true, Best::kLowest, "%.2f", &S::gyro_bias_err_pct},
     {"accepted", false, Best::kNone, "%.0f", nullptr, &S::accepted},
-    {"of them < 0.1 %", true, Best::kHighest, "%.1f", &S::accepted_within_0_1_rate, nullptr, 100.0},
+    {"|s-1|<0.1 %", true, Best::kHighest, "%.1f", &S::accepted_within_0_1_rate, nullptr, 100.0},
     {"solve ms", false, Best::kNone, "%.3f", &S::solve_cpu_ms_median}};
 constexpr Column kDownstream[] = {
     {"runs", false, Best::kNone, "%.0f", nullptr, &S::downstream_runs},

@@ -202,7 +202,8 @@ def first_answer(windows, path, growing):
     _save(figure, path)
     return ("Time to the first accepted answer, " +
             ("windows growing until the method accepts" if growing else
-             "from a start at any window, one window after the other") + "; dashed: and right")
+             "from a start at any window, one window after the other") +
+            "; dashed: accepted and |s - 1| < 0.1")
 
 
 def image_strip(folder, path):

@@ -44,7 +44,7 @@ ACCURACY = [percent("success %", "success_rate"),
             Column("speed m/s", "velocity_rmse"), Column("velocity m/s", "velocity_vec_rmse"),
             Column("pose m", "pose_rmse"), Column("gyro bias %", "gyro_bias_err_pct", "%.2f"),
             plain("accepted", "accepted"),
-            percent("of them < 0.1 %", "accepted_within_0_1_rate"),
+            percent("of them |s-1| < 0.1, %", "accepted_within_0_1_rate"),
             plain("solve ms", "solve_cpu_ms_median", "%.3f")]
 
 ACCEPTED = [percent("accepted %", "accepted_rate", "", False),
@@ -54,7 +54,7 @@ ACCEPTED = [percent("accepted %", "accepted_rate", "", False),
             Column("scale rmse", "accepted_scale_rmse"),
             Column("scale median", "accepted_scale_median"),
             Column("largest", "accepted_scale_error_max"),
-            percent("< 0.1 %", "accepted_within_0_1_rate"),
+            percent("|s-1| < 0.1, %", "accepted_within_0_1_rate"),
             percent("< 0.5 %", "accepted_within_0_5_rate"),
             Column("gravity deg", "accepted_gravity_rmse_deg", "%.3f"),
             Column("speed m/s", "accepted_velocity_rmse")]
