@@ -149,12 +149,12 @@ class Initializer : public IInitializer {
     const ImuNoise& noise = window_.calibration().imu_noise;
     NavState old_state = last_healthy;
     // The host's biases may be what failed; the new ones carry the old state on.
-    old_state.gyro_bias = result->gyro_bias;
-    old_state.accel_bias = result->accel_bias;
     NavState new_state = result->states.front();
     for (const NavState& state : result->states) {
       if (state.t <= last_healthy.t) new_state = state;
     }
+    old_state.gyro_bias = new_state.gyro_bias;
+    old_state.accel_bias = new_state.accel_bias;
     old_state = propagateTo(old_state, new_state.t, imu, result->gravity_w, noise);
     new_state = propagateTo(new_state, old_state.t, imu, result->gravity_w, noise);
 

@@ -100,6 +100,7 @@ TEST_F(KeyframeWindowTest, TheTimeOffsetMayChange) {
   window.addFrame(frame(0.0));
   window.setTd(0.02);
   window.setTd(kNotComputed);
+  window.setTd(1.2);  // beyond what a calibration may have: windows would be refused for it
   EXPECT_EQ(window.calibration().td, 0.02);
   window.addFrame(frame(0.25));
   ASSERT_NE(window.cut().window, nullptr);
@@ -162,6 +163,21 @@ TEST_F(KeyframeWindowTest, AJumpBackDropsTheDataOfLiveStreamsAndKeepsTheCounts) 
   EXPECT_EQ(window.counts().imu_added, 602);
   feed(window, 2.01, 5.0);
   EXPECT_NE(window.cut().window, nullptr);
+}
+
+TEST_F(KeyframeWindowTest, LinesOfTheTimeBeforeARestartDoNotWaitForTheirStampToComeAgain) {
+  KeyframeWindow window(calibration_, options_, StreamOptions::liveData());
+  feed(window, 10.0, 13.0);
+  window.addImu(imu(2.0));
+  EXPECT_EQ(window.addImu(imu(2.005)), AddStatus::kRestarted);
+  // The tracker lags: lines of the old time, when no frame is there any more.
+  EXPECT_EQ(window.addLines(13.0, {LineObservation()}), AddStatus::kWaiting);
+  EXPECT_EQ(window.addLines(2.05, {LineObservation()}), AddStatus::kWaiting);
+  window.addFrame(frame(2.01));
+  EXPECT_EQ(window.counts().lines_waiting, 1);
+  EXPECT_EQ(window.counts().lines_unmatched, 1);
+  window.addFrame(frame(2.05));
+  EXPECT_EQ(window.counts().lines_merged, 1);
 }
 
 TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {

@@ -151,6 +151,11 @@ TEST_F(ResultValidation, NamesWhatContradictsSuccess) {
   result = result_;
   result.gravity_w.z() = kNotComputed;
   EXPECT_EQ(result.validate(), "success without gravity");
+  result = result_;
+  result.covariance.setIdentity(24, 24);
+  EXPECT_EQ(result.validate(), "");
+  result.covariance.setIdentity(24, 23);
+  EXPECT_EQ(result.validate(), "success with a covariance of 24 x 23, must be 24 x 24 or empty");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <fstream>
 #include <limits>
@@ -97,7 +98,7 @@ struct HostGlue::State {
   void reportAnswer(const std::string& action, const HostAnswer& answer) {
     const InitStatus status = answer.verdict.status;
     const bool repeated = !answer.success() && status == reported_status &&
-                          answer.stamp - reported_stamp < kRepeatReport;
+                          std::abs(answer.stamp - reported_stamp) < kRepeatReport;
     if (repeated && action != "recover") return;
     reported_status = status;
     reported_stamp = answer.stamp;
@@ -195,8 +196,9 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   State& state = *state_;
   state.reportMissingLines();
   // After a failure the odometry frame continues where the IMU can still carry it.
-  const bool join = state.is_lost && reinit() &&
-                    stamps.front() - state.lost.stamp <= state.adapter->options().max_join_s;
+  const double since_lost = stamps.front() - state.lost.stamp;
+  const bool join = state.is_lost && reinit() && since_lost >= 0.0 &&
+                    since_lost <= state.adapter->options().max_join_s;
   const HostAnswer answer =
       join ? state.adapter->recover(stamps, state.lost) : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";

@@ -38,7 +38,7 @@ class IInitializer {
   }
 
   /// Time offset [s] (as Calibration::td) of the frames that follow, from a host that estimates it
-  /// online. A value that is not finite is ignored.
+  /// online. A value that Calibration::validate() refuses is ignored.
   virtual void setTd(double td) = 0;
 
   /// Forgets all data and counts.
@@ -74,8 +74,8 @@ class IInitializer {
   virtual StreamCounts counts() const = 0;
   /// The IMU data that recover() can start in: first and last time [s]; NaN while there is none.
   virtual TimeSpan bufferedImu() const = 0;
-  /// The longest time that a window spans [s]. Frames older than this, counted from the newest one,
-  /// have no influence on the next answer.
+  /// The time that a full window spans [s] where every frame can be a keyframe; with slow frames it
+  /// is up to twice as long. Frames far older than this do not influence the next answer.
   virtual double maxWindowSpan() const = 0;
 };
 

@@ -49,7 +49,7 @@ class KeyframeWindow {
   static constexpr std::size_t kMaxWaitingLines = 100;
 
   /// The time offset [s] (as Calibration::td) of the frames that follow; those in the buffer keep
-  /// their times. A value that is not finite is ignored.
+  /// their times. A value that Calibration::validate() refuses is ignored.
   void setTd(double td);
 
   /// Cuts the newest window. Keyframes are chosen backwards from the newest frame that the IMU

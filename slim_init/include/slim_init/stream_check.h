@@ -89,7 +89,7 @@ struct StreamOptions {
 ///
 /// Live streams: a stamp more than kJump from the previous one of its stream is believed when a
 /// second message agrees: the next one of the stream or, for a gap, the newest one of the other
-/// stream. So a single wrong stamp costs one message, and so does a bag that starts again. Time
+/// stream. So a wrong stamp (but a stream's first) costs one message, as does a bag's restart. Time
 /// that went back is a restart for both streams. After it the other stream's messages of the old
 /// time are dropped for kPatience of their time: a sender that lags is still in the old time, but a
 /// stream that goes on for longer has a clock of its own.

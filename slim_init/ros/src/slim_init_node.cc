@@ -56,7 +56,7 @@ class SlimInitNode {
   std::unique_ptr<InitSession> session_;
   NodeStreams streams_{{{"imu", StreamKind::kImu, true},
                         {"feature", StreamKind::kFrames, true},
-                        {"line", StreamKind::kOther, false}}};
+                        {"line", StreamKind::kLines, false}}};
   std::int64_t jumps_seen_ = 0;  // jumps in time that a restart message has announced
   std::string last_status_;
   double last_attempt_ms_ = kNotComputed;

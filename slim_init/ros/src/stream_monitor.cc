@@ -26,6 +26,7 @@ std::vector<std::pair<const char*, std::int64_t>> dropsOf(StreamKind kind,
       return {{"late", counts.frames_out_of_order},
               {"stray stamp", counts.frames_stray},
               {"before a time jump", counts.frames_before_jump}};
+    case StreamKind::kLines: return {{"without frame", counts.lines_unmatched}};
     case StreamKind::kOther: break;
   }
   return {};

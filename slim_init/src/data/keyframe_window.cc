@@ -67,7 +67,9 @@ AddStatus KeyframeWindow::addLines(double stamp, std::vector<LineObservation> li
 }
 
 void KeyframeWindow::setTd(double td) {
-  if (std::isfinite(td)) calibration_.td = td;
+  Calibration changed = calibration_;
+  changed.td = td;
+  if (changed.validate().empty()) calibration_.td = td;
 }
 
 bool KeyframeWindow::merge(std::vector<LineObservation> lines, BufferedFrame* frame) {
@@ -83,7 +85,8 @@ bool KeyframeWindow::merge(std::vector<LineObservation> lines, BufferedFrame* fr
   return true;
 }
 
-// Lines that were here before their frame. The frame of an older stamp does not come any more.
+// Lines that were here before their frame. The frame of an older stamp does not come any more, and
+// lines so far ahead of the newest frame are of the time before a restart.
 void KeyframeWindow::mergeWaiting(BufferedFrame* frame) {
   StreamCounts& counts = check_.counts();
   while (!waiting_.empty() && waiting_.front().stamp <= frame->stamp + kSameStamp) {
@@ -93,6 +96,10 @@ void KeyframeWindow::mergeWaiting(BufferedFrame* frame) {
       ++counts.lines_unmatched;
     }
     waiting_.pop_front();
+  }
+  while (!waiting_.empty() && waiting_.back().stamp > frame->stamp + StreamCheck::kJump) {
+    ++counts.lines_unmatched;
+    waiting_.pop_back();
   }
   counts.lines_waiting = static_cast<std::int64_t>(waiting_.size());
 }

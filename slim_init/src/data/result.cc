@@ -55,6 +55,13 @@ std::string InitResult::validate() const {
   for (const NavState& state : states) {
     if (!state.isFinite()) return "success with a state that is not finite";
   }
+  const Eigen::Index errors = 9 * static_cast<Eigen::Index>(states.size()) + 6;
+  if (covariance.size() > 0 && (covariance.rows() != errors || covariance.cols() != errors)) {
+    std::ostringstream out;
+    out << "success with a covariance of " << covariance.rows() << " x " << covariance.cols()
+        << ", must be " << errors << " x " << errors << " or empty";
+    return out.str();
+  }
   for (const GateValue& gate : gates) {
     if (!gate.enforced || gate.passed) continue;
     std::ostringstream out;
