@@ -154,6 +154,7 @@ OptionTable configTable(Config* config) {
               "the solver: slim, or a compared method; `slim_init methods` lists the names"),
   };
   appendSection("", optionTable(&config->calibration), {}, &table);
+  appendSection("calibration_sigmas", optionTable(&config->calibration.sigmas), {"slim"}, &table);
   appendSection("noise", optionTable(&config->calibration.imu_noise), {}, &table);
   appendSection("", optionTable(&config->options), {}, &table);
   appendSection("", optionTable(&config->baselines), {}, &table);

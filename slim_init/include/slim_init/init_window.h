@@ -16,6 +16,7 @@ namespace slim_init {
 struct PointSighting {
   int keyframe = 0;         ///< index into InitWindow::times()
   Eigen::Vector3d bearing;  ///< unit, in c
+  double dt = 0.0;          ///< PointObservation::dt [s]
 };
 
 /// One sighting of a line track.
@@ -27,6 +28,8 @@ struct LineSighting {
   double length_px = 0.0;
   double detection_confidence = 1.0;
   double match_quality = 1.0;
+  double start_dt = 0.0;  ///< LineObservation::start_dt [s]
+  double end_dt = 0.0;    ///< [s]
 };
 
 /// A contiguous range [begin, end) of sightings of one track, ascending in keyframe.
@@ -50,12 +53,15 @@ class InitWindow {
                                                   std::vector<ImuSample> imu,
                                                   std::string* error = nullptr);
 
+  static constexpr double kImuMargin = 0.1;  ///< [s]
+
   int size() const { return static_cast<int>(common_->times.size()); }
   /// Keyframe times on the IMU clock [s].
   const std::vector<double>& times() const { return common_->times; }
   const Calibration& calibration() const { return common_->calibration; }
   /// Raw samples covering the window: the first is at or before times().front(), the last at or
-  /// after times().back().
+  /// after times().back(). Up to kImuMargin more on either side, where there are any, so that the
+  /// keyframes can be moved by an error of td.
   const std::vector<ImuSample>& imu() const { return common_->imu; }
 
   const std::vector<Track>& pointTracks() const { return point_tracks_; }
@@ -90,6 +96,10 @@ class InitWindow {
       std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts = StreamCounts());
   friend std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
                                                          const std::vector<char>& keep);
+  friend std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
+                                                           const Calibration& calibration);
+  friend std::shared_ptr<const InitWindow> withRowsCompensated(const InitWindow& window,
+                                                               const Eigen::Vector3d& gyro_bias);
 
   std::shared_ptr<const Common> common_;
   std::vector<Track> point_tracks_;

@@ -108,6 +108,7 @@ OptionTable optionTable(InitializerOptions* options);
 
 /// Of the calibration only what has a key of ours: noise of points and lines.
 OptionTable optionTable(Calibration* calibration);
+OptionTable optionTable(CalibrationSigmas* sigmas);
 OptionTable optionTable(ImuNoise* noise);
 OptionTable optionTable(ImuLimits* limits);
 

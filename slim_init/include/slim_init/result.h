@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,22 @@ struct SolveCounts {
   int gyro_bias_iterations = 0;
 };
 
+/// The calibration that a window has measured, together with what was known before.
+struct CalibrationEstimate {
+  Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();  ///< camera to body rotation
+  Eigen::Vector3d t_b_c = Eigen::Vector3d::Zero();      ///< camera centre in b [m]
+  double td = 0.0;                                      ///< t_imu = stamp + td [s]
+  double readout_s = 0.0;                               ///< Calibration::readout_s [s]
+  /// Of the error state [rotation on the right of R_b_c (3) [rad], t_b_c (3) [m], td [s],
+  /// readout_s [s]]. A part that is held as exact (CalibrationSigmas) has none.
+  Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();
+
+  /// Root of the largest variance of the rotation over all axes [deg].
+  double rotationSigmaDeg() const;
+  double tdSigma() const;       ///< [s]
+  double readoutSigma() const;  ///< [s]
+};
+
 /// The answer of a WindowSolver. World frame w: z up (gravity_w = (0, 0, -g)), origin at the first
 /// keyframe's body, and the first body's x axis has zero yaw.
 struct InitResult {
@@ -83,7 +100,9 @@ struct InitResult {
   /// For a person: the measured value and the threshold that decided.
   std::string message = "solve() was not called";
 
-  std::vector<NavState> states;  ///< one per keyframe of the window, or empty
+  /// One per keyframe of the window, or empty. Keyframes that the IMU does not cover after the
+  /// correction of td are left out; NavState::t says which are there.
+  std::vector<NavState> states;
   Eigen::Vector3d gravity_w = Eigen::Vector3d::Constant(kNotComputed);   ///< [m/s^2]
   Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Constant(kNotComputed);  ///< in first body [m/s^2]
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Constant(kNotComputed);   ///< [rad/s]
@@ -99,6 +118,14 @@ struct InitResult {
   /// Standard deviation of `scale` divided by it (0.05: 5 %), or NaN where the method has none. It
   /// does not depend on the choice of the unit.
   double scale_sigma = kNotComputed;
+
+  /// The calibration with which the states were estimated, by methods that estimate it (slim). The
+  /// states are those of the body at stamp + td of this estimate (NavState::t).
+  std::optional<CalibrationEstimate> calibration;
+
+  /// What the user should know although the answer stands, one message each: a calibration that is
+  /// off by more than its standard deviations, with value, sigma and key.
+  std::vector<std::string> warnings;
 
   /// Covariance of the error state [theta, p, v] per keyframe followed by [b_g, b_a]; theta on the
   /// right of R_w_b. Empty where the method does not provide it (drt-l, slim-paper).

@@ -30,6 +30,7 @@ struct PointObservation {
   FeatureId id = -1;
   Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();  ///< unit ray in c, undistorted
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();     ///< raw image position [px], for display
+  double dt = 0.0;  ///< exposure of its row, relative to the frame's stamp [s]; see rowTime()
 };
 
 /// One tracked line segment in one image. The end points of a segment move along the line from
@@ -43,6 +44,8 @@ struct LineObservation {
   double length_px = 0.0;                                    ///< segment length [px]
   double detection_confidence = 1.0;                         ///< in [0, 1], from the detector
   double match_quality = 1.0;  ///< in [0, 1], match to the previous image; 1 for a new line
+  double start_dt = 0.0;       ///< exposure of the start point's row, relative to the stamp [s]
+  double end_dt = 0.0;         ///< the same of the end point [s]
 };
 
 /// Everything seen in one image.
@@ -62,6 +65,20 @@ struct ImuNoise {
   std::string validate() const;
 };
 
+/// How far a calibration may be off: standard deviations before any data. Zero: exact.
+struct CalibrationSigmas {
+  double rotation_deg = 1.0;    ///< of R_b_c, per axis [deg]; kUnknownRotationDeg or more: unknown
+  double translation_m = 0.01;  ///< of t_b_c, per axis [m]
+  double td_s = 0.005;          ///< of td [s]
+  double readout_s = 0.0;       ///< of readout_s [s]; without effect where that is zero
+
+  /// From this standard deviation on nothing is known about the extrinsic rotation [deg].
+  static constexpr double kUnknownRotationDeg = 90.0;
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
 /// What has to be known about the rig: extrinsics, time offset, noise.
 struct Calibration {
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();  ///< camera to body rotation
@@ -72,6 +89,10 @@ struct Calibration {
   double sigma_px = 0.6;    ///< standard deviation of a point observation [px]
   double sigma_line_px = 0.7;  ///< standard deviation of a line end point across the line [px]
   double td = 0.0;             ///< camera-IMU time offset: t_imu = stamp + td [s]
+  /// Rolling shutter: time from the first row to the last [s]; the stamp is that of the middle row.
+  /// Zero for a global shutter.
+  double readout_s = 0.0;
+  CalibrationSigmas sigmas;  ///< standard deviations of R_b_c, t_b_c, td and readout_s
 
   /// From the camera clock to the IMU clock and back [s]. Streams and messages carry image stamps;
   /// buffers, windows and states are on the IMU clock.
@@ -84,6 +105,12 @@ struct Calibration {
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
+
+/// Exposure of image row `v` relative to the middle row [s], for an image of `height` rows read out
+/// in `readout_s` from top to bottom. Zero for a global shutter.
+inline double rowTime(double v, int height, double readout_s) {
+  return height > 0 ? (v / height - 0.5) * readout_s : 0.0;
+}
 
 /// Navigation state of the body at one instant, in a gravity-aligned world (z up).
 struct NavState {

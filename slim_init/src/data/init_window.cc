@@ -45,6 +45,8 @@ LineSighting sightingOf(const LineObservation& line, int keyframe) {
   sighting.length_px = line.length_px;
   sighting.detection_confidence = line.detection_confidence;
   sighting.match_quality = line.match_quality;
+  sighting.start_dt = line.start_dt;
+  sighting.end_dt = line.end_dt;
   return sighting;
 }
 
@@ -143,7 +145,7 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     const FrameObservation& frame = *keyframes[k];
     common->times.push_back(frame.t);
     for (const PointObservation& point : frame.points) {
-      points.emplace_back(point.id, PointSighting{static_cast<int>(k), point.bearing});
+      points.emplace_back(point.id, PointSighting{static_cast<int>(k), point.bearing, point.dt});
     }
     for (const LineObservation& line : frame.lines) {
       const LineSighting sighting = sightingOf(line, static_cast<int>(k));

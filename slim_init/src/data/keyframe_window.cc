@@ -167,7 +167,8 @@ std::vector<int> KeyframeWindow::chooseKeyframes(int newest, std::string* reason
   return chosen;
 }
 
-// From the last sample at or before `t_first` to the first at or after `t_last`.
+// From the last sample at or before `t_first` to the first at or after `t_last`, and the margin on
+// both sides as far as there are samples without a gap.
 std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_last) const {
   const auto time_before = [](double t, const ImuSample& s) { return t < s.t; };
   const auto sample_before = [](const ImuSample& s, double t) { return s.t < t; };
@@ -175,6 +176,14 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
   if (first != imu_.begin()) --first;
   auto last = std::lower_bound(imu_.begin(), imu_.end(), t_last, sample_before);
   if (last != imu_.end()) ++last;
+  while (first != imu_.begin() && first->t > t_first - InitWindow::kImuMargin &&
+         first->t - std::prev(first)->t <= options_.max_imu_gap_s) {
+    --first;
+  }
+  while (last != imu_.end() && std::prev(last)->t < t_last + InitWindow::kImuMargin &&
+         last->t - std::prev(last)->t <= options_.max_imu_gap_s) {
+    ++last;
+  }
   return std::vector<ImuSample>(first, last);
 }
 

@@ -347,6 +347,21 @@ OptionTable optionTable(Calibration* c) {
   };
 }
 
+OptionTable optionTable(CalibrationSigmas* s) {
+  return {
+      userKey("rotation_deg", &s->rotation_deg, {0.0, 180.0}, "deg",
+              "how far extrinsicRotation may be off, per axis (standard deviation); 90 or more: it "
+              "is unknown. estimate_extrinsic of the host's file raises it to 5 and 180"),
+      userKey("translation_m", &s->translation_m, {0.0, 1.0}, "m",
+              "how far extrinsicTranslation may be off, per axis; estimate_extrinsic raises it to "
+              "0.05"),
+      userKey("td_s", &s->td_s, {0.0, 0.5}, "s",
+              "how far td may be off; estimate_td of the host's file raises it to 0.03"),
+      userKey("readout_s", &s->readout_s, {0.0, 0.1}, "s",
+              "how far rolling_shutter_tr may be off; used for a rolling shutter only"),
+  };
+}
+
 OptionTable optionTable(ImuNoise* n) {
   return {
       userKey("gyro_density", &n->gyro_density, {1e-8, 1.0}, "rad/s/sqrt(Hz)",

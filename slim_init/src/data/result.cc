@@ -1,6 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/result.h"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 #include <sstream>
 
 namespace slim_init {
@@ -41,6 +44,16 @@ bool isRefused(InitStatus status) {
     default: return false;
   }
 }
+
+double CalibrationEstimate::rotationSigmaDeg() const {
+  const Eigen::Matrix3d rotation = covariance.topLeftCorner<3, 3>();
+  const double largest =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(rotation, Eigen::EigenvaluesOnly)
+          .eigenvalues()[2];
+  return std::sqrt(std::max(largest, 0.0)) * 180.0 / M_PI;
+}
+double CalibrationEstimate::tdSigma() const { return std::sqrt(covariance(6, 6)); }
+double CalibrationEstimate::readoutSigma() const { return std::sqrt(covariance(7, 7)); }
 
 double InitResult::totalMs() const {
   double sum = 0.0;

@@ -14,14 +14,21 @@ std::string ImuNoise::validate() const {
   return RangeCheck().within(optionTable(&copy)).message();
 }
 
+std::string CalibrationSigmas::validate() const {
+  CalibrationSigmas copy = *this;
+  return RangeCheck().within(optionTable(&copy)).message();
+}
+
 std::string Calibration::validate() const {
   Calibration copy = *this;
   RangeCheck check;
   check.nested("imu_noise", imu_noise.validate())
+      .nested("sigmas", sigmas.validate())
       .within("gravity_magnitude", gravity_magnitude, 9.7, 9.9)
       .within("focal_px", focal_px, 10.0, 1e5)
       .within(optionTable(&copy))
       .within("td", td, -1.0, 1.0)
+      .within("readout_s", readout_s, 0.0, 0.2)
       .within("norm of t_b_c", t_b_c.norm(), 0.0, 10.0);
   const double not_rotation = (R_b_c.transpose() * R_b_c - Eigen::Matrix3d::Identity()).norm() +
                               std::abs(R_b_c.determinant() - 1.0);

@@ -1,0 +1,93 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "data/with_calibration.h"
+
+#include <algorithm>
+
+namespace slim_init {
+namespace {
+
+// The keyframes [first, last) of the old window and the factor on its row times.
+struct Selection {
+  int first = 0, last = 0;
+  double row_factor = 1.0;
+
+  bool holds(int keyframe) const { return first <= keyframe && keyframe < last; }
+};
+
+void moveRows(double factor, PointSighting* sighting) { sighting->dt *= factor; }
+
+void moveRows(double factor, LineSighting* sighting) {
+  sighting->start_dt *= factor;
+  sighting->end_dt *= factor;
+}
+
+template <typename Sighting>
+void select(const std::vector<Track>& tracks, const std::vector<Sighting>& sightings,
+            const Selection& selection, std::vector<Track>* out_tracks,
+            std::vector<Sighting>* out_sightings) {
+  out_tracks->reserve(tracks.size());
+  out_sightings->reserve(sightings.size());
+  for (const Track& track : tracks) {
+    Track kept;
+    kept.id = track.id;
+    kept.begin = static_cast<int>(out_sightings->size());
+    for (int s = track.begin; s < track.end; ++s) {
+      if (!selection.holds(sightings[s].keyframe)) continue;
+      Sighting moved = sightings[s];
+      moved.keyframe -= selection.first;
+      moveRows(selection.row_factor, &moved);
+      out_sightings->push_back(moved);
+    }
+    kept.end = static_cast<int>(out_sightings->size());
+    if (kept.size() >= 2) {
+      out_tracks->push_back(kept);
+    } else {
+      out_sightings->resize(kept.begin);
+    }
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
+                                                  const Calibration& calibration) {
+  if (!calibration.validate().empty()) return nullptr;
+  const InitWindow::Common& old = *window.common_;
+  const double shift = calibration.td - old.calibration.td;
+  Selection selection;
+  if (old.calibration.readout_s > 0.0) {
+    selection.row_factor = calibration.readout_s / old.calibration.readout_s;
+  }
+  const int n = window.size();
+  while (selection.first < n && old.times[selection.first] + shift < old.imu.front().t) {
+    ++selection.first;
+  }
+  selection.last = n;
+  while (selection.last > selection.first &&
+         old.times[selection.last - 1] + shift > old.imu.back().t) {
+    --selection.last;
+  }
+  if (selection.last - selection.first < 2) return nullptr;
+
+  const auto common = std::make_shared<InitWindow::Common>();
+  common->calibration = calibration;
+  common->imu = old.imu;
+  common->counts = old.counts;
+  for (int k = selection.first; k < selection.last; ++k) {
+    common->times.push_back(old.times[k] + shift);
+    common->keyframe_lines.push_back(old.keyframe_lines[k]);
+    for (LineSighting& line : common->keyframe_lines.back()) {
+      line.keyframe -= selection.first;
+      moveRows(selection.row_factor, &line);
+    }
+  }
+  select(old.line_tracks, old.line_sightings, selection, &common->line_tracks,
+         &common->line_sightings);
+  const std::shared_ptr<InitWindow> out(new InitWindow());
+  out->common_ = common;
+  select(window.point_tracks_, window.point_sightings_, selection, &out->point_tracks_,
+         &out->point_sightings_);
+  return out;
+}
+
+}  // namespace slim_init
