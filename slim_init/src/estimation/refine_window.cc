@@ -168,6 +168,8 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   out.sigma_px = noise.sigma_point * focal;
   out.sigma_line_px = noise.sigma_line * focal;
   out.information = map.information();
+  out.visual_information = map.visualInformation();
+  out.visual_gradient = map.visualGradient();
   out.valid = true;
   return out;
 }

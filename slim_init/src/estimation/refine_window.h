@@ -21,6 +21,8 @@ struct RefinedWindow {
   WindowState state;
   /// Information of the error vector without the gauge (StateLayout, from index kGauge on).
   Eigen::MatrixXd information;
+  Eigen::MatrixXd visual_information;  ///< VisualInertialProblem::visualInformation()
+  Eigen::VectorXd visual_gradient;     ///< VisualInertialProblem::visualGradient()
   /// Robust visual cost per degree of freedom before any rejection, at the calibration's noise.
   double chi2 = 0.0;
   /// Cost of the IMU factors and bias priors per residual row, after the second solve.

@@ -266,6 +266,8 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   for (int a = 0; a < n; ++a) {
     for (int b = 0; b <= a; ++b) system->H.block<6, 6>(6 * a, 6 * b) = pose_blocks_[a * n + b];
   }
+  system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
+  system->visual_g = system->g.head(6 * n);
   system->cost = system->visual_cost + addInertial(state, system) + addPriors(state, system);
 }
 
@@ -342,6 +344,10 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
   summary.visual_cost = system_.visual_cost;
   summary.line_cost = system_.line_cost;
   information_ = system_.H.bottomRightCorner(m, m).selfadjointView<Eigen::Lower>();
+  visual_information_ = system_.visual_H.selfadjointView<Eigen::Lower>();
+  visual_gradient_ = system_.visual_g;
+  // The step that was not worth a linearisation.
+  if (summary.converged) visual_gradient_ += visual_information_ * step.head(6 * layout_.n);
   final_state_ = *state;
   summary.valid = std::isfinite(summary.cost) && information_.allFinite();
   return summary;

@@ -89,6 +89,12 @@ class VisualInertialProblem {
   /// at the answer of minimize(), tracks eliminated.
   const Eigen::MatrixXd& information() const { return information_; }
 
+  /// Its part from points, lines and vanishing points, 6N x 6N of the poses [theta_k, p_k] with the
+  /// gauge, tracks eliminated; and half the derivative of their cost by the poses at the answer.
+  /// Neither depends on the IMU but through the state at which they are taken.
+  const Eigen::MatrixXd& visualInformation() const { return visual_information_; }
+  const Eigen::VectorXd& visualGradient() const { return visual_gradient_; }
+
  private:
   struct TrackRange {
     int begin = 0, end = 0;
@@ -112,6 +118,8 @@ class VisualInertialProblem {
   struct System {
     Eigen::MatrixXd H;
     Eigen::VectorXd g;
+    Eigen::MatrixXd visual_H;  // part of the poses from the tracks, lower triangle
+    Eigen::VectorXd visual_g;
     double cost = 0.0;
     double visual_cost = 0.0;
     double line_cost = 0.0;
@@ -152,6 +160,8 @@ class VisualInertialProblem {
   std::vector<Eigen::Matrix<double, 6, 6>> pose_blocks_;  // scratch of addTracks()
   WindowState final_state_;
   Eigen::MatrixXd information_;
+  Eigen::MatrixXd visual_information_;
+  Eigen::VectorXd visual_gradient_;
 };
 
 }  // namespace slim_init

@@ -36,4 +36,23 @@ inline constexpr double kCutoffSigmas = 3.0;
 /// Pairs of three equations for seven unknowns, with one over for a check.
 inline constexpr int kMinPairs = 4;
 
+// ---- Profile of the scale (scale_profile.h)
+
+/// Information that holds the shape along itself, in units of its mean diagonal: stiff enough that
+/// the rest cannot stretch it, far from what rounding allows.
+inline constexpr double kShapeHold = 1e3;
+/// Scales searched: up to this many times larger and smaller. Wrong minima that were accepted lay a
+/// factor of 2.4 to 30 away.
+inline constexpr double kMaxRatio = 32.0;
+/// Points of the grid on each side: steps of 0.29 in the log scale, finer than the distance of two
+/// minima worth telling apart.
+inline constexpr int kHalfGrid = 12;
+/// First step of the search for the end of the interval [log scale]: half the sigma of a good
+/// window.
+inline constexpr double kFirstStep = 0.01;
+/// End of all searches [log scale]: a tenth of the smallest sigma.
+inline constexpr double kLogScaleTolerance = 2e-3;
+/// Section of the bracket that golden section search keeps, (sqrt(5) - 1) / 2.
+inline constexpr double kGolden = 0.6180339887498949;
+
 }  // namespace slim_init::verdict_constants

@@ -1,0 +1,305 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "verdict/scale_profile.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "alignment/gravity_constrained.h"
+#include "estimation/inertial_factor.h"
+#include "geometry/so3.h"
+#include "verdict/constants.h"
+
+namespace slim_init {
+namespace {
+
+using namespace verdict_constants;  // NOLINT: the constants of this module
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Adds the gyroscope's part of one pair to information and gradient of
+// [theta_1 .. theta_{N-1} | q_1 .. q_{N-1} | b_g].
+void addGyro(const WindowState& state, int i, const Preintegration& pre, Eigen::MatrixXd* H,
+             Eigen::VectorXd* g) {
+  const InertialResidual residual = inertialResidual(state, i, pre);
+  const Eigen::Matrix3d information = pre.covariance.topLeftCorner<3, 3>().inverse();
+  const int bias = static_cast<int>(g->size()) - 3;
+  // Columns of the factor: theta_i at 0, theta_j at 6, b_g at 18. The first attitude is the gauge.
+  const int from[] = {0, 6, 18};
+  const int to[] = {3 * (i - 1), 3 * i, bias};
+  for (int a = 0; a < 3; ++a) {
+    if (to[a] < 0) continue;
+    const Eigen::Matrix3d weighted = residual.J.block<3, 3>(0, from[a]).transpose() * information;
+    g->segment<3>(to[a]) += weighted * residual.r.head<3>();
+    for (int b = 0; b < 3; ++b) {
+      if (to[b] >= 0) H->block<3, 3>(to[a], to[b]) += weighted * residual.J.block<3, 3>(0, from[b]);
+    }
+  }
+}
+
+}  // namespace
+
+double ScaleProfile::sigma() const {
+  return std::max(log_ratio - low, high - log_ratio) / std::sqrt(kIntervalRise);
+}
+
+ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
+                     const Eigen::Vector3d& t_b_c, const InertialOptions& inertial)
+    : gravity_magnitude_(refined.state.gravity_b0.norm()),
+      accel_bias_information_(1.0 / (inertial.accel_bias_prior * inertial.accel_bias_prior)) {
+  const int n = refined.state.size();
+  if (n < 3 || refined.visual_information.rows() != 6 * n) return;
+  predictCentres(refined, pre);
+  shape_.resize(3 * (n - 1));
+  for (int k = 1; k < n; ++k) {
+    const Eigen::Matrix3d& R = refined.state.R_b0_bk[k];
+    shape_.segment<3>(3 * (k - 1)) = refined.state.p_b0.col(k) + R * t_b_c - t_b_c;
+    // The camera is at the end of the lever arm, which turns with the body.
+    offset_.segment<3>(3 * (k - 1)) += R * t_b_c - t_b_c;
+    by_attitudes_.block<3, 3>(3 * (k - 1), 3 * (k - 1)) -= R * skew(t_b_c);
+  }
+  valid_ = conditionShape(refined, pre, t_b_c, inertial.gyro_bias_prior);
+}
+
+// Positions that the accelerometer predicts for the attitudes of the refined window: derivatives by
+// x, attitudes and gyroscope bias, and in S0_ the covariance of its noise.
+void ScaleCost::predictCentres(const RefinedWindow& refined,
+                               const std::vector<Preintegration>& pre) {
+  const WindowState& state = refined.state;
+  const int n = state.size();
+  const int rows = 3 * (n - 1);
+  const int columns = rows + 3;
+  by_unknowns_.setZero(rows, 9);
+  offset_.setZero(rows);
+  by_attitudes_.setZero(rows, columns);
+  S0_.setZero(rows, rows);
+  // Velocity and position of the keyframe reached.
+  Eigen::Matrix<double, 3, 9> v_x = Eigen::Matrix<double, 3, 9>::Zero(), p_x = v_x;
+  v_x.leftCols<3>().setIdentity();
+  Eigen::Vector3d v = Eigen::Vector3d::Zero(), p = v;
+  Eigen::MatrixXd v_y = Eigen::MatrixXd::Zero(3, columns), p_y = v_y;
+  Eigen::Matrix<double, 6, 6> noise = Eigen::Matrix<double, 6, 6>::Zero();  // of [v, p]
+  for (int i = 0; i + 1 < n; ++i) {
+    const Preintegration& pair = pre[i];
+    const Eigen::Matrix3d& R = state.R_b0_bk[i];
+    const double dt = pair.dt;
+    // About the biases of the window; b_a is an unknown, counted from zero.
+    const Eigen::Vector3d dv = pair.velocityAt(state.gyro_bias, Eigen::Vector3d::Zero());
+    const Eigen::Vector3d dp = pair.positionAt(state.gyro_bias, Eigen::Vector3d::Zero());
+    p_x += dt * v_x;
+    p_x.middleCols<3>(3) += R * pair.dp_dba;
+    p_x.rightCols<3>().diagonal().array() += 0.5 * dt * dt;
+    v_x.middleCols<3>(3) += R * pair.dv_dba;
+    v_x.rightCols<3>().diagonal().array() += dt;
+    p += dt * v + R * dp;
+    v += R * dv;
+    p_y += dt * v_y;
+    p_y.rightCols<3>() += R * pair.dp_dbg;
+    v_y.rightCols<3>() += R * pair.dv_dbg;
+    if (i > 0) {
+      p_y.middleCols<3>(3 * (i - 1)) -=
+          R * skew(pair.positionAt(state.gyro_bias, state.accel_bias));
+      v_y.middleCols<3>(3 * (i - 1)) -=
+          R * skew(pair.velocityAt(state.gyro_bias, state.accel_bias));
+    }
+    const int k = 3 * i;
+    by_unknowns_.middleRows<3>(k) = p_x;
+    offset_.segment<3>(k) = p;
+    by_attitudes_.middleRows<3>(k) = p_y;
+
+    noise.bottomRows<3>() += dt * noise.topRows<3>();
+    noise.rightCols<3>() += dt * noise.leftCols<3>();
+    for (int a = 0; a < 2; ++a) {
+      for (int b = 0; b < 2; ++b) {
+        noise.block<3, 3>(3 * a, 3 * b) +=
+            R * pair.covariance.block<3, 3>(3 + 3 * a, 3 + 3 * b) * R.transpose();
+      }
+    }
+    // A later position p_l has the error p + (t_l - t) v of this one, and noise of its own.
+    double later = 0.0;
+    for (int l = i; l + 1 < n; ++l) {
+      if (l > i) later += pre[l].dt;
+      S0_.block<3, 3>(3 * l, k) =
+          noise.bottomRightCorner<3, 3>() + later * noise.topRightCorner<3, 3>();
+      S0_.block<3, 3>(k, 3 * l) = S0_.block<3, 3>(3 * l, k).transpose();
+    }
+  }
+}
+
+// What images and gyroscope say of the attitudes and the shape: its covariance and mean, carried to
+// the difference of IMU and images.
+bool ScaleCost::conditionShape(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
+                               const Eigen::Vector3d& t_b_c, double gyro_bias_prior) {
+  const WindowState& state = refined.state;
+  const int m = state.size() - 1;
+  const int rows = 3 * m;
+  const int size = 2 * rows + 3;
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
+  // From [theta, p] to [theta, q], q the camera centre: p = q - R t, which turns with R Exp(theta).
+  const auto lever = [&](int k) -> Eigen::Matrix3d { return state.R_b0_bk[k] * skew(t_b_c); };
+  for (int a = 0; a < m; ++a) {
+    const Eigen::Matrix3d A = lever(a + 1).transpose();
+    const Eigen::Matrix<double, 6, 1> g_a = refined.visual_gradient.segment<6>(6 * (a + 1));
+    g.segment<3>(3 * a) = g_a.head<3>() + A * g_a.tail<3>();
+    g.segment<3>(rows + 3 * a) = g_a.tail<3>();
+    for (int b = 0; b < m; ++b) {
+      const Eigen::Matrix3d B = lever(b + 1);
+      const Eigen::Matrix<double, 6, 6> V =
+          refined.visual_information.block<6, 6>(6 * (a + 1), 6 * (b + 1));
+      const Eigen::Matrix3d qt = V.bottomLeftCorner<3, 3>() + V.bottomRightCorner<3, 3>() * B;
+      H.block<3, 3>(3 * a, 3 * b) = V.topLeftCorner<3, 3>() + V.topRightCorner<3, 3>() * B + A * qt;
+      H.block<3, 3>(rows + 3 * a, 3 * b) = qt;
+      H.block<3, 3>(3 * a, rows + 3 * b) =
+          V.topRightCorner<3, 3>() + A * V.bottomRightCorner<3, 3>();
+      H.block<3, 3>(rows + 3 * a, rows + 3 * b) = V.bottomRightCorner<3, 3>();
+    }
+  }
+  for (int i = 0; i < m; ++i) addGyro(state, i, pre[i], &H, &g);
+  const double bias_information = 1.0 / (gyro_bias_prior * gyro_bias_prior);
+  H.diagonal().tail<3>().array() += bias_information;
+  g.tail<3>() += bias_information * state.gyro_bias;
+  // The scale is the profile's variable: the shape is held along itself.
+  const double length2 = shape_.squaredNorm();
+  if (!(length2 > 0.0) || !H.allFinite()) return false;
+  const double hold = kShapeHold * H.block(rows, rows, rows, rows).trace() / rows;
+  H.block(rows, rows, rows, rows).noalias() += (hold / length2) * shape_ * shape_.transpose();
+
+  const Eigen::LLT<Eigen::MatrixXd> llt(H);
+  if (llt.info() != Eigen::Success) return false;
+  // Columns of the difference by attitudes, biases (first) and by the shape at ratio one.
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(size, 2 * rows);
+  root.block(0, 0, rows, rows) = by_attitudes_.leftCols(rows).transpose();
+  root.block(size - 3, 0, 3, rows) = by_attitudes_.rightCols<3>().transpose();
+  root.block(rows, rows, rows, rows).setIdentity();
+  llt.matrixL().solveInPlace(root);
+  const auto attitude = root.leftCols(rows);
+  const auto shape = root.rightCols(rows);
+  S0_.noalias() += attitude.transpose() * attitude;
+  S1_.noalias() = attitude.transpose() * shape;
+  S1_ += S1_.transpose().eval();
+  S2_.noalias() = shape.transpose() * shape;
+  const Eigen::VectorXd root_g = llt.matrixL().solve(g);
+  offset_ -= attitude.transpose() * root_g;
+  shape_ -= shape.transpose() * root_g;
+  return S0_.allFinite() && S2_.allFinite();
+}
+
+double ScaleCost::operator()(double log_ratio) const {
+  if (!valid_) return kInfinity;
+  const double ratio = std::exp(log_ratio);
+  const Eigen::Index rows = offset_.size();
+  const Eigen::LLT<Eigen::MatrixXd> llt(S0_ - ratio * S1_ + (ratio * ratio) * S2_);
+  if (llt.info() != Eigen::Success) return kInfinity;
+  Eigen::Matrix<double, Eigen::Dynamic, 10> root(rows, 10);
+  root.leftCols<9>() = by_unknowns_;
+  root.col(9) = ratio * shape_ - offset_;
+  llt.matrixL().solveInPlace(root);
+  Eigen::Matrix<double, 10, 10> normal = Eigen::Matrix<double, 10, 10>::Zero();
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
+  Eigen::MatrixXd M = normal.topLeftCorner<9, 9>();
+  M.diagonal().segment<3>(3).array() += accel_bias_information_;
+  const Eigen::VectorXd b = normal.row(9).head<9>();
+  Eigen::VectorXd x;
+  if (!solveGravityConstrained(M, b, gravity_magnitude_, &x)) return kInfinity;
+  return x.dot(M.selfadjointView<Eigen::Lower>() * x) - 2.0 * b.dot(x) + normal(9, 9);
+}
+
+namespace {
+
+struct Minimum {
+  double at = kNotComputed;
+  double cost = kInfinity;
+};
+
+// Golden section about a grid point that is lower than both its neighbours; the point itself where
+// that finds nothing lower.
+Minimum descend(const ScaleCost& cost, const Minimum& grid_point, double step) {
+  double low = grid_point.at - step, high = grid_point.at + step;
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double f_a = cost(a), f_b = cost(b);
+  while (high - low > kLogScaleTolerance) {
+    if (f_a < f_b) {
+      high = b;
+      b = a;
+      f_b = f_a;
+      a = high - kGolden * (high - low);
+      f_a = cost(a);
+    } else {
+      low = a;
+      a = b;
+      f_a = f_b;
+      b = low + kGolden * (high - low);
+      f_b = cost(b);
+    }
+  }
+  const Minimum found = f_a < f_b ? Minimum{a, f_a} : Minimum{b, f_b};
+  return found.cost < grid_point.cost ? found : grid_point;
+}
+
+// Where the cost passes `bound` between `inside`, below it, and `outside`.
+double crossing(const ScaleCost& cost, double inside, double outside, double bound) {
+  while (std::abs(outside - inside) > kLogScaleTolerance) {
+    const double middle = 0.5 * (inside + outside);
+    (cost(middle) < bound ? inside : outside) = middle;
+  }
+  return 0.5 * (inside + outside);
+}
+
+// End of the interval about `best` on the side `direction`, +1 or -1; infinite where the cost stays
+// below `bound`. Steps double, from one that a narrow minimum does not miss.
+double endOfInterval(const ScaleCost& cost, const Minimum& best, int direction, double bound) {
+  const double limit = std::log(kMaxRatio);
+  double inside = best.at;
+  for (double step = kFirstStep;; step *= 2.0) {
+    const double outside = inside + direction * step;
+    if (std::abs(outside) > limit) return direction * kInfinity;
+    if (!(cost(outside) < bound)) return crossing(cost, inside, outside, bound);
+    inside = outside;
+  }
+}
+
+}  // namespace
+
+ScaleProfile profileScale(const ScaleCost& cost) {
+  ScaleProfile out;
+  if (!cost.valid()) return out;
+  const double limit = std::log(kMaxRatio);
+  const double step = limit / kHalfGrid;
+  std::vector<double> values;
+  for (int k = -kHalfGrid; k <= kHalfGrid; ++k) values.push_back(cost(k * step));
+  out.cost_here = values[kHalfGrid];
+  // Every minimum of the grid; its ends count as they are.
+  std::vector<Minimum> minima;
+  const int last = static_cast<int>(values.size()) - 1;
+  for (int k = 0; k <= last; ++k) {
+    const double at = (k - kHalfGrid) * step;
+    const bool below_left = k == 0 || values[k] < values[k - 1];
+    const bool below_right = k == last || values[k] <= values[k + 1];
+    if (!below_left || !below_right) continue;
+    const Minimum point = {at, values[k]};
+    minima.push_back(k == 0 || k == last ? point : descend(cost, point, step));
+  }
+  Minimum best;
+  for (const Minimum& minimum : minima) {
+    if (minimum.cost < best.cost) best = minimum;
+  }
+  if (!std::isfinite(best.cost)) return out;
+  out.log_ratio = best.at;
+  out.cost = best.cost;
+  out.other_rise = kInfinity;
+  for (const Minimum& minimum : minima) {
+    if (std::abs(minimum.at - best.at) < ScaleProfile::kSameBasin) continue;
+    if (minimum.cost - best.cost >= out.other_rise) continue;
+    out.other_rise = minimum.cost - best.cost;
+    out.other_log_ratio = minimum.at;
+  }
+  const double bound = best.cost + ScaleProfile::kIntervalRise;
+  out.low = endOfInterval(cost, best, -1, bound);
+  out.high = endOfInterval(cost, best, 1, bound);
+  out.valid = true;
+  return out;
+}
+
+}  // namespace slim_init

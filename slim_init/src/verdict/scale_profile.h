@@ -1,0 +1,78 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Is another scale as good? The cost of a refined window over its scale, everything else minimised
+// (docs/derivation.md, 5.1). A standard deviation is the curvature of this cost at one point; it
+// knows neither that the cost is flat on one side nor that there is a second minimum.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimation/refine_window.h"
+#include "imu/preintegration.h"
+#include "slim_init/options.h"
+#include "slim_init/types.h"
+
+namespace slim_init {
+
+/// The cost over q = log(scale / scale of the refined window).
+struct ScaleProfile {
+  bool valid = false;  ///< false where the visual information does not determine the shape
+  double log_ratio =
+      kNotComputed;            ///< q of the lowest cost; near zero where the refinement found it
+  double cost = kNotComputed;  ///< there [sigma^2], the visual part counted from its own minimum
+  double cost_here = kNotComputed;  ///< cost at q = 0
+  /// Ends of the interval about `log_ratio` in which the cost is less than kIntervalRise above the
+  /// lowest; -infinity and infinity where it stays below up to the ends of the search.
+  double low = kNotComputed;
+  double high = kNotComputed;
+  /// The lowest other minimum at least kSameBasin away, or an end of the search that is as low: q
+  /// and its cost above `cost`. Without one, NaN and infinity.
+  double other_log_ratio = kNotComputed;
+  double other_rise = kNotComputed;
+
+  /// Standard deviation of the log scale that the longer side of the interval stands for.
+  double sigma() const;
+
+  static constexpr double kIntervalRise = 4.0;  ///< two standard deviations [sigma^2]
+  static constexpr double kSameBasin = 0.2;     ///< [log ratio]
+};
+
+/// The cost as a function of the scale. The visual cost does not depend on it: it is a quadratic
+/// about the refined shape. What the accelerometer measures is linear in first velocity,
+/// accelerometer bias and gravity.
+class ScaleCost {
+ public:
+  /// `refined` valid; `pre` with derivatives and covariance, the widened noise included, one per
+  /// keyframe pair. `t_b_c`: camera centre in b [m].
+  ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
+            const Eigen::Vector3d& t_b_c, const InertialOptions& inertial);
+
+  /// False where the visual information does not determine the shape; then there is no cost.
+  bool valid() const { return valid_; }
+
+  /// Cost at scale ratio exp(log_ratio), minimised over shape, attitudes, velocities, biases and
+  /// gravity [sigma^2]. Infinite where that is singular.
+  double operator()(double log_ratio) const;
+
+ private:
+  void predictCentres(const RefinedWindow& refined, const std::vector<Preintegration>& pre);
+  bool conditionShape(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
+                      const Eigen::Vector3d& t_b_c, double gyro_bias_prior);
+
+  bool valid_ = false;
+  double gravity_magnitude_;
+  double accel_bias_information_;
+  // Centres of cameras 1 .. N-1 relative to camera 0, in b0.
+  Eigen::Matrix<double, Eigen::Dynamic, 9> by_unknowns_;  // of the IMU, by x = [v_0, b_a, g]
+  Eigen::VectorXd offset_;                                // of the IMU at x = 0
+  Eigen::VectorXd shape_;                                 // of the images at ratio 1
+  Eigen::MatrixXd by_attitudes_;  // difference of both, by [attitudes, gyroscope bias]
+  // Covariance of the difference: S0 - ratio S1 + ratio^2 S2.
+  Eigen::MatrixXd S0_, S1_, S2_;
+};
+
+/// Searches the profile on a logarithmic grid from 1/kMaxRatio to kMaxRatio.
+ScaleProfile profileScale(const ScaleCost& cost);
+
+}  // namespace slim_init
