@@ -20,7 +20,7 @@ RefinedWindow refine(const RefinementInput& input, const std::vector<Track>& lin
                      const std::vector<WindowState>& starts, StartMode mode,
                      const InitializerOptions& options) {
   return refineWindow(input.tracks, lines, input.pre, input.vanishing_points, starts, mode,
-                      options.refinement, options.inertial);
+                      options.refinement, options.inertial, input.rig);
 }
 
 // A wrong minimum shows in its chi-square; with few tracks one bad one among them does not.
@@ -61,6 +61,13 @@ void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines
   if (conflict) *refined = points;
 }
 
+Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
+  const WindowState& state = refined.state;
+  if (!refined.with_rig) return posteriorOf(state, refined.information);
+  return posteriorOf(state, refined.information, tracks.calibration(),
+                     imuInstants(tracks, state.rig.dtd, state.gyro_bias, state.accel_bias));
+}
+
 }  // namespace
 
 AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowState>& starts,
@@ -91,6 +98,26 @@ RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& l
   }
   checkAgainstPoints(input, lines, starts, options, &refined);
   return refined;
+}
+
+WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
+                              const std::vector<WindowState>& starts,
+                              const InitializerOptions& options) {
+  WindowEstimate out;
+  out.refined = searchMinimum(input, lines, starts, options);
+  if (!out.refined.valid) return out;
+  out.posterior = posteriorOf(input.tracks, out.refined);
+  if (!out.posterior.valid || !input.rig) return out;
+  const CalibrationSigmas wide =
+      widenedWhereBeyond(input.rig->sigmas, rigBetween(input.rig->mean, out.refined.state.rig),
+                         out.posterior.rig_covariance.diagonal());
+  if (wide == input.rig->sigmas) return out;
+  input.rig->sigmas = wide;
+  const RefinedWindow again = searchMinimum(input, lines, {out.refined.state}, options);
+  if (!again.valid) return out;
+  out.refined = again;
+  out.posterior = posteriorOf(input.tracks, again);
+  return out;
 }
 
 }  // namespace slim_init

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "estimation/posterior.h"
 #include "estimation/refine_window.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
@@ -24,6 +26,7 @@ struct RefinementInput {
   const std::vector<Preintegration>& pre;               ///< by preintegrateInflated()
   const std::vector<Eigen::Matrix3d>& R_c0_ck;          ///< camera k to the first camera
   const std::vector<VanishingPoint>* vanishing_points;  ///< or null
+  std::optional<RigPrior> rig;                          ///< or the calibration is exact
 };
 
 /// The line tracks that agree with the one of `starts` that more of them agree with; all of them
@@ -36,5 +39,17 @@ AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowSt
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
                             const std::vector<WindowState>& starts,
                             const InitializerOptions& options);
+
+/// The estimate of a window.
+struct WindowEstimate {
+  RefinedWindow refined;
+  Posterior posterior;  ///< valid where the information is positive definite
+};
+
+/// searchMinimum() and its posterior; once more with wider priors where the rig found lies beyond
+/// its own (widenedWhereBeyond()).
+WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
+                              const std::vector<WindowState>& starts,
+                              const InitializerOptions& options);
 
 }  // namespace slim_init

@@ -2,33 +2,24 @@
 #include "slim.h"
 
 #include <memory>
+#include <optional>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "alignment/starting_states.h"
 #include "data/with_sightings.h"
 #include "estimation/posterior.h"
-#include "estimation/refine_window.h"
 #include "imu/preintegration.h"
-#include "lines/vanishing_point.h"
 #include "minimum_search.h"
 #include "rotation/robust_bias.h"
+#include "rotation_stage.h"
 #include "solver_support.h"
 #include "translation/ligt.h"
-#include "verdict/calibration_check.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
 namespace {
-
-// Their covariance is that of the segments' noise; clutter among the inliers is not in it
-// (kappa_v).
-std::vector<VanishingPoint> vanishingPoints(const InitWindow& window,
-                                            const VanishingPointOptions& options) {
-  std::vector<VanishingPoint> found = trackVanishingPoints(window, options);
-  for (VanishingPoint& vp : found) vp.covariance *= options.covariance_inflation;
-  return found;
-}
 
 // Sets the bias. False, with status and message set, where there is none.
 bool acceptGyroBias(const RobustBias& bias, const RobustBiasOptions& options, InitResult* result) {
@@ -89,20 +80,27 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   const AgreeingLines lines = believedLines(input.tracks, out.starts, options);
   clock->lap("alignment");
 
-  // [4, 3.4] Minimum of the robust cost over states, biases and gravity, tracks eliminated.
+  // [4, 3.4, 5] Minimum of the robust cost over states, biases, gravity and rig, tracks eliminated;
+  // covariance in the world frame and of the scale.
   if (options.slim.refine && !out.starts.empty()) {
-    out.refined = searchMinimum(input, lines, out.starts, options);
+    WindowEstimate estimate = estimateWindow(input, lines, out.starts, options);
+    out.refined = std::move(estimate.refined);
+    out.posterior = std::move(estimate.posterior);
   }
   clock->lap("refinement");
-
-  // [5] Covariance in the world frame and of the scale.
-  if (out.refined.valid) out.posterior = posteriorOf(out.refined.state, out.refined.information);
-  clock->lap("posterior");
   return out;
 }
 
-void setAnswer(const InitWindow& window, const MetricEstimate& metric, InitResult* result) {
-  setWorldStates(window, metric.refined.state, result);
+// `seen`: the window through the calibration found by the first step; `handed_in`: that of before.
+void setAnswer(const InitWindow& seen, const Calibration& handed_in, const MetricEstimate& metric,
+               InitResult* result) {
+  const WindowState& state = metric.refined.state;
+  const Calibration& calibration = seen.calibration();
+  setWorldStates(seen, bodyState(state, calibration.R_b_c, calibration.t_b_c), result);
+  if (metric.refined.with_rig) {
+    result->calibration = calibrationEstimate(calibration, state.rig, metric.posterior);
+    appendCalibrationWarnings(handed_in, *result->calibration, result);
+  }
   result->scale_sigma = metric.posterior.scale_sigma;
   result->covariance = metric.posterior.covariance;
 }
@@ -121,24 +119,26 @@ const std::string& Slim::name() const {
 // Numbers in brackets are the sections of docs/derivation.md.
 InitResult Slim::solve(const InitWindow& window) const {
   const SlimOptions& use = options_.slim;
-  const Calibration& calibration = window.calibration();
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
 
-  // [1.2] Vanishing points of the lines with their covariance Sigma_d.
-  std::vector<VanishingPoint> found;
-  if (use.vanishing_points) found = vanishingPoints(window, options_.vanishing_point);
-  const std::vector<VanishingPoint>* vps = use.vanishing_points ? &found : nullptr;
-  clock.lap("vanishing_points");
-
-  // [1.1-1.3] Gyroscope bias b_g by consensus; sightings that contradict it are pruned.
-  const RobustBias bias =
-      estimateRobustGyroBias(window, vps, options_.robust_bias, options_.inertial);
+  // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
+  // calibration that the rotations agree with; sightings that contradict it are pruned.
+  const RotationStage rotation = estimateRotations(window, options_);
+  if (!rotation.message.empty()) {
+    fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
+    return result;
+  }
+  const RobustBias& bias = rotation.bias;
   if (!acceptGyroBias(bias, options_.robust_bias, &result)) return result;
+  const std::vector<VanishingPoint>* vps =
+      use.vanishing_points ? &rotation.vanishing_points : nullptr;
+  const InitWindow& seen = *rotation.window;
+  const Calibration& calibration = seen.calibration();
   const std::shared_ptr<const InitWindow> pruned =
-      use.prune_tracks ? withSightings(window, bias.pruning.keep) : nullptr;
-  const InitWindow& tracks = pruned != nullptr ? *pruned : window;
+      use.prune_tracks ? withSightings(seen, bias.pruning.keep) : nullptr;
+  const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
   clock.lap("gyro_bias");
 
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3.
@@ -148,28 +148,29 @@ InitResult Slim::solve(const InitWindow& window) const {
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
   clock.lap("integration");
 
-  // [6, 6.1] What the motion offers, and whether the calibration fits.
+  // [6] What the motion offers.
   const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
-  const CalibrationCheck check = checkCalibration(window, result.gyro_bias, bias.rotations);
   append(motionGates(motion, options_.gates), &result);
-  append(calibrationGates(check, options_.gates), &result);
 
   // [2] Camera centres up to scale.
   const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options_.alignment);
   clock.lap("translation");
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
+  std::optional<RigPrior> rig;
+  if (use.estimate_calibration) rig = rotation.prior;
   const MetricEstimate metric =
-      estimateMetric({tracks, pre, R_c0_ck, vps}, translation, options_, &clock);
+      estimateMetric({tracks, pre, R_c0_ck, vps, rig}, translation, options_, &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
-    setAnswer(window, metric, &result);
-    append(posteriorGates(measurePosterior(window, tracks, metric.refined, metric.posterior),
-                          motion, gatesInForce(options_.gates)),
+    setAnswer(tracks, window.calibration(), metric, &result);
+    append(posteriorGates(measurePosterior(seen, tracks, metric.refined, metric.posterior), motion,
+                          gatesInForce(options_.gates)),
            &result);
+    append(calibrationGates(window.calibration(), result.calibration, options_.gates), &result);
   } else if (!use.refine && !metric.starts.empty()) {
-    setWorldStates(window, metric.starts.front(), &result);
+    setWorldStates(seen, metric.starts.front(), &result);
   }
   enforceGates(options_.gates.mode, &result);
   decide(false, &result);

@@ -1,11 +1,18 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "solver_support.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "geometry/so3.h"
 
 namespace slim_init {
+namespace {
+
+// Standard deviations of prior and estimate together from which a calibration is called wrong.
+constexpr double kWarnSigmas = 2.5;
+
+}  // namespace
 
 InitResult startResult(const InitWindow& window) {
   InitResult result;
@@ -76,7 +83,7 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
   result->states.clear();
   for (int k = 0; k < state.size(); ++k) {
     NavState out;
-    out.t = window.times()[k];
+    out.t = window.times()[k] + state.rig.dtd;
     out.R_w_b = R_w_b0 * state.R_b0_bk[k];
     out.p_w_b = R_w_b0 * state.p_b0.col(k);
     out.v_w_b = R_w_b0 * state.v_b0.col(k);
@@ -84,7 +91,56 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
     out.accel_bias = state.accel_bias;
     result->states.push_back(out);
   }
-  result->scale = meanBaseline(result->states, window.calibration().t_b_c);
+  result->scale = meanBaseline(result->states, window.calibration().t_b_c + state.rig.dt);
+}
+
+CalibrationEstimate calibrationEstimate(const Calibration& calibration, const RigError& rig,
+                                        const Posterior& posterior) {
+  CalibrationEstimate out;
+  out.R_b_c = nearestRotation(calibration.R_b_c * rig.dR);
+  out.t_b_c = calibration.t_b_c + rig.dt;
+  out.td = calibration.td + rig.dtd;
+  out.readout_s = calibration.readout_s + rig.dreadout;
+  out.covariance = posterior.rig_covariance;
+  const CalibrationSigmas& sigmas = calibration.sigmas;
+  const auto hold = [&out](int at, int size) {
+    out.covariance.middleRows(at, size).setZero();
+    out.covariance.middleCols(at, size).setZero();
+  };
+  if (sigmas.rotation_deg == 0.0) hold(0, 3);
+  if (sigmas.translation_m == 0.0) hold(3, 3);
+  if (sigmas.td_s == 0.0) hold(6, 1);
+  if (sigmas.readout_s == 0.0) hold(7, 1);
+  return out;
+}
+
+void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
+                               InitResult* result) {
+  constexpr double kDegPerRad = 180.0 / M_PI;
+  constexpr double kMsPerS = 1e3, kMmPerM = 1e3;
+  const CalibrationSigmas& known = handed_in.sigmas;
+  const auto warn = [result](const char* what, double error, double sigma, double prior,
+                             const char* unit, const char* key) {
+    if (!(error > kWarnSigmas * std::hypot(sigma, prior))) return;
+    std::ostringstream message;
+    message.precision(3);
+    message << what << " is off by " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
+            << "), more than its standard deviation of " << prior << ' ' << unit
+            << " allows: correct " << key;
+    result->warnings.push_back(message.str());
+  };
+  if (known.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
+    warn("extrinsic rotation",
+         logSO3(handed_in.R_b_c.transpose() * found.R_b_c).norm() * kDegPerRad,
+         found.rotationSigmaDeg(), known.rotation_deg, "deg", "extrinsicRotation");
+  }
+  const double translation_sigma = std::sqrt(found.covariance.diagonal().segment<3>(3).maxCoeff());
+  warn("extrinsic translation", kMmPerM * (found.t_b_c - handed_in.t_b_c).norm(),
+       kMmPerM * translation_sigma, kMmPerM * known.translation_m, "mm", "extrinsicTranslation");
+  warn("camera-IMU time offset", kMsPerS * std::abs(found.td - handed_in.td),
+       kMsPerS * found.tdSigma(), kMsPerS * known.td_s, "ms", "td");
+  warn("readout time", kMsPerS * std::abs(found.readout_s - handed_in.readout_s),
+       kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms", "rolling_shutter_tr");
 }
 
 WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude) {

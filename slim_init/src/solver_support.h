@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "estimation/posterior.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "slim_init/init_window.h"
@@ -55,9 +56,18 @@ double cameraSpread(const InitWindow& window, const WindowState& state);
 /// states. `t_b_c`: camera centre in the body [m].
 double meanBaseline(const std::vector<NavState>& states, const Eigen::Vector3d& t_b_c);
 
-/// Turns a motion in b0 into the states, gravity, biases and scale of `result`, in its
-/// gravity-aligned world.
+/// Turns a motion in b0 (bodyState(), where the rig is estimated) into the states, gravity, biases
+/// and scale of `result`, in its gravity-aligned world. Keyframe times move with the error of td.
 void setWorldStates(const InitWindow& window, const WindowState& state, InitResult* result);
+
+/// The calibration of the window with the estimated error, and its covariance.
+CalibrationEstimate calibrationEstimate(const Calibration& calibration, const RigError& rig,
+                                        const Posterior& posterior);
+
+/// A warning for every part of the calibration `found` that differs from the one handed in by more
+/// than kWarnSigmas of both standard deviations: value, sigma and the key to change.
+void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
+                               InitResult* result);
 
 /// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
 /// with gravity of this size along -z of w and the biases of the newest state.

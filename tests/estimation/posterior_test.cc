@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <random>
+#include <vector>
 
 #include "geometry/so3.h"
 
@@ -76,6 +77,78 @@ TEST(Posterior, CovarianceOfTheWorldStatesIsThatOfSamples) {
   }
   EXPECT_LT((posterior.covariance - sampled).norm(), 0.1 * sampled.norm());
   EXPECT_LT((posterior.covariance - posterior.covariance.transpose()).norm(), 1e-15);
+}
+
+// The same with a rig error: what is sampled is the body at the keyframe times moved by the
+// estimate of td, where the true motion goes through other states.
+TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
+  const int n = 4;
+  WindowState state = someState(n);
+  std::mt19937 rng(11);
+  std::normal_distribution<double> normal;
+  const auto vector = [&] { return Eigen::Vector3d(normal(rng), normal(rng), normal(rng)); };
+  Calibration calibration;
+  calibration.R_b_c = expSO3(vector());
+  calibration.t_b_c = 0.1 * vector();
+  state.rig.dR = expSO3(0.1 * vector());
+  state.rig.dt = 0.05 * vector();
+  state.rig.dtd = 0.01;
+  std::vector<ImuInstant> instants(n);
+  for (ImuInstant& instant : instants) instant = {vector(), 9.81 * vector().normalized()};
+  const StateLayout at(n, true);
+  const int m = at.size() - StateLayout::kGauge;
+  Eigen::MatrixXd A(m, m);
+  for (Eigen::Index i = 0; i < A.size(); ++i) A.data()[i] = normal(rng);
+  const Eigen::MatrixXd covariance =
+      1e-6 * (A * A.transpose() / m + Eigen::MatrixXd::Identity(m, m));
+  const Posterior posterior = posteriorOf(state, covariance.inverse(), calibration, instants);
+  ASSERT_TRUE(posterior.valid);
+  EXPECT_LT((posterior.rig_covariance - covariance.bottomRightCorner<8, 8>()).norm(), 1e-12);
+
+  // The states of the body `late` seconds after the exposures, in the world of the first of them.
+  const auto world = [&](const WindowState& visual, double late) {
+    WindowState nominal = visual;
+    const BodyOffset offset(visual.rig, calibration);
+    for (int k = 0; k < n; ++k) {
+      bodyAtNominalTime(visual, k, offset, -late, instants[k], &nominal, nullptr);
+    }
+    // Into the frame of the first body; the nominal states are bodies already.
+    WindowState first = nominal;
+    first.rig = RigError();
+    first = bodyState(first, calibration.R_b_c, calibration.t_b_c);
+    std::vector<WorldPose> poses;
+    for (int k = 0; k < n; ++k) poses.push_back(worldPose(first, k));
+    return poses;
+  };
+  const std::vector<WorldPose> reference = world(state, 0.0);
+  const Eigen::MatrixXd L = covariance.llt().matrixL();
+  constexpr int kSamples = 4000;
+  Eigen::MatrixXd sampled = Eigen::MatrixXd::Zero(9 * n, 9 * n);
+  for (int s = 0; s < kSamples; ++s) {
+    Eigen::VectorXd e(m);
+    for (Eigen::Index i = 0; i < m; ++i) e[i] = normal(rng);
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
+    step.tail(m) = L * e;
+    const WindowState moved = retract(state, step);
+    // The exposures are at td + its error; the label of the states is the estimate.
+    const std::vector<WorldPose> truth = world(moved, -(moved.rig.dtd - state.rig.dtd));
+    Eigen::VectorXd error(9 * n);
+    for (int k = 0; k < n; ++k) {
+      error.segment<3>(9 * k) = logSO3(reference[k].R.transpose() * truth[k].R);
+      error.segment<3>(9 * k + 3) = truth[k].p - reference[k].p;
+      error.segment<3>(9 * k + 6) = truth[k].v - reference[k].v;
+    }
+    sampled += error * error.transpose() / kSamples;
+  }
+  const Eigen::MatrixXd stated = posterior.covariance.topLeftCorner(9 * n, 9 * n);
+  EXPECT_LT((stated - sampled).norm(), 0.1 * sampled.norm());
+  for (int k = 0; k < n; ++k) {
+    for (int part : {0, 3, 6}) {
+      if (k == 0 && part == 3) continue;  // the origin
+      const double expected = sampled.block<3, 3>(9 * k + part, 9 * k + part).trace();
+      EXPECT_NEAR(stated.block<3, 3>(9 * k + part, 9 * k + part).trace(), expected, 0.1 * expected);
+    }
+  }
 }
 
 TEST(Posterior, ScaleSigmaIsThatOfASpreadAlongTheTrajectory) {

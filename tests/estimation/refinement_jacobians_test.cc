@@ -5,8 +5,11 @@
 
 #include <Eigen/Geometry>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "estimation/inertial_factor.h"
+#include "estimation/rig_model.h"
 #include "estimation/visual_tracks.h"
 #include "geometry/so3.h"
 #include "lines/line_track.h"
@@ -42,6 +45,22 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
 
   Eigen::Vector3d random() {
     return {distribution_(rng_), distribution_(rng_), distribution_(rng_)};
+  }
+
+  Preintegration somePreintegration() {
+    Preintegration pre;
+    pre.dt = 0.25;
+    pre.dR = expSO3(0.1 * random());
+    pre.dv = random();
+    pre.dp = 0.1 * random();
+    pre.dR_dbg = -0.25 * expSO3(0.1 * random());
+    pre.dv_dbg.col(0) = 0.1 * random();
+    pre.dv_dba = -0.25 * expSO3(0.1 * random());
+    pre.dp_dbg.col(1) = 0.1 * random();
+    pre.dp_dba = -0.03 * expSO3(0.1 * random());
+    pre.gyro_bias = state_.gyro_bias + 0.01 * random();
+    pre.accel_bias = 0.1 * random();
+    return pre;
   }
 
   // The state moved in the pose of keyframe k only.
@@ -124,18 +143,7 @@ TEST_P(RefinementJacobians, Direction) {
 }
 
 TEST_P(RefinementJacobians, Inertial) {
-  Preintegration pre;
-  pre.dt = 0.25;
-  pre.dR = expSO3(0.1 * random());
-  pre.dv = random();
-  pre.dp = 0.1 * random();
-  pre.dR_dbg = -0.25 * expSO3(0.1 * random());
-  pre.dv_dbg.col(0) = 0.1 * random();
-  pre.dv_dba = -0.25 * expSO3(0.1 * random());
-  pre.dp_dbg.col(1) = 0.1 * random();
-  pre.dp_dba = -0.03 * expSO3(0.1 * random());
-  pre.gyro_bias = state_.gyro_bias + 0.01 * random();
-  pre.accel_bias = 0.1 * random();
+  const Preintegration pre = somePreintegration();
 
   const InertialResidual analytic = inertialResidual(state_, 1, pre);
   const StateLayout at(state_.size());
@@ -149,6 +157,49 @@ TEST_P(RefinementJacobians, Inertial) {
       },
       kInertialColumns, kStep);
   EXPECT_TRUE(jacobiansAgree(analytic.J, numeric, kTolerance));
+}
+
+// The residual of one pair under a rig error, by every state that enters and by the error itself.
+TEST_P(RefinementJacobians, InertialUnderARigError) {
+  const Preintegration pre = somePreintegration();
+  Calibration calibration;
+  calibration.R_b_c = expSO3(random());
+  calibration.t_b_c = t_b_c_;
+  state_.rig.dR = expSO3(0.1 * random());
+  state_.rig.dt = 0.05 * random();
+  state_.rig.dtd = 0.02;
+  constexpr double kTdShift = 0.005;
+  std::vector<ImuInstant> instants(3);
+  for (ImuInstant& instant : instants) instant = {random(), 9.81 * random().normalized()};
+  std::vector<RigDerivatives> chain(3);
+  const auto residual = [&](const WindowState& state, std::vector<RigDerivatives>* derivatives) {
+    WindowState nominal = state;
+    const BodyOffset offset(state.rig, calibration);
+    for (int k = 0; k < 3; ++k) {
+      bodyAtNominalTime(state, k, offset, state.rig.dtd - kTdShift, instants[k], &nominal,
+                        derivatives == nullptr ? nullptr : &(*derivatives)[k]);
+    }
+    return inertialResidual(nominal, 1, pre);
+  };
+  const InertialResidual factor = residual(state_, &chain);
+  const Eigen::Matrix<double, 9, kRigInertialColumns> analytic =
+      chainRig(factor.J, chain[1], chain[2]);
+  const StateLayout at(3, true);
+  const Eigen::MatrixXd all = numericJacobian(
+      [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
+        return residual(retract(state_, step), nullptr).r;
+      },
+      at.size(), kStep);
+  Eigen::MatrixXd numeric(9, kRigInertialColumns);
+  numeric << all.middleCols(at.pose(1), 12), all.middleCols(at.velocity(1), 6),
+      all.middleCols(at.gyroBias(), 8 + StateLayout::kRig - 1);
+  EXPECT_TRUE(jacobiansAgree(analytic, numeric, kTolerance));
+  EXPECT_LT(all.col(at.readout()).norm(), 1e-12) << "the readout time has no part in the IMU";
+  // Each part of the rig by itself: the largest must not hide the others.
+  for (const auto& [from, size] : {std::pair{26, 3}, {29, 3}, {32, 1}}) {
+    EXPECT_TRUE(jacobiansAgree(analytic.middleCols(from, size), numeric.middleCols(from, size),
+                               kTolerance));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RefinementJacobians, ::testing::Range(1, 9));

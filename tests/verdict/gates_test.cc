@@ -63,26 +63,32 @@ TEST(MotionGates, AQuietImuWithMovingTracksIsNoRest) {
 }
 
 TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
-  CalibrationCheck check;
-  EXPECT_TRUE(calibrationGates(check, kOptions).empty()) << "nothing is known";
-  check.valid = true;
-  check.extrinsic_sigma_deg = 1.0;
-  check.td_sigma_s = 0.002;
-  const double doubt_deg = CalibrationCheck::kConfidence * check.extrinsic_sigma_deg;
-  const double doubt_s = CalibrationCheck::kConfidence * check.td_sigma_s;
-  check.extrinsic_error_deg = 0.999 * kOptions.max_extrinsic_error_deg + doubt_deg;
-  check.td_error_s = -0.999 * kOptions.max_td_error_s - doubt_s;
-  for (const GateValue& gate : calibrationGates(check, kOptions)) EXPECT_TRUE(gate.passed);
-  check.extrinsic_error_deg = 1.001 * kOptions.max_extrinsic_error_deg + doubt_deg;
-  check.td_error_s = -1.001 * kOptions.max_td_error_s - doubt_s;
-  for (const GateValue& gate : calibrationGates(check, kOptions)) {
+  Calibration handed_in;
+  EXPECT_TRUE(calibrationGates(handed_in, std::nullopt, kOptions).empty()) << "not estimated";
+  constexpr double kSigmaDeg = 1.0, kSigmaS = 0.002;
+  constexpr double kRadPerDeg = M_PI / 180.0;
+  const double doubt_deg = verdict_constants::kCertainSigmas * kSigmaDeg;
+  const double doubt_s = verdict_constants::kCertainSigmas * kSigmaS;
+  CalibrationEstimate found;
+  found.covariance.diagonal().head<3>().setConstant(std::pow(kSigmaDeg * kRadPerDeg, 2));
+  found.covariance(6, 6) = kSigmaS * kSigmaS;
+  const auto at = [&](double share) {
+    const double angle = share * kOptions.max_extrinsic_error_deg + doubt_deg;
+    found.R_b_c = expSO3(Eigen::Vector3d(0.0, angle * kRadPerDeg, 0.0));
+    found.td = handed_in.td - share * kOptions.max_td_error_s - doubt_s;
+    return calibrationGates(handed_in, found, kOptions);
+  };
+  for (const GateValue& gate : at(0.999)) EXPECT_TRUE(gate.passed) << gate.name;
+  for (const GateValue& gate : at(1.001)) {
     EXPECT_FALSE(gate.passed) << gate.name;
     EXPECT_EQ(gate.status_if_failed, InitStatus::kInconsistentResiduals);
   }
-  EXPECT_EQ(
-      describe(find(calibrationGates(check, kOptions), "extrinsic_rotation")),
-      "extrinsic rotation is off by about 5 deg (sigma 1 deg); its lower bound at 2.5 sigma is 2.5 "
-      "deg, must be at most 2.5");
+  EXPECT_EQ(describe(find(at(1.1), "extrinsic_rotation")),
+            "extrinsic rotation is off by about 19 deg (sigma 1 deg); its lower bound at 2.5 sigma "
+            "is 16.5 deg, must be at most 15");
+  handed_in.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
+  ASSERT_EQ(at(1.1).size(), 1u) << "no bound on a rotation that was unknown";
+  EXPECT_EQ(at(1.1).front().name, "time_offset");
 }
 
 InitResult withGates(double parallax_share, bool other_passes) {

@@ -137,14 +137,15 @@ struct RefinementOptions {
 /// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
 /// the refinement are in RefinementOptions, of the bias in RobustBiasOptions.
 struct SlimOptions {
-  bool vanishing_points = true;  ///< in the gyroscope bias and in the refinement
-  bool prune_tracks = true;      ///< take out tracks that contradict the consensus bias
-  bool prune_lines = true;       ///< cut line tracks where they contradict the start
-  bool reverse_start = true;     ///< start from the reverse alignment
-  bool tight_start = true;       ///< start from the closed-form tight alignment
-  bool refine = true;            ///< off: the first start is the answer
-  bool second_search = true;     ///< search for a lower minimum where the first looks wrong
-  int few_tracks = 50;           ///< with fewer point tracks it is searched for in any case
+  bool vanishing_points = true;      ///< in the gyroscope bias and in the refinement
+  bool prune_tracks = true;          ///< take out tracks that contradict the consensus bias
+  bool prune_lines = true;           ///< cut line tracks where they contradict the start
+  bool reverse_start = true;         ///< start from the reverse alignment
+  bool tight_start = true;           ///< start from the closed-form tight alignment
+  bool refine = true;                ///< off: the first start is the answer
+  bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
+  bool second_search = true;         ///< search for a lower minimum where the first looks wrong
+  int few_tracks = 50;               ///< with fewer point tracks it is searched for in any case
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -176,8 +177,8 @@ struct GateOptions {
   double max_inertial_chi2_short = 0.45;  ///< the same of windows below eight keyframes
   double min_inlier_fraction = 0.6;       ///< share of the point sightings left
   double min_point_spread_deg = 2.0;      ///< rms angle over which the points are spread [deg]
-  double max_extrinsic_error_deg = 2.5;   ///< certain error of the extrinsic rotation [deg]
-  double max_td_error_s = 0.008;          ///< certain error of the time offset [s]
+  double max_extrinsic_error_deg = 15.0;  ///< certain error of the extrinsic rotation [deg]
+  double max_td_error_s = 0.08;           ///< certain error of the time offset [s]
   double max_behind_fraction = 0.2;       ///< share of the point tracks behind the camera
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.

@@ -72,6 +72,11 @@ struct CalibrationSigmas {
   double td_s = 0.005;          ///< of td [s]
   double readout_s = 0.0;       ///< of readout_s [s]; without effect where that is zero
 
+  bool operator==(const CalibrationSigmas& other) const {
+    return rotation_deg == other.rotation_deg && translation_m == other.translation_m &&
+           td_s == other.td_s && readout_s == other.readout_s;
+  }
+
   /// From this standard deviation on nothing is known about the extrinsic rotation [deg].
   static constexpr double kUnknownRotationDeg = 90.0;
 

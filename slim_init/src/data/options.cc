@@ -214,6 +214,9 @@ OptionTable optionTable(SlimOptions* o) {
       advancedKey("tight_start", &o->tight_start,
                   "start from the closed-form tight alignment (ablation)"),
       advancedKey("refine", &o->refine, "0: the first start is the answer (ablation)"),
+      advancedKey("estimate_calibration", &o->estimate_calibration,
+                  "extrinsics, td and readout time are estimated within calibration_sigmas; off: "
+                  "they are taken as exact"),
       advancedKey("second_search", &o->second_search,
                   "search for a lower minimum where the first looks wrong (ablation)"),
       advancedKey("few_tracks", &o->few_tracks, {0, 100000}, "",
@@ -267,12 +270,11 @@ OptionTable slimGateTable(GateOptions* o) {
                   "because points in one spot are one point",
                   kSlim),
       userKey("max_extrinsic_error_deg", &o->max_extrinsic_error_deg, {0.0, 180.0}, "deg",
-              "measured error of the extrinsic rotation less 2.5 standard deviations; more is "
-              "refused. Two degrees cost 2 % of scale, four 5 %, eight 15 %",
+              "estimated error of the extrinsic rotation less 2.5 standard deviations; more is "
+              "refused. Ten degrees are estimated reliably",
               kSlim),
       userKey("max_td_error_s", &o->max_td_error_s, {0.0, 1.0}, "s",
-              "the same of the time offset between camera and IMU. 10 ms cost 5 % of scale, 20 ms "
-              "10 to 20 %, without a trace in any other gate",
+              "the same of the time offset between camera and IMU. 50 ms are estimated reliably",
               kSlim),
       advancedKey(
           "max_behind_fraction", &o->max_behind_fraction, kShare, "",

@@ -8,6 +8,8 @@ namespace slim_init::estimation_constants {
 
 // ---- Minimisation (visual_inertial_problem.h)
 
+/// The motion of the IMU at an instant is the mean of the samples this close [s]: five at 200 Hz.
+inline constexpr double kInstantSpan = 0.012;
 /// Damping of a track's own parameters, relative to its largest information, and its floor: where
 /// the views do not determine one of them (the distance of a far point), it stays where it is.
 inline constexpr double kTrackDamping = 1e-7;
@@ -30,6 +32,17 @@ inline constexpr double kMaxStartInverseDepth = 10.0;
 /// A point is behind the camera when its inverse depth is negative by this many sigma.
 inline constexpr double kBehindSigmas = 3.0;
 
+// ---- Rig (rig_model.h)
+
+/// Beyond this many standard deviations of prior and measurement together the prior is wrong.
+inline constexpr double kBeyondPrior = 3.0;
+/// Standard deviations of a calibration whose own have proved wrong: mounted by eye, stamps of a
+/// driver.
+inline constexpr double kWideRotationDeg = 10.0;
+inline constexpr double kWideTranslation = 0.05;  // [m]
+inline constexpr double kWideTd = 0.05;           // [s]
+inline constexpr double kWideReadout = 0.01;      // [s]
+
 // ---- Window (refine_window.h)
 
 /// Factors on the noise of the tracks, one minimisation after the other: with the first the IMU
@@ -41,6 +54,9 @@ inline constexpr double kRayleighMedian = 1.17741;
 inline constexpr double kMaxOfTwoMedian = 1.05;
 /// First-order biases are exact enough below this [rad/s].
 inline constexpr double kRelinearizeGyro = 5e-3;
+/// A time offset is first-order exact enough below this [s]: accelerations of 10 rad/s^2 turn the
+/// body by 5e-6 rad more than the mean rate says.
+inline constexpr double kRelinearizeTd = 1e-3;
 /// With fewer residuals their spread is not estimated.
 inline constexpr int kMinResiduals = 20;
 

@@ -30,52 +30,122 @@ Eigen::Matrix<double, 3, 2> attitudeFromGravity(const Eigen::Vector3d& gravity_b
   return J;
 }
 
-}  // namespace
+// What turns the error of the visual state into that of the body in the frame b0 of the first body.
+struct BodyErrors {
+  WindowState body;
+  std::vector<RigDerivatives> derivatives;  // empty where no rig error is estimated
+};
 
-Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information) {
+// Rows of the errors [theta, p, v] per keyframe and of both biases, in the world: columns as the
+// information has them.
+Eigen::MatrixXd worldErrors(const WindowState& visual, const BodyErrors& errors,
+                            const StateLayout& at) {
+  const WindowState& body = errors.body;
+  const int m = at.size() - StateLayout::kGauge;
+  const int gravity = at.gravity() - StateLayout::kGauge;
+  const int rig = at.rig() - StateLayout::kGauge;
+  constexpr int kRigColumns = StateLayout::kRig - 1;
+  const double G = body.gravity_b0.norm();
+  const Eigen::Vector3d down = body.gravity_b0 / G;
+  const Eigen::Matrix<double, 3, 2> B = tangentBasis(down);
+  const Eigen::Matrix3d A = gravityAlignedAttitude(body.gravity_b0);
+  // From the frame of the visual part to that of the first body.
+  Eigen::Matrix3d to_first = Eigen::Matrix3d::Identity();
+  // How the attitude of the first body in the world follows gravity and rig.
+  const Eigen::Matrix<double, 3, 2> dalpha = attitudeFromGravity(body.gravity_b0);
+  Eigen::Matrix<double, 3, 2> by_gravity = dalpha;
+  Eigen::Matrix<double, 3, kRigColumns> by_rig = Eigen::Matrix<double, 3, kRigColumns>::Zero();
+  if (at.rigs) {
+    const Eigen::Vector3d visual_down = visual.gravity_b0 / G;
+    to_first = errors.derivatives[0].by_state.topLeftCorner<3, 3>() * visual.R_b0_bk[0].transpose();
+    const Eigen::Matrix<double, 3, kRigColumns> theta_0 = errors.derivatives[0].by_rig.topRows<3>();
+    by_gravity = dalpha * B.transpose() * to_first * tangentBasis(visual_down);
+    by_rig = dalpha * B.transpose() * skew(down) * theta_0 - theta_0;
+  }
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(9 * at.n + 6, m);
+  for (int k = 0; k < at.n; ++k) {
+    const int theta = 9 * k, p = 9 * k + 3, v = 9 * k + 6;
+    const int pose = at.pose(k) - StateLayout::kGauge;
+    const int velocity = at.velocity(k) - StateLayout::kGauge;
+    const Eigen::Matrix3d Rt = body.R_b0_bk[k].transpose();
+    const Eigen::Matrix3d AP = A * skew(body.p_b0.col(k)), AV = A * skew(body.v_b0.col(k));
+    const Eigen::Matrix3d A_first = A * to_first;
+    T.block<3, 2>(theta, gravity) = Rt * by_gravity;
+    T.block<3, 2>(p, gravity) = -AP * by_gravity;
+    T.block<3, 2>(v, gravity) = -AV * by_gravity;
+    T.block<3, 3>(v, velocity) = A_first;
+    if (k > 0) {
+      T.block<3, 3>(theta, pose).setIdentity();
+      T.block<3, 3>(p, pose + 3) = A_first;
+    }
+    if (!at.rigs) continue;
+    const RigDerivatives& own = errors.derivatives[k];
+    const RigDerivatives& first = errors.derivatives[0];
+    if (k > 0) {
+      T.block<3, 3>(theta, pose) = own.by_state.topLeftCorner<3, 3>();
+      T.block<3, 3>(p, pose) = A_first * own.by_state.block<3, 3>(3, 0);
+    }
+    T.block<3, kRigColumns>(theta, rig) = own.by_rig.topRows<3>() + Rt * by_rig;
+    T.block<3, kRigColumns>(p, rig) =
+        A_first * (own.by_rig.middleRows<3>(3) - first.by_rig.middleRows<3>(3)) - AP * by_rig;
+    T.block<3, kRigColumns>(v, rig) = A_first * own.by_rig.bottomRows<3>() - AV * by_rig;
+  }
+  T.block<6, 6>(9 * at.n, at.gyroBias() - StateLayout::kGauge).setIdentity();
+  return T;
+}
+
+Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& information,
+                      const BodyErrors& errors, const StateLayout& at) {
   Posterior out;
-  const StateLayout at(state.size());
   const int m = at.size() - StateLayout::kGauge;
   const Eigen::LLT<Eigen::MatrixXd> llt(information);
   if (llt.info() != Eigen::Success) return out;
 
   // A relative change of scale moves every position along its offset from the mean.
-  const Eigen::Matrix3Xd centred = state.p_b0.colwise() - state.p_b0.rowwise().mean();
+  const Eigen::Matrix3Xd centred = visual.p_b0.colwise() - visual.p_b0.rowwise().mean();
   Eigen::VectorXd along = Eigen::VectorXd::Zero(m);
   for (int k = 1; k < at.n; ++k) {
     along.segment<3>(at.pose(k) + 3 - StateLayout::kGauge) = centred.col(k) / centred.squaredNorm();
   }
-  const int gravity = at.gravity() - StateLayout::kGauge;
   Eigen::MatrixXd of_gravity = Eigen::MatrixXd::Zero(m, 2);
-  of_gravity.middleRows<2>(gravity).setIdentity();
-
-  // Errors in the world are T x for errors x in b0: x_w = A x_b0 with A = A(gravity).
-  const Eigen::Matrix3d A = gravityAlignedAttitude(state.gravity_b0);
-  const Eigen::Matrix<double, 3, 2> dalpha = attitudeFromGravity(state.gravity_b0);
-  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(9 * at.n + 6, m);
-  for (int k = 0; k < at.n; ++k) {
-    const int theta = 9 * k, p = 9 * k + 3, v = 9 * k + 6;
-    T.block<3, 2>(theta, gravity) = state.R_b0_bk[k].transpose() * dalpha;
-    if (k > 0) {
-      const int pose = at.pose(k) - StateLayout::kGauge;
-      T.block<3, 3>(theta, pose).setIdentity();
-      T.block<3, 3>(p, pose + 3) = A;
-      T.block<3, 2>(p, gravity) = -A * skew(state.p_b0.col(k)) * dalpha;
-    }
-    T.block<3, 3>(v, at.velocity(k) - StateLayout::kGauge) = A;
-    T.block<3, 2>(v, gravity) = -A * skew(state.v_b0.col(k)) * dalpha;
-  }
-  T.block<6, 6>(9 * at.n, at.gyroBias() - StateLayout::kGauge).setIdentity();
+  of_gravity.middleRows<2>(at.gravity() - StateLayout::kGauge).setIdentity();
 
   // With the information L L^T, the covariance of T x is (L^-1 T^T)^T (L^-1 T^T).
   out.scale_sigma = llt.matrixL().solve(along).norm();
   out.gravity_sigma_rad = llt.matrixL().solve(of_gravity).norm() * std::sqrt(0.5);
+  if (at.rigs) {
+    Eigen::MatrixXd of_rig = Eigen::MatrixXd::Zero(m, StateLayout::kRig);
+    of_rig.middleRows<StateLayout::kRig>(at.rig() - StateLayout::kGauge).setIdentity();
+    llt.matrixL().solveInPlace(of_rig);
+    out.rig_covariance = of_rig.transpose() * of_rig;
+  }
+  const Eigen::MatrixXd T = worldErrors(visual, errors, at);
   const Eigen::MatrixXd root = llt.matrixL().solve(T.transpose());
   out.covariance.setZero(T.rows(), T.rows());
   out.covariance.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
   out.covariance.triangularView<Eigen::StrictlyUpper>() = out.covariance.transpose();
   out.valid = out.covariance.allFinite();
   return out;
+}
+
+}  // namespace
+
+Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information) {
+  return posteriorOf(state, information, {state, {}}, StateLayout(state.size()));
+}
+
+Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information,
+                      const Calibration& calibration, const std::vector<ImuInstant>& instants) {
+  BodyErrors errors;
+  errors.body = bodyState(state, calibration.R_b_c, calibration.t_b_c);
+  errors.derivatives.resize(state.size());
+  const BodyOffset offset(state.rig, calibration);
+  WindowState unused = state;
+  for (int k = 0; k < state.size(); ++k) {
+    // An error of td labels the body with another time: the same as seeing it at another one.
+    bodyAtNominalTime(state, k, offset, 0.0, instants[k], &unused, &errors.derivatives[k]);
+  }
+  return posteriorOf(state, information, errors, StateLayout(state.size(), true));
 }
 
 }  // namespace slim_init

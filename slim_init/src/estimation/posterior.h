@@ -5,9 +5,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
+#include "estimation/rig_model.h"
 #include "imu/window_state.h"
 #include "slim_init/result.h"
+#include "slim_init/types.h"
 
 namespace slim_init {
 
@@ -19,9 +22,18 @@ struct Posterior {
   Eigen::MatrixXd covariance;
   double scale_sigma = kNotComputed;        ///< relative
   double gravity_sigma_rad = kNotComputed;  ///< of the direction, root of the mean over both axes
+  /// Of the rig error [rotation, translation, td, readout]; zero where it is not estimated.
+  Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig> rig_covariance =
+      Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig>::Zero();
 };
 
-/// `information` as VisualInertialProblem::information().
+/// `information` as VisualInertialProblem::information(), without a rig error.
 Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information);
+
+/// The same with a rig error in `state` and `information`: the covariance is that of the body
+/// (bodyState()) at the keyframe times moved by the estimated error of td, and contains that of the
+/// rig. `instants`: motion of the IMU there.
+Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information,
+                      const Calibration& calibration, const std::vector<ImuInstant>& instants);
 
 }  // namespace slim_init

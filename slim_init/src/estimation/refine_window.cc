@@ -101,20 +101,27 @@ TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProb
   return noise;
 }
 
+// As much of the shift of the keyframe times as the IMU covers.
+double coveredShift(const InitWindow& window, double shift) {
+  return std::clamp(shift, window.imu().front().t - window.times().front(),
+                    window.imu().back().t - window.times().back());
+}
+
 }  // namespace
 
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
-                                                 const InertialOptions& inertial) {
+                                                 const InertialOptions& inertial, double td_shift) {
   ImuNoise noise = window.calibration().imu_noise;
   noise.gyro_density *= inertial.gyro_noise_factor;
   noise.accel_density *= inertial.accel_noise_factor;
   std::vector<Preintegration> pre;
   pre.reserve(window.size() - 1);
   for (int k = 0; k + 1 < window.size(); ++k) {
-    pre.push_back(preintegrate(window.imu(), window.times()[k], window.times()[k + 1], gyro_bias,
-                               accel_bias, noise, PreintegrationParts::kWithCovariance));
+    pre.push_back(preintegrate(window.imu(), window.times()[k] + td_shift,
+                               window.times()[k + 1] + td_shift, gyro_bias, accel_bias, noise,
+                               PreintegrationParts::kWithCovariance));
   }
   return pre;
 }
@@ -123,10 +130,11 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
                            std::vector<Preintegration> pre,
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<WindowState>& starts, StartMode mode,
-                           const RefinementOptions& options, const InertialOptions& inertial) {
+                           const RefinementOptions& options, const InertialOptions& inertial,
+                           const std::optional<RigPrior>& rig) {
   RefinedWindow out;
   const double focal = window.calibration().focal_px;
-  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial);
+  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig);
   const int handed_in = map.pointViews();
 
   Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
@@ -138,6 +146,7 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
     basin.iterations += basin.summary.iterations;
   }
   if (!basin.summary.valid) return out;
+  out.with_rig = rig.has_value();
   out.state = basin.state;
   out.chosen_start = basin.start;
   out.iterations = basin.iterations;
@@ -152,16 +161,20 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
              std::max(options.reject_sigmas * noise.sigma_point, options.min_reject_px / focal),
              std::max(options.reject_sigmas * noise.sigma_line, options.min_reject_px / focal));
   map.setNoise(noise.sigma_point, noise.sigma_line);
-  if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro) {
-    pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, inertial);
-    map.whiten();
+  const double td_shift = coveredShift(window, out.state.rig.dtd);
+  if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro ||
+      std::abs(td_shift) > kRelinearizeTd) {
+    pre =
+        preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, inertial, td_shift);
+    map.setPreintegrated(td_shift);
   }
   const MapSummary summary = map.resume(options.max_iterations, &out.state);
   out.iterations += summary.iterations;
   if (!summary.valid) return out;
 
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
-  out.inertial_chi2 = (summary.cost - summary.visual_cost) / (9.0 * (window.size() - 1));
+  out.inertial_chi2 =
+      (summary.cost - summary.visual_cost - summary.rig_cost) / (9.0 * (window.size() - 1));
   out.behind_fraction = map.behindFraction();
   out.point_tracks = map.pointTracks();
   out.line_tracks = map.lineTracks();

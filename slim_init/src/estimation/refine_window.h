@@ -5,8 +5,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "estimation/rig_model.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "lines/vanishing_point.h"
@@ -18,7 +20,8 @@ namespace slim_init {
 /// The refined window.
 struct RefinedWindow {
   bool valid = false;
-  WindowState state;
+  bool with_rig = false;  ///< the rig error was estimated
+  WindowState state;      ///< with a rig error where there is a prior for it
   /// Information of the error vector without the gauge (StateLayout, from index kGauge on).
   Eigen::MatrixXd information;
   Eigen::MatrixXd visual_information;  ///< VisualInertialProblem::visualInformation()
@@ -40,11 +43,13 @@ struct RefinedWindow {
 };
 
 /// Preintegrations with covariance at the biases, the densities of the calibration times the noise
-/// factors of `inertial`.
+/// factors of `inertial`, between the keyframe times moved by `td_shift` [s]. The IMU has to cover
+/// them there.
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
-                                                 const InertialOptions& inertial);
+                                                 const InertialOptions& inertial,
+                                                 double td_shift = 0.0);
 
 /// How the minimum is searched.
 enum class StartMode {
@@ -54,11 +59,13 @@ enum class StartMode {
 
 /// Refines from `starts` (at least one) and keeps the lowest cost. `lines` as the constructor of
 /// VisualInertialProblem takes them, `pre` made by
-/// preintegrateInflated() at the starts' gyroscope bias.
+/// preintegrateInflated() at the starts' gyroscope bias. With a `rig` prior the rig error is
+/// estimated too.
 RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
                            std::vector<Preintegration> pre,
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<WindowState>& starts, StartMode mode,
-                           const RefinementOptions& options, const InertialOptions& inertial);
+                           const RefinementOptions& options, const InertialOptions& inertial,
+                           const std::optional<RigPrior>& rig = std::nullopt);
 
 }  // namespace slim_init

@@ -43,17 +43,19 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
                                              const std::vector<Preintegration>& pre,
                                              const std::vector<VanishingPoint>* vanishing_points,
                                              const RefinementOptions& options,
-                                             const InertialOptions& inertial)
+                                             const InertialOptions& inertial,
+                                             const std::optional<RigPrior>& rig)
     : window_(window),
       pre_(pre),
       options_(options),
       inertial_(inertial),
-      layout_(window.size()),
+      layout_(window.size(), rig.has_value()),
       t_b_c_(window.calibration().t_b_c),
       sigma_point_(window.calibration().sigmaBearing()),
-      sigma_line_(window.calibration().sigma_line_px / window.calibration().focal_px) {
+      sigma_line_(window.calibration().sigma_line_px / window.calibration().focal_px),
+      rig_(rig) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
-  whiten();
+  setPreintegrated(0.0);
   point_views_.reserve(window.pointSightings().size());
   for (const Track& track : window.pointTracks()) {
     const TrackRange range = {static_cast<int>(point_views_.size()),
@@ -119,11 +121,15 @@ void VisualInertialProblem::addDirectionTracks(
   }
 }
 
-void VisualInertialProblem::whiten() {
+void VisualInertialProblem::setPreintegrated(double td_shift) {
+  td_shift_ = td_shift;
   whitening_.resize(pre_.size());
   whitening_valid_ = true;
   for (std::size_t i = 0; i < pre_.size(); ++i) {
     whitening_valid_ = inertialWhitening(pre_[i], &whitening_[i]) && whitening_valid_;
+  }
+  if (rig_) {
+    instants_ = imuInstants(window_, td_shift, pre_.front().gyro_bias, pre_.front().accel_bias);
   }
 }
 
@@ -168,31 +174,77 @@ double VisualInertialProblem::addPriors(const WindowState& state, System* system
   return w_a * state.accel_bias.squaredNorm() + w_g * state.gyro_bias.squaredNorm();
 }
 
-double VisualInertialProblem::addInertial(const WindowState& state, System* system) const {
-  double cost = 0.0;
-  for (int i = 0; i + 1 < layout_.n; ++i) {
-    InertialResidual factor = inertialResidual(state, i, pre_[i]);
-    const Eigen::Matrix<double, 9, 1> r = whitening_[i] * factor.r;
-    // Transposed, so that columns are of even length; written out, since for these sizes Eigen
-    // would call its kernel for large matrices.
-    const Eigen::Matrix<double, 9, kInertialColumns> J = whitening_[i].lazyProduct(factor.J);
-    const Eigen::Matrix<double, kInertialColumns, 9> Jt = J.transpose();
-    const Eigen::Matrix<double, kInertialColumns, kInertialColumns> JJ = Jt.lazyProduct(J);
-    const Eigen::Matrix<double, kInertialColumns, 1> Jr = Jt * r;
-    cost += r.squaredNorm();
-    // Local columns in contiguous groups of the error vector.
-    struct Group {
-      int from, size, to;
-    };
-    const Group groups[] = {
-        {0, 12, layout_.pose(i)}, {12, 6, layout_.velocity(i)}, {18, 8, layout_.gyroBias()}};
-    for (const Group& a : groups) {
-      system->g.segment(a.to, a.size) += Jr.segment(a.from, a.size);
-      for (const Group& b : groups) {
-        if (b.to > a.to) continue;
-        system->H.block(a.to, b.to, a.size, b.size) += JJ.block(a.from, b.from, a.size, b.size);
-      }
+double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) const {
+  const RigPrior& prior = *rig_;
+  const auto information = [](double sigma) { return sigma > 0.0 ? 1.0 / square(sigma) : kHold; };
+  const double w_rotation = information(prior.sigmas.rotation_deg * M_PI / 180.0);
+  const Eigen::Vector3d rotation = logSO3(prior.mean.dR.transpose() * rig.dR);
+  const Eigen::Matrix3d J = rightJacobianInverse(rotation);
+  system->H.block<3, 3>(layout_.rig(), layout_.rig()) += w_rotation * J.transpose() * J;
+  system->g.segment<3>(layout_.rig()) += w_rotation * J.transpose() * rotation;
+  double cost = w_rotation * rotation.squaredNorm();
+  const auto add = [system, &cost](int at, double error, double weight) {
+    system->H(at, at) += weight;
+    system->g[at] += weight * error;
+    cost += weight * square(error);
+  };
+  const double w_translation = information(prior.sigmas.translation_m);
+  for (int i = 0; i < 3; ++i) {
+    add(layout_.rig() + 3 + i, rig.dt[i] - prior.mean.dt[i], w_translation);
+  }
+  add(layout_.td(), rig.dtd - prior.mean.dtd, information(prior.sigmas.td_s));
+  add(layout_.readout(), rig.dreadout - prior.mean.dreadout, information(prior.sigmas.readout_s));
+  return cost;
+}
+
+template <int kColumns>
+double VisualInertialProblem::addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
+                                                const Eigen::Matrix<double, 9, kColumns>& jacobian,
+                                                System* system) const {
+  const Eigen::Matrix<double, 9, 1> r = whitening_[i] * residual;
+  // Transposed, so that columns are of even length; written out, since for these sizes Eigen
+  // would call its kernel for large matrices.
+  const Eigen::Matrix<double, 9, kColumns> J = whitening_[i].lazyProduct(jacobian);
+  const Eigen::Matrix<double, kColumns, 9> Jt = J.transpose();
+  const Eigen::Matrix<double, kColumns, kColumns> JJ = Jt.lazyProduct(J);
+  const Eigen::Matrix<double, kColumns, 1> Jr = Jt * r;
+  // Local columns in contiguous groups of the error vector.
+  struct Group {
+    int from, size, to;
+  };
+  const Group groups[] = {{0, 12, layout_.pose(i)},
+                          {12, 6, layout_.velocity(i)},
+                          {18, kColumns - 18, layout_.gyroBias()}};
+  for (const Group& a : groups) {
+    system->g.segment(a.to, a.size) += Jr.segment(a.from, a.size);
+    for (const Group& b : groups) {
+      if (b.to > a.to) continue;
+      system->H.block(a.to, b.to, a.size, b.size) += JJ.block(a.from, b.from, a.size, b.size);
     }
+  }
+  return r.squaredNorm();
+}
+
+double VisualInertialProblem::addInertial(const WindowState& state, System* system) {
+  double cost = 0.0;
+  if (!rig_) {
+    for (int i = 0; i + 1 < layout_.n; ++i) {
+      const InertialResidual factor = inertialResidual(state, i, pre_[i]);
+      cost += addInertialFactor<kInertialColumns>(i, factor.r, factor.J, system);
+    }
+    return cost;
+  }
+  nominal_ = state;
+  chain_.resize(layout_.n);
+  const BodyOffset offset(state.rig, window_.calibration());
+  for (int k = 0; k < layout_.n; ++k) {
+    bodyAtNominalTime(state, k, offset, state.rig.dtd - td_shift_, instants_[k], &nominal_,
+                      &chain_[k]);
+  }
+  for (int i = 0; i + 1 < layout_.n; ++i) {
+    const InertialResidual factor = inertialResidual(nominal_, i, pre_[i]);
+    cost += addInertialFactor<kRigInertialColumns>(
+        i, factor.r, chainRig(factor.J, chain_[i], chain_[i + 1]), system);
   }
   return cost;
 }
@@ -268,7 +320,9 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   }
   system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
   system->visual_g = system->g.head(6 * n);
-  system->cost = system->visual_cost + addInertial(state, system) + addPriors(state, system);
+  system->rig_cost = rig_ ? addRigPrior(state.rig, system) : 0.0;
+  system->cost = system->visual_cost + addInertial(state, system) + addPriors(state, system) +
+                 system->rig_cost;
 }
 
 VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
@@ -343,6 +397,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
   summary.cost = system_.cost;
   summary.visual_cost = system_.visual_cost;
   summary.line_cost = system_.line_cost;
+  summary.rig_cost = system_.rig_cost;
   information_ = system_.H.bottomRightCorner(m, m).selfadjointView<Eigen::Lower>();
   visual_information_ = system_.visual_H.selfadjointView<Eigen::Lower>();
   visual_gradient_ = system_.visual_g;

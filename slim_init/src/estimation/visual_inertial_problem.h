@@ -5,13 +5,16 @@
 // Minimises over the keyframe states, both biases and the gravity direction
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
-// each whitened, rho the Cauchy loss. The parameters of every track are eliminated inside each
+// each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
+// readout time as well (rig_model.h). The parameters of every track are eliminated inside each
 // Gauss-Newton step (Schur complement), which is the same step as on their null space.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "estimation/rig_model.h"
 #include "estimation/visual_tracks.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
@@ -30,6 +33,7 @@ struct MapSummary {
   double cost = 0.0;         ///< the whole robust cost
   double visual_cost = 0.0;  ///< its part from points, lines and vanishing points
   double line_cost = 0.0;    ///< its part from lines
+  double rig_cost = 0.0;     ///< its part from the prior of the rig
 };
 
 /// Residuals of the observations that take part, at a state.
@@ -47,14 +51,16 @@ class VisualInertialProblem {
   /// `lines`: ranges of window.lineSightings() (window.lineTracks(), or what agreeingLineTracks()
   /// left of them). `pre`: one preintegration per consecutive pair, with covariance; kept by
   /// reference. `vanishing_points`: one per keyframe, or null. Lines and vanishing points take part
-  /// only as `options` says.
+  /// only as `options` says. Without a `rig` prior the calibration of the window is exact.
   VisualInertialProblem(const InitWindow& window, const std::vector<Track>& lines,
                         const std::vector<Preintegration>& pre,
                         const std::vector<VanishingPoint>* vanishing_points,
-                        const RefinementOptions& options, const InertialOptions& inertial);
+                        const RefinementOptions& options, const InertialOptions& inertial,
+                        const std::optional<RigPrior>& rig = std::nullopt);
 
-  /// Recomputes the whitening after the caller has changed the preintegrations.
-  void whiten();
+  /// To be called after the caller has changed the preintegrations: they are now between the
+  /// keyframe times moved by `td_shift` [s].
+  void setPreintegrated(double td_shift);
 
   /// Standard deviation of a point bearing and of a line end point across the line [rad].
   void setNoise(double sigma_point_rad, double sigma_line_rad);
@@ -123,6 +129,7 @@ class VisualInertialProblem {
     double cost = 0.0;
     double visual_cost = 0.0;
     double line_cost = 0.0;
+    double rig_cost = 0.0;
     Elimination<3> points;
     Elimination<4> lines;
     Elimination<2> directions;
@@ -132,7 +139,12 @@ class VisualInertialProblem {
   void addDirectionTracks(const std::vector<VanishingPoint>& vanishing_points);
   void triangulateAll(const WindowState& state);
   double addPriors(const WindowState& state, System* system) const;
-  double addInertial(const WindowState& state, System* system) const;
+  double addRigPrior(const RigError& rig, System* system) const;
+  double addInertial(const WindowState& state, System* system);
+  template <int kColumns>
+  double addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
+                           const Eigen::Matrix<double, 9, kColumns>& jacobian,
+                           System* system) const;
   template <int D, typename View, typename Parameters>
   double addTracks(const std::vector<TrackRange>& tracks, const std::vector<View>& views,
                    const std::vector<Parameters>& parameters, const WindowState& state,
@@ -150,6 +162,11 @@ class VisualInertialProblem {
   double sigma_line_;
   std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
   bool whitening_valid_ = true;
+  std::optional<RigPrior> rig_;
+  double td_shift_ = 0.0;              // of the preintegrations [s]
+  std::vector<ImuInstant> instants_;   // at the ends of the preintegrations, with a rig prior
+  WindowState nominal_;                // scratch of addInertial()
+  std::vector<RigDerivatives> chain_;  // likewise
 
   std::vector<TrackRange> point_tracks_, line_tracks_, direction_tracks_;
   std::vector<PointView> point_views_;

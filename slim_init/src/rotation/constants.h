@@ -3,6 +3,8 @@
 // Numbers of the rotation stage that are not options: each with its unit and why it is what it is.
 #pragma once
 
+#include <cmath>
+
 namespace slim_init {
 
 /// Cutoffs c of the robust weights in successive rounds of re-weighting, in standard deviations of
@@ -84,6 +86,35 @@ inline constexpr int kFreeSteps = 3;
 inline constexpr double kFreeDamping = 1e-3;
 /// Largest correction [rad], 17 deg; more is a wrong minimum.
 inline constexpr double kLargestCorrection = 0.3;
+
+// ---- Check of the calibration (calibration_check.h)
+
+/// Standard deviations before any data: a right angle, half a second and what no gyroscope has.
+inline constexpr double kExtrinsicPrior = M_PI / 2;  // [rad]
+inline constexpr double kTdPrior = 0.5;              // [s]
+inline constexpr double kBiasPrior = 0.5;            // [rad/s]
+/// Rotations of the gyroscope itself, vibration and scale error [rad]: no pair is more exact.
+inline constexpr double kRotationFloor = 1e-3;
+/// The rate at an instant is the mean of the samples this close [s]: five at 200 Hz.
+inline constexpr double kRateSpan = 0.012;
+/// Rounds of re-weighting; the weights of a dozen pairs have settled by then.
+inline constexpr int kRounds = 5;
+/// Cauchy scale of a pair, standard deviations per axis.
+inline constexpr double kCutoffSigmas = 3.0;
+/// Pairs of three equations for seven unknowns, with one over for a check.
+inline constexpr int kMinPairs = 4;
+
+inline constexpr double kDegPerRad = 180.0 / M_PI;
+
+// ---- Extrinsic rotation from nothing (extrinsic_rotation.h)
+
+/// Rounds of re-weighting of the bearings of a pair; near points have lost their weight by then.
+inline constexpr int kBearingRounds = 10;
+/// How well the turns of both sensors agree under the right extrinsic rotation [rad]: a gyroscope
+/// bias of 0.05 rad/s over 0.25 s, td off by 10 ms while the rate changes by 1 rad/s, the points.
+inline constexpr double kTurnSigma = 0.02;
+/// The first rotation has to be this good [deg]; from there the estimation finds the rest.
+inline constexpr double kMaxHandEyeSigmaDeg = 6.0;
 
 // ---- Pruning (track_pruning.h)
 

@@ -117,24 +117,37 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
                motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
 }
 
-std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const GateOptions& options) {
-  if (!check.valid) return {};
+std::vector<GateValue> calibrationGates(const Calibration& handed_in,
+                                        const std::optional<CalibrationEstimate>& found,
+                                        const GateOptions& options) {
+  if (!found) return {};
   const auto explain = [](const char* what, double error, double sigma, const char* unit) {
     std::ostringstream out;
     out.precision(2);
     out << what << " is off by about " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
-        << "); its lower bound at " << CalibrationCheck::kConfidence << " sigma";
+        << "); its lower bound at " << kCertainSigmas << " sigma";
     return out.str();
   };
+  const auto certain = [](double error, double sigma) {
+    return std::max(0.0, error - kCertainSigmas * sigma);
+  };
+  std::vector<GateValue> gates;
+  if (handed_in.sigmas.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
+    const double error = logSO3(handed_in.R_b_c.transpose() * found->R_b_c).norm() * kDegPerRad;
+    const double sigma = found->rotationSigmaDeg();
+    gates.push_back(makeGate("extrinsic_rotation",
+                             explain("extrinsic rotation", error, sigma, "deg"), "deg",
+                             certain(error, sigma), options.max_extrinsic_error_deg, true,
+                             InitStatus::kInconsistentResiduals));
+  }
   constexpr double kMsPerS = 1e3;
-  const std::string extrinsic =
-      explain("extrinsic rotation", check.extrinsic_error_deg, check.extrinsic_sigma_deg, "deg");
-  const std::string td = explain("camera-IMU time offset td", kMsPerS * check.td_error_s,
-                                 kMsPerS * check.td_sigma_s, "ms");
-  return {makeGate("extrinsic_rotation", extrinsic, "deg", check.certainExtrinsicDeg(),
-                   options.max_extrinsic_error_deg, true, InitStatus::kInconsistentResiduals),
-          makeGate("time_offset", td, "ms", kMsPerS * check.certainTdS(),
-                   kMsPerS * options.max_td_error_s, true, InitStatus::kInconsistentResiduals)};
+  const double td_error = kMsPerS * (found->td - handed_in.td);
+  const double td_sigma = kMsPerS * found->tdSigma();
+  gates.push_back(makeGate("time_offset",
+                           explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
+                           certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s,
+                           true, InitStatus::kInconsistentResiduals));
+  return gates;
 }
 
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,

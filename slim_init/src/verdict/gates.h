@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,6 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
-#include "verdict/calibration_check.h"
 
 namespace slim_init {
 
@@ -47,10 +47,12 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 /// velocity and fail "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
-/// Gates on the calibration: "extrinsic_rotation" and "time_offset", values are the certain part of
-/// each error, explanations the estimate itself. None where the check is not valid. They precede
-/// the gates on the answer, since a wrong calibration causes those to fail.
-std::vector<GateValue> calibrationGates(const CalibrationCheck& check, const GateOptions& options);
+/// Gates on the calibration found, against the one handed in: "extrinsic_rotation" (none where it
+/// was unknown) and "time_offset", values are the certain part of each error (kCertainSigmas),
+/// explanations the estimate itself. None where it was not estimated.
+std::vector<GateValue> calibrationGates(const Calibration& handed_in,
+                                        const std::optional<CalibrationEstimate>& found,
+                                        const GateOptions& options);
 
 /// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
 /// "alignment_residual" (inconsistent residuals), "scale_sigma" (scale too uncertain).

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "verdict/calibration_check.h"
+#include "rotation/calibration_check.h"
 
 #include <gtest/gtest.h>
 

@@ -21,6 +21,8 @@ struct CalibrationCheck {
   double extrinsic_sigma_deg = 0.0;  ///< standard deviation in the direction of the error
   double td_error_s = 0.0;           ///< true td: Calibration::td + td_error_s [s]
   double td_sigma_s = 0.0;
+  /// Of [extrinsic_error, td_error_s], scaled by the scatter of the pairs.
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
   int pairs = 0;
 
   /// The certain part of the error: the estimate minus this many standard deviations, not below

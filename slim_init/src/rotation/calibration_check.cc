@@ -1,17 +1,17 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "verdict/calibration_check.h"
+#include "rotation/calibration_check.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "verdict/constants.h"
+#include "rotation/constants.h"
 
 namespace slim_init {
 namespace {
 
-using namespace verdict_constants;  // NOLINT: the constants of this module
+using namespace rotation_constants;  // NOLINT: the constants of this module
 
 // Unknowns [delta, td, b_g].
 using Vector7d = Eigen::Matrix<double, 7, 1>;
@@ -112,6 +112,7 @@ CalibrationCheck checkCalibration(const InitWindow& window, const Eigen::Vector3
   const Solution solution = solveRobust(rowsOf(window, gyro_bias, corrections));
   if (!solution.x.allFinite() || !solution.covariance.allFinite()) return out;
   const Matrix7d covariance = solution.covariance * std::max(solution.scatter, 1.0);
+  out.covariance = covariance.topLeftCorner<4, 4>();
   out.extrinsic_error = solution.x.head<3>();
   const double angle = out.extrinsic_error.norm();
   const Eigen::Vector3d axis =

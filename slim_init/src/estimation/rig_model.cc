@@ -1,0 +1,137 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/rig_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimation/constants.h"
+#include "geometry/so3.h"
+
+namespace slim_init {
+
+using namespace estimation_constants;  // NOLINT: the constants of this module
+
+RigError rigBetween(const RigError& reference, const RigError& error) {
+  RigError out;
+  out.dR = reference.dR.transpose() * error.dR;
+  out.dt = error.dt - reference.dt;
+  out.dtd = error.dtd - reference.dtd;
+  out.dreadout = error.dreadout - reference.dreadout;
+  return out;
+}
+
+CalibrationSigmas widenedWhereBeyond(const CalibrationSigmas& sigmas, const RigError& error,
+                                     const Eigen::Matrix<double, StateLayout::kRig, 1>& variance) {
+  const auto beyond = [](double off, double sigma, double measured_variance) {
+    return sigma > 0.0 && off > kBeyondPrior * std::sqrt(sigma * sigma + measured_variance);
+  };
+  CalibrationSigmas wide = sigmas;
+  if (beyond(logSO3(error.dR).norm(), sigmas.rotation_deg * M_PI / 180.0,
+             variance.head<3>().maxCoeff())) {
+    wide.rotation_deg = std::max(sigmas.rotation_deg, kWideRotationDeg);
+    // Who turned the camera has moved it as well.
+    if (sigmas.translation_m > 0.0) {
+      wide.translation_m = std::max(sigmas.translation_m, kWideTranslation);
+    }
+  }
+  if (beyond(error.dt.norm(), sigmas.translation_m, variance.segment<3>(3).maxCoeff())) {
+    wide.translation_m = std::max(sigmas.translation_m, kWideTranslation);
+  }
+  if (beyond(std::abs(error.dtd), sigmas.td_s, variance[6])) {
+    wide.td_s = std::max(sigmas.td_s, kWideTd);
+  }
+  if (beyond(std::abs(error.dreadout), sigmas.readout_s, variance[7])) {
+    wide.readout_s = std::max(sigmas.readout_s, kWideReadout);
+  }
+  return wide;
+}
+
+std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,
+                                    const Eigen::Vector3d& gyro_bias,
+                                    const Eigen::Vector3d& accel_bias) {
+  const std::vector<ImuSample>& imu = window.imu();
+  std::vector<ImuInstant> instants;
+  instants.reserve(window.size());
+  for (const double keyframe : window.times()) {
+    const double t = keyframe + td_shift;
+    auto first = std::lower_bound(imu.begin(), imu.end(), t - kInstantSpan,
+                                  [](const ImuSample& s, double time) { return s.t < time; });
+    if (first == imu.end()) --first;
+    ImuInstant sum;
+    int count = 0;
+    for (auto sample = first; sample != imu.end() && sample->t <= t + kInstantSpan; ++sample) {
+      sum.rate += sample->gyro;
+      sum.force += sample->accel;
+      ++count;
+    }
+    if (count == 0) {
+      // A slow IMU: the sample after the instant.
+      sum = {first->gyro, first->accel};
+      count = 1;
+    }
+    instants.push_back({sum.rate / count - gyro_bias, sum.force / count - accel_bias});
+  }
+  return instants;
+}
+
+BodyOffset::BodyOffset(const RigError& rig, const Calibration& calibration)
+    : R_b_c(calibration.R_b_c * rig.dR),
+      t_b_c(calibration.t_b_c + rig.dt),
+      R(calibration.R_b_c * R_b_c.transpose()),
+      t(calibration.t_b_c - R * t_b_c) {}
+
+void bodyAtNominalTime(const WindowState& state, int k, const BodyOffset& offset, double td_error,
+                       const ImuInstant& imu, WindowState* nominal, RigDerivatives* derivatives) {
+  const Eigen::Matrix3d& R_visual = state.R_b0_bk[k];
+  const Eigen::Matrix3d R_body = R_visual * offset.R;
+  const Eigen::Vector3d v = state.v_b0.col(k);
+  const Eigen::Vector3d acceleration = R_body * imu.force + state.gravity_b0;
+  const Eigen::Matrix3d back = expSO3(-td_error * imu.rate);
+  nominal->R_b0_bk[k] = R_body * back;
+  nominal->p_b0.col(k) = state.p_b0.col(k) + R_visual * offset.t - td_error * v;
+  nominal->v_b0.col(k) = v - td_error * acceleration;
+  if (derivatives == nullptr) return;
+
+  const double G = state.gravity_b0.norm();
+  auto& by_state = derivatives->by_state;
+  by_state.setZero();
+  by_state.block<3, 3>(0, 0) = (offset.R * back).transpose();
+  by_state.block<3, 3>(3, 0) = -R_visual * skew(offset.t);
+  by_state.block<3, 3>(3, 3).setIdentity();
+  by_state.block<3, 3>(3, 6).diagonal().setConstant(-td_error);
+  by_state.block<3, 3>(6, 0) = td_error * R_visual * skew(offset.R * imu.force);
+  by_state.block<3, 3>(6, 6).setIdentity();
+  auto& by_rig = derivatives->by_rig;
+  by_rig.setZero();
+  by_rig.block<3, 3>(0, 0) = -back.transpose() * offset.R_b_c;
+  by_rig.block<3, 3>(3, 0) = -R_body * skew(offset.t_b_c) * offset.R_b_c;
+  by_rig.block<3, 3>(6, 0) = -td_error * R_body * skew(imu.force) * offset.R_b_c;
+  by_rig.block<3, 3>(3, 3) = -R_body;
+  by_rig.block<3, 1>(0, 6) = -imu.rate;
+  by_rig.block<3, 1>(3, 6) = -v;
+  by_rig.block<3, 1>(6, 6) = -acceleration;
+  derivatives->by_gravity.setZero();
+  derivatives->by_gravity.bottomRows<3>() = -td_error * G * tangentBasis(state.gravity_b0 / G);
+}
+
+Eigen::Matrix<double, 9, kRigInertialColumns> chainRig(
+    const Eigen::Matrix<double, 9, kInertialColumns>& J, const RigDerivatives& i,
+    const RigDerivatives& j) {
+  // Columns of J: theta_i p_i theta_j p_j v_i v_j, then biases and gravity.
+  Eigen::Matrix<double, 9, 9> J_i, J_j;
+  J_i << J.middleCols<6>(0), J.middleCols<3>(12);
+  J_j << J.middleCols<6>(6), J.middleCols<3>(15);
+  const Eigen::Matrix<double, 9, 9> C_i = J_i.lazyProduct(i.by_state);
+  const Eigen::Matrix<double, 9, 9> C_j = J_j.lazyProduct(j.by_state);
+  Eigen::Matrix<double, 9, kRigInertialColumns> out;
+  out.middleCols<6>(0) = C_i.leftCols<6>();
+  out.middleCols<6>(6) = C_j.leftCols<6>();
+  out.middleCols<3>(12) = C_i.rightCols<3>();
+  out.middleCols<3>(15) = C_j.rightCols<3>();
+  out.middleCols<8>(18) = J.rightCols<8>();
+  out.middleCols<2>(24) += J_i.lazyProduct(i.by_gravity) + J_j.lazyProduct(j.by_gravity);
+  out.rightCols<StateLayout::kRig - 1>() = J_i.lazyProduct(i.by_rig) + J_j.lazyProduct(j.by_rig);
+  return out;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,74 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// From the states of the visual part, at the exposures and under the calibration of the window, to
+// those of the body at the ends of the preintegrations (docs/derivation.md, 4.10). So the rig error
+// enters the IMU factors alone, and the tracks, whose number is a hundred times theirs, are free of
+// it.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "estimation/inertial_factor.h"
+#include "imu/window_state.h"
+#include "slim_init/init_window.h"
+
+namespace slim_init {
+
+/// What is known about the rig before the data.
+struct RigPrior {
+  RigError mean;             ///< of the prior, against the calibration of the window
+  CalibrationSigmas sigmas;  ///< zero: held at the mean
+};
+
+/// `error` against `reference`.
+RigError rigBetween(const RigError& reference, const RigError& error);
+
+/// The standard deviations with those parts widened in which `error` (of the calibration, with its
+/// own covariance as in CalibrationEstimate, readout last) lies beyond kBeyondPrior of both.
+CalibrationSigmas widenedWhereBeyond(const CalibrationSigmas& sigmas, const RigError& error,
+                                     const Eigen::Matrix<double, StateLayout::kRig, 1>& variance);
+
+/// Motion of the IMU at one instant, biases taken off.
+struct ImuInstant {
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero();   ///< [rad/s]
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< specific force [m/s^2]
+};
+
+/// Means over kInstantSpan around every keyframe moved by `td_shift` [s], at the given biases.
+std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,
+                                    const Eigen::Vector3d& gyro_bias,
+                                    const Eigen::Vector3d& accel_bias);
+
+/// Derivative of the error [theta, p, v] of the body at the end of a preintegration.
+struct RigDerivatives {
+  Eigen::Matrix<double, 9, 9> by_state;                    ///< by [theta, p, v] of the visual part
+  Eigen::Matrix<double, 9, StateLayout::kRig - 1> by_rig;  ///< by rotation, translation, td
+  Eigen::Matrix<double, 9, 2> by_gravity;
+};
+
+/// Rotation and lever arm from the body under the calibration to the body itself.
+struct BodyOffset {
+  Eigen::Matrix3d R_b_c;  ///< with the error
+  Eigen::Vector3d t_b_c;
+  Eigen::Matrix3d R;  ///< R_b0_b = R_b0_b' R
+  Eigen::Vector3d t;  ///< p_b0_b = p_b0_b' + R_b0_b' t
+
+  BodyOffset(const RigError& rig, const Calibration& calibration);
+};
+
+/// Body of keyframe k at its nominal time, which the exposure follows by `td_error` [s]: first
+/// order in the motion between both.
+void bodyAtNominalTime(const WindowState& state, int k, const BodyOffset& offset, double td_error,
+                       const ImuInstant& imu, WindowState* nominal, RigDerivatives* derivatives);
+
+/// Columns of the Jacobian of one factor with a rig error: those of InertialResidual, then
+/// rotation, translation, td.
+constexpr int kRigInertialColumns = kInertialColumns + StateLayout::kRig - 1;
+
+/// Chains the residual at the nominal states with their derivatives at both ends.
+Eigen::Matrix<double, 9, kRigInertialColumns> chainRig(
+    const Eigen::Matrix<double, 9, kInertialColumns>& J, const RigDerivatives& i,
+    const RigDerivatives& j);
+
+}  // namespace slim_init

@@ -1,0 +1,39 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Extrinsic rotation from nothing: the rotations that the points of neighbouring keyframes see
+// against those that the gyroscope measures (hand-eye calibration of the rotation,
+// docs/derivation.md, 6.2).
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "slim_init/init_window.h"
+
+namespace slim_init {
+
+/// A first extrinsic rotation, good to a few degrees: gyroscope bias and td are taken as zero.
+struct ExtrinsicRotation {
+  bool valid = false;  ///< the motion determines it to kMaxHandEyeSigmaDeg
+  Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();
+  /// Largest standard deviation over all axes [deg].
+  double sigma_deg = kNotComputed;
+  /// About which axis of the camera it is that uncertain: the one that the camera turned about
+  /// most.
+  Eigen::Vector3d uncertain_axis_c = Eigen::Vector3d::Zero();
+  int pairs = 0;  ///< keyframe pairs with a rotation from the points
+  /// Where it is not valid: what is missing, and about which axis the rig has to turn.
+  std::string message;
+};
+
+/// From consecutive keyframes, whatever the calibration of the window says about R_b_c. Rotations
+/// of the points first without, then with a translation; the rotation that most pairs agree with,
+/// and a robust fit.
+ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair);
+
+/// "the optical axis", "the horizontal axis of the image" or "the vertical axis of the image": the
+/// axis of the camera with the least component of `weights` (sums of squared rotations about x, y
+/// and z of the camera), in words, with how to turn about it.
+std::string leastTurnedAxis(const Eigen::Vector3d& weights);
+
+}  // namespace slim_init

@@ -1,0 +1,42 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// First step of `slim` on a rig that may be off: gyroscope bias, pruned tracks, and a calibration
+// that is near enough for everything after it to be linear (docs/derivation.md, 1 and 6.1).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "estimation/rig_model.h"
+#include "lines/vanishing_point.h"
+#include "rotation/calibration_check.h"
+#include "rotation/robust_bias.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+
+namespace slim_init {
+
+/// Outcome of the step.
+struct RotationStage {
+  /// The window through the calibration found, with rows compensated; the one handed in where that
+  /// changed nothing (then it does not own it).
+  std::shared_ptr<const InitWindow> window;
+  std::vector<VanishingPoint> vanishing_points;  ///< of `window`; empty where they are not used
+  RobustBias bias;
+  /// Not empty where the extrinsic rotation was unknown and the motion does not determine it; then
+  /// there is no bias.
+  std::string message;
+  /// Calibration of the window handed in, against that of `window`, and how far it may be off: the
+  /// standard deviations of the rig, wider where the rotations contradict them.
+  RigPrior prior;
+  int rounds = 0;  ///< 1 where the calibration handed in was near enough
+};
+
+/// Estimates the bias under the calibration of the window. Where rotations that the points see
+/// alone (checkCalibration()) say that extrinsic rotation or td are off by more than
+/// kNearRotation or kNearTd, the window is seen through the better calibration and the bias
+/// estimated again.
+RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options);
+
+}  // namespace slim_init
