@@ -807,5 +807,115 @@ TEST(FeatureOptions, AreValidated) {
   EXPECT_TRUE(stillScene().run(bad, 3).empty());
 }
 
+/// A motion that turns and moves fast, seen row by row.
+Scene rollingScene(double readout_s) {
+  Scene s = scene("figure-eight", WorldKind::kRoom);
+  s.calibration.readout_s = readout_s;
+  s.calibration.td = 0.007;
+  return s;
+}
+
+// The point is where the camera sees it at the time of the row that it is seen in.
+TEST(RollingShutter, PointsAreSeenAtTheTimeOfTheirRow) {
+  const Scene s = rollingScene(0.033);
+  const FeatureSimulationOptions options = noiseFree();
+  int observations = 0;
+  double latest = 0.0, largest_shift = 0.0;
+  for (const FrameObservation& frame : s.run(options, 60)) {
+    for (const PointObservation& o : frame.points) {
+      ++observations;
+      const double row = rowTime(o.pixel.y(), options.camera.height, 0.033);
+      EXPECT_NEAR(o.dt, row, 1e-9);
+      latest = std::max(latest, std::abs(o.dt));
+      const Camera then(s, frame.t + 0.007 + o.dt), middle(s, frame.t + 0.007);
+      double nearest = 1.0, shift = 0.0;
+      for (const Eigen::Vector3d& p_w : s.world.points) {
+        const double off = (then.see(p_w).normalized() - o.bearing).norm();
+        if (off >= nearest) continue;
+        nearest = off;
+        shift = (middle.see(p_w).normalized() - o.bearing).norm();
+      }
+      // 1e-9 s at less than 10 rad/s.
+      EXPECT_LT(nearest, 1e-8);
+      largest_shift = std::max(largest_shift, shift);
+    }
+  }
+  EXPECT_GT(observations, 3000);
+  EXPECT_GT(latest, 0.9 * 0.5 * 0.033);
+  EXPECT_GT(largest_shift, 0.01);  // many pixels: a global shutter is no approximation
+}
+
+// Both ends of a line lie on a segment of the world, each at the time of its own row.
+TEST(RollingShutter, LineEndsAreSeenAtTheTimeOfTheirRows) {
+  const Scene s = rollingScene(0.033);
+  const FeatureSimulationOptions options = noiseFree();
+  int observations = 0;
+  double different = 0.0;
+  for (const FrameObservation& frame : s.run(options, 40)) {
+    for (const LineObservation& o : frame.lines) {
+      ++observations;
+      EXPECT_NEAR(o.start_dt, rowTime(o.start_pixel.y(), options.camera.height, 0.033), 1e-9);
+      EXPECT_NEAR(o.end_dt, rowTime(o.end_pixel.y(), options.camera.height, 0.033), 1e-9);
+      EXPECT_TRUE(o.start_pixel.y() >= 0.0 && o.start_pixel.y() <= options.camera.height);
+      EXPECT_TRUE(o.end_pixel.y() >= 0.0 && o.end_pixel.y() <= options.camera.height);
+      different = std::max(different, std::abs(o.start_dt - o.end_dt));
+      const Camera start(s, frame.t + 0.007 + o.start_dt), end(s, frame.t + 0.007 + o.end_dt);
+      double nearest = 1.0;
+      for (const Segment& segment : s.world.segments) {
+        // Sine between the ray and the plane through the segment.
+        const auto offPlane = [&](const Camera& camera, const Eigen::Vector3d& bearing) {
+          const Eigen::Vector3d normal =
+              camera.see(segment.start).cross(camera.see(segment.end)).normalized();
+          return std::abs(normal.dot(bearing));
+        };
+        nearest = std::min(
+            nearest, std::max(offPlane(start, o.start_bearing), offPlane(end, o.end_bearing)));
+      }
+      EXPECT_LT(nearest, 1e-8);
+    }
+  }
+  EXPECT_GT(observations, 500);
+  EXPECT_GT(different, 0.005);
+}
+
+// Noise is told by the row in which it puts the point.
+TEST(RollingShutter, RowTimesAreThoseOfTheNoisyObservation) {
+  const Scene s = rollingScene(0.02);
+  const FeatureSimulationOptions options;
+  for (const FrameObservation& frame : s.run(options, 10)) {
+    for (const PointObservation& o : frame.points) {
+      EXPECT_EQ(o.dt, rowTime(o.pixel.y(), options.camera.height, 0.02));
+    }
+    for (const LineObservation& o : frame.lines) {
+      EXPECT_EQ(o.start_dt, rowTime(o.start_pixel.y(), options.camera.height, 0.02));
+      EXPECT_EQ(o.end_dt, rowTime(o.end_pixel.y(), options.camera.height, 0.02));
+    }
+  }
+}
+
+// A readout that vanishes is that of a global shutter, which has none.
+TEST(RollingShutter, WithoutReadoutNothingDiffers) {
+  const FeatureSimulationOptions options;
+  const auto global = rollingScene(0.0).run(options, 40);
+  const auto nearly = rollingScene(1e-12).run(options, 40);
+  ASSERT_EQ(global.size(), nearly.size());
+  for (std::size_t k = 0; k < global.size(); ++k) {
+    ASSERT_EQ(global[k].points.size(), nearly[k].points.size());
+    for (std::size_t i = 0; i < global[k].points.size(); ++i) {
+      EXPECT_EQ(global[k].points[i].dt, 0.0);
+      EXPECT_FALSE(std::signbit(global[k].points[i].dt));
+      EXPECT_EQ(global[k].points[i].id, nearly[k].points[i].id);
+      EXPECT_LT((global[k].points[i].bearing - nearly[k].points[i].bearing).norm(), 1e-11);
+    }
+    ASSERT_EQ(global[k].lines.size(), nearly[k].lines.size());
+    for (std::size_t i = 0; i < global[k].lines.size(); ++i) {
+      EXPECT_EQ(global[k].lines[i].start_dt, 0.0);
+      EXPECT_EQ(global[k].lines[i].end_dt, 0.0);
+      EXPECT_LT((global[k].lines[i].start_bearing - nearly[k].lines[i].start_bearing).norm(),
+                1e-11);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace slim_init::simulation

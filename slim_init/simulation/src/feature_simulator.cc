@@ -30,6 +30,13 @@ constexpr double kWrongMatchSpread = 0.2;
 constexpr int kWrongMatchChoices = 3;
 constexpr double kPixelsPerDegree = 3.0;
 
+// Rolling shutter: a row time is found when a further step moves it by less [s]; the map shrinks
+// steps by the share of the image that the point crosses during the readout.
+constexpr double kRowTimeTolerance = 1e-13;
+constexpr int kMaxRowTimeSteps = 100;
+// Halvings with which the end of a segment that lies outside the image is brought to its edge.
+constexpr int kEndHalvings = 40;
+
 struct CameraPose {
   Eigen::Matrix3d R_c_w;
   Eigen::Vector3d p_w_c;
@@ -46,6 +53,70 @@ Eigen::Vector3d bearingOf(const PinholeCamera& camera, const Eigen::Vector2d& pi
                          1.0)
       .normalized();
 }
+
+/// Where a place of the world is in an image, and when it was exposed.
+struct Sight {
+  CameraPose pose;        ///< at the exposure of its row
+  Eigen::Vector3d p_c;    ///< in that camera [m]
+  Eigen::Vector2d pixel;  ///< [px]; set where the place lies in front of the camera
+  double dt = 0.0;        ///< relative to the middle row [s]
+};
+
+/// The exposure of one image: all rows at once, or one after the other.
+class Exposure {
+ public:
+  Exposure(const Trajectory& trajectory, const Calibration& calibration,
+           const PinholeCamera& camera, double t_imu)
+      : trajectory_(trajectory),
+        calibration_(calibration),
+        camera_(camera),
+        t_imu_(t_imu),
+        middle_(poseAt(0.0)) {}
+
+  const CameraPose& middle() const { return middle_; }
+  bool rolling() const { return calibration_.readout_s > 0.0; }
+
+  /// Exposure of a row relative to the middle one [s]; zero for a global shutter.
+  double rowTimeOf(const Eigen::Vector2d& pixel) const {
+    return rolling() ? rowTime(pixel.y(), camera_.height, calibration_.readout_s) : 0.0;
+  }
+
+  /// False where a place of the world is not in front of the camera by `min_depth` [m] when its row
+  /// is exposed, or is swept by no row. The row that a point is seen in depends on the pose at the
+  /// exposure of that very row: a fixed point.
+  bool see(const Eigen::Vector3d& p_w, double min_depth, Sight* sight) const {
+    sight->pose = middle_;
+    sight->dt = 0.0;
+    for (int step = 0; step < kMaxRowTimeSteps; ++step) {
+      sight->p_c = sight->pose.toCamera(p_w);
+      if (!(sight->p_c.z() > min_depth)) return false;
+      sight->pixel = project(camera_, sight->p_c);
+      const double dt = rowTimeOf(sight->pixel);
+      const bool found = std::abs(dt - sight->dt) <= kRowTimeTolerance;
+      // A row so far away is outside the image, and its pose would be that of another one.
+      if (std::abs(dt) > calibration_.readout_s) return false;
+      sight->dt = dt;
+      if (found) return true;
+      sight->pose = poseAt(dt);
+    }
+    return false;
+  }
+
+ private:
+  CameraPose poseAt(double dt) const {
+    const Kinematics body = trajectory_.at(t_imu_ + dt);
+    CameraPose pose;
+    pose.R_c_w = (body.R_w_b * calibration_.R_b_c).transpose();
+    pose.p_w_c = body.p_w_b + body.R_w_b * calibration_.t_b_c;
+    return pose;
+  }
+
+  const Trajectory& trajectory_;
+  const Calibration& calibration_;
+  const PinholeCamera& camera_;
+  double t_imu_;
+  CameraPose middle_;
+};
 
 bool inImage(const PinholeCamera& camera, const Eigen::Vector2d& pixel, double border) {
   return pixel.x() >= border && pixel.x() <= camera.width - border && pixel.y() >= border &&
@@ -88,21 +159,24 @@ class PointTracker {
         tracked_(world.points.size(), false),
         in_view_(world.points.size(), false),
         pixels_(world.points.size()),
+        centres_(world.points.size()),
         choice_(options.seed, "points/choice"),
         lives_(options.seed, "points/life", options.track_life),
         outlier_(options.seed, "points/outlier"),
         drift_(options.seed, "points/drift"),
         noise_(options.seed, "points/noise") {}
 
-  void observe(const CameraPose& pose, std::vector<PointObservation>* observations) {
-    projectAll(pose);
-    keepAlive(pose);
-    refill(pose);
+  void observe(const Exposure& exposure, std::vector<PointObservation>* observations) {
+    projectAll(exposure);
+    keepAlive();
+    refill();
     observations->reserve(tracks_.size());
     for (Track& track : tracks_) {
       const Eigen::Vector2d pixel =
           pixels_[track.point] + track.offset + options_.pixel_noise * noise_.gaussian2();
-      observations->push_back({track.id, bearingOf(options_.camera, pixel), pixel});
+      // As a tracker tells it: by the row in which the point was found.
+      observations->push_back(
+          {track.id, bearingOf(options_.camera, pixel), pixel, exposure.rowTimeOf(pixel)});
     }
   }
 
@@ -115,24 +189,27 @@ class PointTracker {
     Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // of an outlier [px/frame]
   };
 
-  void projectAll(const CameraPose& pose) {
+  void projectAll(const Exposure& exposure) {
+    Sight sight;
     for (std::size_t i = 0; i < world_.points.size(); ++i) {
-      const Eigen::Vector3d p_c = pose.toCamera(world_.points[i]);
-      in_view_[i] = p_c.z() > kMinPointDepth;
+      in_view_[i] = exposure.see(world_.points[i], kMinPointDepth, &sight);
       if (!in_view_[i]) continue;
-      pixels_[i] = project(options_.camera, p_c);
+      pixels_[i] = sight.pixel;
+      centres_[i] = sight.pose.p_w_c;
       in_view_[i] = inImage(options_.camera, pixels_[i], kPointBorder);
     }
   }
 
-  void keepAlive(const CameraPose& pose) {
+  bool unhidden(int point) const { return world_.visible(centres_[point], world_.points[point]); }
+
+  void keepAlive() {
     std::size_t kept = 0;
     for (Track& track : tracks_) {
       track.offset += track.velocity + options_.drift * drift_.gaussian2();
       const bool alive =
           --track.frames_left > 0 && in_view_[track.point] &&
           inImage(options_.camera, pixels_[track.point] + track.offset, kPointBorder) &&
-          world_.visible(pose.p_w_c, world_.points[track.point]);
+          unhidden(track.point);
       if (alive) {
         tracks_[kept++] = track;
       } else {
@@ -142,7 +219,7 @@ class PointTracker {
     tracks_.resize(kept);
   }
 
-  void refill(const CameraPose& pose) {
+  void refill() {
     if (static_cast<int>(tracks_.size()) >= options_.max_points) return;
     candidates_.clear();
     for (int i = 0; i < static_cast<int>(in_view_.size()); ++i) {
@@ -151,7 +228,7 @@ class PointTracker {
     while (static_cast<int>(tracks_.size()) < options_.max_points && !candidates_.empty()) {
       const int point = takeRandom(&candidates_, &choice_);
       if (crowded(pixels_[point])) continue;
-      if (!world_.visible(pose.p_w_c, world_.points[point])) continue;
+      if (!unhidden(point)) continue;
       Track track;
       track.id = next_id_++;
       track.point = point;
@@ -182,6 +259,8 @@ class PointTracker {
   std::vector<char> tracked_;            // per point of the world
   std::vector<char> in_view_;            // per point of the world, ignoring occlusion
   std::vector<Eigen::Vector2d> pixels_;  // of the points in view
+  // Of the camera, when the row of each point in view was exposed.
+  std::vector<Eigen::Vector3d> centres_;
   std::vector<int> candidates_;
   Random choice_;
   LifeTimes lives_;
@@ -223,7 +302,10 @@ class LineTracker {
                Eigen::Vector3d(0.0, c.fy, c.cy), Eigen::Vector3d(0.0, -c.fy, c.height - c.cy)};
   }
 
-  void observe(const CameraPose& pose, std::vector<LineObservation>* observations) {
+  // Which lines there are, and which part of each is seen, is decided at the middle row; where the
+  // two ends of that part lie, each at its own row.
+  void observe(const Exposure& exposure, std::vector<LineObservation>* observations) {
+    const CameraPose& pose = exposure.middle();
     for (std::size_t i = 0; i < world_.segments.size(); ++i) {
       views_[i] =
           clip(pose.toCamera(world_.segments[i].start), pose.toCamera(world_.segments[i].end));
@@ -231,7 +313,7 @@ class LineTracker {
     keepAlive(pose);
     refill(pose);
     observations->reserve(tracks_.size());
-    for (const Track& track : tracks_) observations->push_back(makeObservation(track));
+    for (const Track& track : tracks_) observations->push_back(makeObservation(exposure, track));
   }
 
  private:
@@ -409,11 +491,38 @@ class LineTracker {
     ++counts_->line_tracks;
   }
 
-  LineObservation makeObservation(const Track& track) {
+  // Where the end of a view at share `from` is seen when its row is exposed; brought towards the
+  // share `to` where it lies outside the image by then.
+  Eigen::Vector2d endOf(const Exposure& exposure, const LineView& view, double from,
+                        double to) const {
+    Eigen::Vector2d pixel = from < 0.5 ? view.start : view.end;
+    if (!exposure.rolling()) return pixel;
+    const CameraPose& pose = exposure.middle();
+    Sight sight;
+    const auto seen = [&](double share) {
+      const Eigen::Vector3d p_w = pose.R_c_w.transpose() * placeAt(view, share) + pose.p_w_c;
+      return exposure.see(p_w, 0.5 * kMinLineDepth, &sight) &&
+             inImage(options_.camera, sight.pixel, 0.0);
+    };
+    if (seen(from)) return sight.pixel;
+    double outside = from, inside = 0.5 * (from + to);
+    if (!seen(inside)) return pixel;  // swept by no row: as at the middle one
+    for (int k = 0; k < kEndHalvings; ++k) {
+      const double share = 0.5 * (outside + inside);
+      (seen(share) ? inside : outside) = share;
+    }
+    seen(inside);
+    return sight.pixel;
+  }
+
+  LineObservation makeObservation(const Exposure& exposure, const Track& track) {
     LineObservation o;
     o.id = track.id;
-    o.start_pixel = track.view.start + options_.line_noise * noise_.gaussian2();
-    o.end_pixel = track.view.end + options_.line_noise * noise_.gaussian2();
+    o.start_pixel =
+        endOf(exposure, track.view, 0.0, 1.0) + options_.line_noise * noise_.gaussian2();
+    o.end_pixel = endOf(exposure, track.view, 1.0, 0.0) + options_.line_noise * noise_.gaussian2();
+    o.start_dt = exposure.rowTimeOf(o.start_pixel);
+    o.end_dt = exposure.rowTimeOf(o.end_pixel);
     o.start_bearing = bearingOf(options_.camera, o.start_pixel);
     o.end_bearing = bearingOf(options_.camera, o.end_pixel);
     o.length_px = (o.end_pixel - o.start_pixel).norm();
@@ -483,14 +592,11 @@ std::vector<FrameObservation> simulateFeatures(const Trajectory& trajectory, con
     LineTracker lines(world, options, &local_counts);
     frames.reserve(image_times.size());
     for (const double t : image_times) {
-      const Kinematics body = trajectory.at(t + calibration.td);
-      CameraPose pose;
-      pose.R_c_w = (body.R_w_b * calibration.R_b_c).transpose();
-      pose.p_w_c = body.p_w_b + body.R_w_b * calibration.t_b_c;
+      const Exposure exposure(trajectory, calibration, options.camera, t + calibration.td);
       FrameObservation frame;
       frame.t = t;
-      points.observe(pose, &frame.points);
-      lines.observe(pose, &frame.lines);
+      points.observe(exposure, &frame.points);
+      lines.observe(exposure, &frame.lines);
       frames.push_back(std::move(frame));
     }
   }

@@ -54,6 +54,11 @@ struct FeatureSimulationCounts {
 /// Projects the world at the camera poses T_w_b(t + td) * T_b_c for every image time t (ascending,
 /// on the camera clock). Times outside the trajectory are clamped.
 ///
+/// With a rolling shutter (calibration.readout_s) every point and both end points of every line are
+/// seen by the camera as it is when their own row is exposed, rowTime() after t: the row depends on
+/// the pose and the pose on the row, which is solved to 1e-13 s. `dt` is the time of the row in
+/// which the noisy observation lies, as a tracker would tell it. Without one nothing differs.
+///
 /// A track ends when its point leaves the view or its life, drawn once, is over; lost tracks are
 /// replaced by random ones of what is in view. Ids start at 0, separately for points and lines,
 /// and are never reused. Observations are ascending in id. Point, line, noise, life and outlier
