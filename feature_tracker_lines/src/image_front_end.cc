@@ -10,6 +10,7 @@
 
 #include "feature_tracker.h"
 #include "imu/preintegration.h"
+#include "imu/row_compensation.h"
 #include "rotation/multi_gap_bias.h"
 #include "rotation_prior.h"
 #include "stopwatch.h"
@@ -48,6 +49,17 @@ WindowOptions biasWindow(const WindowOptions& gaps) {
   options.min_interval_s = kBiasKeyframeIntervalS;
   options.buffer_s = kImuBufferS;
   return options;
+}
+
+/// Angular rate at time t, linear between the samples and constant beyond them [rad/s].
+Eigen::Vector3d gyroAt(const std::vector<ImuSample>& samples, double t) {
+  const auto after = std::upper_bound(samples.begin(), samples.end(), t,
+                                      [](double time, const ImuSample& s) { return time < s.t; });
+  if (after == samples.begin()) return samples.front().gyro;
+  if (after == samples.end()) return samples.back().gyro;
+  const ImuSample& before = *std::prev(after);
+  const double share = (t - before.t) / (after->t - before.t);
+  return (1.0 - share) * before.gyro + share * after->gyro;
 }
 
 StreamOptions limitedTo(const ImuLimits& limits) {
@@ -121,6 +133,7 @@ class ImageFrontEnd::Impl {
   RotationPrior predictRotation(double t, ImageReport* report) const;
   RotationPrior rotationPrior(double t_before, double t_now) const;
   void track(double t, const cv::Mat& image, FrameObservation* frame, ImageReport* report);
+  void setRowTimes(FrameObservation* frame) const;
   void doubtBias(const ImageReport& report);
   void forgetBias();
   void updateBias(const FrameObservation& frame);
@@ -170,6 +183,9 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
   prior.measured = true;
   prior.R_now_before = R_b_c.transpose() * pre.dR.transpose() * R_b_c;
   if (bias_) prior.sigma_px = bias_->sigma * pre.dt * focal_px_;
+  prior.rows_before.readout_s = prior.rows_now.readout_s = calibration_.readout_s;
+  prior.rows_before.rate_c = R_b_c.transpose() * (gyroAt(samples, t_before) - bias);
+  prior.rows_now.rate_c = R_b_c.transpose() * (gyroAt(samples, t_now) - bias);
   return prior;
 }
 
@@ -188,8 +204,11 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
       t_imu + (estimates_ < kEarlyEstimates ? kEarlyEstimateIntervalS : kLateEstimateIntervalS);
   std::vector<Eigen::Vector3d> starts = {Eigen::Vector3d::Zero()};
   if (bias_) starts.insert(starts.begin(), bias_->value);
+  // Null for a global shutter, where the window is right as it is.
+  const auto compensated = withRowsCompensated(*cut.window, starts.front());
   const MultiGapBiasEstimate estimate =
-      estimateMultiGapBias(*cut.window, starts, nullptr, MultiGapBiasOptions(), InertialOptions());
+      estimateMultiGapBias(compensated != nullptr ? *compensated : *cut.window, starts, nullptr,
+                           MultiGapBiasOptions(), InertialOptions());
   if (!estimate.valid) return;
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(estimate.information, Eigen::EigenvaluesOnly)
@@ -251,6 +270,7 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   const RotationPrior prior = predictRotation(t, report);
   report->stages.push_back({"predict", watch.lap()});
   tracker_.track(t, toGrey(image), prior, frame, report);
+  setRowTimes(frame);
   watch.lap();
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
     doubtBias(*report);
@@ -261,6 +281,19 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   if (bias_) {
     report->gyro_bias = bias_->value;
     report->gyro_bias_sigma = bias_->sigma;
+  }
+}
+
+// Tells every observation when its row was exposed.
+void ImageFrontEnd::Impl::setRowTimes(FrameObservation* frame) const {
+  if (!(calibration_.readout_s > 0.0)) return;
+  const auto timeOf = [this](const Eigen::Vector2d& pixel) {
+    return rowTime(pixel.y(), camera_.height, calibration_.readout_s);
+  };
+  for (PointObservation& point : frame->points) point.dt = timeOf(point.pixel);
+  for (LineObservation& line : frame->lines) {
+    line.start_dt = timeOf(line.start_pixel);
+    line.end_dt = timeOf(line.end_pixel);
   }
 }
 

@@ -283,6 +283,11 @@ cv::Point2f PointTracker::residualFlowNear(const cv::Point2f& pixel) const {
   return nearbyFlow(tracks_, pixel);
 }
 
+Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
+                                          const cv::Point2f& pixel) const {
+  return rows.atMiddleRow(bearing, pixel.y, camera_.parameters().height);
+}
+
 void PointTracker::track(double t, const ImagePyramid& before, const ImagePyramid& now,
                          const RotationPrior& prior, ImageReport* report) {
   report->points_before = static_cast<int>(tracks_.size());
@@ -322,7 +327,11 @@ std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const I
     from[i] = track.pixel;
     rotated[i] = track.pixel;
     Eigen::Vector2d pixel;
-    if (prior.measured && camera_.project(prior.R_now_before * track.bearing, &pixel)) {
+    const Eigen::Vector3d turned =
+        prior.R_now_before * atMiddleRow(prior.rows_before, track.bearing, track.pixel);
+    if (prior.measured && camera_.project(turned, &pixel)) {
+      // The row that it is seen in now is about that of the middle row's exposure.
+      camera_.project(prior.rows_now.atRow(turned, pixel.y(), camera_.parameters().height), &pixel);
       rotated[i] = toPoint(pixel);
     }
     predicted[i] =
@@ -409,9 +418,10 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
                                                      ImageReport* report) const {
   std::vector<Eigen::Vector3d> rotated, before, now;
   for (std::size_t k = 0; k < moved.size(); ++k) {
-    before.push_back(moved[k].bearing_before);
+    before.push_back(
+        atMiddleRow(prior.rows_before, moved[k].bearing_before, moved[k].pixel_before));
     rotated.push_back(prior.R_now_before * before.back());
-    now.push_back(moved[k].bearing);
+    now.push_back(atMiddleRow(prior.rows_now, moved[k].bearing, moved[k].pixel));
   }
   const double threshold = options_.points.epipolar_px;
   const auto count = [](const std::vector<unsigned char>& flags) {
@@ -447,15 +457,15 @@ int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointT
   }
   R_now_mark_ = prior.R_now_before * R_now_mark_;
   if (++images_since_mark_ < kMarkImages) return 0;
-  const int removed = keepFlagged(threeViewFlags(*moved), moved);
-  setMark(moved);
+  const int removed = keepFlagged(threeViewFlags(*moved, prior.rows_now), moved);
+  setMark(prior.rows_now, moved);
   return removed;
 }
 
 // One flag per track, 0 for one that disagrees. All are 1 where many disagree: then it is the
 // rotation that is wrong, or the scene that moves.
-std::vector<unsigned char> PointTracker::threeViewFlags(
-    const std::vector<PointTrack>& moved) const {
+std::vector<unsigned char> PointTracker::threeViewFlags(const std::vector<PointTrack>& moved,
+                                                        const RowExposure& rows) const {
   std::vector<std::size_t> chosen;
   std::vector<Eigen::Vector3d> older, newer, now;
   const Eigen::Matrix3d R_now_older = R_now_mark_ * R_mark_older_;
@@ -465,7 +475,7 @@ std::vector<unsigned char> PointTracker::threeViewFlags(
     chosen.push_back(k);
     older.push_back(R_now_older * track.mark_rays[0]);
     newer.push_back(R_now_mark_ * track.mark_rays[1]);
-    now.push_back(track.bearing);
+    now.push_back(atMiddleRow(rows, track.bearing, track.pixel));
   }
   const std::vector<unsigned char> inliers =
       threeViewInliers(older, newer, now, focal_px_, options_.points.epipolar_px, kThreeViewPx);
@@ -477,10 +487,10 @@ std::vector<unsigned char> PointTracker::threeViewFlags(
 }
 
 // Makes this image the newer mark, at which every track remembers its ray.
-void PointTracker::setMark(std::vector<PointTrack>* tracks) {
+void PointTracker::setMark(const RowExposure& rows, std::vector<PointTrack>* tracks) {
   for (PointTrack& track : *tracks) {
     track.mark_rays[0] = track.mark_rays[1];
-    track.mark_rays[1] = track.bearing;
+    track.mark_rays[1] = atMiddleRow(rows, track.bearing, track.pixel);
     track.marks = std::min(track.marks + 1, 2);
   }
   R_mark_older_ = R_now_mark_;

@@ -30,7 +30,8 @@ struct PointTrack {
   cv::Point2f pixel_before;
   /// Motion since the previous image beyond what the rotation explains [px].
   cv::Point2f residual_flow;
-  /// Rays at the last two marks of PointTracker, the older first; how many of them there are.
+  /// Rays at the last two marks of PointTracker, turned to the middle row of their image, the older
+  /// first; how many of them there are.
   Eigen::Vector3d mark_rays[2] = {Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ()};
   int marks = 0;
   bool has_flow = false;  ///< false in its first image
@@ -72,8 +73,11 @@ class PointTracker {
   std::vector<unsigned char> findInliers(const std::vector<PointTrack>& moved,
                                          const RotationPrior& prior, ImageReport* report) const;
   int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);
-  std::vector<unsigned char> threeViewFlags(const std::vector<PointTrack>& moved) const;
-  void setMark(std::vector<PointTrack>* tracks);
+  std::vector<unsigned char> threeViewFlags(const std::vector<PointTrack>& moved,
+                                            const RowExposure& rows) const;
+  void setMark(const RowExposure& rows, std::vector<PointTrack>* tracks);
+  Eigen::Vector3d atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
+                              const cv::Point2f& pixel) const;
   void refill(const ImagePyramid& now, ImageReport* report);
 
   // Profile `vins`.

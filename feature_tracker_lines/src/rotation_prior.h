@@ -6,13 +6,29 @@
 
 namespace slim_init::feature_tracker_lines {
 
+/// Rows of one image that are exposed one after the other, while the camera turns.
+struct RowExposure {
+  double readout_s = 0.0;  ///< Calibration::readout_s; 0: all rows at once
+  /// Angular rate of the camera in its own frame when its middle row is exposed [rad/s].
+  Eigen::Vector3d rate_c = Eigen::Vector3d::Zero();
+
+  /// The ray `bearing`, seen in row `v` of an image of `height` rows, as it would be seen when the
+  /// middle row is exposed, if the point were far away: Exp(rate_c dt) f. Unchanged for a global
+  /// shutter.
+  Eigen::Vector3d atMiddleRow(const Eigen::Vector3d& bearing, double v, int height) const;
+  /// The other way round.
+  Eigen::Vector3d atRow(const Eigen::Vector3d& bearing, double v, int height) const;
+};
+
 /// Prior knowledge of the camera's rotation since the previous image.
 struct RotationPrior {
   bool measured = false;  ///< false: nothing is known; the rotation below is the identity
-  /// Maps directions in the camera at the previous image to the camera now.
+  /// Maps directions in the camera at the previous image to the camera now, middle row to middle
+  /// row.
   Eigen::Matrix3d R_now_before = Eigen::Matrix3d::Identity();
   /// Standard deviation of the rotation times the focal length: how far it moves a point [px].
   double sigma_px = std::numeric_limits<double>::infinity();
+  RowExposure rows_before, rows_now;  ///< of the two images; at rest where nothing is measured
 };
 
 }  // namespace slim_init::feature_tracker_lines

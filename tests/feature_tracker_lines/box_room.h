@@ -45,10 +45,16 @@ class BoxRoom {
     return texture_(wall, point[(axis + 1) % 3], point[(axis + 2) % 3]);
   }
 
-  /// Image from p_w_c with attitude R_w_c, `samples` x `samples` rays a pixel. The rays of the
-  /// pixels are made once and kept in `rays`.
-  cv::Mat render(const Camera& camera, const Eigen::Matrix3d& R_w_c, const Eigen::Vector3d& p_w_c,
-                 int samples, std::vector<Eigen::Vector3f>* rays) const {
+  /// Where the camera is when row `y` is exposed.
+  struct Pose {
+    Eigen::Matrix3d R_w_c;
+    Eigen::Vector3d p_w_c;
+  };
+
+  /// Image with `samples` x `samples` rays a pixel. The rays of the pixels are made once and kept
+  /// in `rays`.
+  cv::Mat render(const Camera& camera, const std::function<Pose(int y)>& pose_of, int samples,
+                 std::vector<Eigen::Vector3f>* rays) const {
     const int width = camera.parameters().width, height = camera.parameters().height;
     if (rays->empty()) {
       for (int y = 0; y < height; ++y) {
@@ -64,19 +70,31 @@ class BoxRoom {
     cv::Mat image(height, width, CV_8UC1);
     std::size_t ray = 0;
     for (int y = 0; y < height; ++y) {
+      const Pose pose = pose_of(y);
       for (int x = 0; x < width; ++x) {
         double sum = 0.0;
         for (int s = 0; s < samples * samples; ++s, ++ray) {
           const Eigen::Vector3d f = (*rays)[ray].cast<double>();
           if (!f.allFinite()) continue;  // outside a fisheye's circle: black
           int wall = 0;
-          const Eigen::Vector3d point = hit(p_w_c, R_w_c * f, &wall);
+          const Eigen::Vector3d point = hit(pose.p_w_c, pose.R_w_c * f, &wall);
           sum += brightnessAt(point, wall);
         }
         image.at<uchar>(y, x) = cv::saturate_cast<uchar>(sum / (samples * samples));
       }
     }
     return image;
+  }
+
+  /// The same of a camera with a global shutter.
+  cv::Mat render(const Camera& camera, const Eigen::Matrix3d& R_w_c, const Eigen::Vector3d& p_w_c,
+                 int samples, std::vector<Eigen::Vector3f>* rays) const {
+    return render(
+        camera,
+        [&](int) {
+          return Pose{R_w_c, p_w_c};
+        },
+        samples, rays);
   }
 
  private:

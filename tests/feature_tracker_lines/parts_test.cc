@@ -17,6 +17,7 @@
 #include "outliers.h"
 #include "patch_anchor.h"
 #include "room_walk.h"
+#include "rotation_prior.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
@@ -36,6 +37,25 @@ std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat 
   detector.detect(pyramid.derivative(), factor * kNoiseEigenvalue * pyramid.noise * pyramid.noise,
                   1000, detector.cells(), &mask, &corners);
   return corners;
+}
+
+// ------------------------------------------------------------------------------------------ rows
+
+// A far point, seen in the row that is exposed when the camera has turned towards it.
+TEST(RowExposure, TurnsARayToTheMiddleRow) {
+  RowExposure rows;
+  rows.readout_s = 0.03;
+  rows.rate_c = Eigen::Vector3d(0.8, -1.5, 0.4);
+  const Eigen::Vector3d far = Eigen::Vector3d(0.2, -0.3, 1.0).normalized();  // at the middle row
+  for (const double v : {0.0, 100.0, 240.0, 479.0}) {
+    const double dt = (v / 480.0 - 0.5) * 0.03;
+    const Eigen::Vector3d seen = expSO3(rows.rate_c * dt).transpose() * far;
+    EXPECT_LT((rows.atMiddleRow(seen, v, 480) - far).norm(), 1e-14);
+    EXPECT_LT((rows.atRow(far, v, 480) - seen).norm(), 1e-14);
+  }
+  rows.readout_s = 0.0;
+  EXPECT_EQ(rows.atMiddleRow(far, 0.0, 480), far);
+  EXPECT_EQ(rows.atRow(far, 0.0, 480), far);
 }
 
 // ----------------------------------------------------------------------------------------- noise

@@ -42,6 +42,7 @@ inline Calibration calibrationOf(const CameraParameters& camera) {
 struct Motion {
   double translation = 1.0;  ///< factor on the path
   double rotation = 1.0;     ///< factor on the turns
+  double shake = 0.0;        ///< amplitude of a tremor of 3 Hz about two axes [rad]
 
   Eigen::Vector3d p_w_c(double t) const {
     return translation * Eigen::Vector3d(0.35 * std::sin(1.2 * t), 0.2 * std::sin(0.9 * t),
@@ -50,6 +51,7 @@ struct Motion {
   Eigen::Matrix3d R_w_c(double t) const {
     return expSO3(rotation * Eigen::Vector3d(0.15 * std::sin(1.5 * t), 0.3 * std::sin(1.1 * t),
                                              0.2 * std::sin(0.8 * t))) *
+           expSO3(shake * Eigen::Vector3d(std::sin(20.0 * t), std::cos(17.0 * t), 0.0)) *
            expSO3(Eigen::Vector3d(0.1, 0.35, 0.0));
   }
 };
@@ -71,12 +73,16 @@ class RoomWalk {
   Calibration calibration;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   double noise = 0.0;                                   ///< of the images [grey levels]
+  double readout_s = 0.0;                               ///< of the camera: rolling shutter [s]
 
   double time(int k) const { return k * kImagePeriod; }
 
   cv::Mat image(int k) {
-    cv::Mat image =
-        room_.render(camera_, motion_.R_w_c(time(k)), motion_.p_w_c(time(k)), samples_, &rays_);
+    const auto pose_of = [&](int y) {
+      const double t = time(k) + rowTime(y, parameters.height, readout_s);
+      return BoxRoom::Pose{motion_.R_w_c(t), motion_.p_w_c(t)};
+    };
+    cv::Mat image = room_.render(camera_, pose_of, samples_, &rays_);
     // A lens is no pinhole: without it the edges are stair steps.
     cv::GaussianBlur(image, image, cv::Size(), 0.6);
     if (noise > 0.0) addNoise(noise, static_cast<std::uint64_t>(k) + 1, &image);
@@ -103,13 +109,13 @@ class RoomWalk {
     return front_end->addImage(time(k), picture, frame);
   }
 
-  /// The place in the world that a ray of image k meets.
-  Eigen::Vector3d place(int k, const Eigen::Vector3d& bearing) const {
-    return room_.hit(motion_.p_w_c(time(k)), motion_.R_w_c(time(k)) * bearing);
+  /// The place in the world that a ray of image k meets, in a row exposed `dt` [s] after its stamp.
+  Eigen::Vector3d place(int k, const Eigen::Vector3d& bearing, double dt = 0.0) const {
+    return room_.hit(motion_.p_w_c(time(k) + dt), motion_.R_w_c(time(k) + dt) * bearing);
   }
-  /// Ray of image k to a place in the world, not unit.
-  Eigen::Vector3d ray(int k, const Eigen::Vector3d& place) const {
-    return motion_.R_w_c(time(k)).transpose() * (place - motion_.p_w_c(time(k)));
+  /// Ray of image k to a place in the world, not unit, in such a row.
+  Eigen::Vector3d ray(int k, const Eigen::Vector3d& place, double dt = 0.0) const {
+    return motion_.R_w_c(time(k) + dt).transpose() * (place - motion_.p_w_c(time(k) + dt));
   }
   Eigen::Matrix3d R_w_c(int k) const { return motion_.R_w_c(time(k)); }
   const Camera& camera() const { return camera_; }
@@ -141,10 +147,10 @@ struct TrackErrors {
 
   void add(const RoomWalk& walk, int k, const FrameObservation& frame) {
     for (const PointObservation& point : frame.points) {
-      const auto first = points_.try_emplace(point.id, walk.place(k, point.bearing));
+      const auto first = points_.try_emplace(point.id, walk.place(k, point.bearing, point.dt));
       if (first.second) continue;
       Eigen::Vector2d pixel(-1e6, -1e6);
-      walk.camera().project(walk.ray(k, first.first->second), &pixel);
+      walk.camera().project(walk.ray(k, first.first->second, point.dt), &pixel);
       point_px.push_back((pixel - point.pixel).norm());
     }
     for (const LineObservation& line : frame.lines) {
