@@ -76,6 +76,7 @@ std::string loadRig(const SimulateOptions& options, Calibration* calibration,
     camera->xi = 0.0;
   }
   calibration->focal_px = feature_tracker_lines::Camera(*camera).focalPx();
+  if (options.readout_s > 0.0) calibration->readout_s = options.readout_s;
   return camera->validate();
 }
 
@@ -88,22 +89,31 @@ simulation::CameraPose poseAt(const SimulatedMotion& motion, const Calibration& 
   return pose;
 }
 
-// Pictures that are drawn for one image.
+// Pictures that are averaged over the exposure.
 int subFramesOf(const SimulateOptions& options) {
   return options.motion_blur_ms > 0.0 ? options.sub_frames : 1;
 }
 
-// Poses of all pictures: subFramesOf() per image, spread over the exposure.
+// Instants within the readout at which pictures are drawn: one for a global shutter.
+int bandsOf(const SimulateOptions& options, const Calibration& calibration) {
+  return calibration.readout_s > 0.0 ? options.bands : 1;
+}
+
+// Poses of all pictures: per image bandsOf(), from the first rows to the last, each of them
+// subFramesOf(), spread over the exposure.
 std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options,
                                             const SimulatedMotion& motion,
                                             const Calibration& calibration) {
   const double exposure = 1e-3 * options.motion_blur_ms;
-  const int sub_frames = subFramesOf(options);
+  const int sub_frames = subFramesOf(options), bands = bandsOf(options, calibration);
   std::vector<simulation::CameraPose> poses;
   for (const double t : motion.image_times) {
-    for (int i = 0; i < sub_frames; ++i) {
-      const double offset = ((i + 0.5) / sub_frames - 0.5) * exposure;
-      poses.push_back(poseAt(motion, calibration, t + calibration.td + offset));
+    for (int band = 0; band < bands; ++band) {
+      const double row = ((band + 0.5) / bands - 0.5) * calibration.readout_s;
+      for (int i = 0; i < sub_frames; ++i) {
+        const double offset = ((i + 0.5) / sub_frames - 0.5) * exposure;
+        poses.push_back(poseAt(motion, calibration, t + calibration.td + row + offset));
+      }
     }
   }
   return poses;
@@ -162,22 +172,32 @@ std::string writeMotion(const SimulatedMotion& motion, Writers* writers) {
   return "";
 }
 
+// The mean of the next pictures. Empty and a message where one is missing.
+cv::Mat meanOfNext(int count, simulation::Renderer* renderer, std::string* error) {
+  cv::Mat sum;
+  for (int i = 0; i < count; ++i) {
+    const cv::Mat picture = renderer->next(error);
+    if (picture.empty()) return {};
+    sum = i == 0 ? picture : cv::Mat(sum + picture);
+  }
+  return count > 1 ? cv::Mat(sum / count) : sum;
+}
+
 // Draws, exposes and writes every image. Returns an empty string or a message.
-std::string writeImages(const SimulateOptions& options, const SimulatedMotion& motion,
+std::string writeImages(const SimulateOptions& options, const SimulatedMotion& motion, int bands,
                         const simulation::SensorOptions& sensor, simulation::Renderer* renderer,
                         Writers* writers) {
   ProgressBar bar(motion.name + " in " + options.scene, !options.quiet);
   const std::size_t count = motion.image_times.size();
   const int sub_frames = subFramesOf(options);
   for (std::size_t k = 0; k < count; ++k) {
-    cv::Mat radiance;
+    std::vector<cv::Mat> pictures;
     std::string error;
-    for (int i = 0; i < sub_frames; ++i) {
-      const cv::Mat picture = renderer->next(&error);
-      if (picture.empty()) return error;
-      radiance = i == 0 ? picture : cv::Mat(radiance + picture);
+    for (int band = 0; band < bands; ++band) {
+      pictures.push_back(meanOfNext(sub_frames, renderer, &error));
+      if (pictures.back().empty()) return error;
     }
-    if (sub_frames > 1) radiance /= sub_frames;
+    const cv::Mat radiance = simulation::mergeBands(pictures);
     const double t = motion.image_times[k];
     const cv::Mat image = simulation::expose(radiance, static_cast<std::int64_t>(k), t, sensor);
     const std::int64_t stamp = stampOf(motion, t);
@@ -283,7 +303,8 @@ int runSimulate(const SimulateOptions& options) {
   const auto renderer =
       simulation::Renderer::start(setup.scene, setup.camera, setup.poses, render, &error);
   if (renderer == nullptr) return fail(kExitBadInput, error);
-  error = writeImages(options, setup.motion, setup.sensor, renderer.get(), &writers);
+  error = writeImages(options, setup.motion, bandsOf(options, setup.calibration), setup.sensor,
+                      renderer.get(), &writers);
   if (error.empty()) error = writers.each([](auto* w) { return w->finish(); });
   if (!error.empty()) return fail(kExitInternal, error);
   if (!options.quiet) {

@@ -64,6 +64,14 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
       {"motion-blur", &o.motion_blur_ms, "X", "Exposure time centred on the stamp [ms]; 0: none",
        "", 0.0, 1000.0},
       {"sub-frames", &o.sub_frames, "N", "Pictures averaged with --motion-blur", "", 2, 100},
+      {"readout", &o.readout_s, "X",
+       "Rolling shutter: time from the first row to the last, the stamp being that of the middle "
+       "row [s]; 0: that of --config",
+       "", 0.0, 0.1},
+      {"bands", &o.bands, "N",
+       "Pictures drawn per image with a rolling shutter, each at a pose of its own; rows between "
+       "two of them are blended",
+       "", 2, 480},
       {"gain", &o.gain, "X", "Grey level of a white surface in full light", "", 1.0, 1e4},
       {"supersample", &o.supersample, "X",
        "Pixels drawn per pixel along each axis; the time grows with the square", "", 0.25, 8.0},

@@ -29,6 +29,8 @@ struct SimulateOptions {
   double lens_blur_px = 0.5;
   double motion_blur_ms = 0.0;
   int sub_frames = 5;
+  double readout_s = 0.0;  ///< rolling shutter; 0: that of `config`
+  int bands = 16;          ///< pictures per image with a rolling shutter
   double gain = 255.0;
   double supersample = 1.0;
   int threads = 1;

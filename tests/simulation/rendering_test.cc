@@ -401,5 +401,19 @@ TEST(SensorOptions, BadValuesAreNamed) {
   EXPECT_TRUE(contains(options.validate(), "read_noise")) << options.validate();
 }
 
+TEST(MergeBands, BlendsBetweenTheMiddleRowsOfTheBands) {
+  std::vector<cv::Mat> pictures;
+  for (int i = 0; i < 4; ++i) pictures.emplace_back(80, 10, CV_32FC1, cv::Scalar(10.0 * i));
+  const cv::Mat image = mergeBands(pictures);
+  ASSERT_EQ(image.size(), pictures.front().size());
+  for (int v = 0; v < 80; ++v) {
+    // Bands of 20 rows; their middle rows are 10, 30, 50 and 70.
+    const double expected = 10.0 * std::min(3.0, std::max(0.0, (v - 10.0) / 20.0));
+    EXPECT_NEAR(image.at<float>(v, 4), expected, 1e-5) << v;
+  }
+  EXPECT_EQ(cv::norm(mergeBands({pictures[2]}), pictures[2], cv::NORM_INF), 0.0);
+  EXPECT_TRUE(mergeBands({}).empty());
+}
+
 }  // namespace
 }  // namespace slim_init::simulation

@@ -111,6 +111,46 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
   EXPECT_TRUE(contains(refused.err, "--out")) << refused.err;
 }
 
+// The middle row sees what a global shutter sees, the first and the last one do not; the folder
+// says so, and what reads it knows.
+TEST(Simulate, ARollingShutterIsDrawnRowByRow) {
+  NEEDS_POVRAY();
+  const ScratchFolder folder;
+  const std::vector<std::string> clean = {"--read-noise", "0",           "--shot-noise", "0",
+                                          "--lens-blur",  "0",           "--duration",   "0.2",
+                                          "--builtin",    "figure-eight"};
+  const auto simulate = [&](const char* name, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"simulate", "--scene",         "room",
+                                          "--out",    folder.file(name), "--rate",
+                                          "10",       "--image-scale",   "0.2"};
+    arguments.insert(arguments.end(), clean.begin(), clean.end());
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramRun run = runProgram(folder, arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    evaluation::ReadStatus status;
+    return evaluation::openAslFolder(folder.file(name), evaluation::ImageSequenceOptions(),
+                                     &status);
+  };
+  const auto global = simulate("global", {});
+  const auto rolling = simulate("rolling", {"--readout", "0.08", "--bands", "8"});
+  ASSERT_TRUE(global != nullptr && rolling != nullptr);
+  ASSERT_TRUE(global->calibration().has_value() && rolling->calibration().has_value());
+  EXPECT_EQ(global->calibration()->calibration.readout_s, 0.0);
+  EXPECT_EQ(rolling->calibration()->calibration.readout_s, 0.08);
+  ASSERT_EQ(global->images(), rolling->images());
+  std::string error;
+  const cv::Mat at_once = global->image(1, &error), by_rows = rolling->image(1, &error);
+  ASSERT_EQ(at_once.size(), by_rows.size());
+  const auto difference = [&](int from, int to) {
+    return cv::norm(at_once.rowRange(from, to), by_rows.rowRange(from, to), cv::NORM_L1) /
+           ((to - from) * at_once.cols);
+  };
+  const int rows = at_once.rows;
+  EXPECT_LT(difference(rows / 2 - 3, rows / 2 + 3), 0.5 * difference(0, 6));
+  EXPECT_LT(difference(rows / 2 - 3, rows / 2 + 3), 0.5 * difference(rows - 6, rows));
+  EXPECT_EQ(cv::norm(global->image(0, &error), simulate("again", {})->image(0, &error)), 0.0);
+}
+
 TEST(Simulate, MotionBlurAveragesOverTheExposure) {
   NEEDS_POVRAY();
   const ScratchFolder folder;

@@ -21,6 +21,9 @@ using feature_tracker_lines::CameraParameters;
 constexpr double kMaxRotationError = 1e-2;
 constexpr double kMaxBodyImuDifference = 1e-6;
 
+// Our own addition to EuRoC's keys, named as in VINS-Mono's files; without it: a global shutter.
+constexpr const char* kReadoutKey = "rolling_shutter_tr";
+
 /// The first problem of a file. Thrown inside this file only.
 struct Problem {
   std::string sentence;
@@ -62,6 +65,10 @@ class SensorFile {
     const cv::FileNode node = required(storage_.root(), key);
     if (!node.isInt() && !node.isReal()) fail(path_, ": ", key, " must be a number");
     return static_cast<double>(node);
+  }
+
+  bool has(const char* key) const {
+    return storage_.root().isMap() && !storage_.root()[key].empty();
   }
 
   std::vector<double> numbers(const char* key) const {
@@ -184,6 +191,7 @@ void readFiles(const std::string& camera_file, const std::string& imu_file,
   }
   calibration.R_b_c = nearest;
   calibration.t_b_c = T_b_c.topRightCorner<3, 1>();
+  if (camera.has(kReadoutKey)) calibration.readout_s = camera.number(kReadoutKey);
   calibration.imu_noise.gyro_density = imu.number("gyroscope_noise_density");
   calibration.imu_noise.accel_density = imu.number("accelerometer_noise_density");
   if (const std::string sentence = calibration.validate(); !sentence.empty()) {
@@ -237,6 +245,10 @@ std::string cameraSensorYaml(const WriterRig& rig) {
       << "\ndistortion_coefficients: [";
   for (std::size_t i = 0; i < 4; ++i) out << (i > 0 ? ", " : "") << camera.distortion[i];
   out << "]\n";
+  if (rig.calibration.readout_s > 0.0) {
+    out << kReadoutKey << ": " << rig.calibration.readout_s
+        << "  # [s] from the first row to the last; the stamp is that of the middle row\n";
+  }
   return out.str();
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "random.h"
 #include "range_message.h"
@@ -20,6 +21,22 @@ std::string SensorOptions::validate() const {
   requireWithin("read_noise", read_noise, 0.0, 100.0, &message);
   requireWithin("shot_noise", shot_noise, 0.0, 100.0, &message);
   return message;
+}
+
+cv::Mat mergeBands(const std::vector<cv::Mat>& pictures) {
+  if (pictures.size() < 2) return pictures.empty() ? cv::Mat() : pictures.front();
+  const double bands = static_cast<double>(pictures.size());
+  cv::Mat image(pictures.front().size(), CV_32FC1);
+  for (int v = 0; v < image.rows; ++v) {
+    // As rowTime() has it: row v is exposed at the share v / rows of the readout.
+    const double place = std::clamp(bands * v / image.rows - 0.5, 0.0, bands - 1.0);
+    const auto above = std::min(static_cast<std::size_t>(place), pictures.size() - 2);
+    const auto share = static_cast<float>(place - static_cast<double>(above));
+    const float *a = pictures[above].ptr<float>(v), *b = pictures[above + 1].ptr<float>(v);
+    float* out = image.ptr<float>(v);
+    for (int u = 0; u < image.cols; ++u) out[u] = (1.0F - share) * a[u] + share * b[u];
+  }
+  return image;
 }
 
 cv::Mat expose(const cv::Mat& radiance, std::int64_t index, double t,

@@ -90,6 +90,12 @@ class Renderer {
   std::unique_ptr<Impl> impl_;
 };
 
+/// The image of a rolling shutter from pictures (all CV_32FC1 of one size) at equal steps of time:
+/// picture i of N is what the middle row of the i-th of N equal bands of rows sees. Rows between
+/// two of these are blended linearly, so that an edge is not broken where bands meet; above the
+/// first and below the last there is one picture alone. One picture is the image.
+cv::Mat mergeBands(const std::vector<cv::Mat>& pictures);
+
 /// The sensor. The defaults resemble EuRoC's MT9M034 indoors.
 struct SensorOptions {
   double gain = 255.0;             ///< grey level of radiance 1
