@@ -197,7 +197,15 @@ std::string checkSource(const AbOptions& options) {
     if (!typed(o, option.name.c_str())) continue;
     const OptionScope useless =
         o.hasImages() ? OptionScope::kSimulatedFeatures : OptionScope::kImages;
+    // A seed is that of the rig's errors as well.
+    if (option.name == "seed" && o.rig.any()) continue;
     if (option.scope == useless) return "--" + option.name + " has no effect with " + sources[0];
+  }
+  if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
+    return "--random-rig has no effect without --td-error or --extrinsic-error";
+  }
+  if (o.rig.ignore_rows && o.rig.readout_s != 0.0) {
+    return "--no-row-times and --readout-error exclude each other";
   }
   if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
     return "--downstream-every has no effect without --downstream";
@@ -217,12 +225,25 @@ std::string checkSource(const AbOptions& options) {
 
 }  // namespace
 
+bool AbOptions::hasRigErrors() const {
+  AbOptions copy = *this;  // the table binds to fields that can be written
+  for (const AbOption& option : abOptionTable(&copy)) {
+    if (option.scope == OptionScope::kRig && given.count(option.name) > 0) return true;
+  }
+  return false;
+}
+
+void AbOptions::setReadout(Calibration* calibration) const {
+  if (given.count("readout") > 0) calibration->readout_s = readout_s;
+}
+
 std::vector<AbOption> abOptionTable(AbOptions* options) {
   AbOptions& o = *options;
   simulation::FeatureSimulationOptions& f = o.features;
   constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
   constexpr OptionScope kSimulated = OptionScope::kSimulatedFeatures;
   constexpr OptionScope kImages = OptionScope::kImages;
+  constexpr OptionScope kRig = OptionScope::kRig;
   return {
       {"asl", &o.asl, "DIR",
        "Recording with images: ASL folder (EuRoC's layout), DIR/mav0 or DIR with cam0 and imu0",
@@ -286,6 +307,36 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"line-misassociation", &f.line_misassociation, "X",
        "Chance per line and image that it jumps to a wrong line", "line_misassociation", 0.0, 1.0,
        kSimulated},
+      {"td-error", &o.rig.td_s, "S",
+       "Time offset given to the methods too small by this: true td = their td + S [s]",
+       "td_error_s", -0.5, 0.5, kRig},
+      {"extrinsic-error", &o.rig.extrinsic_deg, "DEG",
+       "Extrinsic rotation given to the methods turned by this angle [deg] about an axis drawn "
+       "from "
+       "the seed",
+       "extrinsic_error_deg", 0.0, 180.0, kRig},
+      {"random-rig", &o.rig.random, "",
+       "Per window a time offset wrong by up to --td-error, uniform, either way, and a rotation "
+       "wrong by up to --extrinsic-error, uniform, about an axis of its own",
+       "random_rig", 0.0, 0.0, kRig},
+      {"readout", &o.readout_s, "S",
+       "Rolling shutter: time from the first row to the last [s]; simulated, or what the camera of "
+       "the images has (default: that of the calibration)",
+       "readout_s", 0.0, 0.1, kRig},
+      {"readout-error", &o.rig.readout_s, "S",
+       "Readout time given to the methods too large by this [s]", "readout_error_s", -0.1, 0.1,
+       kRig},
+      {"no-row-times", &o.rig.ignore_rows, "",
+       "The methods are told that a rolling shutter is a global one", "no_row_times", 0.0, 0.0,
+       kRig},
+      {"imu-rate", &o.rig.imu_rate_hz, "HZ",
+       "IMU resampled to a lower rate, without a low-pass filter [Hz]", "imu_rate_hz", 10.0,
+       10000.0, kRig},
+      {"imu-jitter", &o.rig.imu_jitter_s, "S",
+       "Standard deviation of the IMU's stamps, cut off at 0.45 intervals [s]", "imu_jitter_s", 0.0,
+       0.05, kRig},
+      {"imu-dropout", &o.rig.imu_dropout, "X", "Share of the IMU samples that are missing",
+       "imu_dropout", 0.0, 0.9, kRig},
       {"frames", &o.frames, "DIR",
        "Folder for a debug image per tracked image: points by age, lines, vanishing point", "", 0.0,
        0.0, kImages},
@@ -355,8 +406,11 @@ std::string checkAbOptions(AbOptions* options) {
     return "--keyframes " + o.keyframes_text + " with gates off: no method would ever wait";
   }
   for (const AbOption& option : abOptionTable(options)) {
+    // An IMU rate of zero is the recorded one, and not to be typed.
+    if (option.scope == OptionScope::kRig && !typed(o, option.name.c_str())) continue;
     if (std::string sentence = checkRange(option, o); !sentence.empty()) return sentence;
   }
+  o.rig.seed = o.seed;
   return checkMethods(options);
 }
 
@@ -366,7 +420,9 @@ NamedValues describeAbOptions(const AbOptions& options) {
   for (const AbOption& option : abOptionTable(&copy)) {
     if (option.report_key.empty()) continue;
     if (option.name == "duration" && options.builtin.empty()) continue;
-    if (option.scope == OptionScope::kSimulatedFeatures && options.hasImages()) continue;
+    const bool of_rig = option.name == "seed" && options.rig.any();
+    if (option.scope == OptionScope::kSimulatedFeatures && options.hasImages() && !of_rig) continue;
+    if (option.scope == OptionScope::kRig && !typed(options, option.name.c_str())) continue;
     if (option.name == "keyframes") {
       if (options.first_keyframes > 0) {
         list.emplace_back(option.report_key, options.keyframes_text);

@@ -11,6 +11,7 @@
 #include "slim_init/baselines/options.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
+#include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/options.h"
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/world.h"
@@ -52,9 +53,15 @@ struct AbOptions {
   std::string report = "auto";  ///< or "off"
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
+  double readout_s = 0.0;     ///< of the camera, where it was typed; else that of the calibration
+  evaluation::RigErrors rig;  ///< rig.seed is `seed`
 
   /// The features come from pixels.
   bool hasImages() const { return !asl.empty() || !bag.empty(); }
+  /// An option on the rig was typed: what is found of the calibration is shown.
+  bool hasRigErrors() const;
+  /// The camera's readout time [s] in place of that of the calibration, where it was typed.
+  void setReadout(Calibration* calibration) const;
   /// A file brought options of the methods.
   bool hasFile() const { return !options_file.empty() || !config_file.empty(); }
 
@@ -82,6 +89,7 @@ enum class OptionScope {
   kAlways,
   kSimulatedFeatures,  ///< no effect with --asl and --bag
   kImages,             ///< no effect without them
+  kRig,                ///< what is wrong with the rig; in the report where it was typed
 };
 
 /// One option of `slim_init ab`. Defaults are the values of a fresh AbOptions.

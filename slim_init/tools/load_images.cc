@@ -15,6 +15,7 @@
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/track_images.h"
 
@@ -141,10 +142,22 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
 
   evaluation::Sequence& sequence = loaded->sequence;
   sequence.name = images->name();
+  options.setReadout(&config.calibration);
   sequence.calibration = config.calibration;
   sequence.t0_ns = images->t0Ns();
   sequence.imu = images->imu();
   sequence.notes = images->notes();
+  // The front end runs on the same rig as the methods: wrong calibration, worse IMU.
+  std::vector<ImuSample> imu = sequence.imu;
+  if (std::string sentence = evaluation::disturbImu(options.rig, &imu); !sentence.empty()) {
+    return images->name() + ": " + sentence;
+  }
+  images->replaceImu(std::move(imu));
+  const Calibration assumed =
+      evaluation::assumedCalibration(config.calibration, options.rig, evaluation::kAllTrials);
+  if (std::string sentence = assumed.validate(); !sentence.empty()) {
+    return images->name() + ": the calibration with its errors: " + sentence;
+  }
 
   evaluation::TrackingSummary tracking;
   {
@@ -161,8 +174,8 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
       return writeDebugImage(options.frames, stamp_ns, front_end.debugImage());
     };
     if (std::string sentence =
-            evaluation::trackImages(images.get(), config.camera, config.calibration,
-                                    config.front_end, hooks, &sequence.frames, &tracking);
+            evaluation::trackImages(images.get(), config.camera, assumed, config.front_end, hooks,
+                                    &sequence.frames, &tracking);
         !sentence.empty()) {
       return sentence;
     }

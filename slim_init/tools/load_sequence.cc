@@ -10,6 +10,7 @@
 #include "load_images.h"
 #include "rig.h"
 #include "slim_init/evaluation/recorded.h"
+#include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/imu_simulator.h"
@@ -32,6 +33,7 @@ constexpr double kMinSigmaPx = 0.1;
 Calibration calibrationFor(const AbOptions& options) {
   Calibration calibration = rigOf(options);
   calibration.sigma_px = std::max(options.features.pixel_noise, kMinSigmaPx);
+  options.setReadout(&calibration);
   return calibration;
 }
 
@@ -82,6 +84,18 @@ void setBiases(const std::vector<NavState>& truth, NavState* state) {
   state->accel_bias = nearest.accel_bias;
 }
 
+/// Truth between the frames; `truth` has the biases.
+void setTruthBetween(std::unique_ptr<simulation::Trajectory> trajectory,
+                     std::vector<NavState> truth, evaluation::Sequence* sequence) {
+  const std::shared_ptr<const simulation::Trajectory> path = std::move(trajectory);
+  sequence->truth_between = [path, truth = std::move(truth)](double t) {
+    if (!path->covers(t)) return NavState();
+    NavState state = stateAt(*path, t);
+    setBiases(truth, &state);
+    return state;
+  };
+}
+
 /// Fills sequence.frames with what a front end would have seen; sequence.truth is the path.
 std::string addFeatures(const AbOptions& options, const simulation::Trajectory& trajectory,
                         const std::vector<double>& image_times, LoadedSequence* loaded) {
@@ -127,7 +141,7 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   }
 
   std::string error;
-  const auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
+  auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
   if (trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
   sequence.truth =
       statesAt(*trajectory, sequence.calibration.td, &motion.image_times, &sequence.notes);
@@ -135,7 +149,9 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
     return options.recorded + ": every image lies in a gap of groundtruth.csv";
   }
   for (NavState& state : sequence.truth) setBiases(motion.truth, &state);
-  return addFeatures(options, *trajectory, motion.image_times, loaded);
+  std::string sentence = addFeatures(options, *trajectory, motion.image_times, loaded);
+  setTruthBetween(std::move(trajectory), std::move(motion.truth), &sequence);
+  return sentence;
 }
 
 std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
@@ -146,7 +162,7 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   loaded->gyro_bias_truth = "simulated";
 
   std::string error;
-  const auto trajectory = simulation::makeBuiltinTrajectory(
+  auto trajectory = simulation::makeBuiltinTrajectory(
       options.builtin, options.duration_s, sequence.calibration.R_b_c, options.seed, &error);
   if (trajectory == nullptr) return "--builtin: " + error;
 
@@ -168,7 +184,12 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
     state.gyro_bias = imu.gyro_bias;
     state.accel_bias = imu.accel_bias;
   }
-  return addFeatures(options, *trajectory, image_times, loaded);
+  std::string sentence = addFeatures(options, *trajectory, image_times, loaded);
+  // The biases are constant: one state has them.
+  if (!sequence.truth.empty()) {
+    setTruthBetween(std::move(trajectory), {sequence.truth.front()}, &sequence);
+  }
+  return sentence;
 }
 
 }  // namespace
@@ -184,12 +205,12 @@ std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::stri
   }
   std::string problem = settleBiases(has_bias, &truth, loaded);
   std::string error;
-  const auto trajectory = simulation::makeSampledTrajectory(truth, &error);
+  auto trajectory = simulation::makeSampledTrajectory(truth, &error);
   if (problem.empty() && trajectory == nullptr) problem = "ground truth: " + error;
   if (!problem.empty()) return source + ": " + problem;
   int uncovered = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    const double t = times[i] + sequence.calibration.td;
+    const double t = times[i] + sequence.trueCalibration().td;
     if (!trajectory->covers(t)) {
       ++uncovered;
       continue;
@@ -206,12 +227,17 @@ std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::stri
                              " tracked images lie outside the ground truth or in a gap of it; "
                              "windows with such a keyframe are not evaluated");
   }
+  setTruthBetween(std::move(trajectory), std::move(truth), &sequence);
   return "";
 }
 
 std::string loadSequence(const AbOptions& options, LoadedSequence* loaded) {
-  if (options.hasImages()) return loadImages(options, loaded);
-  return options.recorded.empty() ? loadBuiltin(options, loaded) : loadRecorded(options, loaded);
+  std::string sentence = options.hasImages()        ? loadImages(options, loaded)
+                         : options.recorded.empty() ? loadBuiltin(options, loaded)
+                                                    : loadRecorded(options, loaded);
+  if (!sentence.empty()) return sentence;
+  sentence = evaluation::applyRigErrors(options.rig, options.hasImages(), &loaded->sequence);
+  return sentence.empty() ? "" : loaded->sequence.name + ": " + sentence;
 }
 
 }  // namespace slim_init::tools

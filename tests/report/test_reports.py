@@ -13,7 +13,7 @@ from html.parser import HTMLParser
 import numpy
 from handmade import by_hand, row, write_run
 from slim_init_report import __main__ as program
-from slim_init_report import bootstrap, data, figures, render, run_report, suite_report
+from slim_init_report import bootstrap, data, figures, render, run_report, suite_report, suite_tables
 
 VOID = {"meta", "img", "br", "hr", "link"}
 
@@ -119,6 +119,15 @@ class RunReport(Folder):
             self.assertIn("(%s)" % picture, markdown)
         self.assertNotIn("images.png", markdown)
         self.assertNotIn("Differences", markdown)
+
+    def test_what_was_found_of_a_wrong_rig(self):
+        title = "## Errors of the rig, and what was found of them"
+        rows = [row(i, "slim", 1.02, scale_sigma=0.02, td_error_ms=2.0, td_sigma_ms=1.0,
+                    rotation_error_deg=0.25, rotation_over_sigma=1.5) for i in range(4)]
+        self.assertNotIn(title, self.report(rows)[0])
+        markdown, _, _ = self.report(rows, options={"builtin": "circle", "td_error_s": 0.02})
+        self.assertIn(title, markdown)
+        self.assertIn("| slim | 100.0 | 0.0200 | 1.00 | 2.00 | 2.00 | 0.250 | 1.50 | - |", markdown)
 
     def test_methods_are_compared_with_slim(self):
         rows = [row(i, method, 1.0 + error * (1 + 0.1 * math.sin(i))) for i in range(60)
@@ -257,6 +266,39 @@ class SuiteReport(Folder):
         self.assertEqual(len(lines), 1 + 4 * 5)  # four groups, one method, five quantities
         self.assertTrue(lines[1].startswith('"EuRoC, from images",drt-l,slim,60,60,success_rate,0,'))
         self.assertGreaterEqual(page.pictures, 10)
+
+    def test_wrong_rigs_have_a_table_of_their_own(self):
+        both = {"slim": 0.02, "drt-l": 0.1}
+        options = {"builtin": "figure-eight", "world": "room", "points": 100, "lines": 25}
+        rigs = [self.run_of("rigs/%s/%s" % (sequence, name), both, options=dict(options, **wrong))
+                for sequence in ("one", "two")
+                for name, wrong in (
+                    ("td0_rot0", {"td_error_s": 0.0, "extrinsic_error_deg": 0.0}),
+                    ("td20_rot4", {"td_error_s": 0.02, "extrinsic_error_deg": 4.0}),
+                    ("random", {"td_error_s": 0.05, "extrinsic_error_deg": 10.0, "random_rig": 1}),
+                    ("ignored", {"readout_s": 0.033, "no_row_times": 1}),
+                    ("imu", {"imu_rate_hz": 100.0, "imu_jitter_s": 0.002, "imu_dropout": 0.01}))]
+        right = self.run_of("simulated/circle", both, options=dict(options, builtin="circle"))
+        out = os.path.join(self.folder, "out")
+        os.makedirs(out)
+        markdown, _, _ = check(self, suite_report.write([right] + rigs, out))
+        self.assertIn("## Wrong rigs", markdown)
+        self.assertIn("What the methods were told", markdown)
+        for text in ("| none | slim |", "| td 20 ms, rotation 4 deg | drt-l |",
+                     "| up to td 50 ms, up to rotation 10 deg | slim |",
+                     "| readout 33 ms, ignored | slim |",
+                     "| IMU 100 Hz, jitter 2 ms, missing 1 % | slim |"):
+            self.assertIn(text, markdown)
+        # The sequences of a rig are in one row.
+        table = suite_tables.rig_table(rigs)
+        self.assertEqual(len(table.rows), 5 * 2)
+        # And they are in no other table.
+        verdicts = markdown[markdown.index("## Verdicts"):markdown.index("## Pictures")]
+        self.assertIn("circle", verdicts)
+        self.assertNotIn("td20_rot4", verdicts)
+        # They may be all there is.
+        markdown, _, _ = check(self, suite_report.write(rigs, out))
+        self.assertIn("| none | slim |", markdown)
 
     def test_without_the_reference_there_are_no_differences(self):
         run = self.run_of("recorded/MH_03", {"drt-l": 0.1, "vins": 0.2})

@@ -7,6 +7,7 @@ import re
 import tempfile
 import unittest
 
+import pandas
 from handmade import by_hand, row, write_run
 from slim_init_report import data, statistics
 
@@ -52,6 +53,33 @@ class ByHand(unittest.TestCase):
                             math.sqrt((0.03 ** 2 + 0.4 ** 2 + 0.7 ** 2) / 3.0)),
                            ("accept_s_median", 2.25), ("accept_keyframes_median", 10.0)):
             self.assertAlmostEqual(self.all[key], value, 12, key)
+
+    def test_calibration_over_accepted_windows(self):
+        rows = [row(0, "m", 1.02, scale_sigma=0.01, td_error_ms=3.0, td_sigma_ms=2.0,
+                    rotation_error_deg=0.4, rotation_over_sigma=0.5, readout_error_ms=1.0),
+                row(1, "m", 1.01, scale_sigma=0.01, td_error_ms=-4.0, td_sigma_ms=4.0,
+                    rotation_error_deg=0.3),
+                row(2, "m", 1.0, "scale_too_uncertain", td_error_ms=99.0, td_sigma_ms=1.0,
+                    rotation_error_deg=99.0, readout_error_ms=99.0)]
+        summary = statistics.summarize(load(rows).windows).loc["m"]
+        for key, value in (("scale_over_sigma", math.sqrt((2.0 ** 2 + 1.0 ** 2) / 2.0)),
+                           ("td_rmse_ms", math.sqrt((9.0 + 16.0) / 2.0)),
+                           ("td_over_sigma", math.sqrt((1.5 ** 2 + 1.0 ** 2) / 2.0)),
+                           ("rotation_rmse_deg", math.sqrt((0.16 + 0.09) / 2.0)),
+                           ("rotation_over_sigma", 0.5), ("readout_rmse_ms", 1.0)):
+            self.assertAlmostEqual(summary["accepted_" + key], value, 12, key)
+        self.assertTrue(math.isnan(self.all["accepted_td_rmse_ms"]))  # nobody estimated it
+
+    def test_runs_from_before_calibration_was_estimated(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_run(folder, by_hand())
+            path = os.path.join(folder, "windows.csv")
+            table = pandas.read_csv(path)
+            table.drop(columns=list(data.CALIBRATION_COLUMNS) + ["warnings"]).to_csv(path,
+                                                                                  index=False)
+            summary = statistics.summarize(data.load_run(folder).windows).loc["hand"]
+        self.assertEqual(summary["windows"], 5)
+        self.assertTrue(math.isnan(summary["accepted_td_rmse_ms"]))
 
     def test_times_over_windows_with_an_estimate(self):
         for key, value in (("solve_ms_median", 2.5), ("solve_ms_mean", 4.0),

@@ -93,6 +93,43 @@ const std::vector<BadCommand>& badCommands() {
       {"DurationShort", {"ab", "--builtin", "circle", "--duration", "2.9"}, {"[3, 3600]"}},
       {"DurationInfinite", {"ab", "--builtin", "circle", "--duration", "inf"}, {"--duration"}},
       {"OutliersAboveOne", {"ab", "--builtin", "circle", "--outliers", "1.01"}, {"[0, 1]"}},
+      {"TdErrorHigh",
+       {"ab", "--builtin", "circle", "--td-error", "0.6"},
+       {"--td-error: '0.6' is not a number in [-0.5, 0.5]"}},
+      {"ExtrinsicErrorNegative",
+       {"ab", "--builtin", "circle", "--extrinsic-error", "-1"},
+       {"--extrinsic-error: '-1' is not a number in [0, 180]"}},
+      {"RandomRigOfNothing",
+       {"ab", "--builtin", "circle", "--random-rig"},
+       {"--random-rig has no effect without --td-error or --extrinsic-error"}},
+      {"ReadoutHigh",
+       {"ab", "--builtin", "circle", "--readout", "0.2"},
+       {"--readout: '0.2' is not a number in [0, 0.1]"}},
+      {"ReadoutErrorOfAGlobalShutter",
+       {"ab", "--builtin", "circle", "--readout-error", "0.005"},
+       {"circle: the camera has a global shutter", "cannot be wrong"}},
+      {"ReadoutErrorTooLarge",
+       {"ab", "--builtin", "circle", "--readout", "0.01", "--readout-error", "-0.02"},
+       {"readout_s is -0.02, must be above -0.01"}},
+      {"RowTimesOfAGlobalShutter",
+       {"ab", "--builtin", "circle", "--no-row-times"},
+       {"cannot be ignored"}},
+      {"RowTimesIgnoredAndWrong",
+       {"ab", "--builtin", "circle", "--readout", "0.02", "--no-row-times", "--readout-error",
+        "0.001"},
+       {"--no-row-times and --readout-error exclude each other"}},
+      {"ImuRateZero",
+       {"ab", "--builtin", "circle", "--imu-rate", "0"},
+       {"--imu-rate: '0' is not a number in [10, 10000]"}},
+      {"ImuRateAboveTheData",
+       {"ab", "--builtin", "circle", "--imu-rate", "400"},
+       {"imu_rate_hz is 400, must be at most 200"}},
+      {"ImuJitterHigh",
+       {"ab", "--builtin", "circle", "--imu-jitter", "0.1"},
+       {"--imu-jitter: '0.1' is not a number in [0, 0.05]"}},
+      {"ImuDropoutHigh",
+       {"ab", "--builtin", "circle", "--imu-dropout", "1"},
+       {"--imu-dropout: '1' is not a number in [0, 0.9]"}},
       {"ReportMode", {"ab", "--builtin", "circle", "--report", "3d"}, {"--report is '3d'"}},
       {"Suite",
        {"ab", "--suite", "paper", "--recorded", "x"},
@@ -189,6 +226,15 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
                            "--track-life X (=36)",
                            "--line-fragmentation X (=0)",
                            "--line-misassociation X (=0)",
+                           "--td-error S (=0)",
+                           "--extrinsic-error DEG (=0)",
+                           "--random-rig",
+                           "--readout S (=0)",
+                           "--readout-error S (=0)",
+                           "--no-row-times",
+                           "--imu-rate HZ",
+                           "--imu-jitter S (=0)",
+                           "--imu-dropout X (=0)",
                            "--out DIR (=out/ab)",
                            "--quiet"}) {
     EXPECT_TRUE(contains(run.out, part)) << "\"" << part << "\" in: " << run.out;
@@ -265,6 +311,39 @@ TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
   EXPECT_GE(all["accept_s_median"].get<double>(), 0.75);
   EXPECT_LT(all["accept_s_median"].get<double>(), 2.25);
   EXPECT_GE(all["accept_s_p90"].get<double>(), all["accept_s_median"].get<double>());
+}
+
+// The errors of a rig reach the methods, the report says so, and the first errors are those typed.
+TEST(Ab, RigErrorsReachTheMethods) {
+  const ScratchFolder folder;
+  const auto run = [&](const char* name, std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"ab",  "--builtin", "circle",         "--duration",
+                                          "6",   "--methods", "drt-l,slim",     "--gates",
+                                          "off", "--out",     folder.file(name)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramRun run = runProgram(folder, arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(contains(run.out, "Calibration, rms errors"), !more.empty()) << run.out;
+    return nlohmann::json::parse(readFile(folder.file(name) + "/summary.json"));
+  };
+  const auto clean = run("clean", {});
+  EXPECT_FALSE(clean["options"].contains("td_error_s"));
+  const auto biasOf = [](const nlohmann::json& json, const char* method) {
+    return json["methods"][method]["all"]["gyro_bias_vec_rmse"].get<double>();
+  };
+  const auto turned = run("turned", {"--extrinsic-error", "6"});
+  EXPECT_EQ(turned["options"]["extrinsic_error_deg"], 6.0);
+  EXPECT_GT(biasOf(turned, "drt-l"), 2.0 * biasOf(clean, "drt-l"));
+  const auto late = run("late", {"--td-error", "0.03"});
+  EXPECT_NE(biasOf(late, "drt-l"), biasOf(clean, "drt-l"));
+  EXPECT_TRUE(contains(readFile(folder.file("late/windows.csv")), ",-30,0,0,drt-l,"));
+  const auto random = run("random", {"--td-error", "0.03", "--random-rig"});
+  EXPECT_EQ(random["options"]["random_rig"], 1);
+  EXPECT_FALSE(contains(readFile(folder.file("random/windows.csv")), ",-30,0,0,drt-l,"));
+  const auto slow =
+      run("slow", {"--imu-rate", "100", "--imu-jitter", "0.002", "--imu-dropout", "0.01"});
+  EXPECT_NE(biasOf(slow, "drt-l"), biasOf(clean, "drt-l"));
+  EXPECT_GE(slow["methods"]["slim"]["all"]["success_rate"].get<double>(), 0.9);
 }
 
 TEST(Ab, TheIntervalSpacesTheKeyframes) {

@@ -22,9 +22,8 @@ std::vector<Eigen::Vector3d> positions(const std::vector<NavState>& states) {
   return p;
 }
 
-/// Index of the frame at time t on the IMU clock, or -1.
-int frameAt(const Sequence& sequence, double t) {
-  const double td = sequence.calibration.td;
+/// Index of the frame at time t on the IMU clock, with the td believed in, or -1.
+int frameAt(const Sequence& sequence, double td, double t) {
   const auto frame =
       std::lower_bound(sequence.frames.begin(), sequence.frames.end(), t - kStampRounding,
                        [td](const FrameObservation& f, double time) { return f.t + td < time; });
@@ -35,8 +34,8 @@ int frameAt(const Sequence& sequence, double t) {
 /// Feeds the estimator with one sequence.
 class Feed {
  public:
-  Feed(const Sequence& sequence, SlidingWindowEstimator* estimator)
-      : sequence_(sequence), estimator_(estimator) {}
+  Feed(const Sequence& sequence, double td, SlidingWindowEstimator* estimator)
+      : sequence_(sequence), td_(td), estimator_(estimator) {}
 
   void start(int frame) {
     const double t = timeOf(frame);
@@ -54,15 +53,28 @@ class Feed {
     return estimator_->addFrame(sequence_.frames[static_cast<std::size_t>(frame)]);
   }
   double timeOf(int frame) const {
-    return sequence_.frames[static_cast<std::size_t>(frame)].t + sequence_.calibration.td;
+    return sequence_.frames[static_cast<std::size_t>(frame)].t + td_;
   }
 
  private:
   const Sequence& sequence_;
+  double td_;
   SlidingWindowEstimator* estimator_;
   std::vector<ImuSample>::const_iterator next_imu_;
   double last_imu_ = -1e300;
 };
+
+/// What the estimator is run with: what the method found, as a host that takes it over would.
+Calibration calibrationOf(const Sequence& sequence, const InitResult& answer) {
+  Calibration calibration = sequence.calibration;
+  if (answer.calibration.has_value()) {
+    calibration.R_b_c = answer.calibration->R_b_c;
+    calibration.t_b_c = answer.calibration->t_b_c;
+    calibration.td = answer.calibration->td;
+    calibration.readout_s = answer.calibration->readout_s;
+  }
+  return calibration;
+}
 
 void diverge(const std::string& message, DownstreamRecord* record) {
   record->diverged = true;
@@ -77,7 +89,7 @@ void compare(const Sequence& sequence, const std::vector<NavState>& path,
   const auto truthOf = [&](const std::vector<NavState>& states, std::vector<NavState>* known) {
     std::vector<NavState> truth;
     for (const NavState& state : states) {
-      const NavState& there = sequence.truth[static_cast<std::size_t>(frameAt(sequence, state.t))];
+      const NavState there = evaluation::truthAt(sequence, state.t);
       if (!std::isfinite(there.t)) continue;
       truth.push_back(there);
       known->push_back(state);
@@ -155,11 +167,12 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
   const std::vector<NavState> seed(answer.states.begin() + static_cast<std::ptrdiff_t>(skipped),
                                    answer.states.end());
 
-  SlidingWindowEstimator estimator(sequence.calibration, options.estimator);
-  Feed feed(sequence, &estimator);
+  const Calibration calibration = calibrationOf(sequence, answer);
+  SlidingWindowEstimator estimator(calibration, options.estimator);
+  Feed feed(sequence, calibration.td, &estimator);
   int frame = -1;
   for (const NavState& state : seed) {
-    frame = frameAt(sequence, state.t);
+    frame = frameAt(sequence, calibration.td, state.t);
     if (frame < 0) {
       record.message = "a state of the answer belongs to no frame of the sequence";
       return record;
@@ -171,8 +184,7 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
     }
   }
   const double t_seed = feed.timeOf(frame);
-  const double t_end =
-      sequence.frames.empty() ? t_seed : sequence.frames.back().t + sequence.calibration.td;
+  const double t_end = sequence.frames.empty() ? t_seed : sequence.frames.back().t + calibration.td;
   if (t_end - t_seed < 0.5 * options.seconds) {
     record.message = "the data end too soon after the window";
     return record;

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/evaluation/metrics.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -20,6 +21,9 @@ constexpr double kMinSpread = 1e-9;
 // Thresholds of DRT's release.
 constexpr double kExcitationBound = 5e-3;
 constexpr int kMaxQuietPairs = 1;
+
+// A truth belongs to a state when their times are the same but for rounding [s].
+constexpr double kSameTime = 1e-6;
 
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
 constexpr double kRadToDeg = 57.29577951308232;
@@ -49,6 +53,9 @@ std::string findNotFinite(const InitResult& result, const std::vector<NavState>&
   for (std::size_t k = 0; k < truth.size(); ++k) {
     if (!finite(result.states[k])) {
       return "estimate at keyframe " + std::to_string(k) + " is not finite";
+    }
+    if (std::abs(result.states[k].t - truth[k].t) > kSameTime) {  // false without times
+      return "truth at keyframe " + std::to_string(k) + " is that of another time";
     }
     if (!finite(truth[k]) || !truth[k].gyro_bias.allFinite()) {
       return "truth at keyframe " + std::to_string(k) + " is not finite";
@@ -222,6 +229,32 @@ PartialMetrics evaluatePartial(const InitResult& result, const std::vector<NavSt
     metrics.gyro_bias_err_pct = biasErrorPercent(result.gyro_bias, true_bias);
   }
   return metrics;
+}
+
+CalibrationDifference calibrationDifference(const Calibration& calibration,
+                                            const Calibration& truth) {
+  const Eigen::Matrix3d turn = truth.R_b_c.transpose() * calibration.R_b_c;
+  return {calibration.td - truth.td, kRadToDeg * reference::logSo3(turn).norm(),
+          calibration.readout_s - truth.readout_s};
+}
+
+CalibrationErrors evaluateCalibration(const CalibrationEstimate& estimate,
+                                      const Calibration& truth) {
+  CalibrationErrors errors;
+  const Eigen::Vector3d turn = reference::logSo3(truth.R_b_c.transpose() * estimate.R_b_c);
+  errors.td_s = estimate.td - truth.td;
+  errors.rotation_deg = kRadToDeg * turn.norm();
+  // Of a global shutter there is nothing to find.
+  if (truth.readout_s > 0.0) errors.readout_s = estimate.readout_s - truth.readout_s;
+  const auto sigma = [](double value) { return value > 0.0 ? value : kNotComputed; };
+  errors.td_sigma_s = sigma(estimate.tdSigma());
+  errors.rotation_sigma_deg = sigma(estimate.rotationSigmaDeg());
+  errors.readout_sigma_s = sigma(estimate.readoutSigma());
+  const Eigen::LLT<Eigen::Matrix3d> factor(estimate.covariance.topLeftCorner<3, 3>());
+  if (factor.info() == Eigen::Success) {
+    errors.rotation_over_sigma = factor.matrixL().solve(turn).norm() / std::sqrt(3.0);
+  }
+  return errors;
 }
 
 Excitation measureExcitation(const InitWindow& window) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "ordered_tasks.h"
+#include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/keyframe_window.h"
 
@@ -71,9 +72,13 @@ class WindowCutter {
     options_.buffer_s = std::max(options.buffer_s, give_up_s_ + 1.0);
   }
 
-  /// Feeds frames from `first_frame` on until a full window can be cut.
-  Cut cut(std::size_t first_frame, StreamCounts* dropped) const {
-    KeyframeWindow buffer(sequence_.calibration, options_, streams_);
+  /// Feeds frames from `first_frame` on until a full window can be cut, by a system that believes
+  /// in `calibration`.
+  Cut cut(std::size_t first_frame, const Calibration& calibration, StreamCounts* dropped) const {
+    KeyframeWindow buffer(calibration, options_, streams_);
+    const auto imuTime = [&](std::size_t frame) {
+      return calibration.imuTime(sequence_.frames[frame].t);
+    };
     const double t_first = imuTime(first_frame);
     std::size_t next_imu = lastSampleAtOrBefore(t_first);
     Cut result;
@@ -111,10 +116,6 @@ class WindowCutter {
   }
 
  private:
-  double imuTime(std::size_t frame) const {
-    return sequence_.frames[frame].t + sequence_.calibration.td;
-  }
-
   std::size_t lastSampleAtOrBefore(double t) const {
     const auto after =
         std::upper_bound(sequence_.imu.begin(), sequence_.imu.end(), t,
@@ -134,20 +135,28 @@ bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
                    std::vector<NavState>* truth) {
   truth->clear();
   if (!sequence.has_truth) return true;
-  const double td = sequence.calibration.td;
-  auto frame = sequence.frames.begin();
   for (const double t : window.times()) {
-    // Keyframe times are frames[i].t + td, computed alike, so equality is exact.
-    frame =
-        std::lower_bound(frame, sequence.frames.end(), t,
-                         [td](const FrameObservation& f, double time) { return f.t + td < time; });
-    if (frame == sequence.frames.end() || frame->t + td != t) return false;
-    const NavState& state =
-        sequence.truth[static_cast<std::size_t>(frame - sequence.frames.begin())];
-    if (!std::isfinite(state.t)) return false;
-    truth->push_back(state);
+    truth->push_back(truthAt(sequence, t));
+    if (!std::isfinite(truth->back().t)) return false;
   }
   return true;
+}
+
+/// Errors of an answer against the truth at the times of its own states: a method that estimates td
+/// moves them away from the keyframes of the window, and may leave out one that the IMU data then
+/// do not cover.
+WindowMetrics evaluateAnswer(const Sequence& sequence, const InitResult& answer) {
+  WindowMetrics metrics;
+  std::vector<NavState> truth;
+  for (const NavState& state : answer.states) {
+    truth.push_back(truthAt(sequence, state.t));
+    if (std::isfinite(truth.back().t)) continue;
+    metrics.failure = std::isfinite(state.t)
+                          ? "no truth at " + std::to_string(state.t) + " s, the time of a state"
+                          : "the time of a state is not finite";
+    return metrics;
+  }
+  return evaluateWindow(answer, truth);
 }
 
 /// CPU time of the calling thread [ms].
@@ -158,7 +167,8 @@ double threadCpuMs() {
 }
 
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
-                       const std::vector<NavState>& truth, InitResult* returned) {
+                       const std::vector<NavState>& truth, const Sequence& sequence,
+                       InitResult* returned) {
   const double cpu_begin = threadCpuMs();
   const auto begin = std::chrono::steady_clock::now();
   *returned = solver.solve(window);
@@ -177,10 +187,14 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   if (truth.empty()) {
     record.metrics.failure = "no truth";
   } else {
-    record.metrics = evaluateWindow(answer, truth);
+    record.metrics = evaluateAnswer(sequence, answer);
     record.partial = evaluatePartial(answer, truth);
   }
   record.scale_sigma = answer.scale_sigma;
+  if (answer.calibration.has_value()) {
+    record.calibration = evaluateCalibration(*answer.calibration, sequence.trueCalibration());
+  }
+  record.warnings = answer.warnings;
   record.gates = answer.gates;
   record.point_tracks = answer.counts.point_tracks;
   record.line_tracks = answer.counts.line_tracks;
@@ -200,10 +214,21 @@ bool truthOfWindows(const Sequence& sequence, const Cut& cut,
 
 /// A window on its way from being cut to its record.
 struct Trial {
+  Calibration calibration;  ///< as the methods are told
   Cut cut;
   std::vector<std::vector<NavState>> truths;
   WindowRecord record;
 };
+
+/// What the estimator goes on with after a method that takes the calibration as it is.
+CalibrationEstimate toldTo(const Calibration& calibration) {
+  CalibrationEstimate estimate;
+  estimate.R_b_c = calibration.R_b_c;
+  estimate.t_b_c = calibration.t_b_c;
+  estimate.td = calibration.td;
+  estimate.readout_s = calibration.readout_s;
+  return estimate;
+}
 
 /// The first window that the solver accepts, or else the full one; and what becomes of it.
 MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Sequence& sequence,
@@ -211,11 +236,12 @@ MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Seq
   MethodRecord record;
   InitResult answer;
   for (std::size_t i = 0; i < trial.cut.windows.size(); ++i) {
-    record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], &answer);
+    record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], sequence, &answer);
     if (record.accepted()) break;
   }
   if (!options.downstream || !record.accepted()) return record;
   if (trial.record.trial % options.downstream_every == 0) {
+    if (!answer.calibration.has_value()) answer.calibration = toldTo(trial.calibration);
     record.downstream = options.downstream(sequence, answer);
   } else {
     record.downstream.message =
@@ -262,6 +288,7 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
   record.keyframes = cut.full().size();
   const std::vector<NavState>& truth = trial->truths.back();
   if (!truth.empty()) record.p_w_b = truth.front().p_w_b;
+  record.rig = calibrationDifference(trial->calibration, sequence.trueCalibration());
   return true;
 }
 
@@ -285,6 +312,7 @@ std::string ProtocolOptions::validate() const {
            std::to_string(kMinKeyframes) + ", " + std::to_string(window.keyframes) + "]";
   }
   if (const std::string message = imu.validate(); !message.empty()) return "imu." + message;
+  if (const std::string message = rig.validate(); !message.empty()) return "rig." + message;
   const std::string message = window.validate();
   return message.empty() ? "" : "window." + message;
 }
@@ -299,6 +327,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   result->has_truth = sequence.has_truth;
   result->has_downstream = static_cast<bool>(options.downstream);
   result->first_keyframes = options.first_keyframes;
+  result->shows_calibration = options.shows_calibration;
   for (const WindowSolver* solver : solvers) result->methods.push_back(solver->name());
   ProtocolCounts& counts = result->counts;
   counts.frames = static_cast<int>(sequence.frames.size());
@@ -315,9 +344,12 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
     if (options.max_windows > 0 && counts.windows >= options.max_windows) break;
     const auto trial = std::make_shared<Trial>();
     trial->record.trial = index;
+    trial->calibration = options.rig.random
+                             ? assumedCalibration(sequence.trueCalibration(), options.rig, index)
+                             : sequence.calibration;
     trial->cut =
         cutter.cut(static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride),
-                   &result->dropped);
+                   trial->calibration, &result->dropped);
     const bool is_window = countTrial(sequence, &times_before, trial.get(), result);
     std::function<void()> solve;
     if (is_window) {

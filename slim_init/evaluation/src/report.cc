@@ -69,6 +69,12 @@ class SubsetCollector {
     s.accepted_scale_median = median(accepted_scale_);
     s.accepted_gravity_rmse_deg = rootMeanSquare(accepted_gravity_);
     s.accepted_velocity_rmse = rootMeanSquare(accepted_velocity_);
+    s.accepted_scale_over_sigma = rootMeanSquare(scale_over_sigma_);
+    s.accepted_td_rmse_ms = rootMeanSquare(td_ms_);
+    s.accepted_td_over_sigma = rootMeanSquare(td_over_sigma_);
+    s.accepted_rotation_rmse_deg = rootMeanSquare(rotation_deg_);
+    s.accepted_rotation_over_sigma = rootMeanSquare(rotation_over_sigma_);
+    s.accepted_readout_rmse_ms = rootMeanSquare(readout_ms_);
     s.downstream_divergence_rate = ratio(s.downstream_diverged, s.downstream_runs);
     s.downstream_ate_median = median(downstream_ate_);
     s.downstream_ate_p90 = quantile(downstream_ate_, 0.9);
@@ -105,12 +111,22 @@ class SubsetCollector {
     accepted_scale_.push_back(scale_error);
     accepted_gravity_.push_back(record.metrics.gravity_error_deg);
     accepted_velocity_.push_back(record.metrics.velocity_rmse);
+    addFinite(scale_error / record.scale_sigma, &scale_over_sigma_);
+    addFinite(1e3 * record.calibration.td_s, &td_ms_);
+    addFinite(record.calibration.tdOverSigma(), &td_over_sigma_);
+    addFinite(record.calibration.rotation_deg, &rotation_deg_);
+    addFinite(record.calibration.rotation_over_sigma, &rotation_over_sigma_);
+    addFinite(1e3 * record.calibration.readout_s, &readout_ms_);
     if (scale_error < 0.1) ++summary_.accepted_within_0_1;
     if (scale_error < 0.5) ++summary_.accepted_within_0_5;
     // Written so that the first window replaces the NaN.
     if (!(summary_.accepted_scale_error_max >= scale_error)) {
       summary_.accepted_scale_error_max = scale_error;
     }
+  }
+
+  static void addFinite(double value, std::vector<double>* values) {
+    if (std::isfinite(value)) values->push_back(value);
   }
 
   void addDownstream(const DownstreamRecord& record) {
@@ -160,6 +176,8 @@ class SubsetCollector {
   std::vector<double> accept_s_, accept_keyframes_;
   std::vector<double> downstream_ate_, downstream_scale_;
   std::vector<double> accepted_scale_, accepted_gravity_, accepted_velocity_;
+  std::vector<double> scale_over_sigma_, td_ms_, td_over_sigma_;
+  std::vector<double> rotation_deg_, rotation_over_sigma_, readout_ms_;
 };
 
 /// Writes a file anew. Returns an empty string, or a message naming it.

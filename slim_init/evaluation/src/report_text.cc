@@ -50,6 +50,12 @@ constexpr SummaryField kSummaryFields[] = {
     {"accepted_scale_median", &SubsetSummary::accepted_scale_median, nullptr},
     {"accepted_gravity_rmse_deg", &SubsetSummary::accepted_gravity_rmse_deg, nullptr},
     {"accepted_velocity_rmse", &SubsetSummary::accepted_velocity_rmse, nullptr},
+    {"accepted_scale_over_sigma", &SubsetSummary::accepted_scale_over_sigma, nullptr},
+    {"accepted_td_rmse_ms", &SubsetSummary::accepted_td_rmse_ms, nullptr},
+    {"accepted_td_over_sigma", &SubsetSummary::accepted_td_over_sigma, nullptr},
+    {"accepted_rotation_rmse_deg", &SubsetSummary::accepted_rotation_rmse_deg, nullptr},
+    {"accepted_rotation_over_sigma", &SubsetSummary::accepted_rotation_over_sigma, nullptr},
+    {"accepted_readout_rmse_ms", &SubsetSummary::accepted_readout_rmse_ms, nullptr},
     {"accept_s_median", &SubsetSummary::accept_s_median, nullptr},
     {"accept_s_p90", &SubsetSummary::accept_s_p90, nullptr},
     {"accept_keyframes_median", &SubsetSummary::accept_keyframes_median, nullptr},
@@ -114,6 +120,13 @@ std::string joinStages(const std::vector<StageTime>& stages) {
     text += stage.name + "=" + csvNumber(stage.ms);
   }
   return text;
+}
+
+// "one | two"; messages are sentences of our own.
+std::string joinTexts(const std::vector<std::string>& texts) {
+  std::string joined;
+  for (const std::string& text : texts) joined += (joined.empty() ? "" : " | ") + text;
+  return joined;
 }
 
 Json jsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -183,6 +196,9 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                              "p_x",
                              "p_y",
                              "p_z",
+                             "rig_td_ms",
+                             "rig_rotation_deg",
+                             "rig_readout_ms",
                              "method",
                              "status",
                              "answer_keyframes",
@@ -198,6 +214,14 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                              "gyro_bias_err_pct",
                              "gyro_bias_vec_err",
                              "scale_sigma",
+                             "td_error_ms",
+                             "td_sigma_ms",
+                             "rotation_error_deg",
+                             "rotation_sigma_deg",
+                             "rotation_over_sigma",
+                             "readout_error_ms",
+                             "readout_sigma_ms",
+                             "warnings",
                              "point_tracks",
                              "line_tracks",
                              "gates",
@@ -229,6 +253,9 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                       csvNumber(window.p_w_b.x()),
                       csvNumber(window.p_w_b.y()),
                       csvNumber(window.p_w_b.z()),
+                      csvNumber(1e3 * window.rig.td_s),
+                      csvNumber(window.rig.rotation_deg),
+                      csvNumber(1e3 * window.rig.readout_s),
                       csvText(result.methods[m]),
                       toString(record.status),
                       std::to_string(record.keyframes),
@@ -247,6 +274,14 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                       csvNumber(metrics.computed() ? metrics.gyro_bias_vec_err
                                                    : record.partial.gyro_bias_vec_err),
                       csvNumber(record.scale_sigma),
+                      csvNumber(1e3 * record.calibration.td_s),
+                      csvNumber(1e3 * record.calibration.td_sigma_s),
+                      csvNumber(record.calibration.rotation_deg),
+                      csvNumber(record.calibration.rotation_sigma_deg),
+                      csvNumber(record.calibration.rotation_over_sigma),
+                      csvNumber(1e3 * record.calibration.readout_s),
+                      csvNumber(1e3 * record.calibration.readout_sigma_s),
+                      csvText(joinTexts(record.warnings)),
                       std::to_string(record.point_tracks),
                       std::to_string(record.line_tracks),
                       csvText(joinGates(record.gates)),

@@ -47,6 +47,15 @@ constexpr Column kDownstream[] = {
     {"p90", true, Best::kLowest, "%.3f", &S::downstream_ate_p90},
     {"final scale error, median", true, Best::kLowest, "%.4f", &S::downstream_scale_median},
     {"p90", true, Best::kLowest, "%.4f", &S::downstream_scale_p90}};
+constexpr Column kCalibration[] = {
+    {"accepted", false, Best::kNone, "%.0f", nullptr, &S::accepted},
+    {"scale rmse", true, Best::kLowest, "%.4f", &S::accepted_scale_rmse},
+    {"error/sigma", true, Best::kNone, "%.2f", &S::accepted_scale_over_sigma},
+    {"td ms", false, Best::kLowest, "%.2f", &S::accepted_td_rmse_ms},
+    {"error/sigma", false, Best::kNone, "%.2f", &S::accepted_td_over_sigma},
+    {"rotation deg", false, Best::kLowest, "%.3f", &S::accepted_rotation_rmse_deg},
+    {"error/sigma", false, Best::kNone, "%.2f", &S::accepted_rotation_over_sigma},
+    {"readout ms", false, Best::kLowest, "%.2f", &S::accepted_readout_rmse_ms}};
 
 double valueOf(const Column& column, const SubsetSummary& summary) {
   return column.real != nullptr ? column.factor * summary.*column.real
@@ -139,6 +148,10 @@ std::string summaryTable(const ProtocolResult& result,
     text += (excited ? "" : "\n") + std::to_string(windows) + (excited ? " excited" : "") +
             (windows == 1 ? " window" : " windows") + (excited ? "" : " in all") + "\n";
     if (windows > 0) text += tableText(kAccuracy, summaries, subset, result.has_truth);
+  }
+  if (result.shows_calibration) {
+    text += "\nCalibration, rms errors of the accepted answers, all windows\n" +
+            tableText(kCalibration, summaries, &MethodSummary::all, result.has_truth);
   }
   if (result.has_downstream) {
     text += "\nBack end from the accepted answers, all windows\n" +

@@ -1,6 +1,7 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """What `slim_init ab` left in a folder."""
 import json
+import math
 import os
 from dataclasses import dataclass
 
@@ -9,7 +10,16 @@ import pandas
 # Columns of windows.csv that hold text; an empty one is an empty text. All others are numbers, and
 # an empty one is a number that does not exist (NaN).
 TEXT_COLUMNS = ("dataset", "method", "status", "gates", "message", "not_evaluated",
-                "downstream_message", "stages_ms")
+                "downstream_message", "warnings", "stages_ms")
+
+# Columns that runs made before methods estimated the calibration do not have: empty there.
+CALIBRATION_COLUMNS = ("rig_td_ms", "rig_rotation_deg", "rig_readout_ms", "td_error_ms",
+                       "td_sigma_ms", "rotation_error_deg", "rotation_sigma_deg",
+                       "rotation_over_sigma", "readout_error_ms", "readout_sigma_ms")
+
+# Options on what is wrong with a rig; they are in the options of a run where they were typed.
+RIG_OPTIONS = ("td_error_s", "extrinsic_error_deg", "random_rig", "readout_s", "readout_error_s",
+               "no_row_times", "imu_rate_hz", "imu_jitter_s", "imu_dropout")
 
 # Built-in motions along which scale is hard to see, and those along which there is none to see.
 DEGENERATE_MOTIONS = ("corridor-walk", "constant-velocity")
@@ -47,6 +57,11 @@ class Run:
     def has_downstream(self):
         """The back end was started from the accepted answers."""
         return float(self.options.get("downstream_s") or 0.0) > 0.0
+
+    @property
+    def has_rig_errors(self):
+        """Something was wrong with the rig on purpose."""
+        return any(key in self.options for key in RIG_OPTIONS)
 
     @property
     def name(self):
@@ -107,6 +122,11 @@ def load_run(folder):
     except ValueError as error:  # both parsers
         raise InputError("%s: summary.json or windows.csv cannot be read: %s" % (folder, error))
     try:
+        for name in CALIBRATION_COLUMNS:
+            if name not in windows:
+                windows[name] = math.nan
+        if "warnings" not in windows:
+            windows["warnings"] = ""
         for name in TEXT_COLUMNS:
             windows[name] = windows[name].fillna("")
         for name in ("excited", "attempted", "success", "downstream"):

@@ -59,6 +59,15 @@ ACCEPTED = [percent("accepted %", "accepted_rate", "", False),
             Column("gravity deg", "accepted_gravity_rmse_deg", "%.3f"),
             Column("speed m/s", "accepted_velocity_rmse")]
 
+CALIBRATION = [percent("accepted %", "accepted_rate", "", False),
+               Column("scale rmse", "accepted_scale_rmse"),
+               Column("error/sigma", "accepted_scale_over_sigma", "%.2f", best=""),
+               Column("td ms", "accepted_td_rmse_ms", "%.2f"),
+               Column("error/sigma", "accepted_td_over_sigma", "%.2f", best=""),
+               Column("rotation deg", "accepted_rotation_rmse_deg", "%.3f"),
+               Column("error/sigma", "accepted_rotation_over_sigma", "%.2f", best=""),
+               Column("readout ms", "accepted_readout_rmse_ms", "%.2f")]
+
 DOWNSTREAM = [plain("runs", "downstream_runs"),
               percent("diverged %", "downstream_divergence_rate", "lowest", False),
               Column("ATE m, median", "downstream_ate_median", "%.3f"),

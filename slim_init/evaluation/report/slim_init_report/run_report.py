@@ -2,7 +2,8 @@
 """The report of one run of `slim_init ab`. Its text is in templates/run.j2."""
 from . import bootstrap, figures, render, statistics
 from .data import methods_of
-from .method_tables import (ACCEPTED, ACCURACY, DOWNSTREAM, TIME, difference_table, method_table)
+from .method_tables import (ACCEPTED, ACCURACY, CALIBRATION, DOWNSTREAM, TIME, difference_table,
+                            method_table)
 from .suite_tables import select
 from .tables import Table, count, number
 
@@ -82,6 +83,7 @@ def build(run, out):
         "variants": ["`%s`: %s" % item for item in run.info.get("method_notes", {}).items()],
         "accepted": _subset_tables(run, ACCEPTED),
         "first_keyframes": run.info.get("first_keyframes"),
+        "calibration": _subset_tables(run, CALIBRATION) if run.has_rig_errors else [],
         "downstream": _subset_tables(run, DOWNSTREAM) if run.has_downstream else [],
         "differences": differences, "pictures": figures.draw_run(run, out),
         "statuses": _status_table(run), "partial": _partial_table(run),

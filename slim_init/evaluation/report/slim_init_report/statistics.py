@@ -87,6 +87,14 @@ def summarize_method(rows):
     s["accepted_scale_median"] = median(evaluated["scale_error"])
     s["accepted_gravity_rmse_deg"] = root_mean_square(evaluated["gravity_error_deg"])
     s["accepted_velocity_rmse"] = root_mean_square(evaluated["velocity_rmse"])
+    for key, values in (
+            ("scale_over_sigma", evaluated["scale_error"] / evaluated["scale_sigma"]),
+            ("td_rmse_ms", evaluated["td_error_ms"]),
+            ("td_over_sigma", evaluated["td_error_ms"] / evaluated["td_sigma_ms"]),
+            ("rotation_rmse_deg", evaluated["rotation_error_deg"]),
+            ("rotation_over_sigma", evaluated["rotation_over_sigma"]),
+            ("readout_rmse_ms", evaluated["readout_error_ms"])):
+        s["accepted_" + key] = root_mean_square(values)
     s["accept_s_median"] = median(accepted["answer_s"])
     s["accept_s_p90"] = quantile(accepted["answer_s"], 0.9)
     s["accept_keyframes_median"] = median(accepted["answer_keyframes"])

@@ -10,7 +10,7 @@ from .data import methods_of, pool
 from .method_tables import DETAIL, DOWNSTREAM, VERDICTS, difference_table
 from .run_report import REFERENCE
 from .suite_tables import (ablation_table, accuracy_tables, degenerate_table, not_first_table,
-                           run_method_table, run_table, success_table, time_table)
+                           rig_table, run_method_table, run_table, success_table, time_table)
 
 SUBSETS = (("excited", "excited windows"), (None, "all windows"))
 
@@ -38,7 +38,9 @@ class Group:
 
 
 def group_runs(runs):
-    """Runs by where their features come from and what kind of motion it is, ablations apart."""
+    """Runs by where their features come from and what kind of motion it is, ablations apart; those
+    of wrong rigs are in none of them."""
+    runs = [run for run in runs if not run.has_rig_errors]
     kinds = (("EuRoC, from images", "images_", lambda run: run.kind == "images"),
              ("recorded motion and IMU, simulated features", "recorded_",
               lambda run: run.kind == "recorded"),
@@ -93,7 +95,8 @@ def _pictures(groups, runs, out):
         growing = all("first_keyframes" in run.info for run in group.runs)
         drawn += [(file, "%s: %s" % (group.title, caption)) for file, caption in
                   figures.draw_pooled(pool(group.runs), out, group.prefix, growing)]
-    plain = [run for run in runs if not run.is_ablation and run.has_truth]
+    plain = [run for run in runs
+             if not run.is_ablation and not run.has_rig_errors and run.has_truth]
     shown = [run for run in plain if run.name.startswith(DRAWN_SEQUENCE)] or plain
     with_images = [run for run in runs if os.path.isdir(os.path.join(run.folder, "images"))]
     for candidates, file, draw in (
@@ -104,6 +107,15 @@ def _pictures(groups, runs, out):
         if caption:
             drawn.append((file, "%s: %s" % (candidates[0].name, caption)))
     return drawn
+
+
+def _rigs(runs):
+    """A table per kind of sequence."""
+    wrong = [run for run in runs if run.has_rig_errors and not run.is_ablation]
+    return [rig_table([run for run in wrong if run.kind == kind], title)
+            for kind, title in (("images", "From images"), ("recorded", "Recorded motion and IMU"),
+                                ("builtin", "Simulated"))
+            if any(run.kind == kind for run in wrong)]
 
 
 def _write_comparisons(comparisons, path):
@@ -127,7 +139,7 @@ def build(runs, out, notes=(), command=""):
     plain = [group for group in groups if not group.ablation]
     real = [group for group in plain if group.kind != "builtin"]
     labels = _labels(runs)
-    methods = methods_of(pool([run for group in (plain or groups) for run in group.runs]))
+    methods = methods_of(pool([run for group in (plain or groups) for run in group.runs] or runs))
     compared = REFERENCE in methods and len(methods) > 1
     comparisons = [(group, bootstrap.compare(pool(group.runs), REFERENCE))
                    for group in plain] if compared else []
@@ -149,7 +161,8 @@ def build(runs, out, notes=(), command=""):
         "ablations": [(group, ablation_table(group.runs, group.degenerate))
                       for group in groups if group.ablation],
         "timed_title": real[0].title if real else "all runs",
-        "times": time_table([run for group in timed for run in group.runs]),
+        "times": time_table([run for group in timed for run in group.runs] or runs),
+        "rigs": _rigs(runs),
         "differences": [difference_table(c, REFERENCE, group.title) for group, c in comparisons],
         "not_first": _not_first(plain) if compared else [],
         "details": _details(plain),

@@ -9,6 +9,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "slim_init/evaluation/recorded.h"
@@ -62,6 +63,9 @@ class ImageSequence {
   /// Stamp of t = 0, the first IMU sample [ns].
   std::int64_t t0Ns() const { return t0_ns_; }
   const std::vector<ImuSample>& imu() const { return imu_; }  ///< ascending in time
+
+  /// Puts another IMU in place of the recorded one, ascending in time on the same clock.
+  void replaceImu(std::vector<ImuSample> imu) { imu_ = std::move(imu); }
 
   /// At the times of the ground truth, ascending; empty without ground truth. Without
   /// hasVelocity() v_w_b is that of deriveVelocities(), without hasBias() the biases are NaN.

@@ -60,9 +60,39 @@ struct PartialMetrics {
 /// with states, nor without truth.
 PartialMetrics evaluatePartial(const InitResult& result, const std::vector<NavState>& truth);
 
-/// Compares an estimate with the truth at the same keyframes; the true gyro bias is the mean over
-/// them. A value that is not finite on either side makes the whole window fail.
+/// Compares an estimate with the truth at the times of its states; the true gyro bias is the mean
+/// over them. A value that is not finite on either side, or a truth of another time than its state,
+/// makes the whole window fail.
 WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavState>& truth);
+
+/// One calibration minus another.
+struct CalibrationDifference {
+  double td_s = kNotComputed;
+  double rotation_deg = kNotComputed;  ///< angle between the two R_b_c
+  double readout_s = kNotComputed;
+};
+
+CalibrationDifference calibrationDifference(const Calibration& calibration,
+                                            const Calibration& truth);
+
+/// Errors of a calibration that a method has estimated, and its own opinion on them. NaN where it
+/// estimates none, a standard deviation also where it holds the value as exact.
+struct CalibrationErrors {
+  double td_s = kNotComputed;                ///< estimate minus truth
+  double td_sigma_s = kNotComputed;          ///< standard deviation stated
+  double rotation_deg = kNotComputed;        ///< angle between estimated and true R_b_c
+  double rotation_sigma_deg = kNotComputed;  ///< CalibrationEstimate::rotationSigmaDeg()
+  /// Error of the rotation over its standard deviation, per axis: sqrt(e^T P^-1 e / 3).
+  double rotation_over_sigma = kNotComputed;
+  double readout_s = kNotComputed;
+  double readout_sigma_s = kNotComputed;
+
+  bool computed() const { return td_s == td_s; }
+  double tdOverSigma() const { return td_s / td_sigma_s; }
+};
+
+CalibrationErrors evaluateCalibration(const CalibrationEstimate& estimate,
+                                      const Calibration& truth);
 
 /// The excitation gate of DRT's release (He et al. 2023), applied to a window.
 struct Excitation {

@@ -11,6 +11,7 @@
 
 #include "slim_init/evaluation/downstream.h"
 #include "slim_init/evaluation/metrics.h"
+#include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/sequence.h"
 #include "slim_init/options.h"
 #include "slim_init/window_solver.h"
@@ -34,6 +35,10 @@ struct ProtocolOptions {
   DownstreamRunner downstream;
   /// The estimator is run from every n-th trial only: those with trial % downstream_every == 0.
   int downstream_every = 1;
+  /// With rig.random every trial is cut and solved with an assumedCalibration() of its own. All
+  /// other errors of a rig are in the sequence already (applyRigErrors()).
+  RigErrors rig;
+  bool shows_calibration = false;  ///< summaryTable() shows what was found of the calibration
   /// Windows solved at the same time. Answers and their order do not depend on it; wall times do.
   int threads = 1;
 
@@ -51,6 +56,8 @@ struct MethodRecord {
   WindowMetrics metrics;
   PartialMetrics partial;  ///< of an answer without an estimate
   double scale_sigma = kNotComputed;
+  CalibrationErrors calibration;      ///< of a method that estimates it
+  std::vector<std::string> warnings;  ///< InitResult::warnings
   std::vector<GateValue> gates;
   int point_tracks = 0;
   int line_tracks = 0;
@@ -75,6 +82,7 @@ struct WindowRecord {
   double truth_mismatch = kNotComputed;  ///< truthMismatch() [m/s]
   /// True position of the body at the first keyframe [m]; NaN without truth.
   Eigen::Vector3d p_w_b = Eigen::Vector3d::Constant(kNotComputed);
+  CalibrationDifference rig;  ///< what the methods were told minus what is true
   std::vector<MethodRecord> methods;
 };
 
@@ -95,11 +103,12 @@ struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;
   ProtocolCounts counts;
-  std::string first_refusal;    ///< sentence of the first trial counted as invalid
-  int first_keyframes = 0;      ///< of the anytime protocol; 0 without it
-  bool has_truth = true;        ///< false: no error of any window was computed
-  bool has_downstream = false;  ///< an estimator was run from the accepted answers
-  StreamCounts dropped;         ///< messages and observations rejected on the way, over all windows
+  std::string first_refusal;       ///< sentence of the first trial counted as invalid
+  int first_keyframes = 0;         ///< of the anytime protocol; 0 without it
+  bool has_truth = true;           ///< false: no error of any window was computed
+  bool has_downstream = false;     ///< an estimator was run from the accepted answers
+  bool shows_calibration = false;  ///< ProtocolOptions::shows_calibration
+  StreamCounts dropped;  ///< messages and observations rejected on the way, over all windows
 };
 
 /// Called after every trial with the number done and the number in all, in order and on the thread

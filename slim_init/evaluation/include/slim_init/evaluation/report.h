@@ -65,6 +65,13 @@ struct SubsetSummary {
   double accepted_scale_median = kNotComputed;      ///< likewise
   double accepted_gravity_rmse_deg = kNotComputed;  ///< likewise
   double accepted_velocity_rmse = kNotComputed;     ///< likewise [m/s]
+  // Root mean squares over the accepted answers that have the number.
+  double accepted_scale_over_sigma = kNotComputed;     ///< |s - 1| over the stated scale_sigma
+  double accepted_td_rmse_ms = kNotComputed;           ///< td estimated minus true [ms]
+  double accepted_td_over_sigma = kNotComputed;        ///< over its stated standard deviation
+  double accepted_rotation_rmse_deg = kNotComputed;    ///< angle between the two R_b_c [deg]
+  double accepted_rotation_over_sigma = kNotComputed;  ///< per axis, through the covariance
+  double accepted_readout_rmse_ms = kNotComputed;      ///< readout time [ms]
   double accept_s_median = kNotComputed;  ///< data from first to last keyframe at acceptance [s]
   double accept_s_p90 = kNotComputed;     ///< likewise, 90 % quantile
   double accept_keyframes_median = kNotComputed;

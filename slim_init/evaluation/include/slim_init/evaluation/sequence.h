@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,18 +38,33 @@ struct TrackingSummary {
 /// One sequence ready for evaluation: what the sensors said and what was true.
 struct Sequence {
   std::string name;
-  Calibration calibration;
+  Calibration calibration;  ///< what the methods are given
+  /// What is true, where that differs (rig_errors.h); else `calibration` is.
+  std::optional<Calibration> true_calibration;
   std::int64_t t0_ns = 0;                ///< stamp of t = 0 in the recording [ns]
   std::vector<ImuSample> imu;            ///< ascending in time
   std::vector<FrameObservation> frames;  ///< ascending in time
-  /// Truth at the instant of frames[i] (frames[i].t + calibration.td on the IMU clock), one entry
-  /// per frame; t is NaN where there is none.
+  /// Truth at the instant of frames[i] (frames[i].t + td on the IMU clock, td that of the true
+  /// calibration), one entry per frame; t is NaN where there is none.
   std::vector<NavState> truth;
+  /// Truth at any time on the IMU clock [s]; t is NaN where there is none. Empty: truthAt()
+  /// interpolates between the frames.
+  std::function<NavState(double t)> truth_between;
   /// False: there is no truth at all. Windows are solved all the same, and no error is computed.
   bool has_truth = true;
   bool has_gyro_bias_truth = false;  ///< else truth[].gyro_bias was fitted to gyro and orientation
   std::optional<TrackingSummary> tracking;  ///< where the features come from images
   std::vector<std::string> notes;  ///< what the reader of a report must know about the data
+
+  const Calibration& trueCalibration() const {
+    return true_calibration.has_value() ? *true_calibration : calibration;
+  }
 };
+
+/// True state at time t on the IMU clock [s]: that of the frame there is at that instant (to a
+/// nanosecond), else Sequence::truth_between, or without it interpolated between the two frames
+/// around it: position by the cubic of both positions and velocities, rotation along the geodesic,
+/// velocity linearly, biases of the nearer one. `t` of the answer is NaN where there is no truth.
+NavState truthAt(const Sequence& sequence, double t);
 
 }  // namespace slim_init::evaluation

@@ -1,0 +1,216 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/rig_errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <sstream>
+
+#include "reference_so3.h"
+#include "slim_init/evaluation/statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+constexpr double kDegToRad = 0.017453292519943295;
+// Part of a sample interval by which a stamp may be off: less than half, so that order stays.
+constexpr double kMaxJitterIntervals = 0.45;
+// The rate of a recording is measured; one asked for may be above it by rounding.
+constexpr double kRateRounding = 1.001;
+
+/// What a draw is for: streams are independent of each other.
+enum class Stream : std::uint64_t { kTrial = 1, kJitter = 2, kDropout = 3 };
+
+/// Random numbers that are the same on every machine: the distributions of the standard library are
+/// not.
+class Draws {
+ public:
+  Draws(unsigned seed, Stream stream, std::int64_t index)
+      : engine_(seed + (static_cast<std::uint64_t>(stream) << 32) +
+                static_cast<std::uint64_t>(index + 1) * 0x9E3779B97F4A7C15ULL) {}
+
+  /// In [0, 1).
+  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  /// Standard normal (Box and Muller 1958).
+  double gaussian() {
+    constexpr double kTwoPi = 6.283185307179586;
+    const double radius = std::sqrt(-2.0 * std::log1p(-uniform()));
+    return radius * std::cos(kTwoPi * uniform());
+  }
+  /// Unit vector, all directions alike.
+  Eigen::Vector3d direction() {
+    Eigen::Vector3d v;
+    do {
+      v.x() = gaussian();
+      v.y() = gaussian();
+      v.z() = gaussian();
+    } while (!(v.norm() > 1e-6));
+    return v.normalized();
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// Collects the first value that is out of its bounds.
+class Bounds {
+ public:
+  Bounds& within(const char* name, double value, double min, double max) {
+    if (message_.empty() && !(value >= min && value <= max)) {
+      std::ostringstream out;
+      out << name << " is " << value << ", must be in [" << min << ", " << max << "]";
+      message_ = out.str();
+    }
+    return *this;
+  }
+  const std::string& message() const { return message_; }
+
+ private:
+  std::string message_;
+};
+
+double medianInterval(const std::vector<ImuSample>& imu) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < imu.size(); ++i) intervals.push_back(imu[i].t - imu[i - 1].t);
+  return median(std::move(intervals));
+}
+
+/// At equal intervals; across a gap of the recording there are no samples.
+std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double interval,
+                                 double max_step) {
+  std::vector<ImuSample> samples;
+  std::size_t after = 1;
+  for (std::int64_t k = 0;; ++k) {
+    ImuSample sample;
+    sample.t = imu.front().t + static_cast<double>(k) * interval;
+    if (sample.t > imu.back().t) break;
+    while (after + 1 < imu.size() && imu[after].t < sample.t) ++after;
+    const ImuSample &from = imu[after - 1], &to = imu[after];
+    if (to.t - from.t > max_step) continue;
+    const double share = (sample.t - from.t) / (to.t - from.t);
+    sample.gyro = (1.0 - share) * from.gyro + share * to.gyro;
+    sample.accel = (1.0 - share) * from.accel + share * to.accel;
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+/// A true calibration with a readout time, and one left of it: else there is nothing to be wrong.
+std::string checkRows(const RigErrors& errors, const Calibration& truth) {
+  if (errors.readout_s == 0.0 && !errors.ignore_rows) return "";
+  std::ostringstream out;
+  if (!(truth.readout_s > 0.0)) {
+    out << "the camera has a global shutter (a readout time of 0 s), so that its readout time "
+        << (errors.ignore_rows ? "cannot be ignored" : "cannot be wrong");
+  } else if (!errors.ignore_rows && !(truth.readout_s + errors.readout_s > 0.0)) {
+    out << "readout_s is " << errors.readout_s << ", must be above " << -truth.readout_s
+        << ", the camera's own readout time with its sign turned";
+  }
+  return out.str();
+}
+
+}  // namespace
+
+bool RigErrors::disturbsImu() const {
+  return imu_rate_hz > 0.0 || imu_jitter_s > 0.0 || imu_dropout > 0.0;
+}
+
+bool RigErrors::any() const {
+  return td_s != 0.0 || extrinsic_deg != 0.0 || readout_s != 0.0 || ignore_rows || disturbsImu();
+}
+
+std::string RigErrors::validate() const {
+  // A rotation or an offset beyond would be another rig, not an error of this one.
+  Bounds bounds;
+  bounds.within("td_s", td_s, -0.5, 0.5)
+      .within("extrinsic_deg", extrinsic_deg, 0.0, 180.0)
+      .within("readout_s", readout_s, -0.1, 0.1)
+      .within("imu_jitter_s", imu_jitter_s, 0.0, 0.05)
+      .within("imu_dropout", imu_dropout, 0.0, 0.9);
+  if (imu_rate_hz != 0.0) bounds.within("imu_rate_hz", imu_rate_hz, 10.0, 1e4);
+  return bounds.message();
+}
+
+Calibration assumedCalibration(const Calibration& truth, const RigErrors& errors, int trial) {
+  Calibration assumed = truth;
+  const bool drawn = errors.random && trial != kAllTrials;
+  if (drawn || !errors.random) {
+    Draws draws(errors.seed, Stream::kTrial, drawn ? trial : kAllTrials);
+    const double td = drawn ? std::abs(errors.td_s) * (2.0 * draws.uniform() - 1.0) : errors.td_s;
+    const double deg = errors.extrinsic_deg * (drawn ? draws.uniform() : 1.0);
+    assumed.td -= td;
+    if (deg > 0.0) {
+      assumed.R_b_c = truth.R_b_c * reference::expSo3(kDegToRad * deg * draws.direction());
+    }
+  }
+  assumed.readout_s = errors.ignore_rows ? 0.0 : truth.readout_s + errors.readout_s;
+  return assumed;
+}
+
+std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu) {
+  if (!errors.disturbsImu() || imu->size() < 2) return "";
+  double interval = medianInterval(*imu);
+  if (errors.imu_rate_hz > 0.0) {
+    if (errors.imu_rate_hz * interval > kRateRounding) {
+      std::ostringstream out;
+      out << "imu_rate_hz is " << errors.imu_rate_hz << ", must be at most " << 1.0 / interval
+          << ", the rate of the IMU data";
+      return out.str();
+    }
+    const double step = 1.0 / errors.imu_rate_hz;
+    // A sample or two may be missing in a recording; a longer step is a gap and stays one.
+    *imu = resampled(*imu, step, std::max(3.0 * interval, step));
+    interval = step;
+  }
+  Draws jitter(errors.seed, Stream::kJitter, 0), dropout(errors.seed, Stream::kDropout, 0);
+  const double most = kMaxJitterIntervals * interval;
+  std::vector<ImuSample> kept;
+  for (ImuSample& sample : *imu) {
+    const double error = errors.imu_jitter_s * jitter.gaussian();
+    sample.t += std::clamp(error, -most, most);
+    if (dropout.uniform() < errors.imu_dropout) continue;
+    // Where the recorded interval was shorter than the median one.
+    if (kept.empty() || sample.t > kept.back().t) kept.push_back(sample);
+  }
+  *imu = std::move(kept);
+  return "";
+}
+
+void assumeCalibration(const Calibration& assumed, Sequence* sequence) {
+  const double before = sequence->calibration.readout_s;
+  if (!sequence->true_calibration.has_value()) {
+    sequence->true_calibration = sequence->calibration;
+  }
+  sequence->calibration = assumed;
+  if (!(before > 0.0) || assumed.readout_s == before) return;
+  const double factor = assumed.readout_s / before;
+  for (FrameObservation& frame : sequence->frames) {
+    for (PointObservation& point : frame.points) point.dt *= factor;
+    for (LineObservation& line : frame.lines) {
+      line.start_dt *= factor;
+      line.end_dt *= factor;
+    }
+  }
+}
+
+std::string applyRigErrors(const RigErrors& errors, bool frames_assume, Sequence* sequence) {
+  const Calibration truth = sequence->trueCalibration();
+  std::string sentence = errors.validate();
+  if (sentence.empty()) sentence = checkRows(errors, truth);
+  if (sentence.empty()) sentence = disturbImu(errors, &sequence->imu);
+  if (!sentence.empty()) return sentence;
+  const Calibration assumed = assumedCalibration(truth, errors, kAllTrials);
+  if (sentence = assumed.validate(); !sentence.empty()) {
+    return "the calibration with its errors: " + sentence;
+  }
+  if (frames_assume) {
+    sequence->true_calibration = truth;
+    sequence->calibration = assumed;
+  } else if (errors.any()) {
+    assumeCalibration(assumed, sequence);
+  }
+  return "";
+}
+
+}  // namespace slim_init::evaluation

@@ -1,0 +1,367 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/rig_errors.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "evaluation/circle_sequence.h"
+#include "slim_init/evaluation/metrics.h"
+#include "slim_init/evaluation/protocol.h"
+#include "slim_init/evaluation/statistics.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+constexpr double kRadToDeg = 57.29577951308232;
+
+Calibration someTruth() {
+  Calibration truth;
+  truth.R_b_c = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  truth.t_b_c = Eigen::Vector3d(0.1, -0.2, 0.3);
+  truth.td = 0.005;
+  truth.readout_s = 0.02;
+  return truth;
+}
+
+TEST(RigErrors, NoneLeaveTheCalibrationAsItIs) {
+  const Calibration truth = someTruth();
+  const Calibration assumed = assumedCalibration(truth, RigErrors(), kAllTrials);
+  EXPECT_EQ(assumed.R_b_c, truth.R_b_c);
+  EXPECT_EQ(assumed.td, truth.td);
+  EXPECT_EQ(assumed.readout_s, truth.readout_s);
+  EXPECT_FALSE(RigErrors().any());
+  EXPECT_EQ(RigErrors().validate(), "");
+}
+
+TEST(RigErrors, TheTruthIsTheCalibrationPlusTheError) {
+  RigErrors errors;
+  errors.td_s = 0.012;
+  errors.extrinsic_deg = 3.0;
+  errors.readout_s = -0.005;
+  const Calibration truth = someTruth();
+  const Calibration assumed = assumedCalibration(truth, errors, kAllTrials);
+  EXPECT_NEAR(truth.td, assumed.td + 0.012, 1e-15);
+  EXPECT_NEAR(assumed.readout_s, 0.015, 1e-15);
+  EXPECT_EQ(assumed.t_b_c, truth.t_b_c);
+  const CalibrationDifference difference = calibrationDifference(assumed, truth);
+  EXPECT_NEAR(difference.td_s, -0.012, 1e-15);
+  EXPECT_NEAR(difference.rotation_deg, 3.0, 1e-9);
+  EXPECT_NEAR(difference.readout_s, -0.005, 1e-15);
+  // One axis for all trials, another one with another seed.
+  EXPECT_EQ(assumedCalibration(truth, errors, 7).R_b_c, assumed.R_b_c);
+  errors.seed = 2;
+  EXPECT_GT((assumedCalibration(truth, errors, kAllTrials).R_b_c - assumed.R_b_c).norm(), 1e-3);
+  errors.ignore_rows = true;
+  EXPECT_EQ(assumedCalibration(truth, errors, kAllTrials).readout_s, 0.0);
+}
+
+// Uniform over the whole range, every trial on its own, the same again with the same seed.
+TEST(RigErrors, RandomRigsAreUniform) {
+  RigErrors errors;
+  errors.td_s = -0.05;  // the sign does not matter
+  errors.extrinsic_deg = 10.0;
+  errors.random = true;
+  const Calibration truth = someTruth();
+  constexpr int kTrials = 4000;
+  double td_sum = 0.0, td_square = 0.0, deg_sum = 0.0, td_most = 0.0, deg_most = 0.0;
+  Eigen::Vector3d axis_sum = Eigen::Vector3d::Zero();
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Calibration assumed = assumedCalibration(truth, errors, trial);
+    const CalibrationDifference d = calibrationDifference(assumed, truth);
+    td_sum += d.td_s;
+    td_square += d.td_s * d.td_s;
+    td_most = std::max(td_most, std::abs(d.td_s));
+    deg_sum += d.rotation_deg;
+    deg_most = std::max(deg_most, d.rotation_deg);
+    axis_sum += Eigen::AngleAxisd(truth.R_b_c.transpose() * assumed.R_b_c).axis();
+    EXPECT_EQ(assumedCalibration(truth, errors, trial).R_b_c, assumed.R_b_c);
+  }
+  // Four standard deviations of the means of uniform variables.
+  const double n = kTrials;
+  EXPECT_NEAR(td_sum / n, 0.0, 4.0 * 0.05 / std::sqrt(3.0 * n));
+  EXPECT_NEAR(td_square / n, 0.05 * 0.05 / 3.0, 4.0 * 0.05 * 0.05 * std::sqrt(4.0 / 45.0 / n));
+  EXPECT_NEAR(deg_sum / n, 5.0, 4.0 * 10.0 / std::sqrt(12.0 * n));
+  EXPECT_LT(axis_sum.norm() / n, 4.0 / std::sqrt(n));
+  EXPECT_TRUE(td_most <= 0.05 && td_most > 0.0495) << td_most;
+  EXPECT_TRUE(deg_most <= 10.0 + 1e-9 && deg_most > 9.9) << deg_most;
+  // Nothing of it for all trials alike, as the front end is told.
+  EXPECT_EQ(assumedCalibration(truth, errors, kAllTrials).td, truth.td);
+}
+
+TEST(RigErrors, RowTimesFollowTheReadoutTimeBelievedIn) {
+  Sequence sequence = makeCircleSequence(1.0);
+  sequence.calibration.readout_s = 0.02;
+  for (FrameObservation& frame : sequence.frames) {
+    for (PointObservation& point : frame.points) point.dt = 0.004;
+    LineObservation line;
+    line.start_dt = -0.01;
+    line.end_dt = 0.008;
+    frame.lines.push_back(line);
+  }
+  RigErrors errors;
+  errors.readout_s = 0.005;
+  Sequence wrong = sequence;
+  ASSERT_EQ(applyRigErrors(errors, false, &wrong), "");
+  EXPECT_NEAR(wrong.calibration.readout_s, 0.025, 1e-15);
+  EXPECT_EQ(wrong.trueCalibration().readout_s, 0.02);
+  EXPECT_NEAR(wrong.frames[3].points[1].dt, 0.005, 1e-15);
+  EXPECT_NEAR(wrong.frames[3].lines[0].start_dt, -0.0125, 1e-15);
+  EXPECT_NEAR(wrong.frames[3].lines[0].end_dt, 0.01, 1e-15);
+  // Of frames that a front end with the wrong readout time has made, they are so already.
+  Sequence tracked = sequence;
+  ASSERT_EQ(applyRigErrors(errors, true, &tracked), "");
+  EXPECT_EQ(tracked.frames[3].points[1].dt, 0.004);
+  EXPECT_NEAR(tracked.calibration.readout_s, 0.025, 1e-15);
+  EXPECT_EQ(tracked.trueCalibration().readout_s, 0.02);
+
+  errors = RigErrors();
+  errors.ignore_rows = true;
+  ASSERT_EQ(applyRigErrors(errors, false, &sequence), "");
+  EXPECT_EQ(sequence.calibration.readout_s, 0.0);
+  EXPECT_EQ(sequence.frames[3].points[1].dt, 0.0);
+}
+
+TEST(RigErrors, SaysWhatCannotBe) {
+  const auto sentenceOf = [](const RigErrors& errors) { return errors.validate(); };
+  RigErrors errors;
+  errors.td_s = -0.6;
+  EXPECT_EQ(sentenceOf(errors), "td_s is -0.6, must be in [-0.5, 0.5]");
+  errors = RigErrors();
+  errors.extrinsic_deg = 181.0;
+  EXPECT_EQ(sentenceOf(errors), "extrinsic_deg is 181, must be in [0, 180]");
+  errors = RigErrors();
+  errors.imu_jitter_s = 0.06;
+  EXPECT_EQ(sentenceOf(errors), "imu_jitter_s is 0.06, must be in [0, 0.05]");
+  errors = RigErrors();
+  errors.imu_dropout = 0.95;
+  EXPECT_EQ(sentenceOf(errors), "imu_dropout is 0.95, must be in [0, 0.9]");
+  errors = RigErrors();
+  errors.imu_rate_hz = 5.0;
+  EXPECT_EQ(sentenceOf(errors), "imu_rate_hz is 5, must be in [10, 10000]");
+
+  Sequence sequence = makeCircleSequence(1.0);
+  errors = RigErrors();
+  errors.imu_rate_hz = 400.0;
+  EXPECT_EQ(applyRigErrors(errors, false, &sequence),
+            "imu_rate_hz is 400, must be at most 200, the rate of the IMU data");
+  errors = RigErrors();
+  errors.readout_s = 0.005;
+  EXPECT_NE(applyRigErrors(errors, false, &sequence).find("global shutter"), std::string::npos);
+  sequence.calibration.readout_s = 0.01;
+  errors.readout_s = -0.02;
+  EXPECT_NE(
+      applyRigErrors(errors, false, &sequence).find("readout_s is -0.02, must be above -0.01"),
+      std::string::npos);
+  errors = RigErrors();
+  errors.td_s = -0.5;
+  sequence.calibration.td = 0.9;
+  EXPECT_NE(applyRigErrors(errors, false, &sequence).find("td is 1.4"), std::string::npos);
+}
+
+TEST(DisturbImu, ALowerRateIsInterpolated) {
+  const Circle circle;
+  std::vector<ImuSample> imu;
+  for (int k = 0; k <= 2000; ++k) {
+    imu.push_back(circle.imu(k / 200.0));
+    imu.back().accel.x() = 3.0 * imu.back().t;  // linear: interpolation is exact
+  }
+  RigErrors errors;
+  errors.imu_rate_hz = 90.0;
+  ASSERT_EQ(disturbImu(errors, &imu), "");
+  ASSERT_EQ(imu.size(), 901u);
+  for (std::size_t k = 0; k < imu.size(); ++k) {
+    EXPECT_NEAR(imu[k].t, static_cast<double>(k) / 90.0, 1e-12);
+    EXPECT_NEAR(imu[k].accel.x(), 3.0 * imu[k].t, 1e-12);
+  }
+}
+
+// What is not there cannot be interpolated.
+TEST(DisturbImu, AGapStaysOne) {
+  std::vector<ImuSample> imu;
+  for (int k = 0; k <= 400; ++k) {
+    const double t = k / 200.0;
+    if (t < 0.501 || t > 0.799) imu.push_back(Circle().imu(t));
+  }
+  RigErrors errors;
+  errors.imu_rate_hz = 100.0;
+  ASSERT_EQ(disturbImu(errors, &imu), "");
+  double longest = 0.0;
+  for (std::size_t k = 1; k < imu.size(); ++k) longest = std::max(longest, imu[k].t - imu[k - 1].t);
+  EXPECT_NEAR(longest, 0.3, 0.0101);
+}
+
+TEST(DisturbImu, JitterKeepsTheOrderAndDropoutItsShare) {
+  std::vector<ImuSample> clean;
+  for (int k = 0; k <= 20000; ++k) clean.push_back(Circle().imu(k / 200.0));
+  RigErrors errors;
+  errors.imu_jitter_s = 0.001;
+  std::vector<ImuSample> imu = clean;
+  ASSERT_EQ(disturbImu(errors, &imu), "");
+  ASSERT_EQ(imu.size(), clean.size());
+  std::vector<double> off;
+  for (std::size_t k = 0; k < imu.size(); ++k) {
+    off.push_back(imu[k].t - clean[k].t);
+    EXPECT_EQ(imu[k].gyro, clean[k].gyro);
+    EXPECT_LE(std::abs(off.back()), 0.45 * 0.005 + 1e-12);
+    if (k > 0) {
+      ASSERT_GT(imu[k].t, imu[k - 1].t);
+    }
+  }
+  // Cutting off at 2.25 standard deviations takes 3.5 % of it.
+  EXPECT_NEAR(rootMeanSquare(off), 0.001, 5e-5);
+  EXPECT_NEAR(mean(off), 0.0, 4e-5);
+
+  errors = RigErrors();
+  errors.imu_dropout = 0.1;
+  imu = clean;
+  ASSERT_EQ(disturbImu(errors, &imu), "");
+  const double kept = static_cast<double>(imu.size()) / static_cast<double>(clean.size());
+  EXPECT_NEAR(kept, 0.9, 4.0 * std::sqrt(0.09 / 20001.0));
+  std::vector<ImuSample> again = clean;
+  ASSERT_EQ(disturbImu(errors, &again), "");
+  EXPECT_EQ(again.size(), imu.size());
+}
+
+TEST(TruthAt, LiesBetweenTheFramesToo) {
+  Sequence sequence = makeCircleSequence(2.0);
+  const Circle circle;
+  EXPECT_EQ(truthAt(sequence, 0.5).p_w_b, circle.state(0.5).p_w_b);
+  for (const double t : {0.51, 0.525, 1.2345}) {
+    const NavState truth = truthAt(sequence, t), expected = circle.state(t);
+    EXPECT_EQ(truth.t, t);
+    // Cubic between frames 0.05 s apart: h^4 / 384 times the fourth derivative, 0.8 m/s^4.
+    EXPECT_LT((truth.p_w_b - expected.p_w_b).norm(), 2e-8);
+    EXPECT_LT((truth.v_w_b - expected.v_w_b).norm(), 1e-3);
+    EXPECT_LT((truth.R_w_b - expected.R_w_b).norm(), 1e-9);  // a constant rate is a geodesic
+    EXPECT_EQ(truth.gyro_bias, expected.gyro_bias);
+  }
+  EXPECT_TRUE(std::isnan(truthAt(sequence, -0.01).t));
+  EXPECT_TRUE(std::isnan(truthAt(sequence, 2.01).t));
+  sequence.truth[10].t = kNotComputed;  // at 0.5 s
+  EXPECT_TRUE(std::isnan(truthAt(sequence, 0.5).t));
+  EXPECT_TRUE(std::isnan(truthAt(sequence, 0.51).t));
+  EXPECT_TRUE(std::isnan(truthAt(sequence, 0.49).t));
+  EXPECT_TRUE(std::isfinite(truthAt(sequence, 0.56).t));
+  sequence.truth_between = [&](double t) { return circle.state(t); };
+  EXPECT_EQ(truthAt(sequence, 0.51).p_w_b, circle.state(0.51).p_w_b);
+  sequence.has_truth = false;
+  EXPECT_TRUE(std::isnan(truthAt(sequence, 0.51).t));
+}
+
+/// A method that knows the circle, and the true td where it is asked to estimate it.
+FakeSolver makeCalibratingSolver(double true_td, bool estimates) {
+  return FakeSolver(estimates ? "estimates" : "believes", [=](const InitWindow& window) {
+    const double shift = estimates ? true_td - window.calibration().td : 0.0;
+    std::vector<NavState> states;
+    for (const double t : window.times()) states.push_back(Circle().state(t + shift));
+    if (estimates) states.erase(states.begin());  // as where the IMU data do not cover it
+    InitResult result = perfectResult(states, Circle().g);
+    if (!estimates) return result;
+    result.calibration.emplace();
+    result.calibration->R_b_c =
+        Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    result.calibration->td = true_td + 0.002;
+    result.calibration->covariance.diagonal().head<3>().setConstant(0.01 * 0.01);
+    result.calibration->covariance(6, 6) = 0.001 * 0.001;
+    result.warnings = {"td is off"};
+    return result;
+  });
+}
+
+// An answer is right when it is right at its own times, whatever the window believed.
+TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
+  Sequence sequence = makeCircleSequence(6.0);
+  RigErrors errors;
+  errors.td_s = 0.02;
+  ASSERT_EQ(applyRigErrors(errors, false, &sequence), "");
+  const FakeSolver estimates = makeCalibratingSolver(0.0, true);
+  const FakeSolver believes = makeCalibratingSolver(0.0, false);
+  ProtocolOptions options;
+  options.rig = errors;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&estimates, &believes}, options, nullptr, &result), "");
+  ASSERT_GT(result.windows.size(), 5u);
+  // Windows begin 20 ms early; the first one has no IMU data there and no truth.
+  EXPECT_NEAR(std::remainder(result.windows[1].t_start + 0.02, 0.05), 0.0, 1e-9);
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_NEAR(window.rig.td_s, -0.02, 1e-12);
+    EXPECT_NEAR(window.rig.rotation_deg, 0.0, 1e-12);
+    for (const MethodRecord& record : window.methods) {
+      ASSERT_TRUE(record.metrics.computed()) << record.metrics.failure;
+      EXPECT_LT(record.metrics.scale_error, 1e-6);
+      EXPECT_LT(record.metrics.pose_rmse, 1e-6);
+    }
+    const MethodRecord& record = window.methods[0];
+    EXPECT_NEAR(record.calibration.td_s, 0.002, 1e-12);
+    EXPECT_NEAR(record.calibration.tdOverSigma(), 2.0, 1e-9);
+    EXPECT_NEAR(record.calibration.rotation_deg, 0.01 * kRadToDeg, 1e-9);
+    EXPECT_NEAR(record.calibration.rotation_over_sigma, 1.0 / std::sqrt(3.0), 1e-9);
+    EXPECT_TRUE(std::isnan(record.calibration.readout_s));        // a global shutter
+    EXPECT_TRUE(std::isnan(record.calibration.readout_sigma_s));  // held as exact
+    EXPECT_EQ(record.warnings, std::vector<std::string>{"td is off"});
+    EXPECT_FALSE(window.methods[1].calibration.computed());
+  }
+}
+
+TEST(RigProtocol, EveryTrialHasARandomRigOfItsOwn) {
+  const Sequence sequence = makeCircleSequence(12.0);
+  const FakeSolver estimates = makeCalibratingSolver(0.0, true);
+  ProtocolOptions options;
+  options.rig.td_s = 0.05;
+  options.rig.extrinsic_deg = 10.0;
+  options.rig.random = true;
+  std::vector<double> answers[2];
+  for (const int threads : {1, 4}) {
+    options.threads = threads;
+    ProtocolResult result;
+    ASSERT_EQ(runProtocol(sequence, {&estimates}, options, nullptr, &result), "");
+    ASSERT_GT(result.windows.size(), 10u);
+    for (const WindowRecord& window : result.windows) {
+      const Calibration told = assumedCalibration(sequence.calibration, options.rig, window.trial);
+      EXPECT_EQ(window.rig.td_s, told.td);
+      EXPECT_GT(window.rig.rotation_deg, 0.0);
+      // The first frames of the first trial lie before the IMU data where td is too small.
+      const double late = window.t_start - 0.5 * window.trial - told.td;
+      EXPECT_NEAR(std::remainder(late, 0.05), 0.0, 1e-9);
+      if (window.trial > 0) {
+        EXPECT_NEAR(late, 0.0, 1e-9);
+      }
+      ASSERT_TRUE(window.methods[0].metrics.computed()) << window.methods[0].metrics.failure;
+      EXPECT_LT(window.methods[0].metrics.scale_error, 1e-6);
+      answers[threads > 1].push_back(window.rig.td_s);
+    }
+  }
+  EXPECT_EQ(answers[0], answers[1]);
+  options.rig.td_s = 0.6;
+  ProtocolResult result;
+  EXPECT_EQ(runProtocol(sequence, {&estimates}, options, nullptr, &result),
+            "rig.td_s is 0.6, must be in [-0.5, 0.5]");
+}
+
+// What the estimator is started with beside an answer is what the method was told, or found.
+TEST(RigProtocol, TheEstimatorGoesOnWithTheCalibrationOfTheAnswer) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const FakeSolver estimates = makeCalibratingSolver(0.0, true);
+  const FakeSolver believes = makeCalibratingSolver(0.0, false);
+  ProtocolOptions options;
+  options.rig.td_s = 0.05;
+  options.rig.random = true;
+  std::vector<double> tds;
+  options.downstream = [&](const Sequence&, const InitResult& answer) {
+    tds.push_back(answer.calibration.has_value() ? answer.calibration->td : kNotComputed);
+    return DownstreamRecord();
+  };
+  options.max_windows = 1;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&estimates, &believes}, options, nullptr, &result), "");
+  ASSERT_EQ(tds.size(), 2u);
+  EXPECT_EQ(tds[0], 0.002);
+  EXPECT_EQ(tds[1], result.windows[0].rig.td_s);
+}
+
+}  // namespace
+}  // namespace slim_init::evaluation
