@@ -81,6 +81,38 @@ TEST(AbAsl, RunsFromPixelsToTheReport) {
   EXPECT_EQ(picture.channels(), 3);
 }
 
+// A wrong td given by --td-error is one given by the configuration, for front end and methods; only
+// that the report knows it.
+TEST(AbAsl, AnErrorOfTheRigIsAWrongConfiguration) {
+  const ScratchFolder folder;
+  Wall::writeAsl(folder.file("wall"));
+  folder.write("config.yaml", Wall::config());
+  std::string early = Wall::config();
+  early.replace(early.find("td: 0.0"), 7, "td: -0.02");
+  folder.write("early.yaml", early);
+  const auto run = [&](const char* out, const char* config, std::vector<std::string> more) {
+    more.insert(more.begin(), {"--asl", folder.file("wall"), "--methods", "drt-l", "--config",
+                               folder.file(config)});
+    const ProgramRun run = ab(folder, out, more);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return summaryOf(folder.file(out));
+  };
+  const auto wrong = run("wrong", "config.yaml", {"--td-error", "0.02", "--seed", "4"});
+  const auto written = run("written", "early.yaml", {});
+  EXPECT_EQ(wrong["options"]["td_error_s"], 0.02);
+  EXPECT_EQ(wrong["options"]["seed"], 4);
+  for (const char* key : {"scale_rmse", "velocity_rmse", "gyro_bias_vec_rmse"}) {
+    const double value = written["methods"]["drt-l"]["all"][key];
+    EXPECT_NEAR(wrong["methods"]["drt-l"]["all"][key].get<double>(), value, 1e-6 * value) << key;
+  }
+  EXPECT_TRUE(contains(readFile(folder.file("wrong/windows.csv")), ",-20,0,0,drt-l,"));
+  // The IMU of the front end is the methods'.
+  const auto slow = run("slow", "config.yaml",
+                        {"--imu-rate", "100", "--imu-jitter", "0.002", "--imu-dropout", "0.02"});
+  EXPECT_GE(slow["methods"]["drt-l"]["all"]["windows"].get<int>(), 3);
+  EXPECT_EQ(slow["tracking"]["images_without_gyro"], 0);
+}
+
 /// Names of the files in a folder, in order.
 std::vector<std::string> filesIn(const std::string& folder) {
   std::vector<std::string> names;
