@@ -252,25 +252,36 @@ TEST(TruthAt, LiesBetweenTheFramesToo) {
   EXPECT_TRUE(std::isnan(truthAt(sequence, 0.51).t));
 }
 
-/// A method that knows the circle, and the true td where it is asked to estimate it.
-FakeSolver makeCalibratingSolver(double true_td, bool estimates) {
-  return FakeSolver(estimates ? "estimates" : "believes", [=](const InitWindow& window) {
-    const double shift = estimates ? true_td - window.calibration().td : 0.0;
+/// A method that knows the circle, and the true td (zero) where it is asked to estimate it. Safe to
+/// call in parallel.
+class CalibratingSolver : public WindowSolver {
+ public:
+  explicit CalibratingSolver(bool estimates)
+      : name_(estimates ? "estimates" : "believes"), estimates_(estimates) {}
+
+  const std::string& name() const override { return name_; }
+
+  InitResult solve(const InitWindow& window) const override {
+    const double shift = estimates_ ? -window.calibration().td : 0.0;
     std::vector<NavState> states;
     for (const double t : window.times()) states.push_back(Circle().state(t + shift));
-    if (estimates) states.erase(states.begin());  // as where the IMU data do not cover it
+    if (estimates_) states.erase(states.begin());  // as where the IMU data do not cover it
     InitResult result = perfectResult(states, Circle().g);
-    if (!estimates) return result;
+    if (!estimates_) return result;
     result.calibration.emplace();
     result.calibration->R_b_c =
         Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitY()).toRotationMatrix();
-    result.calibration->td = true_td + 0.002;
+    result.calibration->td = 0.002;
     result.calibration->covariance.diagonal().head<3>().setConstant(0.01 * 0.01);
     result.calibration->covariance(6, 6) = 0.001 * 0.001;
     result.warnings = {"td is off"};
     return result;
-  });
-}
+  }
+
+ private:
+  std::string name_;
+  bool estimates_;
+};
 
 // An answer is right when it is right at its own times, whatever the window believed.
 TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
@@ -278,8 +289,8 @@ TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
   RigErrors errors;
   errors.td_s = 0.02;
   ASSERT_EQ(applyRigErrors(errors, false, &sequence), "");
-  const FakeSolver estimates = makeCalibratingSolver(0.0, true);
-  const FakeSolver believes = makeCalibratingSolver(0.0, false);
+  const CalibratingSolver estimates(true);
+  const CalibratingSolver believes(false);
   ProtocolOptions options;
   options.rig = errors;
   ProtocolResult result;
@@ -309,7 +320,7 @@ TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
 
 TEST(RigProtocol, EveryTrialHasARandomRigOfItsOwn) {
   const Sequence sequence = makeCircleSequence(12.0);
-  const FakeSolver estimates = makeCalibratingSolver(0.0, true);
+  const CalibratingSolver estimates(true);
   ProtocolOptions options;
   options.rig.td_s = 0.05;
   options.rig.extrinsic_deg = 10.0;
@@ -345,8 +356,8 @@ TEST(RigProtocol, EveryTrialHasARandomRigOfItsOwn) {
 // What the estimator is started with beside an answer is what the method was told, or found.
 TEST(RigProtocol, TheEstimatorGoesOnWithTheCalibrationOfTheAnswer) {
   const Sequence sequence = makeCircleSequence(6.0);
-  const FakeSolver estimates = makeCalibratingSolver(0.0, true);
-  const FakeSolver believes = makeCalibratingSolver(0.0, false);
+  const CalibratingSolver estimates(true);
+  const CalibratingSolver believes(false);
   ProtocolOptions options;
   options.rig.td_s = 0.05;
   options.rig.random = true;

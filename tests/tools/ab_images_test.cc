@@ -93,8 +93,8 @@ TEST(AbAsl, AnErrorOfTheRigIsAWrongConfiguration) {
   const auto run = [&](const char* out, const char* config, std::vector<std::string> more) {
     more.insert(more.begin(), {"--asl", folder.file("wall"), "--methods", "drt-l", "--config",
                                folder.file(config)});
-    const ProgramRun run = ab(folder, out, more);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const ProgramRun done = ab(folder, out, more);
+    EXPECT_EQ(done.exit_code, 0) << done.err;
     return summaryOf(folder.file(out));
   };
   const auto wrong = run("wrong", "config.yaml", {"--td-error", "0.02", "--seed", "4"});

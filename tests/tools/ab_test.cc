@@ -321,9 +321,9 @@ TEST(Ab, RigErrorsReachTheMethods) {
                                           "6",   "--methods", "drt-l,slim",     "--gates",
                                           "off", "--out",     folder.file(name)};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramRun run = runProgram(folder, arguments);
-    EXPECT_EQ(run.exit_code, 0) << run.err;
-    EXPECT_EQ(contains(run.out, "Calibration, rms errors"), !more.empty()) << run.out;
+    const ProgramRun done = runProgram(folder, arguments);
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_EQ(contains(done.out, "Calibration, rms errors"), !more.empty()) << done.out;
     return nlohmann::json::parse(readFile(folder.file(name) + "/summary.json"));
   };
   const auto clean = run("clean", {});
