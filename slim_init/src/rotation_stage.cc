@@ -69,8 +69,15 @@ bool isNear(const Eigen::Vector4d& correction) {
   return correction.head<3>().norm() < kNearRotation && std::abs(correction[3]) < kNearTd;
 }
 
-// Vanishing points and bias of one look at the window.
+// Vanishing points and bias of one look at the window. With a rolling shutter its rows are turned
+// to the middle row by the gyroscope at a bias of zero, and again by the bias found.
 void look(const InitializerOptions& options, RotationStage* stage) {
+  const std::shared_ptr<const InitWindow> raw = stage->window;
+  const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
+    if (!(raw->calibration().readout_s > 0.0)) return;
+    if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
+  };
+  compensate(Eigen::Vector3d::Zero());
   const InitWindow& window = *stage->window;
   const std::vector<VanishingPoint>* vps = nullptr;
   if (options.slim.vanishing_points) {
@@ -84,6 +91,7 @@ void look(const InitializerOptions& options, RotationStage* stage) {
   }
   stage->bias = estimateRobustGyroBias(window, vps, options.robust_bias, options.inertial);
   ++stage->rounds;
+  if (stage->bias.valid()) compensate(stage->bias.gyro_bias);
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "geometry/so3.h"
 #include "support/exact_window.h"
+#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {

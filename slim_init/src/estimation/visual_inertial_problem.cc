@@ -53,6 +53,8 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
       t_b_c_(window.calibration().t_b_c),
       sigma_point_(window.calibration().sigmaBearing()),
       sigma_line_(window.calibration().sigma_line_px / window.calibration().focal_px),
+      rows_{t_b_c_, window.calibration().readout_s},
+      rolling_(rows_.readout_s > 0.0),
       rig_(rig) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
@@ -66,6 +68,7 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
       view.sighting = s;
       view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
+      view.dt = window.pointSightings()[s].dt;
       point_views_.push_back(view);
     }
     point_tracks_.push_back(range);
@@ -84,8 +87,8 @@ void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
     range.begin = static_cast<int>(line_views_.size());
     for (int s = track.begin; s < track.end; ++s) {
       const LineSighting& line = window_.lineSightings()[s];
-      line_views_.push_back(
-          {line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
+      line_views_.push_back({line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
+                             line.start_dt, line.end_dt});
     }
     range.end = static_cast<int>(line_views_.size());
     line_tracks_.push_back(range);
@@ -128,7 +131,7 @@ void VisualInertialProblem::setPreintegrated(double td_shift) {
   for (std::size_t i = 0; i < pre_.size(); ++i) {
     whitening_valid_ = inertialWhitening(pre_[i], &whitening_[i]) && whitening_valid_;
   }
-  if (rig_) {
+  if (rig_ || rolling_) {
     instants_ = imuInstants(window_, td_shift, pre_.front().gyro_bias, pre_.front().accel_bias);
   }
 }
@@ -249,6 +252,67 @@ double VisualInertialProblem::addInertial(const WindowState& state, System* syst
   return cost;
 }
 
+void VisualInertialProblem::addRowGradient(int keyframe,
+                                           const Eigen::Matrix<double, kRowMotion, 1>& gradient,
+                                           System* system) const {
+  system->g.segment<3>(layout_.velocity(keyframe)) += gradient.head<3>();
+  if (layout_.rigs) system->g[layout_.readout()] += gradient[3];
+}
+
+void VisualInertialProblem::addRowsToPoses(int keyframe, int other,
+                                           const Eigen::Matrix<double, kRowMotion, 6>& block,
+                                           System* system) const {
+  system->H.block<3, 6>(layout_.velocity(keyframe), layout_.pose(other)) += block.topRows<3>();
+  if (layout_.rigs) {
+    system->H.block<1, 6>(layout_.readout(), layout_.pose(other)) += block.bottomRows<1>();
+  }
+}
+
+// Of both orders of two keyframes; the lower triangle of the velocities takes one of them.
+void VisualInertialProblem::addRowsToRows(
+    int keyframe, int other, const Eigen::Matrix<double, kRowMotion, kRowMotion>& block,
+    System* system) const {
+  if (keyframe >= other) {
+    system->H.block<3, 3>(layout_.velocity(keyframe), layout_.velocity(other)) +=
+        block.topLeftCorner<3, 3>();
+  }
+  if (!layout_.rigs) return;
+  system->H.block<1, 3>(layout_.readout(), layout_.velocity(other)) +=
+      block.bottomLeftCorner<1, 3>();
+  system->H(layout_.readout(), layout_.readout()) += block(3, 3);
+}
+
+template <typename View, typename Parameters, int D>
+void VisualInertialProblem::evaluateView(const View& view, const Parameters& parameters,
+                                         const WindowState& state, double sqrt_information,
+                                         ViewDerivatives<D>* out, RowJacobian* by_row) const {
+  if (rolling_) {
+    evaluateAtRow(view, parameters, state, rows_, instants_[view.keyframe], sqrt_information, out,
+                  by_row);
+  } else {
+    evaluate(view, parameters, state, t_b_c_, sqrt_information, out);
+  }
+}
+
+template <int D, typename View>
+void VisualInertialProblem::eliminateRows(const TrackRange& track, const std::vector<View>& views,
+                                          const Eigen::Matrix<double, D, D>& L_inverse,
+                                          const Eigen::Matrix<double, D, 1>& y,
+                                          Elimination<D>* elimination, System* system) const {
+  for (int a = track.begin; a < track.end; ++a) {
+    elimination->W[a] = (elimination->W[a] * L_inverse.transpose()).eval();
+    addRowGradient(views[a].keyframe, -elimination->W[a] * y, system);
+  }
+  for (int a = track.begin; a < track.end; ++a) {
+    for (int b = track.begin; b < track.end; ++b) {
+      addRowsToPoses(views[a].keyframe, views[b].keyframe,
+                     -elimination->W[a] * elimination->V[b].transpose(), system);
+      addRowsToRows(views[a].keyframe, views[b].keyframe,
+                    -elimination->W[a] * elimination->W[b].transpose(), system);
+    }
+  }
+}
+
 template <int D, typename View, typename Parameters>
 double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
                                         const std::vector<View>& views,
@@ -261,15 +325,17 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
   elimination->L.resize(tracks.size());
   elimination->y.resize(tracks.size());
   elimination->V.resize(views.size());
+  elimination->W.resize(rolling_ ? views.size() : 0);
   const double c2 = square(options_.cauchy_sigmas);
   const int n = layout_.n;
   LogSum cost;
+  RowJacobian by_row;
   for (std::size_t t = 0; t < tracks.size(); ++t) {
     MatrixD information = MatrixD::Zero();
     VectorD gradient = VectorD::Zero();
     for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
       ViewDerivatives<D> view;
-      evaluate(views[a], parameters[t], state, t_b_c_, sqrt_information, &view);
+      evaluateView(views[a], parameters[t], state, sqrt_information, &view, &by_row);
       const double s2 = view.r.squaredNorm();
       cost.add(1.0 + s2 / c2);
       const double weight = 1.0 / (1.0 + s2 / c2);
@@ -281,6 +347,11 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
       const int k = views[a].keyframe;
       pose_blocks_[k * n + k].noalias() += view.J_pose.transpose() * (weight * view.J_pose);
       system->g.segment<6>(6 * k).noalias() += view.J_pose.transpose() * weighted_r;
+      if (!rolling_) continue;
+      elimination->W[a].noalias() = by_row.transpose() * weighted;
+      addRowGradient(k, by_row.transpose() * weighted_r, system);
+      addRowsToPoses(k, k, by_row.transpose() * (weight * view.J_pose), system);
+      addRowsToRows(k, k, by_row.transpose() * (weight * by_row), system);
     }
     information.diagonal().array() +=
         kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
@@ -298,6 +369,7 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
         pose_blocks_[k_a * n + views[b].keyframe].noalias() -= V_a * elimination->V[b].transpose();
       }
     }
+    if (rolling_) eliminateRows(tracks[t], views, L_inverse, y, elimination, system);
   }
   return c2 * cost.value();
 }
@@ -328,12 +400,18 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
 VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
     const System& system, const Eigen::VectorXd& step) const {
   // Back substitution: L^T d = -(y + sum V^T step).
-  const auto move = [&step](const auto& tracks, const auto& views, const auto& elimination,
-                            auto* parameters) {
+  const auto move = [this, &step](const auto& tracks, const auto& views, const auto& elimination,
+                                  auto* parameters) {
     for (std::size_t t = 0; t < tracks.size(); ++t) {
       auto rhs = elimination.y[t];
       for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
-        rhs.noalias() += elimination.V[a].transpose() * step.segment<6>(6 * views[a].keyframe);
+        const int k = views[a].keyframe;
+        rhs.noalias() += elimination.V[a].transpose() * step.segment<6>(6 * k);
+        if (!rolling_) continue;
+        Eigen::Matrix<double, kRowMotion, 1> row_step;
+        row_step << step.segment<3>(layout_.velocity(k)),
+            layout_.rigs ? step[layout_.readout()] : 0.0;
+        rhs.noalias() += elimination.W[a].transpose() * row_step;
       }
       elimination.L[t].transpose().template triangularView<Eigen::Upper>().solveInPlace(rhs);
       (*parameters)[t] = (*parameters)[t].moved(-rhs);
@@ -412,18 +490,19 @@ MapResiduals VisualInertialProblem::residuals() const {
   MapResiduals out;
   out.point_tracks = static_cast<int>(point_tracks_.size());
   out.line_tracks = static_cast<int>(line_tracks_.size());
+  RowJacobian by_row;
   out.points.reserve(point_views_.size());
   for (std::size_t t = 0; t < point_tracks_.size(); ++t) {
     for (int a = point_tracks_[t].begin; a < point_tracks_[t].end; ++a) {
       ViewDerivatives<3> view;
-      evaluate(point_views_[a], structure_.points[t], final_state_, t_b_c_, 1.0, &view);
+      evaluateView(point_views_[a], structure_.points[t], final_state_, 1.0, &view, &by_row);
       out.points.push_back(view.r.norm());
     }
   }
   for (std::size_t t = 0; t < line_tracks_.size(); ++t) {
     for (int a = line_tracks_[t].begin; a < line_tracks_[t].end; ++a) {
       ViewDerivatives<4> view;
-      evaluate(line_views_[a], structure_.lines[t], final_state_, t_b_c_, 1.0, &view);
+      evaluateView(line_views_[a], structure_.lines[t], final_state_, 1.0, &view, &by_row);
       out.lines.push_back(view.r.cwiseAbs().maxCoeff());
     }
   }

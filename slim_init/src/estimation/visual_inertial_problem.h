@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "estimation/rig_model.h"
+#include "estimation/row_motion.h"
 #include "estimation/visual_tracks.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
@@ -113,6 +114,8 @@ class VisualInertialProblem {
     std::vector<Eigen::Matrix<double, D, D>> L;
     std::vector<Eigen::Matrix<double, D, 1>> y;
     std::vector<Eigen::Matrix<double, 6, D>> V;
+    /// The same for velocity and readout time; empty with a global shutter.
+    std::vector<Eigen::Matrix<double, kRowMotion, D>> W;
   };
   /// Parameters of all tracks.
   struct Structure {
@@ -149,6 +152,21 @@ class VisualInertialProblem {
   double addTracks(const std::vector<TrackRange>& tracks, const std::vector<View>& views,
                    const std::vector<Parameters>& parameters, const WindowState& state,
                    double sqrt_information, Elimination<D>* elimination, System* system);
+  template <int D, typename View>
+  void eliminateRows(const TrackRange& track, const std::vector<View>& views,
+                     const Eigen::Matrix<double, D, D>& L_inverse,
+                     const Eigen::Matrix<double, D, 1>& y, Elimination<D>* elimination,
+                     System* system) const;
+  template <typename View, typename Parameters, int D>
+  void evaluateView(const View& view, const Parameters& parameters, const WindowState& state,
+                    double sqrt_information, ViewDerivatives<D>* out, RowJacobian* by_row) const;
+  void addRowsToPoses(int keyframe, int other, const Eigen::Matrix<double, kRowMotion, 6>& block,
+                      System* system) const;
+  void addRowsToRows(int keyframe, int other,
+                     const Eigen::Matrix<double, kRowMotion, kRowMotion>& block,
+                     System* system) const;
+  void addRowGradient(int keyframe, const Eigen::Matrix<double, kRowMotion, 1>& gradient,
+                      System* system) const;
   void linearize(const WindowState& state, const Structure& structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
 
@@ -162,6 +180,8 @@ class VisualInertialProblem {
   double sigma_line_;
   std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
   bool whitening_valid_ = true;
+  RowMotion rows_;
+  bool rolling_;  // observations have row times of their own
   std::optional<RigPrior> rig_;
   double td_shift_ = 0.0;              // of the preintegrations [s]
   std::vector<ImuInstant> instants_;   // at the ends of the preintegrations, with a rig prior

@@ -28,10 +28,11 @@ DirectionParameters DirectionParameters::moved(const Eigen::Vector2d& step) cons
 }
 
 void evaluate(const PointView& view, const PointParameters& point, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<3>* out) {
+              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<3>* out,
+              const Eigen::Vector3d& moved) {
   const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
   const double rho = point.inverse_depth;
-  const Eigen::Vector3d from_body = point.origin - state.p_b0.col(view.keyframe);
+  const Eigen::Vector3d from_body = point.origin - (state.p_b0.col(view.keyframe) + moved);
   const Eigen::Vector3d z = R.transpose() * (point.direction + rho * from_body);
   const Eigen::Vector3d y = z - rho * t_b_c;
   const double inverse_norm = 1.0 / y.norm();

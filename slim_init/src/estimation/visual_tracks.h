@@ -22,6 +22,7 @@ struct PointView {
   int sighting = 0;  ///< index into InitWindow::pointSightings()
   Eigen::Vector3d bearing_b;
   Eigen::Matrix<double, 2, 3> tangent_b;  ///< two directions across the bearing, rows, in b
+  double dt = 0.0;                        ///< exposure of its row, after that of the keyframe [s]
 };
 
 /// A point as origin, unit direction and inverse depth: x = origin + direction / inverse_depth,
@@ -57,8 +58,10 @@ struct DirectionParameters {
 /// Residuals of one view and their derivatives. `sqrt_information` is 1 / sigma [1/rad].
 ///   point: components of the predicted bearing across the observed one
 ///   direction: components of the predicted direction across the observed one, whitened
+/// `moved`: of the body from the keyframe to the exposure of the row, in b0 [m].
 void evaluate(const PointView& view, const PointParameters& point, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<3>* out);
+              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<3>* out,
+              const Eigen::Vector3d& moved = Eigen::Vector3d::Zero());
 void evaluate(const DirectionView& view, const DirectionParameters& axis, const WindowState& state,
               const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<2>* out);
 

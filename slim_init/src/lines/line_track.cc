@@ -19,12 +19,14 @@ LineParameters LineParameters::moved(const Eigen::Vector4d& step) const {
 }
 
 void evaluate(const LineView& view, const LineParameters& line, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out) {
+              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out,
+              const Eigen::Vector3d& moved) {
   const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
   const double rho = line.inverse_distance;
   const Eigen::Vector3d D = line.frame.col(1);
   const Eigen::Vector3d w = line.frame.col(2);
-  const Eigen::Vector3d from_camera = line.origin - cameraCentre(state, view.keyframe, t_b_c);
+  const Eigen::Vector3d from_camera =
+      line.origin - (cameraCentre(state, view.keyframe, t_b_c) + moved);
   const Eigen::Vector3d n = w + rho * from_camera.cross(D);
   const double inverse_norm = 1.0 / n.norm();
   const Eigen::Vector3d n_b = R.transpose() * n;

@@ -19,6 +19,8 @@ struct LineView {
   int keyframe = 0;
   int sighting = 0;  ///< index into InitWindow::lineSightings()
   Eigen::Vector3d start_b, end_b;
+  double start_dt = 0.0;  ///< exposure of the row, after that of the keyframe [s]
+  double end_dt = 0.0;    ///< [s]
 };
 
 /// A line as origin, orthonormal frame and inverse distance. Columns of `frame`: direction q from
@@ -35,9 +37,11 @@ struct LineParameters {
 };
 
 /// Sines of the angles of both end points to the predicted plane, times `sqrt_information`
-/// (1 / sigma [1/rad]), and their derivatives.
+/// (1 / sigma [1/rad]), and their derivatives. `moved`: of the body from the keyframe to the
+/// exposure, in b0 [m].
 void evaluate(const LineView& view, const LineParameters& line, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out);
+              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out,
+              const Eigen::Vector3d& moved = Eigen::Vector3d::Zero());
 
 /// Starting parameters of a track from the state, by linear least squares with the known camera
 /// motion. `views` has at least two entries. Planes that are parallel to within noise put the line
