@@ -109,8 +109,7 @@ WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
   out.posterior = posteriorOf(input.tracks, out.refined);
   if (!out.posterior.valid || !input.rig) return out;
   const CalibrationSigmas wide =
-      widenedWhereBeyond(input.rig->sigmas, rigBetween(input.rig->mean, out.refined.state.rig),
-                         out.posterior.rig_covariance.diagonal());
+      widenedByEstimate(input.rig->sigmas, rigBetween(input.rig->mean, out.refined.state.rig));
   if (wide == input.rig->sigmas) return out;
   input.rig->sigmas = wide;
   const RefinedWindow again = searchMinimum(input, lines, {out.refined.state}, options);

@@ -47,7 +47,7 @@ struct WindowEstimate {
 };
 
 /// searchMinimum() and its posterior; once more with wider priors where the rig found lies beyond
-/// its own (widenedWhereBeyond()).
+/// its own (widenedByEstimate()).
 WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
                               const std::vector<WindowState>& starts,
                               const InitializerOptions& options);

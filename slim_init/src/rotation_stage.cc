@@ -50,15 +50,15 @@ Eigen::Vector4d correctionOf(const CalibrationCheck& check, PriorOfCheck prior) 
   measured << check.extrinsic_error, check.td_error_s;
   const Eigen::Vector4d off = measured - prior.mean;
   const double rotation_variance = check.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff();
-  const auto beyond = [](double error, double prior_variance, double variance) {
-    return prior_variance > 0.0 && error > kBeyondPrior * std::sqrt(prior_variance + variance);
+  const auto beyond = [](double error, double bound, double prior_variance, double variance) {
+    return prior_variance > 0.0 && error > bound * std::sqrt(prior_variance + variance);
   };
-  if (beyond(off.head<3>().norm(), prior.covariance(0, 0), rotation_variance)) {
+  if (beyond(off.head<3>().norm(), kBeyondVector, prior.covariance(0, 0), rotation_variance)) {
     const double wide =
         std::max(prior.covariance(0, 0), std::pow(kWideRotationDeg * kRadPerDeg, 2));
     prior.covariance.diagonal().head<3>().setConstant(wide);
   }
-  if (beyond(std::abs(off[3]), prior.covariance(3, 3), check.covariance(3, 3))) {
+  if (beyond(std::abs(off[3]), kBeyondScalar, prior.covariance(3, 3), check.covariance(3, 3))) {
     prior.covariance(3, 3) = std::max(prior.covariance(3, 3), kWideTd * kWideTd);
   }
   const Eigen::Matrix4d sum = prior.covariance + check.covariance;
@@ -135,7 +135,7 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     variance.head<3>() = check.covariance.diagonal().head<3>();
     variance[6] = check.covariance(3, 3);
   }
-  stage.prior.sigmas = widenedWhereBeyond(handed_in.sigmas, stage.prior.mean, variance);
+  stage.prior.sigmas = widenedByMeasurement(handed_in.sigmas, stage.prior.mean, variance);
   return stage;
 }
 

@@ -80,7 +80,7 @@ class WindowCutter {
       return calibration.imuTime(sequence_.frames[frame].t);
     };
     const double t_first = imuTime(first_frame);
-    std::size_t next_imu = lastSampleAtOrBefore(t_first);
+    std::size_t next_imu = lastSampleAtOrBefore(t_first - InitWindow::kImuMargin);
     Cut result;
     for (std::size_t i = first_frame; i < sequence_.frames.size(); ++i) {
       const double elapsed = imuTime(i) - t_first;
@@ -88,9 +88,9 @@ class WindowCutter {
         result.outcome = CutOutcome::kInterrupted;
         break;
       }
-      // Up to the first sample at or after the frame, which then is covered.
+      // Past the frame by the margin with which keyframes can be moved by an error of td.
       while (next_imu < sequence_.imu.size() &&
-             (buffer.imu().empty() || buffer.imu().back().t < imuTime(i))) {
+             (buffer.imu().empty() || buffer.imu().back().t < imuTime(i) + InitWindow::kImuMargin)) {
         buffer.addImu(sequence_.imu[next_imu++]);
       }
       buffer.addFrame(sequence_.frames[i]);

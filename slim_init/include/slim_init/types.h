@@ -67,10 +67,10 @@ struct ImuNoise {
 
 /// How far a calibration may be off: standard deviations before any data. Zero: exact.
 struct CalibrationSigmas {
-  double rotation_deg = 1.0;    ///< of R_b_c, per axis [deg]; kUnknownRotationDeg or more: unknown
-  double translation_m = 0.01;  ///< of t_b_c, per axis [m]
-  double td_s = 0.005;          ///< of td [s]
-  double readout_s = 0.0;       ///< of readout_s [s]; without effect where that is zero
+  double rotation_deg = 0.3;     ///< of R_b_c, per axis [deg]; kUnknownRotationDeg or more: unknown
+  double translation_m = 0.003;  ///< of t_b_c, per axis [m]
+  double td_s = 0.001;           ///< of td [s]
+  double readout_s = 0.0;        ///< of readout_s [s]; without effect where that is zero
 
   bool operator==(const CalibrationSigmas& other) const {
     return rotation_deg == other.rotation_deg && translation_m == other.translation_m &&

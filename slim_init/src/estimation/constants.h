@@ -34,14 +34,23 @@ inline constexpr double kBehindSigmas = 3.0;
 
 // ---- Rig (rig_model.h)
 
-/// Beyond this many standard deviations of prior and measurement together the prior is wrong.
-inline constexpr double kBeyondPrior = 3.0;
+/// A calibration further from its prior than this, in standard deviations of prior and measurement
+/// together, contradicts it: 97 % points of the length of a scalar and of a vector.
+inline constexpr double kBeyondScalar = 2.2;
+inline constexpr double kBeyondVector = 3.0;
+/// The same for an estimate that contains the prior, in standard deviations of that alone. It is
+/// drawn to it: where the calibration is right it stays within half of these in 99 %.
+inline constexpr double kDrawnBeyondScalar = 1.5;
+inline constexpr double kDrawnBeyondVector = 2.0;
+/// An error that is found under such a prior is drawn to it, by at most about this factor.
+inline constexpr double kPulledFactor = 2.0;
 /// Standard deviations of a calibration whose own have proved wrong: mounted by eye, stamps of a
 /// driver.
 inline constexpr double kWideRotationDeg = 10.0;
-inline constexpr double kWideTranslation = 0.05;  // [m]
-inline constexpr double kWideTd = 0.05;           // [s]
-inline constexpr double kWideReadout = 0.01;      // [s]
+inline constexpr double kWideTranslation = 0.05;    // [m]
+inline constexpr double kTurnedTranslation = 0.01;  // [m], where the rotation is wrong
+inline constexpr double kWideTd = 0.05;             // [s]
+inline constexpr double kWideReadout = 0.01;        // [s]
 
 // ---- Window (refine_window.h)
 

@@ -11,6 +11,44 @@ namespace slim_init {
 
 using namespace estimation_constants;  // NOLINT: the constants of this module
 
+namespace {
+constexpr double kDegPerRad = 180.0 / M_PI;
+
+// Bounds in standard deviations, and the variance of the measurement.
+struct Contradiction {
+  double scalar, vector;
+  Eigen::Matrix<double, StateLayout::kRig, 1> variance;
+};
+
+CalibrationSigmas widened(const CalibrationSigmas& sigmas, const RigError& error,
+                          const Contradiction& beyond) {
+  // `off` and sigma in one unit; what is found under a prior that is too narrow is drawn to it, so
+  // that the error is more than it looks.
+  const auto widen = [](double off, double bound, double variance, double widest, double* sigma) {
+    if (!(*sigma > 0.0 && off > bound * std::sqrt(*sigma * *sigma + variance))) {
+      return false;
+    }
+    *sigma = std::max(*sigma, std::min(kPulledFactor * off, widest));
+    return true;
+  };
+  CalibrationSigmas wide = sigmas;
+  const auto& variance = beyond.variance;
+  if (widen(logSO3(error.dR).norm() * kDegPerRad, beyond.vector,
+            variance.head<3>().maxCoeff() * kDegPerRad * kDegPerRad, kWideRotationDeg,
+            &wide.rotation_deg) &&
+      sigmas.translation_m > 0.0) {
+    // Who turned the camera has moved it as well, though less than its rotation says.
+    wide.translation_m = std::max(sigmas.translation_m, kTurnedTranslation);
+  }
+  widen(error.dt.norm(), beyond.vector, variance.segment<3>(3).maxCoeff(), kWideTranslation,
+        &wide.translation_m);
+  widen(std::abs(error.dtd), beyond.scalar, variance[6], kWideTd, &wide.td_s);
+  widen(std::abs(error.dreadout), beyond.scalar, variance[7], kWideReadout, &wide.readout_s);
+  return wide;
+}
+
+}  // namespace
+
 RigError rigBetween(const RigError& reference, const RigError& error) {
   RigError out;
   out.dR = reference.dR.transpose() * error.dR;
@@ -20,30 +58,16 @@ RigError rigBetween(const RigError& reference, const RigError& error) {
   return out;
 }
 
-CalibrationSigmas widenedWhereBeyond(const CalibrationSigmas& sigmas, const RigError& error,
-                                     const Eigen::Matrix<double, StateLayout::kRig, 1>& variance) {
-  const auto beyond = [](double off, double sigma, double measured_variance) {
-    return sigma > 0.0 && off > kBeyondPrior * std::sqrt(sigma * sigma + measured_variance);
-  };
-  CalibrationSigmas wide = sigmas;
-  if (beyond(logSO3(error.dR).norm(), sigmas.rotation_deg * M_PI / 180.0,
-             variance.head<3>().maxCoeff())) {
-    wide.rotation_deg = std::max(sigmas.rotation_deg, kWideRotationDeg);
-    // Who turned the camera has moved it as well.
-    if (sigmas.translation_m > 0.0) {
-      wide.translation_m = std::max(sigmas.translation_m, kWideTranslation);
-    }
-  }
-  if (beyond(error.dt.norm(), sigmas.translation_m, variance.segment<3>(3).maxCoeff())) {
-    wide.translation_m = std::max(sigmas.translation_m, kWideTranslation);
-  }
-  if (beyond(std::abs(error.dtd), sigmas.td_s, variance[6])) {
-    wide.td_s = std::max(sigmas.td_s, kWideTd);
-  }
-  if (beyond(std::abs(error.dreadout), sigmas.readout_s, variance[7])) {
-    wide.readout_s = std::max(sigmas.readout_s, kWideReadout);
-  }
-  return wide;
+CalibrationSigmas widenedByMeasurement(
+    const CalibrationSigmas& sigmas, const RigError& error,
+    const Eigen::Matrix<double, StateLayout::kRig, 1>& variance) {
+  return widened(sigmas, error, {kBeyondScalar, kBeyondVector, variance});
+}
+
+CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error) {
+  Contradiction drawn = {kDrawnBeyondScalar, kDrawnBeyondVector, {}};
+  drawn.variance.setZero();
+  return widened(sigmas, error, drawn);
 }
 
 std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,

@@ -24,10 +24,12 @@ struct RigPrior {
 /// `error` against `reference`.
 RigError rigBetween(const RigError& reference, const RigError& error);
 
-/// The standard deviations with those parts widened in which `error` (of the calibration, with its
-/// own covariance as in CalibrationEstimate, readout last) lies beyond kBeyondPrior of both.
-CalibrationSigmas widenedWhereBeyond(const CalibrationSigmas& sigmas, const RigError& error,
-                                     const Eigen::Matrix<double, StateLayout::kRig, 1>& variance);
+/// The standard deviations with those parts widened in which `error` of the calibration, measured
+/// without them and with this variance (readout last), contradicts them.
+CalibrationSigmas widenedByMeasurement(const CalibrationSigmas& sigmas, const RigError& error,
+                                       const Eigen::Matrix<double, StateLayout::kRig, 1>& variance);
+/// The same for an estimate of the error that contains them as its prior.
+CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error);
 
 /// Motion of the IMU at one instant, biases taken off.
 struct ImuInstant {
