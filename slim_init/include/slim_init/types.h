@@ -67,7 +67,7 @@ struct ImuNoise {
 
 /// How far a calibration may be off: standard deviations before any data. Zero: exact.
 struct CalibrationSigmas {
-  double rotation_deg = 0.3;     ///< of R_b_c, per axis [deg]; kUnknownRotationDeg or more: unknown
+  double rotation_deg = 0.25;    ///< of R_b_c, per axis [deg]; kUnknownRotationDeg or more: unknown
   double translation_m = 0.003;  ///< of t_b_c, per axis [m]
   double td_s = 0.001;           ///< of td [s]
   double readout_s = 0.0;        ///< of readout_s [s]; without effect where that is zero
