@@ -10,6 +10,7 @@
 
 #include "estimation/inertial_factor.h"
 #include "estimation/rig_model.h"
+#include "estimation/row_motion.h"
 #include "estimation/visual_tracks.h"
 #include "geometry/so3.h"
 #include "lines/line_track.h"
@@ -95,6 +96,33 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
     EXPECT_TRUE(jacobiansAgree(analytic.J_track, track, kTolerance));
   }
 
+  template <int D, typename View, typename Parameters>
+  void checkRows(const View& view, const Parameters& parameters) {
+    const RowMotion rows = {t_b_c_, 0.03};
+    const ImuInstant imu = {random(), 9.81 * random().normalized()};
+    const auto residual = [&](const WindowState& state, ViewDerivatives<D>* at,
+                              RowJacobian* by_row) {
+      evaluateAtRow(view, parameters, state, rows, imu, 300.0, at, by_row);
+    };
+    ViewDerivatives<D> analytic;
+    RowJacobian by_row;
+    residual(state_, &analytic, &by_row);
+    const StateLayout at(state_.size(), true);
+    const Eigen::MatrixXd all = numericJacobian(
+        [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
+          ViewDerivatives<D> moved;
+          RowJacobian unused;
+          residual(retract(state_, step), &moved, &unused);
+          return moved.r;
+        },
+        at.size(), kStep);
+    EXPECT_TRUE(
+        jacobiansAgree(analytic.J_pose, all.middleCols<6>(at.pose(view.keyframe)), kTolerance));
+    EXPECT_TRUE(jacobiansAgree(by_row.leftCols<3>(), all.middleCols<3>(at.velocity(view.keyframe)),
+                               kTolerance));
+    EXPECT_TRUE(jacobiansAgree(by_row.col(3), all.col(at.readout()), kTolerance));
+  }
+
   std::mt19937 rng_;
   std::normal_distribution<double> distribution_;
   WindowState state_;
@@ -157,6 +185,32 @@ TEST_P(RefinementJacobians, Inertial) {
       },
       kInertialColumns, kStep);
   EXPECT_TRUE(jacobiansAgree(analytic.J, numeric, kTolerance));
+}
+
+// Exposures of their own: against the pose and the velocity of the keyframe and the readout time.
+TEST_P(RefinementJacobians, PointAndLineInARollingShutter) {
+  PointParameters point;
+  point.origin = 0.3 * random();
+  point.direction = random().normalized();
+  point.tangent = tangentBasis(point.direction);
+  point.inverse_depth = 0.4;
+  PointView seen;
+  seen.keyframe = 2;
+  seen.bearing_b = (state_.R_b0_bk[2].transpose() * point.direction + 0.2 * random()).normalized();
+  seen.tangent_b = tangentBasis(seen.bearing_b).transpose();
+  seen.dt = 0.012;
+  LineParameters line;
+  line.origin = 0.3 * random();
+  line.frame = expSO3(random());
+  line.inverse_distance = 0.3;
+  LineView segment;
+  segment.keyframe = 2;
+  segment.start_b = random().normalized();
+  segment.end_b = random().normalized();
+  segment.start_dt = -0.015;
+  segment.end_dt = 0.009;
+  checkRows<3>(seen, point);
+  checkRows<4>(segment, line);
 }
 
 // The residual of one pair under a rig error, by every state that enters and by the error itself.

@@ -62,6 +62,63 @@ bool project(const NavState& state, const Calibration& calibration, const Eigen:
   return std::abs(uv->x()) < kHalfWidth && std::abs(uv->y()) < kHalfHeight;
 }
 
+// Projects at the exposure of the row in which the point then is.
+class RowProjector {
+ public:
+  RowProjector(const ExactWindow& exact, const std::vector<ImuSample>& imu,
+               const Eigen::Vector3d& gravity_w)
+      : exact_(exact), imu_(imu), gravity_w_(gravity_w) {}
+
+  bool project(int k, const Eigen::Vector3d& X_w, Eigen::Vector2d* uv, double* dt) const {
+    const Calibration& calibration = exact_.true_calibration;
+    *dt = 0.0;
+    if (!testing_support::project(exact_.truth[k], calibration, X_w, uv)) return false;
+    if (calibration.readout_s == 0.0) return true;
+    // A fixed point: the row moves by less than a hundredth of its change of time.
+    for (int round = 0; round < 12; ++round) {
+      *dt = 0.5 * uv->y() / kHalfHeight * calibration.readout_s;
+      if (!testing_support::project(stateAt(k, *dt), calibration, X_w, uv)) return false;
+    }
+    return true;
+  }
+
+ private:
+  // The body dt after keyframe k; backwards from it by the same samples.
+  NavState stateAt(int k, double dt) const {
+    const NavState& at = exact_.truth[k];
+    const auto integral = [&](double from, double to) {
+      return preintegrate(imu_, from, to, at.gyro_bias, at.accel_bias, exact_.calibration.imu_noise,
+                          PreintegrationParts::kMean);
+    };
+    if (dt >= 0.0) return propagate(at, integral(at.t, at.t + dt), gravity_w_);
+    const Preintegration pre = integral(at.t + dt, at.t);
+    NavState before = at;
+    before.t = at.t + dt;
+    before.R_w_b = at.R_w_b * pre.dR.transpose();
+    before.v_w_b = at.v_w_b - gravity_w_ * pre.dt - before.R_w_b * pre.dv;
+    before.p_w_b = at.p_w_b - before.v_w_b * pre.dt - 0.5 * gravity_w_ * pre.dt * pre.dt -
+                   before.R_w_b * pre.dp;
+    return before;
+  }
+
+  const ExactWindow& exact_;
+  const std::vector<ImuSample>& imu_;
+  Eigen::Vector3d gravity_w_;
+};
+
+// Hands in a calibration that is off by a draw, and stamps to match its td.
+void miscalibrate(const ExactWindowOptions& options, ExactWindow* exact) {
+  const CalibrationSigmas& sigmas = options.calibration_error;
+  if (sigmas == CalibrationSigmas{0.0, 0.0, 0.0, 0.0}) return;
+  Random random(options.seed + 3000);
+  const Eigen::Vector3d rotation = sigmas.rotation_deg * M_PI / 180.0 * gaussian3(random);
+  const Eigen::Vector3d translation = sigmas.translation_m * gaussian3(random);
+  exact->true_calibration.td = sigmas.td_s * gaussian(random);
+  exact->calibration.R_b_c = exact->true_calibration.R_b_c * expSO3(-rotation);
+  exact->calibration.t_b_c = exact->true_calibration.t_b_c - translation;
+  for (FrameObservation& frame : exact->keyframes) frame.t -= exact->true_calibration.td;
+}
+
 // A place seen by keyframe `state` at a random bearing and depth.
 Eigen::Vector3d randomPlace(Random& random, const NavState& state, const Calibration& calibration) {
   const double z = uniform(random, 2.0, 8.0);
@@ -112,6 +169,14 @@ ExactWindowOptions drawnFromTheModel(unsigned seed, double accel_bias_sigma) {
   return options;
 }
 
+ExactWindowOptions drawnWithCalibration(unsigned seed, double accel_bias_sigma) {
+  ExactWindowOptions options = drawnFromTheModel(seed, accel_bias_sigma);
+  options.calibration_error = CalibrationSigmas();
+  // Samples to either side of the keyframes, which td moves.
+  options.keyframe_offset_s = 0.0217;
+  return options;
+}
+
 ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   ExactWindow out;
   out.calibration = eurocCalibration();
@@ -127,7 +192,10 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   Eigen::Matrix3d R_w_b = R_w_h * expSO3(-1.4 * mount_up);
   const Eigen::Matrix3d R_w_b_start = R_w_b;
   Random noise(options.seed + 1000);
-  for (int k = 0; (k - 2) * h < duration; ++k) {
+  // A few samples more where the keyframes are moved or rows have times of their own.
+  const bool margin = options.readout_s > 0.0 || options.calibration_error.td_s > 0.0;
+  const double end = duration + (margin ? 0.02 + options.readout_s : 0.0);
+  for (int k = 0; (k - 2) * h < end; ++k) {
     const double t = k * h;
     ImuSample sample;
     sample.t = t;
@@ -159,6 +227,7 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
     advance(options.keyframe_offset_s + k * options.interval_s);
     out.truth.push_back(state);
   }
+  const std::vector<ImuSample> true_imu = out.imu;
   if (options.imu_noise) {
     const double root = std::sqrt(options.imu_rate_hz);
     for (ImuSample& sample : out.imu) {
@@ -167,16 +236,19 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
     }
   }
 
+  out.calibration.readout_s = options.readout_s;
+  out.true_calibration = out.calibration;
   out.keyframes.resize(options.keyframes);
   for (int k = 0; k < options.keyframes; ++k) out.keyframes[k].t = out.truth[k].t;
+  const RowProjector projector(out, true_imu, gravity_w);
   const double sigma = options.pixel_noise / out.calibration.focal_px;
   for (int id = 0; id < options.points; ++id) {
     const Eigen::Vector3d X_w =
         randomPlace(random, out.truth[id % options.keyframes], out.calibration);
     for (int k = 0; k < options.keyframes; ++k) {
       Eigen::Vector2d uv;
-      if (!project(out.truth[k], out.calibration, X_w, &uv)) continue;
       PointObservation point;
+      if (!projector.project(k, X_w, &uv, &point.dt)) continue;
       point.id = id;
       point.bearing = noisyBearing(random, uv, sigma, options.angular_noise);
       out.keyframes[k].points.push_back(point);
@@ -195,10 +267,10 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
     for (int k = 0; k < options.keyframes; ++k) {
       Eigen::Vector2d s, e;
       const double from = uniform(random, 0.3, 0.5), to = uniform(random, 0.3, 0.5);
-      if (!project(out.truth[k], out.calibration, middle - from * direction, &s)) continue;
-      if (!project(out.truth[k], out.calibration, middle + to * direction, &e)) continue;
-      if ((e - s).norm() * out.calibration.focal_px < 20.0) continue;
       LineObservation line;
+      if (!projector.project(k, middle - from * direction, &s, &line.start_dt)) continue;
+      if (!projector.project(k, middle + to * direction, &e, &line.end_dt)) continue;
+      if ((e - s).norm() * out.calibration.focal_px < 20.0) continue;
       line.id = id;
       line.start_bearing = noisyBearing(random, s, sigma, options.angular_noise);
       line.end_bearing = noisyBearing(random, e, sigma, options.angular_noise);
@@ -208,6 +280,7 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
       out.keyframes[k].lines.push_back(line);
     }
   }
+  miscalibrate(options, &out);
   out.window = InitWindow::create(out.calibration, out.keyframes, out.imu);
   return out;
 }

@@ -35,11 +35,16 @@ struct ExactWindowOptions {
   bool imu_noise = false;  ///< white noise at the calibration's densities
   double yaw_rad = 0.4;    ///< of the first body
   Eigen::Vector3d origin = Eigen::Vector3d(1.0, -2.0, 0.5);  ///< of the first body [m]
+  /// The calibration handed in is off by a draw with these standard deviations.
+  CalibrationSigmas calibration_error = {0.0, 0.0, 0.0, 0.0};
+  /// Rolling shutter: the row of a point decides when it is seen; row times and calibration say so.
+  double readout_s = 0.0;
   unsigned seed = 1;
 };
 
 struct ExactWindow {
-  Calibration calibration;
+  Calibration calibration;       ///< handed in
+  Calibration true_calibration;  ///< td included: the exposures are at stamp + td
   std::vector<ImuSample> imu;
   std::vector<FrameObservation> keyframes;
   std::vector<NavState> truth;  ///< one per keyframe, world z up
@@ -53,6 +58,9 @@ Calibration eurocCalibration();
 /// noise at the calibration's densities, an accelerometer bias with standard deviation
 /// `accel_bias_sigma` [m/s^2] per axis. Over many seeds, errors have the reported covariance.
 ExactWindowOptions drawnFromTheModel(unsigned seed, double accel_bias_sigma);
+
+/// The same with a calibration off by what its standard deviations say.
+ExactWindowOptions drawnWithCalibration(unsigned seed, double accel_bias_sigma);
 
 /// Makes a window; never fails for sensible options.
 ExactWindow makeExactWindow(const ExactWindowOptions& options);

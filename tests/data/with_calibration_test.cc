@@ -1,0 +1,82 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "data/with_calibration.h"
+
+#include <gtest/gtest.h>
+
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+ExactWindow someWindow() {
+  ExactWindowOptions options;
+  options.readout_s = 0.02;
+  options.keyframe_offset_s = 0.0417;
+  return makeExactWindow(options);
+}
+
+TEST(WithCalibration, MovesTimesAndRowsAndNothingElse) {
+  const ExactWindow exact = someWindow();
+  Calibration changed = exact.calibration;
+  changed.td += 0.01;
+  changed.readout_s *= 1.5;
+  const auto window = withCalibration(*exact.window, changed);
+  ASSERT_NE(window, nullptr);
+  ASSERT_EQ(window->size(), exact.window->size());
+  EXPECT_EQ(window->calibration().td, changed.td);
+  for (int k = 0; k < window->size(); ++k) {
+    EXPECT_NEAR(window->times()[k], exact.window->times()[k] + 0.01, 1e-12);
+  }
+  ASSERT_EQ(window->pointSightings().size(), exact.window->pointSightings().size());
+  for (std::size_t s = 0; s < window->pointSightings().size(); ++s) {
+    const PointSighting &now = window->pointSightings()[s],
+                        &before = exact.window->pointSightings()[s];
+    EXPECT_EQ(now.bearing, before.bearing);
+    EXPECT_EQ(now.keyframe, before.keyframe);
+    EXPECT_NEAR(now.dt, 1.5 * before.dt, 1e-15);
+  }
+  ASSERT_FALSE(window->lineSightings().empty());
+  EXPECT_NEAR(window->lineSightings()[0].end_dt, 1.5 * exact.window->lineSightings()[0].end_dt,
+              1e-15);
+  EXPECT_EQ(window->imu().size(), exact.window->imu().size());
+}
+
+TEST(WithCalibration, LeavesOutKeyframesThatTheImuDoesNotCover) {
+  const ExactWindow exact = someWindow();
+  const int n = exact.window->size();
+  for (const double shift : {-0.06, 0.06}) {
+    Calibration changed = exact.calibration;
+    changed.td += shift;
+    const auto window = withCalibration(*exact.window, changed);
+    ASSERT_NE(window, nullptr);
+    EXPECT_EQ(window->size(), n - 1);
+    EXPECT_GE(window->times().front(), window->imu().front().t);
+    EXPECT_LE(window->times().back(), window->imu().back().t);
+    const int dropped = shift < 0.0 ? 1 : 0;
+    EXPECT_NEAR(window->times().front(), exact.window->times()[dropped] + shift, 1e-12);
+    for (const Track& track : window->pointTracks()) EXPECT_GE(track.size(), 2);
+    for (const PointSighting& s : window->pointSightings()) {
+      EXPECT_GE(s.keyframe, 0);
+      EXPECT_LT(s.keyframe, n - 1);
+    }
+    EXPECT_EQ(window->linesOfKeyframe(0).size(), exact.window->linesOfKeyframe(dropped).size());
+    for (const LineSighting& line : window->linesOfKeyframe(0)) EXPECT_EQ(line.keyframe, 0);
+  }
+}
+
+TEST(WithCalibration, RefusesWhatIsNoneAndWhatLeavesNothing) {
+  const ExactWindow exact = someWindow();
+  Calibration invalid = exact.calibration;
+  invalid.R_b_c *= 2.0;
+  EXPECT_EQ(withCalibration(*exact.window, invalid), nullptr);
+  Calibration far = exact.calibration;
+  far.td = 1.0;
+  const auto window = withCalibration(*exact.window, far);
+  ASSERT_NE(window, nullptr);
+  EXPECT_LT(window->size(), exact.window->size());
+}
+
+}  // namespace
+}  // namespace slim_init

@@ -1,0 +1,263 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// `slim` on rigs that are off: what it finds, how sure it says to be, and what it cannot know.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/so3.h"
+#include "slim_init/baselines/baselines.h"
+#include "support/chi_square.h"
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+constexpr double kRadPerDeg = M_PI / 180.0;
+
+InitializerOptions simulatedImu() {
+  InitializerOptions options;
+  // The simulated IMU is as good as its data sheet, the tracks do not drift.
+  options.inertial.accel_noise_factor = 1.0;
+  options.inertial.gyro_noise_factor = 1.0;
+  options.refinement.min_sigma_px = 0.01;
+  return options;
+}
+
+ExactWindowOptions noisy(unsigned seed) {
+  ExactWindowOptions options = drawnFromTheModel(seed, 0.05);
+  options.keyframe_offset_s = 0.0617;  // td is off by up to this much
+  return options;
+}
+
+// The window as a user with a wrong calibration hands it in: the true extrinsic is R_b_c Exp(turn),
+// the true time offset `td` more than the one assumed.
+std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
+                                                const Eigen::Vector3d& turn, double td,
+                                                const CalibrationSigmas& sigmas) {
+  Calibration calibration = exact.calibration;
+  calibration.R_b_c = calibration.R_b_c * expSO3(-turn);
+  calibration.sigmas = sigmas;
+  std::vector<FrameObservation> keyframes = exact.keyframes;
+  for (FrameObservation& frame : keyframes) frame.t -= td;
+  std::string error;
+  auto window = InitWindow::create(calibration, keyframes, exact.imu, &error);
+  EXPECT_NE(window, nullptr) << error;
+  return window;
+}
+
+double turnBetweenDeg(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return logSO3(a.transpose() * b).norm() / kRadPerDeg;
+}
+
+bool hasWarning(const InitResult& result, const std::string& key) {
+  return std::any_of(result.warnings.begin(), result.warnings.end(), [&](const std::string& text) {
+    return text.find("correct " + key) != std::string::npos;
+  });
+}
+
+TEST(CalibrationOfSlim, AWrongOneIsFoundAcceptedAndNamed) {
+  const auto slim = baselines::makeMethod("slim", InitializerOptions());
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = makeExactWindow(noisy(seed));
+    const InitResult right = slim->solve(*exact.window);
+    ASSERT_TRUE(right.success()) << right.message;
+    EXPECT_TRUE(right.warnings.empty()) << "seed " << seed << ": " << right.warnings.front();
+
+    const Eigen::Vector3d turn = 8.0 * kRadPerDeg * Eigen::Vector3d(0.6, 0.0, 0.8);
+    const InitResult turned = slim->solve(*miscalibrated(exact, turn, 0.0, CalibrationSigmas()));
+    ASSERT_TRUE(turned.success()) << "seed " << seed << ": " << turned.message;
+    ASSERT_TRUE(turned.calibration.has_value());
+    EXPECT_LT(turnBetweenDeg(turned.calibration->R_b_c, exact.calibration.R_b_c), 2.5);
+    EXPECT_LT(std::abs(scaleError(turned.states, exact.truth)), 0.1);
+    EXPECT_TRUE(hasWarning(turned, "extrinsicRotation")) << "seed " << seed;
+    EXPECT_FALSE(hasWarning(turned, "td"));
+
+    const InitResult late =
+        slim->solve(*miscalibrated(exact, Eigen::Vector3d::Zero(), 0.04, CalibrationSigmas()));
+    ASSERT_TRUE(late.success()) << "seed " << seed << ": " << late.message;
+    EXPECT_NEAR(late.calibration->td, 0.04, 5e-3);
+    EXPECT_TRUE(hasWarning(late, "td")) << "seed " << seed;
+    // The states are those of the exposures, on the clock of the IMU.
+    EXPECT_NEAR(late.states.front().t, exact.truth.front().t, 5e-3);
+  }
+}
+
+TEST(CalibrationOfSlim, BeyondTheRangeItIsRefused) {
+  InitializerOptions options;
+  options.gates.max_td_error_s = 0.01;
+  const auto slim = baselines::makeMethod("slim", options);
+  const ExactWindow exact = makeExactWindow(noisy(1));
+  EXPECT_TRUE(slim->solve(*miscalibrated(exact, Eigen::Vector3d::Zero(), 0.008, {})).success());
+  const InitResult late = slim->solve(*miscalibrated(exact, Eigen::Vector3d::Zero(), 0.04, {}));
+  EXPECT_EQ(late.status, InitStatus::kInconsistentResiduals);
+  EXPECT_EQ(late.message.find("camera-IMU time offset td is off by about"), 0u) << late.message;
+}
+
+TEST(CalibrationOfSlim, WhatIsExactIsHeld) {
+  const auto slim = baselines::makeMethod("slim", InitializerOptions());
+  const ExactWindow exact = makeExactWindow(noisy(2));
+  const InitResult result = slim->solve(
+      *miscalibrated(exact, Eigen::Vector3d::Zero(), 0.0, CalibrationSigmas{0.0, 0.0, 0.0, 0.0}));
+  ASSERT_TRUE(result.success()) << result.message;
+  ASSERT_TRUE(result.calibration.has_value());
+  EXPECT_LT(turnBetweenDeg(result.calibration->R_b_c, exact.calibration.R_b_c), 1e-3);
+  EXPECT_NEAR(result.calibration->td, 0.0, 1e-5);
+  EXPECT_EQ(result.calibration->covariance.norm(), 0.0);
+}
+
+// Over many windows with calibrations drawn from their standard deviations, the errors of
+// calibration, scale and way miss the truth by as much as is reported.
+TEST(CalibrationOfSlim, StandardDeviationsAreThoseOfTheErrors) {
+  const auto solver = baselines::makeMethod("slim", simulatedImu());
+  double scale = 0.0, rotation = 0.0, translation = 0.0, td = 0.0, distance = 0.0;
+  constexpr int kWindows = 150;
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    ExactWindowOptions options = drawnWithCalibration(seed, 0.1);
+    const ExactWindow exact = makeExactWindow(options);
+    const InitResult result = solver->solve(*exact.window);
+    ASSERT_TRUE(result.success()) << "seed " << seed << ": " << result.message;
+    const CalibrationEstimate& found = *result.calibration;
+    const Calibration& truth = exact.true_calibration;
+    const auto squared = [&](const Eigen::Vector3d& error, int at) {
+      return error.dot(found.covariance.block<3, 3>(at, at).llt().solve(error));
+    };
+    rotation += squared(logSO3(found.R_b_c.transpose() * truth.R_b_c), 0);
+    translation += squared(truth.t_b_c - found.t_b_c, 3);
+    const double late = found.td - truth.td;
+    td += std::pow(late / found.tdSigma(), 2);
+    scale += std::pow(scaleError(result.states, exact.truth) / result.scale_sigma, 2);
+    // The answer is labelled with its own td: the truth has gone on by then.
+    const int n = static_cast<int>(result.states.size());
+    const auto way = [&](const NavState& last, const NavState& first, double after) {
+      return Eigen::Vector3d(last.p_w_b + after * last.v_w_b - first.p_w_b - after * first.v_w_b);
+    };
+    const Eigen::Vector3d x = way(result.states.back(), result.states.front(), 0.0);
+    const Eigen::Vector3d x_true = way(exact.truth.back(), exact.truth.front(), late);
+    const Eigen::Vector3d along = x.normalized();
+    const Eigen::Matrix3d covariance =
+        result.covariance.block<3, 3>(9 * (n - 1) + 3, 9 * (n - 1) + 3);
+    distance += std::pow(x.norm() - x_true.norm(), 2) / along.dot(covariance * along);
+  }
+  EXPECT_TRUE(isChiSquare(rotation, 3 * kWindows)) << "rotation";
+  EXPECT_TRUE(isChiSquare(translation, 3 * kWindows)) << "translation";
+  EXPECT_TRUE(isChiSquare(td, kWindows)) << "td";
+  EXPECT_TRUE(isChiSquare(scale, kWindows)) << "scale";
+  EXPECT_TRUE(isChiSquare(distance, kWindows)) << "distance";
+}
+
+// Without rotation neither td nor the extrinsic rotation shows in the turns; a straight way at
+// constant speed says nothing about td. The posterior is then the prior, and says so.
+TEST(CalibrationOfSlim, WhatTheMotionDoesNotShowKeepsItsPrior) {
+  const auto slim = baselines::makeMethod("slim", InitializerOptions());
+  ExactWindowOptions options = noisy(3);
+  options.motion = Motion::kConstantVelocity;
+  const ExactWindow exact = makeExactWindow(options);
+  CalibrationSigmas wide;
+  wide.td_s = 0.02;
+  wide.rotation_deg = 3.0;
+  wide.translation_m = 0.05;
+  const InitResult result = slim->solve(*miscalibrated(exact, Eigen::Vector3d::Zero(), 0.0, wide));
+  ASSERT_TRUE(result.calibration.has_value()) << result.message;
+  EXPECT_GT(result.calibration->tdSigma(), 0.8 * wide.td_s);
+  EXPECT_GT(result.calibration->rotationSigmaDeg(), 0.8 * wide.rotation_deg);
+  EXPECT_GT(std::sqrt(result.calibration->covariance(3, 3)), 0.8 * wide.translation_m);
+  // And where it is shown, it is not.
+  const InitResult excited =
+      slim->solve(*miscalibrated(makeExactWindow(noisy(3)), Eigen::Vector3d::Zero(), 0.0, wide));
+  ASSERT_TRUE(excited.success()) << excited.message;
+  EXPECT_LT(excited.calibration->tdSigma(), 0.5 * wide.td_s);
+  EXPECT_LT(excited.calibration->rotationSigmaDeg(), 0.5 * wide.rotation_deg);
+}
+
+TEST(CalibrationOfSlim, AnUnknownRotationIsFound) {
+  const auto slim = baselines::makeMethod("slim", InitializerOptions());
+  CalibrationSigmas unknown;
+  unknown.rotation_deg = 180.0;
+  unknown.translation_m = 0.1;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = makeExactWindow(noisy(seed));
+    const Eigen::Vector3d turn = Eigen::Vector3d(0.3 * seed, 2.0, -1.0);
+    const InitResult result = slim->solve(*miscalibrated(exact, turn, 0.0, unknown));
+    ASSERT_TRUE(result.calibration.has_value()) << "seed " << seed << ": " << result.message;
+    EXPECT_LT(turnBetweenDeg(result.calibration->R_b_c, exact.calibration.R_b_c),
+              3.5 * result.calibration->rotationSigmaDeg())
+        << "seed " << seed;
+    EXPECT_LT(turnBetweenDeg(result.calibration->R_b_c, exact.calibration.R_b_c), 3.0);
+    EXPECT_FALSE(hasWarning(result, "extrinsicRotation")) << "nothing was claimed about it";
+  }
+}
+
+TEST(CalibrationOfSlim, AnUnknownRotationIsRefusedWithTheAxisThatIsMissing) {
+  const auto slim = baselines::makeMethod("slim", InitializerOptions());
+  CalibrationSigmas unknown;
+  unknown.rotation_deg = 180.0;
+  for (const Motion motion : {Motion::kConstantVelocity, Motion::kHover}) {
+    ExactWindowOptions options = noisy(4);
+    options.motion = motion;
+    const ExactWindow exact = makeExactWindow(options);
+    const InitResult result =
+        slim->solve(*miscalibrated(exact, Eigen::Vector3d(1.0, 0.0, 0.0), 0.0, unknown));
+    EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation);
+    EXPECT_NE(result.message.find("the extrinsic rotation is unknown"), std::string::npos);
+    EXPECT_NE(result.message.find("rotate about"), std::string::npos) << result.message;
+    EXPECT_FALSE(result.hasEstimate());
+  }
+}
+
+// Noise-free, every observation at its own time.
+TEST(CalibrationOfSlim, ARollingShutterIsExact) {
+  const auto slim = baselines::makeMethod("slim", simulatedImu());
+  ExactWindowOptions options;
+  options.readout_s = 0.033;
+  options.keyframe_offset_s = 0.0617;
+  const ExactWindow exact = makeExactWindow(options);
+  const InitResult result = slim->solve(*exact.window);
+  ASSERT_TRUE(result.success()) << result.message;
+  // Second order in the row times: a lever arm that turns, an acceleration over 17 ms.
+  EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 2e-3);
+
+  // Ignored, it costs ten times that.
+  ExactWindow ignored = exact;
+  ignored.calibration.readout_s = 0.0;
+  for (FrameObservation& frame : ignored.keyframes) {
+    for (PointObservation& point : frame.points) point.dt = 0.0;
+    for (LineObservation& line : frame.lines) line.start_dt = line.end_dt = 0.0;
+  }
+  const auto window = InitWindow::create(ignored.calibration, ignored.keyframes, ignored.imu);
+  const InitResult wrong = slim->solve(*window);
+  const double error = wrong.hasEstimate() ? std::abs(scaleError(wrong.states, exact.truth)) : 1.0;
+  EXPECT_GT(error, 1e-2);
+}
+
+TEST(CalibrationOfSlim, AReadoutTimeThatIsOffIsFound) {
+  const auto slim = baselines::makeMethod("slim", simulatedImu());
+  for (const double off : {-0.005, 0.005}) {
+    ExactWindowOptions options = noisy(5);
+    options.readout_s = 0.033;
+    ExactWindow exact = makeExactWindow(options);
+    const double factor = (options.readout_s - off) / options.readout_s;
+    exact.calibration.readout_s -= off;
+    exact.calibration.sigmas.readout_s = 0.005;
+    for (FrameObservation& frame : exact.keyframes) {
+      for (PointObservation& point : frame.points) point.dt *= factor;
+      for (LineObservation& line : frame.lines) {
+        line.start_dt *= factor;
+        line.end_dt *= factor;
+      }
+    }
+    const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+    const InitResult result = slim->solve(*window);
+    ASSERT_TRUE(result.success()) << result.message;
+    EXPECT_NEAR(result.calibration->readout_s, options.readout_s,
+                std::max(3.5 * result.calibration->readoutSigma(), 1e-4));
+    EXPECT_LT(result.calibration->readoutSigma(), 0.003);
+  }
+}
+
+}  // namespace
+}  // namespace slim_init
