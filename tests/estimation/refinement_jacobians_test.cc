@@ -118,8 +118,10 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
         at.size(), kStep);
     EXPECT_TRUE(
         jacobiansAgree(analytic.J_pose, all.middleCols<6>(at.pose(view.keyframe)), kTolerance));
+    // A row time of 10 ms makes the derivative a hundredth of that by the position, and the
+    // rounding of the differences as much larger.
     EXPECT_TRUE(jacobiansAgree(by_row.leftCols<3>(), all.middleCols<3>(at.velocity(view.keyframe)),
-                               kTolerance));
+                               30.0 * kTolerance));
     EXPECT_TRUE(jacobiansAgree(by_row.col(3), all.col(at.readout()), kTolerance));
   }
 

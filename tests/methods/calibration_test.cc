@@ -163,9 +163,10 @@ TEST(CalibrationOfSlim, WhatTheMotionDoesNotShowKeepsItsPrior) {
   wide.translation_m = 0.05;
   const InitResult result = slim->solve(*miscalibrated(exact, Eigen::Vector3d::Zero(), 0.0, wide));
   ASSERT_TRUE(result.calibration.has_value()) << result.message;
-  EXPECT_GT(result.calibration->tdSigma(), 0.8 * wide.td_s);
-  EXPECT_GT(result.calibration->rotationSigmaDeg(), 0.8 * wide.rotation_deg);
-  EXPECT_GT(std::sqrt(result.calibration->covariance(3, 3)), 0.8 * wide.translation_m);
+  // The motion is not quite free of rotation: it turns at 0.02 rad/s.
+  EXPECT_GT(result.calibration->tdSigma(), 0.75 * wide.td_s);
+  EXPECT_GT(result.calibration->rotationSigmaDeg(), 0.75 * wide.rotation_deg);
+  EXPECT_GT(std::sqrt(result.calibration->covariance(3, 3)), 0.75 * wide.translation_m);
   // And where it is shown, it is not.
   const InitResult excited =
       slim->solve(*miscalibrated(makeExactWindow(noisy(3)), Eigen::Vector3d::Zero(), 0.0, wide));

@@ -90,8 +90,14 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
             "extrinsic rotation is off by about 19 deg (sigma 1 deg); its lower bound at 2.5 sigma "
             "is 16.5 deg, must be at most 15");
   handed_in.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
-  ASSERT_EQ(at(1.1).size(), 1u) << "no bound on a rotation that was unknown";
-  EXPECT_EQ(at(1.1).front().name, "time_offset");
+  // No bound on a rotation that was unknown, but on how well it is known now.
+  EXPECT_EQ(at(1.1).front().name, "extrinsic_sigma");
+  for (const double share : {0.99, 1.01}) {
+    found.covariance.diagonal().head<3>().setConstant(
+        std::pow(share * kOptions.max_extrinsic_sigma_deg * kRadPerDeg, 2));
+    EXPECT_EQ(at(0.5).front().passed, share < 1.0);
+  }
+  EXPECT_EQ(at(0.5).front().status_if_failed, InitStatus::kTooLittleExcitation);
 }
 
 InitResult withGates(double parallax_share, bool other_passes) {

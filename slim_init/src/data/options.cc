@@ -276,6 +276,10 @@ OptionTable slimGateTable(GateOptions* o) {
       userKey("max_td_error_s", &o->max_td_error_s, {0.0, 1.0}, "s",
               "the same of the time offset between camera and IMU. 50 ms are estimated reliably",
               kSlim),
+      advancedKey("max_extrinsic_sigma_deg", &o->max_extrinsic_sigma_deg, {0.01, 180.0}, "deg",
+                  "standard deviation of an extrinsic rotation that was unknown; more is "
+                  "answered with too_little_excitation. Two degrees cost 2 % of scale",
+                  kSlim),
       advancedKey(
           "max_behind_fraction", &o->max_behind_fraction, kShare, "",
           "share of the point tracks behind the camera by over three sigma; more is refused",

@@ -11,8 +11,8 @@
 
 #include "geometry/median.h"
 #include "geometry/so3.h"
+#include "imu/preintegration.h"
 #include "rotation/constants.h"
-#include "rotation/free_rotations.h"
 #include "rotation/keyframe_pairs.h"
 
 namespace slim_init {
@@ -62,18 +62,13 @@ struct Turn {
 
 std::vector<Turn> turnsOf(const InitWindow& window, int min_points) {
   const KeyframePairs pairs(window, 1, min_points);
-  PairRotations starts(pairs.size());
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (pairs[p].use_points) starts[p].R_ci_cj = rotationOfBearings(window, pairs[p]);
-  }
-  const std::vector<RotationCorrection> freed =
-      freeRotations(pairs, starts, unknownBaselines(pairs), 1, kFreeFromFar);
   std::vector<Turn> turns;
-  for (const RotationCorrection& pair : freed) {
+  for (const KeyframePair& pair : pairs) {
+    if (!pair.use_points) continue;
     const Preintegration gyro = preintegrate(
         window.imu(), window.times()[pair.i], window.times()[pair.j], Eigen::Vector3d::Zero(),
         Eigen::Vector3d::Zero(), window.calibration().imu_noise, PreintegrationParts::kRotation);
-    turns.push_back({logSO3(pair.R_ci_cj * expSO3(pair.phi)), logSO3(gyro.dR)});
+    turns.push_back({logSO3(rotationOfBearings(window, pair)), logSO3(gyro.dR)});
   }
   return turns;
 }

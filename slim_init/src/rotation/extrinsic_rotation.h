@@ -26,9 +26,9 @@ struct ExtrinsicRotation {
   std::string message;
 };
 
-/// From consecutive keyframes, whatever the calibration of the window says about R_b_c. Rotations
-/// of the points first without, then with a translation; the rotation that most pairs agree with,
-/// and a robust fit.
+/// From consecutive keyframes, whatever the calibration of the window says about R_b_c: rotations
+/// that map the points of a pair without a translation, the extrinsic rotation that most pairs
+/// agree with, and a robust fit. estimateRotations() makes it exact.
 ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair);
 
 /// "the optical axis", "the horizontal axis of the image" or "the vertical axis of the image": the

@@ -139,6 +139,12 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                              explain("extrinsic rotation", error, sigma, "deg"), "deg",
                              certain(error, sigma), options.max_extrinsic_error_deg, true,
                              InitStatus::kInconsistentResiduals));
+  } else {
+    gates.push_back(makeGate("extrinsic_sigma",
+                             "standard deviation of the unknown extrinsic rotation (rotate about "
+                             "another axis, too)",
+                             "deg", found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg,
+                             true, InitStatus::kTooLittleExcitation));
   }
   constexpr double kMsPerS = 1e3;
   const double td_error = kMsPerS * (found->td - handed_in.td);

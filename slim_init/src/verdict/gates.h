@@ -47,8 +47,8 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 /// velocity and fail "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
-/// Gates on the calibration found, against the one handed in: "extrinsic_rotation" (none where it
-/// was unknown) and "time_offset", values are the certain part of each error (kCertainSigmas),
+/// Gates on the calibration found, against the one handed in: "extrinsic_rotation" ("extrinsic_sigma"
+/// where it was unknown) and "time_offset", values are the certain part of each error (kCertainSigmas),
 /// explanations the estimate itself. None where it was not estimated.
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const std::optional<CalibrationEstimate>& found,
