@@ -61,6 +61,23 @@ HEALTHY = Insertion(
 """)
 
 
+# A calibration that was found is the host's starting value, also after a reset: seed() has written
+# it to ric, tic and td where the host estimates them.
+FOUND_CALIBRATION = """
+                if (result && ESTIMATE_EXTRINSIC)
+                {
+                    ESTIMATE_EXTRINSIC = 1;
+                    RIC[0] = ric[0];
+                    TIC[0] = tic[0];
+                }
+                if (result && ESTIMATE_TD)
+                    TD = td;"""
+
+
+def indented(code):
+    return code.replace("\n", "\n    ")
+
+
 # What the host does after a frame that went well, once the adapter has filled its window.
 def recovery(solve, finish=""):
     return Insertion(["if (failureDetection())", "{"], "after", """
@@ -159,7 +176,9 @@ VINS_MONO = {
                   "before", """
             slim_init_glue.timeStock();
             if (slim_init_glue.decides())
-                result = slim_init_glue.seed(*this);
+            {
+                result = slim_init_glue.seed(*this);""" + FOUND_CALIBRATION + """
+            }
             else
 """),
         AFTER_STOCK,
@@ -212,7 +231,7 @@ VINS_FUSION = {
                 slim_init_glue.timeStock();
                 if (slim_init_glue.decides())
                 {
-                    result = slim_init_glue.seed(*this);
+                    result = slim_init_glue.seed(*this);""" + indented(FOUND_CALIBRATION) + """
                     if (result)
                         f_manager.triangulate(frame_count, Ps, Rs, tic, ric);
                 }

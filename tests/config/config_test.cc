@@ -262,13 +262,104 @@ TEST_F(ConfigFile, RoundedRotationIsMadeARotation) {
   EXPECT_LT((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 1e-12);
 }
 
-TEST_F(ConfigFile, NotesWhatTheInitializerDoesNotModel) {
-  write(std::string(kHostFile) + "rolling_shutter: 1\nestimate_extrinsic: 1\n");
+// What the host estimates itself is a starting value.
+TEST_F(ConfigFile, HostSwitchesRaiseTheStandardDeviations) {
+  const CalibrationSigmas defaults;
   Config config;
+  write(std::string(kHostFile) + "estimate_td: 0\nestimate_extrinsic: 0\n");
   ASSERT_TRUE(loadConfig(path_, &config, nullptr));
-  ASSERT_EQ(config.notes.size(), 3u);
-  EXPECT_NE(config.notes[0].find("rolling_shutter"), std::string::npos);
-  EXPECT_NE(config.notes[1].find("estimate_extrinsic"), std::string::npos);
+  EXPECT_EQ(config.calibration.sigmas.td_s, defaults.td_s);
+  EXPECT_EQ(config.calibration.sigmas.rotation_deg, defaults.rotation_deg);
+  EXPECT_EQ(config.calibration.sigmas.translation_m, defaults.translation_m);
+
+  write(std::string(kHostFile) + "estimate_td: 1\nestimate_extrinsic: 1\n");
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  EXPECT_EQ(config.calibration.sigmas.td_s, 0.03);
+  EXPECT_EQ(config.calibration.sigmas.rotation_deg, 5.0);
+  EXPECT_EQ(config.calibration.sigmas.translation_m, 0.05);
+  EXPECT_TRUE(config.front_end.use_gyro);
+  ASSERT_EQ(config.notes.size(), 1u) << "the densities alone";
+
+  // Our section stays in charge, also with a smaller value, key by key.
+  write(std::string(kHostFile) +
+        "estimate_td: 1\nestimate_extrinsic: 1\n"
+        "slim_init:\n  calibration_sigmas: {td_s: 0.002, rotation_deg: 2.0}\n");
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  EXPECT_EQ(config.calibration.sigmas.td_s, 0.002);
+  EXPECT_EQ(config.calibration.sigmas.rotation_deg, 2.0);
+  EXPECT_EQ(config.calibration.sigmas.translation_m, 0.05);
+}
+
+TEST_F(ConfigFile, AnUnknownExtrinsicMayBeAbsent) {
+  const std::string text(kHostFile);
+  const std::size_t rotation = text.find("extrinsicRotation"),
+                    translation = text.find("extrinsicTranslation"), end = text.find("acc_n");
+  const std::string unknown = "estimate_extrinsic: 2\n";
+  Config config;
+  std::string error;
+  write(text.substr(0, rotation) + text.substr(end) + unknown);
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_FALSE(config.host.has_rotation);
+  EXPECT_FALSE(config.host.has_translation);
+  EXPECT_FALSE(config.front_end.use_gyro) << "no prediction through an unknown rotation";
+  EXPECT_EQ(config.calibration.R_b_c, Eigen::Matrix3d::Identity());
+  EXPECT_EQ(config.calibration.t_b_c, Eigen::Vector3d::Zero());
+  EXPECT_EQ(config.calibration.sigmas.rotation_deg, 180.0);
+  EXPECT_EQ(config.calibration.sigmas.translation_m, 0.1);
+  EXPECT_NE(config.notes[0].find("about at least two axes"), std::string::npos) << config.notes[0];
+
+  // A translation that is given is a guess; a rotation that is given is read.
+  write(text.substr(0, rotation) + text.substr(translation) + unknown);
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_TRUE(config.host.has_translation);
+  EXPECT_EQ(config.calibration.t_b_c, Eigen::Vector3d(0.1, -0.2, 0.3));
+  EXPECT_EQ(config.calibration.sigmas.translation_m, 0.05);
+  write(text + unknown);
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  EXPECT_TRUE(config.host.has_rotation);
+  EXPECT_EQ(config.calibration.R_b_c(1, 0), 1.0);
+  EXPECT_EQ(config.calibration.sigmas.rotation_deg, 180.0);
+}
+
+TEST_F(ConfigErrors, AnAbsentExtrinsicHasToBeLookedFor) {
+  const std::string text(kHostFile);
+  const std::string without =
+      text.substr(0, text.find("extrinsicRotation")) + text.substr(text.find("acc_n"));
+  write(without + "estimate_extrinsic: 1\n");
+  expectError("extrinsicRotation is missing; it is needed unless estimate_extrinsic is 2");
+  write(without + "estimate_extrinsic: 2\nslim_init:\n  calibration_sigmas: {rotation_deg: 3.0}\n");
+  expectError(
+      "extrinsicRotation is missing; it is needed where "
+      "slim_init.calibration_sigmas.rotation_deg is below 90 (it is 3)");
+  write(without + "estimate_extrinsic: 2\nslim_init:\n  method: drt-l\n");
+  expectError("extrinsicRotation is missing; the method drt-l needs it");
+  write(text + "estimate_extrinsic: 3\n");
+  expectError("estimate_extrinsic is 3, must be 0, 1 or 2");
+  write(text + "slim_init:\n  calibration_sigmas: {td_s: 2.0}\n");
+  expectError("slim_init.calibration_sigmas.td_s is 2, must be in [0, 0.5]");
+}
+
+TEST_F(ConfigFile, RollingShutter) {
+  Config config;
+  write(std::string(kHostFile) + "rolling_shutter: 1\nrolling_shutter_tr: 0.033\n");
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  EXPECT_EQ(config.calibration.readout_s, 0.033);
+  EXPECT_EQ(config.calibration.sigmas.readout_s, 0.0) << "known, unless our section says otherwise";
+  EXPECT_EQ(config.notes.size(), 1u) << "the densities alone";
+
+  // The switch decides, as in the host.
+  write(std::string(kHostFile) + "rolling_shutter: 0\nrolling_shutter_tr: 0.033\n");
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  EXPECT_EQ(config.calibration.readout_s, 0.0);
+
+  write(std::string(kHostFile) + "rolling_shutter: 1\n");
+  ASSERT_TRUE(loadConfig(path_, &config, nullptr));
+  EXPECT_EQ(config.calibration.readout_s, 0.0);
+  ASSERT_EQ(config.notes.size(), 2u);
+  EXPECT_NE(config.notes[0].find("rolling_shutter_tr is not"), std::string::npos);
+
+  write(std::string(kHostFile) + "rolling_shutter: 1\nrolling_shutter_tr: 33\n");
+  expectError("rolling_shutter_tr is 33, must be in [0, 0.2]");
 }
 
 TEST_F(ConfigErrors, MissingAndMalformedFiles) {

@@ -17,13 +17,17 @@ namespace {
 /// Answers with the next of a list of statuses; the streams are real.
 class ScriptedInitializer : public IInitializer {
  public:
-  explicit ScriptedInitializer(double td = 0.0)
-      : window_(calibrationWith(td), WindowOptions(), StreamOptions::liveData()) {}
+  explicit ScriptedInitializer(double td = 0.0, double readout_s = 0.0)
+      : window_(calibrationWith(td, readout_s), WindowOptions(), StreamOptions::liveData()) {}
 
   const std::string& name() const override { return name_; }
   AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
-  AddStatus addFrame(FrameObservation frame) override { return window_.addFrame(std::move(frame)); }
+  AddStatus addFrame(FrameObservation frame) override {
+    last_frame = frame;
+    return window_.addFrame(std::move(frame));
+  }
   AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
+    last_lines = lines;
     const AddStatus status = window_.addLines(stamp, std::move(lines));
     if (status == AddStatus::kAdded) ++late_lines;
     return status;
@@ -49,11 +53,14 @@ class ScriptedInitializer : public IInitializer {
 
   std::deque<InitStatus> script;
   int late_lines = 0;
+  FrameObservation last_frame;
+  std::vector<LineObservation> last_lines;
 
  private:
-  static Calibration calibrationWith(double td) {
+  static Calibration calibrationWith(double td, double readout_s) {
     Calibration calibration;
     calibration.td = td;
+    calibration.readout_s = readout_s;
     return calibration;
   }
   std::string name_ = "scripted";
@@ -62,8 +69,8 @@ class ScriptedInitializer : public IInitializer {
 
 class InitSessionTest : public ::testing::Test {
  protected:
-  void make(const InitSessionOptions& options, double td = 0.0) {
-    auto initializer = std::make_unique<ScriptedInitializer>(td);
+  void make(const InitSessionOptions& options, double td = 0.0, double readout_s = 0.0) {
+    auto initializer = std::make_unique<ScriptedInitializer>(td, readout_s);
     scripted_ = initializer.get();
     session_ = std::make_unique<InitSession>(std::move(initializer), options);
   }
@@ -104,6 +111,30 @@ InitSessionOptions everyFrame(bool expect_lines) {
   options.attempt_interval_s = 0.0;
   options.expect_lines = expect_lines;
   return options;
+}
+
+// Rolling shutter: the exposure of the row, of points and of both ends of a line.
+TEST_F(InitSessionTest, RowTimesAreSet) {
+  FrameObservation observed = frame(1.0);
+  observed.points[0].pixel.y() = 360.0;
+  std::vector<LineObservation> lines = line();
+  lines[0].start_pixel.y() = 0.0;
+  lines[0].end_pixel.y() = 480.0;
+  for (const int height : {0, 480}) {
+    InitSessionOptions options;
+    options.image_height = height;
+    EXPECT_EQ(options.validate(), "");
+    make(options, 0.0, 0.02);
+    session_->addPoints(observed);
+    session_->addLines(1.0, lines);
+    const double on = height == 0 ? 0.0 : 1.0;
+    EXPECT_NEAR(scripted_->last_frame.points[0].dt, on * 0.005, 1e-12);
+    EXPECT_NEAR(scripted_->last_lines[0].start_dt, on * -0.01, 1e-12);
+    EXPECT_NEAR(scripted_->last_lines[0].end_dt, on * 0.01, 1e-12);
+  }
+  InitSessionOptions options;
+  options.image_height = -5;
+  EXPECT_EQ(options.validate(), "image_height is -5, must be in [0, 100000]");
 }
 
 TEST_F(InitSessionTest, AsksWhenTheImuCoversAFrameAndNotBefore) {

@@ -28,7 +28,9 @@ constexpr int kHostFrames = 11;
 /// keeps what it was given in plain vectors.
 class Oracle : public IInitializer {
  public:
-  explicit Oracle(const ExactWindow& exact) : calibration_(exact.calibration) {
+  explicit Oracle(const ExactWindow& exact, double readout_s = 0.0)
+      : calibration_(exact.calibration) {
+    calibration_.readout_s = readout_s;
     for (const NavState& state : exact.truth) {
       NavState moved = state;
       moved.R_w_b = turn_ * state.R_w_b;
@@ -50,7 +52,12 @@ class Oracle : public IInitializer {
     const AddStatus status = check_.checkFrame(t);
     if (status == AddStatus::kRestarted) forget();
     if (isAdded(status)) times_.push_back(t);
+    last_frame = std::move(frame);
     return status;
+  }
+  AddStatus addLines(double /*stamp*/, std::vector<LineObservation> lines) override {
+    last_lines = std::move(lines);
+    return AddStatus::kNotSupported;
   }
   void setTd(double td) override { calibration_.td = td; }
   void reset() override {
@@ -106,6 +113,8 @@ class Oracle : public IInitializer {
   }
   double maxWindowSpan() const override { return 0.7; }
 
+  FrameObservation last_frame;
+  std::vector<LineObservation> last_lines;
   bool contradict = false;      ///< success without states
   bool too_few_states = false;  ///< statesAt() forgets to fill them
 
@@ -210,6 +219,55 @@ TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
   adapter_->reset();
   EXPECT_EQ(adapter_->counts().frames_added, 0);
   EXPECT_FALSE(adapter_->seed(stamps(20)).success());
+}
+
+// Rolling shutter: every observation gets the exposure of its row, whichever way it comes.
+TEST_F(ForeignInitializer, RowTimesAreSet) {
+  FrameObservation frame = exact_.keyframes[0];
+  ASSERT_FALSE(frame.points.empty());
+  ASSERT_FALSE(frame.lines.empty());
+  frame.points[0].pixel.y() = 120.0;
+  frame.lines[0].start_pixel.y() = 480.0;
+  frame.lines[0].end_pixel.y() = 240.0;
+  frame.points[0].dt = 0.5;  // as given, where the height is not known
+  adapter_->addFrame(frame);
+  EXPECT_EQ(oracle_->last_frame.points[0].dt, 0.5);
+
+  auto oracle = std::make_unique<Oracle>(exact_, 0.04);
+  oracle_ = oracle.get();
+  HostOptions options;
+  options.image_height = 480;
+  adapter_ = HostAdapter::create(std::move(oracle), options, nullptr);
+  adapter_->addFrame(frame);
+  EXPECT_NEAR(oracle_->last_frame.points[0].dt, -0.01, 1e-12);
+  EXPECT_NEAR(oracle_->last_frame.lines[0].start_dt, 0.02, 1e-12);
+  EXPECT_NEAR(oracle_->last_frame.lines[0].end_dt, 0.0, 1e-12);
+  adapter_->addLines(frame.t, frame.lines);
+  EXPECT_NEAR(oracle_->last_lines[0].start_dt, 0.02, 1e-12);
+
+  options.image_height = -1;
+  std::string error;
+  EXPECT_EQ(HostAdapter::create(std::make_unique<Oracle>(exact_), options, &error), nullptr);
+  EXPECT_EQ(error, "image_height is -1, must be in [0, 100000]");
+}
+
+// A host that changes its td: each frame is that of the IMU data it was paired with.
+TEST_F(ForeignInitializer, EveryFrameHasItsOwnTd) {
+  for (int k = 0; k <= 15; ++k) feed(k);
+  // From here on stamps 30 ms earlier and a td of 30 ms: the same exposures.
+  const double td = 0.03;
+  adapter_->setTd(td);
+  for (int k = 16; k <= 20; ++k) {
+    exact_.keyframes[k].t -= td;
+    feed(k);
+  }
+  const HostAnswer answer = adapter_->seed(stamps(20));
+  ASSERT_TRUE(answer.success()) << answer.message;
+  for (int i = 1; i < kHostFrames; ++i) {
+    EXPECT_NEAR((answer.window.states[i].P - answer.window.states[0].P).norm(),
+                (exact_.truth[10 + i].p_w_b - exact_.truth[10].p_w_b).norm(), 2e-3)
+        << i;
+  }
 }
 
 // The adapter relies on success, so it checks it.

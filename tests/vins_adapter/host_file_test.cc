@@ -134,6 +134,19 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   EXPECT_EQ(calibration.t_b_c, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_NEAR(calibration.R_b_c(1, 0), 1.0, 1e-12);
   EXPECT_NEAR(calibration.focal_px, 457.5, 0.1);
+  EXPECT_TRUE(file.rig.extrinsic_in_one_matrix);
+  EXPECT_TRUE(file.rig.has_rotation);
+
+  // Without the matrix: looked for where the host does so as well.
+  const std::size_t matrix = text.find("body_T_cam0");
+  std::string without = text.substr(0, matrix) + text.substr(text.find("g_norm"));
+  EXPECT_EQ(openHostFile(write("host.yaml", without), nullptr, &error), nullptr);
+  EXPECT_NE(error.find("body_T_cam0 is missing; it is needed unless"), std::string::npos) << error;
+  without.replace(without.find("estimate_extrinsic: 0"), 21, "estimate_extrinsic: 2");
+  ASSERT_NE(openHostFile(write("host.yaml", without), &file, &error), nullptr) << error;
+  EXPECT_TRUE(file.rig.extrinsic_in_one_matrix);
+  EXPECT_FALSE(file.rig.has_rotation);
+  write("host.yaml", text);
 
   // What is wrong in the camera's file is said to be there.
   write("cam0.yaml", "%YAML:1.0\n---\nmodel_type: PINHOLE\n");
@@ -146,6 +159,37 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
   EXPECT_NE(error.find("cam0.yaml: the file cannot be opened"), std::string::npos) << error;
 }
 
+TEST_F(HostFileTest, WhatTheHostEstimatesIsHandedOver) {
+  HostFile file;
+  std::string error;
+  auto adapter = openHostFile(write("host.yaml", euroc_), &file, &error);
+  ASSERT_NE(adapter, nullptr) << error;
+  EXPECT_FALSE(adapter->options().estimate_td);
+  EXPECT_FALSE(adapter->options().estimate_extrinsic);
+  EXPECT_EQ(adapter->options().image_height, 480);
+  EXPECT_TRUE(file.rig.has_rotation);
+
+  const std::size_t rotation = euroc_.find("\nextrinsicRotation"),
+                    end = euroc_.find("]", euroc_.find("\nextrinsicTranslation")) + 1;
+  const std::string switches[][2] = {{"estimate_td: 0", "estimate_td: 1"},
+                                     {"estimate_extrinsic: 0", "estimate_extrinsic: 2"}};
+  std::string text = euroc_.substr(0, rotation) + euroc_.substr(end);
+  for (const auto& [from, to] : switches) {
+    ASSERT_NE(text.find(from), std::string::npos);
+    text.replace(text.find(from), from.size(), to);
+  }
+  adapter = openHostFile(write("host.yaml", text), &file, &error);
+  ASSERT_NE(adapter, nullptr) << error;
+  EXPECT_TRUE(adapter->options().estimate_td);
+  EXPECT_TRUE(adapter->options().estimate_extrinsic);
+  EXPECT_FALSE(file.rig.has_rotation);
+  EXPECT_FALSE(file.rig.extrinsic_in_one_matrix);
+  EXPECT_EQ(adapter->calibration().sigmas.td_s, 0.03);
+  EXPECT_EQ(adapter->calibration().sigmas.rotation_deg, 180.0);
+  ASSERT_EQ(file.notes.size(), 1u);
+  EXPECT_NE(file.notes[0].find("two axes"), std::string::npos);
+}
+
 TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
   HostFile file;
   std::string error;
@@ -155,10 +199,6 @@ TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
   path = write("host.yaml", "%YAML:1.0\nreinit: 2\n");
   EXPECT_FALSE(readHostFile(path, &file, &error));
   EXPECT_EQ(error, path + ": reinit is 2, must be 0, 1, true or false");
-  path = write("host.yaml", edited("estimate_extrinsic: 0", "estimate_extrinsic: 2"));
-  EXPECT_TRUE(readHostFile(path, &file, &error));
-  EXPECT_EQ(openHostFile(path, nullptr, &error), nullptr);
-  EXPECT_NE(error.find("estimate_extrinsic is 2, must be 0 or 1"), std::string::npos) << error;
   EXPECT_FALSE(readHostFile(folder_ + "/absent.yaml", &file, &error));
   EXPECT_NE(error.find("absent.yaml: the file cannot be opened"), std::string::npos);
 }

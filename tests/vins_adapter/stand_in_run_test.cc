@@ -13,8 +13,10 @@
 
 #include "geometry/so3.h"
 #include "node.h"
+#include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_convention.h"
+#include "slim_init/vins_adapter/host_file.h"
 #include "support/exact_window.h"
 
 namespace slim_init::vins_adapter {
@@ -24,6 +26,50 @@ using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 const int kNewest = WINDOW_SIZE;
 const char kNoLines[] = "warn: slim_init: no line message has met a frame";
+
+/// `slim` with the right calibration behind a host with a wrong one: what it has found is the right
+/// one.
+class Finder : public IInitializer {
+ public:
+  Finder(const Calibration& right, const Calibration& wrong) : right_(right), host_(wrong) {
+    inner_ = makeInitializer(right, HostAdapter::hostDefaults());
+    found_.R_b_c = right.R_b_c;
+    found_.t_b_c = right.t_b_c;
+    found_.td = right.td;
+    const double rotation = 0.2 / 57.3, translation = 0.02, td = 0.001;
+    found_.covariance.diagonal() << Eigen::Vector3d::Constant(rotation * rotation),
+        Eigen::Vector3d::Constant(translation * translation), td * td, 0.0;
+  }
+  const std::string& name() const override { return inner_->name(); }
+  AddStatus addImu(const ImuSample& sample) override { return inner_->addImu(sample); }
+  AddStatus addFrame(FrameObservation frame) override { return inner_->addFrame(std::move(frame)); }
+  AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
+    return inner_->addLines(stamp, std::move(lines));
+  }
+  void setTd(double td) override { host_.td = td; }
+  void reset() override { inner_->reset(); }
+  InitResult initialize() override { return with(inner_->initialize()); }
+  InitResult recover(const NavState& last) override { return with(inner_->recover(last)); }
+  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
+                std::vector<NavState>* states, std::string* error) const override {
+    return inner_->statesAt(result, times, max_reach_s, states, error);
+  }
+  Calibration calibration() const override { return host_; }
+  StreamCounts counts() const override { return inner_->counts(); }
+  TimeSpan bufferedImu() const override { return inner_->bufferedImu(); }
+  double maxWindowSpan() const override { return inner_->maxWindowSpan(); }
+
+ private:
+  InitResult with(InitResult result) const {
+    if (!result.success()) return result;
+    result.calibration = found_;
+    result.warnings = {"the right calibration was found"};
+    return result;
+  }
+  Calibration right_, host_;
+  CalibrationEstimate found_;
+  std::unique_ptr<IInitializer> inner_;
+};
 
 // The node is one per process, as in the host; each test runs in a process of its own (CTest).
 class StandInRun : public ::testing::Test {
@@ -131,10 +177,104 @@ class StandInRun : public ::testing::Test {
     return lines;
   }
 
+  // A host with another calibration than the right one, which is found; the switches are those of
+  // its file and of its globals. The stamps are `td` early. Returns the frame of the start.
+  int startWithFinder(double td, double turn, bool estimate_td, int estimate_extrinsic) {
+    start("initializer: slim\n");
+    for (FrameObservation& frame : exact_.keyframes) frame.t -= td;
+    Calibration right = exact_.calibration, wrong = exact_.calibration;
+    right.td = td;
+    wrong.R_b_c = wrong.R_b_c * expSO3(Eigen::Vector3d(0.0, turn, 0.0));
+    ESTIMATE_TD = estimate_td;
+    ESTIMATE_EXTRINSIC = estimate_extrinsic;
+    HostFile file;
+    file.mode = HostMode::kSlim;
+    file.rig.calibration = wrong;
+    file.rig.has_rotation = estimate_extrinsic != 2;
+    HostOptions options;
+    options.estimate_td = estimate_td;
+    options.estimate_extrinsic = estimate_extrinsic != 0;
+    std::string error;
+    auto adapter = HostAdapter::create(std::make_unique<Finder>(right, wrong), options, &error);
+    EXPECT_NE(adapter, nullptr) << error;
+    RIC[0] = wrong.R_b_c;
+    TIC[0] = wrong.t_b_c;
+    host().setParameter();
+    host().slim_init_glue.open(std::move(adapter), file);
+    wrong_ = wrong.R_b_c;
+    int k = 0;
+    for (; k < 30 && host().solver_flag == Estimator::INITIAL; ++k) frame(k);
+    EXPECT_EQ(host().solver_flag, Estimator::NON_LINEAR) << logText();
+    return k - 1;
+  }
+
   std::string folder_;
   ExactWindow exact_;
+  Eigen::Matrix3d wrong_;
   std::size_t next_ = 0;
 };
+
+// Where the host estimates its calibration, what was found is its starting value.
+TEST_F(StandInRun, AFoundCalibrationGoesIntoTheHost) {
+  const double td = 0.02;
+  const int newest = startWithFinder(td, 0.05, true, 1);
+  Estimator& e = host();
+  EXPECT_EQ(e.td, td);
+  EXPECT_LT((e.ric[0] - exact_.calibration.R_b_c).norm(), 1e-12);
+  EXPECT_EQ(e.f_manager.ric, e.ric[0]);
+  // Also after a reset.
+  e.clearState();
+  e.setParameter();
+  EXPECT_EQ(e.td, td);
+  EXPECT_EQ(e.ric[0], exact_.calibration.R_b_c);
+  EXPECT_EQ(ESTIMATE_EXTRINSIC, 1);
+
+  // Lines to paste and warnings, once.
+  EXPECT_EQ(timesLogged("warn: slim_init: the right calibration was found"), 1) << logText();
+  EXPECT_EQ(timesLogged("\ntd: 0.02\n"), 1) << logText();
+  EXPECT_EQ(timesLogged("\nextrinsicRotation: !!opencv-matrix\n   rows: 3\n"), 1) << logText();
+  EXPECT_EQ(timesLogged("extrinsicTranslation"), 0) << "as in the file";
+  EXPECT_GT(newest, 0);
+}
+
+// The frames of the window were paired with the IMU at the old td: their states are of that time.
+TEST_F(StandInRun, StatesFitTheHostsPreintegrations) {
+  const double td = 0.02;
+  const int newest = startWithFinder(td, 0.0, true, 0);
+  Estimator& e = host();
+  // The stand-in has slid once: frame i + 1 of the seed stands at i. Gravity in the body tells the
+  // two instants apart: the exposure, and the stamp alone, td before it.
+  double at_stamp = 0.0, at_exposure = 0.0;
+  for (int i = 0; i < kNewest; ++i) {
+    const int k = newest - kNewest + 1 + i;
+    const Eigen::Matrix3d exposure = exact_.truth[k].R_w_b;
+    const Eigen::Vector3d turn = logSO3(exact_.truth[k - 1].R_w_b.transpose() * exposure);
+    const Eigen::Matrix3d stamp = exposure * expSO3(-turn * (td / 0.1));
+    at_exposure += (e.Rs[i].row(2) - exposure.row(2)).norm();
+    at_stamp += (e.Rs[i].row(2) - stamp.row(2)).norm();
+  }
+  EXPECT_LT(at_stamp, 0.3 * at_exposure);
+}
+
+TEST_F(StandInRun, AHostThatDoesNotEstimateItKeepsItsCalibration) {
+  startWithFinder(0.02, 0.05, false, 0);
+  Estimator& e = host();
+  EXPECT_EQ(e.td, 0.0);
+  EXPECT_EQ(TD, 0.0);
+  EXPECT_LT((e.ric[0] - wrong_).norm(), 1e-12);
+  EXPECT_LT((RIC[0] - wrong_).norm(), 1e-12);
+  EXPECT_EQ(ESTIMATE_EXTRINSIC, 0);
+  EXPECT_EQ(timesLogged("\ntd: 0.02\n"), 1) << "the user is told all the same";
+}
+
+TEST_F(StandInRun, AnUnknownExtrinsicIsKnownAfterTheSeed) {
+  startWithFinder(0.0, 1.5, false, 2);
+  EXPECT_EQ(ESTIMATE_EXTRINSIC, 1);
+  EXPECT_LT((RIC[0] - exact_.calibration.R_b_c).norm(), 1e-12);
+  EXPECT_LT((TIC[0] - exact_.calibration.t_b_c).norm(), 1e-12);
+  EXPECT_EQ(timesLogged("# rotation: standard deviation 0.2 deg"), 1) << logText();
+  EXPECT_EQ(timesLogged("td: "), 0) << logText();
+}
 
 TEST_F(StandInRun, SeedLandsInTheRightMembers) {
   start("initializer: slim\n");

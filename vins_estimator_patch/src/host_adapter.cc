@@ -3,12 +3,20 @@
 
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <sstream>
 #include <utility>
 
+#include "slim_init/row_times.h"
+
 namespace slim_init::vins_adapter {
 namespace {
+
+// The td of older frames is forgotten [s]; more than the reach of any window of a host.
+constexpr double kTdKept = 20.0;
+// Rows of an image [px]; beyond is a mistake.
+constexpr int kMaxImageHeight = 100000;
 
 constexpr std::pair<const char*, HostMode> kModes[] = {
     {"stock", HostMode::kStock}, {"slim", HostMode::kSlim}, {"shadow", HostMode::kShadow}};
@@ -58,14 +66,25 @@ std::string HostOptions::validate() const {
     out << name << " is " << value << ", must be in [0, 60]";
     return out.str();
   }
-  return "";
+  if (image_height >= 0 && image_height <= kMaxImageHeight) return "";
+  return "image_height is " + std::to_string(image_height) + ", must be in [0, " +
+         std::to_string(kMaxImageHeight) + "]";
 }
 
 struct HostAdapter::State {
   // Keeps the first stamp since a restart; `status` is what became of the message.
   AddStatus noteRestart(AddStatus status) {
-    if (status == AddStatus::kRestarted) first_stamp = kNotComputed;
+    if (status == AddStatus::kRestarted) forget();
     return status;
+  }
+  void forget() {
+    first_stamp = kNotComputed;
+    td_of.clear();
+  }
+  // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
+  double hostTime(double stamp) const {
+    const auto it = td_of.find(stamp);
+    return stamp + (it == td_of.end() ? initializer->calibration().td : it->second);
   }
 
   HostAnswer solve(const std::vector<double>& stamps, const HostState* last_healthy);
@@ -76,6 +95,7 @@ struct HostAdapter::State {
   std::unique_ptr<IInitializer> initializer;
   HostOptions options;
   double first_stamp = kNotComputed;
+  std::map<double, double> td_of;  // by stamp [s]
 };
 
 // The host's frames lie between our keyframes, and some outside them.
@@ -85,7 +105,10 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps, HostOrigi
   const Calibration calibration = initializer->calibration();
   std::vector<double> times;
   times.reserve(stamps.size());
-  for (const double stamp : stamps) times.push_back(calibration.imuTime(stamp));
+  // Not at the td that was found: the host's preintegrations reach from frame to frame as it has
+  // paired them, and its own model moves what was seen to these times (velocity on the image plane
+  // times the change of td).
+  for (const double stamp : stamps) times.push_back(hostTime(stamp));
   std::vector<NavState> states;
   if (!initializer->statesAt(answer->verdict, times, options.max_reach_s, &states, problem)) {
     *status = InitStatus::kTooFewKeyframes;
@@ -185,14 +208,26 @@ AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eige
 AddStatus HostAdapter::addFrame(FrameObservation frame) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   const double stamp = frame.t;
+  const Calibration calibration = state_->initializer->calibration();
+  if (state_->options.image_height > 0) {
+    setRowTimes(state_->options.image_height, calibration.readout_s, &frame);
+  }
   const AddStatus status = state_->noteRestart(state_->initializer->addFrame(std::move(frame)));
-  if (isAdded(status) && std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
+  if (!isAdded(status)) return status;
+  if (std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
+  state_->td_of[stamp] = calibration.td;
+  state_->td_of.erase(state_->td_of.begin(), state_->td_of.lower_bound(stamp - kTdKept));
   return status;
 }
 
 AddStatus HostAdapter::addLines(double stamp, std::vector<LineObservation> lines) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->initializer->addLines(stamp, std::move(lines));
+  FrameObservation frame;
+  frame.lines = std::move(lines);
+  if (state_->options.image_height > 0) {
+    setRowTimes(state_->options.image_height, state_->initializer->calibration().readout_s, &frame);
+  }
+  return state_->initializer->addLines(stamp, std::move(frame.lines));
 }
 
 void HostAdapter::setTd(double td) {
@@ -221,7 +256,7 @@ HostAnswer HostAdapter::recover(const std::vector<double>& stamps, const HostSta
 void HostAdapter::reset() {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   state_->initializer->reset();
-  state_->first_stamp = kNotComputed;
+  state_->forget();
 }
 
 HostOptions HostAdapter::options() const { return state_->options; }

@@ -32,20 +32,19 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   if (!loadConfig(path, HostAdapter::hostDefaults(), &config, error)) {
     return nullptr;
   }
-  if (config.host.estimate_extrinsic == 2) {
-    if (error != nullptr) {
-      *error = path +
-               ": estimate_extrinsic is 2, must be 0 or 1: the initializer has to know "
-               "how the camera sits on the IMU";
-    }
-    return nullptr;
-  }
   HostFile read = toHostFile(config.host);
   read.notes = config.notes;
   read.imu_limits = config.options.imu;
+  read.rig.calibration = config.calibration;
+  read.rig.extrinsic_in_one_matrix = config.host.extrinsic_in_one_matrix;
+  read.rig.has_rotation = config.host.has_rotation;
+  read.rig.has_translation = config.host.has_translation;
   HostOptions options;
   options.mode = read.mode;
   options.reinit = read.reinit;
+  options.estimate_td = config.estimate_td;
+  options.estimate_extrinsic = config.host.estimate_extrinsic != 0;
+  options.image_height = config.camera.height;
   std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
       config.method, config.calibration, config.options, config.baselines, error);
   if (initializer == nullptr) return nullptr;

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/vins_adapter/host_glue.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -8,9 +9,11 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <sstream>
 #include <utility>
 
+#include "calibration_lines.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"
@@ -26,12 +29,37 @@ constexpr double kSuspect = 0.5;
 constexpr double kHealthyKept = 2.0;
 // An unchanged status is reported again after this time [s].
 constexpr double kRepeatReport = 5.0;
+// A td handed over may lie so much of the time between two frames below the host's.
+constexpr double kMostTdStep = 0.9;
 
-GlueWindow toGlueWindow(const HostWindow& window, const Calibration& calibration) {
+// The shortest time between two frames [s].
+double shortestInterval(const std::vector<HostState>& states) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < states.size(); ++i) {
+    shortest = std::min(shortest, states[i].stamp - states[i - 1].stamp);
+  }
+  return shortest;
+}
+
+// Where the host estimates its calibration, the one that was found is its starting value; where it
+// does not, nothing of its own is changed.
+GlueWindow toGlueWindow(const HostAnswer& answer, const Calibration& host,
+                        const HostOptions& options) {
   GlueWindow result;
-  static_cast<HostWindow&>(result) = window;
-  result.ric = calibration.R_b_c;
-  result.tic = calibration.t_b_c;
+  static_cast<HostWindow&>(result) = answer.window;
+  result.ric = host.R_b_c;
+  result.tic = host.t_b_c;
+  const std::optional<CalibrationEstimate>& found = answer.verdict.calibration;
+  if (!found.has_value()) return result;
+  if (options.estimate_extrinsic) {
+    result.ric = found->R_b_c;
+    result.tic = found->t_b_c;
+  }
+  if (options.estimate_td) {
+    // A frame must not begin before the one before it has ended: the host would abort.
+    const double least = host.td - kMostTdStep * shortestInterval(answer.window.states);
+    result.td = std::max(found->td, least);
+  }
   return result;
 }
 
@@ -108,6 +136,16 @@ struct HostGlue::State {
         << " (" << std::fixed << answer.data_s << " s of data, " << answer.total_ms << " ms)";
     report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn, out.str());
   }
+
+  // Once per start: what the user should know, and how the file should read.
+  void reportCalibration(const InitResult& verdict) {
+    for (const std::string& warning : verdict.warnings) report(ReportLevel::kWarn, warning);
+    if (!verdict.calibration.has_value()) return;
+    const std::string lines = calibrationLines(file.rig, *verdict.calibration);
+    if (lines.empty()) return;
+    report(ReportLevel::kWarn,
+           "the calibration that was found differs from the file; lines for it:\n" + lines);
+  }
 };
 
 HostGlue::HostGlue() : state_(new State) {}
@@ -128,11 +166,18 @@ bool HostGlue::open(const std::string& config_file) {
     return false;
   }
   if (file.mode == HostMode::kStock && !file.reinit) return false;
-  state.adapter = openHostFile(config_file, &state.file, &error);
-  if (state.adapter == nullptr) {
+  std::unique_ptr<HostAdapter> adapter = openHostFile(config_file, &file, &error);
+  if (adapter == nullptr) {
     state.report(ReportLevel::kError, error + "; the host initializes by itself");
     return false;
   }
+  return open(std::move(adapter), file);
+}
+
+bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) {
+  State& state = *state_;
+  state.adapter = std::move(adapter);
+  state.file = file;
   if (state.file.mode == HostMode::kShadow && state.file.reinit) {
     state.file.reinit = false;
     state.file.notes.push_back("reinit is set and has no effect with initializer: shadow");
@@ -205,7 +250,8 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   state.record(action, answer, nullptr);
   state.reportAnswer(action, answer);
   if (answer.success()) {
-    *window = toGlueWindow(answer.window, state.adapter->calibration());
+    *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
+    state.reportCalibration(answer.verdict);
     return true;
   }
   // At rest the host keeps its oldest frames, which no window of ours will ever reach.
@@ -234,7 +280,8 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
   state.record("recover", answer, nullptr);
   state.reportAnswer("recover", answer);
   if (!answer.success()) return false;
-  *window = toGlueWindow(answer.window, state.adapter->calibration());
+  // What the host has learned about its calibration in flight stays.
+  static_cast<HostWindow&>(*window) = answer.window;
   return true;
 }
 
@@ -266,6 +313,7 @@ void HostGlue::recordShadow(const std::vector<HostState>& window, bool tried, bo
   const HostAnswer answer = state.adapter->seed(stamps);
   state.record("seed", answer, &stock);
   state.reportAnswer("shadow", answer);
+  if (result && answer.success()) state.reportCalibration(answer.verdict);
 }
 
 void HostGlue::requestRecovery(bool reset_if_refused) {

@@ -65,6 +65,8 @@ void checkRanges(const Config& config) {
   message = config.calibration.validate();
   const std::pair<const char*, const char*> renames[] = {
       {"imu_noise.", "slim_init.noise."},
+      {"sigmas.", "slim_init.calibration_sigmas."},
+      {"readout_s", "rolling_shutter_tr"},
       {"gravity_magnitude", "g_norm"},
       {"focal_px", "the focal length from projection_parameters"},
       {"sigma_px", "slim_init.sigma_px"},
@@ -107,6 +109,10 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
     result.front_end.vanishing_point = result.options.vanishing_point;
     result.front_end.window = result.options.window;
     result.front_end.imu = result.options.imu;
+    // The flow cannot be predicted from the gyroscope without the rotation between the two sensors.
+    if (result.calibration.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
+      result.front_end.use_gyro = false;
+    }
     try {
       checkRanges(result);
     } catch (const Problem& problem) {
@@ -140,6 +146,7 @@ bool loadWhole(const std::string& path, const std::string& options_path,
       readSection(openFile(options_path)->root(), options_path, true, result, log);
       file = path;
     }
+    checkExtrinsic(*result);
     noteNoise(storage->root(), *log, result);
   });
   if (loaded) *config = std::move(fresh);

@@ -125,6 +125,9 @@ projection_parameters:
 
 # Camera in the IMU frame: p_imu = extrinsicRotation * p_cam + extrinsicTranslation. Here the camera
 # looks along the IMU's x axis with z up.
+# 0: measured, 1: a guess, 2: not known (both matrices may then be absent). The host keeps it,
+# improves it, finds it; slim_init takes it as that uncertain (slim_init: calibration_sigmas).
+estimate_extrinsic: 0
 extrinsicRotation: !!opencv-matrix
    rows: 3
    cols: 3
@@ -141,6 +144,8 @@ extrinsicTranslation: !!opencv-matrix
 g_norm: 9.81007       # [m/s^2]
 td: 0.0               # [s], t_imu = t_image + td
 estimate_td: 0        # 1: the host estimates td, the value above is its start
+rolling_shutter: 0    # 1: rows are exposed one after the other; stamps are of the middle row
+rolling_shutter_tr: 0 # [s], from the first row to the last
 
 # Point tracking of the host. Ours has keys of its own (slim_init: points:) and takes only fisheye
 # from here, unless slim_init: front_end: profile: is vins.

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <exception>
 
 #include "yaml_value.h"
@@ -12,6 +13,23 @@ namespace slim_init::config {
 using namespace feature_tracker_lines;  // cameras and front-end options
 
 namespace {
+
+// How far the values of a file may be off where its switches say that they are starting values only
+// (standard deviations before any data). Our section calibration_sigmas wins.
+
+// estimate_td: 1. Camera and IMU are not synchronised: drivers stamp an image up to an exposure and
+// a transfer late, some tens of milliseconds [s].
+constexpr double kEstimatedTdSigma = 0.03;
+// estimate_extrinsic: 1, "an initial guess": axes read from a drawing or adjusted by eye [deg]...
+constexpr double kGuessedRotationSigma = 5.0;
+// ...and a distance measured with a ruler, on a housing that hides both sensors [m].
+constexpr double kGuessedTranslationSigma = 0.05;
+// estimate_extrinsic: 2, nothing is known: any rotation [deg]...
+constexpr double kUnknownRotationSigma = 180.0;
+// ...and where no translation is given, the size of a hand-held rig [m].
+constexpr double kUnknownTranslationSigma = 0.1;
+static_assert(kUnknownRotationSigma >= CalibrationSigmas::kUnknownRotationDeg,
+              "has to be taken as unknown");
 
 template <typename T>
 void readRequired(const cv::FileNode& parent, const std::string& prefix, const char* key,
@@ -112,9 +130,7 @@ CameraParameters readCamera(const cv::FileNode& root) {
 Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, int cols) {
   const cv::FileNode node = root[key];
   if (node.empty()) {
-    fail(key,
-         " is missing; the initializer needs to know how the camera sits on the IMU, also "
-         "where the host estimates it itself (estimate_extrinsic: 2)");
+    fail(key, " is missing; it is needed unless estimate_extrinsic is 2");
   }
   cv::Mat matrix;
   try {
@@ -136,37 +152,76 @@ Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, 
   return result;
 }
 
-void readExtrinsic(const cv::FileNode& root, Config* config) {
-  // VINS-Fusion writes both into one matrix.
-  const bool one_matrix = root["extrinsicRotation"].empty() && !root["body_T_cam0"].empty();
-  const char* const R_key = one_matrix ? "body_T_cam0" : "extrinsicRotation";
-  const char* const t_key = one_matrix ? "body_T_cam0" : "extrinsicTranslation";
-  Eigen::Matrix3d R;
-  Eigen::Vector3d t;
-  if (one_matrix) {
-    const Eigen::Matrix4d T = readMatrix(root, R_key, 4, 4);
-    R = T.topLeftCorner<3, 3>();
-    t = T.topRightCorner<3, 1>();
-  } else {
-    R = readMatrix(root, R_key, 3, 3);
-    t = readMatrix(root, t_key, 3, 1);
-  }
-  if (!R.allFinite()) fail(R_key, " has a value that is not a number");
-  if (!t.allFinite()) fail(t_key, " has a value that is not a number");
-
-  // Files carry a few digits: take the nearest rotation, but only if that is what was meant.
+// The rotation nearest to `R`: files carry a few digits. Refuses what was not meant as one.
+Eigen::Matrix3d nearestRotation(const char* key, const Eigen::Matrix3d& R) {
+  if (!R.allFinite()) fail(key, " has a value that is not a number");
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d nearest = svd.matrixU() * svd.matrixV().transpose();
   constexpr double kLargest = 1e-2;
   if (nearest.determinant() < 0.0) {
-    fail(R_key, " has determinant ", R.determinant(),
+    fail(key, " has determinant ", R.determinant(),
          ", must be a rotation (+1): one axis is mirrored");
   }
   if ((R - nearest).norm() > kLargest) {
-    fail(R_key, " is ", (R - nearest).norm(), " away from the nearest rotation, may be ", kLargest);
+    fail(key, " is ", (R - nearest).norm(), " away from the nearest rotation, may be ", kLargest);
   }
-  config->calibration.R_b_c = nearest;
+  return nearest;
+}
+
+void readExtrinsic(const cv::FileNode& root, Config* config) {
+  // VINS-Fusion writes both into one matrix.
+  HostKeys& host = config->host;
+  host.extrinsic_in_one_matrix = root["extrinsicRotation"].empty() &&
+                                 !(root["body_T_cam0"].empty() && root["cam0_calib"].empty());
+  const bool may_be_absent = host.estimate_extrinsic == 2;
+  const char* const R_key = host.extrinsic_in_one_matrix ? "body_T_cam0" : "extrinsicRotation";
+  const char* const t_key = host.extrinsic_in_one_matrix ? "body_T_cam0" : "extrinsicTranslation";
+  host.has_rotation = !(may_be_absent && root[R_key].empty());
+  host.has_translation = !(may_be_absent && root[t_key].empty());
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  if (host.extrinsic_in_one_matrix && host.has_rotation) {
+    const Eigen::Matrix4d T = readMatrix(root, R_key, 4, 4);
+    R = T.topLeftCorner<3, 3>();
+    t = T.topRightCorner<3, 1>();
+  } else if (!host.extrinsic_in_one_matrix) {
+    if (host.has_rotation) R = readMatrix(root, R_key, 3, 3);
+    if (host.has_translation) t = readMatrix(root, t_key, 3, 1);
+  }
+  config->calibration.R_b_c = nearestRotation(R_key, R);
+  if (!t.allFinite()) fail(t_key, " has a value that is not a number");
   config->calibration.t_b_c = t;
+}
+
+void raise(double to, double* sigma) { *sigma = std::max(*sigma, to); }
+
+// What the host estimates itself is a starting value.
+void readSigmas(Config* config) {
+  CalibrationSigmas& sigmas = config->calibration.sigmas;
+  const HostKeys& host = config->host;
+  if (config->estimate_td) raise(kEstimatedTdSigma, &sigmas.td_s);
+  if (host.estimate_extrinsic == 0) return;
+  raise(host.estimate_extrinsic == 2 ? kUnknownRotationSigma : kGuessedRotationSigma,
+        &sigmas.rotation_deg);
+  raise(host.has_translation ? kGuessedTranslationSigma : kUnknownTranslationSigma,
+        &sigmas.translation_m);
+  if (host.estimate_extrinsic != 2) return;
+  config->notes.push_back(
+      "estimate_extrinsic is 2: the rotation between camera and IMU is found from the motion; turn "
+      "the rig about at least two axes");
+}
+
+void readRollingShutter(const cv::FileNode& root, Config* config) {
+  int rolling_shutter = 0;
+  double readout_s = 0.0;
+  readOptional(root, "rolling_shutter", &rolling_shutter);
+  readOptional(root, "rolling_shutter_tr", &readout_s);
+  if (rolling_shutter == 0) return;
+  config->calibration.readout_s = readout_s;
+  if (readout_s != 0.0) return;
+  config->notes.push_back(
+      "rolling_shutter is set and rolling_shutter_tr is not: every image is taken as exposed at "
+      "one instant");
 }
 
 // VINS-Fusion keeps the camera in a file beside its own.
@@ -199,15 +254,21 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
 void readHost(const cv::FileNode& root, const std::string& path, Config* config) {
   config->camera = readHostCamera(root, path);
   config->calibration.focal_px = Camera(config->camera).focalPx();
+  readHostKeys(root, &config->host);
+  const int estimate_extrinsic = config->host.estimate_extrinsic;
+  if (estimate_extrinsic < 0 || estimate_extrinsic > 2) {
+    fail("estimate_extrinsic is ", estimate_extrinsic, ", must be 0, 1 or 2");
+  }
   readExtrinsic(root, config);
 
   readOptional(root, "imu_topic", &config->imu_topic);
   readOptional(root, "image0_topic", &config->image_topic);
   readOptional(root, "image_topic", &config->image_topic);
-  readHostKeys(root, &config->host);
   readOptional(root, "g_norm", &config->calibration.gravity_magnitude);
   readOptional(root, "td", &config->calibration.td);
   readOptional(root, "estimate_td", &config->estimate_td);
+  readSigmas(config);
+  readRollingShutter(root, config);
 
   for (const OptionField& option : optionTable(&config->front_end.host)) {
     const cv::FileNode node = root[option.key];
@@ -215,19 +276,20 @@ void readHost(const cv::FileNode& root, const std::string& path, Config* config)
   }
   const std::string message = config->front_end.host.validate();
   if (!message.empty()) fail(message);
+}
 
-  int rolling_shutter = 0;
-  readOptional(root, "rolling_shutter", &rolling_shutter);
-  const int estimate_extrinsic = config->host.estimate_extrinsic;
-  if (rolling_shutter != 0) {
-    config->notes.push_back(
-        "rolling_shutter is set: the initializer takes every image as exposed at one instant");
+void checkExtrinsic(const Config& config) {
+  if (config.host.has_rotation) return;
+  if (config.method != "slim") {
+    fail("extrinsicRotation is missing; the method ", config.method,
+         " needs it, only slim finds it (estimate_extrinsic: 2)");
   }
-  if (estimate_extrinsic != 0) {
-    config->notes.push_back("estimate_extrinsic is " + std::to_string(estimate_extrinsic) +
-                            ": the initializer takes extrinsicRotation and extrinsicTranslation "
-                            "as exact");
-  }
+  const double sigma = config.calibration.sigmas.rotation_deg;
+  if (sigma >= CalibrationSigmas::kUnknownRotationDeg) return;
+  fail(
+      "extrinsicRotation is missing; it is needed where slim_init.calibration_sigmas.rotation_deg "
+      "is below ",
+      CalibrationSigmas::kUnknownRotationDeg, " (it is ", sigma, ")");
 }
 
 }  // namespace slim_init::config

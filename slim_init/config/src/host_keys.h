@@ -13,7 +13,13 @@ namespace slim_init::config {
 /// Reads the keys of HostKeys. Throws a Problem (yaml_value.h).
 void readHostKeys(const cv::FileNode& root, HostKeys* host);
 
-/// Reads everything that we take from the host's file `path`. Throws a Problem (yaml_value.h).
+/// Reads everything that we take from the host's file `path`, before our section: where the host
+/// estimates td or the extrinsic, the standard deviations of Calibration::sigmas are raised, and
+/// our section may set them otherwise. Throws a Problem (yaml_value.h).
 void readHost(const cv::FileNode& root, const std::string& path, Config* config);
+
+/// After our section was read: a rotation that is absent has to be one that is looked for. Throws a
+/// Problem (yaml_value.h).
+void checkExtrinsic(const Config& config);
 
 }  // namespace slim_init::config

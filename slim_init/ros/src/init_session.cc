@@ -7,20 +7,26 @@
 #include <sstream>
 #include <utility>
 
+#include "slim_init/row_times.h"
+
 namespace slim_init::node {
 namespace {
 
 constexpr double kSameStamp = 1e-4;      // [s], as KeyframeWindow::addLines()
 constexpr double kStampRounding = 1e-6;  // [s]
+constexpr int kMaxImageHeight = 100000;  // [px]; beyond is a mistake
 // Frames that wait for IMU samples: the queue is bounded when the IMU falls silent.
 constexpr std::size_t kMostPending = 50;
 
 }  // namespace
 
 std::string InitSessionOptions::validate() const {
-  if (attempt_interval_s >= 0.0 && attempt_interval_s <= 60.0) return "";
   std::ostringstream out;
-  out << "attempt_interval_s is " << attempt_interval_s << ", must be in [0, 60]";
+  if (!(attempt_interval_s >= 0.0 && attempt_interval_s <= 60.0)) {
+    out << "attempt_interval_s is " << attempt_interval_s << ", must be in [0, 60]";
+  } else if (image_height < 0 || image_height > kMaxImageHeight) {
+    out << "image_height is " << image_height << ", must be in [0, " << kMaxImageHeight << "]";
+  }
   return out.str();
 }
 
@@ -38,6 +44,7 @@ AddStatus InitSession::addImu(const ImuSample& sample) {
 AddStatus InitSession::addPoints(FrameObservation frame) {
   PendingFrame pending;
   pending.t = frame.t;
+  timeRows(&frame);
   const std::int64_t merged_before = initializer_->counts().lines_merged;
   const AddStatus status = initializer_->addFrame(std::move(frame));
   if (status == AddStatus::kRestarted) forget();
@@ -58,7 +65,15 @@ AddStatus InitSession::addLines(double t, std::vector<LineObservation> lines) {
     return std::abs(f.t - t) <= kSameStamp;
   });
   if (frame != frames_.end()) frame->has_lines = true;
-  return initializer_->addLines(t, std::move(lines));
+  FrameObservation observed;
+  observed.lines = std::move(lines);
+  timeRows(&observed);
+  return initializer_->addLines(t, std::move(observed.lines));
+}
+
+void InitSession::timeRows(FrameObservation* frame) const {
+  if (options_.image_height == 0) return;
+  setRowTimes(options_.image_height, initializer_->calibration().readout_s, frame);
 }
 
 std::optional<Attempt> InitSession::poll() {

@@ -81,6 +81,7 @@ std::string SlimInitNode::start() {
   parameters.read("publish_tf", &publish_tf_);
   if (std::string problem = parameters.check(); !problem.empty()) return problem;
   if (std::string problem = options.validate(); !problem.empty()) return "~" + problem;
+  options.image_height = config.camera.height;
   std::string error;
   std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
       config.method, config.calibration, config.options, config.baselines, &error);

@@ -355,16 +355,18 @@ OptionTable optionTable(Calibration* c) {
 
 OptionTable optionTable(CalibrationSigmas* s) {
   return {
-      userKey("rotation_deg", &s->rotation_deg, {0.0, 180.0}, "deg",
-              "how far extrinsicRotation may be off, per axis (standard deviation); 90 or more: it "
-              "is unknown. estimate_extrinsic of the host's file raises it to 5 and 180"),
-      userKey("translation_m", &s->translation_m, {0.0, 1.0}, "m",
-              "how far extrinsicTranslation may be off, per axis; estimate_extrinsic raises it to "
-              "0.05"),
-      userKey("td_s", &s->td_s, {0.0, 0.5}, "s",
-              "how far td may be off; estimate_td of the host's file raises it to 0.03"),
-      userKey("readout_s", &s->readout_s, {0.0, 0.1}, "s",
-              "how far rolling_shutter_tr may be off; used for a rolling shutter only"),
+      advancedKey(
+          "rotation_deg", &s->rotation_deg, {0.0, 180.0}, "deg",
+          "how far extrinsicRotation may be off, per axis (standard deviation); 90 or more: it "
+          "is unknown. estimate_extrinsic of the host's file raises it to 5 and 180"),
+      advancedKey(
+          "translation_m", &s->translation_m, {0.0, 1.0}, "m",
+          "how far extrinsicTranslation may be off, per axis; estimate_extrinsic raises it to "
+          "0.05"),
+      advancedKey("td_s", &s->td_s, {0.0, 0.5}, "s",
+                  "how far td may be off; estimate_td of the host's file raises it to 0.03"),
+      advancedKey("readout_s", &s->readout_s, {0.0, 0.1}, "s",
+                  "how far rolling_shutter_tr may be off; used for a rolling shutter only"),
   };
 }
 

@@ -15,6 +15,12 @@ using Eigen::Vector3d;
 
 const int WINDOW_SIZE = 10;
 
+// The host's parameters, as its file has them.
+extern int ESTIMATE_EXTRINSIC, ESTIMATE_TD;
+extern double TD;
+extern std::vector<Matrix3d> RIC;
+extern std::vector<Vector3d> TIC;
+
 typedef std::map<int, std::vector<std::pair<int, Eigen::Matrix<double, 7, 1>>>> ImageFeatures;
 
 struct TicToc {};
@@ -70,7 +76,11 @@ class EstimatorParts {
   EstimatorParts(const EstimatorParts&) = delete;
   EstimatorParts& operator=(const EstimatorParts&) = delete;
 
-  void setParameter() { td = 0.0; }
+  void setParameter() {
+    ric[0] = RIC[0];
+    tic[0] = TIC[0];
+    td = TD;
+  }
   void clearState() {
     for (int i = 0; i <= WINDOW_SIZE; i++) {
       Ps[i].setZero();

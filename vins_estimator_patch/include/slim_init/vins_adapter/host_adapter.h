@@ -43,6 +43,15 @@ struct HostOptions {
   /// before the new window.
   double max_join_s = 3.0;
 
+  /// The host estimates td, or the extrinsic, itself: what the initializer has found is its
+  /// starting value (HostAnswer::verdict.calibration). Where it does not, its own stays.
+  bool estimate_td = false;
+  bool estimate_extrinsic = false;
+
+  /// Rows of the images [px], from which the exposure times of a rolling shutter are computed
+  /// (row_times.h); 0: those of the observations stay as they are.
+  int image_height = 0;
+
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
@@ -89,12 +98,14 @@ class HostAdapter {
   AddStatus addLines(double stamp, std::vector<LineObservation> lines);
 
   /// The host's present estimate of the time offset [s] (as Calibration::td), for the frames that
-  /// follow and for the stamps of seed() and recover(). Without it the calibration's holds.
+  /// follow. Without it the calibration's holds.
   void setTd(double td);
 
   /// Solves the newest window and returns the state at every stamp (ascending, camera clock) in a
-  /// world with zero first position and zero first yaw. Declines when the initializer does, and
-  /// when a stamp lies further than max_reach_s outside its window or outside the IMU data.
+  /// world with zero first position and zero first yaw: that of the body at stamp + td, with the td
+  /// that the host had for that frame, whatever the initializer has found. Declines when the
+  /// initializer does, and when a stamp lies further than max_reach_s outside its window or outside
+  /// the IMU data.
   HostAnswer seed(const std::vector<double>& stamps);
 
   /// After a failure: as seed(), but position and yaw continue from the last healthy state.

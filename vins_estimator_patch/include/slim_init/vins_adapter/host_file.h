@@ -11,11 +11,20 @@
 
 namespace slim_init::vins_adapter {
 
+/// What the host's file says about the rig, to compare it with what was found.
+struct FileCalibration {
+  Calibration calibration;
+  bool extrinsic_in_one_matrix = false;  ///< body_T_cam0, as VINS-Fusion has it
+  bool has_rotation = true;
+  bool has_translation = true;
+};
+
 /// Keys of the host's file besides the options of the adapter.
 struct HostFile {
   HostMode mode = HostMode::kStock;
   bool reinit = false;
-  ImuLimits imu_limits;            ///< samples beyond are dropped; for messages about them
+  ImuLimits imu_limits;  ///< samples beyond are dropped; for messages about them
+  FileCalibration rig;
   std::string output_path;         ///< the host's folder for results, or ""
   std::vector<std::string> notes;  ///< what a person should know
 };
@@ -26,9 +35,8 @@ struct HostFile {
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
 /// Reads the whole file and makes the adapter, with HostAdapter::hostDefaults() where our section
-/// `slim_init:` is silent. Null and a message as above, also where the host is to estimate the
-/// extrinsic from scratch (estimate_extrinsic: 2), and in a build without OpenCV. `file` may be
-/// null.
+/// `slim_init:` is silent. Null and a message as above, also in a build without OpenCV. `file` may
+/// be null.
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error);
 

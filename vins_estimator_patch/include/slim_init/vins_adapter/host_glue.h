@@ -9,8 +9,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -20,6 +22,9 @@
 
 namespace slim_init {
 namespace vins_adapter {
+
+class HostAdapter;
+struct HostFile;
 
 /// How important a report is.
 enum class ReportLevel {
@@ -33,6 +38,8 @@ enum class ReportLevel {
 struct GlueWindow : HostWindow {
   Eigen::Matrix3d ric = Eigen::Matrix3d::Identity();  ///< camera to body
   Eigen::Vector3d tic = Eigen::Vector3d::Zero();
+  /// t_imu = stamp + td [s]; NaN: the host's stays.
+  double td = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// One tracked point of camera 0.
@@ -156,6 +163,10 @@ class HostGlue {
   /// the host stays stock.
   bool open(const std::string& config_file);
 
+  /// The same with an adapter around an initializer of the caller's own, which is not null, and
+  /// what a file would say.
+  bool open(std::unique_ptr<HostAdapter> adapter, const HostFile& file);
+
   /// False: the adapter does not take part, and data need not be handed over.
   bool active() const;
 
@@ -212,7 +223,8 @@ class HostGlue {
   /// The adapter seeds the host, in place of the host's own initialization.
   bool decides() const;
 
-  /// Fills the host's full window and returns true, or declines. When it declines, it may have the
+  /// Fills the host's full window, and the calibration that was found where the host estimates it,
+  /// and returns true; or declines. When it declines, it may have the
   /// host drop its oldest frame, so that frames from before a standstill do not stay in it.
   template <typename Estimator>
   bool seed(Estimator& e) {
@@ -225,6 +237,7 @@ class HostGlue {
       e.ric[0] = window.ric;
       e.tic[0] = window.tic;
       e.f_manager.setRic(e.ric);
+      if (!std::isnan(window.td)) e.td = window.td;
       return true;
     }
     if (drop_oldest) e.marginalization_flag = Estimator::MARGIN_OLD;

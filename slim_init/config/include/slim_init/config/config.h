@@ -21,7 +21,11 @@ struct HostKeys {
   std::string initializer = "stock";  ///< who initializes: stock, slim or shadow
   bool reinit = false;                ///< re-initialize on a failure and on request
   std::string output_path;            ///< the host's folder for results
-  int estimate_extrinsic = 0;         ///< 2: the host starts without an extrinsic
+  /// 0: the file's extrinsic is exact for the host, 1: a guess that it improves, 2: not known.
+  int estimate_extrinsic = 0;
+  bool extrinsic_in_one_matrix = false;  ///< body_T_cam0, as VINS-Fusion has it
+  bool has_rotation = true;              ///< may be absent with estimate_extrinsic: 2 only
+  bool has_translation = true;           ///< likewise
 };
 
 /// Everything a program needs to run an initializer on a rig.
@@ -79,9 +83,10 @@ std::vector<GeneratedFile> generatedFiles();
 
 /// Reads the host's configuration file: camera (model_type, image_width, image_height,
 /// projection_parameters, distortion_parameters, mirror_parameters), extrinsicRotation and
-/// extrinsicTranslation (camera to IMU), g_norm, td, topics, front-end keys, and our section
-/// `slim_init:`. `acc_n` and `gyr_n` are per-sample tuning values of the host and never become our
-/// noise densities; a note says so. Keys of the host that we do not use are left alone. VINS-Fusion
+/// extrinsicTranslation (camera to IMU), g_norm, td, rolling_shutter_tr, topics, front-end keys,
+/// and our section `slim_init:`. estimate_td and estimate_extrinsic raise Calibration::sigmas.
+/// `acc_n` and `gyr_n` are per-sample tuning values of the host and never become our noise
+/// densities; a note says so. Keys of the host that we do not use are left alone. VINS-Fusion
 /// writes some of them otherwise, and both ways are read: cam0_calib names a file beside this one
 /// that holds the camera, body_T_cam0 is the extrinsic, image0_topic the topic.
 ///

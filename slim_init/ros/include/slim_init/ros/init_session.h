@@ -22,6 +22,9 @@ struct InitSessionOptions {
   /// A frame waits for its lines until the next frame comes; off where there is no publisher of
   /// lines.
   bool expect_lines = true;
+  /// Rows of the images [px], from which the exposure times of a rolling shutter are computed
+  /// (row_times.h); 0: those of the observations stay as they are.
+  int image_height = 0;
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -85,6 +88,7 @@ class InitSession {
   };
 
   Attempt attempt(bool requested);
+  void timeRows(FrameObservation* frame) const;
   void forget();
 
   std::unique_ptr<IInitializer> initializer_;

@@ -3,7 +3,10 @@
 // The order of calls about a start and a failure, with the lines that the insertions stand beside.
 #include "estimator.h"
 
-int ESTIMATE_EXTRINSIC = 0;
+int ESTIMATE_EXTRINSIC = 0, ESTIMATE_TD = 0;
+double TD = 0.0;
+std::vector<Matrix3d> RIC(1, Matrix3d::Identity());
+std::vector<Vector3d> TIC(1, Vector3d::Zero());
 
 void Estimator::solveOdometry()
 {

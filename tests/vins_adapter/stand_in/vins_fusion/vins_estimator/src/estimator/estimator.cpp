@@ -5,7 +5,10 @@
 
 #include <ros/ros.h>
 
-int ESTIMATE_EXTRINSIC = 0;
+int ESTIMATE_EXTRINSIC = 0, ESTIMATE_TD = 0;
+double TD = 0.0;
+std::vector<Matrix3d> RIC(1, Matrix3d::Identity());
+std::vector<Vector3d> TIC(1, Vector3d::Zero());
 
 void Estimator::updateLatestStates()
 {

@@ -1,0 +1,91 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "calibration_lines.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <sstream>
+
+namespace slim_init::vins_adapter {
+namespace {
+
+// A value further from the file's than so many standard deviations is not the file's any more.
+constexpr double kContradiction = 2.0;
+constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+// Digits of the values: far below what a window of two seconds can measure.
+constexpr int kDigits = 9;
+
+// Root of the largest variance over all directions.
+double largestSigma(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
+}
+
+// "KEY: !!opencv-matrix" with its rows.
+std::string matrixLines(const std::string& key, const Eigen::MatrixXd& values) {
+  std::ostringstream out;
+  out.precision(kDigits);
+  out << key << ": !!opencv-matrix\n   rows: " << values.rows() << "\n   cols: " << values.cols()
+      << "\n   dt: d\n   data: [";
+  for (Eigen::Index r = 0; r < values.rows(); ++r) {
+    if (r > 0) out << ",\n          ";
+    for (Eigen::Index c = 0; c < values.cols(); ++c) out << (c > 0 ? ", " : "") << values(r, c);
+  }
+  out << "]\n";
+  return out.str();
+}
+
+// "# WHAT OFF UNIT from the file's, standard deviation SIGMA UNIT" or, without a value there, less.
+std::string comment(const std::string& what, bool in_file, double off, double sigma,
+                    const char* unit) {
+  std::ostringstream out;
+  out.precision(2);
+  out << "# " << what << ": ";
+  if (in_file) out << off << " " << unit << " from the file's, ";
+  out << "standard deviation " << sigma << " " << unit << "\n";
+  return out.str();
+}
+
+}  // namespace
+
+std::string calibrationLines(const FileCalibration& file, const CalibrationEstimate& found) {
+  const Calibration& old = file.calibration;
+  const auto contradicts = [](double off, double sigma) { return off > kContradiction * sigma; };
+  std::ostringstream out;
+  out.precision(kDigits);
+
+  const double td_off = std::abs(found.td - old.td);
+  if (contradicts(td_off, found.tdSigma())) {
+    out << comment("time offset", true, 1e3 * td_off, 1e3 * found.tdSigma(), "ms")
+        << "td: " << found.td << "\n";
+  }
+  const double readout_off = std::abs(found.readout_s - old.readout_s);
+  if (contradicts(readout_off, found.readoutSigma())) {
+    out << comment("readout", true, 1e3 * readout_off, 1e3 * found.readoutSigma(), "ms")
+        << "rolling_shutter_tr: " << found.readout_s << "\n";
+  }
+
+  const double angle = kDegrees * Eigen::AngleAxisd(old.R_b_c.transpose() * found.R_b_c).angle();
+  const double t_off = (found.t_b_c - old.t_b_c).norm();
+  const double t_sigma = largestSigma(found.covariance.block<3, 3>(3, 3));
+  const bool new_rotation = !file.has_rotation || contradicts(angle, found.rotationSigmaDeg());
+  const bool new_translation = !file.has_translation || contradicts(t_off, t_sigma);
+  const std::string about_rotation =
+      comment("rotation", file.has_rotation, angle, found.rotationSigmaDeg(), "deg");
+  const std::string about_translation =
+      comment("translation", file.has_translation, 1e3 * t_off, 1e3 * t_sigma, "mm");
+  if (file.extrinsic_in_one_matrix && (new_rotation || new_translation)) {
+    Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+    T.topLeftCorner<3, 3>() = found.R_b_c;
+    T.topRightCorner<3, 1>() = found.t_b_c;
+    out << about_rotation << about_translation << matrixLines("body_T_cam0", T);
+  } else {
+    if (new_rotation) out << about_rotation << matrixLines("extrinsicRotation", found.R_b_c);
+    if (new_translation) {
+      out << about_translation << matrixLines("extrinsicTranslation", found.t_b_c);
+    }
+  }
+  return out.str();
+}
+
+}  // namespace slim_init::vins_adapter

@@ -1,0 +1,18 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// A calibration that was found, as lines of the host's file.
+#pragma once
+
+#include <string>
+
+#include "slim_init/result.h"
+#include "slim_init/vins_adapter/host_file.h"
+
+namespace slim_init::vins_adapter {
+
+/// The keys of the host's file that `found` contradicts by more than two of its standard
+/// deviations, and those of an extrinsic that the file does not have, with their new values: lines
+/// to paste, each key under a comment with the standard deviation. Empty where there are none.
+std::string calibrationLines(const FileCalibration& file, const CalibrationEstimate& found);
+
+}  // namespace slim_init::vins_adapter
