@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -164,6 +165,27 @@ TEST_F(ImagePipelineTest, PublishesAtTheRateOfTheHost) {
   }
   // Velocities are over the images that are tracked, not those that are published.
   EXPECT_NEAR(out[3].frame.t - out[3].previous.t, 0.05, 1e-9);
+}
+
+// A velocity of zero would be one more observation that td is zero.
+TEST_F(ImagePipelineTest, AHostThatEstimatesTdGetsPointsWithAVelocity) {
+  Config config = smallCamera();
+  for (const bool estimate_td : {false, true}) {
+    config.estimate_td = estimate_td;
+    ImagePipeline pipeline(config, options_);
+    int without = 0, with = 0;
+    for (const TrackedFrame& tracked : run(&pipeline, 0.0)) {
+      for (const PointObservation& point : tracked.frame.points) {
+        const auto& before = tracked.previous.points;
+        const bool known =
+            std::any_of(before.begin(), before.end(),
+                        [&point](const PointObservation& p) { return p.id == point.id; });
+        ++(known ? with : without);
+      }
+    }
+    EXPECT_GT(with, 100);
+    EXPECT_EQ(without > 0, !estimate_td) << without;
+  }
 }
 
 TEST_F(ImagePipelineTest, AFullQueueDropsTheOldestAndCounts) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <unordered_set>
 #include <utility>
 
 namespace slim_init::node {
@@ -133,6 +134,7 @@ std::optional<TrackedFrame> ImagePipeline::track(bool* worked) {
   keepForward(&tracked.frame);
   tracked.previous = std::exchange(previous_, tracked.frame);
   if (!publishNow(image.t)) return std::nullopt;
+  if (config_.estimate_td) keepMoving(&tracked);
   ++counts_.frames_published;
   return tracked;
 }
@@ -149,6 +151,18 @@ bool ImagePipeline::publishNow(double t) {
   // The grid goes on from where it was; after a pause it starts anew.
   t_next_publish_ = std::max(t_next_publish_ + interval, t + 0.5 * interval);
   return true;
+}
+
+// A host that estimates td moves every point by its velocity times td; a point that is seen for the
+// first time has none, and zero pulls the estimate to zero. The host's own tracker leaves it out.
+void ImagePipeline::keepMoving(TrackedFrame* tracked) {
+  std::unordered_set<FeatureId> known;
+  for (const PointObservation& point : tracked->previous.points) known.insert(point.id);
+  auto& points = tracked->frame.points;
+  points.erase(
+      std::remove_if(points.begin(), points.end(),
+                     [&known](const PointObservation& p) { return known.count(p.id) == 0; }),
+      points.end());
 }
 
 void ImagePipeline::keepForward(FrameObservation* frame) {

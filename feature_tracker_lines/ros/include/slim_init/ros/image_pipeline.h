@@ -46,7 +46,9 @@ struct ImagePipelineCounts {
 
 /// A tracked image to be published.
 struct TrackedFrame {
-  FrameObservation frame;     ///< t as given to addImage(); what points forward only
+  /// t as given to addImage(); what points forward only, and for a host that estimates td
+  /// (Config::estimate_td) points with a velocity only.
+  FrameObservation frame;
   FrameObservation previous;  ///< of the image tracked before, for velocities; t NaN: none
 };
 
@@ -87,6 +89,7 @@ class ImagePipeline {
   void forget();
   bool publishNow(double t);
   void keepForward(FrameObservation* frame);
+  static void keepMoving(TrackedFrame* tracked);
 
   Config config_;
   ImagePipelineOptions options_;
