@@ -114,7 +114,7 @@ inline constexpr int kBearingRounds = 10;
 /// between the keyframes (0.15 m at 5 m), a gyroscope bias of 0.05 rad/s over 0.25 s.
 inline constexpr double kTurnSigma = 0.03;
 /// The first rotation has to be this good [deg]; from there the rotation stage finds the rest.
-inline constexpr double kMaxHandEyeSigmaDeg = 12.0;
+inline constexpr double kMaxHandEyeSigmaDeg = 15.0;
 
 // ---- Pruning (track_pruning.h)
 
