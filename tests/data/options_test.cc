@@ -36,6 +36,21 @@ TEST(OptionTable, BothSidesOfEveryBound) {
   expectBothSidesOfEveryBound<ImuLimits>();
 }
 
+TEST(InertialOptions, NoiseFactorIsMeasuredOrAtLeastTheDataSheet) {
+  for (double InertialOptions::*const factor :
+       {&InertialOptions::accel_noise_factor, &InertialOptions::gyro_noise_factor}) {
+    InertialOptions options;
+    EXPECT_EQ(options.*factor, 0.0);
+    for (const double good : {0.0, 1.0, 3.0, 100.0}) {
+      options.*factor = good;
+      EXPECT_EQ(options.validate(), "");
+    }
+    options.*factor = 0.999;
+    EXPECT_NE(options.validate().find("is 0.999, must be 0 (measured) or at least 1"),
+              std::string::npos);
+  }
+}
+
 TEST(OptionTable, HasEveryField) {
   expectEveryFieldHasARow<InitializerOptions>();
   expectEveryFieldHasARow<ImuNoise>();

@@ -178,7 +178,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
 
 TEST(PosteriorGates, TheInertialBoundIsTighterForShortWindows) {
   PosteriorMeasures measures;
-  for (const auto& [keyframes, bound] : {std::pair(7, 0.45), std::pair(8, 1.0)}) {
+  for (const auto& [keyframes, bound] : {std::pair(7, 0.7), std::pair(8, 1.0)}) {
     measures.keyframes = keyframes;
     measures.inertial_chi2 = bound * 0.999;
     EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions), "inertial_chi2").passed);

@@ -33,10 +33,10 @@ struct WindowOptions {
 
 /// The IMU as `slim` takes it in every stage: gyroscope bias, metric starts and refinement.
 struct InertialOptions {
-  double accel_noise_factor = 10.0;  ///< on ImuNoise::accel_density
-  double gyro_noise_factor = 3.0;    ///< on ImuNoise::gyro_density
-  double accel_bias_prior = 0.1;     ///< standard deviation of b_a before any data [m/s^2]
-  double gyro_bias_prior = 0.2;      ///< standard deviation of b_g before any data [rad/s]
+  double accel_noise_factor = 0.0;  ///< on ImuNoise::accel_density; 0: from the samples
+  double gyro_noise_factor = 0.0;   ///< on ImuNoise::gyro_density; 0: from the samples
+  double accel_bias_prior = 0.1;    ///< standard deviation of b_a before any data [m/s^2]
+  double gyro_bias_prior = 0.2;     ///< standard deviation of b_g before any data [rad/s]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -174,7 +174,7 @@ struct GateOptions {
   double max_scale_sigma = 0.10;          ///< relative standard deviation of the scale
   double max_chi2 = 1.5;                  ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;         ///< inertial chi-square per residual
-  double max_inertial_chi2_short = 0.45;  ///< the same of windows below eight keyframes
+  double max_inertial_chi2_short = 0.70;  ///< the same of windows below eight keyframes
   double min_inlier_fraction = 0.6;       ///< share of the point sightings left
   double min_point_spread_deg = 2.0;      ///< rms angle over which the points are spread [deg]
   double max_extrinsic_error_deg = 15.0;  ///< certain error of the extrinsic rotation [deg]

@@ -7,6 +7,7 @@
 #include "estimation/constants.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/median.h"
+#include "imu/imu_quality.h"
 
 namespace slim_init {
 namespace {
@@ -113,9 +114,7 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const InertialOptions& inertial, double td_shift) {
-  ImuNoise noise = window.calibration().imu_noise;
-  noise.gyro_density *= inertial.gyro_noise_factor;
-  noise.accel_density *= inertial.accel_noise_factor;
+  const ImuNoise noise = assumedImuNoise(window, inertial);
   std::vector<Preintegration> pre;
   pre.reserve(window.size() - 1);
   for (int k = 0; k + 1 < window.size(); ++k) {

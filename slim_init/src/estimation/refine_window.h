@@ -42,9 +42,9 @@ struct RefinedWindow {
   int chosen_start = -1;   ///< index into the starts
 };
 
-/// Preintegrations with covariance at the biases, the densities of the calibration times the noise
-/// factors of `inertial`, between the keyframe times moved by `td_shift` [s]. The IMU has to cover
-/// them there.
+/// Preintegrations with covariance at the biases, from the noise that is to be assumed of the
+/// window's IMU (assumedImuNoise()), between the keyframe times moved by `td_shift` [s]. The IMU
+/// has to cover them there.
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,

@@ -180,8 +180,8 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, const GapRan
 }
 
 BiasInformation MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
-                                             const WeightedPairs& weighted,
-                                             double gyro_noise_factor, Baselines baselines) const {
+                                             const WeightedPairs& weighted, double gyro_density,
+                                             Baselines baselines) const {
   BiasInformation out;
   out.baselines = std::move(baselines);
   const double share = shareOf(gaps, pairs_.keyframes());
@@ -204,8 +204,8 @@ BiasInformation MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, c
   const Eigen::Matrix3d covariance =
       kScatterInflation * (H_inverse * scatter * H_inverse) + kCurvatureShare * 2.0 * H_inverse;
   const double duration = window_.times().back() - window_.times().front();
-  const double gyro = gyro_noise_factor * window_.calibration().imu_noise.gyro_density;
-  out.information = (covariance + gyro * gyro / duration * Eigen::Matrix3d::Identity()).inverse();
+  out.information =
+      (covariance + gyro_density * gyro_density / duration * Eigen::Matrix3d::Identity()).inverse();
   return out;
 }
 
@@ -257,7 +257,9 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
     best.gyro_bias = bias;
     best.cost = rated.cost;
     best.information =
-        problem.information(bias, gaps, minimum.weighted, 1.0, std::move(rated.baselines))
+        problem
+            .information(bias, gaps, minimum.weighted, window.calibration().imu_noise.gyro_density,
+                         std::move(rated.baselines))
             .information;
   }
   return best;

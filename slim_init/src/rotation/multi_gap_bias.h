@@ -116,9 +116,9 @@ class MultiGapProblem {
   /// Inverse covariance of a minimiser for given weights: the curvature of the cost and the scatter
   /// of the tracks' gradients, so that points that enter at several gaps, or are worse than they
   /// should be, count for what they are; and the gyro's white noise over the window, with
-  /// `gyro_noise_factor` times the calibration's density. `baselines` as minimize() left them.
+  /// `gyro_density` [rad/s/sqrt(Hz)]. `baselines` as minimize() left them.
   BiasInformation information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
-                              const WeightedPairs& weighted, double gyro_noise_factor,
+                              const WeightedPairs& weighted, double gyro_density,
                               Baselines baselines) const;
 
  private:

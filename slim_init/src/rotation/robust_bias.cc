@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "imu/imu_quality.h"
 #include "rotation/constants.h"
 #include "rotation/free_rotations.h"
 #include "rotation/multi_gap_bias.h"
@@ -192,9 +193,9 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
     return out;
   }
   if (out.candidates > 1) search.weighAgain(gaps, &best);
-  BiasInformation information =
-      problem.information(out.gyro_bias, gaps, best.minimum.weighted, inertial.gyro_noise_factor,
-                          std::move(best.minimum.baselines));
+  BiasInformation information = problem.information(out.gyro_bias, gaps, best.minimum.weighted,
+                                                    assumedImuNoise(window, inertial).gyro_density,
+                                                    std::move(best.minimum.baselines));
   out.information = information.information;
   out.rotations = freeRotations(
       problem.pairs(), problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),
