@@ -68,7 +68,7 @@ struct Minimum {
   double cost = 0.0;
   double sigma_bearing = 0.0;
 
-  ScaleCost scaleCost() const { return ScaleCost(refined, pre, exact.calibration.t_b_c, inertial); }
+  ScaleCost scaleCost() const { return ScaleCost(refined, pre, exact.calibration, inertial); }
 };
 
 Minimum minimumOf(Motion motion, int keyframes, unsigned seed, const InertialOptions& inertial) {
