@@ -95,7 +95,7 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   clock->lap("refinement");
 
   // [5.1] The cost over the scale: is another one as good?
-  if (options.slim.other_scales && out.posterior.valid) {
+  if (out.posterior.valid) {
     out.profile = searchOtherScale(input, lines, options, &out.refined, &out.posterior);
   }
   clock->lap("other_scale");
@@ -114,6 +114,14 @@ void setAnswer(const InitWindow& seen, const Calibration& handed_in, const Metri
   }
   result->scale_sigma = scaleSigma(metric.posterior, metric.profileOrNull());
   result->covariance = metric.posterior.covariance;
+}
+
+std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& seen,
+                               const InitWindow& tracks, const MotionMeasures& motion,
+                               const GateOptions& gates, double scale) {
+  return posteriorGates(measurePosterior(seen, tracks, metric.refined, metric.posterior,
+                                         metric.profileOrNull(), scale),
+                        motion, gatesInForce(gates));
 }
 
 void append(const std::vector<GateValue>& gates, InitResult* result) {
@@ -176,9 +184,7 @@ InitResult Slim::solve(const InitWindow& window) const {
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
-    const PosteriorMeasures measures = measurePosterior(
-        seen, tracks, metric.refined, metric.posterior, metric.profileOrNull(), result.scale);
-    append(posteriorGates(measures, motion, gatesInForce(options_.gates)), &result);
+    append(gatesOf(metric, seen, tracks, motion, options_.gates, result.scale), &result);
     append(calibrationGates(window.calibration(), result.calibration, options_.gates), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);

@@ -51,8 +51,6 @@ const std::vector<AblationVariant>& ablationVariants() {
        [](InitializerOptions* o, BaselineOptions*) { o->robust_bias.refinement.max_gap = 1; }},
       {"slim", "no-reverse-start", "the tight alignment is the only start",
        [](InitializerOptions* o, BaselineOptions*) { o->slim.reverse_start = false; }},
-      {"slim", "no-other-scales", "nobody asks whether another scale explains the data as well",
-       [](InitializerOptions* o, BaselineOptions*) { o->slim.other_scales = false; }},
       {"slim", "no-tight-start", "the reverse alignment is the only start",
        [](InitializerOptions* o, BaselineOptions*) { o->slim.tight_start = false; }},
       {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",

@@ -155,7 +155,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   good.behind_fraction = kOptions.max_behind_fraction * 0.999;
   good.point_spread_deg = kOptions.min_point_spread_deg * 1.001;
   good.scale_sigma = kOptions.max_scale_sigma * 0.999;
-  good.other_scale_rise = kOptions.min_other_scale_rise * 1.001;
+  good.other_scale_rise = verdict_constants::kMinOtherScaleRise * 1.001;
   for (const GateValue& gate : posteriorGates(good, motion, kOptions)) {
     EXPECT_TRUE(gate.passed) << gate.name;
   }
@@ -166,7 +166,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   bad.behind_fraction = kOptions.max_behind_fraction * 1.001;
   bad.point_spread_deg = kOptions.min_point_spread_deg * 0.999;
   bad.scale_sigma = kOptions.max_scale_sigma * 1.001;
-  bad.other_scale_rise = kOptions.min_other_scale_rise * 0.999;
+  bad.other_scale_rise = verdict_constants::kMinOtherScaleRise * 0.999;
   for (const GateValue& gate : posteriorGates(bad, motion, kOptions)) {
     EXPECT_FALSE(gate.passed) << gate.name;
   }
@@ -196,7 +196,7 @@ TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
   EXPECT_EQ(gate.status_if_failed, InitStatus::kScaleTooUncertain);
   EXPECT_EQ(describe(gate),
             "cost of another scale, mean baseline 1.37 m instead of 0.41 m, above that of the "
-            "answer is 2.5 sigma^2, must be at least 9");
+            "answer is 2.5 sigma^2, must be at least 16");
   // No other minimum at all.
   measures.other_scale = kNotComputed;
   measures.other_scale_rise = std::numeric_limits<double>::infinity();

@@ -145,7 +145,6 @@ struct SlimOptions {
   bool refine = true;                ///< off: the first start is the answer
   bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
   bool second_search = true;         ///< search for a lower minimum where the first looks wrong
-  bool other_scales = true;          ///< does another scale explain the data as well?
   int few_tracks = 50;               ///< with fewer point tracks it is searched for in any case
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
@@ -173,7 +172,6 @@ struct GateOptions {
   double min_linkage = 10.0;              ///< ratio of eigenvalues of the translation system
   double max_alignment_residual = 0.10;   ///< rms residual of the alignment [m, m/s]
   double max_scale_sigma = 0.10;          ///< relative standard deviation of the scale
-  double min_other_scale_rise = 9.0;      ///< cost of any other scale above the answer's [sigma^2]
   double max_chi2 = 1.5;                  ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;         ///< inertial chi-square per residual
   double max_inertial_chi2_short = 0.45;  ///< the same of windows below eight keyframes

@@ -219,9 +219,6 @@ OptionTable optionTable(SlimOptions* o) {
                   "they are taken as exact"),
       advancedKey("second_search", &o->second_search,
                   "search for a lower minimum where the first looks wrong (ablation)"),
-      advancedKey("other_scales", &o->other_scales,
-                  "profile of the cost over the scale, 0.3 to 0.7 ms: its interval widens the "
-                  "standard deviation of the scale, and a second minimum refuses (ablation)"),
       advancedKey("few_tracks", &o->few_tracks, {0, 100000}, "",
                   "with fewer point tracks it is searched for in any case: one bad track among a "
                   "dozen bends the minimum without showing, and the search is cheap"),
@@ -279,11 +276,6 @@ OptionTable slimGateTable(GateOptions* o) {
       userKey("max_td_error_s", &o->max_td_error_s, {0.0, 1.0}, "s",
               "the same of the time offset between camera and IMU. 50 ms are estimated reliably",
               kSlim),
-      advancedKey("min_other_scale_rise", &o->min_other_scale_rise, {0.0, 1e6}, "sigma^2",
-                  "least cost of any other minimum over the scale above that of the answer; less "
-                  "is refused. 9 are three standard deviations; of right answers one in a "
-                  "thousand has another minimum as low",
-                  kSlim),
       advancedKey(
           "max_behind_fraction", &o->max_behind_fraction, kShare, "",
           "share of the point tracks behind the camera by over three sigma; more is refused",

@@ -226,12 +226,20 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                InitStatus::kTooFewTracks)};
   if (measures.profiled) {
     gates.push_back(makeGate("other_scale", explainOtherScale(measures), "sigma^2",
-                             measures.other_scale_rise, options.min_other_scale_rise, false,
-                             uncertain));
+                             measures.other_scale_rise, kMinOtherScaleRise, false, uncertain));
   }
   gates.push_back(makeGate("scale_sigma", "relative standard deviation of the scale", "",
                            measures.scale_sigma, options.max_scale_sigma, true, uncertain));
   return gates;
+}
+
+GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
+  const char* what = std::isfinite(disagreement_sigmas)
+                         ? "difference of the scale from that of the answer before"
+                         : "difference of the scale from that of an answer before, of which there "
+                           "is none,";
+  return makeGate("agreement", what, "sigma", disagreement_sigmas, max_disagreement, true,
+                  InitStatus::kScaleTooUncertain);
 }
 
 std::string describe(const GateValue& gate) {

@@ -103,6 +103,10 @@ double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
 
+/// Gate "agreement" (scale too uncertain): difference of the log scale from the answer before, in
+/// its standard deviations; NaN where there is none (AnswerSequence).
+GateValue agreementGate(double disagreement_sigmas, double max_disagreement);
+
 /// Message with what the gate measured and what it needs.
 std::string describe(const GateValue& gate);
 
