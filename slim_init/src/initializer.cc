@@ -9,6 +9,7 @@
 
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
+#include "slim_init/answer_sequence.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/state_at.h"
 
@@ -52,7 +53,8 @@ class Initializer : public IInitializer {
   Initializer(std::unique_ptr<WindowSolver> solver, const Calibration& calibration,
               const InitializerOptions& options)
       : solver_(std::move(solver)),
-        window_(calibration, options.window, StreamOptions::liveData(options.imu)) {}
+        window_(calibration, options.window, StreamOptions::liveData(options.imu)),
+        answers_(options.window.keyframes, AnswerSequence::kMaxDisagreement) {}
 
   const std::string& name() const override { return solver_->name(); }
   AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
@@ -61,12 +63,16 @@ class Initializer : public IInitializer {
     return window_.addLines(stamp, std::move(lines));
   }
   void setTd(double td) override { window_.setTd(td); }
-  void reset() override { window_.reset(); }
+  void reset() override {
+    window_.reset();
+    answers_.reset();
+  }
 
   InitResult initialize() override {
     const WindowCut cut = window_.cut();
     if (cut.window == nullptr) return refuse(cut.status, cut.message);
     InitResult result = solver_->solve(*cut.window);
+    answers_.judge(&result);
     if (const std::string message = result.validate(); !message.empty()) {
       return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
     }
@@ -178,6 +184,7 @@ class Initializer : public IInitializer {
 
   std::unique_ptr<WindowSolver> solver_;
   KeyframeWindow window_;
+  AnswerSequence answers_;
 };
 
 }  // namespace

@@ -61,14 +61,14 @@ void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines
   if (conflict) *refined = points;
 }
 
+}  // namespace
+
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
   const WindowState& state = refined.state;
   if (!refined.with_rig) return posteriorOf(state, refined.information);
   return posteriorOf(state, refined.information, tracks.calibration(),
                      imuInstants(tracks, state.rig.dtd, state.gyro_bias, state.accel_bias));
 }
-
-}  // namespace
 
 AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowState>& starts,
                             const InitializerOptions& options) {

@@ -40,6 +40,9 @@ RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& l
                             const std::vector<WindowState>& starts,
                             const InitializerOptions& options);
 
+/// Posterior of a refined window, of the rig as well where that was estimated.
+Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined);
+
 /// The estimate of a window.
 struct WindowEstimate {
   RefinedWindow refined;

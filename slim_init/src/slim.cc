@@ -12,11 +12,13 @@
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
 #include "minimum_search.h"
+#include "other_scale.h"
 #include "rotation/robust_bias.h"
 #include "rotation_stage.h"
 #include "solver_support.h"
 #include "translation/ligt.h"
 #include "verdict/gates.h"
+#include "verdict/scale_profile.h"
 
 namespace slim_init {
 namespace {
@@ -66,7 +68,10 @@ void failWithoutAnswer(const TranslationEstimate& translation, const Initializer
 struct MetricEstimate {
   std::vector<WindowState> starts;
   RefinedWindow refined;
+  std::optional<ScaleProfile> profile;
   Posterior posterior;
+
+  const ScaleProfile* profileOrNull() const { return profile ? &*profile : nullptr; }
 };
 
 MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
@@ -88,6 +93,12 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
     out.posterior = std::move(estimate.posterior);
   }
   clock->lap("refinement");
+
+  // [5.1] The cost over the scale: is another one as good?
+  if (out.posterior.valid) {
+    out.profile = searchOtherScale(input, lines, options, &out.refined, &out.posterior);
+  }
+  clock->lap("other_scale");
   return out;
 }
 
@@ -101,8 +112,16 @@ void setAnswer(const InitWindow& seen, const Calibration& handed_in, const Metri
     result->calibration = calibrationEstimate(calibration, state.rig, metric.posterior);
     appendCalibrationWarnings(handed_in, *result->calibration, result);
   }
-  result->scale_sigma = metric.posterior.scale_sigma;
+  result->scale_sigma = scaleSigma(metric.posterior, metric.profileOrNull());
   result->covariance = metric.posterior.covariance;
+}
+
+std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& seen,
+                               const InitWindow& tracks, const MotionMeasures& motion,
+                               const GateOptions& gates, double scale) {
+  return posteriorGates(measurePosterior(seen, tracks, metric.refined, metric.posterior,
+                                         metric.profileOrNull(), scale),
+                        motion, gatesInForce(gates));
 }
 
 void append(const std::vector<GateValue>& gates, InitResult* result) {
@@ -165,9 +184,7 @@ InitResult Slim::solve(const InitWindow& window) const {
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
-    append(posteriorGates(measurePosterior(seen, tracks, metric.refined, metric.posterior), motion,
-                          gatesInForce(options_.gates)),
-           &result);
+    append(gatesOf(metric, seen, tracks, motion, options_.gates, result.scale), &result);
     append(calibrationGates(window.calibration(), result.calibration, options_.gates), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);

@@ -342,6 +342,39 @@ TEST(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
   }
 }
 
+TEST(AnytimeProtocol, AnAnswerIsJudgedByTheOneBefore) {
+  // Too small by half with five keyframes; always sure of itself.
+  const FakeSolver solver("wavering", [](const InitWindow& window) {
+    std::vector<NavState> states;
+    for (const double t : window.times()) states.push_back(Circle().state(t));
+    InitResult result = perfectResult(states, Circle().g);
+    if (window.size() == 5) {
+      for (NavState& state : result.states) state.p_w_b *= 0.5;
+    }
+    result.scale_sigma = 0.05;
+    GateValue gate;
+    gate.name = "enforced";
+    gate.passed = gate.enforced = true;
+    result.gates = {gate};
+    return result;
+  });
+  const Sequence sequence = makeCircleSequence(6.0);
+  ProtocolOptions options;
+  options.first_keyframes = 4;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_EQ(window.methods[0].keyframes, 7);
+    EXPECT_TRUE(window.methods[0].accepted());
+  }
+  // A window that does not grow is asked once.
+  options.first_keyframes = 0;
+  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_TRUE(window.methods[0].accepted());
+  }
+}
+
 TEST(AnytimeProtocol, TheLongestWindowIsThatOfThePlainProtocol) {
   const Sequence sequence = makeCircleSequence(6.0);
   const FakeSolver plain = makePatientSolver("plain", 10);

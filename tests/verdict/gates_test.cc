@@ -6,10 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
+#include "estimation/posterior.h"
 #include "geometry/so3.h"
 #include "support/exact_window.h"
 #include "verdict/constants.h"
+#include "verdict/scale_profile.h"
 
 namespace slim_init {
 namespace {
@@ -158,6 +161,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   good.behind_fraction = kOptions.max_behind_fraction * 0.999;
   good.point_spread_deg = kOptions.min_point_spread_deg * 1.001;
   good.scale_sigma = kOptions.max_scale_sigma * 0.999;
+  good.other_scale_rise = verdict_constants::kMinOtherScaleRise * 1.001;
   for (const GateValue& gate : posteriorGates(good, motion, kOptions)) {
     EXPECT_TRUE(gate.passed) << gate.name;
   }
@@ -168,6 +172,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   bad.behind_fraction = kOptions.max_behind_fraction * 1.001;
   bad.point_spread_deg = kOptions.min_point_spread_deg * 0.999;
   bad.scale_sigma = kOptions.max_scale_sigma * 1.001;
+  bad.other_scale_rise = verdict_constants::kMinOtherScaleRise * 0.999;
   for (const GateValue& gate : posteriorGates(bad, motion, kOptions)) {
     EXPECT_FALSE(gate.passed) << gate.name;
   }
@@ -185,6 +190,43 @@ TEST(PosteriorGates, TheInertialBoundIsTighterForShortWindows) {
     measures.inertial_chi2 = bound * 1.001;
     EXPECT_FALSE(find(posteriorGates(measures, goodMotion(), kOptions), "inertial_chi2").passed);
   }
+}
+
+TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
+  PosteriorMeasures measures;
+  measures.scale = 0.41;
+  measures.other_scale = 1.37;
+  measures.other_scale_rise = 2.5;
+  const GateValue gate = find(posteriorGates(measures, goodMotion(), kOptions), "other_scale");
+  EXPECT_FALSE(gate.passed);
+  EXPECT_EQ(gate.status_if_failed, InitStatus::kScaleTooUncertain);
+  EXPECT_EQ(describe(gate),
+            "cost of another scale, mean baseline 1.37 m instead of 0.41 m, above that of the "
+            "answer is 2.5 sigma^2, must be at least 16");
+  // No other minimum at all.
+  measures.other_scale = kNotComputed;
+  measures.other_scale_rise = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions), "other_scale").passed);
+  // Nobody has looked.
+  measures.profiled = false;
+  for (const GateValue& other : posteriorGates(measures, goodMotion(), kOptions)) {
+    EXPECT_NE(other.name, "other_scale");
+  }
+}
+
+TEST(PosteriorGates, TheWiderOfPosteriorAndProfileIsTheSigma) {
+  Posterior posterior;
+  posterior.scale_sigma = 0.05;
+  ScaleProfile profile;
+  profile.valid = true;
+  profile.low = -0.1;
+  profile.high = 0.08;
+  EXPECT_EQ(scaleSigma(posterior, &profile), 0.05);
+  profile.high = 0.3;
+  EXPECT_NEAR(scaleSigma(posterior, &profile), 0.15, 1e-12);
+  profile.valid = false;
+  EXPECT_EQ(scaleSigma(posterior, &profile), 0.05);
+  EXPECT_EQ(scaleSigma(posterior, nullptr), 0.05);
 }
 
 TEST(PosteriorGates, TheStrictProfileIsTighterAndNeverLooser) {

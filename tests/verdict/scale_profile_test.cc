@@ -9,14 +9,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "estimation/inertial_factor.h"
 #include "estimation/posterior.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/so3.h"
+#include "other_scale.h"
+#include "slim_init/window_solver.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
+#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
@@ -68,7 +73,7 @@ struct Minimum {
   double cost = 0.0;
   double sigma_bearing = 0.0;
 
-  ScaleCost scaleCost() const { return ScaleCost(refined, pre, exact.calibration.t_b_c, inertial); }
+  ScaleCost scaleCost() const { return ScaleCost(refined, pre, exact.calibration, inertial); }
 };
 
 Minimum minimumOf(Motion motion, int keyframes, unsigned seed, const InertialOptions& inertial) {
@@ -287,28 +292,71 @@ TEST(ScaleProfile, ConstantVelocityFitsEveryLargeScale) {
   }
 }
 
-TEST(ScaleProfile, FindsTheScaleFromAStateOfAnotherSize) {
-  // The shape is right, the size is not: as in a minimum where the refinement has stopped.
-  Minimum at = minimumOf(Motion::kExcited, 10, 2, InertialOptions());
-  const ScaleProfile right = profileScale(at.scaleCost());
-  constexpr double kLogSize = -1.5;
-  const double size = std::exp(kLogSize);
-  const Eigen::Vector3d& t = at.exact.calibration.t_b_c;
-  WindowState& state = at.refined.state;
+// The same images and another size: as a minimum that is too small, camera centres about the first.
+void resize(double log_size, Minimum* at) {
+  const double size = std::exp(log_size);
+  const Eigen::Vector3d& t = at->exact.calibration.t_b_c;
+  WindowState& state = at->refined.state;
   for (int k = 0; k < state.size(); ++k) {
     const Eigen::Vector3d arm = state.R_b0_bk[k] * t - t;
     state.p_b0.col(k) = size * (state.p_b0.col(k) + arm) - arm;
+    // Positions in other units. That attitudes move the camera by its arm is of no weight here.
+    at->refined.visual_information.middleRows<3>(6 * k + 3) /= size;
+    at->refined.visual_information.middleCols<3>(6 * k + 3) /= size;
+    at->refined.visual_gradient.segment<3>(6 * k + 3) /= size;
   }
-  // As the images see it: the same residuals, positions in other units.
-  for (int k = 0; k < state.size(); ++k) {
-    // The information on attitudes contains the lever arm, which keeps its length; small here.
-    at.refined.visual_information.middleRows<3>(6 * k + 3) /= size;
-    at.refined.visual_information.middleCols<3>(6 * k + 3) /= size;
-    at.refined.visual_gradient.segment<3>(6 * k + 3) /= size;
-  }
+}
+
+TEST(ScaleProfile, FindsTheScaleFromAStateOfAnotherSize) {
+  Minimum at = minimumOf(Motion::kExcited, 10, 2, InertialOptions());
+  const ScaleProfile right = profileScale(at.scaleCost());
+  resize(-1.5, &at);
   const ScaleProfile profile = profileScale(at.scaleCost());
   ASSERT_TRUE(profile.valid);
-  EXPECT_NEAR(profile.log_ratio, right.log_ratio - kLogSize, 0.02);
+  EXPECT_NEAR(profile.log_ratio, right.log_ratio + 1.5, 0.02);
+  // The better one is the other one, and the interval reaches it.
+  EXPECT_NEAR(profile.other_log_ratio, profile.log_ratio, 1e-12);
+  EXPECT_LT(profile.other_rise, -100.0);
+  EXPECT_GT(profile.sigma(), 0.7);
+}
+
+TEST(OtherScale, TheWindowIsRefinedAgainFromTheBetterScale) {
+  Minimum at = minimumOf(Motion::kExcited, 10, 2, InertialOptions());
+  InitializerOptions options;
+  options.refinement = leastSquares();
+  const WindowState right = at.refined.state;
+  const std::vector<Eigen::Matrix3d> R_c0_ck =
+      cameraRotations(right.R_b0_bk, at.exact.calibration.R_b_c);
+  const RefinementInput input = {*at.exact.window, at.pre, R_c0_ck, nullptr, std::nullopt};
+  resize(-1.5, &at);
+  at.refined.cost = 1e6;
+  RefinedWindow refined = at.refined;
+  Posterior posterior;
+  const ScaleProfile profile = searchOtherScale(input, {}, options, &refined, &posterior);
+  EXPECT_TRUE(posterior.valid);
+  EXPECT_LT((refined.state.p_b0 - right.p_b0).norm(), 0.02 * right.p_b0.norm());
+  EXPECT_LT(std::abs(profile.log_ratio), 0.02);
+  EXPECT_GT(profile.other_rise, verdict_constants::kMinOtherScaleRise);
+  // Where the full problem does not confirm it, the answer stays, and the profile says what it saw.
+  at.refined.cost = 0.0;
+  refined = at.refined;
+  EXPECT_LT(searchOtherScale(input, {}, options, &refined, &posterior).other_rise, -100.0);
+  EXPECT_EQ(refined.state.p_b0, at.refined.state.p_b0);
+}
+
+TEST(OtherScale, AWindowWithoutAScaleIsRefusedWithAWideSigma) {
+  InitializerOptions options;
+  options.gates.min_excitation = 0.0;  // not the gate that is asked here
+  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options);
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const ExactWindow exact = noisyWindow(Motion::kConstantVelocity, 8, seed);
+    const InitResult result = solver->solve(*exact.window);
+    EXPECT_FALSE(result.success()) << seed;
+    EXPECT_TRUE(!result.hasEstimate() || result.scale_sigma > 0.3) << seed;
+    bool asked = false;
+    for (const GateValue& gate : result.gates) asked = asked || gate.name == "other_scale";
+    EXPECT_EQ(asked, result.hasEstimate());
+  }
 }
 
 TEST(ScaleProfile, WithoutVisualInformationThereIsNone) {

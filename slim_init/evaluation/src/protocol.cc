@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "ordered_tasks.h"
+#include "slim_init/answer_sequence.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/keyframe_window.h"
@@ -89,8 +90,9 @@ class WindowCutter {
         break;
       }
       // Past the frame by the margin with which keyframes can be moved by an error of td.
-      while (next_imu < sequence_.imu.size() &&
-             (buffer.imu().empty() || buffer.imu().back().t < imuTime(i) + InitWindow::kImuMargin)) {
+      while (
+          next_imu < sequence_.imu.size() &&
+          (buffer.imu().empty() || buffer.imu().back().t < imuTime(i) + InitWindow::kImuMargin)) {
         buffer.addImu(sequence_.imu[next_imu++]);
       }
       buffer.addFrame(sequence_.frames[i]);
@@ -168,10 +170,11 @@ double threadCpuMs() {
 
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
                        const std::vector<NavState>& truth, const Sequence& sequence,
-                       InitResult* returned) {
+                       AnswerSequence* answers, InitResult* returned) {
   const double cpu_begin = threadCpuMs();
   const auto begin = std::chrono::steady_clock::now();
   *returned = solver.solve(window);
+  answers->judge(returned);
   const auto end = std::chrono::steady_clock::now();
   const double cpu_end = threadCpuMs();
   const InitResult& answer = *returned;
@@ -235,8 +238,10 @@ MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Seq
                        const ProtocolOptions& options) {
   MethodRecord record;
   InitResult answer;
+  AnswerSequence answers(options.window.keyframes,
+                         options.first_keyframes > 0 ? AnswerSequence::kMaxDisagreement : 0.0);
   for (std::size_t i = 0; i < trial.cut.windows.size(); ++i) {
-    record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], sequence, &answer);
+    record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], sequence, &answers, &answer);
     if (record.accepted()) break;
   }
   if (!options.downstream || !record.accepted()) return record;

@@ -102,13 +102,12 @@ TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProb
   return noise;
 }
 
-// As much of the shift of the keyframe times as the IMU covers.
+}  // namespace
+
 double coveredShift(const InitWindow& window, double shift) {
   return std::clamp(shift, window.imu().front().t - window.times().front(),
                     window.imu().back().t - window.times().back());
 }
-
-}  // namespace
 
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,

@@ -51,6 +51,9 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const InertialOptions& inertial,
                                                  double td_shift = 0.0);
 
+/// As much of a shift of the keyframe times [s] as the IMU of the window covers.
+double coveredShift(const InitWindow& window, double shift);
+
 /// How the minimum is searched.
 enum class StartMode {
   kFine,          ///< at the noise of the calibration

@@ -40,4 +40,22 @@ inline constexpr double kLogScaleTolerance = 2e-3;
 /// Section of the bracket that golden section search keeps, (sqrt(5) - 1) / 2.
 inline constexpr double kGolden = 0.6180339887498949;
 
+/// Least cost of any other minimum above that of the answer [sigma^2]: four standard deviations. Of
+/// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
+inline constexpr double kMinOtherScaleRise = 16.0;
+
+// ---- Agreement of successive answers (slim_init/answer_sequence.h)
+
+/// Keyframes of two answers are the same when they are this close [s]: the estimates of td differ
+/// by less, and keyframes are farther apart.
+inline constexpr double kSameKeyframe = 0.02;
+/// Two displacements, so that not a single one decides.
+inline constexpr int kMinSharedKeyframes = 3;
+/// Relative standard deviation up to which an answer is one that a later answer can agree with:
+/// twice what is accepted.
+inline constexpr double kMaxEarlierSigma = 0.2;
+/// Least standard deviation of the difference, as a share of that of the answer: windows of equal
+/// length, and sigmas that are only good to a half. Between 0.1 and 1 it makes no difference.
+inline constexpr double kAgreementFloor = 0.5;
+
 }  // namespace slim_init::verdict_constants

@@ -12,6 +12,7 @@
 #include "geometry/median.h"
 #include "geometry/so3.h"
 #include "verdict/constants.h"
+#include "verdict/scale_profile.h"
 
 namespace slim_init {
 namespace {
@@ -88,7 +89,8 @@ double pointSpreadDeg(const InitWindow& window) {
 }
 
 PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& tracks,
-                                   const RefinedWindow& refined, const Posterior& posterior) {
+                                   const RefinedWindow& refined, const Posterior& posterior,
+                                   const ScaleProfile* profile, double scale) {
   PosteriorMeasures measures;
   measures.keyframes = window.size();
   measures.chi2 = refined.chi2;
@@ -96,9 +98,20 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.inlier_fraction =
       refined.inlier_fraction * tracks.pointSightings().size() / window.pointSightings().size();
   measures.behind_fraction = refined.behind_fraction;
-  measures.scale_sigma = posterior.scale_sigma;
+  measures.scale_sigma = scaleSigma(posterior, profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
+  measures.scale = scale;
+  measures.profiled = profile != nullptr;
+  if (profile != nullptr) {
+    measures.other_scale = scale * std::exp(profile->other_log_ratio);
+    measures.other_scale_rise = profile->other_rise;
+  }
   return measures;
+}
+
+double scaleSigma(const Posterior& posterior, const ScaleProfile* profile) {
+  if (profile == nullptr || !profile->valid) return posterior.scale_sigma;
+  return std::max(posterior.scale_sigma, profile->sigma());
 }
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
@@ -180,28 +193,59 @@ GateOptions gatesInForce(const GateOptions& options) {
   return gates;
 }
 
+namespace {
+
+std::string explainOtherScale(const PosteriorMeasures& measures) {
+  std::ostringstream out;
+  out.precision(3);
+  out << "cost of another scale";
+  if (std::isfinite(measures.other_scale)) {
+    out << ", mean baseline " << measures.other_scale << " m instead of " << measures.scale
+        << " m,";
+  }
+  out << " above that of the answer";
+  return out.str();
+}
+
+}  // namespace
+
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options) {
   const InitStatus uncertain = motion.excitation < options.min_excitation
                                    ? InitStatus::kTooLittleExcitation
                                    : InitStatus::kScaleTooUncertain;
-  return {makeGate("chi2", "visual chi-square per degree of freedom", "", measures.chi2,
-                   options.max_chi2, true, InitStatus::kInconsistentResiduals),
-          makeGate("inertial_chi2", "inertial chi-square per residual", "", measures.inertial_chi2,
-                   measures.keyframes < kShortWindow ? options.max_inertial_chi2_short
-                                                     : options.max_inertial_chi2,
-                   true, InitStatus::kInconsistentResiduals),
-          makeGate("inlier_fraction", "share of the point observations kept", "",
-                   measures.inlier_fraction, options.min_inlier_fraction, false,
-                   InitStatus::kInconsistentResiduals),
-          makeGate("behind_fraction", "share of the points behind the camera", "",
-                   measures.behind_fraction, options.max_behind_fraction, true,
-                   InitStatus::kInconsistentResiduals),
-          makeGate("point_spread", "angle over which the points are spread", "deg",
-                   measures.point_spread_deg, options.min_point_spread_deg, false,
-                   InitStatus::kTooFewTracks),
-          makeGate("scale_sigma", "relative standard deviation of the scale", "",
-                   measures.scale_sigma, options.max_scale_sigma, true, uncertain)};
+  std::vector<GateValue> gates = {
+      makeGate("chi2", "visual chi-square per degree of freedom", "", measures.chi2,
+               options.max_chi2, true, InitStatus::kInconsistentResiduals),
+      makeGate("inertial_chi2", "inertial chi-square per residual", "", measures.inertial_chi2,
+               measures.keyframes < kShortWindow ? options.max_inertial_chi2_short
+                                                 : options.max_inertial_chi2,
+               true, InitStatus::kInconsistentResiduals),
+      makeGate("inlier_fraction", "share of the point observations kept", "",
+               measures.inlier_fraction, options.min_inlier_fraction, false,
+               InitStatus::kInconsistentResiduals),
+      makeGate("behind_fraction", "share of the points behind the camera", "",
+               measures.behind_fraction, options.max_behind_fraction, true,
+               InitStatus::kInconsistentResiduals),
+      makeGate("point_spread", "angle over which the points are spread", "deg",
+               measures.point_spread_deg, options.min_point_spread_deg, false,
+               InitStatus::kTooFewTracks)};
+  if (measures.profiled) {
+    gates.push_back(makeGate("other_scale", explainOtherScale(measures), "sigma^2",
+                             measures.other_scale_rise, kMinOtherScaleRise, false, uncertain));
+  }
+  gates.push_back(makeGate("scale_sigma", "relative standard deviation of the scale", "",
+                           measures.scale_sigma, options.max_scale_sigma, true, uncertain));
+  return gates;
+}
+
+GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
+  const char* what = std::isfinite(disagreement_sigmas)
+                         ? "difference of the scale from that of the answer before"
+                         : "difference of the scale from that of an answer before, of which there "
+                           "is none,";
+  return makeGate("agreement", what, "sigma", disagreement_sigmas, max_disagreement, true,
+                  InitStatus::kScaleTooUncertain);
 }
 
 std::string describe(const GateValue& gate) {

@@ -18,6 +18,7 @@ namespace slim_init {
 
 struct Posterior;
 struct RefinedWindow;
+struct ScaleProfile;
 
 /// What the motion in a window offers, before any alignment.
 struct MotionMeasures {
@@ -74,6 +75,10 @@ struct PosteriorMeasures {
   double behind_fraction = kNotComputed;   ///< of the point tracks
   double scale_sigma = kNotComputed;       ///< relative
   double point_spread_deg = kNotComputed;  ///< see pointSpreadDeg()
+  double scale = kNotComputed;             ///< InitResult::scale [m]
+  bool profiled = true;                    ///< other scales were looked for
+  double other_scale = kNotComputed;       ///< the best other one, as InitResult::scale [m]
+  double other_scale_rise = kNotComputed;  ///< ScaleProfile::other_rise
 };
 
 /// Rms angle between the bearings of a keyframe's points and their mean direction, the median over
@@ -81,15 +86,26 @@ struct PosteriorMeasures {
 /// any.
 double pointSpreadDeg(const InitWindow& window);
 
-/// Gathers them: `window` as handed in, `tracks` what the pruning left of it.
+/// Gathers them: `window` as handed in, `tracks` what the pruning left of it, `profile` null where
+/// none was asked for, `scale` as InitResult::scale.
 PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& tracks,
-                                   const RefinedWindow& refined, const Posterior& posterior);
+                                   const RefinedWindow& refined, const Posterior& posterior,
+                                   const ScaleProfile* profile, double scale);
+
+/// Relative standard deviation of the scale: that of the posterior, or of the interval of the
+/// profile where that is wider. `profile` may be null.
+double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
 
 /// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction"
-/// (inconsistent residuals), "point_spread" (too few tracks), "scale_sigma" (scale too uncertain;
-/// where the motion fails the excitation gate as well, too little excitation).
+/// (inconsistent residuals), "point_spread" (too few tracks), "other_scale" and "scale_sigma"
+/// (scale too uncertain; where the motion fails the excitation gate as well, too little
+/// excitation). "other_scale" names both scales; without a profile it is left out.
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
+
+/// Gate "agreement" (scale too uncertain): difference of the log scale from the answer before, in
+/// its standard deviations; NaN where there is none (AnswerSequence).
+GateValue agreementGate(double disagreement_sigmas, double max_disagreement);
 
 /// Message with what the gate measured and what it needs.
 std::string describe(const GateValue& gate);

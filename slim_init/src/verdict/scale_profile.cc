@@ -38,48 +38,87 @@ void addGyro(const WindowState& state, int i, const Preintegration& pre, Eigen::
   }
 }
 
-}  // namespace
-
-double ScaleProfile::sigma() const {
-  return std::max(log_ratio - low, high - log_ratio) / std::sqrt(kIntervalRise);
+// Errors of the visual pose k, [theta, p], by attitude of the body and camera centre, [theta, q],
+// under the rig as estimated: the body of the images is turned by E against the body, and
+// p = q - R t_b_c turns with R Exp(theta).
+Eigen::Matrix<double, 6, 6> posesFromCentres(const WindowState& state,
+                                             const Calibration& calibration, int k) {
+  const Eigen::Matrix3d E =
+      calibration.R_b_c * state.rig.dR.transpose() * calibration.R_b_c.transpose();
+  Eigen::Matrix<double, 6, 6> T;
+  T << E, Eigen::Matrix3d::Zero(), state.R_b0_bk[k] * skew(calibration.t_b_c) * E, E;
+  return T;
 }
 
+// Covariance of the positions 1 .. N-1 that the IMU predicts from known attitudes: that of its
+// noise alone.
+Eigen::MatrixXd noiseOfCentres(const WindowState& state, const std::vector<Preintegration>& pre) {
+  const int n = state.size();
+  Eigen::MatrixXd covariance(3 * (n - 1), 3 * (n - 1));
+  Eigen::Matrix<double, 6, 6> noise = Eigen::Matrix<double, 6, 6>::Zero();  // of [v, p]
+  for (int i = 0; i + 1 < n; ++i) {
+    const Eigen::Matrix3d& R = state.R_b0_bk[i];
+    const double dt = pre[i].dt;
+    const int k = 3 * i;
+    noise.bottomRows<3>() += dt * noise.topRows<3>();
+    noise.rightCols<3>() += dt * noise.leftCols<3>();
+    for (int a = 0; a < 2; ++a) {
+      for (int b = 0; b < 2; ++b) {
+        noise.block<3, 3>(3 * a, 3 * b) +=
+            R * pre[i].covariance.block<3, 3>(3 + 3 * a, 3 + 3 * b) * R.transpose();
+      }
+    }
+    // A later position p_l has the error p + (t_l - t) v of this one, and noise of its own.
+    double later = 0.0;
+    for (int l = i; l + 1 < n; ++l) {
+      if (l > i) later += pre[l].dt;
+      covariance.block<3, 3>(3 * l, k) =
+          noise.bottomRightCorner<3, 3>() + later * noise.topRightCorner<3, 3>();
+      covariance.block<3, 3>(k, 3 * l) = covariance.block<3, 3>(3 * l, k).transpose();
+    }
+  }
+  return covariance;
+}
+
+}  // namespace
+
+double ScaleProfile::sigma() const { return std::max(-low, high) / std::sqrt(kIntervalRise); }
+
 ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-                     const Eigen::Vector3d& t_b_c, const InertialOptions& inertial)
+                     const Calibration& calibration, const InertialOptions& inertial)
     : gravity_magnitude_(refined.state.gravity_b0.norm()),
       accel_bias_information_(1.0 / (inertial.accel_bias_prior * inertial.accel_bias_prior)) {
   const int n = refined.state.size();
   if (n < 3 || refined.visual_information.rows() != 6 * n) return;
-  predictCentres(refined, pre);
+  const WindowState body = bodyState(refined.state, calibration.R_b_c, calibration.t_b_c);
+  const Eigen::Vector3d t_b_c = calibration.t_b_c + body.rig.dt;
+  predictCentres(body, pre);
   shape_.resize(3 * (n - 1));
   for (int k = 1; k < n; ++k) {
-    const Eigen::Matrix3d& R = refined.state.R_b0_bk[k];
-    shape_.segment<3>(3 * (k - 1)) = refined.state.p_b0.col(k) + R * t_b_c - t_b_c;
+    const Eigen::Matrix3d& R = body.R_b0_bk[k];
+    shape_.segment<3>(3 * (k - 1)) = cameraCentre(body, k, t_b_c) - t_b_c;
     // The camera is at the end of the lever arm, which turns with the body.
     offset_.segment<3>(3 * (k - 1)) += R * t_b_c - t_b_c;
     by_attitudes_.block<3, 3>(3 * (k - 1), 3 * (k - 1)) -= R * skew(t_b_c);
   }
-  valid_ = conditionShape(refined, pre, t_b_c, inertial.gyro_bias_prior);
+  valid_ = conditionShape(refined, calibration, body, pre, inertial.gyro_bias_prior);
 }
 
 // Positions that the accelerometer predicts for the attitudes of the refined window: derivatives by
 // x, attitudes and gyroscope bias, and in S0_ the covariance of its noise.
-void ScaleCost::predictCentres(const RefinedWindow& refined,
-                               const std::vector<Preintegration>& pre) {
-  const WindowState& state = refined.state;
+void ScaleCost::predictCentres(const WindowState& state, const std::vector<Preintegration>& pre) {
   const int n = state.size();
   const int rows = 3 * (n - 1);
   const int columns = rows + 3;
   by_unknowns_.setZero(rows, 9);
   offset_.setZero(rows);
   by_attitudes_.setZero(rows, columns);
-  S0_.setZero(rows, rows);
+  S0_ = noiseOfCentres(state, pre);
   // Velocity and position of the keyframe reached.
   Eigen::Matrix<double, 3, 9> v_x = Eigen::Matrix<double, 3, 9>::Zero(), p_x = v_x;
   v_x.leftCols<3>().setIdentity();
   Eigen::Vector3d v = Eigen::Vector3d::Zero(), p = v;
   Eigen::MatrixXd v_y = Eigen::MatrixXd::Zero(3, columns), p_y = v_y;
-  Eigen::Matrix<double, 6, 6> noise = Eigen::Matrix<double, 6, 6>::Zero();  // of [v, p]
   for (int i = 0; i + 1 < n; ++i) {
     const Preintegration& pair = pre[i];
     const Eigen::Matrix3d& R = state.R_b0_bk[i];
@@ -107,59 +146,40 @@ void ScaleCost::predictCentres(const RefinedWindow& refined,
     by_unknowns_.middleRows<3>(k) = p_x;
     offset_.segment<3>(k) = p;
     by_attitudes_.middleRows<3>(k) = p_y;
-
-    noise.bottomRows<3>() += dt * noise.topRows<3>();
-    noise.rightCols<3>() += dt * noise.leftCols<3>();
-    for (int a = 0; a < 2; ++a) {
-      for (int b = 0; b < 2; ++b) {
-        noise.block<3, 3>(3 * a, 3 * b) +=
-            R * pair.covariance.block<3, 3>(3 + 3 * a, 3 + 3 * b) * R.transpose();
-      }
-    }
-    // A later position p_l has the error p + (t_l - t) v of this one, and noise of its own.
-    double later = 0.0;
-    for (int l = i; l + 1 < n; ++l) {
-      if (l > i) later += pre[l].dt;
-      S0_.block<3, 3>(3 * l, k) =
-          noise.bottomRightCorner<3, 3>() + later * noise.topRightCorner<3, 3>();
-      S0_.block<3, 3>(k, 3 * l) = S0_.block<3, 3>(3 * l, k).transpose();
-    }
   }
 }
 
 // What images and gyroscope say of the attitudes and the shape: its covariance and mean, carried to
 // the difference of IMU and images.
-bool ScaleCost::conditionShape(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-                               const Eigen::Vector3d& t_b_c, double gyro_bias_prior) {
-  const WindowState& state = refined.state;
-  const int m = state.size() - 1;
+bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& calibration,
+                               const WindowState& body, const std::vector<Preintegration>& pre,
+                               double gyro_bias_prior) {
+  const int m = body.size() - 1;
   const int rows = 3 * m;
   const int size = 2 * rows + 3;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
-  // From [theta, p] to [theta, q], q the camera centre: p = q - R t, which turns with R Exp(theta).
-  const auto lever = [&](int k) -> Eigen::Matrix3d { return state.R_b0_bk[k] * skew(t_b_c); };
+  std::vector<Eigen::Matrix<double, 6, 6>> T;
+  for (int k = 1; k <= m; ++k) T.push_back(posesFromCentres(refined.state, calibration, k));
   for (int a = 0; a < m; ++a) {
-    const Eigen::Matrix3d A = lever(a + 1).transpose();
-    const Eigen::Matrix<double, 6, 1> g_a = refined.visual_gradient.segment<6>(6 * (a + 1));
-    g.segment<3>(3 * a) = g_a.head<3>() + A * g_a.tail<3>();
+    const Eigen::Matrix<double, 6, 1> g_a =
+        T[a].transpose() * refined.visual_gradient.segment<6>(6 * (a + 1));
+    g.segment<3>(3 * a) = g_a.head<3>();
     g.segment<3>(rows + 3 * a) = g_a.tail<3>();
     for (int b = 0; b < m; ++b) {
-      const Eigen::Matrix3d B = lever(b + 1);
-      const Eigen::Matrix<double, 6, 6> V =
-          refined.visual_information.block<6, 6>(6 * (a + 1), 6 * (b + 1));
-      const Eigen::Matrix3d qt = V.bottomLeftCorner<3, 3>() + V.bottomRightCorner<3, 3>() * B;
-      H.block<3, 3>(3 * a, 3 * b) = V.topLeftCorner<3, 3>() + V.topRightCorner<3, 3>() * B + A * qt;
-      H.block<3, 3>(rows + 3 * a, 3 * b) = qt;
-      H.block<3, 3>(3 * a, rows + 3 * b) =
-          V.topRightCorner<3, 3>() + A * V.bottomRightCorner<3, 3>();
+      const Eigen::Matrix<double, 6, 6> VT =
+          refined.visual_information.block<6, 6>(6 * (a + 1), 6 * (b + 1)) * T[b];
+      const Eigen::Matrix<double, 6, 6> V = T[a].transpose() * VT;
+      H.block<3, 3>(3 * a, 3 * b) = V.topLeftCorner<3, 3>();
+      H.block<3, 3>(rows + 3 * a, 3 * b) = V.bottomLeftCorner<3, 3>();
+      H.block<3, 3>(3 * a, rows + 3 * b) = V.topRightCorner<3, 3>();
       H.block<3, 3>(rows + 3 * a, rows + 3 * b) = V.bottomRightCorner<3, 3>();
     }
   }
-  for (int i = 0; i < m; ++i) addGyro(state, i, pre[i], &H, &g);
+  for (int i = 0; i < m; ++i) addGyro(body, i, pre[i], &H, &g);
   const double bias_information = 1.0 / (gyro_bias_prior * gyro_bias_prior);
   H.diagonal().tail<3>().array() += bias_information;
-  g.tail<3>() += bias_information * state.gyro_bias;
+  g.tail<3>() += bias_information * body.gyro_bias;
   // The scale is the profile's variable: the shape is held along itself.
   const double length2 = shape_.squaredNorm();
   if (!(length2 > 0.0) || !H.allFinite()) return false;
@@ -247,14 +267,14 @@ double crossing(const ScaleCost& cost, double inside, double outside, double bou
   return 0.5 * (inside + outside);
 }
 
-// End of the interval about `best` on the side `direction`, +1 or -1; infinite where the cost stays
-// below `bound`. Steps double, from one that a narrow minimum does not miss.
+// End of the interval about `best` on the side `direction`, +1 or -1: where the cost exceeds
+// `bound`, or the end of the search. Steps double, from one that a narrow minimum does not miss.
 double endOfInterval(const ScaleCost& cost, const Minimum& best, int direction, double bound) {
   const double limit = std::log(kMaxRatio);
   double inside = best.at;
   for (double step = kFirstStep;; step *= 2.0) {
     const double outside = inside + direction * step;
-    if (std::abs(outside) > limit) return direction * kInfinity;
+    if (std::abs(outside) > limit) return direction * limit;
     if (!(cost(outside) < bound)) return crossing(cost, inside, outside, bound);
     inside = outside;
   }
@@ -290,9 +310,9 @@ ScaleProfile profileScale(const ScaleCost& cost) {
   out.cost = best.cost;
   out.other_rise = kInfinity;
   for (const Minimum& minimum : minima) {
-    if (std::abs(minimum.at - best.at) < ScaleProfile::kSameBasin) continue;
-    if (minimum.cost - best.cost >= out.other_rise) continue;
-    out.other_rise = minimum.cost - best.cost;
+    if (std::abs(minimum.at) < ScaleProfile::kSameBasin) continue;
+    if (!(minimum.cost - out.cost_here < out.other_rise)) continue;
+    out.other_rise = minimum.cost - out.cost_here;
     out.other_log_ratio = minimum.at;
   }
   const double bound = best.cost + ScaleProfile::kIntervalRise;

@@ -15,23 +15,24 @@
 
 namespace slim_init {
 
-/// The cost over q = log(scale / scale of the refined window).
+/// The cost over q = log(scale / scale of the refined window); the answer is at q = 0.
 struct ScaleProfile {
   bool valid = false;  ///< false where the visual information does not determine the shape
-  double log_ratio =
-      kNotComputed;            ///< q of the lowest cost; near zero where the refinement found it
-  double cost = kNotComputed;  ///< there [sigma^2], the visual part counted from its own minimum
-  double cost_here = kNotComputed;  ///< cost at q = 0
+  double log_ratio = kNotComputed;  ///< q of the lowest cost; near 0 where the refinement found it
+  double cost = kNotComputed;       ///< there [sigma^2], the images' part above its own minimum
+  double cost_here = kNotComputed;  ///< of the answer
   /// Ends of the interval about `log_ratio` in which the cost is less than kIntervalRise above the
-  /// lowest; -infinity and infinity where it stays below up to the ends of the search.
+  /// lowest. Where it stays below up to the end of the search, that end.
   double low = kNotComputed;
   double high = kNotComputed;
-  /// The lowest other minimum at least kSameBasin away, or an end of the search that is as low: q
-  /// and its cost above `cost`. Without one, NaN and infinity.
+  /// The lowest other minimum at least kSameBasin from the answer, ends of the search included: its
+  /// q, and its cost above that of the answer; negative where it is the better one. Without one,
+  /// NaN and infinity.
   double other_log_ratio = kNotComputed;
   double other_rise = kNotComputed;
 
-  /// Standard deviation of the log scale that the longer side of the interval stands for.
+  /// Standard deviation of the log scale of the answer that the farther end of the interval stands
+  /// for. At least half the range of the search where the interval has no end.
   double sigma() const;
 
   static constexpr double kIntervalRise = 4.0;  ///< two standard deviations [sigma^2]
@@ -44,9 +45,10 @@ struct ScaleProfile {
 class ScaleCost {
  public:
   /// `refined` valid; `pre` with derivatives and covariance, the widened noise included, one per
-  /// keyframe pair. `t_b_c`: camera centre in b [m].
+  /// keyframe pair, between the exposures under the estimated td. `calibration` of the window; the
+  /// estimated error of the rig is taken as exact.
   ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-            const Eigen::Vector3d& t_b_c, const InertialOptions& inertial);
+            const Calibration& calibration, const InertialOptions& inertial);
 
   /// False where the visual information does not determine the shape; then there is no cost.
   bool valid() const { return valid_; }
@@ -56,9 +58,10 @@ class ScaleCost {
   double operator()(double log_ratio) const;
 
  private:
-  void predictCentres(const RefinedWindow& refined, const std::vector<Preintegration>& pre);
-  bool conditionShape(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-                      const Eigen::Vector3d& t_b_c, double gyro_bias_prior);
+  void predictCentres(const WindowState& body, const std::vector<Preintegration>& pre);
+  bool conditionShape(const RefinedWindow& refined, const Calibration& calibration,
+                      const WindowState& body, const std::vector<Preintegration>& pre,
+                      double gyro_bias_prior);
 
   bool valid_ = false;
   double gravity_magnitude_;
@@ -72,7 +75,7 @@ class ScaleCost {
   Eigen::MatrixXd S0_, S1_, S2_;
 };
 
-/// Searches the profile on a logarithmic grid from 1/kMaxRatio to kMaxRatio.
+/// Searches the profile on a logarithmic grid, from 1/32 to 32 times the scale of the answer.
 ScaleProfile profileScale(const ScaleCost& cost);
 
 }  // namespace slim_init

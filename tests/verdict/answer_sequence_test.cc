@@ -1,0 +1,123 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/answer_sequence.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+namespace slim_init {
+namespace {
+
+constexpr int kFull = 10;
+constexpr double kBound = 2.0;
+
+// An accepted answer on a bent path of `scale` times the true size, keyframes 0.1 s apart.
+InitResult answer(int first, int count, double scale, double sigma) {
+  InitResult result;
+  result.status = InitStatus::kSuccess;
+  result.message = "all gates passed";
+  result.scale_sigma = sigma;
+  for (int k = first; k < first + count; ++k) {
+    NavState state;
+    state.t = 100.0 + 0.1 * k;
+    state.p_w_b = scale * Eigen::Vector3d(0.1 * k, 0.02 * k * k, 0.0);
+    result.states.push_back(state);
+  }
+  GateValue gate;
+  gate.name = "scale_sigma";
+  gate.value = sigma;
+  gate.threshold = 0.1;
+  gate.passed = true;
+  gate.enforced = true;
+  result.gates = {gate};
+  return result;
+}
+
+InitResult judged(AnswerSequence* sequence, InitResult result) {
+  sequence->judge(&result);
+  return result;
+}
+
+TEST(AnswerSequence, AGrowingWindowNeedsAnAnswerBefore) {
+  AnswerSequence sequence(kFull, kBound);
+  const InitResult first = judged(&sequence, answer(0, 5, 1.0, 0.08));
+  EXPECT_EQ(first.status, InitStatus::kScaleTooUncertain);
+  EXPECT_EQ(first.gates.back().name, "agreement");
+  EXPECT_NE(first.message.find("there is none"), std::string::npos) << first.message;
+  // The same keyframes again are no second answer.
+  EXPECT_FALSE(judged(&sequence, answer(0, 5, 1.0, 0.08)).success());
+  const InitResult second = judged(&sequence, answer(0, 6, 1.01, 0.07));
+  EXPECT_TRUE(second.success()) << second.message;
+  EXPECT_EQ(second.validate(), "");
+  // And asked again, it is still the second.
+  EXPECT_TRUE(judged(&sequence, answer(0, 6, 1.01, 0.07)).success());
+}
+
+TEST(AnswerSequence, TheDifferenceIsMeasuredInItsStandardDeviations) {
+  // sigma_1^2 - sigma_2^2 = 0.08^2 - 0.06^2, and half of sigma_2.
+  const double sigma = std::sqrt(0.0028 + 0.0009);
+  for (const double share : {0.99, 1.01}) {
+    for (const double sign : {-1.0, 1.0}) {
+      AnswerSequence sequence(kFull, kBound);
+      judged(&sequence, answer(0, 5, 1.0, 0.08));
+      const double scale = std::exp(sign * share * kBound * sigma);
+      const InitResult result = judged(&sequence, answer(0, 6, scale, 0.06));
+      EXPECT_EQ(result.success(), share < 1.0) << result.message;
+      EXPECT_NEAR(result.gates.back().value, share * kBound, 1e-9);
+    }
+  }
+}
+
+TEST(AnswerSequence, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
+  AnswerSequence sequence(kFull, kBound);
+  const InitResult alone = judged(&sequence, answer(0, kFull, 1.0, 0.05));
+  EXPECT_TRUE(alone.success());
+  EXPECT_EQ(alone.gates.size(), 1u);
+  EXPECT_TRUE(judged(&sequence, answer(1, kFull, 1.01, 0.05)).success());
+  EXPECT_FALSE(judged(&sequence, answer(2, kFull, 1.3, 0.05)).success());
+}
+
+TEST(AnswerSequence, UncertainAnswersAndThoseWithoutStatesDoNotCount) {
+  AnswerSequence sequence(kFull, kBound);
+  judged(&sequence, answer(0, 5, 1.0, 0.21));
+  EXPECT_FALSE(judged(&sequence, answer(0, 6, 1.0, 0.08)).success());
+  EXPECT_TRUE(judged(&sequence, answer(0, 7, 1.0, 0.08)).success());
+  InitResult none;
+  none.status = InitStatus::kStationary;
+  EXPECT_TRUE(judged(&sequence, none).gates.empty());
+  InitResult without_sigma = answer(0, 5, 1.0, kNotComputed);
+  EXPECT_TRUE(judged(&sequence, without_sigma).success());
+  // Refused by another gate: its scale counts all the same, and its status stays.
+  InitResult refused = answer(0, 8, 1.0, 0.15);
+  refused.status = InitStatus::kInconsistentResiduals;
+  EXPECT_EQ(judged(&sequence, refused).status, InitStatus::kInconsistentResiduals);
+  EXPECT_TRUE(judged(&sequence, answer(0, 9, 1.0, 0.08)).success());
+}
+
+TEST(AnswerSequence, ForgetsWhenTimeGoesBackAndOnReset) {
+  AnswerSequence sequence(kFull, kBound);
+  judged(&sequence, answer(20, 5, 1.0, 0.08));
+  EXPECT_FALSE(judged(&sequence, answer(0, 6, 1.0, 0.08)).success());
+  sequence.reset();
+  EXPECT_FALSE(judged(&sequence, answer(0, 7, 1.0, 0.08)).success());
+  EXPECT_TRUE(judged(&sequence, answer(0, 8, 1.0, 0.08)).success());
+  // Nothing in common with the one before.
+  EXPECT_FALSE(judged(&sequence, answer(30, 8, 1.0, 0.08)).success());
+}
+
+TEST(AnswerSequence, IsNotAskedWithABoundOfZeroAndRefusesNothingWithGatesOff) {
+  AnswerSequence off(kFull, 0.0);
+  EXPECT_TRUE(judged(&off, answer(0, 5, 1.0, 0.08)).success());
+  EXPECT_EQ(judged(&off, answer(0, 6, 2.0, 0.08)).gates.size(), 1u);
+  AnswerSequence sequence(kFull, kBound);
+  InitResult reported = answer(0, 5, 1.0, 0.08);
+  reported.gates[0].enforced = false;
+  reported = judged(&sequence, reported);
+  EXPECT_TRUE(reported.success());
+  EXPECT_FALSE(reported.gates.back().passed);
+  EXPECT_FALSE(reported.gates.back().enforced);
+}
+
+}  // namespace
+}  // namespace slim_init
