@@ -184,8 +184,8 @@ InitResult Slim::solve(const InitWindow& window) const {
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
-    append(gatesOf(metric, seen, tracks, motion, options_.gates, result.scale), &result);
     append(calibrationGates(window.calibration(), result.calibration, options_.gates), &result);
+    append(gatesOf(metric, seen, tracks, motion, options_.gates, result.scale), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);
   }

@@ -17,7 +17,7 @@ namespace slim_init {
 /// sequence. A right answer, however, changes little as data are added. Where the second answer
 /// rests on the data of the first and more, the difference of both has the variance
 /// sigma_1^2 - sigma_2^2; wrong minima, and scales that follow the noise, move by more
-/// (docs/derivation.md, 6.2). So a window that is still growing needs an earlier answer, and an
+/// (docs/derivation.md, 6.3). So a window that is still growing needs an earlier answer, and an
 /// earlier answer has to agree. The gate is called "agreement".
 class AnswerSequence {
  public:
