@@ -82,6 +82,7 @@ struct AbOptions {
   /// What every method is made with: the file's values, on top of them --keyframes and --gates.
   InitializerOptions initializer;
   baselines::BaselineOptions baselines;
+  CalibrationSigmas sigmas;  ///< of the rig that the methods are given
 };
 
 /// What an option bears on.

@@ -33,6 +33,7 @@ constexpr double kMinSigmaPx = 0.1;
 Calibration calibrationFor(const AbOptions& options) {
   Calibration calibration = rigOf(options);
   calibration.sigma_px = std::max(options.features.pixel_noise, kMinSigmaPx);
+  calibration.sigmas = options.sigmas;
   options.setReadout(&calibration);
   return calibration;
 }

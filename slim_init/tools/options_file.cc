@@ -67,6 +67,7 @@ std::string readConfiguration(AbOptions* options) {
   o.file_notes = notesFor(config, o.methods);
   o.initializer = config.options;
   o.baselines = config.baselines;
+  o.sigmas = config.calibration.sigmas;
 
   // The same table three times: as read, as used here, as it is by default. The report has the
   // window's length and the gates under the names of --keyframes, --interval and --gates, which may
