@@ -30,7 +30,7 @@ struct Search {
         R_c0_ck(cameraRotations(truth.R_b0_bk, exact.window->calibration().R_b_c)) {}
 
   RefinedWindow run(const std::vector<WindowState>& starts) const {
-    return searchMinimum({*exact.window, pre, R_c0_ck, nullptr},
+    return searchMinimum({*exact.window, pre, R_c0_ck, nullptr, std::nullopt},
                          believedLines(*exact.window, starts, options), starts, options);
   }
 

@@ -159,6 +159,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   good.inertial_chi2 = 0.44;
   good.inlier_fraction = kOptions.min_inlier_fraction * 1.001;
   good.behind_fraction = kOptions.max_behind_fraction * 0.999;
+  good.mean_acceleration = kOptions.max_mean_acceleration * 0.999;
   good.point_spread_deg = kOptions.min_point_spread_deg * 1.001;
   good.scale_sigma = kOptions.max_scale_sigma * 0.999;
   good.other_scale_rise = verdict_constants::kMinOtherScaleRise * 1.001;
@@ -170,6 +171,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   bad.inertial_chi2 = 0.46;
   bad.inlier_fraction = kOptions.min_inlier_fraction * 0.999;
   bad.behind_fraction = kOptions.max_behind_fraction * 1.001;
+  bad.mean_acceleration = kOptions.max_mean_acceleration * 1.001;
   bad.point_spread_deg = kOptions.min_point_spread_deg * 0.999;
   bad.scale_sigma = kOptions.max_scale_sigma * 1.001;
   bad.other_scale_rise = verdict_constants::kMinOtherScaleRise * 0.999;

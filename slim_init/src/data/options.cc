@@ -288,6 +288,12 @@ OptionTable slimGateTable(GateOptions* o) {
                   "answered with too_little_excitation. Two degrees cost 2 % of scale",
                   kSlim),
       advancedKey(
+          "max_mean_acceleration", &o->max_mean_acceleration, {0.1, 1000.0}, "m/s^2",
+          "change of the velocity over the window by its length; more is refused. A quiet "
+          "motion far from everything fits a fall along a tilted gravity as well: 11 there; "
+          "recorded flights have 4 at most",
+          kSlim),
+      advancedKey(
           "max_behind_fraction", &o->max_behind_fraction, kShare, "",
           "share of the point tracks behind the camera by over three sigma; more is refused",
           kSlim),

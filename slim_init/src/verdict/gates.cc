@@ -101,6 +101,9 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.scale_sigma = scaleSigma(posterior, profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
   measures.scale = scale;
+  const Eigen::Matrix3Xd& v = refined.state.v_b0;
+  measures.mean_acceleration = (v.rightCols<1>() - v.leftCols<1>()).norm() /
+                               (window.times().back() - window.times().front());
   measures.profiled = profile != nullptr;
   if (profile != nullptr) {
     measures.other_scale = scale * std::exp(profile->other_log_ratio);
@@ -226,6 +229,9 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                InitStatus::kInconsistentResiduals),
       makeGate("behind_fraction", "share of the points behind the camera", "",
                measures.behind_fraction, options.max_behind_fraction, true,
+               InitStatus::kInconsistentResiduals),
+      makeGate("mean_acceleration", "mean acceleration over the window", "m/s^2",
+               measures.mean_acceleration, options.max_mean_acceleration, true,
                InitStatus::kInconsistentResiduals),
       makeGate("point_spread", "angle over which the points are spread", "deg",
                measures.point_spread_deg, options.min_point_spread_deg, false,

@@ -48,9 +48,9 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 /// velocity and fail "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
-/// Gates on the calibration found, against the one handed in: "extrinsic_rotation" ("extrinsic_sigma"
-/// where it was unknown) and "time_offset", values are the certain part of each error (kCertainSigmas),
-/// explanations the estimate itself. None where it was not estimated.
+/// Gates on the calibration found, against the one handed in: "extrinsic_rotation"
+/// ("extrinsic_sigma" where it was unknown) and "time_offset", values are the certain part of each
+/// error (kCertainSigmas), explanations the estimate itself. None where it was not estimated.
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const std::optional<CalibrationEstimate>& found,
                                         const GateOptions& options);
@@ -68,17 +68,18 @@ GateOptions gatesInForce(const GateOptions& options);
 
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
-  int keyframes = 0;                       ///< of the window
-  double chi2 = kNotComputed;              ///< RefinedWindow::chi2
-  double inertial_chi2 = kNotComputed;     ///< RefinedWindow::inertial_chi2
-  double inlier_fraction = kNotComputed;   ///< of all point sightings of the window
-  double behind_fraction = kNotComputed;   ///< of the point tracks
-  double scale_sigma = kNotComputed;       ///< relative
-  double point_spread_deg = kNotComputed;  ///< see pointSpreadDeg()
-  double scale = kNotComputed;             ///< InitResult::scale [m]
-  bool profiled = true;                    ///< other scales were looked for
-  double other_scale = kNotComputed;       ///< the best other one, as InitResult::scale [m]
-  double other_scale_rise = kNotComputed;  ///< ScaleProfile::other_rise
+  int keyframes = 0;                        ///< of the window
+  double chi2 = kNotComputed;               ///< RefinedWindow::chi2
+  double inertial_chi2 = kNotComputed;      ///< RefinedWindow::inertial_chi2
+  double inlier_fraction = kNotComputed;    ///< of all point sightings of the window
+  double behind_fraction = kNotComputed;    ///< of the point tracks
+  double scale_sigma = kNotComputed;        ///< relative
+  double point_spread_deg = kNotComputed;   ///< see pointSpreadDeg()
+  double scale = kNotComputed;              ///< InitResult::scale [m]
+  bool profiled = true;                     ///< other scales were looked for
+  double other_scale = kNotComputed;        ///< the best other one, as InitResult::scale [m]
+  double other_scale_rise = kNotComputed;   ///< ScaleProfile::other_rise
+  double mean_acceleration = kNotComputed;  ///< |v_last - v_first| by the time between [m/s^2]
 };
 
 /// Rms angle between the bearings of a keyframe's points and their mean direction, the median over
