@@ -53,8 +53,7 @@ class Initializer : public IInitializer {
   Initializer(std::unique_ptr<WindowSolver> solver, const Calibration& calibration,
               const InitializerOptions& options)
       : solver_(std::move(solver)),
-        window_(calibration, options.window, StreamOptions::liveData(options.imu)),
-        answers_(options.window.keyframes, AnswerSequence::kMaxDisagreement) {}
+        window_(calibration, options.window, StreamOptions::liveData(options.imu)) {}
 
   const std::string& name() const override { return solver_->name(); }
   AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
@@ -63,16 +62,13 @@ class Initializer : public IInitializer {
     return window_.addLines(stamp, std::move(lines));
   }
   void setTd(double td) override { window_.setTd(td); }
-  void reset() override {
-    window_.reset();
-    answers_.reset();
-  }
+  void reset() override { window_.reset(); }
 
   InitResult initialize() override {
     const WindowCut cut = window_.cut();
     if (cut.window == nullptr) return refuse(cut.status, cut.message);
     InitResult result = solver_->solve(*cut.window);
-    answers_.judge(&result);
+    if (result.success()) lookAgain(&result);
     if (const std::string message = result.validate(); !message.empty()) {
       return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
     }
@@ -118,6 +114,18 @@ class Initializer : public IInitializer {
   }
 
  private:
+  // A growing window is answered twice: with all of it, and as it was before the newest keyframe.
+  // Only what agrees with the earlier answer is accepted, however often the host asks.
+  void lookAgain(InitResult* result) const {
+    if (static_cast<int>(result->states.size()) >= window_.options().keyframes) return;
+    AnswerSequence answers(window_.options().keyframes, AnswerSequence::kMaxDisagreement);
+    if (const WindowCut before = window_.cut(1); before.window != nullptr) {
+      InitResult earlier = solver_->solve(*before.window);
+      answers.judge(&earlier);
+    }
+    answers.judge(result);
+  }
+
   static InitResult refuse(InitStatus status, const std::string& message) {
     InitResult result;
     result.status = status;
@@ -184,7 +192,6 @@ class Initializer : public IInitializer {
 
   std::unique_ptr<WindowSolver> solver_;
   KeyframeWindow window_;
-  AnswerSequence answers_;
 };
 
 }  // namespace

@@ -55,8 +55,10 @@ class KeyframeWindow {
   /// Cuts the newest window. Keyframes are chosen backwards from the newest frame that the IMU
   /// covers, each at least `min_interval_s` before the next, up to `keyframes` of them, and never
   /// across a gap in frames (`max_frame_gap_s`) or IMU samples (`max_imu_gap_s`). Fewer than
-  /// `min_keyframes` is kTooFewKeyframes.
-  WindowCut cut() const;
+  /// `min_keyframes` is kTooFewKeyframes. `leave_out`: of the keyframes chosen, this many of the
+  /// newest are left out again, so that the window is what it was before them; it then needs
+  /// kMinKeyframes.
+  WindowCut cut(int leave_out = 0) const;
 
   /// IMU samples held, oldest first.
   const std::deque<ImuSample>& imu() const { return imu_; }

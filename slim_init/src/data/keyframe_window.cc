@@ -187,14 +187,19 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
   return std::vector<ImuSample>(first, last);
 }
 
-WindowCut KeyframeWindow::cut() const {
+WindowCut KeyframeWindow::cut(int leave_out) const {
   WindowCut result;
   std::string reason;
-  const std::vector<int> chosen = chooseKeyframes(newestCovered(), &reason);
-  if (static_cast<int>(chosen.size()) < options_.min_keyframes) {
+  std::vector<int> chosen = chooseKeyframes(newestCovered(), &reason);
+  int needed = options_.min_keyframes;
+  if (leave_out > 0) {
+    chosen.erase(chosen.begin(),
+                 chosen.begin() + std::min(leave_out, static_cast<int>(chosen.size())));
+    needed = kMinKeyframes;
+  }
+  if (static_cast<int>(chosen.size()) < needed) {
     std::ostringstream message;
-    message << "window holds " << chosen.size() << " keyframes, needs " << options_.min_keyframes
-            << ": " << reason;
+    message << "window holds " << chosen.size() << " keyframes, needs " << needed << ": " << reason;
     result.message = message.str();
     return result;
   }
