@@ -156,7 +156,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures good;
   good.chi2 = kOptions.max_chi2 * 0.999;
-  good.inertial_chi2 = 0.44;
+  good.inertial_chi2 = kOptions.max_inertial_chi2_short * 0.999;  // zero keyframes: short
   good.inlier_fraction = kOptions.min_inlier_fraction * 1.001;
   good.behind_fraction = kOptions.max_behind_fraction * 0.999;
   good.mean_acceleration = kOptions.max_mean_acceleration * 0.999;
@@ -168,7 +168,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   }
   PosteriorMeasures bad;
   bad.chi2 = kOptions.max_chi2 * 1.001;
-  bad.inertial_chi2 = 0.46;
+  bad.inertial_chi2 = kOptions.max_inertial_chi2_short * 1.001;
   bad.inlier_fraction = kOptions.min_inlier_fraction * 0.999;
   bad.behind_fraction = kOptions.max_behind_fraction * 1.001;
   bad.mean_acceleration = kOptions.max_mean_acceleration * 1.001;
