@@ -88,7 +88,10 @@ bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gra
     const auto right = std::lower_bound(keyframes.begin(), keyframes.end(), t,
                                         [](const NavState& s, double time) { return s.t < time; });
     const bool before = right == keyframes.begin();
-    const bool after = right == keyframes.end();
+    // The newest keyframe lies where the estimate of td has put it, which may be after the last
+    // sample: then the one before it has to do.
+    const bool uncovered = right != keyframes.end() && !imu.empty() && right->t > imu.back().t;
+    const bool after = right == keyframes.end() || (uncovered && !before);
     const NavState& a = before ? *right : *std::prev(right);
     const NavState& b = after ? a : *right;
     const double reach = before ? b.t - t : after ? t - a.t : 0.0;

@@ -51,9 +51,10 @@ inline constexpr double kMinOtherScaleRise = 16.0;
 inline constexpr double kSameKeyframe = 0.02;
 /// Two displacements, so that not a single one decides.
 inline constexpr int kMinSharedKeyframes = 3;
-/// Relative standard deviation up to which an answer is one that a later answer can agree with:
-/// twice what is accepted.
-inline constexpr double kMaxEarlierSigma = 0.2;
+/// Relative standard deviation up to which an answer is one that a later answer can agree with. On
+/// recorded growing windows any bound between 0.15 and 0.5 keeps out as many wrong answers; a low
+/// one makes right ones wait.
+inline constexpr double kMaxEarlierSigma = 0.5;
 /// Least standard deviation of the difference, as a share of that of the answer: windows of equal
 /// length, and sigmas that are only good to a half. Between 0.1 and 1 it makes no difference.
 inline constexpr double kAgreementFloor = 0.5;
