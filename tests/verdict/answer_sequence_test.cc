@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 namespace slim_init {
 namespace {
@@ -18,10 +19,13 @@ InitResult answer(int first, int count, double scale, double sigma) {
   result.status = InitStatus::kSuccess;
   result.message = "all gates passed";
   result.scale_sigma = sigma;
+  result.gravity_w = Eigen::Vector3d(0.0, 0.0, -9.81);
+  result.gravity_b0 = result.gravity_w;
   for (int k = first; k < first + count; ++k) {
     NavState state;
     state.t = 100.0 + 0.1 * k;
     state.p_w_b = scale * Eigen::Vector3d(0.1 * k, 0.02 * k * k, 0.0);
+    state.v_w_b = scale * Eigen::Vector3d(1.0, 0.4 * k, 0.0);
     result.states.push_back(state);
   }
   GateValue gate;
@@ -31,6 +35,13 @@ InitResult answer(int first, int count, double scale, double sigma) {
   gate.passed = true;
   gate.enforced = true;
   result.gates = {gate};
+  return result;
+}
+
+InitResult everySecond(InitResult result) {
+  std::vector<NavState> states;
+  for (std::size_t k = 1; k < result.states.size(); k += 2) states.push_back(result.states[k]);
+  result.states = states;
   return result;
 }
 
@@ -76,6 +87,32 @@ TEST(AnswerSequence, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
   EXPECT_EQ(alone.gates.size(), 1u);
   EXPECT_TRUE(judged(&sequence, answer(1, kFull, 1.01, 0.05)).success());
   EXPECT_FALSE(judged(&sequence, answer(2, kFull, 1.3, 0.05)).success());
+}
+
+// A host's keyframes are counted back from its newest image: those of two answers lie between each
+// other.
+TEST(AnswerSequence, KeyframesNeedNotBeTheSame) {
+  for (const double scale : {1.0, 1.2}) {
+    AnswerSequence sequence(kFull, kBound);
+    judged(&sequence, everySecond(answer(0, 12, 1.0, 0.08)));
+    const InitResult result = judged(&sequence, everySecond(answer(1, 12, scale, 0.07)));
+    EXPECT_EQ(result.success(), scale == 1.0);
+    EXPECT_NEAR(result.gates.back().value,
+                std::log(scale) / std::sqrt(0.08 * 0.08 - 0.75 * 0.07 * 0.07), 1e-9);
+  }
+}
+
+TEST(AnswerSequence, AnAnswerCountsWhenATenthOfASecondIsNewer) {
+  const auto later = [](double dt) {
+    InitResult result = answer(0, 6, 1.0, 0.08);
+    for (NavState& state : result.states) state.t += dt;
+    return result;
+  };
+  AnswerSequence sequence(kFull, kBound);
+  EXPECT_FALSE(judged(&sequence, later(0.0)).success());
+  EXPECT_FALSE(judged(&sequence, later(0.033)).success());
+  EXPECT_FALSE(judged(&sequence, later(0.067)).success());
+  EXPECT_TRUE(std::isfinite(judged(&sequence, later(0.1)).gates.back().value));
 }
 
 TEST(AnswerSequence, UncertainAnswersAndThoseWithoutStatesDoNotCount) {

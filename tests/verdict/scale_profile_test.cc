@@ -39,6 +39,14 @@ InertialOptions dataSheetNoise() {
   return inertial;
 }
 
+// Factors of a vibrating vehicle, whatever the samples of the simulated one look like.
+InertialOptions widenedNoise() {
+  InertialOptions inertial;
+  inertial.accel_noise_factor = 10.0;
+  inertial.gyro_noise_factor = 3.0;
+  return inertial;
+}
+
 // Squares instead of the robust loss, points only: what the profile is exact for.
 RefinementOptions leastSquares() {
   RefinementOptions options;
@@ -254,7 +262,7 @@ double costWithScaleHeld(const Minimum& at, double log_ratio) {
 // Short windows, whose profile is not the parabola of their curvature.
 TEST(ScaleProfile, CostIsThatOfTheFullProblemWithTheScaleHeld) {
   for (const int keyframes : {5, 8}) {
-    const Minimum at = minimumOf(Motion::kExcited, keyframes, 3, InertialOptions());
+    const Minimum at = minimumOf(Motion::kExcited, keyframes, 3, widenedNoise());
     const ScaleCost cost = at.scaleCost();
     ASSERT_TRUE(cost.valid());
     const double here = cost(0.0);
@@ -285,7 +293,7 @@ TEST(ScaleProfile, IsLowestAtTheMinimumAndAsWideAsThePosteriorInGoodWindows) {
 
 TEST(ScaleProfile, ConstantVelocityFitsEveryLargeScale) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    const Minimum at = minimumOf(Motion::kConstantVelocity, 8, seed, InertialOptions());
+    const Minimum at = minimumOf(Motion::kConstantVelocity, 8, seed, widenedNoise());
     const ScaleProfile profile = profileScale(at.scaleCost());
     ASSERT_TRUE(profile.valid);
     EXPECT_GT(profile.sigma(), 0.5) << seed;
@@ -308,7 +316,7 @@ void resize(double log_size, Minimum* at) {
 }
 
 TEST(ScaleProfile, FindsTheScaleFromAStateOfAnotherSize) {
-  Minimum at = minimumOf(Motion::kExcited, 10, 2, InertialOptions());
+  Minimum at = minimumOf(Motion::kExcited, 10, 2, widenedNoise());
   const ScaleProfile right = profileScale(at.scaleCost());
   resize(-1.5, &at);
   const ScaleProfile profile = profileScale(at.scaleCost());
@@ -321,9 +329,10 @@ TEST(ScaleProfile, FindsTheScaleFromAStateOfAnotherSize) {
 }
 
 TEST(OtherScale, TheWindowIsRefinedAgainFromTheBetterScale) {
-  Minimum at = minimumOf(Motion::kExcited, 10, 2, InertialOptions());
+  Minimum at = minimumOf(Motion::kExcited, 10, 2, widenedNoise());
   InitializerOptions options;
   options.refinement = leastSquares();
+  options.inertial = widenedNoise();
   const WindowState right = at.refined.state;
   const std::vector<Eigen::Matrix3d> R_c0_ck =
       cameraRotations(right.R_b0_bk, at.exact.calibration.R_b_c);
@@ -360,7 +369,7 @@ TEST(OtherScale, AWindowWithoutAScaleIsRefusedWithAWideSigma) {
 }
 
 TEST(ScaleProfile, WithoutVisualInformationThereIsNone) {
-  Minimum at = minimumOf(Motion::kExcited, 5, 1, InertialOptions());
+  Minimum at = minimumOf(Motion::kExcited, 5, 1, widenedNoise());
   at.refined.visual_information.setZero();
   EXPECT_FALSE(profileScale(at.scaleCost()).valid);
   at.refined.visual_information.resize(0, 0);
@@ -368,7 +377,7 @@ TEST(ScaleProfile, WithoutVisualInformationThereIsNone) {
 }
 
 TEST(VisualInformation, DoesNotKnowTheScale) {
-  const Minimum at = minimumOf(Motion::kExcited, 8, 4, InertialOptions());
+  const Minimum at = minimumOf(Motion::kExcited, 8, 4, widenedNoise());
   const WindowState& state = at.refined.state;
   const Eigen::Vector3d& t = at.exact.calibration.t_b_c;
   Eigen::VectorXd grow = Eigen::VectorXd::Zero(6 * state.size());

@@ -3,7 +3,7 @@
 // Answers to one question asked again and again while a window grows.
 #pragma once
 
-#include <optional>
+#include <deque>
 #include <vector>
 
 #include "slim_init/result.h"
@@ -32,8 +32,9 @@ class AnswerSequence {
 
   /// Adds the gate to `result`, and refuses a success where it fails and gates are enforced.
   /// Results without states or without a standard deviation of the scale are left alone and not
-  /// remembered. Results come in the order of their windows; an earlier one counts from the first
-  /// new keyframe on.
+  /// remembered. Results come in the order of their windows; an earlier one counts as soon as a
+  /// tenth of a second of data is newer. Both are compared where they overlap; their keyframes need
+  /// not be the same.
   void judge(InitResult* result);
 
   /// Forgets all answers: the stream has begun anew.
@@ -47,8 +48,7 @@ class AnswerSequence {
 
   int full_keyframes_;
   double max_disagreement_;
-  std::optional<Answer> earlier_;  // before the newest keyframe of latest_
-  std::optional<Answer> latest_;
+  std::deque<Answer> earlier_;  // by time; the front is the newest that counts, if any does
 };
 
 }  // namespace slim_init

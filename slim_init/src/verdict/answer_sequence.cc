@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/answer_sequence.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -13,62 +14,64 @@ namespace {
 
 using namespace verdict_constants;  // NOLINT: the constants of this module
 
-// Logarithm of the lengths of both paths along the keyframes that they share; NaN for fewer than
-// kMinSharedKeyframes.
+// Position at time t between two states, the cubic that has their positions and velocities.
+Eigen::Vector3d between(const NavState& a, const NavState& b, double t) {
+  const double dt = b.t - a.t;
+  const double u = (t - a.t) / dt;
+  const double w = u * u * (3.0 - 2.0 * u);
+  return (1.0 - w) * a.p_w_b + w * b.p_w_b +
+         dt * u * (1.0 - u) * ((1.0 - u) * a.v_w_b - u * b.v_w_b);
+}
+
+// Logarithm of the ratio of both paths, through the keyframes of `now` that lie within `before`;
+// NaN for fewer than kMinSharedInstants.
 double logRatioOfPaths(const std::vector<NavState>& now, const std::vector<NavState>& before) {
   double length_now = 0.0, length_before = 0.0;
   int shared = 0;
-  std::size_t i_last = 0, j_last = 0;
-  for (std::size_t i = 0, j = 0; i < now.size() && j < before.size();) {
-    const double dt = now[i].t - before[j].t;
-    if (dt > kSameKeyframe) {
-      ++j;
-    } else if (dt < -kSameKeyframe) {
-      ++i;
-    } else {
-      if (shared > 0) {
-        length_now += (now[i].p_w_b - now[i_last].p_w_b).norm();
-        length_before += (before[j].p_w_b - before[j_last].p_w_b).norm();
-      }
-      ++shared;
-      i_last = i++;
-      j_last = j++;
+  Eigen::Vector3d p_now = Eigen::Vector3d::Zero(), p_before = Eigen::Vector3d::Zero();
+  std::size_t j = 0;
+  for (const NavState& state : now) {
+    if (state.t < before.front().t - kSameInstant || state.t > before.back().t + kSameInstant) {
+      continue;
     }
+    while (j + 2 < before.size() && before[j + 1].t < state.t) ++j;
+    const Eigen::Vector3d p = between(before[j], before[j + 1], state.t);
+    if (shared++ > 0) {
+      length_now += (state.p_w_b - p_now).norm();
+      length_before += (p - p_before).norm();
+    }
+    p_now = state.p_w_b;
+    p_before = p;
   }
-  return shared < kMinSharedKeyframes ? kNotComputed : std::log(length_now / length_before);
+  return shared < kMinSharedInstants ? kNotComputed : std::log(length_now / length_before);
 }
 
 }  // namespace
 
-void AnswerSequence::reset() {
-  earlier_.reset();
-  latest_.reset();
-}
+void AnswerSequence::reset() { earlier_.clear(); }
 
 void AnswerSequence::judge(InitResult* result) {
-  if (!(max_disagreement_ > 0.0) || !result->hasEstimate()) return;
-  if (!std::isfinite(result->scale_sigma) || !(result->scale_sigma > 0.0)) return;
-  const double newest = result->states.back().t;
-  if (latest_) {
-    const double last = latest_->states.back().t;
-    if (newest < last - kSameKeyframe) reset();
-    if (newest > last + kSameKeyframe) earlier_ = std::move(latest_);
-  }
-  latest_.reset();
-  if (result->scale_sigma <= kMaxEarlierSigma)
-    latest_ = Answer{result->states, result->scale_sigma};
-
+  if (!(max_disagreement_ > 0.0) || result->states.size() < 2) return;
   const double sigma = result->scale_sigma;
-  double log_ratio = kNotComputed;
-  if (earlier_) log_ratio = logRatioOfPaths(result->states, earlier_->states);
-  const bool growing = static_cast<int>(result->states.size()) < full_keyframes_;
-  if (!growing && !std::isfinite(log_ratio)) return;
+  if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
+  const double newest = result->states.back().t;
+  const auto time = [](const Answer& answer) { return answer.states.back().t; };
+  if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
+  // Asked again about the same data.
+  if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
+  while (earlier_.size() > 1 && time(earlier_[1]) <= newest - kMinNewData) earlier_.pop_front();
+
   double disagreement = kNotComputed;
-  if (earlier_) {
-    const double gained = std::max(earlier_->sigma * earlier_->sigma - sigma * sigma, 0.0);
-    disagreement =
-        std::abs(log_ratio) / std::sqrt(gained + kAgreementFloor * kAgreementFloor * sigma * sigma);
+  if (!earlier_.empty() && time(earlier_.front()) <= newest - kMinNewData) {
+    const Answer& before = earlier_.front();
+    const double gained = std::max(before.sigma * before.sigma - sigma * sigma, 0.0);
+    const double floor = kAgreementFloor * sigma;
+    disagreement = std::abs(logRatioOfPaths(result->states, before.states)) /
+                   std::sqrt(gained + floor * floor);
   }
+  if (sigma <= kMaxEarlierSigma) earlier_.push_back({result->states, sigma});
+  const bool growing = static_cast<int>(result->states.size()) < full_keyframes_;
+  if (!growing && !std::isfinite(disagreement)) return;
   GateValue gate = agreementGate(disagreement, max_disagreement_);
   gate.enforced = std::any_of(result->gates.begin(), result->gates.end(),
                               [](const GateValue& other) { return other.enforced; });

@@ -46,11 +46,13 @@ inline constexpr double kMinOtherScaleRise = 16.0;
 
 // ---- Agreement of successive answers (slim_init/answer_sequence.h)
 
-/// Keyframes of two answers are the same when they are this close [s]: the estimates of td differ
-/// by less, and keyframes are farther apart.
-inline constexpr double kSameKeyframe = 0.02;
-/// Two displacements, so that not a single one decides.
-inline constexpr int kMinSharedKeyframes = 3;
+/// Two instants are the same when they are this close [s]: nearer than two images.
+inline constexpr double kSameInstant = 1e-3;
+/// An answer is an earlier one when this much of the data is newer [s]: a keyframe interval, and an
+/// image at 10 Hz.
+inline constexpr double kMinNewData = 0.09;
+/// Instants that both paths have: two displacements, so that not a single one decides.
+inline constexpr int kMinSharedInstants = 3;
 /// Relative standard deviation up to which an answer is one that a later answer can agree with. On
 /// recorded growing windows any bound between 0.15 and 0.5 keeps out as many wrong answers; a low
 /// one makes right ones wait.
