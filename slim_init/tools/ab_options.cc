@@ -330,7 +330,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "The methods are told that a rolling shutter is a global one", "no_row_times", 0.0, 0.0,
        kRig},
       {"imu-rate", &o.rig.imu_rate_hz, "HZ",
-       "IMU resampled to a lower rate, without a low-pass filter [Hz]", "imu_rate_hz", 10.0,
+       "IMU at a lower rate, each sample the mean over its interval [Hz]", "imu_rate_hz", 10.0,
        10000.0, kRig},
       {"imu-jitter", &o.rig.imu_jitter_s, "S",
        "Standard deviation of the IMU's stamps, cut off at 0.45 intervals [s]", "imu_jitter_s", 0.0,

@@ -162,6 +162,39 @@ TEST(RigErrors, SaysWhatCannotBe) {
   EXPECT_NE(applyRigErrors(errors, false, &sequence).find("td is 1.4"), std::string::npos);
 }
 
+// A vibration at half the sampling rate averages out; picked samples would make a bias of it.
+TEST(DisturbImu, ALowerRateAveragesVibration) {
+  std::vector<ImuSample> imu;
+  for (int k = 0; k <= 1000; ++k) {
+    imu.push_back(Circle().imu(k / 200.0));
+    imu.back().accel.z() += k % 2 == 0 ? 5.0 : -5.0;
+  }
+  RigErrors errors;
+  errors.imu_rate_hz = 100.0;
+  ASSERT_EQ(disturbImu(errors, &imu), "");
+  ASSERT_EQ(imu.size(), 501u);
+  for (std::size_t k = 1; k + 1 < imu.size(); ++k) {
+    EXPECT_NEAR(imu[k].accel.z(), Circle().g, 1e-9) << k;
+  }
+}
+
+// The recorded rate is left as it is.
+TEST(DisturbImu, TheRecordedRateIsNotSmoothed) {
+  std::vector<ImuSample> imu;
+  for (int k = 0; k <= 200; ++k) {
+    imu.push_back(Circle().imu(k / 200.0));
+    imu.back().accel.z() += k % 2 == 0 ? 5.0 : -5.0;
+  }
+  const std::vector<ImuSample> before = imu;
+  RigErrors errors;
+  errors.imu_rate_hz = 200.0;
+  ASSERT_EQ(disturbImu(errors, &imu), "");
+  ASSERT_EQ(imu.size(), before.size());
+  for (std::size_t k = 0; k < imu.size(); ++k) {
+    EXPECT_NEAR(imu[k].accel.z(), before[k].accel.z(), 1e-9) << k;
+  }
+}
+
 TEST(DisturbImu, ALowerRateIsInterpolated) {
   const Circle circle;
   std::vector<ImuSample> imu;

@@ -76,22 +76,60 @@ double medianInterval(const std::vector<ImuSample>& imu) {
   return median(std::move(intervals));
 }
 
-/// At equal intervals; across a gap of the recording there are no samples.
-std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double interval,
+/// The samples as a signal that is linear between them.
+class ImuSignal {
+ public:
+  /// Across a step longer than `max_step` [s] there is none.
+  ImuSignal(const std::vector<ImuSample>& imu, double max_step) : imu_(imu), max_step_(max_step) {}
+
+  /// The mean over [t - half, t + half], as a sensor with such an averaging filter gives it at t;
+  /// its value at t for half = 0. False where the signal is not known. Calls with ascending t.
+  bool mean(double t, double half, ImuSample* sample) {
+    while (first_ + 1 < imu_.size() && imu_[first_].t <= t - half) ++first_;
+    if (first_ == 0) ++first_;
+    *sample = ImuSample();
+    for (std::size_t after = first_; after < imu_.size(); ++after) {
+      const ImuSample &from = imu_[after - 1], &to = imu_[after];
+      if (to.t - from.t > max_step_) return false;
+      if (half == 0.0) {
+        add(from, to, t, 1.0, sample);
+        break;
+      }
+      const double begin = std::max(from.t, t - half), end = std::min(to.t, t + half);
+      add(from, to, 0.5 * (begin + end), (end - begin) / (2.0 * half), sample);
+      if (to.t >= t + half) break;
+    }
+    sample->t = t;
+    return true;
+  }
+
+ private:
+  static void add(const ImuSample& from, const ImuSample& to, double t, double weight,
+                  ImuSample* sum) {
+    const double share = (t - from.t) / (to.t - from.t);
+    sum->gyro += weight * ((1.0 - share) * from.gyro + share * to.gyro);
+    sum->accel += weight * ((1.0 - share) * from.accel + share * to.accel);
+  }
+
+  const std::vector<ImuSample>& imu_;
+  double max_step_;
+  std::size_t first_ = 0;
+};
+
+/// At equal intervals, each the mean over an interval around it; across a gap of the recording
+/// there are no samples.
+std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double interval, bool averages,
                                  double max_step) {
   std::vector<ImuSample> samples;
-  std::size_t after = 1;
+  ImuSignal signal(imu, max_step);
   for (std::int64_t k = 0;; ++k) {
+    const double t = imu.front().t + static_cast<double>(k) * interval;
+    if (t > imu.back().t) break;
+    // Shorter at both ends of the recording, so that it stays centred.
+    const double half =
+        averages ? std::min({0.5 * interval, t - imu.front().t, imu.back().t - t}) : 0.0;
     ImuSample sample;
-    sample.t = imu.front().t + static_cast<double>(k) * interval;
-    if (sample.t > imu.back().t) break;
-    while (after + 1 < imu.size() && imu[after].t < sample.t) ++after;
-    const ImuSample &from = imu[after - 1], &to = imu[after];
-    if (to.t - from.t > max_step) continue;
-    const double share = (sample.t - from.t) / (to.t - from.t);
-    sample.gyro = (1.0 - share) * from.gyro + share * to.gyro;
-    sample.accel = (1.0 - share) * from.accel + share * to.accel;
-    samples.push_back(sample);
+    if (signal.mean(t, std::max(0.0, half), &sample)) samples.push_back(sample);
   }
   return samples;
 }
@@ -160,7 +198,7 @@ std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu) {
     }
     const double step = 1.0 / errors.imu_rate_hz;
     // A sample or two may be missing in a recording; a longer step is a gap and stays one.
-    *imu = resampled(*imu, step, std::max(3.0 * interval, step));
+    *imu = resampled(*imu, step, step > kRateRounding * interval, std::max(3.0 * interval, step));
     interval = step;
   }
   Draws jitter(errors.seed, Stream::kJitter, 0), dropout(errors.seed, Stream::kDropout, 0);

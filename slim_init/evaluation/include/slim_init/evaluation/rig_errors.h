@@ -41,11 +41,11 @@ inline constexpr int kAllTrials = -1;
 /// the errors of the rows alone. The rotation is turned in the camera's frame, R_b_c Exp(delta).
 Calibration assumedCalibration(const Calibration& truth, const RigErrors& errors, int trial);
 
-/// The samples of a worse IMU, ascending in time: interpolated linearly at equal intervals from the
-/// first sample on (no low-pass: what vibrates faster is aliased), stamped late or early by a
-/// normally distributed error that is cut off at 0.45 intervals, so that their order stays, and
-/// each missing with the same probability. Returns an empty string, or a sentence when the rate
-/// asked for is above that of the samples.
+/// The samples of a worse IMU, ascending in time: at equal intervals from the first sample on, each
+/// the mean over an interval around it, as sensors average what they sample faster; stamped late or
+/// early by a normally distributed error that is cut off at 0.45 intervals, so that their order
+/// stays, and each missing with the same probability. Returns an empty string, or a sentence when
+/// the rate asked for is above that of the samples.
 std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu);
 
 /// From now on the sequence is believed to have been recorded with `assumed`: the true calibration
