@@ -88,19 +88,24 @@ class ImuSignal {
     while (first_ + 1 < imu_.size() && imu_[first_].t <= t - half) ++first_;
     if (first_ == 0) ++first_;
     *sample = ImuSample();
+    double covered = 0.0;  // [s]; of the interval, up to rounding
     for (std::size_t after = first_; after < imu_.size(); ++after) {
       const ImuSample &from = imu_[after - 1], &to = imu_[after];
       if (to.t - from.t > max_step_) return false;
       if (half == 0.0) {
         add(from, to, t, 1.0, sample);
+        covered = 1.0;
         break;
       }
       const double begin = std::max(from.t, t - half), end = std::min(to.t, t + half);
-      add(from, to, 0.5 * (begin + end), (end - begin) / (2.0 * half), sample);
+      add(from, to, 0.5 * (begin + end), end - begin, sample);
+      covered += end - begin;
       if (to.t >= t + half) break;
     }
     sample->t = t;
-    return true;
+    sample->gyro /= covered;
+    sample->accel /= covered;
+    return covered > 0.0;
   }
 
  private:

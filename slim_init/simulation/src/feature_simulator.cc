@@ -313,7 +313,14 @@ class LineTracker {
     keepAlive(pose);
     refill(pose);
     observations->reserve(tracks_.size());
-    for (const Track& track : tracks_) observations->push_back(makeObservation(exposure, track));
+    for (Track& track : tracks_) {
+      LineObservation observation;
+      if (makeObservation(exposure, track, &observation)) {
+        observations->push_back(observation);
+      } else {
+        track.frames_left = 0;  // it ends here
+      }
+    }
   }
 
  private:
@@ -492,11 +499,11 @@ class LineTracker {
   }
 
   // Where the end of a view at share `from` is seen when its row is exposed; brought towards the
-  // share `to` where it lies outside the image by then.
-  Eigen::Vector2d endOf(const Exposure& exposure, const LineView& view, double from,
-                        double to) const {
-    Eigen::Vector2d pixel = from < 0.5 ? view.start : view.end;
-    if (!exposure.rolling()) return pixel;
+  // share `to` where it lies outside the image by then. False where nothing of the line is inside.
+  bool seeEnd(const Exposure& exposure, const LineView& view, double from, double to,
+              Eigen::Vector2d* pixel) const {
+    *pixel = from < 0.5 ? view.start : view.end;
+    if (!exposure.rolling()) return true;
     const CameraPose& pose = exposure.middle();
     Sight sight;
     const auto seen = [&](double share) {
@@ -504,23 +511,35 @@ class LineTracker {
       return exposure.see(p_w, 0.5 * kMinLineDepth, &sight) &&
              inImage(options_.camera, sight.pixel, 0.0);
     };
-    if (seen(from)) return sight.pixel;
-    double outside = from, inside = 0.5 * (from + to);
-    if (!seen(inside)) return pixel;  // swept by no row: as at the middle one
-    for (int k = 0; k < kEndHalvings; ++k) {
-      const double share = 0.5 * (outside + inside);
-      (seen(share) ? inside : outside) = share;
+    int inner = 0;
+    const auto shareOf = [&](int k) { return from + (to - from) * k / (kOcclusionSamples - 1); };
+    while (inner < kOcclusionSamples && !seen(shareOf(inner))) ++inner;
+    if (inner == kOcclusionSamples) return false;
+    if (inner > 0) {
+      double outside = shareOf(inner - 1), inside = shareOf(inner);
+      for (int k = 0; k < kEndHalvings; ++k) {
+        const double share = 0.5 * (outside + inside);
+        (seen(share) ? inside : outside) = share;
+      }
+      seen(inside);
     }
-    seen(inside);
-    return sight.pixel;
+    *pixel = sight.pixel;
+    return true;
   }
 
-  LineObservation makeObservation(const Exposure& exposure, const Track& track) {
-    LineObservation o;
+  // False where the rows of a rolling shutter miss the line.
+  bool makeObservation(const Exposure& exposure, const Track& track, LineObservation* observation) {
+    LineObservation& o = *observation;
     o.id = track.id;
-    o.start_pixel =
-        endOf(exposure, track.view, 0.0, 1.0) + options_.line_noise * noise_.gaussian2();
-    o.end_pixel = endOf(exposure, track.view, 1.0, 0.0) + options_.line_noise * noise_.gaussian2();
+    if (!seeEnd(exposure, track.view, 0.0, 1.0, &o.start_pixel) ||
+        !seeEnd(exposure, track.view, 1.0, 0.0, &o.end_pixel)) {
+      return false;
+    }
+    if (exposure.rolling() && (o.end_pixel - o.start_pixel).norm() < options_.min_line_length_px) {
+      return false;
+    }
+    o.start_pixel += options_.line_noise * noise_.gaussian2();
+    o.end_pixel += options_.line_noise * noise_.gaussian2();
     o.start_dt = exposure.rowTimeOf(o.start_pixel);
     o.end_dt = exposure.rowTimeOf(o.end_pixel);
     o.start_bearing = bearingOf(options_.camera, o.start_pixel);
@@ -532,7 +551,7 @@ class LineTracker {
     const double mismatch =
         std::abs(quality_.gaussian()) * (track.is_wrong_match ? kWrongMatchSpread : kMatchSpread);
     o.match_quality = track.is_new ? 1.0 : std::clamp(1.0 - mismatch, 0.0, 1.0);
-    return o;
+    return true;
   }
 
   const World& world_;
