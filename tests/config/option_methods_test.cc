@@ -95,14 +95,25 @@ INSTANTIATE_TEST_SUITE_P(Methods, KeysOfMethod,
                          ::testing::ValuesIn(baselines::namesOf(baselines::allMethods())),
                          methodTestName);
 
+// Zero means measured; a factor takes its place.
+TEST(KeysOfSlim, NoiseFactorsTakeThePlaceOfTheMeasurement) {
+  const ExactWindow exact = noisyWindow();
+  const InitResult measured = solve("slim", Config(), *exact.window);
+  ASSERT_TRUE(measured.hasEstimate());
+  Config accel, gyro;
+  accel.options.inertial.accel_noise_factor = 20.0;
+  gyro.options.inertial.gyro_noise_factor = 20.0;
+  EXPECT_FALSE(sameBytes(measured, solve("slim", accel, *exact.window)));
+  EXPECT_FALSE(sameBytes(measured, solve("slim", gyro, *exact.window)));
+}
+
 // One key per quantity: each acts in every stage of slim that has the quantity.
 TEST(KeysOfSlim, SharedQuantitiesChangeTheAnswer) {
   const ExactWindow exact = noisyWindow();
   const InitResult before = solve("slim", Config(), *exact.window);
   ASSERT_TRUE(before.hasEstimate());
-  for (const char* key :
-       {"inertial.accel_noise_factor", "inertial.gyro_noise_factor", "inertial.accel_bias_prior",
-        "inertial.gyro_bias_prior", "vanishing_point.covariance_inflation"}) {
+  for (const char* key : {"inertial.accel_bias_prior", "inertial.gyro_bias_prior",
+                          "vanishing_point.covariance_inflation"}) {
     Config config;
     for (const OptionField& option : configTable(&config)) {
       if (option.key != key) continue;

@@ -34,7 +34,16 @@ struct Search {
                          believedLines(*exact.window, starts, options), starts, options);
   }
 
-  InitializerOptions options;
+  // The noise of a vibrating IMU: the way from a mirrored start leads over costs that a quiet one
+  // raises too high.
+  static InitializerOptions vibrating() {
+    InitializerOptions options;
+    options.inertial.accel_noise_factor = 10.0;
+    options.inertial.gyro_noise_factor = 3.0;
+    return options;
+  }
+
+  InitializerOptions options = vibrating();
   ExactWindow exact;
   WindowState truth;
   std::vector<Preintegration> pre;

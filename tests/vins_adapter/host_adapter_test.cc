@@ -239,7 +239,9 @@ TEST_F(HostAdapterTest, LateLinesGiveTheSameAnswer) {
   EXPECT_EQ(answer.verdict.counts.line_observations, expected.verdict.counts.line_observations);
   EXPECT_GT(answer.verdict.counts.line_observations, 0);
   for (int i = 0; i < kHostFrames; ++i) {
-    EXPECT_EQ(answer.window.states[i].P, expected.window.states[i].P);
+    // To what the IMU samples after the newest keyframe, of which there are more by now, add to its
+    // measured noise.
+    EXPECT_LT((answer.window.states[i].P - expected.window.states[i].P).norm(), 1e-5);
   }
 }
 
