@@ -57,9 +57,14 @@ geometry_msgs::Pose poseMessage(const NavState& state) {
   return message;
 }
 
-// Stamp of a state's image.
-ros::Time stampOf(const NavState& state, const ResultContext& context) {
-  return rosTime(context.clock.stampNs(state.t - context.td));
+// The time offset of the answer: found, or that of the configuration.
+double tdOf(const InitResult& result, const ResultContext& context) {
+  return result.calibration ? result.calibration->td : context.td;
+}
+
+// Stamp of the image of one of the answer's states.
+ros::Time stampOf(const NavState& state, const InitResult& result, const ResultContext& context) {
+  return rosTime(context.clock.stampNs(state.t - tdOf(result, context)));
 }
 
 Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
@@ -136,13 +141,13 @@ InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& con
 InitResultMessage resultMessage(const Attempt& attempt, const ResultContext& context) {
   const InitResult& result = attempt.result;
   InitResultMessage message;
-  message.header.stamp = stampOf(result.states.back(), context);
+  message.header.stamp = stampOf(result.states.back(), result, context);
   message.header.frame_id = context.world_frame;
   message.child_frame_id = context.body_frame;
   message.method = context.method;
-  message.td = context.td;
+  message.td = tdOf(result, context);
   for (const NavState& state : result.states) {
-    message.stamps.push_back(stampOf(state, context));
+    message.stamps.push_back(stampOf(state, result, context));
     message.poses.push_back(poseMessage(state));
     message.velocities.push_back(vector3(state.v_w_b));
   }
@@ -164,7 +169,7 @@ nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& cont
   const Eigen::Matrix3d& R = state.R_w_b;
   const Eigen::Vector3d v_b = R.transpose() * state.v_w_b;
   nav_msgs::Odometry message;
-  message.header.stamp = stampOf(state, context);
+  message.header.stamp = stampOf(state, result, context);
   message.header.frame_id = context.world_frame;
   message.child_frame_id = context.body_frame;
   message.pose.pose = poseMessage(state);
@@ -187,11 +192,11 @@ nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& cont
 
 nav_msgs::Path pathMessage(const Attempt& attempt, const ResultContext& context) {
   nav_msgs::Path message;
-  message.header.stamp = stampOf(attempt.result.states.back(), context);
+  message.header.stamp = stampOf(attempt.result.states.back(), attempt.result, context);
   message.header.frame_id = context.world_frame;
   for (const NavState& state : attempt.result.states) {
     geometry_msgs::PoseStamped pose;
-    pose.header.stamp = stampOf(state, context);
+    pose.header.stamp = stampOf(state, attempt.result, context);
     pose.header.frame_id = context.world_frame;
     pose.pose = poseMessage(state);
     message.poses.push_back(pose);
