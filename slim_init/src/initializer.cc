@@ -68,7 +68,7 @@ class Initializer : public IInitializer {
     const WindowCut cut = window_.cut();
     if (cut.window == nullptr) return refuse(cut.status, cut.message);
     InitResult result = solver_->solve(*cut.window);
-    if (result.success()) lookAgain(&result);
+    if (result.success()) lookAgain(cut.window->size(), &result);
     if (const std::string message = result.validate(); !message.empty()) {
       return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
     }
@@ -116,10 +116,12 @@ class Initializer : public IInitializer {
  private:
   // A growing window is answered twice: with all of it, and as it was before the newest keyframe.
   // Only what agrees with the earlier answer is accepted, however often the host asks.
-  void lookAgain(InitResult* result) const {
+  void lookAgain(int keyframes, InitResult* result) const {
     if (static_cast<int>(result->states.size()) >= window_.options().keyframes) return;
     AnswerSequence answers(window_.options().keyframes, AnswerSequence::kMaxDisagreement);
-    if (const WindowCut before = window_.cut(1); before.window != nullptr) {
+    // Keyframes that td has moved past the IMU are in neither answer.
+    const int newest = 1 + std::max(0, keyframes - static_cast<int>(result->states.size()));
+    if (const WindowCut before = window_.cut(newest); before.window != nullptr) {
       InitResult earlier = solver_->solve(*before.window);
       answers.judge(&earlier);
     }

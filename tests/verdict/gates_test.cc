@@ -183,14 +183,17 @@ TEST(PosteriorGates, EachHasTwoSides) {
   }
 }
 
-TEST(PosteriorGates, TheInertialBoundIsTighterForShortWindows) {
+TEST(PosteriorGates, ShortWindowsHaveAnInertialBoundOfTheirOwn) {
   PosteriorMeasures measures;
-  for (const auto& [keyframes, bound] : {std::pair(7, 0.7), std::pair(8, 1.0)}) {
+  GateOptions options;
+  options.max_inertial_chi2_short = 0.5;
+  options.max_inertial_chi2 = 1.2;
+  for (const auto& [keyframes, bound] : {std::pair(7, 0.5), std::pair(8, 1.2)}) {
     measures.keyframes = keyframes;
     measures.inertial_chi2 = bound * 0.999;
-    EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions), "inertial_chi2").passed);
+    EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), options), "inertial_chi2").passed);
     measures.inertial_chi2 = bound * 1.001;
-    EXPECT_FALSE(find(posteriorGates(measures, goodMotion(), kOptions), "inertial_chi2").passed);
+    EXPECT_FALSE(find(posteriorGates(measures, goodMotion(), options), "inertial_chi2").passed);
   }
 }
 

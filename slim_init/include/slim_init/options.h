@@ -174,7 +174,7 @@ struct GateOptions {
   double max_scale_sigma = 0.10;          ///< relative standard deviation of the scale
   double max_chi2 = 1.5;                  ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;         ///< inertial chi-square per residual
-  double max_inertial_chi2_short = 0.70;  ///< the same of windows below eight keyframes
+  double max_inertial_chi2_short = 1.0;   ///< the same of windows below eight keyframes
   double min_inlier_fraction = 0.6;       ///< share of the point sightings left
   double min_point_spread_deg = 2.0;      ///< rms angle over which the points are spread [deg]
   double max_extrinsic_error_deg = 15.0;  ///< certain error of the extrinsic rotation [deg]
