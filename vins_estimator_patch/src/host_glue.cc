@@ -49,7 +49,7 @@ GlueWindow toGlueWindow(const HostAnswer& answer, const Calibration& host,
   static_cast<HostWindow&>(result) = answer.window;
   result.ric = host.R_b_c;
   result.tic = host.t_b_c;
-  const std::optional<CalibrationEstimate>& found = answer.verdict.calibration;
+  const OptionalCalibration& found = answer.verdict.calibration;
   if (!found.has_value()) return result;
   if (options.estimate_extrinsic) {
     result.ric = found->R_b_c;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -93,6 +92,30 @@ struct CalibrationEstimate {
   double readoutSigma() const;  ///< [s]
 };
 
+/// A calibration estimate, or none: std::optional for hosts that compile this header as C++14.
+class OptionalCalibration {
+ public:
+  OptionalCalibration() = default;
+  OptionalCalibration(const CalibrationEstimate& value)
+      : present_(true), value_(value) {}  // NOLINT
+
+  bool has_value() const { return present_; }
+  explicit operator bool() const { return present_; }
+  /// Present ones only.
+  const CalibrationEstimate& operator*() const { return value_; }
+  const CalibrationEstimate* operator->() const { return &value_; }
+  CalibrationEstimate* operator->() { return &value_; }
+  /// Makes it present, with the values of a fresh estimate.
+  CalibrationEstimate& emplace() {
+    *this = OptionalCalibration(CalibrationEstimate());
+    return value_;
+  }
+
+ private:
+  bool present_ = false;
+  CalibrationEstimate value_;
+};
+
 /// The answer of a WindowSolver. World frame w: z up (gravity_w = (0, 0, -g)), origin at the first
 /// keyframe's body, and the first body's x axis has zero yaw.
 struct InitResult {
@@ -121,7 +144,7 @@ struct InitResult {
 
   /// The calibration with which the states were estimated, by methods that estimate it (slim). The
   /// states are those of the body at stamp + td of this estimate (NavState::t).
-  std::optional<CalibrationEstimate> calibration;
+  OptionalCalibration calibration;
 
   /// What the user should know although the answer stands, one message each: a calibration that is
   /// off by more than its standard deviations, with value, sigma and key.

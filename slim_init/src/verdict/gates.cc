@@ -134,7 +134,7 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
 }
 
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
-                                        const std::optional<CalibrationEstimate>& found,
+                                        const OptionalCalibration& found,
                                         const GateOptions& options) {
   if (!found) return {};
   const auto explain = [](const char* what, double error, double sigma, const char* unit) {

@@ -52,7 +52,7 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
 /// ("extrinsic_sigma" where it was unknown) and "time_offset", values are the certain part of each
 /// error (kCertainSigmas), explanations the estimate itself. None where it was not estimated.
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
-                                        const std::optional<CalibrationEstimate>& found,
+                                        const OptionalCalibration& found,
                                         const GateOptions& options);
 
 /// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
