@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""Inserts slim_init into your own checkout of VINS-Mono or VINS-Fusion, or takes it out again.
+"""Inserts slim_init into your own checkout of a host of the VINS family, or takes it out again.
 
 Every insertion is a marked block of whole lines beside an anchor that has to be found exactly once.
 Nothing else is touched, so that --revert gives back the same bytes. Either all files are written or
 none. Applying twice changes nothing; applying a newer version of this tool replaces the old blocks.
+What is inserted where is data: hosts/*.json name files and anchors of a host, insertions/*.txt hold
+the text.
 """
 import argparse
+import collections
+import difflib
+import json
 import os
 import re
 import stat
@@ -25,251 +30,171 @@ class Insertion:
     """Lines of ours before or after the lines of the host that read like `anchor`.
 
     Whitespace does not count in the comparison: checkouts differ in indentation and line ends.
+    With `inside`, the anchor is looked for from the line that reads like that one to the first
+    line that begins with "}": a host may have several functions that hold the same lines.
     """
 
-    def __init__(self, anchor, where, code):
+    def __init__(self, anchor, where, code, inside=""):
         assert where in ("before", "after")
         self.anchor = anchor if isinstance(anchor, list) else [anchor]
         self.where = where
         self.code = code.strip("\n").split("\n")
+        self.inside = inside
 
 
 def condensed(line):
     return re.sub(r"\s+", "", line)
 
 
-# ------------------------------------------------------------------------------ what is inserted
+# ------------------------------------------------------------------------------------------- hosts
 
-MEMBER = Insertion(
-    "IntegrationBase *tmp_pre_integration;", "after", """
-    slim_init::vins_adapter::HostGlue slim_init_glue;
-""")
-
-FRAME = Insertion(
-    'ROS_DEBUG("Adding feature points %lu", image.size());', "after", """
-    slim_init_glue.addFrame(header, image, td);
-""")
-
-AFTER_STOCK = Insertion(
-    "if(result)", "before", """
-            slim_init_glue.recordStock(*this, result);
-""")
-
-HEALTHY = Insertion(
-    "key_poses.clear();", "before", """
-        slim_init_glue.rememberHealthy(*this);
-""")
+HERE = os.path.dirname(os.path.abspath(__file__))
+HOST_KEYS = {"title", "repository", "checked_at", "like", "folder", "files", "recognised_by", "in",
+             "words", "insertions", "why"}
+INSERTION_KEYS = {"file", "before", "after", "text", "indent", "in", "why"}
+KINDS = ("header", "source", "node", "cmake", "package")
+PLACEHOLDER = re.compile("@([a-z_]+)@")
 
 
-# A calibration that was found is the host's starting value, also after a reset: seed() has written
-# it to ric, tic and td where the host estimates them.
-FOUND_CALIBRATION = """
-                if (result && ESTIMATE_EXTRINSIC)
-                {
-                    ESTIMATE_EXTRINSIC = 1;
-                    RIC[0] = ric[0];
-                    TIC[0] = tic[0];
-                }
-                if (result && ESTIMATE_TD)
-                    TD = td;"""
+class Host:
+    """A description in hosts/, with what it takes over from the one that it is like."""
+
+    def __init__(self, name, data):
+        self.name = name
+        self.title = data["title"]
+        self.checked_at = data.get("checked_at", "")
+        self.recognised_by = []
+        folder = data.get("folder", "")
+        paths = {kind: "/".join(filter(None, [folder, path]))
+                 for kind, path in data["files"].items()}
+        missing = [kind for kind in KINDS if kind not in paths]
+        if missing:
+            raise Problem("%s: files has no \"%s\"" % (name, missing[0]))
+        self.header = paths["header"]
+        self.code_files = [paths[kind] for kind in ("header", "source", "node")]
+        for sign in data.get("recognised_by", []):
+            self.recognised_by.append((paths[sign["file"]], condensed(sign["line"])))
+        self.files = {}  # path: insertions
+        self.names = {}  # path: names of the insertions
+        for key, entry in data["insertions"].items():
+            if entry is None:
+                continue
+            self.add(key, entry, data, paths)
+
+    def add(self, key, entry, data, paths):
+        what = "%s, insertion \"%s\"" % (self.name, key)
+        unknown = set(entry) - INSERTION_KEYS
+        if unknown:
+            raise Problem("%s: unknown key \"%s\"" % (what, sorted(unknown)[0]))
+        if entry.get("file") not in paths:
+            raise Problem("%s: \"file\" is %s, must be one of %s"
+                          % (what, entry.get("file"), ", ".join(sorted(paths))))
+        if ("before" in entry) == ("after" in entry):
+            raise Problem("%s: needs either \"before\" or \"after\"" % what)
+        where = "before" if "before" in entry else "after"
+        inside = entry.get("in", data.get("in", {}).get(entry["file"], ""))
+        code = filled(text_of(entry.get("text", key), what), data["words"], what)
+        code = [shifted(line, entry.get("indent", 0)) for line in code]
+        path = paths[entry["file"]]
+        insertion = Insertion(entry[where], where, "\n".join(code), inside)
+        self.files.setdefault(path, []).append(insertion)
+        self.names.setdefault(path, []).append(key)
+
+    def total(self):
+        return sum(map(len, self.files.values()))
 
 
-def indented(code):
-    return code.replace("\n", "\n    ")
+def text_of(name, what):
+    path = os.path.join(HERE, "insertions", name + ".txt")
+    try:
+        return read(path).rstrip("\n").split("\n")
+    except OSError:
+        raise Problem("%s: there is no text %s" % (what, path))
 
 
-# What the host does after a frame that went well, once the adapter has filled its window.
-def recovery(solve, finish=""):
-    return Insertion(["if (failureDetection())", "{"], "after", """
-            if (slim_init_glue.recover(*this))
-            {""" + solve + """
-                if (!failureDetection())
-                {
-                    slideWindow();
-                    f_manager.removeFailures();
-                    last_R = Rs[WINDOW_SIZE];
-                    last_P = Ps[WINDOW_SIZE];
-                    last_R0 = Rs[0];
-                    last_P0 = Ps[0];""" + finish + """
-                    return;
-                }
-            }
-""")
+def filled(lines, words, what):
+    """`lines` with @word@ replaced; one alone on its line may stand for any number of lines."""
+    def word(name):
+        if name not in words:
+            raise Problem("%s: the word \"%s\" is not defined" % (what, name))
+        return words[name]
+
+    result = []
+    for line in lines:
+        alone = PLACEHOLDER.match(line.strip())
+        if alone and alone.group() == line.strip() and isinstance(word(alone.group(1)), list):
+            margin = line[:len(line) - len(line.lstrip())]
+            result += [margin + more for more in word(alone.group(1))]
+        else:
+            result.append(PLACEHOLDER.sub(lambda match: word(match.group(1)), line))
+    return result
 
 
-# Of both nodes. The topics are private: /vins_estimator/slim_init/...
-NODE_CALLBACKS = Insertion(
-    "Estimator estimator;", "after", """
-#include <std_msgs/Bool.h>
-#include <std_msgs/String.h>
-
-ros::Publisher slim_init_pub;
-
-void slim_init_report(slim_init::vins_adapter::ReportLevel level, const std::string &text)
-{
-    using slim_init::vins_adapter::ReportLevel;
-    if (level == ReportLevel::kError)
-        ROS_ERROR_STREAM("slim_init: " << text);
-    else if (level == ReportLevel::kWarn)
-        ROS_WARN_STREAM("slim_init: " << text);
-    else if (level == ReportLevel::kInfo)
-        ROS_INFO_STREAM("slim_init: " << text);
-    if (!slim_init_pub)
-        return;
-    std_msgs::String msg;
-    msg.data = text;
-    slim_init_pub.publish(msg);
-}
-
-void slim_init_lines_callback(const sensor_msgs::PointCloudConstPtr &lines_msg)
-{
-    estimator.slim_init_glue.addLines(*lines_msg);
-}
-
-void slim_init_recover_callback(const std_msgs::BoolConstPtr &reset_if_refused)
-{
-    estimator.slim_init_glue.requestRecovery(reset_if_refused->data);
-}
-""")
+def shifted(line, columns):
+    """Whitespace in front of `line` grows by `columns`; preprocessor lines stay."""
+    if not line.strip() or line.startswith("#"):
+        return line
+    if columns < 0:
+        return line[min(-columns, len(line) - len(line.lstrip())):]
+    return " " * columns + line
 
 
-def node_start(config_file):
-    return Insertion(
-        "registerPub(n);", "after", config_file + """
-    estimator.slim_init_glue.listen(slim_init_report);
-    ros::Subscriber slim_init_sub_lines, slim_init_sub_recover;
-    if (estimator.slim_init_glue.open(slim_init_file))
-    {
-        slim_init_pub = n.advertise<std_msgs::String>("slim_init/status", 1000);
-        slim_init_sub_lines = n.subscribe("/feature_tracker_lines/lines", 2000, slim_init_lines_callback);
-        slim_init_sub_recover = n.subscribe("slim_init/recover", 10, slim_init_recover_callback);
-    }
-""")
+def description(path):
+    """Name and raw data of a host; everything that a JSON file can have wrong is a Problem."""
+    try:
+        data = json.loads(read(path), object_pairs_hook=collections.OrderedDict)
+    except OSError as problem:
+        raise Problem("%s: cannot be read: %s" % (path, problem.strerror))
+    except ValueError as problem:
+        raise Problem("%s: not JSON: %s" % (path, problem))
+    if not isinstance(data, dict):
+        raise Problem("%s: must be an object" % path)
+    unknown = set(data) - HOST_KEYS
+    if unknown:
+        raise Problem("%s: unknown key \"%s\", known are %s"
+                      % (path, sorted(unknown)[0], ", ".join(sorted(HOST_KEYS))))
+    return os.path.splitext(os.path.basename(path))[0], data
 
 
-CMAKE_FIND = Insertion(
-    "find_package(OpenCV REQUIRED)", "after", """
-find_package(slim_init REQUIRED)
-""")
+def complete(data, seen, path):
+    """`data` over what it is "like". Of files, words and insertions single entries are replaced."""
+    if "like" not in data:
+        for key in ("title", "files", "words", "insertions"):
+            if key not in data:
+                raise Problem("%s: needs \"%s\", or \"like\" with the name of another host"
+                              % (path, key))
+        return data
+    if data["like"] in seen:
+        raise Problem("%s: \"%s\" is like itself" % (path, data["like"]))
+    parent_path = os.path.join(HERE, "hosts", data["like"] + ".json")
+    _, parent = description(parent_path)
+    parent = complete(parent, seen + [data["like"]], parent_path)
+    merged = collections.OrderedDict(parent)
+    for inherited_no_more in ("recognised_by", "in"):
+        merged.pop(inherited_no_more, None)
+    for key, value in data.items():
+        if key in ("files", "words", "insertions") and isinstance(value, dict):
+            entries = collections.OrderedDict(parent[key])
+            entries.update(value)
+            merged[key] = entries
+        else:
+            merged[key] = value
+    return merged
 
-PACKAGE = Insertion(
-    "<run_depend>roscpp</run_depend>", "after", """
-  <build_depend>slim_init</build_depend>
-  <run_depend>slim_init</run_depend>
-""")
+
+def load_host(path):
+    name, data = description(path)
+    try:
+        return Host(name, complete(data, [name], path))
+    except (AttributeError, KeyError, TypeError) as problem:
+        raise Problem("%s: not a description of a host: %s" % (path, problem))
 
 
-def cmake_link(target, anchor):
-    return Insertion(anchor, "after", "target_link_libraries(%s slim_init::vins_adapter)" % target)
-
-
-VINS_MONO = {
-    "vins_estimator/src/estimator.h": [
-        Insertion('#include "factor/marginalization_factor.h"', "after", """
-#include <slim_init/vins_adapter/host_glue.h>
-"""),
-        MEMBER,
-    ],
-    "vins_estimator/src/estimator.cpp": [
-        FRAME,
-        Insertion("if( ESTIMATE_EXTRINSIC != 2 && (header.stamp.toSec() - initial_timestamp) > 0.1)",
-                  "before", """
-            slim_init_glue.timeStock();
-            if (slim_init_glue.decides())
-            {
-                result = slim_init_glue.seed(*this);""" + FOUND_CALIBRATION + """
-            }
-            else
-"""),
-        AFTER_STOCK,
-        Insertion("TicToc t_solve;", "before", """
-        if (slim_init_glue.serveRequest(*this))
-        {
-            clearState();
-            setParameter();
-            return;
-        }
-"""),
-        recovery("""
-                solveOdometry();"""),
-        HEALTHY,
-    ],
-    "vins_estimator/src/estimator_node.cpp": [
-        NODE_CALLBACKS,
-        Insertion("double img_t = img_msg->header.stamp.toSec() + estimator.td;", "after", """
-                estimator.slim_init_glue.addImu(
-                    t,
-                    Vector3d(imu_msg->linear_acceleration.x, imu_msg->linear_acceleration.y, imu_msg->linear_acceleration.z),
-                    Vector3d(imu_msg->angular_velocity.x, imu_msg->angular_velocity.y, imu_msg->angular_velocity.z));
-"""),
-        node_start("""
-    std::string slim_init_file;
-    n.getParam("config_file", slim_init_file);"""),
-    ],
-    "vins_estimator/CMakeLists.txt": [
-        CMAKE_FIND,
-        cmake_link("vins_estimator", "target_link_libraries(vins_estimator ${catkin_LIBRARIES} "
-                   "${OpenCV_LIBS} ${CERES_LIBRARIES})"),
-    ],
-    "vins_estimator/package.xml": [PACKAGE],
-}
-
-VINS_FUSION = {
-    "vins_estimator/src/estimator/estimator.h": [
-        Insertion('#include "../factor/marginalization_factor.h"', "after", """
-#include <slim_init/vins_adapter/host_glue.h>
-"""),
-        MEMBER,
-    ],
-    "vins_estimator/src/estimator/estimator.cpp": [
-        Insertion(["void Estimator::processIMU(double t, double dt, const Vector3d "
-                   "&linear_acceleration, const Vector3d &angular_velocity)", "{"], "after", """
-    slim_init_glue.addImu(t, linear_acceleration, angular_velocity);
-"""),
-        FRAME,
-        Insertion("if(ESTIMATE_EXTRINSIC != 2 && (header - initial_timestamp) > 0.1)", "before", """
-                slim_init_glue.timeStock();
-                if (slim_init_glue.decides())
-                {
-                    result = slim_init_glue.seed(*this);""" + indented(FOUND_CALIBRATION) + """
-                    if (result)
-                        f_manager.triangulate(frame_count, Ps, Rs, tic, ric);
-                }
-                else
-"""),
-        AFTER_STOCK,
-        # This host cannot reset itself here: processImage() runs inside the lock of clearState().
-        Insertion("TicToc t_solve;", "before", """
-        if (slim_init_glue.serveRequest(*this))
-            slim_init_glue.requestReset();
-"""),
-        recovery("""
-                f_manager.triangulate(frame_count, Ps, Rs, tic, ric);
-                optimization();""", """
-                    updateLatestStates();"""),
-        HEALTHY,
-    ],
-    "vins_estimator/src/rosNodeTest.cpp": [
-        NODE_CALLBACKS,
-        Insertion("std::chrono::milliseconds dura(2);", "before", """
-        if (estimator.slim_init_glue.takeReset())
-        {
-            estimator.clearState();
-            estimator.setParameter();
-        }
-"""),
-        node_start("""
-    std::string slim_init_file = config_file;"""),
-    ],
-    "vins_estimator/CMakeLists.txt": [
-        CMAKE_FIND,
-        cmake_link("vins_lib", "target_link_libraries(vins_lib ${catkin_LIBRARIES} ${OpenCV_LIBS} "
-                   "${CERES_LIBRARIES})"),
-    ],
-    "vins_estimator/package.xml": [PACKAGE],
-}
-
-FLAVOURS = {"vins-mono": VINS_MONO, "vins-fusion": VINS_FUSION}
+def known_hosts():
+    """{name: Host}"""
+    folder = os.path.join(HERE, "hosts")
+    return {name[:-len(".json")]: load_host(os.path.join(folder, name))
+            for name in sorted(os.listdir(folder)) if name.endswith(".json")}
 
 
 # ------------------------------------------------------------------------------------ text of files
@@ -318,26 +243,41 @@ def stripped(path, text):
     return "".join(kept), blocks
 
 
-def anchored(path, condensed_lines, insertion):
-    """Index of the first line of the anchor."""
+def found_at(lines, insertion):
+    """Indices at which the anchor begins, and the scope that was searched: [first, last)."""
+    condensed_lines = [condensed(line) for line in lines]
+    first, last = 0, len(lines)
+    if insertion.inside:
+        heads = [i for i, line in enumerate(condensed_lines)
+                 if line.rstrip("{") == condensed(insertion.inside).rstrip("{")]
+        if len(heads) != 1:
+            return [], (0, 0)
+        first = heads[0]
+        last = next((i for i in range(first, len(lines)) if lines[i].startswith("}")), last)
     wanted = [condensed(line) for line in insertion.anchor]
-    found = [i for i in range(len(condensed_lines) - len(wanted) + 1)
-             if condensed_lines[i:i + len(wanted)] == wanted]
+    return [i for i in range(first, last - len(wanted) + 1)
+            if condensed_lines[i:i + len(wanted)] == wanted], (first, last)
+
+
+def anchored(path, lines, insertion):
+    """Index of the first line of the anchor."""
+    found, (first, last) = found_at(lines, insertion)
     if len(found) != 1:
         shown = insertion.anchor[0]
+        if first == last and insertion.inside:
+            shown = insertion.inside
         times = "not found" if not found else "found %d times (lines %s)" % (
             len(found), ", ".join(str(i + 1) for i in found))
         raise Problem("%s: the anchor \"%s\" is %s, must be there once: this checkout differs from "
-                      "the one that the tool knows" % (path, shown, times))
+                      "the one that the tool knows; --diagnose lists what fits" % (path, shown, times))
     return found[0]
 
 
 def inserted(path, text, insertions):
     lines = lines_of(text)
-    condensed_lines = [condensed(line) for line in lines]
     at = {}
     for insertion in insertions:
-        first = anchored(path, condensed_lines, insertion)
+        first = anchored(path, lines, insertion)
         place = first if insertion.where == "before" else first + len(insertion.anchor)
         beside = lines[first if insertion.where == "before" else place - 1]
         eol = end_of(beside) or end_of(lines[0]) or "\n"
@@ -393,23 +333,167 @@ def write_all(contents):
                 os.remove(name)
 
 
-def flavour_of(checkout):
-    fits = [name for name, files in FLAVOURS.items()
-            if all(os.path.isfile(os.path.join(checkout, path))
-                   for path in files if path.endswith((".h", ".cpp")))]
+def holds(checkout, host):
+    """The host's sources are there, and so are the lines that tell it from its relatives."""
+    for path in host.code_files:
+        if not os.path.isfile(os.path.join(checkout, path)):
+            return False
+    for path, line in host.recognised_by:
+        file = os.path.join(checkout, path)
+        if not os.path.isfile(file) or line not in map(condensed, lines_of(read(file))):
+            return False
+    return True
+
+
+def host_of(checkout):
+    hosts = known_hosts()
+    fits = [host for host in hosts.values() if holds(checkout, host)]
+    # The one that asks for most: a fork has the files of its original.
+    most = max([len(host.recognised_by) for host in fits] or [0])
+    fits = [host for host in fits if len(host.recognised_by) == most]
     if len(fits) == 1:
         return fits[0]
-    raise Problem("%s: %s; give the folder that holds vins_estimator/, and --flavour if need be"
-                  % (checkout, "holds the files of both VINS-Mono and VINS-Fusion" if fits else
-                     "holds neither VINS-Mono nor VINS-Fusion"))
+    raise Problem("%s: holds %s; give the folder that holds the host, or --host, or describe your "
+                  "fork (docs/port_to_your_fork.md)"
+                  % (checkout, "the files of " + " and ".join(host.name for host in fits) if fits
+                     else "none of the known hosts (%s)" % ", ".join(hosts)))
+
+
+def chosen_host(options):
+    if not options.host:
+        return host_of(options.checkout)
+    if options.host.endswith(".json"):
+        return load_host(options.host)
+    hosts = known_hosts()
+    if options.host not in hosts:
+        raise Problem("%s: no such host; known are %s, or give a file *.json"
+                      % (options.host, ", ".join(hosts)))
+    return hosts[options.host]
+
+
+# ---------------------------------------------------------------------------------- what fits
+
+# What the inserted calls use of the host, by name, in the headers of the estimator.
+MEMBERS = ["INITIAL", "NON_LINEAR", "MARGIN_OLD", "solver_flag", "marginalization_flag", "g", "ric",
+           "tic", "Ps", "Vs", "Rs", "Bas", "Bgs", "Headers", "pre_integrations", "frame_count",
+           "f_manager", "failure_occur", "initial_timestamp", "last_marginalization_info",
+           "last_marginalization_parameter_blocks", "last_R", "last_P", "last_R0", "last_P0",
+           "estimated_depth", "solve_flag", "setRic", "repropagate", "removeFailures"]
+
+
+def members_missing(checkout, host):
+    """Names that no header of the host's estimator has."""
+    folder = os.path.dirname(os.path.join(checkout, host.header))
+    if os.path.basename(folder) == "estimator":  # VINS-Fusion keeps factor/ beside it
+        folder = os.path.dirname(folder)
+    words = set()
+    for root, _, files in os.walk(folder):
+        for name in files:
+            if name.endswith((".h", ".hpp")):
+                words.update(re.findall(r"\w+", read(os.path.join(root, name))))
+    return [name for name in MEMBERS if name not in words]
+
+
+def examined(checkout, host):
+    """[(path, problem or "", [(insertion's name, insertion, indices found, scope, lines)])]"""
+    result = []
+    for path, insertions in host.files.items():
+        file = os.path.join(checkout, path)
+        if not os.path.isfile(file):
+            result.append((path, "not there", []))
+            continue
+        try:
+            lines = lines_of(stripped(file, read(file))[0])
+        except Problem as problem:
+            result.append((path, str(problem), []))
+            continue
+        rows = []
+        for name, insertion in zip(host.names[path], insertions):
+            found, scope = found_at(lines, insertion)
+            rows.append((name, insertion, found, scope, lines))
+        result.append((path, "", rows))
+    return result
+
+
+def count_matches(examination):
+    return sum(len(found) == 1 for _, _, rows in examination for _, _, found, _, _ in rows)
+
+
+def nearest(insertion, scope, lines):
+    """(line number, text) of the line most like the anchor, or None."""
+    first, last = scope
+    wanted = condensed(insertion.anchor[0])
+    if insertion.inside and first == last:
+        first, last, wanted = 0, len(lines), condensed(insertion.inside)
+    bodies = [condensed(line) for line in lines[first:last]]
+    close = difflib.get_close_matches(wanted, [body for body in bodies if body], 1, 0.5)
+    return (first + bodies.index(close[0]) + 1, lines[first + bodies.index(close[0])].strip()) \
+        if close else None
+
+
+def shortened(text, width=100):
+    return text if len(text) <= width else text[:width - 3] + "..."
+
+
+def diagnosis(options):
+    """Text, and whether everything fits."""
+    out = []
+    if options.host:
+        host = chosen_host(options)
+    else:
+        scored = []
+        for host in known_hosts().values():
+            found = count_matches(examined(options.checkout, host))
+            scored.append((holds(options.checkout, host), len(host.recognised_by), found, host))
+        scored.sort(key=lambda row: (row[0], row[1] if row[0] else 0, row[2]), reverse=True)
+        out.append("hosts by how well they fit (anchors found once, of all):")
+        out += ["  %-12s %2d of %2d%s" % (host.name, found, host.total(),
+                                        "" if known else ", files or signs of it are missing")
+                for known, _, found, host in scored]
+        host = scored[0][3]
+    out.append("%s: %s%s, %d insertions in %d files"
+               % (host.name, host.title, " at " + host.checked_at if host.checked_at else "",
+                  host.total(), len(host.files)))
+    examination = examined(options.checkout, host)
+    fits = True
+    for path, problem, rows in examination:
+        out.append("  %s%s" % (path, ": " + problem if problem else ""))
+        fits = fits and not problem
+        for name, insertion, found, scope, lines in rows:
+            anchor = shortened(insertion.anchor[0])
+            if len(found) == 1:
+                out.append("    ok        %-12s line %d: %s" % (name, found[0] + 1, anchor))
+                continue
+            fits = False
+            if found:
+                out.append("    %d TIMES   %-12s lines %s: %s" % (
+                    len(found), name, ", ".join(str(i + 1) for i in found), anchor))
+                out.append("              give the function as \"in\", or more lines of the anchor")
+                continue
+            if insertion.inside and scope[0] == scope[1]:
+                anchor = "the function " + shortened(insertion.inside, 80)
+            out.append("    NOT FOUND %-12s %s" % (name, anchor))
+            close = nearest(insertion, scope, lines)
+            if close:
+                out.append("              nearest is line %d: %s" % (close[0], shortened(close[1])))
+    missing = members_missing(options.checkout, host)
+    for name in missing:
+        out.append("  NOT FOUND   member %s, in no header of the estimator" % name)
+    if not missing:
+        out.append("  the members that the inserted calls use are all there")
+    fits = fits and not missing
+    out.append("%d of %d anchors match%s" % (
+        count_matches(examination), host.total(),
+        "; the patch can be applied" if fits else "; what to do: docs/port_to_your_fork.md"))
+    return "\n".join(out), fits
 
 
 def run(options):
     if not os.path.isdir(options.checkout):
         raise Problem("%s: no such folder" % options.checkout)
-    flavour = options.flavour or flavour_of(options.checkout)
+    host = chosen_host(options)
     present, bare, wanted, blocks = {}, {}, {}, 0
-    for path, insertions in FLAVOURS[flavour].items():
+    for path, insertions in host.files.items():
         file = os.path.join(options.checkout, path)
         try:
             present[file] = read(file)
@@ -422,7 +506,7 @@ def run(options):
     if options.revert:
         wanted = bare
     changed = {file: text for file, text in wanted.items() if text != present[file]}
-    total = sum(len(insertions) for insertions in FLAVOURS[flavour].values())
+    total = host.total()
 
     if options.revert:
         done = "%d insertions taken out of %d files" % (blocks, len(changed))
@@ -436,21 +520,33 @@ def run(options):
             todo += ", in place of %d earlier ones" % blocks
         nothing = "already applied, %d insertions in %d files" % (total, len(wanted))
     if not changed:
-        return "%s: %s" % (flavour, nothing)
+        return "%s: %s" % (host.name, nothing)
     if options.check:
-        return "%s: %s" % (flavour, todo)
+        return "%s: %s" % (host.name, todo)
     write_all(changed)
-    return "%s: %s" % (flavour, done)
+    return "%s: %s" % (host.name, done)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
-    parser.add_argument("checkout", metavar="CHECKOUT", help="folder that holds vins_estimator/")
-    parser.add_argument("--check", action="store_true", help="print what would be done and stop")
+    parser.add_argument("checkout", metavar="CHECKOUT", help="folder of the host's repository")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--check", action="store_true", help="print what would be done and stop")
+    what.add_argument("--diagnose", action="store_true",
+                      help="list every anchor: found, found more than once, not found and the "
+                      "nearest line; ends with 1 unless all fit; changes nothing")
     parser.add_argument("--revert", action="store_true", help="remove all insertions")
-    parser.add_argument("--flavour", choices=sorted(FLAVOURS), help="default: detected")
+    parser.add_argument("--host", "--flavour", metavar="NAME|FILE.json",
+                        help="a name in hosts/ or a description of your own; default: recognised")
+    options = parser.parse_args()
     try:
-        print(run(parser.parse_args()))
+        if options.diagnose:
+            if not os.path.isdir(options.checkout):
+                raise Problem("%s: no such folder" % options.checkout)
+            text, fits = diagnosis(options)
+            print(text)
+            return 0 if fits else 1
+        print(run(options))
     except Problem as problem:
         print("apply.py: %s" % problem, file=sys.stderr)
         return 1

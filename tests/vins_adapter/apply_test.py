@@ -15,11 +15,11 @@ sys.dont_write_bytecode = True
 import apply  # noqa: E402
 
 STAND_INS = os.path.join(REPOSITORY, "tests", "vins_adapter", "stand_in")
-FLAVOURS = {"vins-mono": "vins_mono", "vins-fusion": "vins_fusion"}
-CPP = {"vins-mono": "vins_estimator/src/estimator.cpp",
-       "vins-fusion": "vins_estimator/src/estimator/estimator.cpp"}
+HOSTS = apply.known_hosts()
+CPP = {name: host.code_files[1] for name, host in HOSTS.items()}
 
-# What the blocks called in the first released version: (now, then).
+# Hosts of the first released version, and what the blocks called in it: (now, then).
+RELEASED = ["vins-mono", "vins-fusion"]
 NAMES_OF_VERSION_0_1 = [
     ("slim_init_glue.timeStock()", "slim_init_glue.beforeStock()"),
     ("slim_init_glue.recordStock(", "slim_init_glue.afterStock("),
@@ -45,8 +45,8 @@ def tool(*arguments):
 class Options:
     """A command line, for run()."""
 
-    def __init__(self, checkout, check=False, revert=False, flavour=None):
-        self.checkout, self.check, self.revert, self.flavour = checkout, check, revert, flavour
+    def __init__(self, checkout, check=False, revert=False, host=None):
+        self.checkout, self.check, self.revert, self.host = checkout, check, revert, host
 
 
 def read(path):
@@ -67,7 +67,10 @@ class ApplyTest(unittest.TestCase):
 
     def checkout(self, flavour):
         path = os.path.join(self.folder, flavour)
-        shutil.copytree(os.path.join(STAND_INS, FLAVOURS[flavour]), path)
+        shutil.copytree(os.path.join(STAND_INS, flavour.replace("-", "_")), path)
+        # The stand-ins share the header with the members of their estimator.
+        folder = os.path.dirname(os.path.join(path, HOSTS[flavour].header))
+        shutil.copy(os.path.join(STAND_INS, "host_parts.h"), folder)
         return path
 
     def tree(self, path):
@@ -92,12 +95,12 @@ class ApplyTest(unittest.TestCase):
         return err
 
     def test_check_apply_again_revert(self):
-        for flavour in FLAVOURS:
+        for flavour in HOSTS:
             with self.subTest(flavour):
                 path = self.checkout(flavour)
                 pristine = self.tree(path)
-                files = len(apply.FLAVOURS[flavour])
-                total = sum(map(len, apply.FLAVOURS[flavour].values()))
+                files = len(HOSTS[flavour].files)
+                total = HOSTS[flavour].total()
 
                 self.assertIn("%d insertions in %d files can be made" % (total, files),
                               self.succeeds(path, "--check"))
@@ -116,7 +119,7 @@ class ApplyTest(unittest.TestCase):
                 self.assertEqual(self.tree(path), pristine)
 
     def test_only_whole_lines_are_added(self):
-        for flavour in FLAVOURS:
+        for flavour in HOSTS:
             path = self.checkout(flavour)
             pristine = self.tree(path)
             self.succeeds(path)
@@ -154,16 +157,15 @@ class ApplyTest(unittest.TestCase):
         self.assertEqual(self.tree(path), pristine)
 
     def test_every_anchor_missing_or_twice_is_named_and_nothing_is_written(self):
-        for flavour, spec in apply.FLAVOURS.items():
+        for flavour, host in HOSTS.items():
             path = self.checkout(flavour)
             pristine = self.tree(path)
-            for file, insertions in spec.items():
+            for file, insertions in host.files.items():
                 for insertion in insertions:
                     target = os.path.join(path, file)
                     lines = pristine[file][0].decode().split("\n")
                     wanted = [apply.condensed(line) for line in insertion.anchor]
-                    at = next(i for i in range(len(lines))
-                              if [apply.condensed(l) for l in lines[i:i + len(wanted)]] == wanted)
+                    at = apply.found_at(lines, insertion)[0][0]
                     for changed, words in (
                             (lines[:at] + lines[at + 1:], "not found"),
                             (lines[:at] + lines[at:at + len(wanted)] + lines[at:], "2 times")):
@@ -172,10 +174,12 @@ class ApplyTest(unittest.TestCase):
                         for check in (False, True):
                             # In this process: a hundred others would take a while.
                             with self.assertRaises(apply.Problem) as refusal:
-                                apply.run(Options(path, flavour=flavour, check=check))
+                                apply.run(Options(path, host=flavour, check=check))
                             error = str(refusal.exception)
                             self.assertIn(file, error)
-                            self.assertIn(insertion.anchor[0], error)
+                            # Two insertions may share a line of their anchors.
+                            self.assertTrue(any(other.anchor[0] in error for other in insertions
+                                                if insertion.anchor[0] in other.anchor), error)
                             self.assertIn(words, error)
                             self.assertEqual(self.tree(path), before)
                     write(target, pristine[file][0])
@@ -197,13 +201,13 @@ class ApplyTest(unittest.TestCase):
         """A stand-in as the first released version left it, and its files before that."""
         path = self.checkout(flavour)
         pristine = self.tree(path)
-        for file, insertions in apply.FLAVOURS[flavour].items():
+        for file, insertions in HOSTS[flavour].files.items():
             old = []
             for insertion in insertions:
                 code = "\n".join(insertion.code)
                 for now, then in NAMES_OF_VERSION_0_1:
                     code = code.replace(now, then)
-                old.append(apply.Insertion(insertion.anchor, insertion.where, code))
+                old.append(apply.Insertion(insertion.anchor, insertion.where, code, insertion.inside))
             if file == CPP[flavour]:
                 # A block where this version has none.
                 old.append(apply.Insertion("key_poses.clear();", "after", "a_block_of_old();"))
@@ -213,7 +217,7 @@ class ApplyTest(unittest.TestCase):
         return path, pristine
 
     def test_a_host_patched_by_the_previous_version_is_upgraded(self):
-        for flavour in FLAVOURS:
+        for flavour in RELEASED:
             with self.subTest(flavour):
                 path, pristine = self.patched_by_version_0_1(flavour)
                 old = self.tree(path)
@@ -222,7 +226,7 @@ class ApplyTest(unittest.TestCase):
                     if flavour == "vins-mono" and then == "slim_init_glue.wantReset()":
                         continue  # of VINS-Fusion alone
                     self.assertIn(then.encode(), text)
-                blocks = sum(map(len, apply.FLAVOURS[flavour].values()))
+                blocks = HOSTS[flavour].total()
                 self.assertIn("%d insertions" % blocks, self.succeeds(path, "--check"))
                 self.assertEqual(self.tree(path), old)
                 self.assertIn("in place of %d earlier ones" % (blocks + 1), self.succeeds(path))
@@ -280,11 +284,142 @@ class ApplyTest(unittest.TestCase):
 
     def test_wrong_folders(self):
         self.assertIn("no such folder", self.refuses(os.path.join(self.folder, "absent")))
-        self.assertIn("holds neither", self.refuses(self.folder))
+        self.assertIn("holds none of the known hosts", self.refuses(self.folder))
         path = self.checkout("vins-mono")
         self.assertIn("cannot be read", self.refuses(path, "--flavour", "vins-fusion"))
+        self.assertIn("no such host", self.refuses(path, "--host", "vins-stereo"))
         os.remove(os.path.join(path, "vins_estimator", "package.xml"))
         self.assertIn("package.xml: cannot be read", self.refuses(path))
+
+    def diagnosed(self, *arguments):
+        """Exit code and lines."""
+        code, out, err = tool(*(arguments + ("--diagnose",)))
+        self.assertEqual(err, "")
+        return code, out.split("\n")
+
+    def test_every_host_is_recognised_and_diagnosed(self):
+        for name, host in HOSTS.items():
+            with self.subTest(name):
+                path = self.checkout(name)
+                pristine = self.tree(path)
+                for patched in (False, True):
+                    if patched:
+                        self.succeeds(path)
+                        pristine = self.tree(path)
+                    code, lines = self.diagnosed(path)
+                    self.assertEqual(code, 0, lines)
+                    self.assertTrue(any(line.startswith(name + ": " + host.title) for line in lines))
+                    self.assertEqual(sum(" ok  " in line for line in lines), host.total())
+                    self.assertIn("%d of %d anchors match; the patch can be applied"
+                                  % (host.total(), host.total()), lines)
+                    self.assertEqual(self.tree(path), pristine)
+
+    def test_a_diagnosis_names_what_does_not_fit(self):
+        path = self.checkout("vins-mono")
+        source = os.path.join(path, CPP["vins-mono"])
+        header = os.path.join(path, "vins_estimator", "src", "estimator.h")
+        text = read(source)
+        write(source, text.replace(b"if(result)", b"if(result && ok)").replace(
+            b"    key_poses.clear();", b"    key_poses.clear();\n    key_poses.clear();"))
+        write(header, read(header).replace(b"IntegrationBase* tmp_pre_integration;", b""))
+        before = self.tree(path)
+        code, lines = self.diagnosed(path)
+        self.assertEqual(code, 1)
+        said = "\n".join(lines)
+        self.assertRegex(said, r"NOT FOUND after_stock  if\(result\)\n *nearest is line \d+: "
+                         r"if\(result && ok\)")
+        self.assertRegex(said, r"2 TIMES   healthy      lines \d+, \d+: key_poses.clear\(\);")
+        self.assertRegex(said, r"NOT FOUND member  ")
+        self.assertIn("11 of 14 anchors match; what to do", said)
+        # What the inserted calls use and the stand-in's header does not spell out.
+        self.assertNotIn("member Ps", said)
+        self.assertEqual(self.tree(path), before)
+
+    def test_a_diagnosis_names_members_that_are_absent(self):
+        path = self.checkout("vins-mono")
+        parts = os.path.join(path, "vins_estimator", "src", "host_parts.h")
+        write(parts, read(parts).replace(b"last_R0", b"previous_R0").replace(b"setRic", b"useRic"))
+        code, lines = self.diagnosed(path)
+        self.assertEqual(code, 1)
+        self.assertEqual([line.split(",")[0] for line in lines if "NOT FOUND   member" in line],
+                         ["  NOT FOUND   member last_R0", "  NOT FOUND   member setRic"])
+
+    def test_a_folder_that_is_no_host_is_diagnosed(self):
+        code, lines = self.diagnosed(self.folder)
+        self.assertEqual(code, 1)
+        self.assertEqual(sum(", files or signs of it are missing" in line for line in lines),
+                         len(HOSTS))
+        self.assertIn("no such folder", tool(self.folder + "/absent", "--diagnose")[2])
+
+    def fork(self):
+        """VINS-Mono under other names, and a description of it."""
+        path = self.checkout("vins-mono")
+        os.rename(os.path.join(path, "vins_estimator"), os.path.join(path, "my_estimator"))
+        source = os.path.join(path, "my_estimator", "src", "estimator.cpp")
+        write(source, read(source).replace(b"if(result)", b"if(result == true)"))
+        described = os.path.join(self.folder, "my_fork.json")
+        write(described, b"""{
+  "title": "My fork", "like": "vins-mono", "folder": "my_estimator",
+  "insertions": {"after_stock": {"file": "source", "before": "if (result == true)"}}
+}""")
+        return path, described
+
+    def test_a_fork_described_by_its_user(self):
+        path, described = self.fork()
+        pristine = self.tree(path)
+        self.assertIn("holds none of the known hosts", self.refuses(path))
+        self.assertEqual(self.diagnosed(path, "--host", described)[0], 0)
+        self.assertIn("my_fork: 14 insertions in 5 files", self.succeeds(path, "--host", described))
+        source = read(os.path.join(path, "my_estimator", "src", "estimator.cpp"))
+        self.assertIn(b"recordStock(*this, result);\n// <<< slim_init\n            if(result == true)",
+                      source)
+        self.succeeds(path, "--host", described, "--revert")
+        self.assertEqual(self.tree(path), pristine)
+
+    def test_descriptions_that_are_wrong(self):
+        path, described = self.fork()
+        good = read(described)
+        for old, new, words in (
+                (b'"title"', b'"titel"', 'unknown key "titel"'),
+                (b'"vins-mono"', b'"vins-solo"', "vins-solo.json: cannot be read"),
+                (b'"vins-mono"', b'"my_fork"', "is like itself"),
+                (b'"before"', b'"befor"', 'unknown key "befor"'),
+                (b'"file": "source", ', b"", '"file" is None'),
+                (b'"before"', b'"text": "no_such", "before"', "there is no text"),
+                (b', "before": "if (result == true)"', b"", 'either "before" or "after"'),
+                (b'"like": "vins-mono", ', b"", 'needs "files"'),
+                (b'"my_estimator"', b"7", "not a description"),
+                (b"}\n}", b"}\n", "not JSON")):
+            self.assertIn(old, good)
+            write(described, good.replace(old, new))
+            self.assertIn(words, self.refuses(path, "--host", described))
+        os.remove(described)
+        self.assertIn("cannot be read", self.refuses(path, "--host", described))
+
+    def test_an_anchor_is_looked_for_in_its_function(self):
+        text = "void a()\n{\n    x;\n}\nvoid b()\n{\n    x;\n}\n"
+        ours = apply.Insertion("x;", "before", "y;", "void b() {")
+        self.assertEqual(apply.inserted("f.cpp", text, [ours]),
+                         text[:31] + "// >>> slim_init\ny;\n// <<< slim_init\n" + text[31:])
+        with self.assertRaisesRegex(apply.Problem, "found 2 times"):
+            apply.inserted("f.cpp", text, [apply.Insertion("x;", "before", "y;")])
+        with self.assertRaisesRegex(apply.Problem, r"the anchor \"void c\(\)\" is not found"):
+            apply.inserted("f.cpp", text, [apply.Insertion("x;", "before", "y;", "void c()")])
+
+    def test_documents_state_the_numbers_of_the_tool(self):
+        with open(os.path.join(REPOSITORY, "vins_estimator_patch", "README.md")) as stream:
+            readme = stream.read()
+        for name, host in HOSTS.items():
+            self.assertIn("| %s | `%s` | %s | %d in %d |" % (
+                host.title, name, host.checked_at, host.total(), len(host.files)), readme)
+        with open(os.path.join(REPOSITORY, "docs", "vins_mono.md")) as stream:
+            guide = stream.read()
+        mono = HOSTS["vins-mono"]
+        with open(os.path.join(REPOSITORY, "README.md")) as stream:
+            self.assertIn("# %d marked insertions;" % mono.total(), stream.read())
+        self.assertIn("vins-mono: %d insertions in %d files can be made"
+                      % (mono.total(), len(mono.files)), guide)
+        self.assertIn("# %d blocks between" % mono.total(), guide)
 
 
 if __name__ == "__main__":

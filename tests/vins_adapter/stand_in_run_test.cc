@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The inserted lines, compiled as C++11 into a stand-in for the host and run there: what lands in
-// which member, and when. Built once per flavour.
+// which member, and when. Built once per host.
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointCloud.h>
 #include <std_msgs/Bool.h>
@@ -101,6 +101,7 @@ class StandInRun : public ::testing::Test {
     }
     out.close();
     ros::parameters()["config_file"] = path;
+    ros::parameters()["vins_config_file"] = path;  // LVI-SAM's name for it
     startNode();
     host().f_manager.feature.resize(5);
   }
@@ -130,9 +131,9 @@ class StandInRun : public ::testing::Test {
     }
     ImageFeatures image;
     for (const PointObservation& point : exact_.keyframes[k].points) {
-      Eigen::Matrix<double, 7, 1> values;
-      const Eigen::Vector3d xyz = point.bearing / point.bearing.z();
-      values << xyz, point.pixel, 0.0, 0.0;
+      FeatureVector values = FeatureVector::Zero();
+      values.head<3>() = point.bearing / point.bearing.z();
+      values.segment<2>(3) = point.pixel;
       image[static_cast<int>(point.id)].emplace_back(0, values);
     }
     process(imu, image, exact_.keyframes[k].t);
@@ -214,6 +215,7 @@ class StandInRun : public ::testing::Test {
   std::size_t next_ = 0;
 };
 
+#ifndef STAND_IN_PL_VINS  // has no td
 // Where the host estimates its calibration, what was found is its starting value.
 TEST_F(StandInRun, AFoundCalibrationGoesIntoTheHost) {
   const double td = 0.02;
@@ -267,6 +269,8 @@ TEST_F(StandInRun, AHostThatDoesNotEstimateItKeepsItsCalibration) {
   EXPECT_EQ(timesLogged("\ntd: 0.02\n"), 1) << "the user is told all the same";
 }
 
+#endif  // STAND_IN_PL_VINS
+
 TEST_F(StandInRun, AnUnknownExtrinsicIsKnownAfterTheSeed) {
   startWithFinder(0.0, 1.5, false, 2);
   EXPECT_EQ(ESTIMATE_EXTRINSIC, 1);
@@ -315,7 +319,7 @@ TEST_F(StandInRun, SeedLandsInTheRightMembers) {
   EXPECT_EQ(e.last_P, e.Ps[kNewest]);
   EXPECT_EQ(e.last_R, e.Rs[kNewest]);
   EXPECT_EQ(e.last_P0, Vector3d(Vector3d::Zero()));
-#ifdef STAND_IN_VINS_FUSION
+#if defined(STAND_IN_VINS_FUSION) || defined(STAND_IN_DYNAVINS)
   EXPECT_EQ(e.f_manager.triangulations, 1);
 #endif
   EXPECT_NE(logText().find("info: slim_init: seed done: "), std::string::npos) << logText();
@@ -323,6 +327,81 @@ TEST_F(StandInRun, SeedLandsInTheRightMembers) {
   EXPECT_NE(csv().back().find(",slim,seed,success,"), std::string::npos) << csv().back();
   EXPECT_FALSE(ros::published()["slim_init/status"].empty());
 }
+
+// Members that only this host has: what they hold of the old states goes with them, after a start
+// and after a recovery.
+TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  const auto age = [&e] {
+    for (Feature& feature : e.f_manager.feature) {
+      feature.estimated_depth = 4.0;
+#ifdef STAND_IN_DYNAVINS
+      feature.weight = 0.2;
+      feature.weightNum = 7;
+#endif
+#ifdef STAND_IN_LVI_SAM
+      feature.lidar_depth_flag = true;
+#endif
+    }
+#ifdef STAND_IN_PL_VINS
+    e.f_manager.linefeature.assign(3, FeatureManager::Line());
+#endif
+#ifdef STAND_IN_GVINS
+    e.first_optimization = false;
+#endif
+  };
+  const auto is_new = [&e] {
+    for (const Feature& feature : e.f_manager.feature) {
+      EXPECT_EQ(feature.estimated_depth, -1.0);
+#ifdef STAND_IN_DYNAVINS
+      EXPECT_EQ(feature.weight, 1.0);
+      EXPECT_EQ(feature.weightNum, 1);
+#endif
+#ifdef STAND_IN_LVI_SAM
+      EXPECT_FALSE(feature.lidar_depth_flag);
+#endif
+    }
+#ifdef STAND_IN_PL_VINS
+    EXPECT_EQ(e.f_manager.linefeature.size(), 3u);
+    for (const FeatureManager::Line& line : e.f_manager.linefeature) {
+      EXPECT_FALSE(line.is_triangulation);
+    }
+#endif
+#ifdef STAND_IN_GVINS
+    EXPECT_TRUE(e.first_optimization);
+#endif
+  };
+  age();
+  int k = fly(40);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  is_new();
+  age();
+  request(false);
+  frame(k);
+  EXPECT_NE(logText().find("recover done"), std::string::npos) << logText();
+  is_new();
+}
+
+#ifdef STAND_IN_LVI_SAM
+// Where lidar odometry covers the window the host starts from it, as always.
+TEST_F(StandInRun, LidarOdometryComesFirst) {
+  start("initializer: slim\n");
+  Estimator& e = host();
+  lidar_reset_id = 3;
+  int k = 0;
+  for (; k < 20; ++k) frame(k);
+  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
+  EXPECT_GT(e.stock_tries, 0);
+  EXPECT_EQ(logText().find("seed"), std::string::npos) << logText();
+  // One reset of the lidar odometry within the window, and it does not cover it.
+  const int tries = e.stock_tries;
+  lidar_reset_id = 4;
+  frame(k);
+  EXPECT_EQ(e.stock_tries, tries);
+  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+}
+#endif
 
 // With the first full window, so that one reads it before the start.
 TEST_F(StandInRun, MissingLinesAreReportedBeforeTheFirstAttempt) {

@@ -1,7 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What both stand-ins share: the parts that a host's estimator holds and its state, reduced to what
-// slim_init touches.
+// What the stand-ins share: the parts that a host's estimator holds and its state, reduced to what
+// slim_init touches. A stand-in may define before it
+//   STAND_IN_FEATURE_SIZE    numbers per tracked point, 7 by default
+//   STAND_IN_FEATURE_EXTRA   members of a feature that only this host has
+//   STAND_IN_MANAGER_EXTRA   members of the feature manager that only this host has
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +24,11 @@ extern double TD;
 extern std::vector<Matrix3d> RIC;
 extern std::vector<Vector3d> TIC;
 
-typedef std::map<int, std::vector<std::pair<int, Eigen::Matrix<double, 7, 1>>>> ImageFeatures;
+#ifndef STAND_IN_FEATURE_SIZE
+#define STAND_IN_FEATURE_SIZE 7
+#endif
+typedef Eigen::Matrix<double, STAND_IN_FEATURE_SIZE, 1> FeatureVector;
+typedef std::map<int, std::vector<std::pair<int, FeatureVector>>> ImageFeatures;
 
 struct TicToc {};
 
@@ -45,20 +52,35 @@ struct IntegrationBase {
 struct Feature {
   double estimated_depth = 5.0;
   int solve_flag = 1;
+#ifdef STAND_IN_FEATURE_EXTRA
+  STAND_IN_FEATURE_EXTRA
+#endif
 };
 
 struct FeatureManager {
   std::list<Feature> feature;
   Matrix3d ric = Matrix3d::Zero();
   int triangulations = 0;
+#ifdef STAND_IN_MANAGER_EXTRA
+  STAND_IN_MANAGER_EXTRA
+#endif
   void setRic(Matrix3d new_ric[]) { ric = new_ric[0]; }
   void removeFailures() {}
   void triangulate(int, Vector3d[], Matrix3d[], Vector3d[], Matrix3d[]) { ++triangulations; }
 };
 
-/// The members that are alike in both hosts. `Header` is what the window keeps of a frame.
-template <typename Header, int kCameras>
-class EstimatorParts {
+/// The time offset that most hosts estimate; PL-VINS has none.
+struct TimeOffset {
+  double td = 0.0;
+  void resetTd() { td = TD; }
+};
+struct NoTimeOffset {
+  void resetTd() {}
+};
+
+/// The members that are alike in all hosts. `Header` is what the window keeps of a frame.
+template <typename Header, int kCameras, typename Offset = TimeOffset>
+class EstimatorParts : public Offset {
  public:
   enum SolverFlag { INITIAL, NON_LINEAR };
   enum MarginalizationFlag { MARGIN_OLD = 0, MARGIN_SECOND_NEW = 1 };
@@ -79,7 +101,7 @@ class EstimatorParts {
   void setParameter() {
     ric[0] = RIC[0];
     tic[0] = TIC[0];
-    td = TD;
+    this->resetTd();
   }
   void clearState() {
     for (int i = 0; i <= WINDOW_SIZE; i++) {
@@ -126,7 +148,6 @@ class EstimatorParts {
   Matrix3d Rs[(WINDOW_SIZE + 1)];
   Vector3d Bas[(WINDOW_SIZE + 1)];
   Vector3d Bgs[(WINDOW_SIZE + 1)];
-  double td = 0.0;
   Matrix3d last_R, last_R0;
   Vector3d last_P, last_P0;
   Header Headers[(WINDOW_SIZE + 1)];

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What the lines inserted into a VINS-Mono or VINS-Fusion checkout call. The templates touch the
+// What the lines inserted into a checkout of VINS-Mono or a relative call. The templates touch the
 // host's estimator, everything else is in the library.
 //
 // Hosts of that family are compiled as C++11, and so are this header and all that it includes. Only
@@ -18,6 +18,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "slim_init/vins_adapter/host_members.h"
 #include "slim_init/vins_adapter/host_state.h"
 
 namespace slim_init {
@@ -127,7 +128,11 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
   for (auto& feature : e.f_manager.feature) {
     feature.estimated_depth = -1.0;
     feature.solve_flag = 0;
+    forgetLidarDepth(feature, 0);
+    forgetWeight(feature, 0);
   }
+  forgetLines(e.f_manager, 0);
+  anchorAgain(e, 0);
   // The old prior is about the old states.
   if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;
   e.last_marginalization_info = nullptr;
@@ -237,7 +242,7 @@ class HostGlue {
       e.ric[0] = window.ric;
       e.tic[0] = window.tic;
       e.f_manager.setRic(e.ric);
-      if (!std::isnan(window.td)) e.td = window.td;
+      if (!std::isnan(window.td)) glue_detail::setTd(e, window.td, 0);
       return true;
     }
     if (drop_oldest) e.marginalization_flag = Estimator::MARGIN_OLD;

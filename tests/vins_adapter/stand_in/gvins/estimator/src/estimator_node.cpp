@@ -1,0 +1,47 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The node, without its threads: the test calls process() itself.
+#include <memory>
+
+#include <ros/ros.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/PointCloud.h>
+
+#include "estimator.h"
+#include "node.h"
+
+std::unique_ptr<Estimator> estimator_ptr;
+
+Estimator &hostEstimator()
+{
+    return *estimator_ptr;
+}
+
+void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatures &image, double stamp)
+{
+    sensor_msgs::PointCloudConstPtr img_msg;
+    {
+        sensor_msgs::PointCloud cloud;
+        cloud.header.stamp.seconds = stamp;
+        img_msg = std::make_shared<const sensor_msgs::PointCloud>(cloud);
+    }
+    for (auto &imu_data : imu)
+    {
+        double t = imu_data->header.stamp.toSec();
+        double img_t = img_msg->header.stamp.toSec() + estimator_ptr->td;
+        (void)t;
+        (void)img_t;
+    }
+    estimator_ptr->processImage(image, img_msg->header);
+}
+
+void registerPub(ros::NodeHandle &)
+{
+}
+
+void startNode()
+{
+    ros::NodeHandle n;
+    estimator_ptr.reset(new Estimator());
+    registerPub(n);
+}

@@ -1,0 +1,45 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The node, without its threads: the test calls process() itself.
+#include <ros/ros.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/PointCloud.h>
+
+#include "estimator.h"
+#include "node.h"
+
+int lidar_reset_id = -1;
+Estimator estimator;
+
+Estimator &hostEstimator()
+{
+    return estimator;
+}
+
+void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatures &image, double stamp)
+{
+    sensor_msgs::PointCloudConstPtr img_msg;
+    {
+        sensor_msgs::PointCloud cloud;
+        cloud.header.stamp.seconds = stamp;
+        img_msg = std::make_shared<const sensor_msgs::PointCloud>(cloud);
+    }
+    for (auto &imu_msg : imu)
+    {
+        double t = imu_msg->header.stamp.toSec();
+        double img_t = img_msg->header.stamp.toSec() + estimator.td;
+        (void)t;
+        (void)img_t;
+    }
+    estimator.processImage(image, std::vector<float>(1, lidar_reset_id), img_msg->header);
+}
+
+void registerPub(ros::NodeHandle &)
+{
+}
+
+void startNode()
+{
+    ros::NodeHandle n;
+    registerPub(n);
+}
