@@ -84,6 +84,23 @@ class AbBag(unittest.TestCase):
         self.assertEqual(run.returncode, 1)
         self.assertIn("is its estimator patched", run.stderr)
 
+    def test_rviz_missing_is_one_sentence(self):
+        rviz = os.path.join(ROOT, "launch", "rviz.sh")
+        environment = dict(os.environ, PATH=self.folder.name)
+        run = subprocess.run(["/bin/sh", rviz, "-d", "some.rviz"], env=environment,
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             universal_newlines=True, check=False)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        self.assertEqual(run.stdout.count("\n"), 1)
+        self.assertIn("rviz is not installed", run.stdout)
+        program = os.path.join(self.folder.name, "rviz")
+        with open(program, "w", encoding="utf-8") as file:
+            file.write('#!/bin/sh\necho drawn "$@"\n')
+        os.chmod(program, 0o755)
+        run = subprocess.run(["/bin/sh", rviz, "-d", "some.rviz"], env=environment,
+                             stdout=subprocess.PIPE, universal_newlines=True, check=False)
+        self.assertEqual(run.stdout, "drawn -d some.rviz\n")
+
     def test_a_missing_file_is_told(self):
         run = self.run_script("shadow", "no.yaml", self.out, "echo")
         self.assertEqual(run.returncode, 1)

@@ -406,6 +406,30 @@ class ApplyTest(unittest.TestCase):
         with self.assertRaisesRegex(apply.Problem, r"the anchor \"void c\(\)\" is not found"):
             apply.inserted("f.cpp", text, [apply.Insertion("x;", "before", "y;", "void c()")])
 
+    def test_what_opencv_4_has_no_longer_is_replaced(self):
+        path = self.checkout("vins-mono")
+        source = os.path.join(path, "vins_estimator", "src", "old.cpp")
+        cmake = os.path.join(path, "vins_estimator", "CMakeLists.txt")
+        write(source, b"#include <opencv/cv.h>\ncv::cvtColor(a, b, CV_GRAY2RGB);\n"
+              b"f(CV_AA, cv::CV_BGR2GRAY, CV_8UC1, CV_TERMCRIT_EPS | CV_TERMCRIT_ITER);\n")
+        write(cmake, read(cmake) + b'set(CMAKE_CXX_FLAGS "-std=c++11 -march=native")\n')
+        script = os.path.join(REPOSITORY, "vins_estimator_patch", "for_opencv4.sh")
+
+        def port(*arguments):
+            done = subprocess.run(("bash", script) + arguments, stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, universal_newlines=True, timeout=60)
+            return done.returncode, done.stdout
+
+        self.assertEqual(port(path), (0, source + "\n1 files changed\n"))
+        self.assertEqual(read(source), b"#include <opencv2/opencv.hpp>\n"
+                         b"cv::cvtColor(a, b, cv::COLOR_GRAY2RGB);\n"
+                         b"f(cv::LINE_AA, cv::COLOR_BGR2GRAY, CV_8UC1, "
+                         b"cv::TermCriteria::EPS | cv::TermCriteria::MAX_ITER);\n")
+        self.assertEqual(port(path, "--cxx17"), (0, cmake + "\n1 files changed\n"))
+        self.assertIn(b'"-std=c++17 -march=native"', read(cmake))
+        self.assertEqual(port(path, "--cxx17"), (0, "0 files changed\n"))
+        self.assertEqual(port(os.path.join(path, "absent"))[0], 2)
+
     def test_documents_state_the_numbers_of_the_tool(self):
         with open(os.path.join(REPOSITORY, "vins_estimator_patch", "README.md")) as stream:
             readme = stream.read()

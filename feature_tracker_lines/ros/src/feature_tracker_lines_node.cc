@@ -75,6 +75,9 @@ std::string FeatureTrackerLinesNode::start() {
   parameters.read("image_queue", &options.image_queue);
   parameters.read("max_imu_wait_s", &options.max_imu_wait_s);
   parameters.read("publish_rate_hz", &options.publish_rate_hz);
+  // Of the launch files of VINS-Mono and GVINS, for their own trackers.
+  parameters.acceptUnused("vins_folder");
+  parameters.acceptUnused("gvins_folder");
   if (std::string problem = parameters.check(); !problem.empty()) return problem;
   if (std::string problem = options.validate(); !problem.empty()) return "~" + problem;
   if (transport != "raw" && transport != "compressed") {

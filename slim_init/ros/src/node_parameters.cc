@@ -36,6 +36,11 @@ void NodeParameters::read(const std::string& name, double* value) {
   readAs(name, "a number", value);
 }
 
+void NodeParameters::acceptUnused(const std::string& name) {
+  known_.push_back(name);
+  if (handle_.hasParam(name)) lines_.push_back("~" + name + ": accepted, not used");
+}
+
 void NodeParameters::readTopic(const std::string& name, std::string* topic) {
   read(name, topic);
   if (topic->empty()) {

@@ -24,6 +24,10 @@ class NodeParameters {
   void read(const std::string& name, int* value);
   void read(const std::string& name, double* value);
 
+  /// A parameter that launch files of another node pass, in whose place this one can stand: not
+  /// refused and of no effect.
+  void acceptUnused(const std::string& name);
+
   /// A topic that the configuration names or ~name; neither is a problem.
   void readTopic(const std::string& name, std::string* topic);
 
