@@ -2,18 +2,29 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """The working part of ab_bag.launch.
 
-ab_bag.py shadow CONFIG OUT COMMAND...   writes OUT/shadow.yaml, CONFIG in shadow mode with its results
-                                         in OUT, then becomes COMMAND
-ab_bag.py run BAG CONFIG OUT METHODS RATE HOST
-                                         plays BAG (HOST true), then compares off line and reports
+ab_bag.py run BAG CONFIG OUT METHODS RATE HOST TRACKER
+    HOST true: plays BAG twice through the patched host, which initializes by itself the first time
+    and is initialized by slim the second, and compares the two odometries, with the truth in
+    BAG.groundtruth.csv where that file is there. Then, in any case, the methods off line.
 """
+import bisect
 import csv
+import html
+import math
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 
-STARTS = "slim_init_starts.csv"  # written by the patched host into its output_path
+MODES = ("stock", "slim")
+TITLES = {"stock": "stock", "slim": "slim"}
+ODOMETRY = "vins_result_no_loop.csv"  # VINS-Mono writes it into output_path, a row a frame
+EARLY_S = 2.0  # of odometry, over which the scale at the start is fitted
+QUIET_S = 2.0  # without a new row, and the host has worked off what was played
+OFF_SCALE = 0.25  # a start that is off by more is called wrong
+DRIFTED_M = 1.0
 
 
 def fail(sentence):
@@ -35,8 +46,8 @@ def with_key(text, key, value):
     return text if count else text.rstrip("\n") + "\n" + line + "\n"
 
 
-def shadow_config(text, out):
-    return with_key(with_key(text, "initializer", "shadow"), "output_path", out)
+def config_of(text, mode, out):
+    return with_key(with_key(text, "initializer", mode), "output_path", out)
 
 
 def topic_of(text, key):
@@ -46,57 +57,303 @@ def topic_of(text, key):
     return found.group(1)
 
 
-def number(text):
-    try:
-        return float(text)
-    except ValueError:
+# ------------------------------------------------------------------------------------- odometries
+
+
+def poses(path, what):
+    """[(stamp [s], x, y, z [m])] from rows that begin with the stamp [ns] and a position; sorted by
+    stamp, of equal stamps the last. A host that was killed while it wrote leaves half a row."""
+    rows = {}
+    for line in read(path).splitlines():
+        words = line.split(",")
+        try:
+            stamp, x, y, z = (float(word) for word in words[:4])
+        except ValueError:
+            continue
+        if all(map(math.isfinite, (stamp, x, y, z))):
+            rows[stamp] = (stamp * 1e-9, x, y, z)
+    if not rows and what:
+        fail("%s has no %s" % (path, what))
+    return [rows[stamp] for stamp in sorted(rows)]
+
+
+def at(truth, stamps, t):
+    """Position on `truth` at `t`, linear between its rows; None outside it and in gaps of 0.1 s."""
+    after = bisect.bisect_left(stamps, t)
+    if after < len(stamps) and stamps[after] == t:
+        return truth[after][1:]
+    if after == 0 or after == len(stamps):
         return None
+    (t0, *p), (t1, *q) = truth[after - 1], truth[after]
+    if t1 - t0 > 0.1:
+        return None
+    w = (t - t0) / (t1 - t0)
+    return [(1.0 - w) * a + w * b for a, b in zip(p, q)]
 
 
-def median(values):
-    values = sorted(values)
-    middle = len(values) // 2
-    return values[middle] if len(values) % 2 else 0.5 * (values[middle - 1] + values[middle])
+def mean(values):
+    return sum(values) / len(values)
 
 
-def starts_report(rows):
-    """A few lines about the starts that host and slim answered side by side."""
-    tried = [row for row in rows if row["stock_tried"] == "1"]
-    lines = ["%d windows were answered by slim, %d of them tried by the host" %
-             (len(rows), len(tried))]
-    for name, column, yes in (("host", "stock_success", "1"),
-                              ("slim", "slim_status", "success")):
-        accepted = [row for row in rows if row[column] == yes]
-        first = ("the first at %s s" % accepted[0]["stamp_s"]) if accepted else "none at all"
-        lines.append("%s: %d accepted, %s" % (name, len(accepted), first))
-    ratios = [number(row["path_ratio_stock_to_slim"]) for row in rows]
-    ratios = [ratio for ratio in ratios if ratio is not None]
-    if ratios:
-        lines.append("length of the path, host to slim: median %.3f over %d windows" %
-                     (median(ratios), len(ratios)))
+def fitted(pairs, with_scale):
+    """Yaw [rad], scale and translation that bring the first of each pair closest to the second:
+    rotation about z only, since gravity is observed."""
+    a = [mean([pair[0][k] for pair in pairs]) for k in range(3)]
+    b = [mean([pair[1][k] for pair in pairs]) for k in range(3)]
+    dot = cross = vertical = square = 0.0
+    for p, q in pairs:
+        u, v = [p[k] - a[k] for k in range(3)], [q[k] - b[k] for k in range(3)]
+        dot += u[0] * v[0] + u[1] * v[1]
+        cross += u[0] * v[1] - u[1] * v[0]
+        vertical += u[2] * v[2]
+        square += u[0] ** 2 + u[1] ** 2 + u[2] ** 2
+    yaw = math.atan2(cross, dot)
+    scale = (math.hypot(dot, cross) + vertical) / square if with_scale and square > 0.0 else 1.0
+    c, s = scale * math.cos(yaw), scale * math.sin(yaw)
+    return yaw, scale, (b[0] - c * a[0] + s * a[1], b[1] - s * a[0] - c * a[1], b[2] - scale * a[2])
+
+
+def moved(fit, p):
+    yaw, scale, t = fit
+    c, s = scale * math.cos(yaw), scale * math.sin(yaw)
+    return (c * p[0] - s * p[1] + t[0], s * p[0] + c * p[1] + t[1], scale * p[2] + t[2])
+
+
+def measured(odometry, truth, began):
+    """What is known of a run. Times from `began` [s]; without truth there are times alone."""
+    result = {"frames": len(odometry), "first_s": None, "scale": None, "scale_run": None,
+              "ate_m": None, "drift_m": None, "path_m": None, "errors": [], "aligned": []}
+    if not odometry:
+        return result
+    result["first_s"] = odometry[0][0] - began
+    result["aligned"] = [row[1:] for row in odometry]
+    if not truth:
+        return result
+    stamps = [row[0] for row in truth]
+    pairs, times = [], []
+    for t, *p in odometry:
+        q = at(truth, stamps, t)
+        if q is not None:
+            pairs.append((p, q))
+            times.append(t)
+    early = [pair for pair, t in zip(pairs, times) if t <= odometry[0][0] + EARLY_S]
+    if len(early) >= 5:
+        # Scale of the odometry: what the truth has to be multiplied by.
+        scale = fitted([(q, p) for p, q in early], True)[1]
+        result["scale"] = scale
+    if len(pairs) >= 5:
+        result["scale_run"] = fitted([(q, p) for p, q in pairs], True)[1]
+        fit = fitted(pairs, False)
+        errors = [math.dist(moved(fit, p), q) if hasattr(math, "dist") else
+                  math.sqrt(sum((a - b) ** 2 for a, b in zip(moved(fit, p), q)))
+                  for p, q in pairs]
+        result["ate_m"] = math.sqrt(mean([error ** 2 for error in errors]))
+        result["drift_m"] = max(errors)
+        result["path_m"] = sum(math.sqrt(sum((a - b) ** 2 for a, b in zip(q0, q1)))
+                               for (_, q0), (_, q1) in zip(pairs, pairs[1:]))
+        result["errors"] = [(t - began, error) for t, error in zip(times, errors)]
+        result["aligned"] = [moved(fit, row[1:]) for row in odometry]
+    return result
+
+
+COLUMNS = [("first odometry [s]", "first_s", "%.2f"), ("frames", "frames", "%d"),
+           ("scale, first %g s" % EARLY_S, "scale", "%.3f"), ("scale, whole run", "scale_run", "%.3f"),
+           ("ATE [m]", "ate_m", "%.3f"), ("largest error [m]", "drift_m", "%.2f"),
+           ("path [m]", "path_m", "%.1f")]
+
+
+def shown(value, form):
+    return "-" if value is None else form % value
+
+
+def verdict(results, has_truth):
+    """Who is right, in sentences."""
+    lines = []
+    for mode in MODES:
+        r = results[mode]
+        if r["first_s"] is None:
+            lines.append("%s never gave odometry." % TITLES[mode])
+        elif not has_truth:
+            lines.append("%s gave odometry after %.2f s." % (TITLES[mode], r["first_s"]))
+        elif r["scale"] is None:
+            lines.append("%s: the truth does not cover its first seconds." % TITLES[mode])
+        else:
+            off = abs(r["scale"] - 1.0)
+            words = "%s started after %.2f s with a scale of %.3f, %s" % (
+                TITLES[mode], r["first_s"], r["scale"],
+                "wrong" if off > OFF_SCALE else "%.0f %% off" % (100.0 * off))
+            if r["drift_m"] is not None:
+                words += ", and %s (largest error %.2f m)" % (
+                    "drifted" if r["drift_m"] > DRIFTED_M else "stayed on its way", r["drift_m"])
+            lines.append(words + ".")
+    if not has_truth:
+        lines.append("There is no truth beside the bag (BAG.groundtruth.csv), so nobody can be "
+                     "called right.")
+        return lines
+    known = {mode: results[mode]["ate_m"] for mode in MODES}
+    if None not in known.values():
+        better = min(MODES, key=lambda mode: known[mode])
+        other = [mode for mode in MODES if mode != better][0]
+        lines.append("%s was closer to the truth: ATE %.3f m, %s %.3f m." % (
+            TITLES[better], known[better], TITLES[other], known[other]))
     return lines
 
 
-def play(bag, config, rate):
-    text = read(config)
+def table(results):
+    rows = [["run"] + [title for title, _, _ in COLUMNS]]
+    for mode in MODES:
+        rows.append([TITLES[mode]] + [shown(results[mode][key], form) for _, key, form in COLUMNS])
+    return rows
+
+
+def draw(results, truth, path):
+    """A picture of ways and errors; False without matplotlib."""
+    try:
+        import matplotlib
+        matplotlib.use("Agg")
+        import matplotlib.pyplot as plt
+    except ImportError:
+        return False
+    figure, (above, errors) = plt.subplots(1, 2, figsize=(12, 5))
+    if truth:
+        above.plot([row[1] for row in truth], [row[2] for row in truth], color="0.6", label="truth")
+    for mode, colour in zip(MODES, ("tab:orange", "tab:blue")):
+        r = results[mode]
+        above.plot([p[0] for p in r["aligned"]], [p[1] for p in r["aligned"]], color=colour,
+                   label=TITLES[mode])
+        errors.plot([t for t, _ in r["errors"]], [error for _, error in r["errors"]], color=colour,
+                    label=TITLES[mode])
+    above.set(xlabel="x [m]", ylabel="y [m]", title="from above", aspect="equal")
+    errors.set(xlabel="since the bag's start [s]", ylabel="[m]", title="distance from the truth")
+    above.legend()
+    errors.legend()
+    figure.tight_layout()
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+    return True
+
+
+def write_page(results, truth, bag, out):
+    lines = verdict(results, bool(truth))
+    rows = table(results)
+    pictured = draw(results, truth, os.path.join(out, "ab_bag.png"))
+    with open(os.path.join(out, "ab_bag.csv"), "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows(rows)
+    cells = "\n".join("<tr>%s</tr>" % "".join(
+        "<%s>%s</%s>" % (tag, html.escape(cell), tag) for cell in row)
+        for tag, row in zip(["th"] + ["td"] * len(MODES), rows))
+    page = """<!DOCTYPE html>
+<html><head><meta charset="utf-8"><title>stock and slim on %s</title>
+<style>body{font-family:sans-serif;max-width:70em;margin:2em auto}td,th{padding:.3em .8em;
+text-align:right}img{max-width:100%%}</style></head><body>
+<h1>stock and slim on %s</h1>
+<p>%s</p>
+<table>
+%s
+</table>
+<p>Both runs: the whole bag through the same patched host, which initialized by itself (stock) or was
+initialized (slim). Times since the bag's start. Scale: of the odometry's path to the true one, 1 is
+right. Errors after a fit of position and heading over the run.</p>
+%s
+</body></html>
+""" % (html.escape(os.path.basename(bag)), html.escape(os.path.basename(bag)),
+       "<br>\n".join(map(html.escape, lines)), cells,
+       '<img src="ab_bag.png" alt="ways and errors">' if pictured else "<p>No picture: matplotlib is "
+       "not installed.</p>")
+    with open(os.path.join(out, "ab_bag.html"), "w", encoding="utf-8") as file:
+        file.write(page)
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return lines + ["  ".join(cell.rjust(width) for cell, width in zip(row, widths))
+                    for row in rows]
+
+
+# --------------------------------------------------------------------------------------- the runs
+
+
+def begin_of(bag):
+    """Time of the first message [s]."""
+    done = subprocess.run(["rosbag", "info", "--yaml", "--key=start", bag], stdout=subprocess.PIPE,
+                          universal_newlines=True, check=False)
+    try:
+        return float(done.stdout.split()[0])
+    except (IndexError, ValueError):
+        fail("%s: rosbag info gives no start" % bag)
+
+
+def play(bag, text, rate):
     # What is played before the nodes listen is lost; the delay is for the slowest of them.
     return subprocess.call(["rosbag", "play", "--clock", "--quiet", "--wait-for-subscribers",
                             "--delay=3", "--rate", rate, bag, "--topics",
                             topic_of(text, "imu_topic"), topic_of(text, "image_topic")])
 
 
-def run(bag, config, out, methods, rate, host):
+def wait_until_quiet(path):
+    """Until the file has not grown for QUIET_S."""
+    size, since = -1, time.monotonic()
+    while time.monotonic() - since < QUIET_S:
+        now = os.path.getsize(path) if os.path.exists(path) else 0
+        if now != size:
+            size, since = now, time.monotonic()
+        time.sleep(0.1)
+
+
+def fly(mode, bag, config, text, out, rate, tracker):
+    """One run of the host over the whole bag; its odometry."""
+    folder = os.path.join(out, mode)
+    os.makedirs(folder, exist_ok=True)
+    odometry = os.path.join(folder, ODOMETRY)
+    if os.path.exists(odometry):
+        os.remove(odometry)  # the host appends
+    own = os.path.join(folder, "host.yaml")
+    with open(own, "w", encoding="utf-8") as file:
+        file.write(config_of(text, mode, folder))
+    log = os.path.join(folder, "roslaunch.log")
+    print("\n==> %s: the host plays the whole bag (%s)" % (TITLES[mode], log), flush=True)
+    with open(log, "w", encoding="utf-8") as sink:
+        # A process group of its own: a signal to us must not reach it twice.
+        launch = subprocess.Popen(
+            ["roslaunch", "slim_init", "vins_mono_slim.launch", "config:=" + config,
+             "estimator_config:=" + own, "sim_time:=true", "tracker:=" + tracker, "rviz:=false"],
+            stdout=sink, stderr=subprocess.STDOUT, start_new_session=True)
+        try:
+            played = play(bag, text, rate)
+            if launch.poll() is not None:
+                fail("the host ended with %d; see %s" % (launch.returncode, log))
+            if played != 0:
+                fail("%s could not be played" % bag)
+            wait_until_quiet(odometry)
+        finally:
+            end(launch)
+    if mode == "slim" and not os.path.exists(os.path.join(folder, "slim_init_starts.csv")):
+        fail("the host left no slim_init_starts.csv in %s: is its estimator patched "
+             "(vins_estimator_patch/README.md)?" % folder)
+    return poses(odometry, None) if os.path.exists(odometry) else []
+
+
+def end(launch):
+    """Ends what we have started, as a keypress would."""
+    for sign, patience in ((signal.SIGINT, 20.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, 5.0)):
+        if launch.poll() is not None:
+            return
+        try:
+            os.killpg(launch.pid, sign)
+            launch.wait(patience)
+        except (ProcessLookupError, subprocess.TimeoutExpired):
+            pass
+
+
+def run(bag, config, out, methods, rate, host, tracker):
+    out = os.path.abspath(out)
     os.makedirs(out, exist_ok=True)
     if host == "true":
-        if play(bag, config, rate) != 0:
-            fail("%s could not be played" % bag)
-        path = os.path.join(out, STARTS)
-        if not os.path.exists(path):
-            fail("the host left no %s: is its estimator patched (vins_estimator_patch/README.md)?" %
-                 path)
-        with open(path, newline="", encoding="utf-8") as file:
-            report = starts_report(list(csv.DictReader(file)))
-        print("\n==> Side by side in the host (%s)" % path)
+        text = read(config)
+        began = begin_of(bag)
+        truth_file = bag + ".groundtruth.csv"
+        truth = poses(truth_file, "poses") if os.path.exists(truth_file) else []
+        results = {mode: measured(fly(mode, bag, config, text, out, rate, tracker), truth, began)
+                   for mode in MODES}
+        report = write_page(results, truth, bag, out)
+        print("\n==> Who is right (%s)" % os.path.join(out, "ab_bag.html"))
         print("\n".join("    " + line for line in report), flush=True)
     print("\n==> Off line, every window", flush=True)
     code = subprocess.call(["rosrun", "slim_init", "slim_init", "ab", "--bag", bag, "--config",
@@ -106,16 +363,11 @@ def run(bag, config, out, methods, rate, host):
 
 
 def main():
+    # A signal ends the host as well: the clean-up is in a finally.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     # roslaunch adds __name:=.. and __log:=.. for nodes that know ROS.
     words = [word for word in sys.argv[1:] if not word.startswith("__")]
-    if words[:1] == ["shadow"] and len(words) >= 4:
-        config, out = words[1], os.path.abspath(words[2])
-        os.makedirs(out, exist_ok=True)
-        with open(os.path.join(out, "shadow.yaml"), "w", encoding="utf-8") as file:
-            file.write(shadow_config(read(config), out))
-        command = words[3:] + [word for word in sys.argv[1:] if word.startswith("__")]
-        os.execvp(command[0], command)
-    elif words[:1] == ["run"] and len(words) == 7:
+    if words[:1] == ["run"] and len(words) == 8:
         run(*words[1:])
     else:
         sys.exit(__doc__)

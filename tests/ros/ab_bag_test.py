@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""launch/ab_bag.py without ROS: the copy in shadow mode, the commands it gives, the report."""
+"""launch/ab_bag.py without ROS: the copies of the file, the commands it gives, numbers and report."""
+import csv
+import math
 import os
 import stat
 import subprocess
@@ -11,78 +13,181 @@ import unittest
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SCRIPT = os.path.join(ROOT, "launch", "ab_bag.py")
 CONFIG = os.path.join(ROOT, "config", "euroc.yaml")
-STARTS = """stamp_s,slim_status,stock_tried,stock_success,path_ratio_stock_to_slim
-1.5,too_few_keyframes,0,0,
-2.0,success,1,0,
-2.1,success,1,1,0.25
-2.2,success,1,1,0.35
-"""
+sys.path.insert(0, os.path.dirname(SCRIPT))
+sys.dont_write_bytecode = True
+import ab_bag  # noqa: E402
+
+BEGAN = 1000.0
+# What stands in for rosbag, rosrun and roslaunch. The "host" of roslaunch writes the odometry that
+# lies prepared for its mode, with a moment's delay, and waits to be ended.
+PROGRAM = """#!%s
+import os, shutil, sys, time
+name, folder = os.path.basename(sys.argv[0]), os.path.dirname(os.path.abspath(sys.argv[0]))
+with open(os.path.join(folder, "log"), "a") as file:
+    file.write(" ".join([name] + sys.argv[1:]) + "\\n")
+if name == "rosbag" and sys.argv[1] == "info":
+    print("%.1f")
+if name == "roslaunch":
+    config = [word.split(":=")[1] for word in sys.argv if word.startswith("estimator_config:=")][0]
+    out = os.path.dirname(config)
+    prepared = os.path.join(folder, os.path.basename(out) + ".odometry")
+    if not os.path.exists(prepared):
+        sys.exit(7)
+    shutil.copy(prepared, os.path.join(out, "vins_result_no_loop.csv"))
+    if 'initializer: "slim"' in open(config).read() and not os.path.exists(
+            os.path.join(folder, "unpatched")):
+        open(os.path.join(out, "slim_init_starts.csv"), "w").close()
+    try:
+        time.sleep(60)
+    except KeyboardInterrupt:
+        with open(os.path.join(folder, "log"), "a") as file:
+            file.write("ended\\n")
+if name == "rosbag" and sys.argv[1] == "play":
+    time.sleep(1.0)
+""" % (sys.executable, BEGAN)
+
+
+def way(t):
+    return (2.0 * math.cos(t), 3.0 * math.sin(0.7 * t), 0.5 * math.sin(1.3 * t))
+
+
+def rows(first, last, scale=1.0, yaw=0.0, kick=0.0):
+    """Lines of an odometry or of a truth: the way from `first` to `last` s, 20 Hz, scaled, turned,
+    with `kick` m added to x in its second half."""
+    lines = []
+    for k in range(int(20 * first), int(20 * last)):
+        t = k / 20.0
+        x, y, z = way(t)
+        c, s = math.cos(yaw), math.sin(yaw)
+        p = (scale * (c * x - s * y) + (kick if t > 0.5 * (first + last) else 0.0),
+             scale * (s * x + c * y), scale * z)
+        lines.append("%d,%.6f,%.6f,%.6f,1,0,0,0,0,0,0" % ((round((BEGAN + t) * 1e9),) + p))
+    return "\n".join(["#timestamp,p_x,p_y,p_z,q_w,q_x,q_y,q_z"] + lines) + "\n"
 
 
 class AbBag(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.out = os.path.join(self.folder.name, "out")
-        self.log = os.path.join(self.folder.name, "log")
+        self.bag = os.path.join(self.folder.name, "some.bag")
+        for name in ("rosbag", "rosrun", "roslaunch"):
+            self.write(name, PROGRAM)
+            path = os.path.join(self.folder.name, name)
+            os.chmod(path, os.stat(path).st_mode | stat.S_IXUSR)
 
     def tearDown(self):
         self.folder.cleanup()
 
-    def run_script(self, *words):
-        """With programs of ours in place of rosbag and rosrun, which write down their calls."""
-        for name in ("rosbag", "rosrun"):
-            path = os.path.join(self.folder.name, name)
-            with open(path, "w", encoding="utf-8") as file:
-                file.write('#!/bin/sh\necho %s "$@" >>"%s"\n' % (name, self.log))
-            os.chmod(path, os.stat(path).st_mode | stat.S_IXUSR)
+    def write(self, name, text):
+        with open(os.path.join(self.folder.name, name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def run_script(self, host="true", rate="1"):
         environment = dict(os.environ, PATH=self.folder.name + ":" + os.environ["PATH"])
-        return subprocess.run([sys.executable, SCRIPT] + list(words) + ["__name:=ab_bag"],
+        return subprocess.run([sys.executable, SCRIPT, "run", self.bag, CONFIG, self.out,
+                               "slim,vins", rate, host, "stock", "__name:=ab_bag"],
                               env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                              universal_newlines=True, check=False)
+                              universal_newlines=True, check=False, timeout=120)
 
     def calls(self):
-        with open(self.log, encoding="utf-8") as file:
+        with open(os.path.join(self.folder.name, "log"), encoding="utf-8") as file:
             return file.read().splitlines()
 
-    def test_shadow_copy_differs_in_two_keys_only(self):
-        run = self.run_script("shadow", CONFIG, self.out, "echo", "estimator")
-        self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertEqual(run.stdout, "estimator __name:=ab_bag\n")
-        with open(CONFIG, encoding="utf-8") as file:
-            before = file.read().splitlines()
-        with open(os.path.join(self.out, "shadow.yaml"), encoding="utf-8") as file:
-            after = file.read().splitlines()
-        self.assertIn('initializer: "shadow"', after)
-        self.assertIn('output_path: "%s"' % self.out, after)
-        keys = ("initializer:", "output_path:")
-        self.assertEqual([line for line in after if not line.startswith(keys)],
-                         [line for line in before if not line.startswith(keys)])
+    def results(self):
+        with open(os.path.join(self.out, "ab_bag.csv"), newline="", encoding="utf-8") as file:
+            return {row["run"]: row for row in csv.DictReader(file)}
 
-    def test_plays_the_topics_of_the_config_and_reports(self):
-        os.makedirs(self.out)
-        with open(os.path.join(self.out, "slim_init_starts.csv"), "w", encoding="utf-8") as file:
-            file.write(STARTS)
-        run = self.run_script("run", "some.bag", CONFIG, self.out, "slim,vins", "0.5", "true")
-        self.assertEqual(run.returncode, 0, run.stderr)
-        play, compare = self.calls()
-        self.assertTrue(play.startswith("rosbag play --clock"), play)
-        self.assertIn("--rate 0.5 some.bag --topics /imu0 /cam0/image_raw", play)
-        self.assertEqual(compare, "rosrun slim_init slim_init ab --bag some.bag --config %s "
-                         "--methods slim,vins --out %s" % (CONFIG, os.path.join(self.out, "ab")))
-        self.assertIn("4 windows were answered by slim, 3 of them tried by the host", run.stdout)
-        self.assertIn("host: 2 accepted, the first at 2.1 s", run.stdout)
-        self.assertIn("slim: 3 accepted, the first at 2.0 s", run.stdout)
-        self.assertIn("median 0.300 over 2 windows", run.stdout)
+    def test_two_runs_against_the_truth(self):
+        self.write("some.bag.groundtruth.csv", rows(0, 12))
+        self.write("stock.odometry", rows(3, 10, scale=0.4, yaw=2.0, kick=1.5))
+        # The last line was being written when the host was ended.
+        self.write("slim.odometry", rows(1.2, 10, scale=1.05, yaw=-1.0) + "10000000")
+        run = self.run_script(rate="0.5")
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        calls = self.calls()
+        # Host and bag of a run start side by side.
+        self.assertEqual([sorted(call.split()[0] for call in part)
+                          for part in (calls[:1], calls[1:4], calls[4:7], calls[7:])],
+                         [["rosbag"]] + 2 * [["ended", "rosbag", "roslaunch"]] + [["rosrun"]])
+        self.assertEqual((calls[3], calls[6]), ("ended", "ended"))
+        self.assertEqual(sum("tracker:=stock rviz:=false" in call for call in calls), 2)
+        self.assertEqual(sum("--rate 0.5 %s --topics /imu0 /cam0/image_raw" % self.bag in call
+                             for call in calls), 2)
+        for mode in ("stock", "slim"):
+            with open(CONFIG, encoding="utf-8") as file:
+                before = file.read().splitlines()
+            with open(os.path.join(self.out, mode, "host.yaml"), encoding="utf-8") as file:
+                after = file.read().splitlines()
+            self.assertIn('initializer: "%s"' % mode, after)
+            self.assertIn('output_path: "%s"' % os.path.join(self.out, mode), after)
+            keys = ("initializer:", "output_path:")
+            self.assertEqual([line for line in after if not line.startswith(keys)],
+                             [line for line in before if not line.startswith(keys)])
+        self.assertEqual(calls[-1], "rosrun slim_init slim_init ab --bag %s --config %s --methods "
+                         "slim,vins --out %s" % (self.bag, CONFIG, os.path.join(self.out, "ab")))
+        stock, slim = self.results()["stock"], self.results()["slim"]
+        # Seconds since the bag's start, not since 1970.
+        self.assertEqual((stock["first odometry [s]"], slim["first odometry [s]"]), ("3.00", "1.20"))
+        self.assertEqual((stock["frames"], slim["frames"]), ("140", "176"))
+        self.assertEqual((stock["scale, first 2 s"], slim["scale, first 2 s"]), ("0.400", "1.050"))
+        self.assertEqual(slim["scale, whole run"], "1.050")
+        self.assertGreater(float(stock["largest error [m]"]), 1.0)
+        self.assertLess(float(slim["ATE [m]"]), 0.15)
+        self.assertIn("stock started after 3.00 s with a scale of 0.400, wrong, and drifted",
+                      run.stdout)
+        self.assertIn("slim started after 1.20 s with a scale of 1.050, 5 % off, and stayed on its "
+                      "way", run.stdout)
+        self.assertIn("slim was closer to the truth", run.stdout)
+        with open(os.path.join(self.out, "ab_bag.html"), encoding="utf-8") as file:
+            self.assertIn("<th>ATE [m]</th>", file.read())
+
+    def test_without_truth_nobody_is_called_right(self):
+        self.write("stock.odometry", "")
+        self.write("slim.odometry", rows(1.2, 10))
+        run = self.run_script()
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        self.assertIn("stock never gave odometry.", run.stdout)
+        self.assertIn("slim gave odometry after 1.20 s.", run.stdout)
+        self.assertIn("nobody can be called right", run.stdout)
+        self.assertEqual(self.results()["slim"]["ATE [m]"], "-")
+        self.assertNotIn("closer", run.stdout)
+
+    def test_numbers_of_a_known_odometry(self):
+        truth = [(0.05 * k,) + way(0.05 * k) for k in range(200)]
+        turn = [(t, -y + 1.0, x - 2.0, z) for t, x, y, z in truth]
+        result = ab_bag.measured(turn, truth, -5.0)
+        self.assertAlmostEqual(result["first_s"], 5.0)
+        self.assertLess(result["ate_m"], 1e-9)
+        self.assertAlmostEqual(result["scale"], 1.0)
+        self.assertAlmostEqual(result["scale_run"], 1.0)
+        shrunk = [(t, 0.25 * x, 0.25 * y, 0.25 * z) for t, x, y, z in truth]
+        self.assertAlmostEqual(ab_bag.measured(shrunk, truth, 0.0)["scale"], 0.25)
+        # A tilt is no heading: it stays as an error.
+        tilted = [(t, x, z, -y) for t, x, y, z in truth]
+        self.assertGreater(ab_bag.measured(tilted, truth, 0.0)["ate_m"], 0.5)
+        # Truth that covers nothing, and a gap in it.
+        self.assertIsNone(ab_bag.measured(truth, [(90.0, 0, 0, 0), (91.0, 0, 0, 0)], 0.0)["scale"])
+        self.assertIsNone(ab_bag.at(truth, [row[0] for row in truth], 20.0))
+        self.assertIsNone(ab_bag.at([truth[0], truth[9]], [truth[0][0], truth[9][0]], 0.2))
 
     def test_without_host_nothing_is_played(self):
-        run = self.run_script("run", "some.bag", CONFIG, self.out, "slim", "1", "false")
-        self.assertEqual(run.returncode, 0, run.stderr)
+        run = self.run_script(host="false")
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
         self.assertEqual(len(self.calls()), 1)
 
     def test_a_host_that_is_not_patched_is_told(self):
-        run = self.run_script("run", "some.bag", CONFIG, self.out, "slim", "1", "true")
+        self.write("unpatched", "")
+        self.write("stock.odometry", rows(1, 2))
+        self.write("slim.odometry", rows(1, 2))
+        run = self.run_script()
         self.assertEqual(run.returncode, 1)
         self.assertIn("is its estimator patched", run.stderr)
+        self.assertEqual(self.calls()[-1], "ended")
+
+    def test_a_host_that_dies_is_told(self):
+        run = self.run_script()
+        self.assertEqual(run.returncode, 1)
+        self.assertRegex(run.stderr, r"the host ended with 7; see .*stock/roslaunch.log")
 
     def test_rviz_missing_is_one_sentence(self):
         rviz = os.path.join(ROOT, "launch", "rviz.sh")
@@ -102,7 +207,10 @@ class AbBag(unittest.TestCase):
         self.assertEqual(run.stdout, "drawn -d some.rviz\n")
 
     def test_a_missing_file_is_told(self):
-        run = self.run_script("shadow", "no.yaml", self.out, "echo")
+        environment = dict(os.environ, PATH=self.folder.name + ":" + os.environ["PATH"])
+        run = subprocess.run([sys.executable, SCRIPT, "run", self.bag, "no.yaml", self.out, "slim",
+                              "1", "true", "slim"], env=environment, stderr=subprocess.PIPE,
+                             universal_newlines=True, check=False)
         self.assertEqual(run.returncode, 1)
         self.assertIn("no.yaml cannot be read", run.stderr)
 
