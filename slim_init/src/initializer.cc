@@ -53,22 +53,36 @@ class Initializer : public IInitializer {
   Initializer(std::unique_ptr<WindowSolver> solver, const Calibration& calibration,
               const InitializerOptions& options)
       : solver_(std::move(solver)),
-        window_(calibration, options.window, StreamOptions::liveData(options.imu)) {}
+        window_(calibration, options.window, StreamOptions::liveData(options.imu)),
+        answers_(options.window.fullSpan(), AnswerSequence::kMaxDisagreement) {}
 
   const std::string& name() const override { return solver_->name(); }
-  AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
-  AddStatus addFrame(FrameObservation frame) override { return window_.addFrame(std::move(frame)); }
+  AddStatus addImu(const ImuSample& sample) override { return noted(window_.addImu(sample)); }
+  AddStatus addFrame(FrameObservation frame) override {
+    return noted(window_.addFrame(std::move(frame)));
+  }
   AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
     return window_.addLines(stamp, std::move(lines));
   }
-  void setTd(double td) override { window_.setTd(td); }
-  void reset() override { window_.reset(); }
+  void setTd(double td) override {
+    if (std::abs(td - window_.calibration().td) > kSameTd) forgetAnswers();
+    window_.setTd(td);
+  }
+  void reset() override {
+    window_.reset();
+    forgetAnswers();
+  }
 
   InitResult initialize() override {
     const WindowCut cut = window_.cut();
     if (cut.window == nullptr) return refuse(cut.status, cut.message);
     InitResult result = solver_->solve(*cut.window);
-    if (result.success()) lookAgain(cut.window->size(), &result);
+    const double newest = cut.window->times().back();
+    if (result.success() && !(std::abs(newest - last_question_) <= kSuccessive)) {
+      answerEarlier(cut.window->size(), result);
+    }
+    answers_.judge(&result);
+    last_question_ = newest;
     if (const std::string message = result.validate(); !message.empty()) {
       return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
     }
@@ -110,22 +124,41 @@ class Initializer : public IInitializer {
                                  : TimeSpan{window_.imu().front().t, window_.imu().back().t};
   }
   double maxWindowSpan() const override {
-    return window_.options().keyframes * window_.options().min_interval_s;
+    const WindowOptions& options = window_.options();
+    return std::max(options.max_span_s, options.keyframes * options.min_interval_s);
   }
 
  private:
-  // A growing window is answered twice: with all of it, and as it was before the newest keyframe.
-  // Only what agrees with the earlier answer is accepted, however often the host asks.
-  void lookAgain(int keyframes, InitResult* result) const {
-    if (static_cast<int>(result->states.size()) >= window_.options().keyframes) return;
-    AnswerSequence answers(window_.options().keyframes, AnswerSequence::kMaxDisagreement);
+  // Answers before and after a change of td by more than this are not compared [s]: the standard
+  // deviation of a td that is known.
+  static constexpr double kSameTd = 1e-3;
+  // A question this long after the one before is asked anew [s]: two images at 10 Hz, and a half.
+  static constexpr double kSuccessive = 0.25;
+
+  AddStatus noted(AddStatus status) {
+    if (status == AddStatus::kRestarted) forgetAnswers();
+    return status;
+  }
+
+  void forgetAnswers() {
+    answers_.reset();
+    last_question_ = kNotComputed;
+  }
+
+  // A host that asks at every image is told by its earlier questions whether answers agree. One
+  // that asks now and then has none: the window is answered as it was before its newest keyframes.
+  void answerEarlier(int keyframes, const InitResult& result) {
+    answers_.reset();
+    const std::vector<NavState>& states = result.states;
+    if (states.back().t - states.front().t >= AnswerSequence::kFullShare * window_.options().fullSpan()) return;
     // Keyframes that td has moved past the IMU are in neither answer.
-    const int newest = 1 + std::max(0, keyframes - static_cast<int>(result->states.size()));
-    if (const WindowCut before = window_.cut(newest); before.window != nullptr) {
-      InitResult earlier = solver_->solve(*before.window);
-      answers.judge(&earlier);
+    const int lost = std::max(0, keyframes - static_cast<int>(states.size()));
+    for (int earlier = AnswerSequence::kEarlierAnswers; earlier > 0; --earlier) {
+      const WindowCut before = window_.cut(lost + earlier);
+      if (before.window == nullptr) continue;
+      InitResult answer = solver_->solve(*before.window);
+      answers_.judge(&answer);
     }
-    answers.judge(result);
   }
 
   static InitResult refuse(InitStatus status, const std::string& message) {
@@ -194,6 +227,8 @@ class Initializer : public IInitializer {
 
   std::unique_ptr<WindowSolver> solver_;
   KeyframeWindow window_;
+  AnswerSequence answers_;
+  double last_question_ = kNotComputed;  // newest keyframe [s]
 };
 
 }  // namespace

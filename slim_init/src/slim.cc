@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -118,14 +119,29 @@ void setAnswer(const InitWindow& seen, const Calibration& handed_in, const Metri
 
 std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& seen,
                                const InitWindow& tracks, const MotionMeasures& motion,
-                               const GateOptions& gates, double scale) {
+                               const InitializerOptions& options, double scale) {
   return posteriorGates(measurePosterior(seen, tracks, metric.refined, metric.posterior,
                                          metric.profileOrNull(), scale),
-                        motion, gatesInForce(gates));
+                        motion, gatesInForce(options.gates, seen, options.window));
 }
 
 void append(const std::vector<GateValue>& gates, InitResult* result) {
   result->gates.insert(result->gates.end(), gates.begin(), gates.end());
+}
+
+// Where not even the least parallax is there, no answer can be accepted, and none is handed out of
+// a window at rest or in pure rotation: the verdict is known before anything metric is estimated.
+bool endsWithoutTranslation(GateMode mode, InitResult* result) {
+  if (mode == GateMode::kOff) return false;
+  const bool moves = std::any_of(result->gates.begin(), result->gates.end(), [](const auto& gate) {
+    const bool without_states = gate.status_if_failed == InitStatus::kStationary ||
+                                gate.status_if_failed == InitStatus::kPureRotation;
+    return gate.name == GateName::kLeastParallax && (gate.passed || !without_states);
+  });
+  if (moves) return false;
+  enforceGates(mode, result);
+  decide(false, result);
+  return true;
 }
 
 }  // namespace
@@ -171,6 +187,12 @@ InitResult Slim::solve(const InitWindow& window) const {
   const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
   append(motionGates(motion, options_.gates), &result);
 
+  if (endsWithoutTranslation(options_.gates.mode, &result)) {
+    keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
+    clock.lap("verdict");
+    return result;
+  }
+
   // [2] Camera centres up to scale.
   const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options_.alignment);
   clock.lap("translation");
@@ -185,7 +207,7 @@ InitResult Slim::solve(const InitWindow& window) const {
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
     append(calibrationGates(window.calibration(), result.calibration, options_.gates), &result);
-    append(gatesOf(metric, seen, tracks, motion, options_.gates, result.scale), &result);
+    append(gatesOf(metric, seen, tracks, motion, options_, result.scale), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);
   }

@@ -112,34 +112,46 @@ std::string fileOfOptions(const AbOptions& options) {
                                       : "--options: " + options.options_file;
 }
 
-/// Where --keyframes, --interval and --gates were not typed, the file's values become theirs, for
-/// the report.
-std::string mergeFile(AbOptions* options) {
+/// Keyframes, their interval and the span of a window. What was not typed is as in the options,
+/// those of a file included; windows of one size are the paper's.
+std::string mergeWindow(AbOptions* options) {
   AbOptions& o = *options;
   WindowOptions& window = o.initializer.window;
-  if (o.hasFile() && !typed(o, "keyframes")) {
-    o.keyframes = window.keyframes;
-    o.keyframes_text = std::to_string(o.keyframes);
-    if (o.keyframes < kMinKeyframes || o.keyframes > kMaxKeyframes) {
-      return fileOfOptions(o) + ": slim_init.window.keyframes is " + o.keyframes_text +
-             ", must be a whole number in [" + std::to_string(kMinKeyframes) + ", " +
-             std::to_string(kMaxKeyframes) + "]";
-    }
-  } else if (std::string sentence = checkKeyframes(options); !sentence.empty()) {
-    return sentence;
+  const bool typed_keyframes = typed(o, "keyframes");
+  if (!typed_keyframes) {
+    o.keyframes_text = std::to_string(window.min_keyframes) + ".." + std::to_string(window.keyframes);
+    if (window.min_keyframes == window.keyframes) o.keyframes_text = std::to_string(window.keyframes);
   }
+  if (std::string sentence = checkKeyframes(options); !sentence.empty()) {
+    return typed_keyframes ? sentence : fileOfOptions(o) + ": " + sentence;
+  }
+  const bool growing = o.first_keyframes > 0;
+  const WindowOptions paper = evaluation::paperWindow();
+  if (!typed(o, "interval")) {
+    o.interval_s = growing || !typed_keyframes ? window.min_interval_s : paper.min_interval_s;
+  }
+  if (!growing && typed(o, "span")) {
+    return "--span is for windows that grow: --keyframes A..B";
+  }
+  if (!typed(o, "span")) o.span_s = growing || !typed_keyframes ? window.max_span_s : 0.0;
   window.keyframes = o.keyframes;
-  if (o.hasFile() && !typed(o, "interval")) {
-    o.interval_s = window.min_interval_s;
-  } else {
-    window.min_interval_s = o.interval_s;
-  }
+  window.min_keyframes = growing ? o.first_keyframes : o.keyframes;
+  window.min_interval_s = o.interval_s;
+  window.max_span_s = o.span_s;
   // The window that the options were made for may be short; the protocol keeps what it needs.
-  window.buffer_s = std::max(window.buffer_s, 2.0 * window.keyframes * window.min_interval_s + 1.0);
-  // The protocol counts full windows only.
-  window.min_keyframes = window.keyframes;
+  window.buffer_s = std::max(window.buffer_s, 2.0 * window.fullSpan() + 1.0);
+  return "";
+}
 
-  if (!o.hasFile() || typed(o, "gates")) {
+/// Where --keyframes, --interval, --span and --gates were not typed, the file's values become
+/// theirs, for the report.
+std::string mergeFile(AbOptions* options) {
+  AbOptions& o = *options;
+  if (std::string sentence = mergeWindow(options); !sentence.empty()) return sentence;
+  if (!typed(o, "gates") && (!o.hasFile() || o.initializer.gates.mode == GateMode::kOwn)) {
+    o.gates = o.first_keyframes > 0 ? "on" : "own";
+  }
+  if (!o.gates.empty()) {
     for (const auto& [name, mode] : kGateModes) {
       if (o.gates != name) continue;
       o.initializer.gates.mode = mode;
@@ -274,18 +286,24 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "keys); wins over --config",
        "options"},
       {"gates", &o.gates, "MODE",
-       "Whose checks decide: own (as published), on or off for every method; wins over --options",
+       "Whose checks decide: own (as published), on or off for every method; wins over --options "
+       "(default: on where windows grow, else own)",
        "gates"},
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal windows", "seed",
        0.0, kMaxSeed, kSimulated},
       {"stride", &o.stride, "N", "Images between the starts of two windows", "stride", 1, 100000},
       {"keyframes", &o.keyframes_text, "N",
-       "Keyframes of a window, 4 to 15; A..B: windows grow from A to B keyframes until the method "
-       "accepts one; wins over the files",
+       "A..B: windows grow from A to B keyframes (4 to 15), and a method is asked at every image "
+       "until it accepts; N: windows of N keyframes, 10 as in the paper (default: 5..15, or as in "
+       "the files)",
        "keyframes"},
       {"interval", &o.interval_s, "X",
-       "Least time between keyframes [s]; they fall on images; wins over the files", "interval_s",
-       0.01, 2.0},
+       "Least time between keyframes [s]; they fall on images (default: as in the files, 0.22 with "
+       "--keyframes N)",
+       "interval_s", 0.01, 2.0},
+      {"span", &o.span_s, "X",
+       "Longest window that grows [s]: its keyframes are thinned out (default: as in the files)",
+       "span_s", 0.0, 60.0},
       {"limit", &o.limit, "N", "Stop after this many windows (0: no limit)", "limit", 0,
        1000000000},
       {"threads", &o.threads, "N",

@@ -39,13 +39,14 @@ struct AbOptions {
   std::string methods;       ///< comma separated; empty: all
   std::string options_file;  ///< YAML with a section `slim_init:`; empty: the defaults
   int stride = evaluation::ProtocolOptions().stride;
-  std::string keyframes_text = std::to_string(WindowOptions().keyframes);  ///< "10" or "4..15"
+  std::string keyframes_text;  ///< "5..15" or "10"; empty: those of the window options
   double interval_s = WindowOptions().min_interval_s;
+  double span_s = WindowOptions().max_span_s;
   int limit = 0;  ///< windows; 0: no limit
   int threads = evaluation::ProtocolOptions().threads;
   unsigned seed = 1;
   std::string out = "out/ab";
-  std::string gates = "own";
+  std::string gates;  ///< empty: "on" for windows that grow, else "own"
   double duration_s = 60.0;  ///< of a built-in motion
   bool ablation = false;
   double downstream_s = 0.0;  ///< 0: the back end is not run
@@ -75,7 +76,7 @@ struct AbOptions {
   std::vector<std::string> file_notes;  ///< what of the file has no effect
 
   // Filled by checkAbOptions().
-  int keyframes = WindowOptions().keyframes;
+  int keyframes = 0;
   int first_keyframes = 0;  ///< of growing windows; 0: all windows have `keyframes`
   std::vector<std::string> method_names;
   simulation::WorldKind world_kind = simulation::WorldKind::kRoom;

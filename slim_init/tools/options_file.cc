@@ -73,7 +73,8 @@ std::string readConfiguration(AbOptions* options) {
   // window's length and the gates under the names of --keyframes, --interval and --gates, which may
   // win, and the protocol counts full windows only.
   const std::set<std::string> set_elsewhere = {"window.keyframes", "window.min_keyframes",
-                                               "window.min_interval_s", "gates.mode"};
+                                               "window.min_interval_s", "window.max_span_s",
+                                               "gates.mode"};
   // Features that are simulated have the noise of --pixel-noise and no front end.
   Config used = config;
   const Config fresh;

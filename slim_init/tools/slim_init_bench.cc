@@ -54,7 +54,7 @@ const std::vector<std::shared_ptr<const InitWindow>>& windows(int points) {
   std::vector<std::shared_ptr<const InitWindow>>& out = cache[points];
   if (!out.empty()) return out;
   const evaluation::Sequence& data = sequence(points);
-  KeyframeWindow stream(data.calibration, WindowOptions());
+  KeyframeWindow stream(data.calibration, evaluation::paperWindow());
   std::size_t next_imu = 0;
   for (std::size_t k = 0; k < data.frames.size() && out.size() < kWindows; ++k) {
     while (next_imu < data.imu.size() && data.imu[next_imu].t <= data.frames[k].t + 0.01) {
@@ -126,7 +126,7 @@ void stages(benchmark::State& state, const std::string& method) {
 // From ring buffer to window: what a host pays before the solve.
 void cutWindow(benchmark::State& state) {
   const evaluation::Sequence& data = sequence(100);
-  KeyframeWindow stream(data.calibration, WindowOptions());
+  KeyframeWindow stream(data.calibration, evaluation::paperWindow());
   std::size_t next_imu = 0;
   for (std::size_t k = 0; k < 200 && k < data.frames.size(); ++k) {
     while (next_imu < data.imu.size() && data.imu[next_imu].t <= data.frames[k].t + 0.01) {

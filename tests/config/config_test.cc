@@ -228,7 +228,7 @@ TEST_F(ConfigFile, AFileOfOurOwnWins) {
   Config options;
   ASSERT_TRUE(loadOptions(optionsPath(), &options, &error)) << error;
   EXPECT_EQ(options.calibration.sigma_px, 0.4);
-  EXPECT_EQ(options.options.window.keyframes, 10);
+  EXPECT_EQ(options.options.window.keyframes, 15);
 }
 
 // One set of bounds for the whole way from image to window.
@@ -458,8 +458,8 @@ INSTANTIATE_TEST_SUITE_P(
         OurError{"slim_init:\n  method: best\n", "slim_init.method is \"best\", must be one of"},
         OurError{"slim_init:\n  window: {keyframes: 1}\n",
                  "slim_init.window.keyframes is 1, must be in [4, 50]"},
-        OurError{"slim_init:\n  window: {keyframes: 5}\n",
-                 "slim_init.window.min_keyframes is 10, must not exceed keyframes (5)"},
+        OurError{"slim_init:\n  window: {keyframes: 4}\n",
+                 "slim_init.window.min_keyframes is 5, must not exceed keyframes (4)"},
         OurError{"slim_init:\n  window: {keyframes: 10.5}\n", "must be a whole number"},
         OurError{"slim_init:\n  window: 10\n", "slim_init.window is 10, must be a section"},
         OurError{"slim_init:\n  method: {a: 1}\n", "slim_init.method is a section, must be a text"},
@@ -743,6 +743,27 @@ void expectDefaults(Config* read) {
           table[i].value);
     }
   }
+}
+
+// Every bound that it sets is tighter than the default, and nothing else is set.
+TEST(ShippedConfigs, TheStrictBoundsAreTighter) {
+  Config strict;
+  std::string error;
+  ASSERT_TRUE(loadOptions(kConfigDir + "strict.yaml", &strict, &error)) << error;
+  EXPECT_TRUE(strict.notes.empty()) << strict.notes[0];
+  Config defaults;
+  const OptionTable table = configTable(&strict), expected = configTable(&defaults);
+  int tighter = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const auto* value = std::get_if<double*>(&table[i].value);
+    if (value == nullptr || **value == **std::get_if<double*>(&expected[i].value)) continue;
+    ++tighter;
+    const std::string& key = table[i].key;
+    ASSERT_EQ(key.rfind("gates.", 0), 0u) << key;
+    const double by = **value - **std::get_if<double*>(&expected[i].value);
+    EXPECT_TRUE(key.rfind("gates.max_", 0) == 0 ? by < 0.0 : by > 0.0) << key;
+  }
+  EXPECT_EQ(tighter, 5);
 }
 
 // The three files together hold every key once, with its default.

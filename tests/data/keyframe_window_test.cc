@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace slim_init {
 namespace {
@@ -28,8 +30,16 @@ class KeyframeWindowTest : public ::testing::Test {
       if (k % 10 == 0) window.addFrame(frame(t_begin + k * 0.005));
     }
   }
+  // Ten keyframes at 0.22 s.
+  static WindowOptions tenKeyframes() {
+    WindowOptions options;
+    options.keyframes = options.min_keyframes = 10;
+    options.min_interval_s = 0.22;
+    options.max_span_s = 0.0;
+    return options;
+  }
   Calibration calibration_;
-  WindowOptions options_;
+  WindowOptions options_ = tenKeyframes();
 };
 
 TEST_F(KeyframeWindowTest, TwentyHertzGivesQuarterSecondKeyframesEndingAtTheNewest) {
@@ -65,6 +75,56 @@ TEST_F(KeyframeWindowTest, GrowsFromTheMinimum) {
   feed(window, 0.75, 0.75);
   ASSERT_NE(window.cut().window, nullptr);
   EXPECT_EQ(window.cut().window->size(), 4);
+}
+
+// By default every second image at 20 Hz until the window is full; then it thins out.
+TEST_F(KeyframeWindowTest, AGrowingWindowKeepsItsBeginningAndThinsOut) {
+  const WindowOptions options;
+  KeyframeWindow window(calibration_, options);
+  double fed_to = -0.05;
+  for (const double t_end : {0.4, 1.4, 1.6, 2.3, 3.0, 3.6}) {
+    feed(window, fed_to + 0.05, t_end);
+    fed_to = t_end;
+    const WindowCut cut = window.cut();
+    ASSERT_NE(cut.window, nullptr) << cut.message;
+    const std::vector<double>& times = cut.window->times();
+    EXPECT_NEAR(times.back(), t_end, 1e-9);
+    EXPECT_NEAR(times.front(), std::max(0.0, t_end - options.max_span_s), 1e-9);
+    ASSERT_EQ(times.size(), t_end < 1.45 ? std::lround(10 * t_end) + 1 : 15u) << t_end;
+    const double even = (times.back() - times.front()) / (times.size() - 1);
+    for (std::size_t k = 1; k < times.size(); ++k) {
+      EXPECT_GE(times[k] - times[k - 1], options.min_interval_s);
+      EXPECT_LE(std::abs(times[k] - times[k - 1] - even), 0.0501) << t_end << " s, " << k;
+    }
+  }
+}
+
+TEST_F(KeyframeWindowTest, AThinnedWindowHasItsKeyframesOnBothSidesOfAGap) {
+  WindowOptions options;
+  options.keyframes = 6;
+  KeyframeWindow window(calibration_, options);
+  feed(window, 0.0, 1.0);
+  for (int k = 1; k < 160; ++k) window.addImu(imu(1.0 + 0.005 * k));  // dark for 0.8 s
+  feed(window, 1.8, 2.5);
+  const WindowCut cut = window.cut();
+  ASSERT_NE(cut.window, nullptr) << cut.message;
+  ASSERT_EQ(cut.window->size(), 6);
+  EXPECT_NEAR(cut.window->times().front(), 0.0, 1e-9);
+  EXPECT_NEAR(cut.window->times().back(), 2.5, 1e-9);
+}
+
+// Slower images than min_interval_s: the window is as long as its keyframes make it.
+TEST_F(KeyframeWindowTest, SlowImagesNeedNoThinning) {
+  WindowOptions options;
+  KeyframeWindow window(calibration_, options);
+  for (int k = 0; k <= 2000; ++k) {
+    window.addImu(imu(0.005 * k));
+    if (k % 60 == 0) window.addFrame(frame(0.005 * k));  // 3.3 Hz
+  }
+  const WindowCut cut = window.cut();
+  ASSERT_NE(cut.window, nullptr) << cut.message;
+  EXPECT_EQ(cut.window->size(), 15);
+  EXPECT_NEAR(cut.window->times().front(), 9.9 - 14 * 0.3, 1e-9);
 }
 
 TEST_F(KeyframeWindowTest, AFrameAheadOfTheImuWaitsForIt) {

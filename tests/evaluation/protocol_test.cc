@@ -353,7 +353,7 @@ TEST(AnytimeProtocol, AnAnswerIsJudgedByTheOneBefore) {
     }
     result.scale_sigma = 0.05;
     GateValue gate;
-    gate.name = "enforced";
+    gate.name = GateName::kOther;
     gate.passed = gate.enforced = true;
     result.gates = {gate};
     return result;

@@ -261,9 +261,9 @@ TEST(WindowsCsv, OneRowPerWindowAndMethodWithQuoting) {
   first.message = "he said \"no\", twice,\nand left";
   first.scale_sigma = 0.25;
   first.gates.resize(2);
-  first.gates[0].name = "scale_sigma";
+  first.gates[0].name = GateName::kScaleSigma;
   first.gates[0].value = 0.25;
-  first.gates[1].name = "linkage";
+  first.gates[1].name = GateName::kLinkage;
   first.stages = {{"gyro_bias", 0.5}, {"ligt", 0.25}};
   const auto rows = parseCsv(windowsCsv(someRun(), result));
   ASSERT_EQ(rows.size(), 1u + 10u);

@@ -79,7 +79,7 @@ TEST_P(Degenerate, PublishedMethodsHaveNoGatesOfTheirOwn) {
       EXPECT_TRUE(result.hasEstimate());
       double scale = result.scale;  // of the alignment, in its own unit, where there is one
       for (const GateValue& gate : result.gates) {
-        if (gate.name == "scale_positive") scale = gate.value;
+        if (gate.name == GateName::kScalePositive) scale = gate.value;
       }
       if (scale > 1e-6) {
         EXPECT_EQ(result.status, InitStatus::kSuccess) << "seed " << seed;

@@ -18,12 +18,21 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
+// Ten keyframes at 0.22 s.
+InitializerOptions tenKeyframes() {
+  InitializerOptions options;
+  options.window.keyframes = options.window.min_keyframes = 10;
+  options.window.min_interval_s = 0.22;
+  options.window.max_span_s = 0.0;
+  return options;
+}
+
 class InitializerTest : public ::testing::Test {
  protected:
   std::unique_ptr<IInitializer> make() const {
     std::string error;
     auto initializer =
-        baselines::makeInitializer("drt-l", exact_.calibration, InitializerOptions(), {}, &error);
+        baselines::makeInitializer("drt-l", exact_.calibration, tenKeyframes(), {}, &error);
     EXPECT_NE(initializer, nullptr) << error;
     return initializer;
   }
@@ -53,7 +62,7 @@ TEST_F(InitializerTest, WaitsThenAnswersLikeTheSolver) {
 TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
   const auto initializer = make();
   EXPECT_TRUE(std::isnan(initializer->bufferedImu().first));
-  EXPECT_EQ(initializer->maxWindowSpan(), 10 * WindowOptions().min_interval_s);
+  EXPECT_EQ(initializer->maxWindowSpan(), 10 * tenKeyframes().window.min_interval_s);
   feed(*initializer, exact_);
   EXPECT_EQ(initializer->bufferedImu().first, exact_.imu.front().t);
   EXPECT_EQ(initializer->bufferedImu().last, exact_.imu.back().t);
@@ -127,7 +136,7 @@ TEST_F(InitializerTest, RecoverCarriesAStateFromBeforeTheWindowByTheImu) {
   ExactWindowOptions longer;
   longer.keyframes = 14;
   const ExactWindow exact = makeExactWindow(longer);
-  auto initializer = baselines::makeInitializer("drt-l", exact.calibration, InitializerOptions());
+  auto initializer = baselines::makeInitializer("drt-l", exact.calibration, tenKeyframes());
   feed(*initializer, exact);
   // The window is keyframes 4..13; the host failed at keyframe 2, 0.5 s before it.
   const InitResult result = initializer->recover(exact.truth[2]);
@@ -177,7 +186,7 @@ TEST_F(InitializerTest, RecoverRefusesToIntegrateAcrossAGapOfTheImu) {
   longer.keyframes = 14;
   const ExactWindow exact = makeExactWindow(longer);
   const auto recoverWithGap = [&](double gap_s) {
-    auto initializer = baselines::makeInitializer("drt-l", exact.calibration, InitializerOptions());
+    auto initializer = baselines::makeInitializer("drt-l", exact.calibration, tenKeyframes());
     for (const ImuSample& sample : exact.imu) {
       if (sample.t > 0.6 && sample.t < 0.6 + gap_s) continue;
       initializer->addImu(sample);

@@ -63,7 +63,7 @@ TEST_P(Success, MeansThatEveryEnforcedGatePassed) {
       if (mode != GateMode::kOn) continue;
       for (const GateValue& gate : result.gates) {
         EXPECT_TRUE(gate.passed || !gate.exception.empty())
-            << gate.name << " is " << gate.value << " (bound " << gate.threshold
+            << toString(gate.name) << " is " << gate.value << " (bound " << gate.threshold
             << "), not enforced, and no reason is given";
       }
     }
@@ -99,7 +99,7 @@ TEST(SuccessOfSlim, AnExceptionOfAGateHasAReason) {
   };
   const auto parallaxOf = [](const InitResult& result) {
     return *std::find_if(result.gates.begin(), result.gates.end(),
-                         [](const GateValue& gate) { return gate.name == "parallax"; });
+                         [](const GateValue& gate) { return gate.name == GateName::kParallax; });
   };
   const double measured = parallaxOf(solve(3.0)).value;
 
@@ -123,7 +123,7 @@ class ResultValidation : public ::testing::Test {
     for (NavState& state : result_.states) state.t = 0.0;
     result_.gravity_w = Eigen::Vector3d(0, 0, -9.81);
     GateValue gate;
-    gate.name = "scale_sigma";
+    gate.name = GateName::kScaleSigma;
     gate.value = 0.2;
     gate.threshold = 0.1;
     result_.gates.push_back(gate);

@@ -27,6 +27,7 @@ class Program(unittest.TestCase):
     def ab(self, *more, **environment):
         return self.run_program("ab", "--builtin", "corridor-walk", "--world", "corridor",
                                 "--duration", "10", "--points", "12", "--outliers", "0.1",
+                                "--keyframes", "10",
                                 "--methods", "slim,slim-paper,drt-l", "--out", self.out, *more,
                                 **environment)
 
@@ -54,6 +55,7 @@ class Program(unittest.TestCase):
         run = subprocess.run(
             ["unshare", "-rm", "sh", "-c", 'mount --bind "$0" /usr/bin/python3 && exec "$@"',
              file.name, PROGRAM, "ab", "--builtin", "circle", "--duration", "4", "--methods", "drt-l",
+             "--keyframes", "10",
              "--out", self.out], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             universal_newlines=True, check=False, env=dict(os.environ, PATH=folder + ":/bin:/usr/bin"))
         self.assertEqual(run.returncode, 0, run.stderr)

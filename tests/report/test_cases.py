@@ -81,6 +81,16 @@ class Cases(unittest.TestCase):
         self.assertEqual([option(case, name) for name in ("imu-rate", "imu-jitter", "imu-dropout")],
                          ["100", "0.002", "0.01"])
 
+    def test_growing_windows(self):
+        self.assertFalse([name for name in self.cases()[0] if name.startswith("growing/")])
+        found, _ = self.cases(growing=True, downstream=5)
+        self.assertEqual([name for name in found if name.startswith("growing/")],
+                         ["growing/" + name.replace("/", "-") for name in SIMULATED])
+        case = found["growing/simulated-circle"]
+        self.assertIsNone(option(case, "keyframes"))
+        self.assertEqual(option(case, "downstream"), "5")
+        self.assertEqual(option(found["simulated/circle"], "keyframes"), "10")
+
     def test_options_reach_every_run(self):
         found, _ = self.cases(methods="slim-paper,drt-l", stride=20, limit=7, seed=3, threads=2,
                               downstream=10, downstream_every=5, gates="on", options="o.yaml")

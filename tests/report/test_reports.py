@@ -267,6 +267,26 @@ class SuiteReport(Folder):
         self.assertTrue(lines[1].startswith('"EuRoC, from images",drt-l,slim,60,60,success_rate,0,'))
         self.assertGreaterEqual(page.pictures, 10)
 
+    def test_first_answers_have_a_table_of_their_own(self):
+        both = {"slim": 0.02, "drt-l": 0.4}
+        options = {"builtin": "circle", "world": "room", "points": 100, "lines": 25}
+        runs = [self.run_of("simulated/circle", both, options=options),
+                self.run_of("growing/simulated-circle", both, options=options, first_keyframes=5)]
+        out = os.path.join(self.folder, "out")
+        os.makedirs(out)
+        markdown, _, _ = check(self, suite_report.write(runs, out))
+        self.assertIn("## Time to the first right answer", markdown)
+        answers = markdown[markdown.index("## Time to the first right answer"):]
+        answers = answers[:answers.index("\n## ", 3)]
+        # Right, wrong by more than a quarter.
+        self.assertIn("| simulated-circle | slim | **100.0** | 0 |", answers)
+        self.assertIn("| simulated-circle | drt-l | 0.0 | 60 |", answers)
+        # And they are in no other table, where there are others.
+        verdicts = markdown[markdown.index("## Verdicts"):markdown.index("## Pictures")]
+        self.assertNotIn("simulated-circle", verdicts)
+        markdown, _, _ = check(self, suite_report.write(runs[1:], out))
+        self.assertIn("simulated-circle", markdown[markdown.index("## Verdicts"):])
+
     def test_wrong_rigs_have_a_table_of_their_own(self):
         both = {"slim": 0.02, "drt-l": 0.1}
         options = {"builtin": "figure-eight", "world": "room", "points": 100, "lines": 25}

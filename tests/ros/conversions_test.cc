@@ -37,7 +37,7 @@ Attempt someAttempt() {
   for (int i = 0; i < 24; ++i) result.covariance(i, i) = 1e-4 * (i + 1);
   result.covariance(9, 12) = result.covariance(12, 9) = 5e-5;
   GateValue gate;
-  gate.name = "scale_sigma";
+  gate.name = GateName::kScaleSigma;
   gate.value = 0.02;
   gate.threshold = 0.1;
   gate.passed = true;

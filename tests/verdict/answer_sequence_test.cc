@@ -10,7 +10,8 @@
 namespace slim_init {
 namespace {
 
-constexpr int kFull = 10;
+constexpr int kFull = 10;                      // keyframes
+constexpr double kFullSpan = 0.1 * (kFull - 1);
 constexpr double kBound = 2.0;
 
 // An accepted answer on a bent path of `scale` times the true size, keyframes 0.1 s apart.
@@ -29,7 +30,7 @@ InitResult answer(int first, int count, double scale, double sigma) {
     result.states.push_back(state);
   }
   GateValue gate;
-  gate.name = "scale_sigma";
+  gate.name = GateName::kScaleSigma;
   gate.value = sigma;
   gate.threshold = 0.1;
   gate.passed = true;
@@ -51,10 +52,10 @@ InitResult judged(AnswerSequence* sequence, InitResult result) {
 }
 
 TEST(AnswerSequence, AGrowingWindowNeedsAnAnswerBefore) {
-  AnswerSequence sequence(kFull, kBound);
+  AnswerSequence sequence(kFullSpan, kBound, 1);
   const InitResult first = judged(&sequence, answer(0, 5, 1.0, 0.08));
   EXPECT_EQ(first.status, InitStatus::kScaleTooUncertain);
-  EXPECT_EQ(first.gates.back().name, "agreement");
+  EXPECT_EQ(first.gates.back().name, GateName::kAgreement);
   EXPECT_NE(first.message.find("there is none"), std::string::npos) << first.message;
   // The same keyframes again are no second answer.
   EXPECT_FALSE(judged(&sequence, answer(0, 5, 1.0, 0.08)).success());
@@ -65,12 +66,29 @@ TEST(AnswerSequence, AGrowingWindowNeedsAnAnswerBefore) {
   EXPECT_TRUE(judged(&sequence, answer(0, 6, 1.01, 0.07)).success());
 }
 
+TEST(AnswerSequence, AsManyEarlierAnswersAsAreAskedForHaveToAgree) {
+  for (const double first : {1.0, 1.3}) {
+    AnswerSequence sequence(kFullSpan, kBound, 2);
+    EXPECT_FALSE(judged(&sequence, answer(0, 4, first, 0.09)).success());
+    EXPECT_FALSE(judged(&sequence, answer(0, 5, 1.0, 0.05)).success()) << "one is not two";
+    const InitResult third = judged(&sequence, answer(0, 6, 1.0, 0.05));
+    EXPECT_EQ(third.success(), first == 1.0) << third.message;
+  }
+}
+
+TEST(AnswerSequence, AnswersOfLongAgoAreForgotten) {
+  AnswerSequence sequence(kFullSpan, kBound, 1);
+  judged(&sequence, answer(0, 9, 1.0, 0.09));
+  EXPECT_FALSE(judged(&sequence, answer(6, 9, 1.0, 0.08)).success()) << "0.6 s later";
+  EXPECT_TRUE(judged(&sequence, answer(11, 9, 1.0, 0.08)).success()) << "0.5 s later";
+}
+
 TEST(AnswerSequence, TheDifferenceIsMeasuredInItsStandardDeviations) {
   // sigma_1^2 - sigma_2^2 = 0.08^2 - 0.06^2, and half of sigma_2.
   const double sigma = std::sqrt(0.0028 + 0.0009);
   for (const double share : {0.99, 1.01}) {
     for (const double sign : {-1.0, 1.0}) {
-      AnswerSequence sequence(kFull, kBound);
+      AnswerSequence sequence(kFullSpan, kBound, 1);
       judged(&sequence, answer(0, 5, 1.0, 0.08));
       const double scale = std::exp(sign * share * kBound * sigma);
       const InitResult result = judged(&sequence, answer(0, 6, scale, 0.06));
@@ -81,7 +99,7 @@ TEST(AnswerSequence, TheDifferenceIsMeasuredInItsStandardDeviations) {
 }
 
 TEST(AnswerSequence, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
-  AnswerSequence sequence(kFull, kBound);
+  AnswerSequence sequence(kFullSpan, kBound, 1);
   const InitResult alone = judged(&sequence, answer(0, kFull, 1.0, 0.05));
   EXPECT_TRUE(alone.success());
   EXPECT_EQ(alone.gates.size(), 1u);
@@ -93,9 +111,9 @@ TEST(AnswerSequence, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
 // other.
 TEST(AnswerSequence, KeyframesNeedNotBeTheSame) {
   for (const double scale : {1.0, 1.2}) {
-    AnswerSequence sequence(kFull, kBound);
-    judged(&sequence, everySecond(answer(0, 12, 1.0, 0.08)));
-    const InitResult result = judged(&sequence, everySecond(answer(1, 12, scale, 0.07)));
+    AnswerSequence sequence(kFullSpan, kBound, 1);
+    judged(&sequence, everySecond(answer(0, 10, 1.0, 0.08)));
+    const InitResult result = judged(&sequence, everySecond(answer(1, 10, scale, 0.07)));
     EXPECT_EQ(result.success(), scale == 1.0);
     EXPECT_NEAR(result.gates.back().value,
                 std::log(scale) / std::sqrt(0.08 * 0.08 - 0.75 * 0.07 * 0.07), 1e-9);
@@ -108,7 +126,7 @@ TEST(AnswerSequence, AnAnswerCountsWhenATenthOfASecondIsNewer) {
     for (NavState& state : result.states) state.t += dt;
     return result;
   };
-  AnswerSequence sequence(kFull, kBound);
+  AnswerSequence sequence(kFullSpan, kBound, 1);
   EXPECT_FALSE(judged(&sequence, later(0.0)).success());
   EXPECT_FALSE(judged(&sequence, later(0.033)).success());
   EXPECT_FALSE(judged(&sequence, later(0.067)).success());
@@ -116,7 +134,7 @@ TEST(AnswerSequence, AnAnswerCountsWhenATenthOfASecondIsNewer) {
 }
 
 TEST(AnswerSequence, UncertainAnswersAndThoseWithoutStatesDoNotCount) {
-  AnswerSequence sequence(kFull, kBound);
+  AnswerSequence sequence(kFullSpan, kBound, 1);
   judged(&sequence, answer(0, 5, 1.0, 0.51));
   EXPECT_FALSE(judged(&sequence, answer(0, 6, 1.0, 0.08)).success());
   EXPECT_TRUE(judged(&sequence, answer(0, 7, 1.0, 0.08)).success());
@@ -133,7 +151,7 @@ TEST(AnswerSequence, UncertainAnswersAndThoseWithoutStatesDoNotCount) {
 }
 
 TEST(AnswerSequence, ForgetsWhenTimeGoesBackAndOnReset) {
-  AnswerSequence sequence(kFull, kBound);
+  AnswerSequence sequence(kFullSpan, kBound, 1);
   judged(&sequence, answer(20, 5, 1.0, 0.08));
   EXPECT_FALSE(judged(&sequence, answer(0, 6, 1.0, 0.08)).success());
   sequence.reset();
@@ -144,16 +162,20 @@ TEST(AnswerSequence, ForgetsWhenTimeGoesBackAndOnReset) {
 }
 
 TEST(AnswerSequence, IsNotAskedWithABoundOfZeroAndRefusesNothingWithGatesOff) {
-  AnswerSequence off(kFull, 0.0);
+  AnswerSequence off(kFullSpan, 0.0);
   EXPECT_TRUE(judged(&off, answer(0, 5, 1.0, 0.08)).success());
   EXPECT_EQ(judged(&off, answer(0, 6, 2.0, 0.08)).gates.size(), 1u);
-  AnswerSequence sequence(kFull, kBound);
+  AnswerSequence sequence(kFullSpan, kBound, 1);
   InitResult reported = answer(0, 5, 1.0, 0.08);
   reported.gates[0].enforced = false;
   reported = judged(&sequence, reported);
   EXPECT_TRUE(reported.success());
   EXPECT_FALSE(reported.gates.back().passed);
   EXPECT_FALSE(reported.gates.back().enforced);
+  // A scale that is not positive is refused by every method, whether it has gates or not.
+  reported = answer(0, 7, 1.5, 0.08);
+  reported.gates[0].name = GateName::kScalePositive;
+  EXPECT_TRUE(judged(&sequence, reported).success());
 }
 
 }  // namespace

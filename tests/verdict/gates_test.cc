@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 #include <limits>
 
 #include "estimation/posterior.h"
@@ -21,11 +22,11 @@ using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 const GateOptions kOptions;
 
-const GateValue& find(const std::vector<GateValue>& gates, const std::string& name) {
+const GateValue& find(const std::vector<GateValue>& gates, GateName name) {
   for (const GateValue& gate : gates) {
     if (gate.name == name) return gate;
   }
-  ADD_FAILURE() << "no gate " << name;
+  ADD_FAILURE() << "no gate " << toString(name);
   return gates.front();
 }
 
@@ -40,9 +41,9 @@ MotionMeasures goodMotion() {
 TEST(MotionGates, ParallaxOnBothSides) {
   MotionMeasures motion = goodMotion();
   motion.parallax_px = kOptions.min_parallax_px * 1.001;
-  EXPECT_TRUE(find(motionGates(motion, kOptions), "parallax").passed);
+  EXPECT_TRUE(find(motionGates(motion, kOptions), GateName::kParallax).passed);
   motion.parallax_px = kOptions.min_parallax_px * 0.999;
-  EXPECT_FALSE(find(motionGates(motion, kOptions), "parallax").passed);
+  EXPECT_FALSE(find(motionGates(motion, kOptions), GateName::kParallax).passed);
 }
 
 TEST(MotionGates, TracksAndImuTogetherNameAMissingParallax) {
@@ -50,22 +51,22 @@ TEST(MotionGates, TracksAndImuTogetherNameAMissingParallax) {
   motion.parallax_px = 0.5;
   motion.excitation = kOptions.max_rest_deviation * 0.999;
   motion.rotation_deg = kOptions.min_rotation_deg * 1.001;
-  EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
+  EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
             InitStatus::kPureRotation);
   motion.rotation_deg = kOptions.min_rotation_deg * 0.999;
-  EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
+  EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
             InitStatus::kStationary);
   // The vehicle accelerates, the scene is too far to show it.
   motion.excitation = kOptions.max_rest_deviation * 1.001;
-  EXPECT_EQ(find(motionGates(motion, kOptions), "parallax").status_if_failed,
+  EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
             InitStatus::kTooLittleExcitation);
 }
 
 TEST(MotionGates, AQuietImuWithMovingTracksIsNoRest) {
   MotionMeasures motion = goodMotion();
   motion.excitation = 0.0;
-  EXPECT_TRUE(find(motionGates(motion, kOptions), "parallax").passed);
-  EXPECT_FALSE(find(motionGates(motion, kOptions), "excitation").passed);
+  EXPECT_TRUE(find(motionGates(motion, kOptions), GateName::kParallax).passed);
+  EXPECT_FALSE(find(motionGates(motion, kOptions), GateName::kExcitation).passed);
 }
 
 TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
@@ -84,17 +85,17 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
     found.td = handed_in.td - share * kOptions.max_td_error_s - doubt_s;
     return calibrationGates(handed_in, found, kOptions);
   };
-  for (const GateValue& gate : at(0.999)) EXPECT_TRUE(gate.passed) << gate.name;
+  for (const GateValue& gate : at(0.999)) EXPECT_TRUE(gate.passed) << toString(gate.name);
   for (const GateValue& gate : at(1.001)) {
-    EXPECT_FALSE(gate.passed) << gate.name;
+    EXPECT_FALSE(gate.passed) << toString(gate.name);
     EXPECT_EQ(gate.status_if_failed, InitStatus::kInconsistentResiduals);
   }
-  EXPECT_EQ(describe(find(at(1.1), "extrinsic_rotation")),
+  EXPECT_EQ(describe(find(at(1.1), GateName::kExtrinsicRotation)),
             "extrinsic rotation is off by about 19 deg (sigma 1 deg); its lower bound at 2.5 sigma "
             "is 16.5 deg, must be at most 15");
   handed_in.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
   // No bound on a rotation that was unknown, but on how well it is known now.
-  EXPECT_EQ(at(1.1).front().name, "extrinsic_sigma");
+  EXPECT_EQ(at(1.1).front().name, GateName::kExtrinsicSigma);
   for (const double share : {0.99, 1.01}) {
     found.covariance.diagonal().head<3>().setConstant(
         std::pow(share * kOptions.max_extrinsic_sigma_deg * kRadPerDeg, 2));
@@ -103,51 +104,57 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
   EXPECT_EQ(at(0.5).front().status_if_failed, InitStatus::kTooLittleExcitation);
 }
 
-InitResult withGates(double parallax_share, bool other_passes) {
+InitResult withGates(double parallax_px, bool other_passes) {
   InitResult result;
   result.states.resize(4);
-  GateValue parallax;
-  parallax.name = "parallax";
-  parallax.threshold = 3.0;
-  parallax.value = parallax_share * parallax.threshold;
-  parallax.passed = parallax.value >= parallax.threshold;
-  parallax.status_if_failed = InitStatus::kStationary;
+  MotionMeasures motion = goodMotion();
+  motion.parallax_px = parallax_px;
+  motion.rotation_deg = 0.0;
+  motion.excitation = kOptions.max_rest_deviation;
+  result.gates = motionGates(motion, kOptions);
   GateValue other;
-  other.name = "chi2";
+  other.name = GateName::kChi2;
   other.passed = other_passes;
   other.status_if_failed = InitStatus::kInconsistentResiduals;
-  result.gates = {parallax, other};
+  result.gates.push_back(other);
   return result;
 }
 
-TEST(EnforceGates, ParallaxIsForgivenAboveHalfItsBoundWhereAllElsePasses) {
-  InitResult result = withGates(0.51, true);
+TEST(EnforceGates, WhereAllElsePassesTheLeastParallaxDecides) {
+  const double between = 0.5 * (kOptions.min_parallax_px + kOptions.min_least_parallax_px);
+  InitResult result = withGates(between, true);
   enforceGates(GateMode::kOwn, &result);
-  EXPECT_FALSE(find(result.gates, "parallax").enforced);
-  EXPECT_TRUE(find(result.gates, "chi2").enforced);
+  EXPECT_FALSE(find(result.gates, GateName::kParallax).enforced);
+  EXPECT_TRUE(find(result.gates, GateName::kLeastParallax).enforced);
+  EXPECT_TRUE(find(result.gates, GateName::kChi2).enforced);
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kSuccess);
 
-  result = withGates(0.49, true);
+  result = withGates(kOptions.min_least_parallax_px * 0.999, true);
   enforceGates(GateMode::kOwn, &result);
-  EXPECT_TRUE(find(result.gates, "parallax").enforced);
+  EXPECT_FALSE(find(result.gates, GateName::kParallax).enforced);
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kStationary);
+  std::ostringstream bound;
+  bound << "must be at least " << kOptions.min_least_parallax_px;
+  EXPECT_NE(result.message.find(bound.str()), std::string::npos) << result.message;
 
-  // Another gate fails, or there is no answer: the bound itself counts.
-  result = withGates(0.51, false);
+  // Another gate fails, or there is no answer: the larger bound counts.
+  result = withGates(between, false);
   enforceGates(GateMode::kOn, &result);
-  EXPECT_TRUE(find(result.gates, "parallax").enforced);
-  result = withGates(0.51, true);
+  EXPECT_TRUE(find(result.gates, GateName::kParallax).enforced);
+  decide(false, &result);
+  EXPECT_EQ(result.status, InitStatus::kStationary);
+  result = withGates(between, true);
   result.states.clear();
   enforceGates(GateMode::kOn, &result);
-  EXPECT_TRUE(find(result.gates, "parallax").enforced);
+  EXPECT_TRUE(find(result.gates, GateName::kParallax).enforced);
 }
 
 TEST(EnforceGates, SwitchedOffNoGateIsEnforced) {
   InitResult result = withGates(0.1, false);
   enforceGates(GateMode::kOff, &result);
-  for (const GateValue& gate : result.gates) EXPECT_FALSE(gate.enforced) << gate.name;
+  for (const GateValue& gate : result.gates) EXPECT_FALSE(gate.enforced) << toString(gate.name);
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kSuccess);
 }
@@ -164,7 +171,7 @@ TEST(PosteriorGates, EachHasTwoSides) {
   good.scale_sigma = kOptions.max_scale_sigma * 0.999;
   good.other_scale_rise = verdict_constants::kMinOtherScaleRise * 1.001;
   for (const GateValue& gate : posteriorGates(good, motion, kOptions)) {
-    EXPECT_TRUE(gate.passed) << gate.name;
+    EXPECT_TRUE(gate.passed) << toString(gate.name);
   }
   PosteriorMeasures bad;
   bad.chi2 = kOptions.max_chi2 * 1.001;
@@ -176,10 +183,10 @@ TEST(PosteriorGates, EachHasTwoSides) {
   bad.scale_sigma = kOptions.max_scale_sigma * 1.001;
   bad.other_scale_rise = verdict_constants::kMinOtherScaleRise * 0.999;
   for (const GateValue& gate : posteriorGates(bad, motion, kOptions)) {
-    EXPECT_FALSE(gate.passed) << gate.name;
+    EXPECT_FALSE(gate.passed) << toString(gate.name);
   }
   for (const GateValue& gate : posteriorGates(PosteriorMeasures(), motion, kOptions)) {
-    EXPECT_FALSE(gate.passed) << gate.name << " of a value that is not known";
+    EXPECT_FALSE(gate.passed) << toString(gate.name) << " of a value that is not known";
   }
 }
 
@@ -191,9 +198,9 @@ TEST(PosteriorGates, ShortWindowsHaveAnInertialBoundOfTheirOwn) {
   for (const auto& [keyframes, bound] : {std::pair(7, 0.5), std::pair(8, 1.2)}) {
     measures.keyframes = keyframes;
     measures.inertial_chi2 = bound * 0.999;
-    EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), options), "inertial_chi2").passed);
+    EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
     measures.inertial_chi2 = bound * 1.001;
-    EXPECT_FALSE(find(posteriorGates(measures, goodMotion(), options), "inertial_chi2").passed);
+    EXPECT_FALSE(find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
   }
 }
 
@@ -202,7 +209,7 @@ TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
   measures.scale = 0.41;
   measures.other_scale = 1.37;
   measures.other_scale_rise = 2.5;
-  const GateValue gate = find(posteriorGates(measures, goodMotion(), kOptions), "other_scale");
+  const GateValue gate = find(posteriorGates(measures, goodMotion(), kOptions), GateName::kOtherScale);
   EXPECT_FALSE(gate.passed);
   EXPECT_EQ(gate.status_if_failed, InitStatus::kScaleTooUncertain);
   EXPECT_EQ(describe(gate),
@@ -211,11 +218,11 @@ TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
   // No other minimum at all.
   measures.other_scale = kNotComputed;
   measures.other_scale_rise = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions), "other_scale").passed);
+  EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), kOptions), GateName::kOtherScale).passed);
   // Nobody has looked.
   measures.profiled = false;
   for (const GateValue& other : posteriorGates(measures, goodMotion(), kOptions)) {
-    EXPECT_NE(other.name, "other_scale");
+    EXPECT_NE(other.name, GateName::kOtherScale);
   }
 }
 
@@ -234,60 +241,64 @@ TEST(PosteriorGates, TheWiderOfPosteriorAndProfileIsTheSigma) {
   EXPECT_EQ(scaleSigma(posterior, nullptr), 0.05);
 }
 
-TEST(PosteriorGates, TheStrictProfileIsTighterAndNeverLooser) {
+TEST(PosteriorGates, GrowingWindowsHaveABoundOfTheirOwnThatIsNeverLooser) {
   GateOptions options;
-  EXPECT_EQ(gatesInForce(options).max_scale_sigma, options.max_scale_sigma);
-  options.strict = true;
-  EXPECT_EQ(gatesInForce(options).max_scale_sigma, 0.05);
-  EXPECT_EQ(gatesInForce(options).max_chi2, 1.2);
-  EXPECT_EQ(gatesInForce(options).min_inlier_fraction, 0.7);
+  EXPECT_LT(options.max_scale_sigma_growing, options.max_scale_sigma);
+  const ExactWindow exact = makeExactWindow(ExactWindowOptions());
+  const double span = exact.window->times().back() - exact.window->times().front();
+  const auto bound = [&](double full_span_s) {
+    WindowOptions window;
+    window.max_span_s = full_span_s;
+    return gatesInForce(options, *exact.window, window).max_scale_sigma;
+  };
+  EXPECT_EQ(bound(1.001 * span / 0.9), options.max_scale_sigma_growing);
+  EXPECT_EQ(bound(0.999 * span / 0.9), options.max_scale_sigma);
   options.max_scale_sigma = 0.02;
-  options.min_inlier_fraction = 0.9;
-  EXPECT_EQ(gatesInForce(options).max_scale_sigma, 0.02);
-  EXPECT_EQ(gatesInForce(options).min_inlier_fraction, 0.9);
+  EXPECT_EQ(bound(100.0), 0.02);
 }
 
 TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures measures;
   measures.scale_sigma = 1.0;
-  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), "scale_sigma").status_if_failed,
+  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
             InitStatus::kScaleTooUncertain);
   motion.excitation = kOptions.min_excitation * 0.999;
-  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), "scale_sigma").status_if_failed,
+  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
             InitStatus::kTooLittleExcitation);
 }
 
 TEST(MotionGates, ExcitationOnBothSides) {
   MotionMeasures motion = goodMotion();
   motion.excitation = kOptions.min_excitation * 1.001;
-  EXPECT_TRUE(find(motionGates(motion, kOptions), "excitation").passed);
+  EXPECT_TRUE(find(motionGates(motion, kOptions), GateName::kExcitation).passed);
   motion.excitation = kOptions.min_excitation * 0.999;
-  const GateValue gate = find(motionGates(motion, kOptions), "excitation");
+  const GateValue gate = find(motionGates(motion, kOptions), GateName::kExcitation);
   EXPECT_FALSE(gate.passed);
   EXPECT_EQ(gate.status_if_failed, InitStatus::kTooLittleExcitation);
 }
 
 TEST(AlignmentGates, EachOnBothSides) {
   const double e = 1e-3;
-  const auto passed = [](const char* name, double linkage, double scale, double rms, double sigma) {
+  const auto passed = [](GateName name, double linkage, double scale, double rms,
+                         double sigma) {
     return find(alignmentGates(linkage, scale, rms, sigma, kOptions), name).passed;
   };
-  EXPECT_TRUE(passed("linkage", kOptions.min_linkage * (1 + e), 1, 0, 0));
-  EXPECT_FALSE(passed("linkage", kOptions.min_linkage * (1 - e), 1, 0, 0));
-  EXPECT_TRUE(passed("scale_positive", 100, 1.001e-6, 0, 0));
-  EXPECT_FALSE(passed("scale_positive", 100, 0.999e-6, 0, 0));
-  EXPECT_FALSE(passed("scale_positive", 100, -1.0, 0, 0));
-  EXPECT_TRUE(passed("alignment_residual", 100, 1, kOptions.max_alignment_residual * (1 - e), 0));
-  EXPECT_FALSE(passed("alignment_residual", 100, 1, kOptions.max_alignment_residual * (1 + e), 0));
-  EXPECT_TRUE(passed("scale_sigma", 100, 1, 0, kOptions.max_scale_sigma * (1 - e)));
-  EXPECT_FALSE(passed("scale_sigma", 100, 1, 0, kOptions.max_scale_sigma * (1 + e)));
+  EXPECT_TRUE(passed(GateName::kLinkage, kOptions.min_linkage * (1 + e), 1, 0, 0));
+  EXPECT_FALSE(passed(GateName::kLinkage, kOptions.min_linkage * (1 - e), 1, 0, 0));
+  EXPECT_TRUE(passed(GateName::kScalePositive, 100, 1.001e-6, 0, 0));
+  EXPECT_FALSE(passed(GateName::kScalePositive, 100, 0.999e-6, 0, 0));
+  EXPECT_FALSE(passed(GateName::kScalePositive, 100, -1.0, 0, 0));
+  EXPECT_TRUE(passed(GateName::kAlignmentResidual, 100, 1, kOptions.max_alignment_residual * (1 - e), 0));
+  EXPECT_FALSE(passed(GateName::kAlignmentResidual, 100, 1, kOptions.max_alignment_residual * (1 + e), 0));
+  EXPECT_TRUE(passed(GateName::kScaleSigma, 100, 1, 0, kOptions.max_scale_sigma * (1 - e)));
+  EXPECT_FALSE(passed(GateName::kScaleSigma, 100, 1, 0, kOptions.max_scale_sigma * (1 + e)));
 }
 
 TEST(AlignmentGates, UnknownValuesDoNotPass) {
   for (const GateValue& gate :
        alignmentGates(kNotComputed, kNotComputed, kNotComputed, kNotComputed, kOptions)) {
-    EXPECT_FALSE(gate.passed) << gate.name;
+    EXPECT_FALSE(gate.passed) << toString(gate.name);
   }
 }
 
@@ -321,7 +332,7 @@ TEST(MotionGates, WithoutTracksNothingIsClaimedAboutTheMotion) {
   motion.parallax_px = kNotComputed;
   for (double rotation : {0.0, 90.0}) {
     motion.rotation_deg = rotation;
-    const GateValue gate = find(motionGates(motion, kOptions), "parallax");
+    const GateValue gate = find(motionGates(motion, kOptions), GateName::kParallax);
     EXPECT_FALSE(gate.passed);
     EXPECT_EQ(gate.status_if_failed, InitStatus::kTooFewTracks);
     EXPECT_NE(describe(gate).find("could not be measured"), std::string::npos);

@@ -363,7 +363,7 @@ TEST(OtherScale, AWindowWithoutAScaleIsRefusedWithAWideSigma) {
     EXPECT_FALSE(result.success()) << seed;
     EXPECT_TRUE(!result.hasEstimate() || result.scale_sigma > 0.3) << seed;
     bool asked = false;
-    for (const GateValue& gate : result.gates) asked = asked || gate.name == "other_scale";
+    for (const GateValue& gate : result.gates) asked = asked || gate.name == GateName::kOtherScale;
     EXPECT_EQ(asked, result.hasEstimate());
   }
 }

@@ -168,19 +168,7 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
 HostAdapter::HostAdapter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 HostAdapter::~HostAdapter() = default;
 
-InitializerOptions HostAdapter::hostDefaults() {
-  InitializerOptions options;
-  // Hosts of this family work at 10 Hz: every second frame, where the 0.22 s of the benchmarks
-  // would make it every third and the first second would hold four keyframes in place of six.
-  options.window.min_interval_s = 0.18;
-  options.window.keyframes = 12;  // about the 2.25 s of the benchmarks' windows
-  // One more than the least: a window of four is now and then accepted with a wrong scale.
-  options.window.min_keyframes = kMinKeyframes + 1;
-  // Windows that grow are accepted just below the bound. 0.07 in place of 0.10 costs up to 0.2 s
-  // and took a fifth of the scale error away in MH_03 and V1_01, none in MH_04 (docs/vins_mono.md).
-  options.gates.max_scale_sigma = 0.07;
-  return options;
-}
+InitializerOptions HostAdapter::hostDefaults() { return InitializerOptions(); }
 
 std::unique_ptr<HostAdapter> HostAdapter::create(std::unique_ptr<IInitializer> initializer,
                                                  const HostOptions& options, std::string* error) {

@@ -8,7 +8,7 @@ namespace {
 
 std::unique_ptr<WindowSolver> makeVins(const InitializerOptions& options,
                                        const BaselineOptions& baseline_options) {
-  return std::make_unique<Vins>(baseline_options.vins, options.gates);
+  return std::make_unique<Vins>(baseline_options.vins, options.gates, options.window);
 }
 
 std::unique_ptr<WindowSolver> makeOpenVins(const InitializerOptions& options,

@@ -123,8 +123,9 @@ InitResult DrtT::solve(const InitWindow& window) const {
     setWorldStates(window, state, &result);
     result.scale_sigma = alignment.scale_sigma;
     // The motion is the IMU's own: its position and velocity rows have no residual.
-    const std::vector<GateValue> gates = alignmentGates(
-        visual.linkage(), cameraSpread(window, state), 0.0, alignment.scale_sigma, options_.gates);
+    const std::vector<GateValue> gates =
+        alignmentGates(visual.linkage(), cameraSpread(window, state), 0.0, alignment.scale_sigma,
+                       gatesInForce(options_.gates, window, options_.window));
     result.gates.insert(result.gates.end(), gates.begin(), gates.end());
   }
   decide(options_.gates.mode == GateMode::kOn, &result);

@@ -18,11 +18,12 @@ void updateGates(const GateOptions& options, double camera_spread, InitResult* r
   double linkage = kNotComputed, residual = kNotComputed;
   std::vector<GateValue> gates;
   for (const GateValue& gate : result->gates) {
-    if (gate.name == "linkage") {
+    if (gate.name == GateName::kLinkage) {
       linkage = gate.value;
-    } else if (gate.name == "alignment_residual") {
+    } else if (gate.name == GateName::kAlignmentResidual) {
       residual = gate.value;
-    } else if (gate.name == "parallax" || gate.name == "excitation") {
+    } else if (gate.name == GateName::kParallax || gate.name == GateName::kLeastParallax ||
+               gate.name == GateName::kExcitation) {
       gates.push_back(gate);
     }
   }
@@ -64,7 +65,8 @@ InitResult DrtViBa::solve(const InitWindow& window) const {
   const Posterior posterior = posteriorOf(state, adjustment.information);
   result.scale_sigma = posterior.scale_sigma;
   result.covariance = posterior.covariance;
-  updateGates(options_.gates, cameraSpread(window, state), &result);
+  updateGates(gatesInForce(options_.gates, window, options_.window), cameraSpread(window, state),
+              &result);
   decide(options_.gates.mode == GateMode::kOn, &result);
   clock.lap("posterior");
   return result;

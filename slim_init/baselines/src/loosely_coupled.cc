@@ -67,7 +67,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   if (alignment.valid) {
     const std::vector<GateValue> gates =
         alignmentGates(translation.linkage(), alignment.scale, alignment.residual_rms,
-                       alignment.scale_sigma, options.gates);
+                       alignment.scale_sigma, gatesInForce(options.gates, window, options.window));
     result->gates.insert(result->gates.end(), gates.begin(), gates.end());
     WindowState state;
     state.R_b0_bk = R_b0_bk;

@@ -134,9 +134,9 @@ InitResult Vins::solve(const InitWindow& window) const {
   result.scale_sigma = alignment.scale_sigma;
   for (const GateValue& gate :
        alignmentGates(kNotComputed, cameraSpread(window, state), alignment.residual_rms,
-                      alignment.scale_sigma, gates_)) {
+                      alignment.scale_sigma, gatesInForce(gates_, window, window_))) {
     // Of the linear translation system, which this method does not have.
-    if (gate.name != "linkage") result.gates.push_back(gate);
+    if (gate.name != GateName::kLinkage) result.gates.push_back(gate);
   }
   decide(gates_.mode == GateMode::kOn, &result);
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);

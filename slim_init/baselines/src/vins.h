@@ -13,13 +13,15 @@ namespace slim_init::baselines {
 /// refusal comes without an estimate.
 class Vins : public WindowSolver {
  public:
-  Vins(const VinsOptions& options, const GateOptions& gates) : options_(options), gates_(gates) {}
+  Vins(const VinsOptions& options, const GateOptions& gates, const WindowOptions& window)
+      : options_(options), gates_(gates), window_(window) {}
   const std::string& name() const override;
   InitResult solve(const InitWindow& window) const override;
 
  private:
   VinsOptions options_;
   GateOptions gates_;
+  WindowOptions window_;
 };
 
 }  // namespace slim_init::baselines

@@ -19,12 +19,14 @@ namespace {
 
 // A trial that has no full window after this many nominal lengths has met a gap.
 constexpr double kGiveUpLengths = 2.0;
+// A window is full when it lacks less than this share of the time between two images.
+constexpr double kFullTolerance = 0.99;
 
 enum class CutOutcome { kWindow, kEnded, kInterrupted, kInvalid };
 
 struct Cut {
   CutOutcome outcome = CutOutcome::kEnded;
-  std::vector<std::shared_ptr<const InitWindow>> windows;  ///< growing; the last one is full
+  std::vector<std::shared_ptr<const InitWindow>> windows;  ///< one an image; the last one is full
   std::string message;                                     ///< of a refusal
 
   const InitWindow& full() const { return *windows.back(); }
@@ -55,7 +57,7 @@ std::string checkSequence(const Sequence& sequence) {
 /// window depends on its own data only.
 class WindowCutter {
  public:
-  /// The smallest window has `first_keyframes`, the full one options.keyframes.
+  /// Windows have at least `first_keyframes`; zero: full ones only.
   WindowCutter(const Sequence& sequence, const WindowOptions& options, const ImuLimits& imu,
                int first_keyframes)
       : sequence_(sequence), options_(options) {
@@ -68,8 +70,10 @@ class WindowCutter {
     const double frame_interval = intervals.empty() ? options.min_interval_s : median(intervals);
     const double spacing =
         frame_interval * std::max(1.0, std::ceil(options.min_interval_s / frame_interval - 1e-6));
-    give_up_s_ = kGiveUpLengths * (options.keyframes - 1) * spacing;
-    options_.min_keyframes = first_keyframes;
+    frame_interval_ = frame_interval;
+    give_up_s_ = kGiveUpLengths * std::max(options.max_span_s, (options.keyframes - 1) * spacing);
+    growing_ = first_keyframes > 0;
+    options_.min_keyframes = growing_ ? first_keyframes : options.keyframes;
     options_.buffer_s = std::max(options.buffer_s, give_up_s_ + 1.0);
   }
 
@@ -96,19 +100,18 @@ class WindowCutter {
         buffer.addImu(sequence_.imu[next_imu++]);
       }
       buffer.addFrame(sequence_.frames[i]);
-      // cut() copies the window's data: asked only when it can be larger than the one before.
-      const int size =
-          result.windows.empty() ? options_.min_keyframes - 1 : result.windows.back()->size();
-      if (elapsed < size * options_.min_interval_s - 1e-9) continue;
+      // cut() copies the window's data: asked only when there can be one.
+      if (elapsed < (options_.min_keyframes - 1) * options_.min_interval_s - 1e-9) continue;
       const WindowCut cut = buffer.cut();
       if (cut.status == InitStatus::kInvalidInput) {
         result.outcome = CutOutcome::kInvalid;
         result.message = cut.message;
         break;
       }
-      if (cut.window == nullptr || cut.window->size() <= size) continue;
-      result.windows.push_back(cut.window);
-      if (cut.window->size() == options_.keyframes) {
+      if (cut.window == nullptr) continue;
+      const bool full = isFull(*cut.window);
+      if (full || growing_) result.windows.push_back(cut.window);
+      if (full) {
         result.outcome = CutOutcome::kWindow;
         break;
       }
@@ -118,6 +121,13 @@ class WindowCutter {
   }
 
  private:
+  // The next image would not make it longer.
+  bool isFull(const InitWindow& window) const {
+    const double span = window.times().back() - window.times().front();
+    return window.size() == options_.keyframes &&
+           span + kFullTolerance * frame_interval_ > options_.max_span_s;
+  }
+
   std::size_t lastSampleAtOrBefore(double t) const {
     const auto after =
         std::upper_bound(sequence_.imu.begin(), sequence_.imu.end(), t,
@@ -129,6 +139,8 @@ class WindowCutter {
   const Sequence& sequence_;
   WindowOptions options_;
   StreamOptions streams_;
+  bool growing_ = false;
+  double frame_interval_ = 0.0;
   double give_up_s_ = 0.0;
 };
 
@@ -238,7 +250,7 @@ MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Seq
                        const ProtocolOptions& options) {
   MethodRecord record;
   InitResult answer;
-  AnswerSequence answers(options.window.keyframes,
+  AnswerSequence answers(options.window.fullSpan(),
                          options.first_keyframes > 0 ? AnswerSequence::kMaxDisagreement : 0.0);
   for (std::size_t i = 0; i < trial.cut.windows.size(); ++i) {
     record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], sequence, &answers, &answer);
@@ -336,9 +348,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   for (const WindowSolver* solver : solvers) result->methods.push_back(solver->name());
   ProtocolCounts& counts = result->counts;
   counts.frames = static_cast<int>(sequence.frames.size());
-  const WindowCutter cutter(
-      sequence, options.window, options.imu,
-      options.first_keyframes > 0 ? options.first_keyframes : options.window.keyframes);
+  const WindowCutter cutter(sequence, options.window, options.imu, options.first_keyframes);
   const int trials = (counts.frames + options.stride - 1) / options.stride;
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;

@@ -65,6 +65,8 @@ class SubsetCollector {
     s.accept_s_median = median(accept_s_);
     s.accept_s_p90 = quantile(accept_s_, 0.9);
     s.accept_keyframes_median = median(accept_keyframes_);
+    s.right_s_median = median(right_s_);
+    s.right_s_p90 = quantile(right_s_, 0.9);
     s.accepted_scale_rmse = rootMeanSquare(accepted_scale_);
     s.accepted_scale_median = median(accepted_scale_);
     s.accepted_gravity_rmse_deg = rootMeanSquare(accepted_gravity_);
@@ -83,6 +85,7 @@ class SubsetCollector {
     if (has_truth) {
       s.accepted_within_0_1_rate = ratio(s.accepted_within_0_1, s.accepted);
       s.accepted_within_0_5_rate = ratio(s.accepted_within_0_5, s.accepted);
+      s.right_rate = ratio(s.accepted_within_0_1, s.windows);
     }
     for (const auto& [status, errors] : partial_) {
       PartialSummary& partial = s.partial[status];
@@ -117,7 +120,11 @@ class SubsetCollector {
     addFinite(record.calibration.rotation_deg, &rotation_deg_);
     addFinite(record.calibration.rotation_over_sigma, &rotation_over_sigma_);
     addFinite(1e3 * record.calibration.readout_s, &readout_ms_);
-    if (scale_error < 0.1) ++summary_.accepted_within_0_1;
+    if (scale_error < 0.1) {
+      ++summary_.accepted_within_0_1;
+      right_s_.push_back(record.data_s);
+    }
+    if (scale_error > 0.25) ++summary_.accepted_beyond_0_25;
     if (scale_error < 0.5) ++summary_.accepted_within_0_5;
     // Written so that the first window replaces the NaN.
     if (!(summary_.accepted_scale_error_max >= scale_error)) {
@@ -173,7 +180,7 @@ class SubsetCollector {
   std::map<std::string, PartialErrors> partial_;
   std::vector<double> scale_, gravity_, velocity_, velocity_vec_, pose_;
   std::vector<double> gyro_bias_pct_, gyro_bias_vec_, solve_ms_, solve_cpu_ms_;
-  std::vector<double> accept_s_, accept_keyframes_;
+  std::vector<double> accept_s_, accept_keyframes_, right_s_;
   std::vector<double> downstream_ate_, downstream_scale_;
   std::vector<double> accepted_scale_, accepted_gravity_, accepted_velocity_;
   std::vector<double> scale_over_sigma_, td_ms_, td_over_sigma_;

@@ -42,6 +42,7 @@ constexpr SummaryField kSummaryFields[] = {
     {"accepted", nullptr, &SubsetSummary::accepted},
     {"accepted_within_0_1", nullptr, &SubsetSummary::accepted_within_0_1},
     {"accepted_within_0_5", nullptr, &SubsetSummary::accepted_within_0_5},
+    {"accepted_beyond_0_25", nullptr, &SubsetSummary::accepted_beyond_0_25},
     {"accepted_within_0_1_rate", &SubsetSummary::accepted_within_0_1_rate, nullptr},
     {"accepted_within_0_5_rate", &SubsetSummary::accepted_within_0_5_rate, nullptr},
     {"accepted_scale_error_max", &SubsetSummary::accepted_scale_error_max, nullptr},
@@ -59,6 +60,9 @@ constexpr SummaryField kSummaryFields[] = {
     {"accept_s_median", &SubsetSummary::accept_s_median, nullptr},
     {"accept_s_p90", &SubsetSummary::accept_s_p90, nullptr},
     {"accept_keyframes_median", &SubsetSummary::accept_keyframes_median, nullptr},
+    {"right_rate", &SubsetSummary::right_rate, nullptr},
+    {"right_s_median", &SubsetSummary::right_s_median, nullptr},
+    {"right_s_p90", &SubsetSummary::right_s_p90, nullptr},
     {"downstream_runs", nullptr, &SubsetSummary::downstream_runs},
     {"downstream_diverged", nullptr, &SubsetSummary::downstream_diverged},
     {"downstream_divergence_rate", &SubsetSummary::downstream_divergence_rate, nullptr},
@@ -108,7 +112,7 @@ std::string joinGates(const std::vector<GateValue>& gates) {
   std::string text;
   for (const GateValue& gate : gates) {
     if (!text.empty()) text += ';';
-    text += gate.name + "=" + csvNumber(gate.value);
+    text += std::string(toString(gate.name)) + "=" + csvNumber(gate.value);
   }
   return text;
 }

@@ -40,6 +40,17 @@ constexpr Column kAccuracy[] = {
     {"accepted", false, Best::kNone, "%.0f", nullptr, &S::accepted},
     {"|s-1|<0.1 %", true, Best::kHighest, "%.1f", &S::accepted_within_0_1_rate, nullptr, 100.0},
     {"solve ms", false, Best::kNone, "%.3f", &S::solve_cpu_ms_median}};
+constexpr Column kFirstAnswer[] = {
+    {"right, % of all", true, Best::kHighest, "%.1f", &S::right_rate, nullptr, 100.0},
+    {"wrong > 0.25", true, Best::kLowest, "%.0f", nullptr, &S::accepted_beyond_0_25},
+    {"largest", true, Best::kLowest, "%.3f", &S::accepted_scale_error_max},
+    {"right s, median", true, Best::kLowest, "%.2f", &S::right_s_median},
+    {"p90", true, Best::kLowest, "%.2f", &S::right_s_p90},
+    {"accepted %", false, Best::kNone, "%.1f", &S::accepted_rate, nullptr, 100.0},
+    {"s, median", false, Best::kNone, "%.2f", &S::accept_s_median},
+    {"p90", false, Best::kNone, "%.2f", &S::accept_s_p90},
+    {"scale rmse", true, Best::kLowest, "%.4f", &S::accepted_scale_rmse},
+    {"error/sigma", true, Best::kNone, "%.2f", &S::accepted_scale_over_sigma}};
 constexpr Column kDownstream[] = {
     {"runs", false, Best::kNone, "%.0f", nullptr, &S::downstream_runs},
     {"diverged %", false, Best::kLowest, "%.1f", &S::downstream_divergence_rate, nullptr, 100.0},
@@ -148,6 +159,10 @@ std::string summaryTable(const ProtocolResult& result,
     text += (excited ? "" : "\n") + std::to_string(windows) + (excited ? " excited" : "") +
             (windows == 1 ? " window" : " windows") + (excited ? "" : " in all") + "\n";
     if (windows > 0) text += tableText(kAccuracy, summaries, subset, result.has_truth);
+    if (windows > 0 && result.first_keyframes > 0) {
+      text += "  First answers, asked at every image; right within 10 %\n" +
+              tableText(kFirstAnswer, summaries, subset, result.has_truth);
+    }
   }
   if (result.shows_calibration) {
     text += "\nCalibration, rms errors of the accepted answers, all windows\n" +

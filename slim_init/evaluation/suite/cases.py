@@ -9,7 +9,8 @@ from collections import namedtuple
 OUTLIERS = "0.03"
 DRIFT_PX = "0.04"
 
-# The protocol is the paper's, whatever a file of options says about windows.
+# The protocol is the paper's, whatever a file of options says about windows; the cases "growing"
+# have the windows of a host, of the files or the defaults.
 WINDOW = ["--keyframes", "10", "--interval", "0.22"]
 
 QUICK_WINDOWS = 5
@@ -91,15 +92,15 @@ def find_program(config, suite_folder):
     return found
 
 
-def _common(config, ablation):
-    """The options that go to every run."""
+def _common(config, ablation, fixed=True):
+    """The options that go to every run; fixed: windows of one size, else those that grow."""
     methods = [name for name in str(config.get("methods") or "").split(",") if name]
     if ablation:
         methods = [name for name in (methods or WITH_VARIANTS) if name in WITH_VARIANTS]
     limit = int(config.get("limit") or 0)
     if switched_on(config.get("quick")) and limit == 0:
         limit = QUICK_WINDOWS
-    arguments = list(WINDOW)
+    arguments = list(WINDOW) if fixed else []
     values = [("methods", ",".join(methods)), ("stride", config.get("stride")), ("limit", limit),
               ("threads", config.get("threads")), ("options", config.get("options")),
               ("gates", config.get("gates"))]
@@ -206,6 +207,12 @@ def _rigs(plain):
                 yield "rigs/%s/%s" % (name.replace("/", "-"), rig.name), arguments + rig.arguments, files
 
 
+def _growing(plain):
+    """Every method asked at every image until it accepts; named growing/SEQUENCE."""
+    for name, arguments, files, _ in plain:
+        yield "growing/" + name.replace("/", "-"), arguments, files
+
+
 def list_cases(config):
     """The cases in the order of the report, and notes on what was looked for and is not there.
     Raises ConfigError."""
@@ -225,6 +232,10 @@ def list_cases(config):
         notes.append("no ablation: none of the methods has variants")
     if switched_on(config.get("rigs")):
         cases += [Case(name, arguments + common, files) for name, arguments, files in _rigs(plain)]
+    if switched_on(config.get("growing")):
+        growing = _common(config, False, fixed=False)
+        cases += [Case(name, arguments + growing, files)
+                  for name, arguments, files in _growing(plain)]
     patterns = [pattern for pattern in str(config.get("cases") or "").split(",") if pattern]
     if patterns:
         for pattern in patterns:

@@ -54,8 +54,10 @@ class KeyframeWindow {
 
   /// Cuts the newest window. Keyframes are chosen backwards from the newest frame that the IMU
   /// covers, each at least `min_interval_s` before the next, up to `keyframes` of them, and never
-  /// across a gap in frames (`max_frame_gap_s`) or IMU samples (`max_imu_gap_s`). Fewer than
-  /// `min_keyframes` is kTooFewKeyframes. `leave_out`: of the keyframes chosen, this many of the
+  /// across a gap in frames (`max_frame_gap_s`) or IMU samples (`max_imu_gap_s`). Where there are
+  /// more, and max_span_s asks for a longer window, `keyframes` of them are spread over it: a
+  /// window that grows keeps its length and thins out. Fewer than `min_keyframes` is
+  /// kTooFewKeyframes. `leave_out`: of the keyframes chosen, this many of the
   /// newest are left out again, so that the window is what it was before them; it then needs
   /// kMinKeyframes.
   WindowCut cut(int leave_out = 0) const;
@@ -89,6 +91,7 @@ class KeyframeWindow {
   int newestCovered() const;
   double imuStart(int newest) const;
   std::vector<int> chooseKeyframes(int newest, std::string* reason) const;
+  std::vector<int> spreadKeyframes(const std::vector<int>& frames) const;
   std::vector<ImuSample> samplesCovering(double t_first, double t_last) const;
 
   Calibration calibration_;

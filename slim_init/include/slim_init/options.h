@@ -20,12 +20,18 @@ inline constexpr int kMaxBiasCandidates = 3;
 
 /// KeyframeWindow: which frames become keyframes and what is kept.
 struct WindowOptions {
-  int keyframes = 10;            ///< keyframes of a full window
-  int min_keyframes = 10;        ///< least number of keyframes to answer with
-  double min_interval_s = 0.22;  ///< least time between keyframes [s]
+  int keyframes = 15;            ///< most keyframes of a window
+  int min_keyframes = 5;         ///< least number of keyframes to answer with
+  double min_interval_s = 0.09;  ///< least time between keyframes [s]
+  /// Longest time between the first and the last keyframe [s]; a window that reaches further back
+  /// than its keyframes at min_interval_s has them spread over its length. 0: it never does.
+  double max_span_s = 3.0;
   double max_frame_gap_s = 1.0;  ///< longest time between frames of one window [s]
   double max_imu_gap_s = 0.05;   ///< longest time between IMU samples of one window [s]
   double buffer_s = 10.0;        ///< data kept [s]
+
+  /// Time that a full window spans [s]: max_span_s, or all keyframes at min_interval_s.
+  double fullSpan() const;
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -164,14 +170,15 @@ const char* toString(GateMode mode);
 /// Thresholds of the verdict (src/verdict).
 struct GateOptions {
   GateMode mode = GateMode::kOwn;         ///< whose gates decide
-  bool strict = false;                    ///< tighter bounds for `slim`, see gatesInForce()
   double min_parallax_px = 3.0;           ///< median motion of the tracks without rotation [px]
+  double min_least_parallax_px = 1.5;     ///< the same where every other gate passes [px]
   double min_rotation_deg = 2.0;          ///< stationary or pure rotation [deg]
   double max_rest_deviation = 0.5;        ///< rms deviation of the specific force at rest [m/s^2]
   double min_excitation = 0.10;           ///< rms deviation of the specific force [m/s^2]
   double min_linkage = 10.0;              ///< ratio of eigenvalues of the translation system
   double max_alignment_residual = 0.10;   ///< rms residual of the alignment [m, m/s]
   double max_scale_sigma = 0.10;          ///< relative standard deviation of the scale
+  double max_scale_sigma_growing = 0.05;  ///< the same of a window that is not full yet
   double max_chi2 = 1.5;                  ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;         ///< inertial chi-square per residual
   double max_inertial_chi2_short = 1.0;   ///< the same of windows below eight keyframes

@@ -44,9 +44,38 @@ bool isWait(InitStatus status);
 /// True where an estimate was computed and then rejected by a gate.
 bool isRefused(InitStatus status);
 
+/// The checks of the verdict (docs/derivation.md, 6).
+enum class GateName {
+  kParallax,           ///< track motion without rotation, where another gate fails as well
+  kLeastParallax,      ///< the same where every other gate passes
+  kExcitation,         ///< deviation of the specific force from its mean
+  kExtrinsicRotation,  ///< certain error of an extrinsic rotation that was known
+  kExtrinsicSigma,     ///< standard deviation of one that was unknown
+  kTimeOffset,         ///< certain error of td
+  kLinkage,            ///< eigenvalue ratio of the translation system
+  kScalePositive,
+  kAlignmentResidual,
+  kChi2,          ///< of the images
+  kInertialChi2,  ///< of the IMU
+  kInlierFraction,
+  kBehindFraction,
+  kMeanAcceleration,
+  kPointSpread,
+  kOtherScale,  ///< cost of another scale
+  kScaleSigma,
+  kAgreement,  ///< with the answers before (AnswerSequence)
+  kOther,      ///< of a method from elsewhere: GateValue::explanation says what
+};
+
+/// Stable lower-case name, used in files and messages: "parallax", "least_parallax", "excitation",
+/// "extrinsic_rotation", "extrinsic_sigma", "time_offset", "linkage", "scale_positive",
+/// "alignment_residual", "chi2", "inertial_chi2", "inlier_fraction", "behind_fraction",
+/// "mean_acceleration", "point_spread", "other_scale", "scale_sigma", "agreement", "other".
+const char* toString(GateName name);
+
 /// One check: a measured number against its threshold.
 struct GateValue {
-  std::string name;                 ///< e.g. "scale_sigma"
+  GateName name = GateName::kOther;
   std::string explanation;          ///< what was measured, as the subject of a message
   std::string unit;                 ///< "" where dimensionless
   double value = kNotComputed;      ///< measured

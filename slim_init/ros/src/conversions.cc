@@ -117,7 +117,7 @@ InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& con
   message.scale_sigma = result.scale_sigma;
   for (const GateValue& gate : result.gates) {
     InitGate out;
-    out.name = gate.name;
+    out.name = toString(gate.name);
     out.explanation = gate.explanation;
     out.unit = gate.unit;
     out.value = gate.value;

@@ -140,10 +140,17 @@ std::vector<int> KeyframeWindow::chooseKeyframes(int newest, std::string* reason
   std::vector<int> chosen;
   *reason = "no frame is covered by the IMU yet";
   if (newest < 0) return chosen;
+  // Every frame that may be one of a window of max_span_s.
+  std::vector<int> usable;
   const double t_imu_start = imuStart(newest);
   const auto time = [this](int i) { return frames_[i].observation.t; };
   std::ostringstream out;
-  for (int i = newest; i >= 0 && static_cast<int>(chosen.size()) < options_.keyframes; --i) {
+  const auto inSpan = [&](int i) {
+    return time(newest) - time(i) <= options_.max_span_s + kStampRounding;
+  };
+  for (int i = newest; i >= 0; --i) {
+    const bool wanted = static_cast<int>(chosen.size()) < options_.keyframes;
+    if (!wanted && !inSpan(i)) break;
     *reason = "more frames are needed";
     if (i < newest && time(i + 1) - time(i) > options_.max_frame_gap_s) {
       out << "a gap of " << time(i + 1) - time(i) << " s between frames (bound "
@@ -159,10 +166,37 @@ std::vector<int> KeyframeWindow::chooseKeyframes(int newest, std::string* reason
       *reason = out.str();
       break;
     }
-    if (chosen.empty() ||
-        time(chosen.back()) - time(i) >= options_.min_interval_s - kStampRounding) {
+    if (inSpan(i)) usable.push_back(i);
+    if (wanted && (chosen.empty() ||
+                   time(chosen.back()) - time(i) >= options_.min_interval_s - kStampRounding)) {
       chosen.push_back(i);
     }
+  }
+  const bool longer = !usable.empty() && usable.back() < chosen.back();
+  return longer ? spreadKeyframes(usable) : chosen;
+}
+
+// As many of these frames (newest first) as a window has, first and last among them, as evenly
+// spaced as the frames allow.
+std::vector<int> KeyframeWindow::spreadKeyframes(const std::vector<int>& frames) const {
+  const auto time = [this](int i) { return frames_[i].observation.t; };
+  std::vector<int> chosen = {frames.front()};
+  std::size_t next = 1;
+  while (next < frames.size() && static_cast<int>(chosen.size()) < options_.keyframes) {
+    const double t_last = time(chosen.back());
+    // Whatever has been missed is made up for by the rest.
+    const int left = options_.keyframes - static_cast<int>(chosen.size());
+    const double target = t_last - (t_last - time(frames.back())) / left;
+    const auto allowed = [&](std::size_t i) {
+      return t_last - time(frames[i]) >= options_.min_interval_s - kStampRounding;
+    };
+    while (next < frames.size() && !allowed(next)) ++next;
+    if (next == frames.size()) break;
+    while (next + 1 < frames.size() &&
+           std::abs(time(frames[next + 1]) - target) < std::abs(time(frames[next]) - target)) {
+      ++next;
+    }
+    chosen.push_back(frames[next++]);
   }
   return chosen;
 }

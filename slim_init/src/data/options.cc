@@ -4,6 +4,7 @@
 // is what it is.
 #include "slim_init/options.h"
 
+#include <algorithm>
 #include <limits>
 #include <sstream>
 #include <utility>
@@ -41,12 +42,16 @@ const char* toString(GateMode mode) {
 OptionTable optionTable(WindowOptions* o) {
   return {
       userKey("keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
-              "keyframes of a full window; 10 as in DRT and the paper (V-D)"),
+              "most keyframes of a window; the paper has 10 (V-D)"),
       userKey("min_keyframes", &o->min_keyframes, {kMinKeyframes, 50}, "",
               "a window with fewer is answered with too_few_keyframes"),
       userKey("min_interval_s", &o->min_interval_s, {0.01, 5.0}, "s",
-              "least time between keyframes: closer ones share too little motion; 0.22 as in DRT's "
-              "release"),
+              "least time between keyframes: every image of a host at 10 Hz, every second one at "
+              "20 Hz; the paper's windows have 0.22 as in DRT's release"),
+      userKey("max_span_s", &o->max_span_s, {0.0, 60.0}, "s",
+              "longest time from the first to the last keyframe: a window that grows past "
+              "`keyframes` times min_interval_s has its keyframes spread over its length up to "
+              "this; 0: it does not grow past that"),
       userKey("max_frame_gap_s", &o->max_frame_gap_s, {0.05, 10.0}, "s",
               "a longer gap between images ends the window (blackout)"),
       userKey("max_imu_gap_s", &o->max_imu_gap_s, {0.001, 1.0}, "s",
@@ -237,6 +242,10 @@ OptionTable motionGateTable(GateOptions* o) {
   return {
       userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
               "median over the tracks of their motion without rotation; less is no translation"),
+      advancedKey("min_least_parallax_px", &o->min_least_parallax_px, {0.0, 1e3}, "px",
+                  "the same where every other gate of slim passes: the posterior knows better "
+                  "whether a few pixels are enough, but a window without translation has a small "
+                  "and definite shape made of noise"),
       advancedKey(
           "min_rotation_deg", &o->min_rotation_deg, {0.0, 180.0}, "deg",
           "without translation: less rotation over the window is stationary, more a pure rotation"),
@@ -322,10 +331,6 @@ OptionTable optionTable(GateOptions* o) {
       userKey("mode", mode,
               "own: as the method was published, on for slim and off for methods that have none; "
               "on: enforced for every method; off: only reported"),
-      userKey("strict", &o->strict,
-              "max_scale_sigma at most 0.05, max_chi2 at most 1.2, min_inlier_fraction at least "
-              "0.7: fewer windows are accepted, and those are better",
-              kSlim),
   };
   const auto add = [&table](const OptionTable& rows) {
     table.insert(table.end(), rows.begin(), rows.end());
@@ -334,6 +339,10 @@ OptionTable optionTable(GateOptions* o) {
   add({
       userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
               "relative standard deviation of the scale; more is refused",
+              {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
+      userKey("max_scale_sigma_growing", &o->max_scale_sigma_growing, {0.0, 10.0}, "",
+              "the same of a window that is not full yet (0.9 of window.max_span_s): who asks at "
+              "every image gets the first yes, at a sigma just below the bound",
               {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
   });
   add(slimGateTable(o));
@@ -405,9 +414,14 @@ OptionTable optionTable(ImuLimits* l) {
   };
 }
 
+double WindowOptions::fullSpan() const {
+  return std::max(max_span_s, (keyframes - 1) * min_interval_s);
+}
+
 std::string WindowOptions::validate() const {
   return checkTable(*this)
       .ordered("min_keyframes", min_keyframes, "keyframes", keyframes)
+      .ordered("max_span_s", max_span_s, "buffer_s", buffer_s)
       // Frames come at their own pace, so that keyframes lie up to twice as far apart.
       .ordered("twice the least length of a full window", 2.0 * (keyframes - 1) * min_interval_s,
                "buffer_s", buffer_s)

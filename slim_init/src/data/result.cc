@@ -25,6 +25,31 @@ const char* toString(InitStatus status) {
   return "unknown";
 }
 
+const char* toString(GateName name) {
+  switch (name) {
+    case GateName::kParallax: return "parallax";
+    case GateName::kLeastParallax: return "least_parallax";
+    case GateName::kExcitation: return "excitation";
+    case GateName::kExtrinsicRotation: return "extrinsic_rotation";
+    case GateName::kExtrinsicSigma: return "extrinsic_sigma";
+    case GateName::kTimeOffset: return "time_offset";
+    case GateName::kLinkage: return "linkage";
+    case GateName::kScalePositive: return "scale_positive";
+    case GateName::kAlignmentResidual: return "alignment_residual";
+    case GateName::kChi2: return "chi2";
+    case GateName::kInertialChi2: return "inertial_chi2";
+    case GateName::kInlierFraction: return "inlier_fraction";
+    case GateName::kBehindFraction: return "behind_fraction";
+    case GateName::kMeanAcceleration: return "mean_acceleration";
+    case GateName::kPointSpread: return "point_spread";
+    case GateName::kOtherScale: return "other_scale";
+    case GateName::kScaleSigma: return "scale_sigma";
+    case GateName::kAgreement: return "agreement";
+    case GateName::kOther: return "other";
+  }
+  return "unknown";
+}
+
 bool isWait(InitStatus status) {
   switch (status) {
     case InitStatus::kTooFewKeyframes:
@@ -78,7 +103,7 @@ std::string InitResult::validate() const {
   for (const GateValue& gate : gates) {
     if (!gate.enforced || gate.passed) continue;
     std::ostringstream out;
-    out << "success although the enforced gate " << gate.name << " failed: " << gate.value
+    out << "success although the enforced gate " << toString(gate.name) << " failed: " << gate.value
         << ", must be at " << (gate.upper_bound ? "most " : "least ") << gate.threshold;
     return out.str();
   }

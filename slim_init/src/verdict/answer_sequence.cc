@@ -59,22 +59,40 @@ void AnswerSequence::judge(InitResult* result) {
   if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
   // Asked again about the same data.
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
-  while (earlier_.size() > 1 && time(earlier_[1]) <= newest - kMinNewData) earlier_.pop_front();
 
-  double disagreement = kNotComputed;
-  if (!earlier_.empty() && time(earlier_.front()) <= newest - kMinNewData) {
-    const Answer& before = earlier_.front();
-    const double gained = std::max(before.sigma * before.sigma - sigma * sigma, 0.0);
-    const double floor = kAgreementFloor * sigma;
-    disagreement = std::abs(logRatioOfPaths(result->states, before.states)) /
-                   std::sqrt(gained + floor * floor);
+  // The newest answers that are earlier than this one and than each other.
+  std::vector<const Answer*> before;
+  double bound = newest - kMinNewData;
+  for (auto answer = earlier_.rbegin(); answer != earlier_.rend(); ++answer) {
+    if (static_cast<int>(before.size()) == earlier_answers_) break;
+    if (time(*answer) > bound) continue;
+    before.push_back(&*answer);
+    bound = time(*answer) - kMinNewData;
   }
+  const double span = newest - result->states.front().t;
+  const bool growing = span < kFullShare * full_span_s_;
+  int compared = 0;
+  double worst = 0.0;
+  for (const Answer* answer : before) {
+    const double gained = std::max(answer->sigma * answer->sigma - sigma * sigma, 0.0);
+    const double floor = kAgreementFloor * sigma;
+    const double difference = std::abs(logRatioOfPaths(result->states, answer->states)) /
+                              std::sqrt(gained + floor * floor);
+    if (!std::isfinite(difference)) continue;
+    ++compared;
+    worst = std::max(worst, difference);
+  }
+  const bool enough = compared > 0 && (!growing || compared == earlier_answers_);
+  const double disagreement = enough ? worst : kNotComputed;
   if (sigma <= kMaxEarlierSigma) earlier_.push_back({result->states, sigma});
-  const bool growing = static_cast<int>(result->states.size()) < full_keyframes_;
+  while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
   if (!growing && !std::isfinite(disagreement)) return;
   GateValue gate = agreementGate(disagreement, max_disagreement_);
   gate.enforced = std::any_of(result->gates.begin(), result->gates.end(),
-                              [](const GateValue& other) { return other.enforced; });
+                              // A scale that is not positive is refused with gates off as well.
+                              [](const GateValue& other) {
+                                return other.enforced && other.name != GateName::kScalePositive;
+                              });
   if (result->success() && gate.enforced && !gate.passed) {
     result->status = gate.status_if_failed;
     result->message = describe(gate);

@@ -18,8 +18,6 @@ inline constexpr double kCertainSigmas = 2.5;
 inline constexpr int kShortWindow = 8;
 /// Metres per unit of the trajectory below which a scale is no motion at all [m].
 inline constexpr double kMinScale = 1e-6;
-/// Share of its bound from which a missing parallax is forgiven where every other gate passes.
-inline constexpr double kForgivenParallax = 0.5;
 
 // ---- Profile of the scale (scale_profile.h)
 
@@ -51,6 +49,8 @@ inline constexpr double kSameInstant = 1e-3;
 /// An answer is an earlier one when this much of the data is newer [s]: a keyframe interval, and an
 /// image at 10 Hz.
 inline constexpr double kMinNewData = 0.09;
+/// Answers older than this are forgotten [s]: host and camera may drop some images in between.
+inline constexpr double kRemembered = 0.6;
 /// Instants that both paths have: two displacements, so that not a single one decides.
 inline constexpr int kMinSharedInstants = 3;
 /// Relative standard deviation up to which an answer is one that a later answer can agree with. On

@@ -11,6 +11,7 @@
 #include "estimation/refine_window.h"
 #include "geometry/median.h"
 #include "geometry/so3.h"
+#include "slim_init/answer_sequence.h"
 #include "verdict/constants.h"
 #include "verdict/scale_profile.h"
 
@@ -19,7 +20,10 @@ namespace {
 
 using namespace verdict_constants;  // NOLINT: the constants of this module
 
-GateValue makeGate(const char* name, const std::string& explanation, const char* unit, double value,
+// First to last keyframe [s].
+double spanOf(const InitWindow& window) { return window.times().back() - window.times().front(); }
+
+GateValue makeGate(GateName name, const std::string& explanation, const char* unit, double value,
                    double threshold, bool upper_bound, InitStatus status_if_failed) {
   GateValue gate;
   gate.name = name;
@@ -103,7 +107,7 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.scale = scale;
   const Eigen::Matrix3Xd& v = refined.state.v_b0;
   measures.mean_acceleration = (v.rightCols<1>() - v.leftCols<1>()).norm() /
-                               (window.times().back() - window.times().front());
+                               spanOf(window);
   measures.profiled = profile != nullptr;
   if (profile != nullptr) {
     measures.other_scale = scale * std::exp(profile->other_log_ratio);
@@ -127,9 +131,11 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
   return {
-      makeGate("parallax", "median rotation-compensated track motion", "px", motion.parallax_px,
+      makeGate(GateName::kParallax, "median rotation-compensated track motion", "px", motion.parallax_px,
                options.min_parallax_px, false, no_motion),
-      makeGate("excitation", "deviation of the specific force from its mean", "m/s^2",
+      makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
+               motion.parallax_px, options.min_least_parallax_px, false, no_motion),
+      makeGate(GateName::kExcitation, "deviation of the specific force from its mean", "m/s^2",
                motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
 }
 
@@ -151,12 +157,12 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
   if (handed_in.sigmas.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
     const double error = logSO3(handed_in.R_b_c.transpose() * found->R_b_c).norm() * kDegPerRad;
     const double sigma = found->rotationSigmaDeg();
-    gates.push_back(makeGate("extrinsic_rotation",
+    gates.push_back(makeGate(GateName::kExtrinsicRotation,
                              explain("extrinsic rotation", error, sigma, "deg"), "deg",
                              certain(error, sigma), options.max_extrinsic_error_deg, true,
                              InitStatus::kInconsistentResiduals));
   } else {
-    gates.push_back(makeGate("extrinsic_sigma",
+    gates.push_back(makeGate(GateName::kExtrinsicSigma,
                              "standard deviation of the unknown extrinsic rotation (rotate about "
                              "another axis, too)",
                              "deg", found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg,
@@ -165,7 +171,7 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
   constexpr double kMsPerS = 1e3;
   const double td_error = kMsPerS * (found->td - handed_in.td);
   const double td_sigma = kMsPerS * found->tdSigma();
-  gates.push_back(makeGate("time_offset",
+  gates.push_back(makeGate(GateName::kTimeOffset,
                            explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
                            certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s,
                            true, InitStatus::kInconsistentResiduals));
@@ -175,24 +181,25 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options) {
   std::vector<GateValue> gates = {
-      makeGate("linkage", "eigenvalue ratio of the translation system", "", linkage,
+      makeGate(GateName::kLinkage, "eigenvalue ratio of the translation system", "", linkage,
                options.min_linkage, false, InitStatus::kDegenerateAlignment),
-      makeGate("scale_positive", "scale", "m", scale, kMinScale, false,
+      makeGate(GateName::kScalePositive, "scale", "m", scale, kMinScale, false,
                InitStatus::kDegenerateAlignment),
-      makeGate("alignment_residual", "rms residual of the alignment", "m, m/s", residual_rms,
+      makeGate(GateName::kAlignmentResidual, "rms residual of the alignment", "m, m/s", residual_rms,
                options.max_alignment_residual, true, InitStatus::kInconsistentResiduals),
-      makeGate("scale_sigma", "relative standard deviation of the scale", "", scale_sigma,
+      makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "", scale_sigma,
                options.max_scale_sigma, true, InitStatus::kScaleTooUncertain)};
   gates[1].enforced = true;
   return gates;
 }
 
-GateOptions gatesInForce(const GateOptions& options) {
+GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
+                         const WindowOptions& window_options) {
   GateOptions gates = options;
-  if (!options.strict) return gates;
-  gates.max_scale_sigma = std::min(options.max_scale_sigma, 0.05);
-  gates.max_chi2 = std::min(options.max_chi2, 1.2);
-  gates.min_inlier_fraction = std::max(options.min_inlier_fraction, 0.7);
+  const double full = AnswerSequence::kFullShare * window_options.fullSpan();
+  if (spanOf(window) < full) {
+    gates.max_scale_sigma = std::min(options.max_scale_sigma, options.max_scale_sigma_growing);
+  }
   return gates;
 }
 
@@ -218,29 +225,29 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                    ? InitStatus::kTooLittleExcitation
                                    : InitStatus::kScaleTooUncertain;
   std::vector<GateValue> gates = {
-      makeGate("chi2", "visual chi-square per degree of freedom", "", measures.chi2,
+      makeGate(GateName::kChi2, "visual chi-square per degree of freedom", "", measures.chi2,
                options.max_chi2, true, InitStatus::kInconsistentResiduals),
-      makeGate("inertial_chi2", "inertial chi-square per residual", "", measures.inertial_chi2,
+      makeGate(GateName::kInertialChi2, "inertial chi-square per residual", "", measures.inertial_chi2,
                measures.keyframes < kShortWindow ? options.max_inertial_chi2_short
                                                  : options.max_inertial_chi2,
                true, InitStatus::kInconsistentResiduals),
-      makeGate("inlier_fraction", "share of the point observations kept", "",
+      makeGate(GateName::kInlierFraction, "share of the point observations kept", "",
                measures.inlier_fraction, options.min_inlier_fraction, false,
                InitStatus::kInconsistentResiduals),
-      makeGate("behind_fraction", "share of the points behind the camera", "",
+      makeGate(GateName::kBehindFraction, "share of the points behind the camera", "",
                measures.behind_fraction, options.max_behind_fraction, true,
                InitStatus::kInconsistentResiduals),
-      makeGate("mean_acceleration", "mean acceleration over the window", "m/s^2",
+      makeGate(GateName::kMeanAcceleration, "mean acceleration over the window", "m/s^2",
                measures.mean_acceleration, options.max_mean_acceleration, true,
                InitStatus::kInconsistentResiduals),
-      makeGate("point_spread", "angle over which the points are spread", "deg",
+      makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
                measures.point_spread_deg, options.min_point_spread_deg, false,
                InitStatus::kTooFewTracks)};
   if (measures.profiled) {
-    gates.push_back(makeGate("other_scale", explainOtherScale(measures), "sigma^2",
+    gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
                              measures.other_scale_rise, kMinOtherScaleRise, false, uncertain));
   }
-  gates.push_back(makeGate("scale_sigma", "relative standard deviation of the scale", "",
+  gates.push_back(makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
                            measures.scale_sigma, options.max_scale_sigma, true, uncertain));
   return gates;
 }
@@ -250,7 +257,7 @@ GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
                          ? "difference of the scale from that of the answer before"
                          : "difference of the scale from that of an answer before, of which there "
                            "is none,";
-  return makeGate("agreement", what, "sigma", disagreement_sigmas, max_disagreement, true,
+  return makeGate(GateName::kAgreement, what, "sigma", disagreement_sigmas, max_disagreement, true,
                   InitStatus::kScaleTooUncertain);
 }
 
@@ -270,17 +277,19 @@ std::string describe(const GateValue& gate) {
 
 void enforceGates(GateMode mode, InitResult* result) {
   if (mode == GateMode::kOff) return;
+  const auto isParallax = [](const GateValue& gate) {
+    return gate.name == GateName::kParallax || gate.name == GateName::kLeastParallax;
+  };
   bool others_passed = result->hasEstimate();
   for (GateValue& gate : result->gates) {
     gate.enforced = true;
-    if (gate.name != "parallax") others_passed = others_passed && gate.passed;
+    others_passed = others_passed && (gate.passed || isParallax(gate));
   }
+  if (!others_passed) return;
   for (GateValue& gate : result->gates) {
-    if (gate.name != "parallax" || !others_passed) continue;
-    gate.enforced = !(gate.value >= kForgivenParallax * gate.threshold);
-    if (!gate.enforced) {
-      gate.exception = "all other gates passed: the posterior knows whether the parallax suffices";
-    }
+    if (gate.name != GateName::kParallax) continue;
+    gate.enforced = false;
+    gate.exception = "all other gates passed: least_parallax decides";
   }
 }
 

@@ -40,7 +40,7 @@ double maxRotationDeg(const std::vector<Eigen::Matrix3d>& R_b0_bk);
 double forceDeviation(const std::vector<Preintegration>& pre,
                       const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
-/// Gates on the motion: "parallax" and "excitation". Tracks and IMU together classify a missing
+/// Gates on the motion: "parallax", "least_parallax" and "excitation". Tracks and IMU together classify a missing
 /// parallax: beyond min_rotation_deg a pure rotation; with a steady specific force (below
 /// max_rest_deviation over 0.25 s means, so that a vibrating vehicle is at rest) stationary; with
 /// an unsteady one too little excitation of the camera, the scene is too far. Where it could not be
@@ -62,9 +62,10 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options);
 
-/// The bounds in force: `options` with those of the strict profile where it is asked for and they
-/// are tighter.
-GateOptions gatesInForce(const GateOptions& options);
+/// The bounds in force for a window: `options` with max_scale_sigma replaced by that of growing
+/// windows where that is tighter and the window is one (AnswerSequence::kFullShare).
+GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
+                         const WindowOptions& window_options);
 
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
@@ -112,7 +113,7 @@ GateValue agreementGate(double disagreement_sigmas, double max_disagreement);
 std::string describe(const GateValue& gate);
 
 /// Enforces the gates of `slim`: all of them unless `mode` is kOff, with one exception. Where every
-/// other gate passes, parallax refuses only below half its bound: the posterior knows better
+/// other gate passes, "parallax" does not refuse, "least_parallax" does: the posterior knows better
 /// whether a few pixels are enough; a window without translation, though, has a small and definite
 /// shape made of noise (docs/derivation.md, 6).
 void enforceGates(GateMode mode, InitResult* result);

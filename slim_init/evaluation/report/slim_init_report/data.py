@@ -64,6 +64,11 @@ class Run:
         return any(key in self.options for key in RIG_OPTIONS)
 
     @property
+    def is_growing(self):
+        """Methods were asked at every image until they accepted."""
+        return "first_keyframes" in self.info
+
+    @property
     def name(self):
         """Name of the folder: within a suite it tells two runs of one motion apart."""
         return os.path.basename(os.path.abspath(self.folder))

@@ -59,6 +59,18 @@ ACCEPTED = [percent("accepted %", "accepted_rate", "", False),
             Column("gravity deg", "accepted_gravity_rmse_deg", "%.3f"),
             Column("speed m/s", "accepted_velocity_rmse")]
 
+FIRST_ANSWER = [percent("right, % of all", "right_rate"),
+                plain("wrong by > 0.25", "accepted_beyond_0_25"),
+                plain("time to right answer s, median", "right_s_median", "%.2f"),
+                plain("time to right answer s, p90", "right_s_p90", "%.2f"),
+                percent("accepted %", "accepted_rate", "", False),
+                plain("time to accept s, median", "accept_s_median", "%.2f"),
+                plain("time to accept s, p90", "accept_s_p90", "%.2f"),
+                percent("of them |s-1| < 0.1, %", "accepted_within_0_1_rate"),
+                Column("largest", "accepted_scale_error_max"),
+                Column("scale rmse", "accepted_scale_rmse"),
+                Column("error/sigma", "accepted_scale_over_sigma", "%.2f", best="")]
+
 CALIBRATION = [percent("accepted %", "accepted_rate", "", False),
                Column("scale rmse", "accepted_scale_rmse"),
                Column("error/sigma", "accepted_scale_over_sigma", "%.2f", best=""),

@@ -2,7 +2,7 @@
 """The report of one run of `slim_init ab`. Its text is in templates/run.j2."""
 from . import bootstrap, figures, render, statistics
 from .data import methods_of
-from .method_tables import (ACCEPTED, ACCURACY, CALIBRATION, DOWNSTREAM, TIME, difference_table,
+from .method_tables import (ACCEPTED, ACCURACY, CALIBRATION, DOWNSTREAM, FIRST_ANSWER, TIME, difference_table,
                             method_table)
 from .suite_tables import select
 from .tables import Table, count, number
@@ -82,6 +82,8 @@ def build(run, out):
         "options": _option_table(run), "accuracy": _subset_tables(run, ACCURACY),
         "variants": ["`%s`: %s" % item for item in run.info.get("method_notes", {}).items()],
         "accepted": _subset_tables(run, ACCEPTED),
+        "first_answer": (_subset_tables(run, FIRST_ANSWER)
+                         if run.info.get("first_keyframes") else []),
         "first_keyframes": run.info.get("first_keyframes"),
         "calibration": _subset_tables(run, CALIBRATION) if run.has_rig_errors else [],
         "downstream": _subset_tables(run, DOWNSTREAM) if run.has_downstream else [],

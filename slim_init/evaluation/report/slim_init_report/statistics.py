@@ -78,6 +78,7 @@ def summarize_method(rows):
     # Over windows that the method itself accepted.
     s["accepted"] = len(accepted)
     s["accepted_within_0_1"], s["accepted_within_0_5"] = within[0.1], within[0.5]
+    s["accepted_beyond_0_25"] = int((evaluated["scale_error"] > 0.25).sum())
     for key in ("0_1", "0_5"):
         rate = ratio(s["accepted_within_" + key], len(accepted))
         s["accepted_within_%s_rate" % key] = rate if has_truth else numpy.nan
@@ -98,6 +99,10 @@ def summarize_method(rows):
     s["accept_s_median"] = median(accepted["answer_s"])
     s["accept_s_p90"] = quantile(accepted["answer_s"], 0.9)
     s["accept_keyframes_median"] = median(accepted["answer_keyframes"])
+    right = evaluated[evaluated["scale_error"] < 0.1]
+    s["right_rate"] = ratio(len(right), len(rows)) if has_truth else numpy.nan
+    s["right_s_median"] = median(right["answer_s"])
+    s["right_s_p90"] = quantile(right["answer_s"], 0.9)
 
     # Over accepted answers from which the back end was run.
     s["downstream_runs"] = len(downstream)

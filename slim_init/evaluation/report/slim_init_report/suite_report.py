@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from . import bootstrap, figures, render
 from .data import methods_of, pool
-from .method_tables import DETAIL, DOWNSTREAM, VERDICTS, difference_table
+from .method_tables import DETAIL, DOWNSTREAM, FIRST_ANSWER, VERDICTS, difference_table
 from .run_report import REFERENCE
 from .suite_tables import (ablation_table, accuracy_tables, degenerate_table, not_first_table,
                            rig_table, run_method_table, run_table, success_table, time_table)
@@ -39,8 +39,9 @@ class Group:
 
 def group_runs(runs):
     """Runs by where their features come from and what kind of motion it is, ablations apart; those
-    of wrong rigs are in none of them."""
+    of wrong rigs are in none of them, nor those of growing windows beside others."""
     runs = [run for run in runs if not run.has_rig_errors]
+    runs = [run for run in runs if not run.is_growing] or runs
     kinds = (("EuRoC, from images", "images_", lambda run: run.kind == "images"),
              ("recorded motion and IMU, simulated features", "recorded_",
               lambda run: run.kind == "recorded"),
@@ -118,6 +119,16 @@ def _rigs(runs):
             if any(run.kind == kind for run in wrong)]
 
 
+def _first_answers(runs):
+    """What methods that were asked at every image said first: a table per kind of sequence."""
+    growing = [run for run in runs if run.is_growing and not run.has_rig_errors]
+    return [run_method_table([run for run in growing if run.kind == kind], FIRST_ANSWER, subset,
+                             "%s, %s" % (title, name))
+            for kind, title in (("images", "From images"), ("recorded", "Recorded motion and IMU"),
+                                ("builtin", "Simulated"))
+            for subset, name in SUBSETS if any(run.kind == kind for run in growing)]
+
+
 def _write_comparisons(comparisons, path):
     """Every difference with its interval, for programs."""
     with open(path, "w", newline="", encoding="utf-8") as file:
@@ -162,7 +173,7 @@ def build(runs, out, notes=(), command=""):
                       for group in groups if group.ablation],
         "timed_title": real[0].title if real else "all runs",
         "times": time_table([run for group in timed for run in group.runs] or runs),
-        "rigs": _rigs(runs),
+        "rigs": _rigs(runs), "first_answers": _first_answers(runs),
         "differences": [difference_table(c, REFERENCE, group.title) for group, c in comparisons],
         "not_first": _not_first(plain) if compared else [],
         "details": _details(plain),

@@ -21,15 +21,25 @@ namespace slim_init::evaluation {
 /// Largest ProtocolOptions::threads.
 inline constexpr int kMaxThreads = 256;
 
+/// Windows as in the paper: ten keyframes 0.22 s apart (V-D).
+inline WindowOptions paperWindow() {
+  WindowOptions window;
+  window.keyframes = window.min_keyframes = 10;
+  window.min_interval_s = 0.22;
+  window.max_span_s = 0.0;
+  return window;
+}
+
 /// Which windows are cut, and what is run on them (docs/evaluation.md, "Protocol").
 struct ProtocolOptions {
   int stride = 10;       ///< images between the starts of two trials; 10 as in the paper (V-C)
   int max_windows = 0;   ///< stop after this many windows; 0: no limit
   ImuLimits imu;         ///< samples beyond are dropped, as in a running system
-  WindowOptions window;  ///< a window counts when it holds window.keyframes keyframes
-  /// Anytime protocol: every trial hands windows of first_keyframes, first_keyframes + 1, ..,
-  /// window.keyframes keyframes to a method until it accepts one; that answer counts, or else the
-  /// last. 0: windows of window.keyframes only.
+  /// A window counts when it is full: window.keyframes keyframes that span window.max_span_s.
+  WindowOptions window = paperWindow();
+  /// Protocol of the first answer: in every trial a method is asked at every image, from
+  /// first_keyframes keyframes until the window is full, until it accepts; that answer counts, or
+  /// else the last. 0: full windows only.
   int first_keyframes = 0;
   /// Runs an estimator from every answer that a method accepts; empty: none.
   DownstreamRunner downstream;

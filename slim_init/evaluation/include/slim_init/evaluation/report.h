@@ -57,6 +57,7 @@ struct SubsetSummary {
   int accepted = 0;
   int accepted_within_0_1 = 0;                     ///< |s - 1| < 0.1
   int accepted_within_0_5 = 0;                     ///< |s - 1| < 0.5
+  int accepted_beyond_0_25 = 0;                    ///< |s - 1| > 0.25
   double accepted_within_0_1_rate = kNotComputed;  ///< of accepted
   double accepted_within_0_5_rate = kNotComputed;  ///< of accepted
   double accepted_scale_error_max = kNotComputed;
@@ -75,6 +76,10 @@ struct SubsetSummary {
   double accept_s_median = kNotComputed;  ///< data from first to last keyframe at acceptance [s]
   double accept_s_p90 = kNotComputed;     ///< likewise, 90 % quantile
   double accept_keyframes_median = kNotComputed;
+  /// Accepted answers with |s - 1| < 0.1: their share of all windows, and accept_s over them.
+  double right_rate = kNotComputed;
+  double right_s_median = kNotComputed;  ///< [s]
+  double right_s_p90 = kNotComputed;     ///< [s]
 
   // Over accepted answers from which an estimator was run.
   int downstream_runs = 0;
