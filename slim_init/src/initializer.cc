@@ -78,7 +78,8 @@ class Initializer : public IInitializer {
     if (cut.window == nullptr) return refuse(cut.status, cut.message);
     InitResult result = solver_->solve(*cut.window);
     const double newest = cut.window->times().back();
-    if (result.success() && !(std::abs(newest - last_question_) <= kSuccessive)) {
+    if (result.success() && result.hasEstimate() &&
+        !(std::abs(newest - last_question_) <= kSuccessive)) {
       answerEarlier(cut.window->size(), result);
     }
     answers_.judge(&result);
@@ -150,7 +151,9 @@ class Initializer : public IInitializer {
   void answerEarlier(int keyframes, const InitResult& result) {
     answers_.reset();
     const std::vector<NavState>& states = result.states;
-    if (states.back().t - states.front().t >= AnswerSequence::kFullShare * window_.options().fullSpan()) return;
+    if (states.back().t - states.front().t >=
+        AnswerSequence::kFullShare * window_.options().fullSpan())
+      return;
     // Keyframes that td has moved past the IMU are in neither answer.
     const int lost = std::max(0, keyframes - static_cast<int>(states.size()));
     for (int earlier = AnswerSequence::kEarlierAnswers; earlier > 0; --earlier) {

@@ -75,8 +75,10 @@ struct MetricEstimate {
   const ScaleProfile* profileOrNull() const { return profile ? &*profile : nullptr; }
 };
 
+// Searches of other minima are for answers that can be accepted: `hopeless` ones go without.
 MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
-                              const InitializerOptions& options, StageClock* clock) {
+                              InitializerOptions options, bool hopeless, StageClock* clock) {
+  if (hopeless) options.slim.second_search = false;
   MetricEstimate out;
   if (!translation.valid) return out;
   // [3.2, 3.3] Reverse alignment and tight start.
@@ -96,7 +98,7 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   clock->lap("refinement");
 
   // [5.1] The cost over the scale: is another one as good?
-  if (out.posterior.valid) {
+  if (out.posterior.valid && !hopeless) {
     out.profile = searchOtherScale(input, lines, options, &out.refined, &out.posterior);
   }
   clock->lap("other_scale");
@@ -127,6 +129,14 @@ std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& s
 
 void append(const std::vector<GateValue>& gates, InitResult* result) {
   result->gates.insert(result->gates.end(), gates.begin(), gates.end());
+}
+
+// The scale cannot be accepted, whatever the estimate is.
+bool lacksExcitation(GateMode mode, const InitResult& result) {
+  return mode != GateMode::kOff &&
+         std::any_of(result.gates.begin(), result.gates.end(), [](const GateValue& gate) {
+           return gate.name == GateName::kExcitation && !gate.passed;
+         });
 }
 
 // Where not even the least parallax is there, no answer can be accepted, and none is handed out of
@@ -201,7 +211,8 @@ InitResult Slim::solve(const InitWindow& window) const {
   std::optional<RigPrior> rig;
   if (use.estimate_calibration) rig = rotation.prior;
   const MetricEstimate metric =
-      estimateMetric({tracks, pre, R_c0_ck, vps, rig}, translation, options_, &clock);
+      estimateMetric({tracks, pre, R_c0_ck, vps, rig}, translation, options_,
+                     lacksExcitation(options_.gates.mode, result), &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {

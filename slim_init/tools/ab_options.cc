@@ -119,12 +119,18 @@ std::string mergeWindow(AbOptions* options) {
   WindowOptions& window = o.initializer.window;
   const bool typed_keyframes = typed(o, "keyframes");
   if (!typed_keyframes) {
-    o.keyframes_text = std::to_string(window.min_keyframes) + ".." + std::to_string(window.keyframes);
-    if (window.min_keyframes == window.keyframes) o.keyframes_text = std::to_string(window.keyframes);
+    o.keyframes_text =
+        std::to_string(window.min_keyframes) + ".." + std::to_string(window.keyframes);
+    if (window.min_keyframes == window.keyframes)
+      o.keyframes_text = std::to_string(window.keyframes);
   }
-  if (std::string sentence = checkKeyframes(options); !sentence.empty()) {
-    return typed_keyframes ? sentence : fileOfOptions(o) + ": " + sentence;
+  // The bounds of the options are wider.
+  if (!typed_keyframes && (window.keyframes < kMinKeyframes || window.keyframes > kMaxKeyframes)) {
+    return fileOfOptions(o) + ": slim_init.window.keyframes is " +
+           std::to_string(window.keyframes) + ", must be a whole number in [" +
+           std::to_string(kMinKeyframes) + ", " + std::to_string(kMaxKeyframes) + "]";
   }
+  if (std::string sentence = checkKeyframes(options); !sentence.empty()) return sentence;
   const bool growing = o.first_keyframes > 0;
   const WindowOptions paper = evaluation::paperWindow();
   if (!typed(o, "interval")) {
@@ -421,7 +427,8 @@ std::string checkAbOptions(AbOptions* options) {
   }
   if (std::string sentence = mergeFile(options); !sentence.empty()) return sentence;
   if (o.first_keyframes > 0 && o.gates == "off") {
-    return "--keyframes " + o.keyframes_text + " with gates off: no method would ever wait";
+    return "--gates off: no method would ever wait while its window grows (--keyframes " +
+           o.keyframes_text + "); --keyframes 10 has windows of one size";
   }
   for (const AbOption& option : abOptionTable(options)) {
     // An IMU rate of zero is the recorded one, and not to be typed.

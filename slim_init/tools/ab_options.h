@@ -46,7 +46,7 @@ struct AbOptions {
   int threads = evaluation::ProtocolOptions().threads;
   unsigned seed = 1;
   std::string out = "out/ab";
-  std::string gates;  ///< empty: "on" for windows that grow, else "own"
+  std::string gates;         ///< empty: "on" for windows that grow, else "own"
   double duration_s = 60.0;  ///< of a built-in motion
   bool ablation = false;
   double downstream_s = 0.0;  ///< 0: the back end is not run

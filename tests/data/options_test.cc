@@ -115,17 +115,19 @@ TEST(Options, SlimNeedsAStart) {
 
 TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {
   InitializerOptions options;
-  options.window.keyframes = 8;
-  EXPECT_EQ(options.validate(), "window.min_keyframes is 10, must not exceed keyframes (8)");
+  options.window.keyframes = 4;
+  EXPECT_EQ(options.validate(), "window.min_keyframes is 5, must not exceed keyframes (4)");
 }
 
 TEST(Options, BufferHasToHoldAFullWindow) {
   InitializerOptions options;
   options.window.min_interval_s = 1.0;
   EXPECT_EQ(options.validate(),
-            "window.twice the least length of a full window is 18, must not exceed buffer_s (10)");
-  options.window.buffer_s = 18.0;
+            "window.twice the least length of a full window is 28, must not exceed buffer_s (10)");
+  options.window.buffer_s = 28.0;
   EXPECT_EQ(options.validate(), "");
+  options.window.max_span_s = 30.0;
+  EXPECT_EQ(options.validate(), "window.max_span_s is 30, must not exceed buffer_s (28)");
 }
 
 TEST(Options, VpConsistencyThresholdMustBeAbleToFail) {

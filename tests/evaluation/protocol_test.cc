@@ -332,23 +332,46 @@ TEST(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
     EXPECT_EQ(window.methods[2].keyframes, 10);
     EXPECT_EQ(window.methods[2].status, InitStatus::kScaleTooUncertain);
   }
-  // One solve, four solves, seven solves a trial; each window begins where its trial does.
+  // Asked at every image: once a trial, from 0.75 to 1.5 s, and to 2.25 s.
   EXPECT_EQ(early.times.size(), 8u);
-  EXPECT_EQ(later.times.size(), 32u);
-  EXPECT_EQ(never.times.size(), 56u);
-  for (std::size_t i = 0; i < 7; ++i) {
-    EXPECT_EQ(never.times[i].size(), 4 + i);
-    EXPECT_EQ(never.times[i].front(), 0.0);
+  EXPECT_EQ(later.times.size(), 8u * 16u);
+  EXPECT_EQ(never.times.size(), 8u * 31u);
+  for (std::size_t i = 0; i < 31; ++i) {
+    EXPECT_EQ(never.times[i].size(), 4 + i / 5);
+    EXPECT_NEAR(never.times[i].back(), 0.75 + 0.05 * static_cast<double>(i), 1e-9);
+    EXPECT_TRUE(i % 5 != 0 || never.times[i].front() == 0.0) << i;
   }
 }
 
-TEST(AnytimeProtocol, AnAnswerIsJudgedByTheOneBefore) {
-  // Too small by half with five keyframes; always sure of itself.
+TEST(AnytimeProtocol, AWindowGrowsToItsSpanWithAllItsKeyframes) {
+  const FakeSolver never = makePatientSolver("never", 99);
+  ProtocolOptions options;
+  options.window = WindowOptions();
+  options.first_keyframes = options.window.min_keyframes;
+  ProtocolResult result;
+  ASSERT_EQ(runProtocol(makeCircleSequence(6.0), {&never}, options, nullptr, &result), "");
+  ASSERT_EQ(result.windows.size(), 7u);
+  for (const WindowRecord& window : result.windows) {
+    EXPECT_EQ(window.keyframes, 15);
+    EXPECT_NEAR(window.duration_s, 3.0, 1e-9);
+  }
+  EXPECT_NEAR(never.times.front().back() - never.times.front().front(), 0.4, 1e-9);
+  // Without growing only the full ones are asked for.
+  const FakeSolver full = makePatientSolver("full", 0);
+  options.first_keyframes = 0;
+  ASSERT_EQ(runProtocol(makeCircleSequence(6.0), {&full}, options, nullptr, &result), "");
+  ASSERT_EQ(full.times.size(), 7u);
+  for (const auto& times : full.times) EXPECT_NEAR(times.back() - times.front(), 3.0, 1e-9);
+}
+
+TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
+  // Too small by half at every other pair of images before 1.2 s; always sure of itself.
   const FakeSolver solver("wavering", [](const InitWindow& window) {
     std::vector<NavState> states;
     for (const double t : window.times()) states.push_back(Circle().state(t));
     InitResult result = perfectResult(states, Circle().g);
-    if (window.size() == 5) {
+    const long image = std::lround(window.times().back() / 0.05);
+    if (image < 24 && image % 4 >= 2) {
       for (NavState& state : result.states) state.p_w_b *= 0.5;
     }
     result.scale_sigma = 0.05;
@@ -361,12 +384,14 @@ TEST(AnytimeProtocol, AnAnswerIsJudgedByTheOneBefore) {
   const Sequence sequence = makeCircleSequence(6.0);
   ProtocolOptions options;
   options.first_keyframes = 4;
+  options.max_windows = 1;
   ProtocolResult result;
   ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
-  for (const WindowRecord& window : result.windows) {
-    EXPECT_EQ(window.methods[0].keyframes, 7);
-    EXPECT_TRUE(window.methods[0].accepted());
-  }
+  ASSERT_EQ(result.windows.size(), 1u);
+  // At 1.4 s those of 1.2 and 1.3 s agree: six keyframes, the oldest at 0.15 s.
+  EXPECT_TRUE(result.windows[0].methods[0].accepted());
+  EXPECT_EQ(result.windows[0].methods[0].keyframes, 6);
+  EXPECT_NEAR(result.windows[0].methods[0].data_s, 1.25, 1e-9);
   // A window that does not grow is asked once.
   options.first_keyframes = 0;
   ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");

@@ -44,13 +44,13 @@ class VariedSolver : public WindowSolver {
     result.counts.point_tracks = 10 + trial;
     result.stages = {{"one", 0.1 * trial}, {"two", 0.5}};
     result.gates.resize(3);
-    result.gates[0].name = "noise";
+    result.gates[0].name = GateName::kChi2;
     result.gates[0].explanation = "what was measured";
     result.gates[0].unit = "px";
     result.gates[0].value = std::sqrt(2.0) * t;
     result.gates[0].threshold = std::numeric_limits<double>::infinity();
-    result.gates[1].name = "unknown";
-    result.gates[2].name = "below";
+    result.gates[1].name = GateName::kOther;
+    result.gates[2].name = GateName::kScaleSigma;
     result.gates[2].value = -0.0;
     result.gates[2].threshold = -std::numeric_limits<double>::infinity();
     result.gates[2].upper_bound = false;

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "geometry/so3.h"
 #include "slim_init/baselines/baselines.h"
@@ -205,6 +207,128 @@ TEST_F(InitializerTest, RecoverBeforeTheWindowIsFullWaits) {
   for (const ImuSample& sample : exact_.imu) initializer->addImu(sample);
   initializer->addFrame(exact_.keyframes[0]);
   EXPECT_EQ(initializer->recover(exact_.truth[0]).status, InitStatus::kTooFewKeyframes);
+}
+
+/// Sure of a bent path, and counts how often it was asked. `scale` may change from window to
+/// window.
+class CountingSolver : public WindowSolver {
+ public:
+  explicit CountingSolver(std::function<double(const InitWindow&)> scale)
+      : scale_(std::move(scale)) {}
+  const std::string& name() const override { return name_; }
+  InitResult solve(const InitWindow& window) const override {
+    ++solves;
+    const double scale = scale_(window);
+    InitResult result;
+    result.status = InitStatus::kSuccess;
+    result.message = "all gates passed";
+    result.gravity_w = result.gravity_b0 = Vector3d(0.0, 0.0, -9.81);
+    result.scale_sigma = 0.05;
+    for (const double t : window.times()) {
+      NavState state;
+      state.t = t;
+      state.p_w_b = scale * Vector3d(t, 0.3 * t * t, 0.0);
+      state.v_w_b = scale * Vector3d(1.0, 0.6 * t, 0.0);
+      result.states.push_back(state);
+    }
+    GateValue gate;
+    gate.passed = gate.enforced = true;
+    result.gates = {gate};
+    return result;
+  }
+  mutable int solves = 0;
+
+ private:
+  std::function<double(const InitWindow&)> scale_;
+  std::string name_ = "counting";
+};
+
+// A window that grows, ten images a second.
+class AskedAgain : public ::testing::Test {
+ protected:
+  void start(std::function<double(const InitWindow&)> scale) {
+    auto solver = std::make_unique<CountingSolver>(std::move(scale));
+    solver_ = solver.get();
+    initializer_ = makeInitializer(std::move(solver), Calibration(), InitializerOptions());
+    ASSERT_NE(initializer_, nullptr);
+  }
+  // Data up to the image k, the first one after a start or restart at image `first`.
+  void feedTo(int k) {
+    for (; image_ <= k; ++image_) {
+      for (int i = 0; i < 20; ++i) {
+        ImuSample sample;
+        sample.t = 0.1 * (image_ - 1) + 0.005 * (i + 1);
+        sample.accel = Vector3d(0.0, 0.0, 9.81);
+        initializer_->addImu(sample);
+      }
+      FrameObservation frame;
+      frame.t = 0.1 * image_ - 0.001;
+      initializer_->addFrame(frame);
+    }
+  }
+  InitResult askAt(int k) {
+    feedTo(k);
+    return initializer_->initialize();
+  }
+  static double right(const InitWindow& /*window*/) { return 1.0; }
+
+  CountingSolver* solver_ = nullptr;
+  std::unique_ptr<IInitializer> initializer_;
+  int image_ = 1;
+};
+
+TEST_F(AskedAgain, AtEveryImageItSolvesOnceAndAcceptsTheThirdThatAgrees) {
+  start(right);
+  EXPECT_EQ(askAt(4).status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(solver_->solves, 0);
+  // The first question has no answers before it: shorter windows, of which one is long enough.
+  EXPECT_FALSE(askAt(5).success());
+  const int first = solver_->solves;
+  EXPECT_EQ(first, 2);
+  EXPECT_TRUE(askAt(6).success());
+  EXPECT_EQ(solver_->solves, first + 1);
+  EXPECT_TRUE(askAt(7).success());
+  EXPECT_EQ(solver_->solves, first + 2);
+}
+
+TEST_F(AskedAgain, AnAnswerThatMovesIsRefusedUntilTwoAgreeWithIt) {
+  start([](const InitWindow& window) { return window.times().back() < 0.75 ? 2.0 : 1.0; });
+  EXPECT_FALSE(askAt(5).success());
+  EXPECT_TRUE(askAt(6).success());  // wrong, and three answers agree: it cannot know
+  const InitResult moved = askAt(8);
+  EXPECT_EQ(moved.status, InitStatus::kScaleTooUncertain) << moved.message;
+  EXPECT_FALSE(askAt(9).success());
+  EXPECT_TRUE(askAt(10).success());
+}
+
+TEST_F(AskedAgain, NowAndThenItSolvesShorterWindowsAsWell) {
+  start(right);
+  EXPECT_TRUE(askAt(12).success());
+  EXPECT_EQ(solver_->solves, 3);
+  EXPECT_TRUE(askAt(16).success()) << "0.4 s later";
+  EXPECT_EQ(solver_->solves, 6);
+  EXPECT_TRUE(askAt(18).success()) << "0.2 s later";
+  EXPECT_EQ(solver_->solves, 7);
+}
+
+TEST_F(AskedAgain, AFullWindowIsAcceptedAlone) {
+  start(right);
+  EXPECT_TRUE(askAt(40).success());
+  EXPECT_EQ(solver_->solves, 1);
+}
+
+TEST_F(AskedAgain, NothingIsRememberedAcrossAResetOrAChangeOfTd) {
+  for (const double td : {0.0005, 0.002}) {
+    image_ = 1;
+    start(right);
+    EXPECT_TRUE(askAt(12).success());
+    initializer_->setTd(td);
+    EXPECT_TRUE(askAt(13).success());
+    EXPECT_EQ(solver_->solves, td > 1e-3 ? 6 : 4);
+  }
+  initializer_->reset();
+  image_ = 1;
+  EXPECT_FALSE(askAt(5).success());
 }
 
 TEST(MakeInitializer, RefusesBadArgumentsWithAMessage) {

@@ -89,27 +89,28 @@ INSTANTIATE_TEST_SUITE_P(Methods, Success,
                          ::testing::ValuesIn(baselines::namesOf(baselines::methods())),
                          methodTestName);
 
-// The one exception of the gates: parallax between half its bound and the bound.
+// The one exception of the gates: parallax between the least and its bound.
 TEST(SuccessOfSlim, AnExceptionOfAGateHasAReason) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const auto solve = [&exact](double min_parallax_px) {
+  const auto solve = [&exact](double min_parallax_px, double min_least_parallax_px) {
     InitializerOptions options;
     options.gates.min_parallax_px = min_parallax_px;
+    options.gates.min_least_parallax_px = min_least_parallax_px;
     return baselines::makeMethod("slim", options)->solve(*exact.window);
   };
   const auto parallaxOf = [](const InitResult& result) {
     return *std::find_if(result.gates.begin(), result.gates.end(),
                          [](const GateValue& gate) { return gate.name == GateName::kParallax; });
   };
-  const double measured = parallaxOf(solve(3.0)).value;
+  const double measured = parallaxOf(solve(3.0, 1.5)).value;
 
-  const InitResult accepted = solve(1.5 * measured);
+  const InitResult accepted = solve(1.5 * measured, 0.99 * measured);
   EXPECT_TRUE(accepted.success()) << accepted.message;
   EXPECT_FALSE(parallaxOf(accepted).passed);
   EXPECT_FALSE(parallaxOf(accepted).enforced);
   EXPECT_FALSE(parallaxOf(accepted).exception.empty());
 
-  const InitResult refused = solve(2.5 * measured);
+  const InitResult refused = solve(1.5 * measured, 1.01 * measured);
   EXPECT_FALSE(refused.success());
   EXPECT_TRUE(parallaxOf(refused).enforced);
   EXPECT_TRUE(parallaxOf(refused).exception.empty());

@@ -3,10 +3,12 @@
 // `slim_init ab` as a user runs it: the real program, its exit code and what it says.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -14,6 +16,7 @@
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
+#include "slim_init/options.h"
 #include "tools/run_program.h"
 #include "tools/small_recording.h"
 
@@ -145,7 +148,10 @@ const std::vector<BadCommand>& badCommands() {
       {"KeyframesHalf", {"ab", "--builtin", "circle", "--keyframes", "4.."}, {"''", "[4, 15]"}},
       {"GrowingWithoutGates",
        {"ab", "--builtin", "circle", "--keyframes", "4..9", "--gates", "off"},
-       {"--keyframes 4..9 with gates off"}},
+       {"--gates off: no method would ever wait"}},
+      {"SpanOfOneSize",
+       {"ab", "--builtin", "circle", "--keyframes", "10", "--span", "2"},
+       {"--span is for windows that grow"}},
       {"SimulationOfImages",
        {"ab", "--asl", "x", "--world", "room"},
        {"--world has no effect with --asl"}},
@@ -204,11 +210,12 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
                            "--world NAME (=room)",
                            "--methods LIST",
                            "--options FILE",
-                           "--gates MODE (=own)",
+                           "--gates MODE",
                            "--seed N (=1)",
                            "--stride N (=10)",
-                           "--keyframes N (=10)",
-                           "--interval X (=0.22)",
+                           "--keyframes N",
+                           "--interval X (=0.09)",
+                           "--span X (=3)",
                            "--asl DIR",
                            "--bag FILE",
                            "--config YAML",
@@ -296,6 +303,25 @@ TEST(Ab, EqualSeedsGiveEqualWindows) {
   EXPECT_EQ(first, windows("5", "parallel", "4"));
 }
 
+// What is measured without a choice is what a host runs.
+TEST(Ab, WindowsGrowByDefaultAndEveryMethodHasGates) {
+  const ScratchFolder folder;
+  // A file without a key for the window changes nothing.
+  std::ofstream(folder.file("o.yaml")) << "%YAML:1.0\nslim_init:\n  gates: {min_excitation: 0.1}\n";
+  const ProgramRun run = runProgram(
+      folder, {"ab", "--builtin", "figure-eight", "--duration", "5", "--methods", "drt-l",
+               "--options", folder.file("o.yaml"), "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.out, "First answers, asked at every image")) << run.out;
+  const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
+  const WindowOptions window;
+  EXPECT_EQ(json["options"]["keyframes"],
+            std::to_string(window.min_keyframes) + ".." + std::to_string(window.keyframes));
+  EXPECT_EQ(json["options"]["interval_s"], window.min_interval_s);
+  EXPECT_EQ(json["options"]["span_s"], window.max_span_s);
+  EXPECT_EQ(json["options"]["gates"], "on");
+}
+
 TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
   const ScratchFolder folder;
   const ProgramRun run = runProgram(
@@ -306,10 +332,11 @@ TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
   EXPECT_EQ(json["options"]["keyframes"], "4..10");
   EXPECT_EQ(json["first_keyframes"], 4);
   const auto& all = json["methods"]["drt-l"]["all"];
-  EXPECT_EQ(all["windows"], 12);  // as with --keyframes 10
+  EXPECT_EQ(json["options"]["span_s"], 3.0);
+  EXPECT_EQ(all["windows"], 11);  // of 3 s
   ASSERT_GT(all["accepted"].get<int>(), 0);
-  EXPECT_GE(all["accept_s_median"].get<double>(), 0.75);
-  EXPECT_LT(all["accept_s_median"].get<double>(), 2.25);
+  EXPECT_GE(all["accept_s_median"].get<double>(), 0.3);
+  EXPECT_LT(all["accept_s_median"].get<double>(), 3.0);
   EXPECT_GE(all["accept_s_p90"].get<double>(), all["accept_s_median"].get<double>());
 }
 
@@ -508,6 +535,11 @@ ProgramRun runWithOptions(const ScratchFolder& folder, const std::string& out,
                                         "6",     "--methods",     "drt-l,slim-paper", "--quiet",
                                         "--out", folder.file(out)};
   arguments.insert(arguments.end(), extra.begin(), extra.end());
+  // Windows of one size, but where the test is on them.
+  const bool asked = std::any_of(extra.begin(), extra.end(), [](const std::string& text) {
+    return text == "--keyframes" || text == "--span";
+  });
+  if (!asked) arguments.insert(arguments.end(), {"--keyframes", "10"});
   return runProgram(folder, arguments);
 }
 
@@ -556,9 +588,12 @@ TEST(AbOptionsFile, TheCommandLineWins) {
                "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 6}\n"
                "  gates: {mode: on}\n");
   const std::vector<std::string> file = {"--options", folder.file("file.yaml")};
-  ASSERT_EQ(runWithOptions(folder, "file", file).exit_code, 0);
+  std::vector<std::string> growing = file;
+  growing.insert(growing.end(), {"--span", "2"});
+  ASSERT_EQ(runWithOptions(folder, "file", growing).exit_code, 0);
   auto options = summaryOf(folder, "file")["options"];
-  EXPECT_EQ(options["keyframes"], 8);
+  EXPECT_EQ(options["keyframes"], "6..8");
+  EXPECT_EQ(options["span_s"], 2.0);
   EXPECT_EQ(options["gates"], "on");
   EXPECT_TRUE(contains(rowsOf(folder, "file", "drt-l"), ",8,"));
 
@@ -616,7 +651,8 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   const ScratchFolder folder;
   const auto refused = [&](const std::string& text, const std::vector<std::string>& parts) {
     if (!text.empty()) folder.write("file.yaml", text);
-    const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
+    const ProgramRun run =
+        runWithOptions(folder, "out", {"--options", folder.file("file.yaml"), "--span", "2"});
     EXPECT_EQ(run.exit_code, 2) << text;
     EXPECT_EQ(run.out, "");
     EXPECT_EQ(run.err.rfind("slim_init: --options: " + folder.file("file.yaml"), 0), 0u) << run.err;

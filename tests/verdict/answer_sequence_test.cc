@@ -10,7 +10,7 @@
 namespace slim_init {
 namespace {
 
-constexpr int kFull = 10;                      // keyframes
+constexpr int kFull = 10;  // keyframes
 constexpr double kFullSpan = 0.1 * (kFull - 1);
 constexpr double kBound = 2.0;
 
@@ -77,10 +77,10 @@ TEST(AnswerSequence, AsManyEarlierAnswersAsAreAskedForHaveToAgree) {
 }
 
 TEST(AnswerSequence, AnswersOfLongAgoAreForgotten) {
-  AnswerSequence sequence(kFullSpan, kBound, 1);
-  judged(&sequence, answer(0, 9, 1.0, 0.09));
-  EXPECT_FALSE(judged(&sequence, answer(6, 9, 1.0, 0.08)).success()) << "0.6 s later";
-  EXPECT_TRUE(judged(&sequence, answer(11, 9, 1.0, 0.08)).success()) << "0.5 s later";
+  AnswerSequence sequence(5.0, kBound, 1);
+  judged(&sequence, answer(0, 20, 1.0, 0.09));
+  EXPECT_FALSE(judged(&sequence, answer(7, 20, 1.0, 0.08)).success()) << "0.7 s later";
+  EXPECT_TRUE(judged(&sequence, answer(12, 20, 1.0, 0.07)).success()) << "0.5 s later";
 }
 
 TEST(AnswerSequence, TheDifferenceIsMeasuredInItsStandardDeviations) {

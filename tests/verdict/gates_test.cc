@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <sstream>
 #include <limits>
+#include <sstream>
 
 #include "estimation/posterior.h"
 #include "geometry/so3.h"
@@ -198,9 +198,11 @@ TEST(PosteriorGates, ShortWindowsHaveAnInertialBoundOfTheirOwn) {
   for (const auto& [keyframes, bound] : {std::pair(7, 0.5), std::pair(8, 1.2)}) {
     measures.keyframes = keyframes;
     measures.inertial_chi2 = bound * 0.999;
-    EXPECT_TRUE(find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
+    EXPECT_TRUE(
+        find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
     measures.inertial_chi2 = bound * 1.001;
-    EXPECT_FALSE(find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
+    EXPECT_FALSE(
+        find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
   }
 }
 
@@ -209,7 +211,8 @@ TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
   measures.scale = 0.41;
   measures.other_scale = 1.37;
   measures.other_scale_rise = 2.5;
-  const GateValue gate = find(posteriorGates(measures, goodMotion(), kOptions), GateName::kOtherScale);
+  const GateValue gate =
+      find(posteriorGates(measures, goodMotion(), kOptions), GateName::kOtherScale);
   EXPECT_FALSE(gate.passed);
   EXPECT_EQ(gate.status_if_failed, InitStatus::kScaleTooUncertain);
   EXPECT_EQ(describe(gate),
@@ -261,11 +264,13 @@ TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
   MotionMeasures motion = goodMotion();
   PosteriorMeasures measures;
   measures.scale_sigma = 1.0;
-  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
-            InitStatus::kScaleTooUncertain);
+  EXPECT_EQ(
+      find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
+      InitStatus::kScaleTooUncertain);
   motion.excitation = kOptions.min_excitation * 0.999;
-  EXPECT_EQ(find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
-            InitStatus::kTooLittleExcitation);
+  EXPECT_EQ(
+      find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
+      InitStatus::kTooLittleExcitation);
 }
 
 TEST(MotionGates, ExcitationOnBothSides) {
@@ -280,8 +285,7 @@ TEST(MotionGates, ExcitationOnBothSides) {
 
 TEST(AlignmentGates, EachOnBothSides) {
   const double e = 1e-3;
-  const auto passed = [](GateName name, double linkage, double scale, double rms,
-                         double sigma) {
+  const auto passed = [](GateName name, double linkage, double scale, double rms, double sigma) {
     return find(alignmentGates(linkage, scale, rms, sigma, kOptions), name).passed;
   };
   EXPECT_TRUE(passed(GateName::kLinkage, kOptions.min_linkage * (1 + e), 1, 0, 0));
@@ -289,8 +293,10 @@ TEST(AlignmentGates, EachOnBothSides) {
   EXPECT_TRUE(passed(GateName::kScalePositive, 100, 1.001e-6, 0, 0));
   EXPECT_FALSE(passed(GateName::kScalePositive, 100, 0.999e-6, 0, 0));
   EXPECT_FALSE(passed(GateName::kScalePositive, 100, -1.0, 0, 0));
-  EXPECT_TRUE(passed(GateName::kAlignmentResidual, 100, 1, kOptions.max_alignment_residual * (1 - e), 0));
-  EXPECT_FALSE(passed(GateName::kAlignmentResidual, 100, 1, kOptions.max_alignment_residual * (1 + e), 0));
+  EXPECT_TRUE(
+      passed(GateName::kAlignmentResidual, 100, 1, kOptions.max_alignment_residual * (1 - e), 0));
+  EXPECT_FALSE(
+      passed(GateName::kAlignmentResidual, 100, 1, kOptions.max_alignment_residual * (1 + e), 0));
   EXPECT_TRUE(passed(GateName::kScaleSigma, 100, 1, 0, kOptions.max_scale_sigma * (1 - e)));
   EXPECT_FALSE(passed(GateName::kScaleSigma, 100, 1, 0, kOptions.max_scale_sigma * (1 + e)));
 }

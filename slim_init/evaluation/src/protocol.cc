@@ -231,6 +231,7 @@ bool truthOfWindows(const Sequence& sequence, const Cut& cut,
 struct Trial {
   Calibration calibration;  ///< as the methods are told
   Cut cut;
+  std::shared_ptr<const InitWindow> judged;  ///< by its excitation
   std::vector<std::vector<NavState>> truths;
   WindowRecord record;
 };
@@ -349,6 +350,16 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   ProtocolCounts& counts = result->counts;
   counts.frames = static_cast<int>(sequence.frames.size());
   const WindowCutter cutter(sequence, options.window, options.imu, options.first_keyframes);
+  // Which trials are excited does not depend on the windows that the methods get.
+  const WindowCutter paper_cutter(sequence, paperWindow(), options.imu, 0);
+  const auto windowOfExcitation = [&](int index, const Trial& trial) {
+    if (options.first_keyframes == 0) return trial.cut.windows.back();
+    StreamCounts ignored;
+    const Cut cut =
+        paper_cutter.cut(static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride),
+                         trial.calibration, &ignored);
+    return cut.outcome == CutOutcome::kWindow ? cut.windows.back() : trial.cut.windows.back();
+  };
   const int trials = (counts.frames + options.stride - 1) / options.stride;
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
@@ -366,10 +377,11 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
         cutter.cut(static_cast<std::size_t>(index) * static_cast<std::size_t>(options.stride),
                    trial->calibration, &result->dropped);
     const bool is_window = countTrial(sequence, &times_before, trial.get(), result);
+    if (is_window) trial->judged = windowOfExcitation(index, *trial);
     std::function<void()> solve;
     if (is_window) {
       solve = [&, trial] {
-        trial->record.excitation = measureExcitation(trial->cut.full());
+        trial->record.excitation = measureExcitation(*trial->judged);
         trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
         for (const WindowSolver* solver : solvers) {
           trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));

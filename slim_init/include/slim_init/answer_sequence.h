@@ -17,8 +17,8 @@ namespace slim_init {
 /// sequence. A right answer, however, changes little as data are added. Where the second answer
 /// rests on the data of the first and more, the difference of both has the variance
 /// sigma_1^2 - sigma_2^2; wrong minima, and scales that follow the noise, move by more
-/// (docs/derivation.md, 6.3). So a window that is still growing needs earlier answers, and they have
-/// to agree with it. The gate is GateName::kAgreement.
+/// (docs/derivation.md, 6.3). So a window that is still growing needs earlier answers, and they
+/// have to agree with it. The gate is GateName::kAgreement.
 class AnswerSequence {
  public:
   /// Largest disagreement that is accepted, in standard deviations. Between 1 and 3 the share of
@@ -31,9 +31,9 @@ class AnswerSequence {
   /// Share of `full_span_s` from which a window does not grow any more: keyframes fall on images.
   static constexpr double kFullShare = 0.9;
 
-  /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullShare of it are growing. `max_disagreement`: bound on the difference
-  /// of the log scales in standard deviations; zero: nothing is asked. `earlier_answers`: of a
-  /// growing window, at least 1.
+  /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullShare of it are growing.
+  /// `max_disagreement`: bound on the difference of the log scales in standard deviations; zero:
+  /// nothing is asked. `earlier_answers`: of a growing window, at least 1.
   AnswerSequence(double full_span_s, double max_disagreement, int earlier_answers = kEarlierAnswers)
       : full_span_s_(full_span_s),
         max_disagreement_(max_disagreement),

@@ -75,7 +75,8 @@ class IInitializer {
   /// The IMU data that recover() can start in: first and last time [s]; NaN while there is none.
   virtual TimeSpan bufferedImu() const = 0;
   /// The time that a full window spans [s] where every frame can be a keyframe; without max_span_s
-  /// and with slow frames it is up to twice as long. Frames far older than this do not influence the next answer.
+  /// and with slow frames it is up to twice as long. Frames far older than this do not influence
+  /// the next answer.
   virtual double maxWindowSpan() const = 0;
 };
 

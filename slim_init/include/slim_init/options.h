@@ -23,9 +23,9 @@ struct WindowOptions {
   int keyframes = 15;            ///< most keyframes of a window
   int min_keyframes = 5;         ///< least number of keyframes to answer with
   double min_interval_s = 0.09;  ///< least time between keyframes [s]
-  /// Longest time between the first and the last keyframe [s]; a window that reaches further back
-  /// than its keyframes at min_interval_s has them spread over its length. 0: it never does.
-  double max_span_s = 3.0;
+  /// A window that grows past its keyframes at min_interval_s has them spread over its length, up
+  /// to this; 0: it does not grow past them.
+  double max_span_s = 3.0;       ///< longest time from the first to the last keyframe [s]
   double max_frame_gap_s = 1.0;  ///< longest time between frames of one window [s]
   double max_imu_gap_s = 0.05;   ///< longest time between IMU samples of one window [s]
   double buffer_s = 10.0;        ///< data kept [s]

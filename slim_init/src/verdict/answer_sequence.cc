@@ -59,6 +59,7 @@ void AnswerSequence::judge(InitResult* result) {
   if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
   // Asked again about the same data.
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
+  while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
 
   // The newest answers that are earlier than this one and than each other.
   std::vector<const Answer*> before;
@@ -85,7 +86,6 @@ void AnswerSequence::judge(InitResult* result) {
   const bool enough = compared > 0 && (!growing || compared == earlier_answers_);
   const double disagreement = enough ? worst : kNotComputed;
   if (sigma <= kMaxEarlierSigma) earlier_.push_back({result->states, sigma});
-  while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
   if (!growing && !std::isfinite(disagreement)) return;
   GateValue gate = agreementGate(disagreement, max_disagreement_);
   gate.enforced = std::any_of(result->gates.begin(), result->gates.end(),

@@ -106,8 +106,7 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.point_spread_deg = pointSpreadDeg(tracks);
   measures.scale = scale;
   const Eigen::Matrix3Xd& v = refined.state.v_b0;
-  measures.mean_acceleration = (v.rightCols<1>() - v.leftCols<1>()).norm() /
-                               spanOf(window);
+  measures.mean_acceleration = (v.rightCols<1>() - v.leftCols<1>()).norm() / spanOf(window);
   measures.profiled = profile != nullptr;
   if (profile != nullptr) {
     measures.other_scale = scale * std::exp(profile->other_log_ratio);
@@ -131,8 +130,8 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
   return {
-      makeGate(GateName::kParallax, "median rotation-compensated track motion", "px", motion.parallax_px,
-               options.min_parallax_px, false, no_motion),
+      makeGate(GateName::kParallax, "median rotation-compensated track motion", "px",
+               motion.parallax_px, options.min_parallax_px, false, no_motion),
       makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
                motion.parallax_px, options.min_least_parallax_px, false, no_motion),
       makeGate(GateName::kExcitation, "deviation of the specific force from its mean", "m/s^2",
@@ -185,8 +184,9 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
                options.min_linkage, false, InitStatus::kDegenerateAlignment),
       makeGate(GateName::kScalePositive, "scale", "m", scale, kMinScale, false,
                InitStatus::kDegenerateAlignment),
-      makeGate(GateName::kAlignmentResidual, "rms residual of the alignment", "m, m/s", residual_rms,
-               options.max_alignment_residual, true, InitStatus::kInconsistentResiduals),
+      makeGate(GateName::kAlignmentResidual, "rms residual of the alignment", "m, m/s",
+               residual_rms, options.max_alignment_residual, true,
+               InitStatus::kInconsistentResiduals),
       makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "", scale_sigma,
                options.max_scale_sigma, true, InitStatus::kScaleTooUncertain)};
   gates[1].enforced = true;
@@ -227,7 +227,8 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
   std::vector<GateValue> gates = {
       makeGate(GateName::kChi2, "visual chi-square per degree of freedom", "", measures.chi2,
                options.max_chi2, true, InitStatus::kInconsistentResiduals),
-      makeGate(GateName::kInertialChi2, "inertial chi-square per residual", "", measures.inertial_chi2,
+      makeGate(GateName::kInertialChi2, "inertial chi-square per residual", "",
+               measures.inertial_chi2,
                measures.keyframes < kShortWindow ? options.max_inertial_chi2_short
                                                  : options.max_inertial_chi2,
                true, InitStatus::kInconsistentResiduals),

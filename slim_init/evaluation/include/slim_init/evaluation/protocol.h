@@ -32,9 +32,9 @@ inline WindowOptions paperWindow() {
 
 /// Which windows are cut, and what is run on them (docs/evaluation.md, "Protocol").
 struct ProtocolOptions {
-  int stride = 10;       ///< images between the starts of two trials; 10 as in the paper (V-C)
-  int max_windows = 0;   ///< stop after this many windows; 0: no limit
-  ImuLimits imu;         ///< samples beyond are dropped, as in a running system
+  int stride = 10;      ///< images between the starts of two trials; 10 as in the paper (V-C)
+  int max_windows = 0;  ///< stop after this many windows; 0: no limit
+  ImuLimits imu;        ///< samples beyond are dropped, as in a running system
   /// A window counts when it is full: window.keyframes keyframes that span window.max_span_s.
   WindowOptions window = paperWindow();
   /// Protocol of the first answer: in every trial a method is asked at every image, from
