@@ -106,6 +106,7 @@ InitializerOptions optionsOf(const Command& command) {
   InitializerOptions options;
   options.slim.estimate_calibration = command.calibration;
   options.window.keyframes = command.windows.keyframes;
+  options.window.min_keyframes = command.windows.keyframes;
   return options;
 }
 

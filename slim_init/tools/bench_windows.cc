@@ -43,6 +43,7 @@ std::vector<std::shared_ptr<const InitWindow>> cutWindows(const evaluation::Sequ
                                                           const BenchWindows& what) {
   WindowOptions window;
   window.keyframes = what.keyframes;
+  window.min_keyframes = what.keyframes;
   KeyframeWindow stream(data.calibration, window);
   std::vector<std::shared_ptr<const InitWindow>> all;
   std::size_t next_imu = 0;
