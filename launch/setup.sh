@@ -47,6 +47,7 @@ python3-matplotlib  | needed | 3.6.3  | 3.1.2  | pictures in the report of slim_
 snakemake           | optional | 7.21.0 | 5.10.0 | suites of runs (slim_init/evaluation/suite)
 ninja-build         | optional | 1.11.1 | 1.10.0 | faster builds (a new build folder uses it)
 ccache              | optional | 4.7.5  | 3.7.7  | faster builds the second time
+valgrind            | optional | 3.19.0 | 3.15.0 | test of the number of instructions of a solve
 doxygen             | optional | 1.9.4  | 1.8.17 | reference of the public headers, test of their comments
 clang-format        | optional | 14.0   | 10.0   | test of the source format (needs version 14)
 librosbag-storage-dev | ros | 1.15.15 | 1.14.3 | bags of ROS 1: slim_init ab --bag

@@ -11,9 +11,18 @@ ScaleProfile profileOf(const RefinementInput& input, const InitializerOptions& o
                        const RefinedWindow& refined) {
   // About the biases of the answer: chained over the window, first order is not exact enough.
   // Between the exposures, td as estimated.
-  const std::vector<Preintegration> pre =
-      preintegrateInflated(input.tracks, refined.state.gyro_bias, refined.state.accel_bias,
-                           options.inertial, coveredShift(input.tracks, refined.state.rig.dtd));
+  const InitWindow& window = input.tracks;
+  const WindowState& state = refined.state;
+  const double shift = coveredShift(window, state.rig.dtd);
+  std::vector<Preintegration> pre;
+  pre.reserve(input.pre.size());
+  for (std::size_t k = 0; k < input.pre.size(); ++k) {
+    pre.push_back(preintegrate(window.imu(), window.times()[k] + shift,
+                               window.times()[k + 1] + shift, state.gyro_bias, state.accel_bias,
+                               ImuNoise(), PreintegrationParts::kMean));
+    // The covariance depends on the biases by a hundredth of itself.
+    pre.back().covariance = input.pre[k].covariance;
+  }
   return profileScale(ScaleCost(refined, pre, input.tracks.calibration(), options.inertial));
 }
 

@@ -188,7 +188,7 @@ InitResult Slim::solve(const InitWindow& window) const {
 
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3.
   const std::vector<Preintegration> pre =
-      preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options_.inertial);
+      preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), bias.imu_noise);
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
   clock.lap("integration");

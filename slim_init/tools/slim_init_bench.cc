@@ -4,21 +4,23 @@
 // Windows come from the built-in circle, seen by 30, 100 or 300 tracked points and 25 lines a
 // frame. Each iteration solves the next of 40 windows, so that no single one decides.
 // SLIM_INIT_BENCH_SEQUENCE=DIR adds the image front end on the recording in that ASL folder.
+//
+// `slim_init_bench times`, `growth` and `count` (each with --help) print tables of whole solves
+// instead, also on recorded motion (bench_times.h).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "ab_options.h"
 #ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 #include "bench_front_end.h"
 #endif
-#include "load_sequence.h"
+#include "bench_times.h"
+#include "bench_windows.h"
 #include "methods.h"
 #include "slim_init/keyframe_window.h"
 
@@ -27,48 +29,24 @@ namespace {
 
 constexpr std::size_t kWindows = 40;
 
-const evaluation::Sequence& sequence(int points) {
-  static std::map<int, LoadedSequence> cache;
-  const auto found = cache.find(points);
-  if (found != cache.end()) return found->second.sequence;
-  AbOptions options;
-  options.builtin = "circle";
-  options.duration_s = 30.0;
-  options.features.max_points = points;
-  // A dense front end: 300 points do not fit into the image 15 px apart from each other otherwise.
-  options.features.min_point_distance = points > 100 ? 8.0 : 15.0;
-  options.features.outlier_rate = 0.03;
-  std::string error = checkAbOptions(&options);
-  LoadedSequence& loaded = cache[points];
-  if (error.empty()) error = loadSequence(options, &loaded);
-  if (!error.empty()) {
-    std::cerr << "slim_init_bench: " << error << "\n";
-    std::exit(1);
-  }
-  return loaded.sequence;
+BenchWindows circle(int points) {
+  BenchWindows what;
+  what.points = points;
+  what.limit = kWindows;
+  return what;
 }
 
-// Windows cut from the stream, ten frames after one another.
+const evaluation::Sequence& sequence(int points) {
+  static std::map<int, evaluation::Sequence> cache;
+  const auto found = cache.find(points);
+  if (found != cache.end()) return found->second;
+  return cache[points] = benchSequence(circle(points));
+}
+
 const std::vector<std::shared_ptr<const InitWindow>>& windows(int points) {
   static std::map<int, std::vector<std::shared_ptr<const InitWindow>>> cache;
   std::vector<std::shared_ptr<const InitWindow>>& out = cache[points];
-  if (!out.empty()) return out;
-  const evaluation::Sequence& data = sequence(points);
-  KeyframeWindow stream(data.calibration, evaluation::paperWindow());
-  std::size_t next_imu = 0;
-  for (std::size_t k = 0; k < data.frames.size() && out.size() < kWindows; ++k) {
-    while (next_imu < data.imu.size() && data.imu[next_imu].t <= data.frames[k].t + 0.01) {
-      stream.addImu(data.imu[next_imu++]);
-    }
-    stream.addFrame(data.frames[k]);
-    if (k % 10 != 9) continue;
-    const WindowCut cut = stream.cut();
-    if (cut.window != nullptr) out.push_back(cut.window);
-  }
-  if (out.empty()) {
-    std::cerr << "slim_init_bench: the simulated sequence holds no window\n";
-    std::exit(1);
-  }
+  if (out.empty()) out = cutWindows(sequence(points), circle(points));
   return out;
 }
 
@@ -145,6 +123,10 @@ void cutWindow(benchmark::State& state) {
 }  // namespace slim_init::tools
 
 int main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (slim_init::tools::isTimesCommand(arguments)) {
+    return slim_init::tools::runTimesCommand(arguments);
+  }
   for (const std::string& name : slim_init::tools::methodNames()) {
     benchmark::RegisterBenchmark(
         ("solve/" + name).c_str(),

@@ -92,6 +92,25 @@ TEST(NormalizedEpipolarPair, HessianIsExactWithoutNoiseAndNeverIndefinite) {
   }
 }
 
+TEST(NormalizedEpipolarPair, ABaselineNearbyOrFarAwayChangesNothing) {
+  for (unsigned seed = 0; seed < 50; ++seed) {
+    const Scene noisy = makeScene(12, 2e-3, {0.05, 0.0, 0.02}, seed);
+    const Matrix3d R = noisy.R_ci_cj * expSO3(Vector3d(0.02, -0.01, 0.03) * (seed % 5));
+    const NormalizedEvaluation at = noisy.normalized.evaluate(R, 1e-6);
+    // From close by to at right angles, where iterations lead to a maximum or a saddle.
+    const Eigen::Matrix<double, 3, 2> T = tangentBasis(at.baseline);
+    const Vector3d nears[] = {at.baseline, -(at.baseline + 0.05 * T.col(0)).normalized(),
+                              (at.baseline + T.col(1)).normalized(), T.col(0), T.col(1)};
+    for (const Vector3d& near : nears) {
+      const NormalizedEvaluation again = noisy.normalized.evaluate(R, 1e-6, near);
+      EXPECT_NEAR(again.lambda, at.lambda, 1e-8 * (1e-6 + at.lambda));
+      EXPECT_LT(again.baseline.cross(at.baseline).norm(), 1e-8);
+      EXPECT_LT((again.gradient - at.gradient).norm(), 1e-8 * at.hessian.norm());
+      EXPECT_LT(noisy.normalized.baseline(R, near).cross(at.baseline).norm(), 1e-8);
+    }
+  }
+}
+
 TEST(NormalizedEpipolarPair, ExpectationAtTheTruthIsTheNoiseVariance) {
   // The quotient minimised over e is sigma^2 (1 - 2/n): two degrees of freedom go to the baseline.
   constexpr int kPoints = 200, kRuns = 200;

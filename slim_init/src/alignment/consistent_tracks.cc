@@ -91,10 +91,7 @@ bool solveWeighted(const std::vector<TrackCost>& costs, const std::vector<double
   A *= information;
   b *= information;
   A.diagonal().segment<3>(3).array() += 1.0 / (prior.accel_bias * prior.accel_bias);
-  Eigen::VectorXd solution;
-  if (!solveGravityConstrained(A, -b, prior.gravity_magnitude, &solution)) return false;
-  *x = solution;
-  return true;
+  return solveGravityConstrained(A, -b, prior.gravity_magnitude, x);
 }
 
 // Truncated least squares by graduated non-convexity: Yang, Antonante, Tzoumas and Carlone,

@@ -36,7 +36,7 @@ class ReverseCost {
   }
 
   // Cost at inverse scale u, minimised over the other unknowns; infinity where that fails.
-  double operator()(double u, Eigen::VectorXd* x) const {
+  double operator()(double u, Vector9d* x) const {
     Matrix9d M = u * u * (AHA_ + kappa_ * shape_A_ * shape_A_.transpose());
     M.diagonal() += prior_;
     const Vector9d b = kappa_ * u * shape_A_ - u * u * (AHc0_ + kappa_ * shape_c0_ * shape_A_);
@@ -60,7 +60,7 @@ class ReverseCost {
 // The cost over log(scale) has one basin per plausible scale: a grid first, golden section search
 // about its lowest point. NaN where the cost is finite nowhere on the grid.
 double bestLogScale(const ReverseCost& cost, const ReverseAlignmentOptions& options) {
-  Eigen::VectorXd x;
+  Vector9d x;
   const double step = std::log(options.max_scale / options.min_scale) / (options.grid - 1);
   double best_cost = std::numeric_limits<double>::infinity();
   double best = 0.0;
@@ -127,7 +127,8 @@ LinearMotion linearMotion(const std::vector<Preintegration>& pre,
   return motion;
 }
 
-void setSolution(const LinearMotion& motion, const Eigen::VectorXd& x, ReverseEstimate* estimate) {
+void setSolution(const LinearMotion& motion, const Eigen::Matrix<double, 9, 1>& x,
+                 ReverseEstimate* estimate) {
   const Eigen::Index n = motion.position0.size() / 3;
   const Eigen::VectorXd p = motion.position0 + motion.position * x;
   const Eigen::VectorXd v = motion.velocity0 + motion.velocity * x;
@@ -156,12 +157,12 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
 
   const double log_scale = bestLogScale(cost, options);
   if (!std::isfinite(log_scale)) return out;
-  Eigen::VectorXd x;
+  Vector9d x;
   out.cost = cost(std::exp(-log_scale), &x);
   if (!std::isfinite(out.cost)) return out;
 
   // Half the second derivative of a chi-square over log(scale) is its inverse variance.
-  Eigen::VectorXd unused;
+  Vector9d unused;
   const double curvature = (cost(std::exp(-log_scale - kCurvatureStep), &unused) - 2.0 * out.cost +
                             cost(std::exp(-log_scale + kCurvatureStep), &unused)) /
                            (kCurvatureStep * kCurvatureStep);

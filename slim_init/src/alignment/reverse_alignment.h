@@ -46,7 +46,8 @@ struct ReverseEstimate {
 
 /// Sets accelerometer bias, gravity and motion that follow from x = [v_0, b_a, g]; the scale is
 /// left to the caller.
-void setSolution(const LinearMotion& motion, const Eigen::VectorXd& x, ReverseEstimate* estimate);
+void setSolution(const LinearMotion& motion, const Eigen::Matrix<double, 9, 1>& x,
+                 ReverseEstimate* estimate);
 
 /// Minimises over u and x
 ///   u^2 C^T H C + kappa (u c^T C - 1)^2 + |b_a|^2 / sigma_ba^2,   |g| fixed,

@@ -66,11 +66,11 @@ ReverseEstimate alignTight(const LinearMotion& motion, const Eigen::Matrix3Xd& s
   const Eigen::Matrix<double, 9, 1> AHc0 = HA.transpose() * c0;
 
   // The weight against the bias prior needs the spread, which is part of the answer.
-  Eigen::VectorXd x;
+  Eigen::Matrix<double, 9, 1> x;
   double metres = 1.0;
   for (int pass = 0; pass < alignment_constants::kTightPasses; ++pass) {
     const double weight = observations / std::max(lambda * metres * metres, 1e-300);
-    Eigen::MatrixXd M = weight * AHA;
+    Eigen::Matrix<double, 9, 9> M = weight * AHA;
     M.diagonal().segment<3>(3).array() += 1.0 / (accel_bias_prior * accel_bias_prior);
     if (!solveGravityConstrained(M, -weight * AHc0, gravity_magnitude, &x)) return out;
     const Eigen::VectorXd c = motion.position * x + c0;

@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/posterior.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "estimation/constants.h"
+#include "geometry/partial_cholesky.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -98,32 +98,31 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
                       const BodyErrors& errors, const StateLayout& at) {
   Posterior out;
   const int m = at.size() - StateLayout::kGauge;
-  const Eigen::LLT<Eigen::MatrixXd> llt(information);
-  if (llt.info() != Eigen::Success) return out;
+  EvenMatrix L(m);
+  for (int j = 0; j < m; ++j) L.column(j).segment(j, m - j) = information.col(j).tail(m - j);
+  if (!partialCholesky(L.data(), L.stride(), m, m)) return out;
 
-  // A relative change of scale moves every position along its offset from the mean.
+  // Scale, gravity and rig: a relative change of scale moves every position along its offset from
+  // the mean.
+  constexpr int kScale = 0, kGravity = 1, kRig = 3;
+  Eigen::MatrixXd parts = Eigen::MatrixXd::Zero(kRig + (at.rigs ? StateLayout::kRig : 0), m);
   const Eigen::Matrix3Xd centred = visual.p_b0.colwise() - visual.p_b0.rowwise().mean();
-  Eigen::VectorXd along = Eigen::VectorXd::Zero(m);
   for (int k = 1; k < at.n; ++k) {
-    along.segment<3>(at.pose(k) + 3 - StateLayout::kGauge) = centred.col(k) / centred.squaredNorm();
+    parts.block<1, 3>(kScale, at.pose(k) + 3 - StateLayout::kGauge) =
+        centred.col(k).transpose() / centred.squaredNorm();
   }
-  Eigen::MatrixXd of_gravity = Eigen::MatrixXd::Zero(m, 2);
-  of_gravity.middleRows<2>(at.gravity() - StateLayout::kGauge).setIdentity();
-
-  // With the information L L^T, the covariance of T x is (L^-1 T^T)^T (L^-1 T^T).
-  out.scale_sigma = llt.matrixL().solve(along).norm();
-  out.gravity_sigma_rad = llt.matrixL().solve(of_gravity).norm() * std::sqrt(0.5);
+  parts.block<2, 2>(kGravity, at.gravity() - StateLayout::kGauge).setIdentity();
   if (at.rigs) {
-    Eigen::MatrixXd of_rig = Eigen::MatrixXd::Zero(m, StateLayout::kRig);
-    of_rig.middleRows<StateLayout::kRig>(at.rig() - StateLayout::kGauge).setIdentity();
-    llt.matrixL().solveInPlace(of_rig);
-    out.rig_covariance = of_rig.transpose() * of_rig;
+    parts.block<StateLayout::kRig, StateLayout::kRig>(kRig, at.rig() - StateLayout::kGauge)
+        .setIdentity();
   }
-  const Eigen::MatrixXd T = worldErrors(visual, errors, at);
-  const Eigen::MatrixXd root = llt.matrixL().solve(T.transpose());
-  out.covariance.setZero(T.rows(), T.rows());
-  out.covariance.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
-  out.covariance.triangularView<Eigen::StrictlyUpper>() = out.covariance.transpose();
+  const Eigen::MatrixXd of_parts = propagatedCovariance(L, parts);
+  out.scale_sigma = std::sqrt(of_parts(kScale, kScale));
+  out.gravity_sigma_rad = std::sqrt(0.5 * of_parts.block<2, 2>(kGravity, kGravity).trace());
+  if (at.rigs) {
+    out.rig_covariance = of_parts.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>();
+  }
+  out.covariance = propagatedCovariance(L, worldErrors(visual, errors, at));
   out.valid = out.covariance.allFinite();
   return out;
 }

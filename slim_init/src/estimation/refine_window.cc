@@ -51,26 +51,38 @@ Basin findBasin(const std::vector<WindowState>& starts, const RefinementOptions&
   return best;
 }
 
+// Two starts that have come together need not be followed any further.
+bool isSame(const WindowState& a, const WindowState& b) {
+  const double size = std::max(a.p_b0.norm(), b.p_b0.norm());
+  return (a.p_b0 - b.p_b0).norm() < kSameShape * size;
+}
+
 // Minimises from each start with the noise of the tracks widened first; keeps the lowest cost at
-// their true noise. The map
-// keeps the noise it had.
+// their true noise. The map keeps the noise it had.
 Basin descendFromCoarse(const std::vector<WindowState>& starts, int max_iterations,
                         VisualInertialProblem* map) {
   const double sigma_point = map->sigmaPoint(), sigma_line = map->sigmaLine();
   Basin best;
+  std::vector<WindowState> coarse;  // minima at the widest noise
   for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
     WindowState state = starts[s];
     MapSummary summary;
     int iterations = 0;
+    bool known = false;
     for (const double factor : kCoarseToFine) {
       map->setNoise(factor * sigma_point, factor * sigma_line);
       summary = map->minimize(max_iterations, &state);
       iterations += summary.iterations;
       if (!summary.valid) break;
+      if (factor != kCoarseToFine[0]) continue;
+      known = std::any_of(coarse.begin(), coarse.end(),
+                          [&](const WindowState& other) { return isSame(state, other); });
+      if (known) break;
+      coarse.push_back(state);
     }
     best.last_start = s;
     best.iterations += iterations;
-    if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
+    if (known || !summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
     best = {summary, state, s, s, best.iterations};
   }
   map->setNoise(sigma_point, sigma_line);
@@ -113,7 +125,14 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const InertialOptions& inertial, double td_shift) {
-  const ImuNoise noise = assumedImuNoise(window, inertial);
+  return preintegrateInflated(window, gyro_bias, accel_bias, assumedImuNoise(window, inertial),
+                              td_shift);
+}
+
+std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
+                                                 const Eigen::Vector3d& gyro_bias,
+                                                 const Eigen::Vector3d& accel_bias,
+                                                 const ImuNoise& noise, double td_shift) {
   std::vector<Preintegration> pre;
   pre.reserve(window.size() - 1);
   for (int k = 0; k + 1 < window.size(); ++k) {
@@ -135,6 +154,8 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig);
   const int handed_in = map.pointViews();
 
+  // Which basin it is, and what is beyond the noise, shows before the last digits do.
+  map.setTolerance(std::max(options.tolerance, kBasinTolerance));
   Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
                                          : descendFromCoarse(starts, options.max_iterations, &map);
   if (basin.start < 0) return out;
@@ -166,6 +187,7 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
         preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, inertial, td_shift);
     map.setPreintegrated(td_shift);
   }
+  map.setTolerance(options.tolerance);
   const MapSummary summary = map.resume(options.max_iterations, &out.state);
   out.iterations += summary.iterations;
   if (!summary.valid) return out;

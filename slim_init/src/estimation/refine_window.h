@@ -50,6 +50,11 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const InertialOptions& inertial,
                                                  double td_shift = 0.0);
+/// The same with a `noise` that is known already: measuring it takes as long as integrating.
+std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
+                                                 const Eigen::Vector3d& gyro_bias,
+                                                 const Eigen::Vector3d& accel_bias,
+                                                 const ImuNoise& noise, double td_shift = 0.0);
 
 /// As much of a shift of the keyframe times [s] as the IMU of the window covers.
 double coveredShift(const InitWindow& window, double shift);

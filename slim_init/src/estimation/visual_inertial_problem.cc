@@ -36,6 +36,88 @@ class LogSum {
   double product_ = 1.0;
 };
 
+// Two numbers of a register; a GCC and Clang extension, on processors without vector registers two
+// scalars.
+typedef double Pair __attribute__((vector_size(16), may_alias));
+
+inline Pair both(double x) { return Pair{x, x}; }
+
+// block += J_a S J_b^T, the four entries of S row by row. This is where a solve spends most of its
+// time: written out, with the columns of J_a in registers.
+inline void addProduct(const Eigen::Matrix<double, 6, 2>& J_a, const Eigen::Matrix2d& S,
+                       const Eigen::Matrix<double, 6, 2>& J_b, Eigen::Matrix<double, 6, 6>* block) {
+  const Pair* a = reinterpret_cast<const Pair*>(J_a.data());
+  const Pair* b = reinterpret_cast<const Pair*>(J_b.data());
+  Pair* out = reinterpret_cast<Pair*>(block->data());
+  const Pair s00 = both(S(0, 0)), s01 = both(S(0, 1)), s10 = both(S(1, 0)), s11 = both(S(1, 1));
+  const Pair a0 = a[0], a1 = a[1], a2 = a[2], a3 = a[3], a4 = a[4], a5 = a[5];
+  for (int pair = 0; pair < 3; ++pair) {
+    const Pair x = s00 * b[pair] + s01 * b[pair + 3];
+    const Pair y = s10 * b[pair] + s11 * b[pair + 3];
+    for (int half = 0; half < 2; ++half) {
+      const Pair u = both(x[half]), v = both(y[half]);
+      out[0] += a0 * u + a3 * v;
+      out[1] += a1 * u + a4 * v;
+      out[2] += a2 * u + a5 * v;
+      out += 3;
+    }
+  }
+}
+
+// Inverse of the lower Cholesky factor of a positive definite matrix of a few rows, of which the
+// lower triangle is read.
+template <int D>
+Eigen::Matrix<double, D, D> inverseOfFactor(const Eigen::Matrix<double, D, D>& A) {
+  Eigen::Matrix<double, D, D> L, X;
+  X.setZero();
+  for (int j = 0; j < D; ++j) {
+    double pivot = A(j, j);
+    for (int k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+    X(j, j) = 1.0 / std::sqrt(pivot);
+    for (int i = j + 1; i < D; ++i) {
+      double sum = A(i, j);
+      for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+      L(i, j) = sum * X(j, j);
+    }
+  }
+  for (int j = 0; j < D; ++j) {
+    for (int i = j + 1; i < D; ++i) {
+      double sum = 0.0;
+      for (int k = j; k < i; ++k) sum -= L(i, k) * X(k, j);
+      X(i, j) = sum * X(i, i);
+    }
+  }
+  return X;
+}
+
+// Lower triangle of J^T J of the whitened rows of an IMU factor, and J^T r: columns in pairs, of an
+// even number. `rows`: 9 x C.
+template <int C>
+using FactorRows = Eigen::Matrix<double, 9, C, Eigen::RowMajor>;
+
+template <int C>
+void normalEquations(const FactorRows<C>& rows, const Eigen::Matrix<double, 9, 1>& r,
+                     Eigen::Matrix<double, C, C, Eigen::RowMajor>* JJ,
+                     Eigen::Matrix<double, C, 1>* Jr) {
+  static_assert(C % 2 == 0, "columns in pairs");
+  const Pair* J = reinterpret_cast<const Pair*>(rows.data());
+  for (int i = 0; i < C; ++i) {
+    Pair factor[9];
+    double gradient = 0.0;
+    for (int k = 0; k < 9; ++k) {
+      factor[k] = both(rows(k, i));
+      gradient += rows(k, i) * r[k];
+    }
+    (*Jr)[i] = gradient;
+    Pair* out = reinterpret_cast<Pair*>(JJ->data() + C * i);
+    for (int pair = 0; pair <= i / 2; ++pair) {
+      Pair sum = factor[0] * J[pair];
+      for (int k = 1; k < 9; ++k) sum += factor[k] * J[k * (C / 2) + pair];
+      out[pair] = sum;
+    }
+  }
+}
+
 }  // namespace
 
 VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
@@ -55,7 +137,8 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
       sigma_line_(window.calibration().sigma_line_px / window.calibration().focal_px),
       rows_{t_b_c_, window.calibration().readout_s},
       rolling_(rows_.readout_s > 0.0),
-      rig_(rig) {
+      rig_(rig),
+      solver_(layout_, rolling_) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
   point_views_.reserve(window.pointSightings().size());
@@ -202,15 +285,26 @@ double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) c
 
 template <int kColumns>
 double VisualInertialProblem::addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
-                                                const Eigen::Matrix<double, 9, kColumns>& jacobian,
+                                                const FactorRows<kColumns>& jacobian,
                                                 System* system) const {
-  const Eigen::Matrix<double, 9, 1> r = whitening_[i] * residual;
-  // Transposed, so that columns are of even length; written out, since for these sizes Eigen
-  // would call its kernel for large matrices.
-  const Eigen::Matrix<double, 9, kColumns> J = whitening_[i].lazyProduct(jacobian);
-  const Eigen::Matrix<double, kColumns, 9> Jt = J.transpose();
-  const Eigen::Matrix<double, kColumns, kColumns> JJ = Jt.lazyProduct(J);
-  const Eigen::Matrix<double, kColumns, 1> Jr = Jt * r;
+  // Columns by the row, of even number, and W lower triangular: written out, since for these sizes
+  // Eigen would call its kernel for large matrices.
+  constexpr int kEven = kColumns + kColumns % 2;
+  const Eigen::Matrix<double, 9, 9>& W = whitening_[i];
+  FactorRows<kEven> J;
+  Eigen::Matrix<double, 9, 1> r;
+  for (int row = 0; row < 9; ++row) {
+    J.row(row).template head<kColumns>() = W(row, 0) * jacobian.row(0);
+    r[row] = W(row, 0) * residual[0];
+    for (int k = 1; k <= row; ++k) {
+      J.row(row).template head<kColumns>() += W(row, k) * jacobian.row(k);
+      r[row] += W(row, k) * residual[k];
+    }
+    if (kEven > kColumns) J(row, kEven - 1) = 0.0;
+  }
+  Eigen::Matrix<double, kEven, kEven, Eigen::RowMajor> JJ;
+  Eigen::Matrix<double, kEven, 1> Jr;
+  normalEquations<kEven>(J, r, &JJ, &Jr);
   // Local columns in contiguous groups of the error vector.
   struct Group {
     int from, size, to;
@@ -222,7 +316,11 @@ double VisualInertialProblem::addInertialFactor(int i, const Eigen::Matrix<doubl
     system->g.segment(a.to, a.size) += Jr.segment(a.from, a.size);
     for (const Group& b : groups) {
       if (b.to > a.to) continue;
-      system->H.block(a.to, b.to, a.size, b.size) += JJ.block(a.from, b.from, a.size, b.size);
+      for (int column = 0; column < b.size; ++column) {
+        double* H = &system->H(a.to, b.to + column);
+        const int first = a.to == b.to ? column : 0;
+        for (int row = first; row < a.size; ++row) H[row] += JJ(a.from + row, b.from + column);
+      }
     }
   }
   return r.squaredNorm();
@@ -296,19 +394,18 @@ void VisualInertialProblem::evaluateView(const View& view, const Parameters& par
 
 template <int D, typename View>
 void VisualInertialProblem::eliminateRows(const TrackRange& track, const std::vector<View>& views,
-                                          const Eigen::Matrix<double, D, D>& L_inverse,
                                           const Eigen::Matrix<double, D, 1>& y,
-                                          Elimination<D>* elimination, System* system) const {
+                                          const Elimination<D>& elimination, System* system) const {
   for (int a = track.begin; a < track.end; ++a) {
-    elimination->W[a] = (elimination->W[a] * L_inverse.transpose()).eval();
-    addRowGradient(views[a].keyframe, -elimination->W[a] * y, system);
+    addRowGradient(views[a].keyframe, -elimination.W[a] * y, system);
   }
-  for (int a = track.begin; a < track.end; ++a) {
-    for (int b = track.begin; b < track.end; ++b) {
-      addRowsToPoses(views[a].keyframe, views[b].keyframe,
-                     -elimination->W[a] * elimination->V[b].transpose(), system);
+  for (int b = track.begin; b < track.end; ++b) {
+    const Eigen::Matrix<double, D, 6> V =
+        elimination.K[b].transpose() * elimination.J[b].transpose();
+    for (int a = track.begin; a < track.end; ++a) {
+      addRowsToPoses(views[a].keyframe, views[b].keyframe, -elimination.W[a] * V, system);
       addRowsToRows(views[a].keyframe, views[b].keyframe,
-                    -elimination->W[a] * elimination->W[b].transpose(), system);
+                    -elimination.W[a] * elimination.W[b].transpose(), system);
     }
   }
 }
@@ -319,57 +416,77 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
                                         const std::vector<Parameters>& parameters,
                                         const WindowState& state, double sqrt_information,
                                         Elimination<D>* elimination, System* system) {
-  using Matrix6D = Eigen::Matrix<double, 6, D>;
   using MatrixD = Eigen::Matrix<double, D, D>;
   using VectorD = Eigen::Matrix<double, D, 1>;
-  elimination->L.resize(tracks.size());
+  elimination->L_inverse.resize(tracks.size());
   elimination->y.resize(tracks.size());
-  elimination->V.resize(views.size());
+  elimination->J.resize(views.size());
+  elimination->K.resize(views.size());
   elimination->W.resize(rolling_ ? views.size() : 0);
   const double c2 = square(options_.cauchy_sigmas);
   const int n = layout_.n;
+  track_residuals_.resize(n);
+  track_rows_.resize(n);
   LogSum cost;
-  RowJacobian by_row;
   for (std::size_t t = 0; t < tracks.size(); ++t) {
+    const int begin = tracks[t].begin, end = tracks[t].end;
     MatrixD information = MatrixD::Zero();
     VectorD gradient = VectorD::Zero();
-    for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
+    for (int a = begin; a < end; ++a) {
       ViewDerivatives<D> view;
-      evaluateView(views[a], parameters[t], state, sqrt_information, &view, &by_row);
-      const double s2 = view.r.squaredNorm();
-      cost.add(1.0 + s2 / c2);
-      const double weight = 1.0 / (1.0 + s2 / c2);
-      const Eigen::Matrix<double, 2, D> weighted = weight * view.J_track;
-      const Eigen::Vector2d weighted_r = weight * view.r;
-      information.noalias() += view.J_track.transpose() * weighted;
-      gradient.noalias() += view.J_track.transpose() * weighted_r;
-      elimination->V[a].noalias() = view.J_pose.transpose() * weighted;
-      const int k = views[a].keyframe;
-      pose_blocks_[k * n + k].noalias() += view.J_pose.transpose() * (weight * view.J_pose);
-      system->g.segment<6>(6 * k).noalias() += view.J_pose.transpose() * weighted_r;
-      if (!rolling_) continue;
-      elimination->W[a].noalias() = by_row.transpose() * weighted;
-      addRowGradient(k, by_row.transpose() * weighted_r, system);
-      addRowsToPoses(k, k, by_row.transpose() * (weight * view.J_pose), system);
-      addRowsToRows(k, k, by_row.transpose() * (weight * by_row), system);
+      evaluateView(views[a], parameters[t], state, sqrt_information, &view,
+                   &track_rows_[a - begin]);
+      const double excess = 1.0 + view.r.squaredNorm() / c2;
+      cost.add(excess);
+      const double weight = std::sqrt(1.0 / excess);
+      const Eigen::Matrix<double, 2, D> J_track = weight * view.J_track;
+      const Eigen::Vector2d r = weight * view.r;
+      for (int j = 0; j < D; ++j) {
+        for (int i = j; i < D; ++i) {
+          information(i, j) += J_track(0, i) * J_track(0, j) + J_track(1, i) * J_track(1, j);
+        }
+        gradient[j] += J_track(0, j) * r[0] + J_track(1, j) * r[1];
+      }
+      elimination->J[a] = weight * view.J_pose.transpose();
+      elimination->K[a] = J_track;
+      track_residuals_[a - begin] = r;
+      if (rolling_) track_rows_[a - begin] *= weight;
     }
     information.diagonal().array() +=
         kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
-    const MatrixD L = information.llt().matrixL();
-    const VectorD y = L.template triangularView<Eigen::Lower>().solve(gradient);
-    elimination->L[t] = L;
+    const MatrixD L_inverse = inverseOfFactor<D>(information);
+    const VectorD y = L_inverse.template triangularView<Eigen::Lower>() * gradient;
+    elimination->L_inverse[t] = L_inverse;
     elimination->y[t] = y;
-    const MatrixD L_inverse = L.template triangularView<Eigen::Lower>().solve(MatrixD::Identity());
-    for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
-      Matrix6D& V_a = elimination->V[a];
-      V_a = (V_a * L_inverse.transpose()).eval();
-      const int k_a = views[a].keyframe;
-      system->g.segment<6>(6 * k_a).noalias() -= V_a * y;
-      for (int b = tracks[t].begin; b <= a; ++b) {
-        pose_blocks_[k_a * n + views[b].keyframe].noalias() -= V_a * elimination->V[b].transpose();
+    for (int a = begin; a < end; ++a) {
+      Eigen::Matrix<double, 2, D>& K = elimination->K[a];
+      // In place from the right: column c needs those up to c.
+      for (int c = D - 1; c >= 0; --c) {
+        K.col(c) *= L_inverse(c, c);
+        for (int d = 0; d < c; ++d) K.col(c) += L_inverse(c, d) * K.col(d);
       }
+      const int k_a = views[a].keyframe;
+      if (rolling_) {
+        const RowJacobian& by_row = track_rows_[a - begin];
+        const Eigen::Vector2d& r = track_residuals_[a - begin];
+        elimination->W[a].noalias() = by_row.transpose() * K;
+        addRowGradient(k_a, by_row.transpose() * r, system);
+        addRowsToPoses(k_a, k_a, by_row.transpose() * elimination->J[a].transpose(), system);
+        addRowsToRows(k_a, k_a, by_row.transpose() * by_row, system);
+      }
+      // The first pose is the gauge: nothing is solved for it.
+      if (k_a == 0) continue;
+      system->g.segment<6>(6 * k_a) += elimination->J[a] * (track_residuals_[a - begin] - K * y);
+      Eigen::Matrix<double, 6, 6>* blocks = &pose_blocks_[k_a * n];
+      for (int b = begin; b < a; ++b) {
+        if (views[b].keyframe == 0) continue;
+        const Eigen::Matrix2d S = -K * elimination->K[b].transpose();
+        addProduct(elimination->J[a], S, elimination->J[b], &blocks[views[b].keyframe]);
+      }
+      const Eigen::Matrix2d S = Eigen::Matrix2d::Identity() - K * K.transpose();
+      addProduct(elimination->J[a], S, elimination->J[a], &blocks[k_a]);
     }
-    if (rolling_) eliminateRows(tracks[t], views, L_inverse, y, elimination, system);
+    if (rolling_) eliminateRows(tracks[t], views, y, *elimination, system);
   }
   return c2 * cost.value();
 }
@@ -406,14 +523,15 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
       auto rhs = elimination.y[t];
       for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
         const int k = views[a].keyframe;
-        rhs.noalias() += elimination.V[a].transpose() * step.segment<6>(6 * k);
+        const Eigen::Vector2d moved = elimination.J[a].transpose() * step.segment<6>(6 * k);
+        rhs += elimination.K[a].transpose() * moved;
         if (!rolling_) continue;
         Eigen::Matrix<double, kRowMotion, 1> row_step;
         row_step << step.segment<3>(layout_.velocity(k)),
             layout_.rigs ? step[layout_.readout()] : 0.0;
         rhs.noalias() += elimination.W[a].transpose() * row_step;
       }
-      elimination.L[t].transpose().template triangularView<Eigen::Upper>().solveInPlace(rhs);
+      rhs = (elimination.L_inverse[t].transpose() * rhs).eval();
       (*parameters)[t] = (*parameters)[t].moved(-rhs);
     }
   };
@@ -438,16 +556,11 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
   // is not positive definite raises the damping, and systems of this size are swapped, not copied.
   double damping = kFirstDamping;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
-  Eigen::MatrixXd A(m, m);
   while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping) {
-    A.triangularView<Eigen::Lower>() = system_.H.bottomRightCorner(m, m);
-    A.diagonal() *= 1.0 + damping;
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(A);
-    if (llt.info() != Eigen::Success) {
+    if (!solver_.solve(system_.H, system_.g, damping, &step)) {
       damping = std::max(100.0 * damping, kDampingAfterFailure);
       continue;
     }
-    step.tail(m) = -llt.solve(system_.g.tail(m));
     // Squared length of the step in standard deviations of the state. Unlike the decrease of the
     // cost it is blind to outliers that still creep along the flat tail of the loss.
     const double decrement = -step.tail(m).dot(system_.g.tail(m));
@@ -512,8 +625,10 @@ MapResiduals VisualInertialProblem::residuals() const {
 double VisualInertialProblem::behindFraction() const {
   int behind = 0;
   for (std::size_t t = 0; t < point_tracks_.size(); ++t) {
-    // The last diagonal entry of L is the inverse standard deviation of the inverse depth.
-    if (structure_.points[t].inverse_depth * system_.points.L[t](2, 2) < -kBehindSigmas) ++behind;
+    // The last diagonal entry of L^-1 is the standard deviation of the inverse depth.
+    if (structure_.points[t].inverse_depth < -kBehindSigmas * system_.points.L_inverse[t](2, 2)) {
+      ++behind;
+    }
   }
   return point_tracks_.empty() ? 0.0 : static_cast<double>(behind) / point_tracks_.size();
 }

@@ -14,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "estimation/arrow_solver.h"
 #include "estimation/rig_model.h"
 #include "estimation/row_motion.h"
 #include "estimation/visual_tracks.h"
@@ -65,6 +66,8 @@ class VisualInertialProblem {
 
   /// Standard deviation of a point bearing and of a line end point across the line [rad].
   void setNoise(double sigma_point_rad, double sigma_line_rad);
+  /// Squared length of the last step [sigma^2], RefinementOptions::tolerance until it is set.
+  void setTolerance(double tolerance) { options_.tolerance = tolerance; }
   double sigmaPoint() const { return sigma_point_; }
   double sigmaLine() const { return sigma_line_; }
 
@@ -96,9 +99,10 @@ class VisualInertialProblem {
   /// at the answer of minimize(), tracks eliminated.
   const Eigen::MatrixXd& information() const { return information_; }
 
-  /// Its part from points, lines and vanishing points, 6N x 6N of the poses [theta_k, p_k] with the
-  /// gauge, tracks eliminated; and half the derivative of their cost by the poses at the answer.
-  /// Neither depends on the IMU but through the state at which they are taken.
+  /// Its part from points, lines and vanishing points, 6N x 6N of the poses [theta_k, p_k], tracks
+  /// eliminated; and half the derivative of their cost by the poses at the answer. Those of the
+  /// gauge, which nothing needs, are zero. Neither depends on the IMU but through the state at
+  /// which they are taken.
   const Eigen::MatrixXd& visualInformation() const { return visual_information_; }
   const Eigen::VectorXd& visualGradient() const { return visual_gradient_; }
 
@@ -107,14 +111,16 @@ class VisualInertialProblem {
     int begin = 0, end = 0;
   };
   /// What the elimination of the tracks of one kind (D parameters each) leaves for the back
-  /// substitution: per track the factor L of its information and y = L^-1 gradient, per view
-  /// V = (J_pose^T J_track) L^-T.
+  /// substitution: per track the inverse of the factor L of its information and y = L^-1 gradient,
+  /// per view J_pose^T and K = J_track L^-T, whose products with those of other views are what the
+  /// track takes off the poses. All rows weighted by the root of the robust weight.
   template <int D>
   struct Elimination {
-    std::vector<Eigen::Matrix<double, D, D>> L;
+    std::vector<Eigen::Matrix<double, D, D>> L_inverse;
     std::vector<Eigen::Matrix<double, D, 1>> y;
-    std::vector<Eigen::Matrix<double, 6, D>> V;
-    /// The same for velocity and readout time; empty with a global shutter.
+    std::vector<Eigen::Matrix<double, 6, 2>> J;
+    std::vector<Eigen::Matrix<double, 2, D>> K;
+    /// by_row^T K for velocity and readout time; empty with a global shutter.
     std::vector<Eigen::Matrix<double, kRowMotion, D>> W;
   };
   /// Parameters of all tracks.
@@ -146,7 +152,7 @@ class VisualInertialProblem {
   double addInertial(const WindowState& state, System* system);
   template <int kColumns>
   double addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
-                           const Eigen::Matrix<double, 9, kColumns>& jacobian,
+                           const Eigen::Matrix<double, 9, kColumns, Eigen::RowMajor>& jacobian,
                            System* system) const;
   template <int D, typename View, typename Parameters>
   double addTracks(const std::vector<TrackRange>& tracks, const std::vector<View>& views,
@@ -154,8 +160,7 @@ class VisualInertialProblem {
                    double sqrt_information, Elimination<D>* elimination, System* system);
   template <int D, typename View>
   void eliminateRows(const TrackRange& track, const std::vector<View>& views,
-                     const Eigen::Matrix<double, D, D>& L_inverse,
-                     const Eigen::Matrix<double, D, 1>& y, Elimination<D>* elimination,
+                     const Eigen::Matrix<double, D, 1>& y, const Elimination<D>& elimination,
                      System* system) const;
   template <typename View, typename Parameters, int D>
   void evaluateView(const View& view, const Parameters& parameters, const WindowState& state,
@@ -195,7 +200,10 @@ class VisualInertialProblem {
   Structure structure_;
   System system_, trial_;
   std::vector<Eigen::Matrix<double, 6, 6>> pose_blocks_;  // scratch of addTracks()
+  std::vector<Eigen::Vector2d> track_residuals_;          // likewise, of one track
+  std::vector<RowJacobian> track_rows_;                   // likewise
   WindowState final_state_;
+  ArrowSolver solver_;
   Eigen::MatrixXd information_;
   Eigen::MatrixXd visual_information_;
   Eigen::VectorXd visual_gradient_;

@@ -20,9 +20,10 @@ struct Scratch {
 
 // Gauss-Newton on R with the weights fixed; false where it runs away.
 bool minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_prior,
-                      Eigen::Matrix3d* R, NormalizedEvaluation* at) {
+                      Eigen::Vector3d baseline, Eigen::Matrix3d* R, NormalizedEvaluation* at) {
   for (int step = 0; step < kFreeSteps; ++step) {
-    *at = weighted.evaluate(*R, baseline_prior);
+    *at = weighted.evaluate(*R, baseline_prior, baseline);
+    baseline = at->baseline;
     Eigen::Matrix3d H = at->hessian;
     H.diagonal() *= 1.0 + kFreeDamping;
     const Eigen::Vector3d delta = -H.ldlt().solve(at->gradient);
@@ -51,7 +52,8 @@ bool freeRotation(const KeyframePairs& pairs, std::size_t p, const PairRotation&
     scratch->weighted.weigh(pair.points, all_points, R, baseline, sigma, cutoff,
                             &scratch->residuals);
     if (!(scratch->weighted.robustCount() > kMinRobustCount)) return false;
-    if (!minimizeRotation(scratch->weighted, kBaselinePriorSigmas2 * sigma * sigma, &R, &at)) {
+    if (!minimizeRotation(scratch->weighted, kBaselinePriorSigmas2 * sigma * sigma, baseline, &R,
+                          &at)) {
       return false;
     }
     baseline = at.baseline;

@@ -85,7 +85,7 @@ void MultiGapProblem::addPoints(std::size_t p, const PairRotation& rotation, dou
   if (!pairs_[p].use_points || !(weighted.robustCount() > kMinRobustCount)) return;
   const double sigma2 = pairs_.sigma() * pairs_.sigma();
   const NormalizedEvaluation at =
-      weighted.evaluate(rotation.R_ci_cj, kBaselinePriorSigmas2 * sigma2);
+      weighted.evaluate(rotation.R_ci_cj, kBaselinePriorSigmas2 * sigma2, *baseline);
   const double scale = share * weighted.robustCount() / sigma2;
   sum->cost += scale * at.lambda;
   sum->gradient += scale * (rotation.dR_dbg.transpose() * at.gradient);
@@ -142,7 +142,7 @@ WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, const Gap
     Eigen::Vector3d& baseline = (*baselines)[p];
     if (baseline.squaredNorm() == 0.0) {
       weighted[p].weighEqually(pair.points, mask);
-      baseline = weighted[p].evaluate(R, 0.0).baseline;
+      baseline = weighted[p].baseline(R, baseline);
     }
     weighted[p].weigh(pair.points, mask, R, baseline, pairs_.sigma(), cutoff_sigmas, &residuals);
   }

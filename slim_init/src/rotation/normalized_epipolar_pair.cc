@@ -37,7 +37,43 @@ struct Quotient {
   double lambda;
 };
 
-Quotient minimizeQuotient(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N) {
+// Inverse iteration with the quotient as the shift, cubic, from `e` on. False where that has not
+// settled after a few steps.
+bool polish(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N, Quotient* at) {
+  constexpr int kMaxSteps = 4;
+  constexpr double kSettled = 1e-6;  // the step after this one is below rounding
+  bool settled = false;
+  for (int k = 0; k < kMaxSteps && !settled; ++k) {
+    const Eigen::Vector3d Ne = N * at->e;
+    at->lambda = at->e.dot(M * at->e) / at->e.dot(Ne);
+    const Eigen::Vector3d next = adjugate(M - at->lambda * N) * Ne;
+    const double norm = next.norm();
+    if (!(norm > 0.0)) break;
+    const Eigen::Vector3d before = at->e;
+    at->e = next / norm;
+    settled = at->e.cross(before).squaredNorm() < kSettled * kSettled;
+  }
+  at->lambda = at->e.dot(M * at->e) / at->e.dot(N * at->e);
+  return settled;
+}
+
+// No other direction has a lower quotient: M - lambda N is zero along e, and here positive definite
+// across it.
+bool isLowest(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N, const Quotient& at) {
+  constexpr double kMargin = 1e-6;
+  const Eigen::Matrix<double, 3, 2> T = tangentBasis(at.e);
+  const Eigen::Matrix2d across = T.transpose() * (M - at.lambda * N) * T;
+  const double trace = across.trace();
+  return trace > 0.0 && across.determinant() > kMargin * trace * trace;
+}
+
+Quotient minimizeQuotient(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N,
+                          const Eigen::Vector3d& near) {
+  Quotient out;
+  if (near.squaredNorm() > 0.0) {
+    out.e = near;
+    if (polish(M, N, &out) && isLowest(M, N, out)) return out;
+  }
   // N is at least the smallest eigenvalue of sum w (I - f f^T), far from singular for any image;
   // the small term covers bearings that all coincide.
   const Eigen::Matrix3d L =
@@ -46,7 +82,6 @@ Quotient minimizeQuotient(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N) {
   const Eigen::Matrix3d A = Li * M * Li.transpose();
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(0.5 * (A + A.transpose()));
-  Quotient out;
   out.e = (Li.transpose() * solver.eigenvectors().col(0)).normalized();
   // The closed form is good to about the root of the machine precision; one step of inverse
   // iteration from there, cubic, to all of it.
@@ -121,20 +156,33 @@ void NormalizedEpipolarPair::sum(const PairPoints& points) {
   }
 }
 
-NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
-    const Eigen::Matrix3d& R_ci_cj, double baseline_prior) const {
+NormalizedEpipolarPair::Forms NormalizedEpipolarPair::formsAt(
+    const Eigen::Matrix3d& R_ci_cj) const {
   const Eigen::Matrix3d Rt = R_ci_cj.transpose();
-  Eigen::Matrix<double, 9, 3> B;
+  Forms at;
   // Columns vec(R^T [e_a]x): R^T [e_x]x = (0, r_z, -r_y) and so on, r the columns of R^T.
-  B.col(0) << Eigen::Vector3d::Zero(), Rt.col(2), -Rt.col(1);
-  B.col(1) << -Rt.col(2), Eigen::Vector3d::Zero(), Rt.col(0);
-  B.col(2) << Rt.col(1), -Rt.col(0), Eigen::Vector3d::Zero();
+  at.B.col(0) << Eigen::Vector3d::Zero(), Rt.col(2), -Rt.col(1);
+  at.B.col(1) << -Rt.col(2), Eigen::Vector3d::Zero(), Rt.col(0);
+  at.B.col(2) << Rt.col(1), -Rt.col(0), Eigen::Vector3d::Zero();
   // Written out: for these sizes Eigen would call its kernel for large matrices, four times slower.
-  const Eigen::Matrix<double, 9, 3> SB = sums_.lazyProduct(B);
-  const Eigen::Matrix3d M = B.transpose() * SB;
-  const Eigen::Matrix3d N =
-      2.0 * weight_sum_ * Eigen::Matrix3d::Identity() - sum_ii_ - R_ci_cj * sum_jj_ * Rt;
-  const Quotient quotient = minimizeQuotient(M, N);
+  const Eigen::Matrix<double, 9, 3> SB = sums_.lazyProduct(at.B);
+  at.M = at.B.transpose() * SB;
+  at.N = 2.0 * weight_sum_ * Eigen::Matrix3d::Identity() - sum_ii_ - R_ci_cj * sum_jj_ * Rt;
+  return at;
+}
+
+Eigen::Vector3d NormalizedEpipolarPair::baseline(const Eigen::Matrix3d& R_ci_cj,
+                                                 const Eigen::Vector3d& near) const {
+  const Forms at = formsAt(R_ci_cj);
+  return minimizeQuotient(at.M, at.N, near).e;
+}
+
+NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
+    const Eigen::Matrix3d& R_ci_cj, double baseline_prior, const Eigen::Vector3d& near) const {
+  const Eigen::Matrix3d Rt = R_ci_cj.transpose();
+  const Forms forms = formsAt(R_ci_cj);
+  const Eigen::Matrix3d &M = forms.M, &N = forms.N;
+  const Quotient quotient = minimizeQuotient(M, N, near);
   Elimination out;
   out.e = quotient.e;
   out.lambda = quotient.lambda;
@@ -157,7 +205,7 @@ NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
   out.gradient = (dM - out.lambda * dN) / out.eNe;
 
   out.T = tangentBasis(out.e);
-  out.cross = SD.transpose() * (B * out.T);
+  out.cross = SD.transpose() * (forms.B * out.T);
   out.DSD = D.transpose() * SD;
   Eigen::Matrix2d Hee = out.T.transpose() * (M - out.lambda * N) * out.T;
   // M - lambda N is positive semidefinite at the minimum, up to rounding.
@@ -167,8 +215,9 @@ NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
 }
 
 NormalizedEvaluation NormalizedEpipolarPair::evaluate(const Eigen::Matrix3d& R_ci_cj,
-                                                      double baseline_prior) const {
-  const Elimination at = eliminate(R_ci_cj, baseline_prior);
+                                                      double baseline_prior,
+                                                      const Eigen::Vector3d& near) const {
+  const Elimination at = eliminate(R_ci_cj, baseline_prior, near);
   NormalizedEvaluation out;
   out.lambda = at.lambda;
   out.baseline = at.e;
@@ -205,7 +254,7 @@ void NormalizedEpipolarPair::scatterGradients(const PairPoints& points,
                                               double scale, const Eigen::Matrix3d& J,
                                               const std::vector<int>& track,
                                               std::vector<Eigen::Vector3d>* gradients) const {
-  const Elimination at = eliminate(R_ci_cj, baseline_prior);
+  const Elimination at = eliminate(R_ci_cj, baseline_prior, Eigen::Vector3d::Zero());
   const Eigen::Matrix3d Rt = R_ci_cj.transpose();
   const Eigen::Vector3d& e = at.e;
   const Eigen::Vector3d a = Rt * e;

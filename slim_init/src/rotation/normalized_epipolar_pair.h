@@ -48,8 +48,14 @@ class NormalizedEpipolarPair {
              PointResiduals* scratch);
 
   /// Quotient and derivatives. `baseline_prior` [rad^2] regularises the elimination of the baseline
-  /// where the parallax is of the order of the noise.
-  NormalizedEvaluation evaluate(const Eigen::Matrix3d& R_ci_cj, double baseline_prior) const;
+  /// where the parallax is of the order of the noise. A baseline `near` the minimiser saves half of
+  /// the time and changes nothing: it is only used where the minimum that it leads to proves to be
+  /// the lowest. Zero: none.
+  NormalizedEvaluation evaluate(const Eigen::Matrix3d& R_ci_cj, double baseline_prior,
+                                const Eigen::Vector3d& near = Eigen::Vector3d::Zero()) const;
+
+  /// NormalizedEvaluation::baseline alone.
+  Eigen::Vector3d baseline(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& near) const;
 
   /// Adds to `gradients[track[k]]` the part of point k in `scale` times the gradient of the
   /// quotient by R Exp(delta), baseline eliminated as in evaluate(), times J (delta = J x). At a
@@ -70,8 +76,16 @@ class NormalizedEpipolarPair {
     Eigen::Matrix2d Hee_inverse;
   };
 
+  // The quotient e^T M e / e^T N e at R, and the derivatives B of vec(R^T [e]x) by e.
+  struct Forms {
+    Eigen::Matrix<double, 9, 3> B;
+    Eigen::Matrix3d M, N;
+  };
+
   void sum(const PairPoints& points);
-  Elimination eliminate(const Eigen::Matrix3d& R_ci_cj, double baseline_prior) const;
+  Forms formsAt(const Eigen::Matrix3d& R_ci_cj) const;
+  Elimination eliminate(const Eigen::Matrix3d& R_ci_cj, double baseline_prior,
+                        const Eigen::Vector3d& near) const;
 
   Eigen::ArrayXd weights_;  // with the rows of the points, zero beyond their count
   Eigen::Matrix<double, 9, 9> sums_ = Eigen::Matrix<double, 9, 9>::Zero();

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "rotation/robust_bias.h"
 
+#include <optional>
 #include <utility>
 
 #include "imu/imu_quality.h"
@@ -12,6 +13,9 @@ namespace slim_init {
 namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
+
+// Two biases are the same when they are this close [rad/s]: a tenth of a pixel over two seconds.
+constexpr double kSameBias = 1e-4;
 
 // Where a first bias comes from: pairs up to `gap` keyframes, from a bias of zero.
 struct Approach {
@@ -87,10 +91,20 @@ class ConsensusSearch {
   }
 
   Candidate refine(const BiasMinimum& start, const RefinementSchedule& schedule) {
+    return *refineRival(start, schedule, nullptr);
+  }
+
+  // The same; none where the first pass, over all gaps, arrives at `best`: what follows would be
+  // the same again.
+  std::optional<Candidate> refineRival(const BiasMinimum& start, const RefinementSchedule& schedule,
+                                       const Candidate* best) {
     const GapRange gaps = gapsOf(schedule);
     Candidate out;
     out.minimum = start;
     for (const RefinementPass& pass : schedule) {
+      const bool arrived = best != nullptr && &pass != schedule.begin() &&
+                           (out.minimum.gyro_bias - best->minimum.gyro_bias).norm() < kSameBias;
+      if (arrived) return std::nullopt;
       const double threshold = options_.pruning.threshold_sigmas;
       const Eigen::Vector3d bias = out.minimum.gyro_bias;
       PairPruning pruning = pruneTracks(
@@ -181,8 +195,9 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
     for (const Approach& approach : kRivalApproaches) {
       if (out.candidates > options.candidates) break;
       ++out.candidates;
-      Candidate next = search.refine(search.start(approach, ConsecutivePairs::kUse), kThorough);
-      if (next.score < kScoreMargin * best.score) best = std::move(next);
+      std::optional<Candidate> next =
+          search.refineRival(search.start(approach, ConsecutivePairs::kUse), kThorough, &best);
+      if (next && next->score < kScoreMargin * best.score) best = std::move(*next);
     }
   }
   out.iterations = search.iterations();
@@ -193,9 +208,10 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
     return out;
   }
   if (out.candidates > 1) search.weighAgain(gaps, &best);
-  BiasInformation information = problem.information(out.gyro_bias, gaps, best.minimum.weighted,
-                                                    assumedImuNoise(window, inertial).gyro_density,
-                                                    std::move(best.minimum.baselines));
+  out.imu_noise = assumedImuNoise(window, inertial);
+  BiasInformation information =
+      problem.information(out.gyro_bias, gaps, best.minimum.weighted, out.imu_noise.gyro_density,
+                          std::move(best.minimum.baselines));
   out.information = information.information;
   out.rotations = freeRotations(
       problem.pairs(), problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),

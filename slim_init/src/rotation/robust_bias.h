@@ -31,6 +31,7 @@ struct RobustBias {
   /// Inverse covariance of the bias [1/(rad/s)^2], from the scatter of the tracks' residuals, gyro
   /// noise included. Positive definite when valid (gyro_bias_prior).
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  ImuNoise imu_noise;    ///< that is to be assumed of the window's IMU; set when valid
   TrackPruning pruning;  ///< keep mask for withSightings() and counts, at `gyro_bias`
   /// Mean squared residual over keyframe pairs at gaps 1, 2 and 4 before any pruning, truncated at
   /// 9 [sigma^2]; up to 1 when the pixel noise is the calibration's and nothing is wrong.

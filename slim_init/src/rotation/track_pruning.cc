@@ -31,7 +31,7 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     ++tested;
     // The winner of the draw went exactly through two noisy points.
     weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold, &residuals);
-    baseline = weighted.evaluate(R, 0.0).baseline;
+    baseline = weighted.baseline(R, baseline);
     pair.points.residuals(R, baseline, pairs.sigma(), &residuals);
     const double limit =
         threshold * threshold * (pair.gap() > kLongLinkGap ? kLongLinkInflation : 1.0);

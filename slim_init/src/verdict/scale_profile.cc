@@ -8,6 +8,7 @@
 
 #include "alignment/gravity_constrained.h"
 #include "estimation/inertial_factor.h"
+#include "geometry/partial_cholesky.h"
 #include "geometry/so3.h"
 #include "verdict/constants.h"
 
@@ -93,6 +94,8 @@ ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegrat
   const WindowState body = bodyState(refined.state, calibration.R_b_c, calibration.t_b_c);
   const Eigen::Vector3d t_b_c = calibration.t_b_c + body.rig.dt;
   predictCentres(body, pre);
+  S1_.setZero(3 * (n - 1), 3 * (n - 1));
+  S2_.setZero(3 * (n - 1), 3 * (n - 1));
   shape_.resize(3 * (n - 1));
   for (int k = 1; k < n; ++k) {
     const Eigen::Matrix3d& R = body.R_b0_bk[k];
@@ -186,44 +189,66 @@ bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& 
   const double hold = kShapeHold * H.block(rows, rows, rows, rows).trace() / rows;
   H.block(rows, rows, rows, rows).noalias() += (hold / length2) * shape_ * shape_.transpose();
 
-  const Eigen::LLT<Eigen::MatrixXd> llt(H);
-  if (llt.info() != Eigen::Success) return false;
-  // Columns of the difference by attitudes, biases (first) and by the shape at ratio one.
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(size, 2 * rows);
-  root.block(0, 0, rows, rows) = by_attitudes_.leftCols(rows).transpose();
-  root.block(size - 3, 0, 3, rows) = by_attitudes_.rightCols<3>().transpose();
-  root.block(rows, rows, rows, rows).setIdentity();
-  llt.matrixL().solveInPlace(root);
-  const auto attitude = root.leftCols(rows);
-  const auto shape = root.rightCols(rows);
-  S0_.noalias() += attitude.transpose() * attitude;
-  S1_.noalias() = attitude.transpose() * shape;
-  S1_ += S1_.transpose().eval();
-  S2_.noalias() = shape.transpose() * shape;
-  const Eigen::VectorXd root_g = llt.matrixL().solve(g);
-  offset_ -= attitude.transpose() * root_g;
-  shape_ -= shape.transpose() * root_g;
+  // Rows of the difference by attitudes, biases (first) and by the shape at ratio one, and the
+  // gradient: what the elimination leaves of them is minus their products over H^-1.
+  const int last = size + 2 * rows;
+  EvenMatrix A(last + 1);
+  for (int j = 0; j < size; ++j) {
+    A.column(j).segment(j, size - j) = H.col(j).tail(size - j);
+    A.column(j).segment(size, 2 * rows).setZero();
+    A.column(j)[last] = g[j];
+  }
+  for (int j = 0; j < rows; ++j) {
+    A.column(j).segment(size, rows) = by_attitudes_.col(j);
+    A.column(rows + j)[size + rows + j] = 1.0;
+  }
+  for (int j = 0; j < 3; ++j)
+    A.column(2 * rows + j).segment(size, rows) = by_attitudes_.col(rows + j);
+  for (int j = size; j <= last; ++j) A.column(j).setZero();
+  if (!partialCholesky(A.data(), A.stride(), last + 1, size)) return false;
+  for (int j = 0; j < rows; ++j) {
+    for (int i = j; i < rows; ++i) {
+      S0_(i, j) -= A.column(size + j)[size + i];
+      S2_(i, j) = -A.column(size + rows + j)[size + rows + i];
+    }
+    offset_[j] += A.column(size + j)[last];
+    shape_[j] += A.column(size + rows + j)[last];
+  }
+  // By attitudes and shape, both orders in one.
+  for (int j = 0; j < rows; ++j) {
+    for (int i = j; i < rows; ++i) {
+      S1_(i, j) = -A.column(size + j)[size + rows + i] - A.column(size + i)[size + rows + j];
+    }
+  }
+  work_ = EvenMatrix(rows + kUnknowns + 1);
   return S0_.allFinite() && S2_.allFinite();
 }
 
 double ScaleCost::operator()(double log_ratio) const {
   if (!valid_) return kInfinity;
   const double ratio = std::exp(log_ratio);
-  const Eigen::Index rows = offset_.size();
-  const Eigen::LLT<Eigen::MatrixXd> llt(S0_ - ratio * S1_ + (ratio * ratio) * S2_);
-  if (llt.info() != Eigen::Success) return kInfinity;
-  Eigen::Matrix<double, Eigen::Dynamic, 10> root(rows, 10);
-  root.leftCols<9>() = by_unknowns_;
-  root.col(9) = ratio * shape_ - offset_;
-  llt.matrixL().solveInPlace(root);
-  Eigen::Matrix<double, 10, 10> normal = Eigen::Matrix<double, 10, 10>::Zero();
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
-  Eigen::MatrixXd M = normal.topLeftCorner<9, 9>();
+  const int rows = static_cast<int>(offset_.size());
+  // Below the covariance what is weighted with its inverse: columns by the unknowns, constant part.
+  for (int j = 0; j < rows; ++j) {
+    const int tail = rows - j;
+    auto column = work_.column(j);
+    column.segment(j, tail) = S0_.col(j).tail(tail) - ratio * S1_.col(j).tail(tail) +
+                              (ratio * ratio) * S2_.col(j).tail(tail);
+    column.segment<kUnknowns>(rows) = by_unknowns_.row(j).transpose();
+    column[rows + kUnknowns] = ratio * shape_[j] - offset_[j];
+  }
+  for (int j = rows; j <= rows + kUnknowns; ++j) work_.column(j).setZero();
+  if (!partialCholesky(work_.data(), work_.stride(), rows + kUnknowns + 1, rows)) return kInfinity;
+  Eigen::Matrix<double, kUnknowns, kUnknowns> M;
+  Eigen::Matrix<double, kUnknowns, 1> b, x;
+  for (int j = 0; j < kUnknowns; ++j) {
+    for (int i = j; i < kUnknowns; ++i) M(i, j) = M(j, i) = -work_.column(rows + j)[rows + i];
+    b[j] = -work_.column(rows + j)[rows + kUnknowns];
+  }
+  const double constant = -work_.column(rows + kUnknowns)[rows + kUnknowns];
   M.diagonal().segment<3>(3).array() += accel_bias_information_;
-  const Eigen::VectorXd b = normal.row(9).head<9>();
-  Eigen::VectorXd x;
   if (!solveGravityConstrained(M, b, gravity_magnitude_, &x)) return kInfinity;
-  return x.dot(M.selfadjointView<Eigen::Lower>() * x) - 2.0 * b.dot(x) + normal(9, 9);
+  return x.dot(M * x) - 2.0 * b.dot(x) + constant;
 }
 
 namespace {
@@ -233,49 +258,102 @@ struct Minimum {
   double cost = kInfinity;
 };
 
-// Golden section about a grid point that is lower than both its neighbours; the point itself where
-// that finds nothing lower.
-Minimum descend(const ScaleCost& cost, const Minimum& grid_point, double step) {
-  double low = grid_point.at - step, high = grid_point.at + step;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-  double f_a = cost(a), f_b = cost(b);
-  while (high - low > kLogScaleTolerance) {
-    if (f_a < f_b) {
-      high = b;
-      b = a;
-      f_b = f_a;
-      a = high - kGolden * (high - low);
-      f_a = cost(a);
+// Minimum between two neighbours of a grid point that is lower than both: Brent's method (Brent,
+// "Algorithms for Minimization without Derivatives", 1973, chapter 5), parabolas through the three
+// lowest points guarded by golden sections.
+Minimum descend(const ScaleCost& cost, const Minimum& left, const Minimum& point,
+                const Minimum& right) {
+  constexpr double kLeastStep = 0.25 * kLogScaleTolerance;
+  double low = left.at, high = right.at;
+  Minimum best = point;
+  Minimum second = left.cost < right.cost ? left : right;
+  Minimum third = left.cost < right.cost ? right : left;
+  double step = high - low, earlier = step;
+  for (;;) {
+    const double middle = 0.5 * (low + high);
+    if (std::abs(best.at - middle) <= 2.0 * kLeastStep - 0.5 * (high - low)) return best;
+    // Vertex of the parabola at best + p / q; no number where a neighbour is infinitely high.
+    const double r = (best.at - second.at) * (best.cost - third.cost);
+    double q = (best.at - third.at) * (best.cost - second.cost);
+    double p = (best.at - second.at) * r - (best.at - third.at) * q;
+    q = 2.0 * (q - r);
+    if (q < 0.0) p = -p;
+    q = std::abs(q);
+    const bool is_inside = p > q * (low - best.at) && p < q * (high - best.at);
+    if (is_inside && std::abs(p) < std::abs(0.5 * q * earlier)) {
+      earlier = step;
+      step = p / q;
+      const double at = best.at + step;
+      if (at - low < 2.0 * kLeastStep || high - at < 2.0 * kLeastStep) {
+        step = std::copysign(kLeastStep, middle - best.at);
+      }
     } else {
-      low = a;
-      a = b;
-      f_a = f_b;
-      b = low + kGolden * (high - low);
-      f_b = cost(b);
+      earlier = (best.at < middle ? high : low) - best.at;
+      step = (1.0 - kGolden) * earlier;
+    }
+    if (std::abs(step) < kLeastStep) step = std::copysign(kLeastStep, step);
+    const Minimum next = {best.at + step, cost(best.at + step)};
+    if (next.cost < best.cost) {
+      (next.at > best.at ? low : high) = best.at;
+      third = second;
+      second = best;
+      best = next;
+    } else {
+      (next.at > best.at ? high : low) = next.at;
+      if (next.cost < second.cost) {
+        third = second;
+        second = next;
+      } else if (next.cost < third.cost) {
+        third = next;
+      }
     }
   }
-  const Minimum found = f_a < f_b ? Minimum{a, f_a} : Minimum{b, f_b};
-  return found.cost < grid_point.cost ? found : grid_point;
 }
 
-// Where the cost passes `bound` between `inside`, below it, and `outside`.
-double crossing(const ScaleCost& cost, double inside, double outside, double bound) {
-  while (std::abs(outside - inside) > kLogScaleTolerance) {
-    const double middle = 0.5 * (inside + outside);
-    (cost(middle) < bound ? inside : outside) = middle;
+// Where the cost passes `bound` between `inside`, below it, and `outside`: regula falsi (Illinois)
+// on the root of the rise above `best`, which is straight where the cost is a parabola.
+double crossing(const ScaleCost& cost, const Minimum& best, Minimum inside, Minimum outside,
+                double bound) {
+  const double root = std::sqrt(bound - best.cost);
+  const auto height = [&](const Minimum& at) {
+    return std::sqrt(std::max(at.cost - best.cost, 0.0)) - root;
+  };
+  double f_in = height(inside), f_out = height(outside);
+  int last = 0;
+  while (std::abs(outside.at - inside.at) > kLogScaleTolerance) {
+    double share = f_in / (f_in - f_out);
+    // An infinite cost, or a step that shortens the bracket by nothing.
+    if (!(share > 0.0 && share < 1.0)) share = 0.5;
+    const double least = 0.45 * kLogScaleTolerance / std::abs(outside.at - inside.at);
+    share = std::clamp(share, least, 1.0 - least);
+    const double at = inside.at + share * (outside.at - inside.at);
+    const Minimum next = {at, cost(at)};
+    if (next.cost < bound) {
+      inside = next;
+      f_in = height(next);
+      if (last == 1) f_out *= 0.5;
+      last = 1;
+    } else {
+      outside = next;
+      f_out = height(next);
+      if (last == -1) f_in *= 0.5;
+      last = -1;
+    }
   }
-  return 0.5 * (inside + outside);
+  return 0.5 * (inside.at + outside.at);
 }
 
 // End of the interval about `best` on the side `direction`, +1 or -1: where the cost exceeds
 // `bound`, or the end of the search. Steps double, from one that a narrow minimum does not miss.
 double endOfInterval(const ScaleCost& cost, const Minimum& best, int direction, double bound) {
   const double limit = std::log(kMaxRatio);
-  double inside = best.at;
+  Minimum inside = best;
   for (double step = kFirstStep;; step *= 2.0) {
-    const double outside = inside + direction * step;
-    if (std::abs(outside) > limit) return direction * limit;
-    if (!(cost(outside) < bound)) return crossing(cost, inside, outside, bound);
+    Minimum outside;
+    outside.at = inside.at + direction * step;
+    if (std::abs(outside.at) > limit) return direction * limit;
+    outside.cost = cost(outside.at);
+    if (!(outside.cost < bound)) return crossing(cost, best, inside, outside, bound);
     inside = outside;
   }
 }
@@ -299,7 +377,12 @@ ScaleProfile profileScale(const ScaleCost& cost) {
     const bool below_right = k == last || values[k] <= values[k + 1];
     if (!below_left || !below_right) continue;
     const Minimum point = {at, values[k]};
-    minima.push_back(k == 0 || k == last ? point : descend(cost, point, step));
+    if (k == 0 || k == last) {
+      minima.push_back(point);
+    } else {
+      minima.push_back(
+          descend(cost, {at - step, values[k - 1]}, point, {at + step, values[k + 1]}));
+    }
   }
   Minimum best;
   for (const Minimum& minimum : minima) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estimation/refine_window.h"
+#include "geometry/partial_cholesky.h"
 #include "imu/preintegration.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
@@ -58,6 +59,8 @@ class ScaleCost {
   double operator()(double log_ratio) const;
 
  private:
+  static constexpr int kUnknowns = 9;
+
   void predictCentres(const WindowState& body, const std::vector<Preintegration>& pre);
   bool conditionShape(const RefinedWindow& refined, const Calibration& calibration,
                       const WindowState& body, const std::vector<Preintegration>& pre,
@@ -67,12 +70,15 @@ class ScaleCost {
   double gravity_magnitude_;
   double accel_bias_information_;
   // Centres of cameras 1 .. N-1 relative to camera 0, in b0.
-  Eigen::Matrix<double, Eigen::Dynamic, 9> by_unknowns_;  // of the IMU, by x = [v_0, b_a, g]
-  Eigen::VectorXd offset_;                                // of the IMU at x = 0
-  Eigen::VectorXd shape_;                                 // of the images at ratio 1
+  Eigen::Matrix<double, Eigen::Dynamic, kUnknowns>
+      by_unknowns_;               // of the IMU, by x = [v_0, b_a, g]
+  Eigen::VectorXd offset_;        // of the IMU at x = 0
+  Eigen::VectorXd shape_;         // of the images at ratio 1
   Eigen::MatrixXd by_attitudes_;  // difference of both, by [attitudes, gyroscope bias]
   // Covariance of the difference: S0 - ratio S1 + ratio^2 S2.
+  // Lower triangles.
   Eigen::MatrixXd S0_, S1_, S2_;
+  mutable EvenMatrix work_;  // of one evaluation
 };
 
 /// Searches the profile on a logarithmic grid, from 1/32 to 32 times the scale of the answer.

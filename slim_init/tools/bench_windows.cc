@@ -1,0 +1,68 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "bench_windows.h"
+
+#include <cstdlib>
+#include <iostream>
+
+#include "ab_options.h"
+#include "load_sequence.h"
+#include "slim_init/keyframe_window.h"
+
+namespace slim_init::tools {
+namespace {
+
+constexpr std::size_t kFramesBetweenWindows = 10;
+
+[[noreturn]] void giveUp(const std::string& sentence) {
+  std::cerr << "slim_init_bench: " << sentence << "\n";
+  std::exit(1);
+}
+
+}  // namespace
+
+evaluation::Sequence benchSequence(const BenchWindows& what) {
+  AbOptions options;
+  options.recorded = what.recorded;
+  if (what.recorded.empty()) options.builtin = what.builtin;
+  options.duration_s = what.duration_s;
+  options.features.max_points = what.points;
+  options.features.max_lines = what.lines;
+  // A dense front end: 300 points do not fit into the image 15 px apart from each other otherwise.
+  if (what.points > 100) options.features.min_point_distance = what.points > 300 ? 4.0 : 8.0;
+  options.features.outlier_rate = what.outliers;
+  options.features.drift = what.drift;
+  options.seed = what.seed;
+  std::string error = checkAbOptions(&options);
+  LoadedSequence loaded;
+  if (error.empty()) error = loadSequence(options, &loaded);
+  if (!error.empty()) giveUp(error);
+  return loaded.sequence;
+}
+
+std::vector<std::shared_ptr<const InitWindow>> cutWindows(const evaluation::Sequence& data,
+                                                          const BenchWindows& what) {
+  WindowOptions window = evaluation::paperWindow();
+  window.keyframes = what.keyframes;
+  window.min_keyframes = what.keyframes;
+  KeyframeWindow stream(data.calibration, window);
+  std::vector<std::shared_ptr<const InitWindow>> all;
+  std::size_t next_imu = 0;
+  for (std::size_t k = 0; k < data.frames.size(); ++k) {
+    while (next_imu < data.imu.size() && data.imu[next_imu].t <= data.frames[k].t + 0.01) {
+      stream.addImu(data.imu[next_imu++]);
+    }
+    stream.addFrame(data.frames[k]);
+    if (k % kFramesBetweenWindows != kFramesBetweenWindows - 1) continue;
+    const WindowCut cut = stream.cut();
+    if (cut.window != nullptr && cut.window->size() == what.keyframes) all.push_back(cut.window);
+  }
+  if (all.empty()) {
+    giveUp(data.name + " holds no window of " + std::to_string(what.keyframes) + " keyframes");
+  }
+  if (all.size() <= what.limit) return all;
+  std::vector<std::shared_ptr<const InitWindow>> spread;
+  for (std::size_t k = 0; k < what.limit; ++k) spread.push_back(all[k * all.size() / what.limit]);
+  return spread;
+}
+
+}  // namespace slim_init::tools
