@@ -376,6 +376,7 @@ def chosen_host(options):
 # What the inserted calls use of the host, by name, in the headers of the estimator.
 MEMBERS = ["INITIAL", "NON_LINEAR", "MARGIN_OLD", "solver_flag", "marginalization_flag", "g", "ric",
            "tic", "Ps", "Vs", "Rs", "Bas", "Bgs", "Headers", "pre_integrations", "frame_count",
+           "acc_0", "gyr_0", "dt_buf", "linear_acceleration_buf", "angular_velocity_buf",
            "f_manager", "failure_occur", "initial_timestamp", "last_marginalization_info",
            "last_marginalization_parameter_blocks", "last_R", "last_P", "last_R0", "last_P0",
            "estimated_depth", "solve_flag", "setRic", "repropagate", "removeFailures"]

@@ -330,7 +330,7 @@ class ApplyTest(unittest.TestCase):
                          r"if\(result && ok\)")
         self.assertRegex(said, r"2 TIMES   healthy      lines \d+, \d+: key_poses.clear\(\);")
         self.assertRegex(said, r"NOT FOUND member  ")
-        self.assertIn("11 of 14 anchors match; what to do", said)
+        self.assertIn("14 of 17 anchors match; what to do", said)
         # What the inserted calls use and the stand-in's header does not spell out.
         self.assertNotIn("member Ps", said)
         self.assertEqual(self.tree(path), before)
@@ -369,9 +369,9 @@ class ApplyTest(unittest.TestCase):
         pristine = self.tree(path)
         self.assertIn("holds none of the known hosts", self.refuses(path))
         self.assertEqual(self.diagnosed(path, "--host", described)[0], 0)
-        self.assertIn("my_fork: 14 insertions in 5 files", self.succeeds(path, "--host", described))
+        self.assertIn("my_fork: 17 insertions in 5 files", self.succeeds(path, "--host", described))
         source = read(os.path.join(path, "my_estimator", "src", "estimator.cpp"))
-        self.assertIn(b"recordStock(*this, result);\n// <<< slim_init\n            if(result == true)",
+        self.assertIn(b"joinStock(*this);\n// <<< slim_init\n            if(result == true)",
                       source)
         self.succeeds(path, "--host", described, "--revert")
         self.assertEqual(self.tree(path), pristine)

@@ -52,6 +52,7 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
   ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
   EXPECT_EQ(file.mode, HostMode::kStock);
   EXPECT_FALSE(file.reinit);
+  EXPECT_FALSE(file.watchdog);
   EXPECT_FALSE(file.output_path.empty());
 }
 
@@ -67,6 +68,7 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_EQ(file.mode, HostMode::kSlim);
   EXPECT_EQ(adapter->options().mode, HostMode::kSlim);
   EXPECT_TRUE(adapter->options().reinit);
+  EXPECT_TRUE(adapter->options().watchdog);  // as reinit
   EXPECT_EQ(file.imu_limits.max_accel, 300.0);
   EXPECT_EQ(file.imu_limits.max_gyro, ImuLimits().max_gyro);
   EXPECT_EQ(adapter->addImu(1.0, Eigen::Vector3d(299.0, 0, 0), Eigen::Vector3d::Zero()),
@@ -194,6 +196,13 @@ TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
   std::string path = write("host.yaml", "%YAML:1.0\ninitializer: Slim\n");
   EXPECT_FALSE(readHostFile(path, &file, &error));
   EXPECT_EQ(error, path + ": initializer is \"Slim\", must be stock, slim or shadow");
+  path = write("host.yaml", "%YAML:1.0\nreinit: 1\nwatchdog: 0\n");
+  ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
+  EXPECT_TRUE(file.reinit);
+  EXPECT_FALSE(file.watchdog);
+  path = write("host.yaml", "%YAML:1.0\nwatchdog: 3\n");
+  EXPECT_FALSE(readHostFile(path, &file, &error));
+  EXPECT_EQ(error, path + ": watchdog is 3, must be 0, 1, true or false");
   path = write("host.yaml", "%YAML:1.0\nreinit: 2\n");
   EXPECT_FALSE(readHostFile(path, &file, &error));
   EXPECT_EQ(error, path + ": reinit is 2, must be 0, 1, true or false");

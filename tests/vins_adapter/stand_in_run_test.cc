@@ -114,12 +114,7 @@ class StandInRun : public ::testing::Test {
     // The sample after the frame comes again with the next one, as the host has it.
     if (next_ > 0) --next_;
     while (next_ == 0 || (next_ < exact_.imu.size() && exact_.imu[next_ - 1].t < t)) {
-      const ImuSample& sample = exact_.imu[next_++];
-      sensor_msgs::Imu msg;
-      msg.header.stamp.seconds = sample.t;
-      msg.linear_acceleration = {sample.accel.x(), sample.accel.y(), sample.accel.z()};
-      msg.angular_velocity = {sample.gyro.x(), sample.gyro.y(), sample.gyro.z()};
-      imu.push_back(std::make_shared<const sensor_msgs::Imu>(msg));
+      imu.push_back(messageOf(exact_.imu[next_++]));
     }
     const auto& callbacks = ros::callbacks<sensor_msgs::PointCloudConstPtr>();
     if (with_lines && callbacks.count("/feature_tracker_lines/lines") > 0) {
@@ -152,6 +147,21 @@ class StandInRun : public ::testing::Test {
       if (host().solver_flag == Estimator::NON_LINEAR) track(k + 1);
     }
     return frames;
+  }
+  // The samples that come before frame `k` and after those handed over.
+  std::vector<sensor_msgs::ImuConstPtr> samplesUntil(int k) {
+    std::vector<sensor_msgs::ImuConstPtr> samples;
+    for (; next_ < exact_.imu.size() && exact_.imu[next_].t < exact_.truth[k].t; ++next_) {
+      samples.push_back(messageOf(exact_.imu[next_]));
+    }
+    return samples;
+  }
+  static sensor_msgs::ImuConstPtr messageOf(const ImuSample& sample) {
+    sensor_msgs::Imu msg;
+    msg.header.stamp.seconds = sample.t;
+    msg.linear_acceleration = {sample.accel.x(), sample.accel.y(), sample.accel.z()};
+    msg.angular_velocity = {sample.gyro.x(), sample.gyro.y(), sample.gyro.z()};
+    return std::make_shared<const sensor_msgs::Imu>(msg);
   }
   void request(bool reset) {
     std_msgs::Bool message;
@@ -505,6 +515,118 @@ TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
   EXPECT_LT((e.Ps[kNewest] - exact_.truth[k - 1].p_w_b).norm(), 0.05);
   EXPECT_NE(logText().find("join done"), std::string::npos) << logText();
+}
+
+// A camera that was silent for a second: the tracker restarts the host, from frame `k` to `last`.
+// The samples since the last image are in the node's queue, which the restart empties.
+TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  int k = fly(30);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  restart(samplesUntil(k + 9));
+  EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
+  for (k += 10; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_LT((e.Ps[kNewest] - exact_.truth[k - 1].p_w_b).norm(), 0.1);
+  EXPECT_LT(logSO3(e.Rs[kNewest].transpose() * exact_.truth[k - 1].R_w_b).norm(), 0.02);
+  EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
+  EXPECT_EQ(timesLogged("standard deviation"), 1);
+}
+
+// The other side: without the samples of that second nobody knows where the body went.
+TEST_F(StandInRun, AFrameThatCannotBeCarriedIsNew) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  int k = fly(30);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  samplesUntil(k + 9);
+  restart({});
+  for (k += 10; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(timesLogged("the odometry frame is new"), 1) << logText();
+  EXPECT_EQ(timesLogged("the odometry frame is continued"), 0);
+}
+
+TEST_F(StandInRun, TheHostsOwnStartJoinsToo) {
+  start("initializer: stock\nreinit: 1\nwatchdog: 0\n");
+  Estimator& e = host();
+  e.stock_succeeds = true;
+  int k = fly(30);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(timesLogged("the odometry frame"), 0);
+  restart(samplesUntil(k + 4));
+  for (k += 5; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  // The stand-in's own start leaves all positions at zero: they are where its first frame is.
+  EXPECT_LT((e.Ps[0] - exact_.truth[k - 1 - kNewest].p_w_b).norm(), 0.1) << logText();
+  EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
+}
+
+TEST_F(StandInRun, TheWatchdogRecoversAHostThatDoesNotNotice) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  int k = fly(45);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  // No false alarm so far, and a report once a second.
+  EXPECT_EQ(timesLogged("watchdog: the host"), 0) << logText();
+  EXPECT_GE(ros::published()["slim_init/health"].size(), 3u);
+  const int resets = e.resets;
+  e.Vs[kNewest] += Vector3d(3, 0, 0);
+  frame(k);
+  EXPECT_EQ(e.resets, resets);
+  EXPECT_EQ(timesLogged("watchdog: the host's states are wrong: velocity"), 1) << logText();
+  EXPECT_LT((e.Vs[kNewest] - exact_.truth[k].v_w_b).norm(), 0.05);
+  EXPECT_LT((e.Ps[kNewest] - exact_.truth[k].p_w_b).norm(), 0.05);
+}
+
+TEST_F(StandInRun, WithoutReinitTheWatchdogOnlyReports) {
+  start("initializer: slim\nreinit: 0\nwatchdog: 1\n");
+  Estimator& e = host();
+  int k = fly(45);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  const Vector3d wrong = e.Vs[kNewest] += Vector3d(3, 0, 0);
+  frame(k);
+  EXPECT_EQ(timesLogged("watchdog: the host's states are wrong: velocity"), 1) << logText();
+  EXPECT_EQ(e.Vs[kNewest], wrong);
+}
+
+TEST_F(StandInRun, WithoutWatchdogNobodyLooks) {
+  start("initializer: slim\nreinit: 1\nwatchdog: 0\n");
+  Estimator& e = host();
+  int k = fly(45);
+  const Vector3d wrong = e.Vs[kNewest] += Vector3d(3, 0, 0);
+  frame(k);
+  EXPECT_EQ(timesLogged("watchdog: the host"), 0) << logText();
+  EXPECT_EQ(e.Vs[kNewest], wrong);
+  EXPECT_EQ(ros::published().count("slim_init/health"), 0u);
+}
+
+// A glitch in the host's window would throw off the optimization that follows a recovery.
+TEST_F(StandInRun, TheHostGetsCleanDataWithARecovery) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  for (ImuSample& sample : exact_.imu) {
+    const double since = sample.t - exact_.truth[36].t;
+    if (since > 0.03 && since < 0.055) sample.accel.x() += 100.0;
+  }
+  int k = fly(40);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  IntegrationBase* const untouched = e.pre_integrations[2];
+  e.fails = 1;
+  frame(k);
+  ASSERT_EQ(timesLogged("recover done"), 1) << logText();
+  // The window slides after it, the integrations of the stand-in do not: frame 37 is number 7.
+  const IntegrationBase& clean = *e.pre_integrations[7];
+  ASSERT_GT(clean.accel.size(), 10u);
+  EXPECT_NEAR(clean.sum_dt, 0.1, 1e-9);
+  for (const Vector3d& accel : clean.accel) EXPECT_LT(accel.norm(), 60.0);
+  EXPECT_GT(clean.covariance(6, 6), 0.0);
+  EXPECT_EQ(e.dt_buf[7].size() + 1, clean.accel.size());
+  EXPECT_EQ(e.linear_acceleration_buf[7].size(), e.dt_buf[7].size());
+  EXPECT_EQ(e.angular_velocity_buf[7].size(), e.dt_buf[7].size());
+  EXPECT_EQ(e.pre_integrations[2], untouched);
+  EXPECT_TRUE(untouched->accel.empty());
 }
 
 TEST_F(StandInRun, WithoutReinitAFailureResetsTheHost) {

@@ -1,20 +1,35 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/vins_adapter/host_adapter.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <sstream>
 #include <utility>
 
+#include "imu_carry.h"
+#include "imu_screen.h"
 #include "slim_init/row_times.h"
+#include "watchdog.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
 // The td of older frames is forgotten [s]; more than the reach of any window of a host.
 constexpr double kTdKept = 20.0;
+// Frames kept for the watchdog [s].
+constexpr double kFramesKept = 5.0;
+// The initializer is asked about a host that seems sane [s].
+constexpr double kAskEvery = 1.0;
+// Frames in a row that have to speak against a host where the initializer has no answer.
+constexpr int kSuspectFrames = 3;
+constexpr double kRadToDeg = 57.29577951308232;
+// Up to here the initializer carries the last healthy state itself [s].
+constexpr double kShortCarry = 0.1;
 // Rows of an image [px]; beyond is a mistake.
 constexpr int kMaxImageHeight = 100000;
 
@@ -59,7 +74,9 @@ bool parseHostMode(const std::string& text, HostMode* mode) {
 
 std::string HostOptions::validate() const {
   const std::pair<const char*, double> fields[] = {{"max_reach_s", max_reach_s},
-                                                   {"max_join_s", max_join_s}};
+                                                   {"max_join_s", max_join_s},
+                                                   {"max_join_sigma_m", max_join_sigma_m},
+                                                   {"max_join_sigma_deg", max_join_sigma_deg}};
   for (const auto& [name, value] : fields) {
     if (value >= 0.0 && value <= 60.0) continue;
     std::ostringstream out;
@@ -80,7 +97,13 @@ struct HostAdapter::State {
   void forget() {
     first_stamp = kNotComputed;
     td_of.clear();
+    frames.clear();
+    screen.reset();
+    last_asked = -std::numeric_limits<double>::infinity();
+    contradictions = suspect_frames = 0;
   }
+  HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration);
+  std::string ask(const NavState& newest, bool* answered);
   // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
   double hostTime(double stamp) const {
     const auto it = td_of.find(stamp);
@@ -96,7 +119,66 @@ struct HostAdapter::State {
   HostOptions options;
   double first_stamp = kNotComputed;
   std::map<double, double> td_of;  // by stamp [s]
+  ImuLimits limits;
+  ImuScreen screen{ImuLimits()};
+  double last_imu = kNotComputed;
+  std::int64_t suspects = 0;            // samples within the limits that were left out
+  std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
+  double last_asked = -std::numeric_limits<double>::infinity();
+  int contradictions = 0;  // answers in a row that speak against the host
+  int suspect_frames = 0;
 };
+
+// Compares with an answer of the initializer; a reason, or "".
+std::string HostAdapter::State::ask(const NavState& newest, bool* answered) {
+  *answered = false;
+  const InitResult answer = initializer->initialize();
+  last_asked = newest.t;
+  if (!answer.success()) return "";
+  std::vector<NavState> at;
+  if (!initializer->statesAt(answer, {newest.t}, options.max_reach_s, &at, nullptr)) return "";
+  *answered = at.size() == 1;
+  return *answered ? compareStates(newest, at.front(), answer.scale_sigma) : "";
+}
+
+HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
+                                     const Calibration& calibration) {
+  HostHealth health;
+  std::vector<NavState> states;
+  for (const HostState& state : window) {
+    states.push_back(fromHostState(state, calibration.td));
+    states.back().t = hostTime(state.stamp);
+    if (states.size() > 1 && !(states.back().t > states[states.size() - 2].t)) return health;
+  }
+  const WatchFinding finding = watchWindow(states, {frames.begin(), frames.end()}, screen.samples(),
+                                           screen.damage(), calibration);
+  health.reprojection_px = finding.reprojection_px;
+  health.velocity_mps = finding.velocity_mps;
+  health.rotation_deg = finding.rotation_deg;
+  health.reason = finding.reason;
+  health.suspect = !finding.sane;
+  suspect_frames = finding.sane ? 0 : suspect_frames + 1;
+  if (states.empty() || !states.back().isFinite()) {
+    health.sane = states.empty();
+    return health;
+  }
+  const double newest = states.back().t;
+  if (finding.sane && contradictions == 0 && newest - last_asked < kAskEvery) return health;
+  bool answered = false;
+  const std::string contradiction = ask(states.back(), &answered);
+  if (!contradiction.empty()) {
+    ++contradictions;
+    health.suspect = true;
+    health.reason += (health.reason.empty() ? "" : "; ") + contradiction;
+    // One answer may be the wrong one.
+    health.sane = finding.sane && contradictions < 2;
+  } else if (answered) {
+    contradictions = suspect_frames = 0;
+  } else {
+    health.sane = suspect_frames < kSuspectFrames;
+  }
+  return health;
+}
 
 // The host's frames lie between our keyframes, and some outside them.
 bool HostAdapter::State::fillWindow(const std::vector<double>& stamps, HostOrigin origin,
@@ -148,10 +230,29 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
     return decline(InitStatus::kInvalidInput, "recovery is switched off (reinit: 0)");
   }
 
-  answer.verdict =
-      last_healthy == nullptr
-          ? initializer->initialize()
-          : initializer->recover(fromHostState(*last_healthy, initializer->calibration().td));
+  if (last_healthy == nullptr) {
+    answer.verdict = initializer->initialize();
+  } else {
+    const Calibration calibration = initializer->calibration();
+    NavState last = fromHostState(*last_healthy, calibration.td);
+    // Over missing data the initializer would not carry it.
+    double until = hostTime(stamps.front());
+    for (const ImuDamage& damage : screen.damage()) {
+      if (!damage.bridged && damage.last > last.t) until = std::max(until, damage.last);
+    }
+    // Nor at the host's biases, which are better known than those of the first window after it.
+    if (until > last.t + kShortCarry) {
+      CarriedState carried;
+      carried.state = last;
+      if (carryState(carried, until, screen.samples(), screen.damage(),
+                     Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
+                     calibration.imu_noise, &carried, &problem)) {
+        last = carried.state;
+      }
+      problem.clear();
+    }
+    answer.verdict = initializer->recover(last);
+  }
   answer.message = answer.verdict.message;
   if (!answer.verdict.success()) return answer;
   problem = answer.verdict.validate();
@@ -181,22 +282,45 @@ std::unique_ptr<HostAdapter> HostAdapter::create(std::unique_ptr<IInitializer> i
   auto state = std::make_unique<State>();
   state->initializer = std::move(initializer);
   state->options = options;
+  state->limits = options.imu;
+  state->screen = ImuScreen(options.imu);
   return std::unique_ptr<HostAdapter>(new HostAdapter(std::move(state)));
 }
 
 AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
+  State& state = *state_;
   ImuSample sample;
   sample.t = t;
   sample.accel = accel;
   sample.gyro = gyro;
-  return state_->noteRestart(state_->initializer->addImu(sample));
+  const double last = state.last_imu;
+  // Whether a stamp is to be believed is the initializer's to say.
+  const bool regular = t > last && t - last <= StreamCheck::kJump;
+  const bool finite = std::isfinite(t) && accel.allFinite() && gyro.allFinite();
+  if (!regular || !finite || state.limits.exceededBy(sample)) {
+    const AddStatus status = state.noteRestart(state.initializer->addImu(sample));
+    if (isAdded(status) || (status == AddStatus::kGlitch && regular)) {
+      state.screen.add(sample);
+      state.last_imu = t;
+    }
+    return status;
+  }
+  state.last_imu = t;
+  const std::vector<ImuSample> usable = state.screen.add(sample);
+  if (usable.empty()) ++state.suspects;
+  AddStatus status = AddStatus::kGlitch;
+  for (const ImuSample& one : usable) status = state.initializer->addImu(one);
+  return state.noteRestart(status);
 }
 
 AddStatus HostAdapter::addFrame(FrameObservation frame) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   const double stamp = frame.t;
   const Calibration calibration = state_->initializer->calibration();
+  FrameObservation copy;
+  copy.t = calibration.imuTime(stamp);
+  if (state_->options.watchdog) copy.points = frame.points;
   if (state_->options.image_height > 0) {
     setRowTimes(state_->options.image_height, calibration.readout_s, &frame);
   }
@@ -205,6 +329,12 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   if (std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
   state_->td_of[stamp] = calibration.td;
   state_->td_of.erase(state_->td_of.begin(), state_->td_of.lower_bound(stamp - kTdKept));
+  if (state_->options.watchdog) {
+    state_->frames.push_back(std::move(copy));
+    while (state_->frames.front().t < state_->frames.back().t - kFramesKept) {
+      state_->frames.pop_front();
+    }
+  }
   return status;
 }
 
@@ -241,17 +371,96 @@ HostAnswer HostAdapter::recover(const std::vector<double>& stamps, const HostSta
   return answer;
 }
 
+HostCarry HostAdapter::carry(const HostState& from, double stamp) const {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  const Calibration calibration = state_->initializer->calibration();
+  HostCarry result;
+  CarriedState carried;
+  carried.state = fromHostState(from, calibration.td);
+  carried.state.t = state_->hostTime(from.stamp);
+  carried.covariance = healthyCovariance();
+  const double age = stamp - from.stamp;
+  if (!carryState(carried, state_->hostTime(stamp), state_->screen.samples(),
+                  state_->screen.damage(),
+                  Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
+                  &carried, &result.message)) {
+    return result;
+  }
+  result.ok = true;
+  result.state = toHostState(carried.state, calibration.td);
+  result.state.stamp = std::max(stamp, from.stamp);
+  result.position_sigma = carried.positionSigma();
+  result.yaw_sigma_deg = kRadToDeg * carried.yawSigma();
+  std::ostringstream out;
+  out.precision(3);
+  out << "carried over " << std::max(age, 0.0) << " s by the IMU, standard deviation "
+      << result.position_sigma << " m and " << result.yaw_sigma_deg << " deg of yaw";
+  result.message = out.str();
+  return result;
+}
+
+HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
+                              const Eigen::Vector3d& tic) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  Calibration calibration = state_->initializer->calibration();
+  calibration.R_b_c = ric;
+  calibration.t_b_c = tic;
+  return state_->judge(window, calibration);
+}
+
+std::vector<HostImuInterval> HostAdapter::imuIntervals(const std::vector<double>& stamps) const {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  std::vector<HostImuInterval> result;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    const double t_i = state_->hostTime(stamps[i - 1]), t_j = state_->hostTime(stamps[i]);
+    HostImuInterval interval;
+    double last = t_i;
+    for (const ImuSample& sample : samplesBetween(state_->screen.samples(), t_i, t_j)) {
+      interval.dt.push_back(sample.t - last);
+      interval.accel.push_back(sample.accel);
+      interval.gyro.push_back(sample.gyro);
+      last = sample.t;
+    }
+    for (const ImuDamage& damage : state_->screen.damage()) {
+      const double hole = std::min(damage.last, t_j) - std::max(damage.first, t_i);
+      if (hole <= 0.0) continue;
+      interval.damaged = true;
+      if (!damage.gyro_known) interval.sigma_theta += kUnknownGyro * hole;
+      interval.sigma_v += kUnknownAccel * hole;
+      interval.sigma_p += 0.5 * kUnknownAccel * hole * (t_j - t_i);
+    }
+    result.push_back(std::move(interval));
+  }
+  return result;
+}
+
+double HostAdapter::lastDamage() const {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  if (state_->screen.damage().empty()) return -std::numeric_limits<double>::infinity();
+  return state_->initializer->calibration().imageStamp(state_->screen.damage().back().last);
+}
+
+double HostAdapter::lastDamageBegin() const {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  if (state_->screen.damage().empty()) return -std::numeric_limits<double>::infinity();
+  return state_->initializer->calibration().imageStamp(state_->screen.damage().back().first);
+}
+
 void HostAdapter::reset() {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   state_->initializer->reset();
   state_->forget();
+  state_->last_imu = kNotComputed;
+  state_->suspects = 0;
 }
 
 HostOptions HostAdapter::options() const { return state_->options; }
 
 StreamCounts HostAdapter::counts() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->initializer->counts();
+  StreamCounts counts = state_->initializer->counts();
+  counts.imu_glitches += state_->suspects;
+  return counts;
 }
 
 Calibration HostAdapter::calibration() const {

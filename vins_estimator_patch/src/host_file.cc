@@ -13,6 +13,7 @@ HostFile toHostFile(const HostKeys& keys) {
   HostFile file;
   parseHostMode(keys.initializer, &file.mode);
   file.reinit = keys.reinit;
+  file.watchdog = keys.watchdog;
   file.output_path = keys.output_path;
   return file;
 }
@@ -42,6 +43,8 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   HostOptions options;
   options.mode = read.mode;
   options.reinit = read.reinit;
+  options.watchdog = read.watchdog;
+  options.imu = config.options.imu;
   options.estimate_td = config.estimate_td;
   options.estimate_extrinsic = config.host.estimate_extrinsic != 0;
   options.image_height = config.camera.height;

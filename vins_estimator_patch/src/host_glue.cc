@@ -26,7 +26,11 @@ using Clock = std::chrono::steady_clock;
 // States of the host from the last moments before it noticed a failure are not trusted [s].
 constexpr double kSuspect = 0.5;
 // Healthy states kept [s]; has to be more than kSuspect.
-constexpr double kHealthyKept = 2.0;
+constexpr double kHealthyKept = 5.0;
+// States that are wrong for so long, without a recovery: the host starts anew [s].
+constexpr double kLongestAlarm = 3.0;
+// The health of a sane host is published so often [s].
+constexpr double kHealthEvery = 1.0;
 // An unchanged status is reported again after this time [s].
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
@@ -73,10 +77,15 @@ struct HostGlue::State {
   // Touched by the processing thread alone.
   double last_imu = std::numeric_limits<double>::quiet_NaN();
   bool glitch_reported = false;
+  bool suspect_reported = false;
   bool lines_reported = false;
   std::deque<HostState> healthy;
   HostState lost;  // the last healthy state before a failure that was not recovered
   bool is_lost = false;
+  bool suspect = false;  // the watchdog does not trust the newest state
+  bool alarm = false;    // .. and has reported a failure
+  double alarm_stamp = 0.0;
+  double health_stamp = -std::numeric_limits<double>::infinity();
   Clock::time_point stock_began;
   InitStatus reported_status = InitStatus::kSuccess;
   double reported_stamp = -std::numeric_limits<double>::infinity();
@@ -96,6 +105,37 @@ struct HostGlue::State {
       to = listener;
     }
     if (to) to(level, text);
+  }
+
+  // Whether a window whose first frame has this stamp can continue the odometry frame from before
+  // the reset; `carried` is the state there. Reports what is true either way.
+  bool carries(double stamp, HostCarry* carried) {
+    if (!is_lost || !file.reinit || stamp < lost.stamp) return false;
+    const HostOptions options = adapter->options();
+    *carried = adapter->carry(lost, stamp);
+    const bool near = stamp - lost.stamp <= options.max_join_s;
+    return near && carried->ok && carried->position_sigma <= options.max_join_sigma_m &&
+           carried->yaw_sigma_deg <= options.max_join_sigma_deg;
+  }
+  void reportFrame(bool continued, const HostCarry& carried) {
+    if (!is_lost) return;
+    report(continued ? ReportLevel::kInfo : ReportLevel::kWarn,
+           std::string(continued ? "the odometry frame is continued: "
+                                 : "the odometry frame is new: the last healthy state ") +
+               (carried.message.empty() ? "is too old" : carried.message));
+  }
+  // The newest healthy state from before the failure.
+  HostState healthyBefore(double newest, bool failed) const {
+    HostState last = healthy.back();
+    if (!failed) return last;
+    const double begin = adapter->lastDamageBegin();
+    for (auto it = healthy.rbegin(); it != healthy.rend(); ++it) {
+      last = *it;
+      // With the watchdog only states that it trusts are here, but it takes a while to notice.
+      if (newest - last.stamp < kSuspect) continue;
+      if (last.stamp <= begin || newest - begin > kHealthyKept) break;
+    }
+    return last;
   }
 
   void openCsv() {
@@ -165,7 +205,7 @@ bool HostGlue::open(const std::string& config_file) {
     state.report(ReportLevel::kError, error + "; the host initializes by itself");
     return false;
   }
-  if (file.mode == HostMode::kStock && !file.reinit) return false;
+  if (file.mode == HostMode::kStock && !file.reinit && !file.watchdog) return false;
   std::unique_ptr<HostAdapter> adapter = openHostFile(config_file, &file, &error);
   if (adapter == nullptr) {
     state.report(ReportLevel::kError, error + "; the host initializes by itself");
@@ -185,6 +225,7 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
   for (const std::string& note : state.file.notes) state.report(ReportLevel::kInfo, note);
   state.report(ReportLevel::kInfo, std::string("initializer: ") + toString(state.file.mode) +
                                        ", reinit: " + (state.file.reinit ? "1" : "0") +
+                                       ", watchdog: " + (state.file.watchdog ? "1" : "0") +
                                        ", method " + state.adapter->method());
   state.openCsv();
   state.active = true;
@@ -195,6 +236,8 @@ bool HostGlue::active() const { return state_->active; }
 bool HostGlue::decides() const { return active() && state_->file.mode == HostMode::kSlim; }
 bool HostGlue::shadows() const { return active() && state_->file.mode == HostMode::kShadow; }
 bool HostGlue::reinit() const { return active() && state_->file.reinit; }
+bool HostGlue::watches() const { return active() && state_->file.watchdog; }
+bool HostGlue::joinsStock() const { return reinit() && state_->file.mode == HostMode::kStock; }
 
 void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
   // The host hands the sample after a frame over again with the next frame.
@@ -202,12 +245,15 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
   State& state = *state_;
   state.last_imu = t;
   if (state.adapter->addImu(t, accel, gyro) != AddStatus::kGlitch) return;
-  if (std::exchange(state.glitch_reported, true)) return;
   ImuSample glitch;
   glitch.accel = accel;
   glitch.gyro = gyro;
-  state.report(ReportLevel::kWarn, "an IMU sample of " + state.file.imu_limits.describe(glitch) +
-                                       " is dropped, and so are all others beyond these bounds");
+  const bool beyond = state.file.imu_limits.exceededBy(glitch);
+  if (std::exchange(beyond ? state.glitch_reported : state.suspect_reported, true)) return;
+  const std::string what = "an IMU sample of " + state.file.imu_limits.describe(glitch);
+  state.report(ReportLevel::kWarn,
+               beyond ? what + " is dropped, and so are all others beyond these bounds"
+                      : what + " is left out: too far from those before it, or among such samples");
 }
 
 void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {
@@ -241,9 +287,8 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   State& state = *state_;
   state.reportMissingLines();
   // After a failure the odometry frame continues where the IMU can still carry it.
-  const double since_lost = stamps.front() - state.lost.stamp;
-  const bool join = state.is_lost && reinit() && since_lost >= 0.0 &&
-                    since_lost <= state.adapter->options().max_join_s;
+  HostCarry carried;
+  const bool join = state.carries(stamps.front(), &carried);
   const HostAnswer answer =
       join ? state.adapter->recover(stamps, state.lost) : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";
@@ -252,6 +297,7 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   if (answer.success()) {
     *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
     state.reportCalibration(answer.verdict);
+    state.reportFrame(join, carried);
     return true;
   }
   // At rest the host keeps its oldest frames, which no window of ours will ever reach.
@@ -266,13 +312,9 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
     state.report(ReportLevel::kWarn, "recover: the host had no healthy state yet");
     return false;
   }
-  HostState last = state.healthy.back();
+  failed = failed || state.alarm;
+  const HostState last = state.healthyBefore(stamps.back(), failed);
   if (failed) {
-    // Newest first, so that the last one taken is the newest old enough.
-    for (auto it = state.healthy.rbegin(); it != state.healthy.rend(); ++it) {
-      last = *it;
-      if (stamps.back() - last.stamp >= kSuspect) break;
-    }
     state.lost = last;
     state.is_lost = true;
   }
@@ -282,11 +324,78 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
   if (!answer.success()) return false;
   // What the host has learned about its calibration in flight stays.
   static_cast<HostWindow&>(*window) = answer.window;
+  state.alarm = state.suspect = false;
+  if (failed) {
+    HostCarry carried;
+    const bool continued = state.carries(stamps.back(), &carried);
+    state.reportFrame(continued, carried);
+  }
   return true;
+}
+
+bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
+                           const Eigen::Vector3d& tic) {
+  State& state = *state_;
+  const double stamp = window.back().stamp;
+  const HostHealth health = state.adapter->watch(window, ric, tic);
+  state.suspect = health.suspect || !health.sane;
+  if (!health.sane && !state.alarm) {
+    state.alarm = true;
+    state.alarm_stamp = stamp;
+    state.report(ReportLevel::kWarn, "watchdog: the host's states are wrong: " + health.reason);
+  } else if (state.alarm && !state.suspect) {
+    state.alarm = false;
+    state.report(ReportLevel::kInfo, "watchdog: the host's states are right again");
+  }
+  if (state.suspect || stamp - state.health_stamp >= kHealthEvery) {
+    state.health_stamp = stamp;
+    std::ostringstream row;
+    row.precision(4);
+    row << std::fixed << stamp << ','
+        << (state.alarm     ? "wrong"
+            : state.suspect ? "suspect"
+                            : "good")
+        << ',' << health.reprojection_px << ',' << health.velocity_mps << ',' << health.rotation_deg
+        << ",\"" << health.reason << '"';
+    state.report(ReportLevel::kHealth, row.str());
+  }
+  if (!state.alarm || !state.file.reinit) return false;
+  if (stamp - state.alarm_stamp > kLongestAlarm) {
+    state.alarm_stamp = stamp;
+    state.report(ReportLevel::kWarn, "watchdog: no recovery for 3 s, the host is to start anew");
+    requestRecovery(true);
+  }
+  return true;
+}
+
+void HostGlue::hostCleared() {
+  if (!reinit()) return;
+  State& state = *state_;
+  if (!state.is_lost && !state.healthy.empty()) {
+    // A tracker's restart finds the host in good health; after a refused request nobody knows.
+    state.lost = state.healthyBefore(state.healthy.back().stamp, state.suspect);
+    state.is_lost = true;
+  }
+  state.healthy.clear();
+  state.alarm = state.suspect = false;
+}
+
+bool HostGlue::carriedTo(double stamp, HostState* anchor) {
+  State& state = *state_;
+  HostCarry carried;
+  const bool continued = state.carries(stamp, &carried);
+  state.reportFrame(continued, carried);
+  if (continued) *anchor = carried.state;
+  return continued;
+}
+
+std::vector<HostImuInterval> HostGlue::imuIntervals(const std::vector<double>& stamps) const {
+  return state_->adapter->imuIntervals(stamps);
 }
 
 void HostGlue::addHealthy(const HostState& newest) {
   State& state = *state_;
+  if (state.suspect) return;
   state.is_lost = false;
   state.healthy.push_back(newest);
   while (state.healthy.front().stamp < newest.stamp - kHealthyKept) state.healthy.pop_front();

@@ -247,6 +247,8 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
     fail("initializer is \"", host->initializer, "\", must be stock, slim or shadow");
   }
   readOptional(root, "reinit", &host->reinit);
+  host->watchdog = host->reinit;
+  readOptional(root, "watchdog", &host->watchdog);
   readOptional(root, "output_path", &host->output_path);
   readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);
 }

@@ -41,8 +41,21 @@ struct MarginalizationInfo {
   ~MarginalizationInfo() { ++deleted(); }
 };
 
+/// Keeps what it was given.
 struct IntegrationBase {
+  IntegrationBase() = default;
+  IntegrationBase(const Vector3d& first_accel, const Vector3d& first_gyro, const Vector3d& new_ba,
+                  const Vector3d& new_bg)
+      : accel{first_accel}, gyro{first_gyro}, ba(new_ba), bg(new_bg) {}
+  void push_back(double dt, const Vector3d& new_accel, const Vector3d& new_gyro) {
+    sum_dt += dt;
+    accel.push_back(new_accel);
+    gyro.push_back(new_gyro);
+  }
+  std::vector<Vector3d> accel, gyro;
+  double sum_dt = 0.0;
   Vector3d ba = Vector3d::Zero(), bg = Vector3d::Zero();
+  Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Zero();
   void repropagate(const Vector3d& new_ba, const Vector3d& new_bg) {
     ba = new_ba;
     bg = new_bg;
@@ -88,7 +101,7 @@ class EstimatorParts : public Offset {
   EstimatorParts() {
     for (IntegrationBase*& pre_integration : pre_integrations)
       pre_integration = new IntegrationBase;
-    clearState();
+    clearParts();
     resets = 0;
   }
   ~EstimatorParts() {
@@ -103,7 +116,7 @@ class EstimatorParts : public Offset {
     tic[0] = TIC[0];
     this->resetTd();
   }
-  void clearState() {
+  void clearParts() {
     for (int i = 0; i <= WINDOW_SIZE; i++) {
       Ps[i].setZero();
       Vs[i].setZero();
@@ -152,6 +165,10 @@ class EstimatorParts : public Offset {
   Vector3d last_P, last_P0;
   Header Headers[(WINDOW_SIZE + 1)];
   IntegrationBase* pre_integrations[(WINDOW_SIZE + 1)];
+  Vector3d acc_0, gyr_0;
+  std::vector<double> dt_buf[(WINDOW_SIZE + 1)];
+  std::vector<Vector3d> linear_acceleration_buf[(WINDOW_SIZE + 1)];
+  std::vector<Vector3d> angular_velocity_buf[(WINDOW_SIZE + 1)];
   int frame_count;
   FeatureManager f_manager;
   bool failure_occur;

@@ -9,3 +9,5 @@ Estimator& hostEstimator();
 void startNode();
 void process(const std::vector<sensor_msgs::ImuConstPtr>& imu, const ImageFeatures& image,
              double stamp);
+/// The tracker has found a gap in its images; `waiting` were received after the last image.
+void restart(const std::vector<sensor_msgs::ImuConstPtr>& waiting);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/imu_limits.h"
 #include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/host_convention.h"
 
@@ -38,10 +39,18 @@ struct HostOptions {
   /// our window (about 2 s); a recovery refused for that would be a reset (docs/backend.md).
   double max_reach_s = 2.5;
 
-  /// After a recovery that was refused, the next seed joins the old odometry frame when the last
-  /// healthy state is at most this old [s]; the IMU alone carries position and yaw over the time
-  /// before the new window.
-  double max_join_s = 3.0;
+  /// The host's states are watched (HostAdapter::watch()).
+  bool watchdog = false;
+
+  /// After a reset the next seed joins the old odometry frame when the last healthy state is at
+  /// most this old [s] and the IMU can carry it there with these standard deviations; else the
+  /// odometry frame is new, and the message says so.
+  double max_join_s = 8.0;
+  double max_join_sigma_m = 1.0;    ///< of the carried position, worst axis [m]
+  double max_join_sigma_deg = 5.0;  ///< of the carried yaw [deg]
+
+  /// Samples beyond are no measurements (the initializer drops and counts them).
+  ImuLimits imu;
 
   /// The host estimates td, or the extrinsic, itself: what the initializer has found is its
   /// starting value (HostAnswer::verdict.calibration). Where it does not, its own stays.
@@ -67,6 +76,26 @@ struct HostAnswer {
   bool joined = false;             ///< the window continues an earlier odometry frame
 
   bool success() const { return !window.states.empty(); }
+};
+
+/// A host's state carried on.
+struct HostCarry {
+  bool ok = false;      ///< false: the IMU data do not reach
+  std::string message;  ///< what it is worth, or why there is none
+  HostState state;
+  double position_sigma = kNotComputed;  ///< worst axis [m]
+  double yaw_sigma_deg = kNotComputed;
+};
+
+/// The watchdog's finding (HostAdapter::watch()).
+struct HostHealth {
+  bool sane = true;  ///< no failure is reported
+  bool suspect =
+      false;           ///< something speaks against the state: not a healthy one, not yet a failure
+  std::string reason;  ///< in words, with value and bound; empty while nothing is wrong
+  double reprojection_px = kNotComputed;  ///< median of the tracks between the host's poses
+  double velocity_mps = kNotComputed;     ///< difference to what the IMU measured
+  double rotation_deg = kNotComputed;     ///< likewise
 };
 
 /// Seeds and recovers a host from an initializer, of whatever kind, that buffers its own data, so
@@ -110,6 +139,26 @@ class HostAdapter {
 
   /// After a failure: as seed(), but position and yaw continue from the last healthy state.
   HostAnswer recover(const std::vector<double>& stamps, const HostState& last_healthy);
+
+  /// Carries a state of the host on by the IMU to the frame of a stamp, and says how well it is
+  /// known there: glitches and missing samples widen it.
+  HostCarry carry(const HostState& from, double stamp) const;
+
+  /// Judges the host's window by its tracks, its IMU data and, once a second and where these two
+  /// speak against it, by an answer of the initializer. One call per frame of the host in flight,
+  /// before the window slides. `ric`, `tic`: the host's present extrinsic.
+  HostHealth watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
+                   const Eigen::Vector3d& tic);
+
+  /// The intervals between consecutive stamps (ascending, camera clock): one less than stamps,
+  /// empty where the buffer does not cover them.
+  std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
+
+  /// The newest instant [s, camera clock] before which IMU data are missing or cannot be believed;
+  /// minus infinity: all that is buffered is usable.
+  double lastDamage() const;
+  /// The beginning of that interval.
+  double lastDamageBegin() const;
 
   /// Forgets all data and counts.
   void reset();

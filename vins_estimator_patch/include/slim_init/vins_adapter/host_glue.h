@@ -29,10 +29,11 @@ struct HostFile;
 
 /// How important a report is.
 enum class ReportLevel {
-  kRow,   ///< a row of slim_init_starts.csv, for the topic and not for the console
-  kInfo,  ///< what was decided
-  kWarn,  ///< something is missing or was refused
-  kError  ///< the adapter is off
+  kRow,     ///< a row of slim_init_starts.csv, for the topic and not for the console
+  kHealth,  ///< health of the host's states, for its topic and not for the console
+  kInfo,    ///< what was decided
+  kWarn,    ///< something is missing or was refused
+  kError    ///< the adapter is off
 };
 
 /// A window to put into the host.
@@ -145,6 +146,56 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
   e.failure_occur = false;
 }
 
+/// The interval of the host before frame `i` measured anew: its own samples hold a glitch, which
+/// would throw off the optimization that follows, or have a hole.
+template <typename Estimator>
+void rebuildInterval(const HostImuInterval& interval, int i, Estimator& e) {
+  typedef typename std::remove_pointer<
+      typename std::remove_reference<decltype(e.pre_integrations[0])>::type>::type Integration;
+  if (e.pre_integrations[i] == nullptr || interval.dt.empty()) return;
+  Integration* fresh =
+      new Integration(interval.accel[0], interval.gyro[0], e.Bas[i - 1], e.Bgs[i - 1]);
+  e.dt_buf[i].clear();
+  e.linear_acceleration_buf[i].clear();
+  e.angular_velocity_buf[i].clear();
+  for (std::size_t k = 1; k < interval.dt.size(); ++k) {
+    fresh->push_back(interval.dt[k], interval.accel[k], interval.gyro[k]);
+    e.dt_buf[i].push_back(interval.dt[k]);
+    e.linear_acceleration_buf[i].push_back(interval.accel[k]);
+    e.angular_velocity_buf[i].push_back(interval.gyro[k]);
+  }
+  // The host's order: position, rotation, velocity, biases.
+  fresh->covariance.diagonal().template segment<3>(0).array() +=
+      interval.sigma_p * interval.sigma_p;
+  fresh->covariance.diagonal().template segment<3>(3).array() +=
+      interval.sigma_theta * interval.sigma_theta;
+  fresh->covariance.diagonal().template segment<3>(6).array() +=
+      interval.sigma_v * interval.sigma_v;
+  delete e.pre_integrations[i];
+  e.pre_integrations[i] = fresh;
+  if (i + 1 == windowFrames<Estimator>()) {
+    e.acc_0 = interval.accel.back();
+    e.gyr_0 = interval.gyro.back();
+  }
+}
+
+/// Moves the whole window so that its first frame has the position and the yaw of `anchor`.
+template <typename Estimator>
+void moveWindow(const HostState& anchor, Estimator& e) {
+  const Eigen::Matrix3d M = anchor.R * e.Rs[0].transpose();
+  const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R(0, 0) = R(1, 1) = std::cos(yaw);
+  R(1, 0) = std::sin(yaw);
+  R(0, 1) = -R(1, 0);
+  const Eigen::Vector3d origin = e.Ps[0];
+  for (int i = 0; i < windowFrames<Estimator>(); ++i) {
+    e.Ps[i] = anchor.P + R * (e.Ps[i] - origin);
+    e.Rs[i] = R * e.Rs[i];
+    e.Vs[i] = R * e.Vs[i];
+  }
+}
+
 }  // namespace glue_detail
 
 /// A member of the host's estimator. Until open() finds a reason to be active, and always in a host
@@ -236,8 +287,10 @@ class HostGlue {
     if (!decides() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
     bool drop_oldest = false;
     GlueWindow window;
-    if (seedWindow(stamps(e), &window, &drop_oldest)) {
+    const std::vector<double> frames = stamps(e);
+    if (seedWindow(frames, &window, &drop_oldest)) {
       glue_detail::writeWindow(window, e);
+      rebuildDamaged(frames, e);
       // In flight the host may know them better by now.
       e.ric[0] = window.ric;
       e.tic[0] = window.tic;
@@ -260,9 +313,32 @@ class HostGlue {
     recordShadow(glue_detail::windowOf(e), tried, result);
   }
 
+  /// After a start by the host's own initialization: its window continues the odometry frame from
+  /// before a reset, where the IMU can still carry it.
+  template <typename Estimator>
+  void joinStock(Estimator& e) {
+    if (!joinsStock() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
+    HostState anchor;
+    if (carriedTo(glue_detail::stampOf(e.Headers[0]), &anchor)) glue_detail::moveWindow(anchor, e);
+  }
+
   // ---------------------------------------------------------------------------------- recover
 
-  /// After every frame that went well: the newest state may be needed.
+  /// In flight, once per frame and before the window slides: judges the host's states. When they
+  /// are wrong, it fills the window anew, and returns true when it did: the host is to optimize it.
+  template <typename Estimator>
+  bool watch(Estimator& e) {
+    if (!watches() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
+    const Eigen::Matrix3d ric = e.ric[0];
+    const Eigen::Vector3d tic = e.tic[0];
+    return judgeWindow(glue_detail::windowOf(e), ric, tic) && recoverWindow(e, true);
+  }
+
+  /// The host forgets its states, for whatever reason: the next start joins its odometry frame.
+  void hostCleared();
+
+  /// After every frame that went well: the newest state may be needed. One that the watchdog
+  /// suspects is not kept.
   template <typename Estimator>
   void rememberHealthy(const Estimator& e) {
     if (reinit()) addHealthy(glue_detail::stateOf(e, glue_detail::windowFrames<Estimator>() - 1));
@@ -302,16 +378,34 @@ class HostGlue {
   }
 
   template <typename Estimator>
+  void rebuildDamaged(const std::vector<double>& frames, Estimator& e) const {
+    const std::vector<HostImuInterval> intervals = imuIntervals(frames);
+    for (std::size_t i = 0; i < intervals.size(); ++i) {
+      if (intervals[i].damaged) {
+        glue_detail::rebuildInterval(intervals[i], static_cast<int>(i) + 1, e);
+      }
+    }
+  }
+
+  template <typename Estimator>
   bool recoverWindow(Estimator& e, bool failed) {
     if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
     GlueWindow window;
-    if (!solveRecovery(stamps(e), failed, &window)) return false;
+    const std::vector<double> frames = stamps(e);
+    if (!solveRecovery(frames, failed, &window)) return false;
     glue_detail::writeWindow(window, e);
+    rebuildDamaged(frames, e);
     return true;
   }
 
   bool shadows() const;
   bool reinit() const;
+  bool watches() const;
+  bool joinsStock() const;
+  bool judgeWindow(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
+                   const Eigen::Vector3d& tic);
+  bool carriedTo(double stamp, HostState* state);
+  std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
   void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
   bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);

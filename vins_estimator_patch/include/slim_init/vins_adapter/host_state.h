@@ -31,5 +31,18 @@ struct HostWindow {
   std::vector<HostState> states;
 };
 
+/// What an IMU measured from one frame of a host to the next, without what it cannot have felt.
+struct HostImuInterval {
+  /// The host's own samples hold a glitch, or are missing: these are to take their place.
+  bool damaged = false;
+  std::vector<double> dt;              ///< since the sample before [s]; the first is zero
+  std::vector<Eigen::Vector3d> accel;  ///< specific force [m/s^2], both ends interpolated
+  std::vector<Eigen::Vector3d> gyro;   ///< angular rate [rad/s]
+  /// What is not known because samples are missing, standard deviation per axis.
+  double sigma_theta = 0.0;  ///< [rad]
+  double sigma_v = 0.0;      ///< [m/s]
+  double sigma_p = 0.0;      ///< [m]
+};
+
 }  // namespace vins_adapter
 }  // namespace slim_init

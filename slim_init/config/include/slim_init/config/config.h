@@ -20,6 +20,7 @@ namespace slim_init {
 struct HostKeys {
   std::string initializer = "stock";  ///< who initializes: stock, slim or shadow
   bool reinit = false;                ///< re-initialize on a failure and on request
+  bool watchdog = false;              ///< watch the host in flight; absent: as `reinit`
   std::string output_path;            ///< the host's folder for results
   /// 0: the file's extrinsic is exact for the host, 1: a guess that it improves, 2: not known.
   int estimate_extrinsic = 0;

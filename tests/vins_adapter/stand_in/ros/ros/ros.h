@@ -14,6 +14,7 @@
 #include <vector>
 
 #define ROS_DEBUG(...) ros::ignore(__VA_ARGS__)
+#define ROS_WARN(...) ros::ignore(__VA_ARGS__)
 #define ROS_INFO_STREAM(text) ros::log("info", (std::ostringstream() << text))
 #define ROS_WARN_STREAM(text) ros::log("warn", (std::ostringstream() << text))
 #define ROS_ERROR_STREAM(text) ros::log("error", (std::ostringstream() << text))

@@ -5,6 +5,8 @@
 #pragma once
 
 #include <chrono>
+#include <mutex>
+#include <queue>
 
 #include "../factor/marginalization_factor.h"
 
@@ -14,6 +16,9 @@ class Estimator : public EstimatorParts<double, 2> {
                   const Vector3d& angular_velocity);
   void processImage(const ImageFeatures& image, const double header);
   void updateLatestStates();
+  void clearState();
 
   IntegrationBase* tmp_pre_integration;
+  std::mutex mProcess;
+  std::queue<std::pair<double, Vector3d>> accBuf, gyrBuf;
 };

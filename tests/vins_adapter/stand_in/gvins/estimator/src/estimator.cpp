@@ -8,6 +8,11 @@ double TD = 0.0;
 std::vector<Matrix3d> RIC(1, Matrix3d::Identity());
 std::vector<Vector3d> TIC(1, Vector3d::Zero());
 
+void Estimator::clearState()
+{
+    clearParts();
+}
+
 void Estimator::solveOdometry()
 {
     optimization();

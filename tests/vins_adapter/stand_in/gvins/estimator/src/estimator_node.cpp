@@ -7,10 +7,15 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/PointCloud.h>
 
+#include <mutex>
+#include <queue>
+
 #include "estimator.h"
 #include "node.h"
 
 std::unique_ptr<Estimator> estimator_ptr;
+std::queue<sensor_msgs::ImuConstPtr> imu_buf;
+std::mutex m_buf, m_estimator;
 
 Estimator &hostEstimator()
 {
@@ -33,6 +38,16 @@ void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatur
         (void)img_t;
     }
     estimator_ptr->processImage(image, img_msg->header);
+}
+
+void restart(const std::vector<sensor_msgs::ImuConstPtr> &waiting)
+{
+    for (auto &imu_msg : waiting)
+        imu_buf.push(imu_msg);
+    ROS_WARN("restart the estimator!");
+    imu_buf = std::queue<sensor_msgs::ImuConstPtr>();
+    estimator_ptr->clearState();
+    estimator_ptr->setParameter();
 }
 
 void registerPub(ros::NodeHandle &)

@@ -21,6 +21,7 @@ class Estimator : public EstimatorParts<std_msgs::Header, 1, NoTimeOffset> {
   void processImage(const map<int, vector<pair<int, Vector3d>>>& image,
                     const std_msgs::Header& header);
   void solveOdometry();
+  void clearState();
 
   IntegrationBase* tmp_pre_integration;
 };

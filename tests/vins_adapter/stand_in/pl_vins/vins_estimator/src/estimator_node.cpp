@@ -36,6 +36,15 @@ void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatur
     estimator.processImage(image, map<int, vector<pair<int, Vector4d>>>(), img_msg->header);
 }
 
+// This node has no restart: its samples come one by one.
+void restart(const std::vector<sensor_msgs::ImuConstPtr> &waiting)
+{
+    for (auto &imu_msg : waiting)
+        send_imu(imu_msg);
+    estimator.clearState();
+    estimator.setParameter();
+}
+
 void registerPub(ros::NodeHandle &)
 {
 }

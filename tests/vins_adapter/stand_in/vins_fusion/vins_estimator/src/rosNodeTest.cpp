@@ -28,6 +28,18 @@ void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatur
     }
 }
 
+void restart(const std::vector<sensor_msgs::ImuConstPtr> &waiting)
+{
+    for (const sensor_msgs::ImuConstPtr &msg : waiting)
+    {
+        const sensor_msgs::Vector3 &a = msg->linear_acceleration, &w = msg->angular_velocity;
+        estimator.accBuf.push({msg->header.stamp.toSec(), Vector3d(a.x, a.y, a.z)});
+        estimator.gyrBuf.push({msg->header.stamp.toSec(), Vector3d(w.x, w.y, w.z)});
+    }
+    estimator.clearState();
+    estimator.setParameter();
+}
+
 void registerPub(ros::NodeHandle &)
 {
 }

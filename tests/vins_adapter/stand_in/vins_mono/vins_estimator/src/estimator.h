@@ -12,6 +12,7 @@ class Estimator : public EstimatorParts<std_msgs::Header, 1> {
  public:
   void processImage(const ImageFeatures& image, const std_msgs::Header& header);
   void solveOdometry();
+  void clearState();
 
   IntegrationBase* tmp_pre_integration;
 };

@@ -5,10 +5,15 @@
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/PointCloud.h>
 
+#include <mutex>
+#include <queue>
+
 #include "estimator.h"
 #include "node.h"
 
 Estimator estimator;
+std::queue<sensor_msgs::ImuConstPtr> imu_buf;
+std::mutex m_buf, m_estimator;
 
 Estimator &hostEstimator()
 {
@@ -31,6 +36,16 @@ void process(const std::vector<sensor_msgs::ImuConstPtr> &imu, const ImageFeatur
         (void)img_t;
     }
     estimator.processImage(image, img_msg->header);
+}
+
+void restart(const std::vector<sensor_msgs::ImuConstPtr> &waiting)
+{
+    for (auto &imu_msg : waiting)
+        imu_buf.push(imu_msg);
+    ROS_WARN("restart the estimator!");
+    imu_buf = std::queue<sensor_msgs::ImuConstPtr>();
+    estimator.clearState();
+    estimator.setParameter();
 }
 
 void registerPub(ros::NodeHandle &)

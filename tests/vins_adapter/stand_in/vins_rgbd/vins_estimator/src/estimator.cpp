@@ -13,6 +13,11 @@ bool Estimator::visualInitialAlignWithDepth()
     return stock_succeeds;
 }
 
+void Estimator::clearState()
+{
+    clearParts();
+}
+
 void Estimator::solveOdometry()
 {
     optimization();

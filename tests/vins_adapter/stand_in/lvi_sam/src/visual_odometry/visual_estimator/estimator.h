@@ -13,6 +13,7 @@ class Estimator : public EstimatorParts<std_msgs::Header, 1> {
   void processImage(const ImageFeatures& image, const std::vector<float>& lidar_initialization_info,
                     const std_msgs::Header& header);
   void solveOdometry();
+  void clearState();
 
   struct ImageFrame {
     int reset_id;

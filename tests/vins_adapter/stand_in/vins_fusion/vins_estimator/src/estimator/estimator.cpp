@@ -10,6 +10,14 @@ double TD = 0.0;
 std::vector<Matrix3d> RIC(1, Matrix3d::Identity());
 std::vector<Vector3d> TIC(1, Vector3d::Zero());
 
+void Estimator::clearState()
+{
+    mProcess.lock();
+    accBuf = gyrBuf = std::queue<std::pair<double, Vector3d>>();
+    clearParts();
+    mProcess.unlock();
+}
+
 void Estimator::updateLatestStates()
 {
 }

@@ -1,0 +1,448 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What the adapter knows about a host in flight: which IMU data may be used, what a carried state
+// is worth, whether the host's states are right. Every judgement from both sides.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "imu_carry.h"
+#include "imu_screen.h"
+#include "slim_init/initializer.h"
+#include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/vins_adapter/host_convention.h"
+#include "support/exact_window.h"
+#include "watchdog.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+constexpr int kFrames = 40;
+constexpr int kHostFrames = 11;
+
+ExactWindow flight(bool noise = false) {
+  ExactWindowOptions options;
+  options.keyframes = kFrames;
+  options.interval_s = 0.1;
+  options.imu_noise = noise;
+  if (noise) options.pixel_noise = 0.6;
+  return makeExactWindow(options);
+}
+
+struct Screened {
+  std::vector<ImuSample> used;
+  ImuScreen screen{ImuLimits()};
+};
+
+Screened screened(const std::vector<ImuSample>& samples) {
+  Screened result;
+  for (const ImuSample& sample : samples) {
+    for (const ImuSample& one : result.screen.add(sample)) result.used.push_back(one);
+  }
+  return result;
+}
+
+// Adds `accel` to the samples in [first, last).
+std::vector<ImuSample> disturbed(std::vector<ImuSample> samples, double first, double last,
+                                 const Eigen::Vector3d& accel) {
+  for (ImuSample& sample : samples) {
+    if (sample.t >= first && sample.t < last) sample.accel += accel;
+  }
+  return samples;
+}
+
+TEST(ImuScreen, GoodDataStayAsTheyAre) {
+  const ExactWindow exact = flight(true);
+  const Screened result = screened(exact.imu);
+  ASSERT_EQ(result.used.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_EQ(result.used[i].t, exact.imu[i].t);
+    EXPECT_EQ(result.used[i].accel, exact.imu[i].accel);
+    EXPECT_EQ(result.used[i].gyro, exact.imu[i].gyro);
+  }
+  EXPECT_TRUE(result.screen.damage().empty());
+}
+
+TEST(ImuScreen, AGlitchIsBridgedAndAShockIsNot) {
+  const ExactWindow exact = flight();
+  // Within the limits of the sensor, for 25 ms.
+  const Screened glitch = screened(disturbed(exact.imu, 2.0, 2.025, {100, 0, 0}));
+  ASSERT_EQ(glitch.screen.damage().size(), 1u);
+  const ImuDamage damage = glitch.screen.damage().front();
+  EXPECT_NEAR(damage.first, 2.0, 0.0051);
+  EXPECT_NEAR(damage.last, 2.025, 0.0051);
+  EXPECT_TRUE(damage.bridged);
+  EXPECT_FALSE(damage.open);
+  ASSERT_EQ(glitch.used.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_NEAR(glitch.used[i].t, exact.imu[i].t, 1e-9);
+    EXPECT_LT((glitch.used[i].accel - exact.imu[i].accel).norm(), 1.0);
+  }
+  // What EuRoC's vehicles feel when they touch the ground.
+  const Screened shock = screened(disturbed(exact.imu, 2.0, 2.025, {35, 0, 0}));
+  EXPECT_TRUE(shock.screen.damage().empty());
+  EXPECT_EQ(shock.used.size(), exact.imu.size());
+}
+
+TEST(ImuScreen, LongDamageStaysEmpty) {
+  const ExactWindow exact = flight();
+  const Screened result = screened(disturbed(exact.imu, 2.0, 2.3, {120, 0, 0}));
+  ASSERT_EQ(result.screen.damage().size(), 1u);
+  const ImuDamage damage = result.screen.damage().front();
+  EXPECT_FALSE(damage.bridged);
+  EXPECT_TRUE(damage.gyro_known);
+  EXPECT_NEAR(damage.last - damage.first, 0.305, 0.011);
+  for (const ImuSample& sample : result.used) {
+    EXPECT_FALSE(sample.t > damage.first + 1e-9 && sample.t < damage.last - 1e-9);
+  }
+  // To carry a state over it, the rates are as measured.
+  ASSERT_EQ(result.screen.samples().size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_EQ(result.screen.samples()[i].gyro, exact.imu[i].gyro);
+    EXPECT_LT(result.screen.samples()[i].accel.norm(), 40.0);
+  }
+}
+
+TEST(ImuScreen, NoiseOfABrokenSensorIsDamageAndVibrationIsNot) {
+  const ExactWindow exact = flight();
+  const auto noisy = [&exact](double sigma_a, double sigma_g) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    std::vector<ImuSample> samples = exact.imu;
+    for (ImuSample& sample : samples) {
+      if (sample.t < 1.5 || sample.t >= 2.5) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        sample.accel[axis] += sigma_a * normal(random);
+        sample.gyro[axis] += sigma_g * normal(random);
+      }
+    }
+    return screened(samples);
+  };
+  const Screened broken = noisy(20.0, 3.0);
+  double hole = 0.0;
+  for (const ImuDamage& damage : broken.screen.damage()) hole += damage.last - damage.first;
+  EXPECT_NEAR(hole, 1.0, 0.15);
+  const Screened vibration = noisy(5.0, 0.3);
+  EXPECT_TRUE(vibration.screen.damage().empty());
+}
+
+TEST(ImuScreen, WhatStaysIsAMotion) {
+  const ExactWindow exact = flight();
+  const Screened result = screened(disturbed(exact.imu, 2.0, 10.0, {100, 0, 0}));
+  ASSERT_FALSE(result.screen.damage().empty());
+  EXPECT_FALSE(result.screen.damage().back().open);
+  EXPECT_EQ(result.used.back().t, exact.imu.back().t);
+}
+
+TEST(ImuScreen, MissingSamples) {
+  const ExactWindow exact = flight();
+  const auto without = [&exact](double length) {
+    std::vector<ImuSample> samples;
+    for (const ImuSample& sample : exact.imu) {
+      if (sample.t < 2.001 || sample.t > 2.001 + length) samples.push_back(sample);
+    }
+    return screened(samples);
+  };
+  EXPECT_TRUE(without(0.03).screen.damage().empty());
+  const Screened bridged = without(0.07);
+  ASSERT_EQ(bridged.screen.damage().size(), 1u);
+  EXPECT_TRUE(bridged.screen.damage().front().bridged);
+  EXPECT_EQ(bridged.used.size(), exact.imu.size());
+  const Screened hole = without(0.5);
+  ASSERT_EQ(hole.screen.damage().size(), 1u);
+  EXPECT_FALSE(hole.screen.damage().front().bridged);
+  EXPECT_FALSE(hole.screen.damage().front().gyro_known);
+}
+
+struct Carry {
+  bool ok = false;
+  CarriedState state;
+  std::string error;
+};
+
+Carry carried(const ExactWindow& exact, const CarriedState& from, int to, const Screened& data) {
+  Carry result;
+  result.ok = carryState(from, exact.truth[to].t, data.screen.samples(), data.screen.damage(),
+                         Eigen::Vector3d(0, 0, -exact.calibration.gravity_magnitude),
+                         exact.calibration.imu_noise, &result.state, &result.error);
+  return result;
+}
+
+TEST(ImuCarry, FollowsTheTruth) {
+  const ExactWindow exact = flight();
+  CarriedState from;
+  from.state = exact.truth[5];
+  const Carry end = carried(exact, from, 25, screened(exact.imu));
+  ASSERT_TRUE(end.ok) << end.error;
+  EXPECT_LT((end.state.state.p_w_b - exact.truth[25].p_w_b).norm(), 0.01);
+  EXPECT_LT((end.state.state.v_w_b - exact.truth[25].v_w_b).norm(), 0.01);
+  EXPECT_LT((end.state.state.R_w_b - exact.truth[25].R_w_b).norm(), 0.002);
+  from.state.t = -5.0;
+  EXPECT_FALSE(carried(exact, from, 25, screened(exact.imu)).ok);
+}
+
+// Drawn from what healthyCovariance() says, the error has the reported covariance.
+TEST(ImuCarry, CovarianceFits) {
+  const ExactWindow exact = flight();
+  const Screened data = screened(exact.imu);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  double position = 0.0, velocity = 0.0;
+  const int draws = 200;
+  for (int k = 0; k < draws; ++k) {
+    CarriedState from;
+    from.covariance = healthyCovariance();
+    from.state = exact.truth[5];
+    const auto draw = [&](int row) {
+      Eigen::Vector3d e;
+      for (int axis = 0; axis < 3; ++axis) {
+        e[axis] = normal(random) * std::sqrt(from.covariance(row + axis, row + axis));
+      }
+      return e;
+    };
+    const Eigen::Vector3d turn = draw(0);
+    from.state.R_w_b = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * from.state.R_w_b;
+    from.state.v_w_b += draw(3);
+    from.state.gyro_bias += draw(9);
+    from.state.accel_bias += draw(12);
+    const Carry end = carried(exact, from, 25, data);
+    ASSERT_TRUE(end.ok);
+    const Eigen::Vector3d dp = end.state.state.p_w_b - exact.truth[25].p_w_b;
+    const Eigen::Vector3d dv = end.state.state.v_w_b - exact.truth[25].v_w_b;
+    const Eigen::Matrix3d P = end.state.covariance.block<3, 3>(6, 6);
+    const Eigen::Matrix3d V = end.state.covariance.block<3, 3>(3, 3);
+    position += dp.dot(P.ldlt().solve(dp)) / (3 * draws);
+    velocity += dv.dot(V.ldlt().solve(dv)) / (3 * draws);
+  }
+  // 600 values: their mean has a standard deviation of 0.06.
+  EXPECT_NEAR(position, 1.0, 0.25);
+  EXPECT_NEAR(velocity, 1.0, 0.25);
+}
+
+TEST(ImuCarry, DamageWidens) {
+  const ExactWindow exact = flight();
+  CarriedState from;
+  from.covariance = healthyCovariance();
+  from.state = exact.truth[15];
+  const Carry whole = carried(exact, from, 30, screened(exact.imu));
+  const Carry glitch =
+      carried(exact, from, 30, screened(disturbed(exact.imu, 2.0, 2.025, {100, 0, 0})));
+  const Carry hole =
+      carried(exact, from, 30, screened(disturbed(exact.imu, 2.0, 2.3, {120, 0, 0})));
+  ASSERT_TRUE(whole.ok && glitch.ok && hole.ok);
+  EXPECT_LT(whole.state.velocitySigma(), 0.25);
+  EXPECT_GT(glitch.state.velocitySigma(), whole.state.velocitySigma());
+  EXPECT_LT(glitch.state.positionSigma(), 0.5);
+  EXPECT_GT(hole.state.velocitySigma(), 0.85);  // 3 m/s^2 over 0.3 s
+  EXPECT_GT(hole.state.positionSigma(), 0.63);  // that velocity for the 0.7 s after it
+  EXPECT_LT(hole.state.yawSigma(), 0.02);       // the gyroscope was right
+  std::vector<ImuSample> missing;
+  for (const ImuSample& sample : exact.imu) {
+    if (sample.t < 2.0 || sample.t >= 2.3) missing.push_back(sample);
+  }
+  const Carry nothing = carried(exact, from, 30, screened(missing));
+  ASSERT_TRUE(nothing.ok);
+  EXPECT_GT(nothing.state.yawSigma(), 0.25);
+  // 40 m/s^2 for 25 ms are not left out: they are noise of the data as measured.
+  const Carry shock =
+      carried(exact, from, 30, screened(disturbed(exact.imu, 2.0, 2.025, {40, 0, 0})));
+  EXPECT_GT(shock.state.velocitySigma(), whole.state.velocitySigma() + 0.01);
+}
+
+class Watch : public ::testing::Test {
+ protected:
+  WatchFinding find(const std::vector<NavState>& states) const {
+    std::vector<FrameObservation> frames = exact_.keyframes;
+    for (std::size_t k = 0; k < frames.size(); ++k) frames[k].t = exact_.truth[k].t;
+    return watchWindow(states, frames, data_.screen.samples(), data_.screen.damage(),
+                       exact_.calibration);
+  }
+  std::vector<NavState> window(int newest) const {
+    return {exact_.truth.begin() + newest - kHostFrames + 1, exact_.truth.begin() + newest + 1};
+  }
+  ExactWindow exact_ = flight(true);
+  Screened data_ = screened(exact_.imu);
+};
+
+TEST_F(Watch, RightStates) {
+  for (int newest = kHostFrames; newest < kFrames - 1; ++newest) {
+    const WatchFinding finding = find(window(newest));
+    EXPECT_TRUE(finding.sane) << finding.reason;
+    EXPECT_LT(finding.reprojection_px, 3.0);
+    EXPECT_LT(finding.velocity_mps, 0.1);
+    EXPECT_LT(finding.rotation_deg, 0.5);
+  }
+}
+
+TEST_F(Watch, Velocity) {
+  std::vector<NavState> states = window(30);
+  states.back().v_w_b.x() += 0.3;  // of a window that is being optimized
+  EXPECT_TRUE(find(states).sane);
+  states.back().v_w_b.x() += 1.7;
+  const WatchFinding finding = find(states);
+  EXPECT_FALSE(finding.sane);
+  EXPECT_NE(finding.reason.find("velocity changed by 2"), std::string::npos) << finding.reason;
+}
+
+TEST_F(Watch, Attitude) {
+  std::vector<NavState> states = window(30);
+  const auto turned = [&states](double deg) {
+    std::vector<NavState> result = states;
+    result.back().R_w_b =
+        Eigen::AngleAxisd(deg / 57.3, Eigen::Vector3d::UnitX()) * result.back().R_w_b;
+    return result;
+  };
+  EXPECT_TRUE(find(turned(1.0)).sane);
+  const WatchFinding finding = find(turned(15.0));
+  EXPECT_FALSE(finding.sane);
+  EXPECT_NE(finding.reason.find("attitude"), std::string::npos) << finding.reason;
+}
+
+TEST_F(Watch, Tracks) {
+  std::vector<NavState> states = window(30);
+  const auto moved = [&states](double metres) {
+    std::vector<NavState> result = states;
+    for (std::size_t i = result.size() - 2; i < result.size(); ++i) {
+      result[i].p_w_b += Eigen::Vector3d(metres, metres, 0);
+    }
+    return result;
+  };
+  EXPECT_TRUE(find(moved(0.01)).sane);
+  const WatchFinding finding = find(moved(1.0));
+  EXPECT_FALSE(finding.sane);
+  EXPECT_NE(finding.reason.find("tracks"), std::string::npos) << finding.reason;
+}
+
+TEST_F(Watch, BiasesAndNumbers) {
+  std::vector<NavState> states = window(30);
+  states.back().accel_bias = Eigen::Vector3d(2.1, 0, 0);
+  EXPECT_NE(find(states).reason.find("accelerometer bias"), std::string::npos);
+  states = window(30);
+  states.back().gyro_bias = Eigen::Vector3d(0, 0.6, 0);
+  EXPECT_NE(find(states).reason.find("gyroscope bias"), std::string::npos);
+  states.front().p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(find(states).reason.find("not finite"), std::string::npos);
+  EXPECT_TRUE(find({}).sane);
+}
+
+TEST(CompareStates, VelocityAndTilt) {
+  const NavState truth = flight().truth[20];
+  EXPECT_EQ(compareStates(truth, truth, 0.03), "");
+  NavState other = truth;
+  // Position and heading of the two frames are of no account.
+  const Eigen::Matrix3d yaw = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  other.p_w_b += Eigen::Vector3d(3, 4, 5);
+  other.R_w_b = yaw * other.R_w_b;
+  other.v_w_b = yaw * other.v_w_b;
+  EXPECT_EQ(compareStates(other, truth, 0.03), "");
+  other.v_w_b *= 3.0;
+  other.v_w_b += Eigen::Vector3d(1, 0, 0);
+  EXPECT_NE(compareStates(other, truth, 0.03).find("velocity"), std::string::npos);
+  other = truth;
+  other.R_w_b = Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()) * other.R_w_b;
+  other.v_w_b = other.R_w_b * (truth.R_w_b.transpose() * truth.v_w_b);
+  EXPECT_NE(compareStates(other, truth, 0.03).find("attitude"), std::string::npos);
+}
+
+class AdapterInFlight : public ::testing::Test {
+ protected:
+  void fly(std::vector<ImuSample> imu, int frames = kFrames) {
+    HostOptions options;
+    options.reinit = options.watchdog = true;
+    std::string error;
+    adapter_ = HostAdapter::create(makeInitializer(exact_.calibration, HostAdapter::hostDefaults()),
+                                   options, &error);
+    ASSERT_NE(adapter_, nullptr) << error;
+    std::size_t next = 0;
+    for (int k = 0; k < frames; ++k) {
+      while (next < imu.size() && (next == 0 || imu[next - 1].t < exact_.truth[k].t)) {
+        adapter_->addImu(imu[next].t, imu[next].accel, imu[next].gyro);
+        ++next;
+      }
+      adapter_->addFrame(exact_.keyframes[k]);
+    }
+  }
+  std::vector<HostState> window(int newest) const {
+    std::vector<HostState> result;
+    for (int k = newest - kHostFrames + 1; k <= newest; ++k) {
+      result.push_back(toHostState(exact_.truth[k], exact_.calibration.td));
+      result.back().stamp = exact_.keyframes[k].t;
+    }
+    return result;
+  }
+  HostHealth watch(const std::vector<HostState>& states) {
+    return adapter_->watch(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+  }
+  ExactWindow exact_ = flight();
+  std::unique_ptr<HostAdapter> adapter_;
+};
+
+TEST_F(AdapterInFlight, ARightHostIsSane) {
+  fly(exact_.imu);
+  const HostHealth health = watch(window(kFrames - 1));
+  EXPECT_TRUE(health.sane && !health.suspect) << health.reason;
+  EXPECT_EQ(health.reason, "");
+}
+
+// A wrong scale is consistent with the tracks, and a wrong velocity with a bias: only a window
+// solved anew tells. One answer is not enough.
+TEST_F(AdapterInFlight, AWrongScaleIsFound) {
+  fly(exact_.imu);
+  std::vector<HostState> states = window(kFrames - 1);
+  for (HostState& state : states) {
+    state.P *= 4.0;
+    state.V *= 4.0;
+  }
+  HostHealth health = watch(states);
+  EXPECT_TRUE(health.suspect);
+  health = watch(states);
+  EXPECT_FALSE(health.sane);
+  EXPECT_NE(health.reason, "");
+}
+
+TEST_F(AdapterInFlight, IntervalsAreCleanAndKnown) {
+  fly(disturbed(exact_.imu, exact_.truth[30].t + 0.02, exact_.truth[30].t + 0.045, {100, 0, 0}));
+  std::vector<double> stamps;
+  for (int k = 28; k < kFrames; ++k) stamps.push_back(exact_.keyframes[k].t);
+  const std::vector<HostImuInterval> intervals = adapter_->imuIntervals(stamps);
+  ASSERT_EQ(intervals.size(), stamps.size() - 1);
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    const HostImuInterval& interval = intervals[i];
+    EXPECT_EQ(interval.damaged, i == 2) << i;
+    double sum = 0.0;
+    for (const double dt : interval.dt) sum += dt;
+    EXPECT_NEAR(sum, stamps[i + 1] - stamps[i], 1e-9);
+    EXPECT_EQ(interval.dt.size(), interval.accel.size());
+    EXPECT_EQ(interval.dt.size(), interval.gyro.size());
+    for (const Eigen::Vector3d& accel : interval.accel) EXPECT_LT(accel.norm(), 60.0);
+    EXPECT_EQ(interval.sigma_v > 0.0, interval.damaged);
+  }
+  EXPECT_GT(adapter_->counts().imu_glitches, 0);
+  EXPECT_NEAR(adapter_->lastDamage(), stamps[2] + 0.045, 0.01);
+}
+
+TEST_F(AdapterInFlight, ACarriedStateSaysWhatItIsWorth) {
+  fly(exact_.imu);
+  HostState from = window(20).back();
+  const HostCarry near = adapter_->carry(from, exact_.keyframes[25].t);
+  const HostCarry far = adapter_->carry(from, exact_.keyframes[38].t);
+  ASSERT_TRUE(near.ok && far.ok) << near.message << far.message;
+  EXPECT_LT((far.state.P - exact_.truth[38].p_w_b).norm(), 0.02);
+  EXPECT_GT(far.position_sigma, near.position_sigma);
+  EXPECT_LT(far.position_sigma, 1.0);
+  EXPECT_NE(far.message.find("standard deviation"), std::string::npos);
+  from.stamp = -100.0;
+  EXPECT_FALSE(adapter_->carry(from, exact_.keyframes[25].t).ok);
+}
+
+}  // namespace
+}  // namespace slim_init::vins_adapter
