@@ -94,7 +94,7 @@ Rise steepestRise(const cv::Mat& grey, const Eigen::Vector2d& middle, const Eige
 
 // The arc in the image: pixels of samples at equal steps, with one more at each end.
 struct ArcPixels {
-  ArcPixels(const ArcFrame& arc_frame, const Camera& lens, int sample_count)
+  ArcPixels(const ArcFrame& arc_frame, const RowCamera& lens, int sample_count)
       : arc(arc_frame),
         camera(lens),
         samples(sample_count),
@@ -125,7 +125,7 @@ struct ArcPixels {
   }
 
   const ArcFrame& arc;
-  const Camera& camera;
+  const RowCamera& camera;
   const int samples;
   const double step;  // [x of the arc's frame]
   std::array<Eigen::Vector2d, kMaxSamples + 2> pixel;
@@ -243,7 +243,7 @@ StraightFit fitStraight(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y, double
 
 Eigen::Vector3d Edge::normal() const { return start.cross(end).normalized(); }
 
-bool fitEdge(const cv::Mat& grey, const Camera& camera, const Eigen::Vector3d& start,
+bool fitEdge(const cv::Mat& grey, const RowCamera& camera, const Eigen::Vector3d& start,
              const Eigen::Vector3d& end, double search_px, double noise, double min_support,
              double max_rms_px, Edge* edge) {
   const ArcFrame arc(start, end);

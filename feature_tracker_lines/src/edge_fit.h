@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-#include "slim_init/feature_tracker_lines/camera.h"
+#include "row_camera.h"
 
 namespace slim_init::feature_tracker_lines {
 
@@ -33,7 +33,7 @@ StraightFit fitStraight(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y, double
 
 /// An edge with the brighter side at n = start x end (right of start to end as seen).
 struct Edge {
-  Eigen::Vector3d start = Eigen::Vector3d::UnitZ();  ///< unit, in c, undistorted, on the fit
+  Eigen::Vector3d start = Eigen::Vector3d::UnitZ();  ///< unit, at the middle row, on the fit
   Eigen::Vector3d end = Eigen::Vector3d::UnitZ();
   Eigen::Vector2d start_pixel = Eigen::Vector2d::Zero();  ///< raw
   Eigen::Vector2d end_pixel = Eigen::Vector2d::Zero();
@@ -49,9 +49,10 @@ struct Edge {
 /// Fits an edge near the arc from `start` to `end`: samples along the arc, each moved across it by
 /// up to `search_px` to the steepest rise in brightness (parabola through the slope), and a robust
 /// line through their undistorted positions. The ends are cut back to the longest stretch with
-/// edge. `grey` CV_8UC1, `noise` its pixel noise [grey levels]. False where there is no such edge:
-/// fewer than five samples, less than `min_support` of them used, or an rms above `max_rms_px`.
-bool fitEdge(const cv::Mat& grey, const Camera& camera, const Eigen::Vector3d& start,
+/// edge. All rays are those of the middle row's exposure. `grey` CV_8UC1, `noise` its pixel noise
+/// [grey levels]. False where there is no such edge: fewer than five samples, less than
+/// `min_support` of them used, or an rms above `max_rms_px`.
+bool fitEdge(const cv::Mat& grey, const RowCamera& camera, const Eigen::Vector3d& start,
              const Eigen::Vector3d& end, double search_px, double noise, double min_support,
              double max_rms_px, Edge* edge);
 

@@ -90,11 +90,12 @@ void FeatureTracker::writeObservations(FrameObservation* frame) const {
     frame->points.push_back(point);
   }
   frame->lines.clear();
+  const RowCamera& lens = lines_.lens();
   for (const LineTrack& track : lines_.tracks()) {
     LineObservation line;
     line.id = track.id;
-    line.start_bearing = track.edge.start;
-    line.end_bearing = track.edge.end;
+    line.start_bearing = lens.atOwnRow(track.edge.start, track.edge.start_pixel);
+    line.end_bearing = lens.atOwnRow(track.edge.end, track.edge.end_pixel);
     line.start_pixel = track.edge.start_pixel;
     line.end_pixel = track.edge.end_pixel;
     line.length_px = track.edge.length_px;

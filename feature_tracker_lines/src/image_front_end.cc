@@ -13,6 +13,7 @@
 #include "imu/row_compensation.h"
 #include "rotation/multi_gap_bias.h"
 #include "rotation_prior.h"
+#include "slim_init/row_times.h"
 #include "stopwatch.h"
 
 namespace slim_init::feature_tracker_lines {
@@ -133,7 +134,6 @@ class ImageFrontEnd::Impl {
   RotationPrior predictRotation(double t, ImageReport* report) const;
   RotationPrior rotationPrior(double t_before, double t_now) const;
   void track(double t, const cv::Mat& image, FrameObservation* frame, ImageReport* report);
-  void setRowTimes(FrameObservation* frame) const;
   void doubtBias(const ImageReport& report);
   void forgetBias();
   void updateBias(const FrameObservation& frame);
@@ -270,7 +270,7 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   const RotationPrior prior = predictRotation(t, report);
   report->stages.push_back({"predict", watch.lap()});
   tracker_.track(t, toGrey(image), prior, frame, report);
-  setRowTimes(frame);
+  setRowTimes(camera_.height, calibration_.readout_s, frame);
   watch.lap();
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
     doubtBias(*report);
@@ -281,19 +281,6 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   if (bias_) {
     report->gyro_bias = bias_->value;
     report->gyro_bias_sigma = bias_->sigma;
-  }
-}
-
-// Tells every observation when its row was exposed.
-void ImageFrontEnd::Impl::setRowTimes(FrameObservation* frame) const {
-  if (!(calibration_.readout_s > 0.0)) return;
-  const auto timeOf = [this](const Eigen::Vector2d& pixel) {
-    return rowTime(pixel.y(), camera_.height, calibration_.readout_s);
-  };
-  for (PointObservation& point : frame->points) point.dt = timeOf(point.pixel);
-  for (LineObservation& line : frame->lines) {
-    line.start_dt = timeOf(line.start_pixel);
-    line.end_dt = timeOf(line.end_pixel);
   }
 }
 

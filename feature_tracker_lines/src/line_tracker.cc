@@ -172,6 +172,8 @@ struct LineTracker::Match {
 
 LineTracker::LineTracker(const CameraParameters& camera, const FrontEndOptions& options)
     : camera_(camera),
+      lens_before_(camera_),
+      lens_(camera_),
       options_(options),
       focal_px_(camera_.focalPx()),
       detector_(makeLineDetector(options.lines.min_length_px / kDetectionScale)) {}
@@ -198,8 +200,8 @@ std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
     detected_.push_back(s * static_cast<float>(scale));
     if (isDarkerRight(half_, a, b)) std::swap(a, b);
     Segment segment;
-    segment.start = camera_.bearing(Eigen::Vector2d(a.x, a.y) * scale);
-    segment.end = camera_.bearing(Eigen::Vector2d(b.x, b.y) * scale);
+    segment.start = lens_.bearing(Eigen::Vector2d(a.x, a.y) * scale);
+    segment.end = lens_.bearing(Eigen::Vector2d(b.x, b.y) * scale);
     if (!segment.start.allFinite() || !segment.end.allFinite()) continue;
     segment.length_px = length * scale;
     segments.push_back(segment);
@@ -229,9 +231,9 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
       const double x = here.x_start + share * (here.x_end - here.x_start);
       Eigen::Vector2d before, middle, beside;
       const Eigen::Vector3d expected = turnedOnto(normal, R, here.direction(x, 0.0));
-      if (!camera_.project(here.direction(x, 0.0), &before) ||
-          !camera_.project(expected, &middle) ||
-          !camera_.project(expected + kDerivativeStep * there.n, &beside)) {
+      if (!lens_before_.project(here.direction(x, 0.0), &before) ||
+          !lens_.project(expected, &middle) ||
+          !lens_.project(expected + kDerivativeStep * there.n, &beside)) {
         continue;
       }
       const Eigen::Vector2d across = (beside - middle).normalized();
@@ -288,7 +290,7 @@ LineTracker::Prediction LineTracker::fitSamples(const Samples& samples, std::siz
     const Eigen::Vector2d found(samples.now[j].x, samples.now[j].y);
     const double moved = across.dot(found - expected);
     if (!(std::abs(moved) <= kMaxCorrectionPx)) continue;
-    const Eigen::Vector3d f = camera_.bearing(expected + moved * across);
+    const Eigen::Vector3d f = lens_.bearing(expected + moved * across);
     if (!f.allFinite() || !(f.dot(arc.u) > kLeastForward)) continue;
     x[count] = arc.alongOf(f);
     y[count] = arc.acrossOf(f);
@@ -410,7 +412,7 @@ bool LineTracker::follow(const ImagePyramid& now, const RotationPrior& prior,
 
 bool LineTracker::refit(const ImagePyramid& now, const Eigen::Vector3d& start,
                         const Eigen::Vector3d& end, double search_px, Edge* edge) const {
-  return fitEdge(now.level(0), camera_, start, end, search_px, now.noise, kLeastSupport,
+  return fitEdge(now.level(0), lens_, start, end, search_px, now.noise, kLeastSupport,
                  options_.lines.max_refit_rms_px, edge);
 }
 
@@ -455,6 +457,8 @@ void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
                         const RotationPrior& prior, const PointTracker& points,
                         ImageReport* report) {
   report->lines_before = static_cast<int>(tracks_.size());
+  lens_before_ = lens_;
+  lens_ = RowCamera(camera_, prior.rows_now);
   std::vector<Segment> segments = detect(now);
   report->lines_detected = static_cast<int>(segments.size());
 

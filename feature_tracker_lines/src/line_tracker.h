@@ -14,6 +14,7 @@
 #include "line_detector.h"
 #include "point_tracker.h"
 #include "rotation_prior.h"
+#include "row_camera.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 #include "slim_init/feature_tracker_lines/options.h"
@@ -21,7 +22,7 @@
 
 namespace slim_init::feature_tracker_lines {
 
-/// A tracked line.
+/// A tracked line. Its rays are those of the middle row's exposure (RowCamera).
 struct LineTrack {
   FeatureId id = -1;
   int age = 1;     ///< images it was found in
@@ -47,6 +48,9 @@ class LineTracker {
 
   /// Current lines: those tracked before by age and length, then the new ones by length.
   const std::vector<LineTrack>& tracks() const { return tracks_; }
+
+  /// The camera of the last image.
+  const RowCamera& lens() const { return lens_; }
 
   /// Segments of the detector in the last image [px], for display.
   const std::vector<cv::Vec4f>& detected() const { return detected_; }
@@ -82,6 +86,7 @@ class LineTracker {
   void addNew(const ImagePyramid& now, const std::vector<Segment>& segments, ImageReport* report);
 
   Camera camera_;
+  RowCamera lens_before_, lens_;  // of the image before and of the last one
   FrontEndOptions options_;
   double focal_px_ = 0.0;
   std::unique_ptr<LineDetector> detector_;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "outliers.h"
+#include "row_camera.h"
 #include "vins_constants.h"
 
 namespace slim_init::feature_tracker_lines {
@@ -319,6 +320,7 @@ void PointTracker::trackDefault(const ImagePyramid& before, const ImagePyramid& 
 std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const ImagePyramid& now,
                                              const RotationPrior& prior) const {
   const std::size_t n = tracks_.size();
+  const RowCamera lens(camera_, prior.rows_now);
   // Where each point would be seen without translation, and with the residual flow of the previous
   // step.
   std::vector<cv::Point2f> from(n), rotated(n), predicted(n);
@@ -329,11 +331,7 @@ std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const I
     Eigen::Vector2d pixel;
     const Eigen::Vector3d turned =
         prior.R_now_before * atMiddleRow(prior.rows_before, track.bearing, track.pixel);
-    if (prior.measured && camera_.project(turned, &pixel)) {
-      // The row that it is seen in now is about that of the middle row's exposure.
-      camera_.project(prior.rows_now.atRow(turned, pixel.y(), camera_.parameters().height), &pixel);
-      rotated[i] = toPoint(pixel);
-    }
+    if (prior.measured && lens.project(turned, &pixel)) rotated[i] = toPoint(pixel);
     predicted[i] =
         rotated[i] + (track.has_flow ? track.residual_flow : nearbyFlow(tracks_, track.pixel));
   }
@@ -365,17 +363,19 @@ std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const I
 // camera turns or the scene comes closer.
 void PointTracker::anchorTracks(const ImagePyramid& now, const RotationPrior& prior,
                                 std::vector<PointTrack>* moved) {
+  const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
   for (PointTrack& track : *moved) {
     if (track.anchor == nullptr) continue;
     const Eigen::Vector2d pixel = toEigen(track.pixel);
     // The rotation deforms the patch by the Jacobian of its map of pixels.
-    const Eigen::Vector3d& f = track.bearing_before;
     Eigen::Vector2d middle, right, down;
     const Eigen::Vector2d before = toEigen(track.pixel_before);
     const Eigen::Matrix3d& R = prior.R_now_before;
-    if (camera_.project(R * f, &middle) &&
-        camera_.project(R * camera_.bearing(before + Eigen::Vector2d::UnitX()), &right) &&
-        camera_.project(R * camera_.bearing(before + Eigen::Vector2d::UnitY()), &down)) {
+    const Eigen::Vector3d f =
+        atMiddleRow(prior.rows_before, track.bearing_before, track.pixel_before);
+    if (lens.project(R * f, &middle) &&
+        lens.project(R * lens_before.bearing(before + Eigen::Vector2d::UnitX()), &right) &&
+        lens.project(R * lens_before.bearing(before + Eigen::Vector2d::UnitY()), &down)) {
       Eigen::Matrix2d jacobian;
       jacobian << right - middle, down - middle;
       track.anchor->deform(jacobian);

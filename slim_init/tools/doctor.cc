@@ -87,6 +87,12 @@ int examineRecording(const DoctorCommand& command) {
   }
   evaluation::DoctorOptions options;
   options.max_imu_gap_s = config.options.window.max_imu_gap_s;
+  options.time_offset_s.fail = config.options.gates.max_td_error_s;
+  options.extrinsic_deg.fail = config.options.gates.max_extrinsic_error_deg;
+  options.initializer = config.options;
+  data.extrinsic_in_one_matrix = config.host.extrinsic_in_one_matrix;
+  data.has_rotation = config.host.has_rotation;
+  data.has_translation = config.host.has_translation;
   const evaluation::DoctorReport report = evaluation::examine(data, options);
   if (json.is_open() && !(json << evaluation::doctorJson(report)).flush()) {
     return fail("--json: " + command.json + " cannot be written");

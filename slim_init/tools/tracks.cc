@@ -266,7 +266,8 @@ struct MeasuredTracks {
   std::vector<std::int64_t> stamps_ns;
 };
 
-/// Measures the tracks in all frames that the ground truth covers. Returns an empty string or a
+/// Measures the tracks in all frames that the ground truth covers, with every observation at the
+/// time of its row. Returns an empty string or a
 /// message.
 std::string measure(const TracksOptions& options, const Input& input,
                     const std::vector<FrameObservation>& frames,
@@ -276,12 +277,15 @@ std::string measure(const TracksOptions& options, const Input& input,
   if (trajectory == nullptr) return options.asl + ": ground truth: " + error;
   const Calibration& calibration = input.config.calibration;
   simulation::TrackTruth truth(*input.scene, input.config.camera, truth_options);
+  const double reach = 0.5 * calibration.readout_s;  // of the first and the last row
   for (const FrameObservation& frame : frames) {
-    const double t = frame.t + calibration.td;
-    if (!trajectory->covers(t)) continue;
-    const simulation::Kinematics body = trajectory->at(t);
-    truth.addFrame(frame,
-                   {body.R_w_b * calibration.R_b_c, body.p_w_b + body.R_w_b * calibration.t_b_c});
+    const double t = calibration.imuTime(frame.t);
+    if (!trajectory->covers(t - reach) || !trajectory->covers(t + reach)) continue;
+    truth.addFrame(frame, [&](double dt) {
+      const simulation::Kinematics body = trajectory->at(t + dt);
+      return simulation::CameraPose{body.R_w_b * calibration.R_b_c,
+                                    body.p_w_b + body.R_w_b * calibration.t_b_c};
+    });
     measured->stamps_ns.push_back(input.images->t0Ns() +
                                   static_cast<std::int64_t>(std::llround(1e9 * frame.t)));
   }

@@ -14,7 +14,8 @@ namespace slim_init::evaluation {
 namespace {
 
 int trialsAccountedFor(const ProtocolCounts& c) {
-  return c.windows + c.without_truth + c.ended + c.interrupted + c.repeated + c.invalid;
+  return c.windows + c.without_truth + c.not_evaluable + c.ended + c.interrupted + c.repeated +
+         c.invalid;
 }
 
 TEST(Protocol, StartsATrialEveryStrideAndCountsTheEnd) {

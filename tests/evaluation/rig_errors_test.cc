@@ -318,6 +318,44 @@ class CalibratingSolver : public WindowSolver {
   bool estimates_;
 };
 
+// A found td takes the first state of the first window to before the truth: that window cannot be
+// judged, for no method. A state far from its window is no correction of td but a wrong answer.
+TEST(RigProtocol, AnAnswerWhereThereIsNoTruthIsNotJudged) {
+  const Sequence sequence = makeCircleSequence(6.0);
+  const auto moved = [](double shift) {
+    return FakeSolver("moved", [shift](const InitWindow& window) {
+      std::vector<NavState> states;
+      for (const double t : window.times()) states.push_back(Circle().state(t + shift));
+      return perfectResult(states, Circle().g);
+    });
+  };
+  const FakeSolver early = moved(-0.02), late = moved(0.02), far = moved(-0.2),
+                   right = makePerfectSolver("right");
+  const auto run = [&sequence](const std::vector<const WindowSolver*>& solvers) {
+    ProtocolResult result;
+    EXPECT_EQ(runProtocol(sequence, solvers, ProtocolOptions(), nullptr, &result), "");
+    return result;
+  };
+  const ProtocolResult plain = run({&right});
+  EXPECT_EQ(plain.counts.not_evaluable, 0);
+  ASSERT_EQ(plain.windows.front().trial, 0);
+
+  const ProtocolResult without_first = run({&right, &early});
+  EXPECT_EQ(without_first.counts.not_evaluable, 1);
+  EXPECT_EQ(without_first.counts.windows, plain.counts.windows - 1);
+  EXPECT_EQ(without_first.counts.trials, plain.counts.trials);
+  ASSERT_EQ(without_first.windows.size(), plain.windows.size() - 1);
+  EXPECT_EQ(without_first.windows.front().trial, 1);
+  for (const WindowRecord& window : without_first.windows) {
+    for (const MethodRecord& record : window.methods) EXPECT_TRUE(record.metrics.success());
+  }
+
+  EXPECT_EQ(run({&late}).counts.not_evaluable, 0);
+  const ProtocolResult wrong = run({&far});
+  EXPECT_EQ(wrong.counts.not_evaluable, 0);
+  EXPECT_FALSE(wrong.windows.front().methods.front().metrics.computed());
+}
+
 // An answer is right when it is right at its own times, whatever the window believed.
 TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
   Sequence sequence = makeCircleSequence(6.0);
@@ -345,6 +383,9 @@ TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
     EXPECT_NEAR(record.calibration.td_s, 0.002, 1e-12);
     EXPECT_NEAR(record.calibration.tdOverSigma(), 2.0, 1e-9);
     EXPECT_NEAR(record.calibration.rotation_deg, 0.01 * kRadToDeg, 1e-9);
+    EXPECT_LT(
+        (record.calibration.rotation_c_deg - 0.01 * kRadToDeg * Eigen::Vector3d::UnitY()).norm(),
+        1e-9);
     EXPECT_NEAR(record.calibration.rotation_over_sigma, 1.0 / std::sqrt(3.0), 1e-9);
     EXPECT_TRUE(std::isnan(record.calibration.readout_s));        // a global shutter
     EXPECT_TRUE(std::isnan(record.calibration.readout_sigma_s));  // held as exact

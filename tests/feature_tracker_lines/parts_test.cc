@@ -18,6 +18,7 @@
 #include "patch_anchor.h"
 #include "room_walk.h"
 #include "rotation_prior.h"
+#include "row_camera.h"
 
 namespace slim_init::feature_tracker_lines {
 namespace {
@@ -56,6 +57,32 @@ TEST(RowExposure, TurnsARayToTheMiddleRow) {
   rows.readout_s = 0.0;
   EXPECT_EQ(rows.atMiddleRow(far, 0.0, 480), far);
   EXPECT_EQ(rows.atRow(far, 0.0, 480), far);
+}
+
+TEST(RowCameraTest, ProjectsIntoTheRowThatIsExposedThen) {
+  const Camera lens(smallCamera());
+  const int height = lens.parameters().height;
+  RowExposure rows;
+  rows.readout_s = 0.03;
+  rows.rate_c = Eigen::Vector3d(1.5, -1.0, 2.0);
+  const RowCamera camera(lens, rows);
+  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(60.0, 20.0), Eigen::Vector2d(180.0, 119.0),
+                                       Eigen::Vector2d(300.0, 215.0)}) {
+    const Eigen::Vector3d middle = camera.bearing(pixel);
+    EXPECT_EQ(middle, rows.atMiddleRow(lens.bearing(pixel), pixel.y(), height));
+    Eigen::Vector2d back;
+    ASSERT_TRUE(camera.project(middle, &back));
+    EXPECT_LT((back - pixel).norm(), 0.01);
+    EXPECT_LT((camera.atOwnRow(middle, pixel) - lens.bearing(pixel)).norm(), 1e-12);
+    // All rows at once: the lens itself.
+    Eigen::Vector2d plain, expected;
+    ASSERT_TRUE(RowCamera(lens).project(middle, &plain) && lens.project(middle, &expected));
+    EXPECT_EQ(plain, expected);
+    EXPECT_EQ(RowCamera(lens).bearing(pixel), lens.bearing(pixel));
+  }
+  Eigen::Vector2d pixel(1.0, 2.0);
+  EXPECT_FALSE(camera.project(-Eigen::Vector3d::UnitZ(), &pixel));
+  EXPECT_EQ(pixel, Eigen::Vector2d(1.0, 2.0));
 }
 
 // ----------------------------------------------------------------------------------------- noise
@@ -353,8 +380,9 @@ TEST(Fundamental, RaysFarOffTheAxisAreNotJudged) {
 // --------------------------------------------------------------------------------------- edge fit
 
 // One straight 3D edge: a plane through the camera centre parts bright from dark.
-cv::Mat edgeImage(const Camera& camera, const Eigen::Vector3d& normal, double dark, double bright) {
-  cv::Mat image(camera.parameters().height, camera.parameters().width, CV_8UC1);
+cv::Mat edgeImage(const RowCamera& camera, const CameraParameters& size,
+                  const Eigen::Vector3d& normal, double dark, double bright) {
+  cv::Mat image(size.height, size.width, CV_8UC1);
   constexpr int kRays = 4;
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
@@ -375,7 +403,7 @@ TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
   const Camera camera(smallCamera());
   // Far from the centre, where the lens bends it by several pixels.
   const Eigen::Vector3d normal = Eigen::Vector3d(0.08, 1.0, 0.32).normalized();
-  const cv::Mat image = edgeImage(camera, normal, 60.0, 170.0);
+  const cv::Mat image = edgeImage(RowCamera(camera), camera.parameters(), normal, 60.0, 170.0);
   const auto onPlane = [&normal](double x) {
     return Eigen::Vector3d(x, -(0.08 * x + 0.32), 1.0).normalized();
   };
@@ -389,7 +417,7 @@ TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
   const Eigen::Vector3d end = s.cross(e).dot(normal) > 0.0 ? e : s;
   const double off = 2.0 / camera.focalPx();
   Edge edge;
-  ASSERT_TRUE(fitEdge(image, camera, (start + off * normal).normalized(),
+  ASSERT_TRUE(fitEdge(image, RowCamera(camera), (start + off * normal).normalized(),
                       (end + 0.5 * off * normal).normalized(), 3.0, 0.5, 0.6, 0.5, &edge));
   EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * camera.focalPx(), 0.05);
   EXPECT_GT(edge.support, 0.95);
@@ -400,13 +428,39 @@ TEST(EdgeFitTest, StraightInSpaceThoughCurvedInTheImage) {
   EXPECT_NEAR(edge.length_px, (a - b).norm(), 5.0);
 
   // The other sense of brightness is another edge.
-  EXPECT_FALSE(fitEdge(image, camera, end, start, 3.0, 0.5, 0.6, 0.5, &edge));
+  EXPECT_FALSE(fitEdge(image, RowCamera(camera), end, start, 3.0, 0.5, 0.6, 0.5, &edge));
+}
+
+TEST(EdgeFitTest, StraightInSpaceThoughBentByTheReadout) {
+  const Camera lens(smallCamera());
+  RowExposure rows;
+  rows.readout_s = 0.03;
+  rows.rate_c = Eigen::Vector3d(0.0, 3.0, 1.0);
+  const RowCamera camera(lens, rows);
+  // An upright edge: every row of it is seen at another time.
+  const Eigen::Vector3d normal = Eigen::Vector3d(1.0, 0.1, -0.1).normalized();
+  const cv::Mat image = edgeImage(camera, lens.parameters(), normal, 60.0, 170.0);
+  const auto onPlane = [&normal](double y) {
+    return Eigen::Vector3d((0.1 - 0.1 * y) / 1.0, y, 1.0).normalized();
+  };
+  const Eigen::Vector3d s = onPlane(-0.4), e = onPlane(0.4);
+  ASSERT_LT(std::abs(s.dot(normal)) + std::abs(e.dot(normal)), 1e-12);
+  const Eigen::Vector3d start = s.cross(e).dot(normal) > 0.0 ? s : e;
+  const Eigen::Vector3d end = s.cross(e).dot(normal) > 0.0 ? e : s;
+  Edge edge, bent;
+  ASSERT_TRUE(fitEdge(image, camera, start, end, 3.0, 0.5, 0.6, 0.5, &edge));
+  EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * lens.focalPx(), 0.05);
+  EXPECT_LT(edge.rms_px, 0.1);
+  // Taken for a global shutter, the same edge is elsewhere and no straight line.
+  const bool found = fitEdge(image, RowCamera(lens), rows.atRow(start, edge.start_pixel.y(), 240),
+                             rows.atRow(end, edge.end_pixel.y(), 240), 6.0, 0.5, 0.6, 1.5, &bent);
+  EXPECT_TRUE(!found || bent.rms_px > 2.0 * edge.rms_px);
 }
 
 TEST(EdgeFitTest, NoiseCostsLittleAndABlankImageHasNone) {
   const Camera camera(smallCamera());
   const Eigen::Vector3d normal = Eigen::Vector3d(1.0, 0.3, -0.1).normalized();
-  cv::Mat image = edgeImage(camera, normal, 90.0, 130.0);
+  cv::Mat image = edgeImage(RowCamera(camera), camera.parameters(), normal, 90.0, 130.0);
   addNoise(3.0, 5, &image);
   const Eigen::Vector3d along = normal.cross(Eigen::Vector3d::UnitZ()).normalized();
   const Eigen::Vector3d middle = along.cross(normal);
@@ -414,13 +468,13 @@ TEST(EdgeFitTest, NoiseCostsLittleAndABlankImageHasNone) {
   const Eigen::Vector3d e = (middle + 0.3 * along).normalized();
   const bool in_order = s.cross(e).dot(normal) > 0.0;
   Edge edge;
-  ASSERT_TRUE(
-      fitEdge(image, camera, in_order ? s : e, in_order ? e : s, 3.0, 3.0, 0.6, 0.5, &edge));
+  ASSERT_TRUE(fitEdge(image, RowCamera(camera), in_order ? s : e, in_order ? e : s, 3.0, 3.0, 0.6,
+                      0.5, &edge));
   EXPECT_LT(std::acos(std::min(1.0, edge.normal().dot(normal))) * camera.focalPx(), 0.15);
   cv::Mat blank(image.size(), CV_8UC1, cv::Scalar(100));
   addNoise(3.0, 6, &blank);
-  EXPECT_FALSE(fitEdge(blank, camera, s, e, 3.0, 3.0, 0.6, 0.5, &edge));
-  EXPECT_FALSE(fitEdge(image, camera, s, s, 3.0, 3.0, 0.6, 0.5, &edge));
+  EXPECT_FALSE(fitEdge(blank, RowCamera(camera), s, e, 3.0, 3.0, 0.6, 0.5, &edge));
+  EXPECT_FALSE(fitEdge(image, RowCamera(camera), s, s, 3.0, 3.0, 0.6, 0.5, &edge));
 }
 
 TEST(LineDetectorTest, SeesALineAndNothingInBlackness) {

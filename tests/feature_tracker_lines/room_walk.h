@@ -117,6 +117,10 @@ class RoomWalk {
   Eigen::Vector3d ray(int k, const Eigen::Vector3d& place, double dt = 0.0) const {
     return motion_.R_w_c(time(k) + dt).transpose() * (place - motion_.p_w_c(time(k) + dt));
   }
+  /// A ray seen in such a row, in the orientation of the camera at the stamp.
+  Eigen::Vector3d atStamp(int k, const Eigen::Vector3d& bearing, double dt) const {
+    return motion_.R_w_c(time(k)).transpose() * (motion_.R_w_c(time(k) + dt) * bearing);
+  }
   Eigen::Matrix3d R_w_c(int k) const { return motion_.R_w_c(time(k)); }
   const Camera& camera() const { return camera_; }
 
@@ -154,8 +158,7 @@ struct TrackErrors {
       point_px.push_back((pixel - point.pixel).norm());
     }
     for (const LineObservation& line : frame.lines) {
-      const auto first = lines_.try_emplace(
-          line.id, Ends{walk.place(k, line.start_bearing), walk.place(k, line.end_bearing)});
+      const auto first = lines_.try_emplace(line.id, endsOf(walk, k, line));
       if (first.second) continue;
       double angle = 0.0, offset = 0.0;
       compare(walk, k, first.first->second, line, &angle, &offset);
@@ -173,7 +176,7 @@ struct TrackErrors {
     }
     keyframe_.clear();
     for (const LineObservation& line : frame.lines) {
-      keyframe_[line.id] = {walk.place(k, line.start_bearing), walk.place(k, line.end_bearing)};
+      keyframe_[line.id] = endsOf(walk, k, line);
     }
   }
 
@@ -181,12 +184,20 @@ struct TrackErrors {
   struct Ends {
     Eigen::Vector3d start, end;
   };
+  static Ends endsOf(const RoomWalk& walk, int k, const LineObservation& line) {
+    return {walk.place(k, line.start_bearing, line.start_dt),
+            walk.place(k, line.end_bearing, line.end_dt)};
+  }
+  // In the orientation of the middle row; with rows of their own the ends see the true line from
+  // two places, a centimetre apart, which is left out.
   static void compare(const RoomWalk& walk, int k, const Ends& truth, const LineObservation& line,
                       double* angle_deg, double* offset_px) {
     const Eigen::Vector3d expected =
         walk.ray(k, truth.start).cross(walk.ray(k, truth.end)).normalized();
-    const Eigen::Vector3d seen = line.start_bearing.cross(line.end_bearing).normalized();
-    const Eigen::Vector3d middle = (line.start_bearing + line.end_bearing).normalized();
+    const Eigen::Vector3d start = walk.atStamp(k, line.start_bearing, line.start_dt);
+    const Eigen::Vector3d end = walk.atStamp(k, line.end_bearing, line.end_dt);
+    const Eigen::Vector3d seen = start.cross(end).normalized();
+    const Eigen::Vector3d middle = (start + end).normalized();
     const Eigen::Vector3d a = expected.cross(middle).normalized(),
                           b = seen.cross(middle).normalized();
     *angle_deg = std::asin(std::min(1.0, a.cross(b).norm())) * 180.0 / M_PI;

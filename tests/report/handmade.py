@@ -60,7 +60,7 @@ def write_run(folder, rows, **info):
         "options": {"recorded": "DIR", "world": "room", "points": 100, "lines": 25, "seed": 7,
                     "pixel_noise": 0.6, "odd": "a|b"},
         "trials": {"frames": 100, "trials": windows + 5, "windows": windows, "without_truth": 0,
-                   "ended": 5, "interrupted": 0, "repeated": 0, "invalid": 0},
+                   "not_evaluable": 0, "ended": 5, "interrupted": 0, "repeated": 0, "invalid": 0},
         "dropped": {"imu_not_finite": 0, "imu_out_of_order": 3, "imu_glitches": 4, "frames_not_finite": 0,
                     "frames_out_of_order": 0, "observations_not_finite": 0,
                     "observations_duplicate_id": 0, "lines_degenerate": 0},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -16,6 +17,7 @@ using feature_tracker_lines::Camera;
 using feature_tracker_lines::CameraParameters;
 
 constexpr double kDegree = 3.141592653589793 / 180.0;
+constexpr double kInterval = 0.05;  // [s] of the images
 
 CameraParameters eurocCamera() {
   CameraParameters camera;
@@ -39,7 +41,7 @@ Scene wallAndBox() {
 }
 
 // The camera slides sideways, looking along x.
-CameraPose poseAt(int frame) {
+CameraPose poseAt(double frame) {
   CameraPose pose;
   pose.R_w_c << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   pose.R_w_c = pose.R_w_c * Eigen::AngleAxisd(0.005 * frame, Vector3d::UnitY()).toRotationMatrix();
@@ -70,14 +72,15 @@ LineObservation seeLine(FeatureId id, const Vector3d& start_w, const Vector3d& e
 TrackQuality evaluate(const Scene& scene, const std::vector<FrameObservation>& frames) {
   TrackTruth truth(scene, eurocCamera(), TrackTruthOptions());
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    truth.addFrame(frames[i], poseAt(static_cast<int>(i)));
+    // The same path between the images: a frame follows the one before after kInterval.
+    truth.addFrame(frames[i], [i](double dt) { return poseAt(i + dt / kInterval); });
   }
   return truth.evaluate();
 }
 
 std::vector<FrameObservation> frames(int count) {
   std::vector<FrameObservation> list(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) list[static_cast<std::size_t>(i)].t = 0.05 * i;
+  for (int i = 0; i < count; ++i) list[static_cast<std::size_t>(i)].t = kInterval * i;
   return list;
 }
 
@@ -198,6 +201,41 @@ TEST(TrackTruth, OpenViewHasNoTruth) {
   EXPECT_EQ(quality.point_tracks, 1);
   EXPECT_EQ(quality.point_tracks_without_truth, 1);
   EXPECT_TRUE(quality.points.empty());
+}
+
+// A camera that moves while its rows are exposed: seen at their own time the features have no
+// error, taken at the stamp they have that of the motion in between.
+TEST(TrackTruth, ObservationsAreTakenAtTheirOwnTime) {
+  for (const bool told : {true, false}) {
+    std::vector<FrameObservation> list = frames(6);
+    for (int i = 0; i < 6; ++i) {
+      FrameObservation& frame = list[static_cast<std::size_t>(i)];
+      const double dt = 0.4 * kInterval * (i % 2 == 0 ? -1 : 1);
+      frame.points.push_back(seePoint(1, {5.0, 1.5, 0.6}, poseAt(i + dt / kInterval)));
+      // The start on one row, the end on another.
+      const Vector3d start(5.0, 1.0, -0.5), end(5.0, 2.0, 0.7);
+      LineObservation line = seeLine(2, start, end, poseAt(i + dt / kInterval));
+      line.end_bearing = seeLine(2, start, end, poseAt(i - dt / kInterval)).end_bearing;
+      if (told) {
+        frame.points.back().dt = line.start_dt = dt;
+        line.end_dt = -dt;
+      }
+      frame.lines.push_back(line);
+    }
+    const TrackQuality quality = evaluate(wallAndBox(), list);
+    ASSERT_EQ(quality.points.size(), 5u);
+    ASSERT_EQ(quality.lines.size(), 5u);
+    double point_px = 0.0, line_px = 0.0;
+    for (const PointError& e : quality.points) point_px = std::max(point_px, e.error_px);
+    for (const LineError& e : quality.lines) line_px = std::max(line_px, e.end_px);
+    if (told) {
+      EXPECT_LT(point_px, 1e-6);
+      EXPECT_LT(line_px, 1e-6);
+    } else {
+      EXPECT_GT(point_px, 0.3);
+      EXPECT_GT(line_px, 0.1);
+    }
+  }
 }
 
 TEST(TrackTruthOptions, BadValuesAreNamed) {

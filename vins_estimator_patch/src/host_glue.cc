@@ -13,7 +13,7 @@
 #include <sstream>
 #include <utility>
 
-#include "calibration_lines.h"
+#include "slim_init/calibration_lines.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "window_answers.h"
+
 namespace slim_init::evaluation {
 
 const char* toString(Severity severity) {
@@ -69,14 +71,17 @@ DoctorReport examine(const DoctorData& data, const DoctorOptions& options) {
   DoctorReport report;
   report.name = data.name;
   report.alignment = alignRotations(data.frames, data.imu, data.calibration, options.alignment);
+  report.answers = solveWindows(data, report.alignment, options);
   Findings* findings = &report.findings;
   checkImuStream(data, options, findings);
   checkImageStream(data, options, findings);
   checkImages(data, options, findings);
   checkTracks(data, options, findings);
   checkImuValues(data, report.alignment, options, findings);
-  checkRotation(data, report.alignment, options, findings);
+  checkImuNoise(data, report.answers, options, findings);
+  report.lines = checkRotation(data, report.alignment, report.answers, options, findings);
   checkExcitation(data, report.alignment, options, findings);
+  checkAnswers(report.answers, options, findings);
   return report;
 }
 

@@ -25,8 +25,16 @@ void checkImuValues(const DoctorData& data, const RotationAlignment& alignment,
 void checkImages(const DoctorData& data, const DoctorOptions& options, Findings* findings);
 /// Points, their survival, lines.
 void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings* findings);
-/// Agreement of both rotations, unit and axes of the gyro, time offset, extrinsic rotation.
-void checkRotation(const DoctorData& data, const RotationAlignment& alignment,
+/// Agreement of both rotations, unit and axes of the gyro, time offset, extrinsic. The calibration
+/// is that of `answers`; where they have none, what the rotations alone measure. Returns the lines
+/// for the host's file of those parts that are off.
+std::string checkRotation(const DoctorData& data, const RotationAlignment& alignment,
+                          const WindowAnswers& answers, const DoctorOptions& options,
+                          Findings* findings);
+/// Verdicts of `slim`.
+void checkAnswers(const WindowAnswers& answers, const DoctorOptions& options, Findings* findings);
+/// Noise of the IMU against the data sheet's.
+void checkImuNoise(const DoctorData& data, const WindowAnswers& answers,
                    const DoctorOptions& options, Findings* findings);
 /// Whether there is enough motion to initialize.
 void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,

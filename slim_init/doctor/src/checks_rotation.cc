@@ -3,10 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "checks.h"
 #include "reference_so3.h"
+#include "slim_init/calibration_lines.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -24,6 +24,7 @@ void noneChecked(Findings* findings) {
   notChecked("gyro_scale", "", "Scale of the gyro");
   notChecked("time_offset", "ms", "Time offset");
   notChecked("extrinsic_rotation", "deg", "Extrinsic rotation");
+  notChecked("extrinsic_translation", "mm", "Extrinsic translation");
 }
 
 /// "z" or "-0.71, 0.00, 0.71"
@@ -36,14 +37,29 @@ std::string axisText(const Eigen::Vector3d& axis) {
          ")";
 }
 
-std::string matrixText(const Eigen::Matrix3d& R) {
-  std::string text = "[";
-  for (int k = 0; k < 9; ++k) {
-    char entry[32];
-    std::snprintf(entry, sizeof(entry), "%s%.5f", k > 0 ? ", " : "", R(k / 3, k % 3));
-    text += entry;
+/// The calibration as measured, floors included.
+struct MeasuredCalibration {
+  Eigen::Matrix3d R_b_c;
+  Eigen::Matrix3d R_covariance;  ///< of R_b_c Exp(.) [rad^2]
+  double td = 0.0, td_sigma = 0.0;
+  OptionalCalibration all;  ///< of `slim`, where it has measured it
+};
+
+MeasuredCalibration measuredBy(const RotationAlignment& a, const WindowAnswers& answers,
+                               const DoctorOptions& options) {
+  MeasuredCalibration m = {a.R_b_c, a.R_covariance, a.td, a.td_sigma, answers.calibration};
+  const double floor = options.extrinsic_floor_deg / kDegPerRad;
+  if (m.all) {
+    m.R_b_c = m.all->R_b_c;
+    m.R_covariance = m.all->covariance.topLeftCorner<3, 3>();
+    m.td = m.all->td;
+    m.td_sigma = m.all->tdSigma();
+    m.all->covariance.diagonal().segment<3>(3).array() +=
+        options.translation_floor_m * options.translation_floor_m;
   }
-  return text + "]";
+  m.R_covariance.diagonal().array() += floor * floor;
+  if (m.all) m.all->covariance.topLeftCorner<3, 3>() = m.R_covariance;
+  return m;
 }
 
 void checkScale(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {
@@ -74,7 +90,14 @@ void checkScale(const RotationAlignment& a, const DoctorOptions& options, Findin
   }
 }
 
-void checkTimeOffset(const DoctorData& data, const RotationAlignment& a,
+/// What `slim` makes of a calibration that is off.
+const char* consequence(Severity severity) {
+  return severity == Severity::kError ? ", beyond what slim estimates"
+                                      : "; slim estimates it, and a right value is worth more";
+}
+
+/// True where the file has to be changed.
+bool checkTimeOffset(const DoctorData& data, const MeasuredCalibration& a,
                      const DoctorOptions& options, Findings* findings) {
   const double difference = a.td - data.calibration.td;
   const bool known = std::abs(difference) > options.significance * a.td_sigma;
@@ -88,14 +111,18 @@ void checkTimeOffset(const DoctorData& data, const RotationAlignment& a,
               number(1e3 * a.td_sigma, 2) + "), the configured one " +
               number(1e3 * data.calibration.td) + " ms";
   if (f.severity != Severity::kOk) {
+    f.message += consequence(f.severity);
     f.advice = "Set td: " + number(a.td) +
                " (t_imu = t_image + td), or correct the stamps in the "
                "driver of camera or IMU.";
-  } else if (a.td_sigma > 0.5 * options.time_offset_s.warn) {
+    return true;
+  }
+  if (a.td_sigma > 0.5 * options.time_offset_s.warn) {
     f.severity = Severity::kNotChecked;
     f.message += ": too uncertain to check";
     f.advice = "Record 20 s in which the rig is turned back and forth quickly by hand.";
   }
+  return false;
 }
 
 /// The measured rotation against the configured one, in the camera's frame.
@@ -108,10 +135,9 @@ struct ExtrinsicDifference {
 };
 
 ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
-                                        const RotationAlignment& a, double floor) {
+                                        const MeasuredCalibration& a) {
   constexpr double kOpen = 0.1;  // [rad]; what the motion determines is known far better
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
-      a.R_covariance + floor * floor * Eigen::Matrix3d::Identity());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(a.R_covariance);
   ExtrinsicDifference d;
   d.R_b_c = a.R_b_c;
   d.sigma = std::sqrt(axes.eigenvalues()(2));
@@ -137,11 +163,20 @@ ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
   return d;
 }
 
-void checkExtrinsic(const DoctorData& data, const RotationAlignment& a,
+/// True where the file has to be changed.
+bool checkExtrinsic(const DoctorData& data, const MeasuredCalibration& a,
                     const DoctorOptions& options, Findings* findings) {
-  const ExtrinsicDifference d =
-      extrinsicDifference(data.calibration.R_b_c, a, options.extrinsic_floor_deg / kDegPerRad);
+  const ExtrinsicDifference d = extrinsicDifference(data.calibration.R_b_c, a);
   const double angle = kDegPerRad * d.difference.norm();
+  if (data.calibration.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
+    const bool found = d.open == 0;
+    Finding& f = add(findings, "extrinsic_rotation",
+                     found ? Severity::kNote : Severity::kNotChecked, kNotComputed, "deg");
+    f.message = "The camera-to-IMU rotation is not configured; the recording determines it to " +
+                number(kDegPerRad * d.sigma, 2) + " deg";
+    if (!found) f.advice = kHowToTurn;
+    return found;
+  }
   const bool known = d.open < 2 && d.sigmas > options.significance;
   Finding& f =
       add(findings, "extrinsic_rotation",
@@ -158,15 +193,65 @@ void checkExtrinsic(const DoctorData& data, const RotationAlignment& a,
       f.message += ": too uncertain to check to " + number(options.extrinsic_deg.warn) + " deg";
       f.advice = kHowToTurn;
     }
-    return;
+    return false;
   }
   f.message += ", about the camera's " + axisText(d.difference.normalized());
-  f.advice = "extrinsicRotation is camera to IMU (p_imu = R p_cam). Measured here: " +
-             matrixText(d.R_b_c) + ". ";
+  f.message += consequence(f.severity);
+  f.advice = "extrinsicRotation is camera to IMU (p_imu = R p_cam); the measured one is below. ";
   f.advice += f.severity == Severity::kError
                   ? "Look for the transposed matrix or other axes of IMU or camera."
                   : "A calibration of the other camera of a stereo pair looks like this; check "
                     "that intrinsics and extrinsic are those of this camera.";
+  return true;
+}
+
+/// True where the file has to be changed. Only `slim` measures it.
+bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
+                      const DoctorOptions& options, Findings* findings) {
+  constexpr double kMmPerM = 1e3;
+  Finding& f = add(findings, "extrinsic_translation", Severity::kNotChecked, kNotComputed, "mm");
+  f.max = kMmPerM * options.max_translation_m;
+  if (!a.all) {
+    f.message = "Extrinsic translation not checked: too few windows that slim can use";
+    f.advice = kHowToTurn;
+    return false;
+  }
+  const double off = (a.all->t_b_c - data.calibration.t_b_c).norm();
+  const double sigma = std::sqrt(a.all->covariance.diagonal().segment<3>(3).maxCoeff());
+  const bool is_off = off > options.max_translation_m && off > options.significance * sigma;
+  f.value = kMmPerM * off;
+  f.message = "The camera-to-IMU translation differs by " + number(kMmPerM * off) + " mm (+- " +
+              number(kMmPerM * sigma, 2) + ") from the configured one";
+  if (is_off) {
+    f.severity = Severity::kWarning;
+    f.message += consequence(f.severity);
+    f.advice = "Measure the camera's centre in the frame of the IMU; the measured one is below.";
+  } else if (sigma < 0.5 * options.max_translation_m) {
+    f.severity = Severity::kOk;
+  } else {
+    f.message += ": too uncertain to check";
+    f.advice = kHowToTurn;
+  }
+  return is_off;
+}
+
+/// Lines for the parts that are off; the others stay as the file has them.
+std::string linesFor(const DoctorData& data, const MeasuredCalibration& a, bool td, bool rotation,
+                     bool translation) {
+  FileCalibration file;
+  file.calibration = data.calibration;
+  file.extrinsic_in_one_matrix = data.extrinsic_in_one_matrix;
+  file.has_rotation = data.has_rotation || !rotation;
+  file.has_translation = data.has_translation || !translation;
+  CalibrationEstimate found;
+  if (a.all) found = *a.all;
+  found.covariance.topLeftCorner<3, 3>() = a.R_covariance;
+  found.covariance(6, 6) = a.td_sigma * a.td_sigma;
+  found.R_b_c = rotation ? a.R_b_c : data.calibration.R_b_c;
+  found.td = td ? a.td : data.calibration.td;
+  if (!translation) found.t_b_c = data.calibration.t_b_c;
+  found.readout_s = data.calibration.readout_s;
+  return calibrationLines(file, found);
 }
 
 void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {
@@ -231,18 +316,22 @@ bool rotationsAgree(const RotationAlignment& a, const DoctorOptions& options, Fi
 
 }  // namespace
 
-void checkRotation(const DoctorData& data, const RotationAlignment& a, const DoctorOptions& options,
-                   Findings* findings) {
+std::string checkRotation(const DoctorData& data, const RotationAlignment& a,
+                          const WindowAnswers& answers, const DoctorOptions& options,
+                          Findings* findings) {
   checkEpipolar(a, options, findings);
   Finding& f = add(findings, "rotation_agreement", Severity::kNotChecked, kNotComputed, "");
   f.min = options.min_correlation;
   if (isNotComparable(a, options, &f) || !rotationsAgree(a, options, &f)) {
     noneChecked(findings);
-    return;
+    return "";
   }
+  const MeasuredCalibration measured = measuredBy(a, answers, options);
   checkScale(a, options, findings);
-  checkTimeOffset(data, a, options, findings);
-  checkExtrinsic(data, a, options, findings);
+  const bool td = checkTimeOffset(data, measured, options, findings);
+  const bool rotation = checkExtrinsic(data, measured, options, findings);
+  const bool translation = checkTranslation(data, measured, options, findings);
+  return linesFor(data, measured, td, rotation, translation);
 }
 
 }  // namespace slim_init::evaluation

@@ -77,6 +77,12 @@ std::string countText(const DoctorReport& report, Severity severity, const char*
 /// NaN is no JSON.
 Json jsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
+Json matrixJson(const Eigen::Matrix3d& R) {
+  Json json = Json::array();
+  for (int k = 0; k < 9; ++k) json.push_back(R(k / 3, k % 3));
+  return json;
+}
+
 Json alignmentJson(const RotationAlignment& a) {
   Json json = {{"pairs", a.pairs},
                {"solved", a.status == AlignmentStatus::kSolved},
@@ -91,12 +97,35 @@ Json alignmentJson(const RotationAlignment& a) {
   json["gyro_scale"] = jsonNumber(a.gyro_scale);
   json["gyro_scale_sigma"] = jsonNumber(a.gyro_scale_sigma);
   json["gyro_bias_rad_s"] = {a.gyro_bias.x(), a.gyro_bias.y(), a.gyro_bias.z()};
-  Json R = Json::array();
-  for (int k = 0; k < 9; ++k) R.push_back(a.R_b_c(k / 3, k % 3));
-  json["R_b_c"] = R;
+  json["R_b_c"] = matrixJson(a.R_b_c);
   const Eigen::Vector3d variances =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(a.R_covariance).eigenvalues();
   json["R_b_c_sigma_deg"] = jsonNumber(kDegPerRad * std::sqrt(variances(2)));
+  return json;
+}
+
+Json noiseJson(const ImuNoise& noise) {
+  return {{"gyro_density", jsonNumber(noise.gyro_density)},
+          {"accel_density", jsonNumber(noise.accel_density)}};
+}
+
+Json answersJson(const WindowAnswers& answers) {
+  Json json = {{"windows", answers.windows},
+               {"accepted", answers.accepted},
+               {"refused", answers.refused},
+               {"statuses", answers.statuses},
+               {"measured_noise", noiseJson(answers.measured_noise)},
+               {"assumed_noise", noiseJson(answers.assumed_noise)},
+               {"calibration_windows", answers.calibration_windows}};
+  if (!answers.calibration) return json;
+  const CalibrationEstimate& found = *answers.calibration;
+  json["td_s"] = jsonNumber(found.td);
+  json["td_sigma_s"] = jsonNumber(found.tdSigma());
+  json["R_b_c"] = matrixJson(found.R_b_c);
+  json["R_b_c_sigma_deg"] = jsonNumber(found.rotationSigmaDeg());
+  json["t_b_c"] = {found.t_b_c.x(), found.t_b_c.y(), found.t_b_c.z()};
+  json["t_b_c_sigma_m"] =
+      jsonNumber(std::sqrt(found.covariance.diagonal().segment<3>(3).maxCoeff()));
   return json;
 }
 
@@ -120,6 +149,7 @@ std::string doctorText(const DoctorReport& report, bool color) {
     text += wrapped(f.message + ".", 2 + kLabel, "");
     if (!f.advice.empty()) text += wrapped(f.advice, 2 + kLabel, "-> ");
   }
+  if (!report.lines.empty()) text += "Lines for the configuration file:\n" + report.lines;
   return text;
 }
 
@@ -139,6 +169,8 @@ std::string doctorJson(const DoctorReport& report) {
                                 {"advice", f.advice}});
   }
   json["rotation"] = alignmentJson(report.alignment);
+  json["slim"] = answersJson(report.answers);
+  json["lines"] = report.lines;
   return json.dump(2) + "\n";
 }
 

@@ -10,9 +10,9 @@
 #include <limits>
 #include <unordered_map>
 
-#include "pair_rotation.h"
+#include "geometry/robust_weight.h"
 #include "reference_so3.h"
-#include "robust_weight.h"
+#include "rotation/pair_rotation.h"
 #include "slim_init/evaluation/inertial_steps.h"
 #include "slim_init/evaluation/statistics.h"
 

@@ -244,6 +244,7 @@ CalibrationErrors evaluateCalibration(const CalibrationEstimate& estimate,
   const Eigen::Vector3d turn = reference::logSo3(truth.R_b_c.transpose() * estimate.R_b_c);
   errors.td_s = estimate.td - truth.td;
   errors.rotation_deg = kRadToDeg * turn.norm();
+  errors.rotation_c_deg = kRadToDeg * turn;
   // Of a global shutter there is nothing to find.
   if (truth.readout_s > 0.0) errors.readout_s = estimate.readout_s - truth.readout_s;
   const auto sigma = [](double value) { return value > 0.0 ? value : kNotComputed; };

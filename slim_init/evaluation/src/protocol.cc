@@ -158,13 +158,17 @@ bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
 
 /// Errors of an answer against the truth at the times of its own states: a method that estimates td
 /// moves them away from the keyframes of the window, and may leave out one that the IMU data then
-/// do not cover.
-WindowMetrics evaluateAnswer(const Sequence& sequence, const InitResult& answer) {
+/// do not cover. `without_truth`: one of them lies where there is no truth, and yet as near to the
+/// window as a correction of td may take it.
+WindowMetrics evaluateAnswer(const Sequence& sequence, const InitWindow& window,
+                             const InitResult& answer, bool* without_truth) {
   WindowMetrics metrics;
   std::vector<NavState> truth;
   for (const NavState& state : answer.states) {
     truth.push_back(truthAt(sequence, state.t));
     if (std::isfinite(truth.back().t)) continue;
+    *without_truth = state.t > window.times().front() - InitWindow::kImuMargin &&
+                     state.t < window.times().back() + InitWindow::kImuMargin;
     metrics.failure = std::isfinite(state.t)
                           ? "no truth at " + std::to_string(state.t) + " s, the time of a state"
                           : "the time of a state is not finite";
@@ -202,7 +206,7 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   if (truth.empty()) {
     record.metrics.failure = "no truth";
   } else {
-    record.metrics = evaluateAnswer(sequence, answer);
+    record.metrics = evaluateAnswer(sequence, window, answer, &record.without_truth);
     record.partial = evaluatePartial(answer, truth);
   }
   record.scale_sigma = answer.scale_sigma;
@@ -298,7 +302,6 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
     ++counts.without_truth;
     return false;
   }
-  ++counts.windows;
   WindowRecord& record = trial->record;
   record.t_start = times.front();
   record.t_start_ns = sequence.t0_ns + std::llround(1e9 * record.t_start);
@@ -308,6 +311,19 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
   if (!truth.empty()) record.p_w_b = truth.front().p_w_b;
   record.rig = calibrationDifference(trial->calibration, sequence.trueCalibration());
   return true;
+}
+
+/// Keeps the record of a window that can be judged for every method, so that all methods are
+/// compared on the same windows.
+void takeRecord(WindowRecord record, ProtocolResult* result) {
+  const bool judged = std::none_of(record.methods.begin(), record.methods.end(),
+                                   [](const MethodRecord& m) { return m.without_truth; });
+  if (!judged) {
+    ++result->counts.not_evaluable;
+    return;
+  }
+  ++result->counts.windows;
+  result->windows.push_back(std::move(record));
 }
 
 }  // namespace
@@ -364,10 +380,11 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   // With a limit the end is near after about as many trials.
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
   std::vector<double> times_before;
+  int windows_cut = 0;
   OrderedTasks tasks(options.threads);  // last, so that it ends before what its tasks refer to
 
   for (int index = 0; index < trials; ++index) {
-    if (options.max_windows > 0 && counts.windows >= options.max_windows) break;
+    if (options.max_windows > 0 && windows_cut >= options.max_windows) break;
     const auto trial = std::make_shared<Trial>();
     trial->record.trial = index;
     trial->calibration = options.rig.random
@@ -380,6 +397,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
     if (is_window) trial->judged = windowOfExcitation(index, *trial);
     std::function<void()> solve;
     if (is_window) {
+      ++windows_cut;
       solve = [&, trial] {
         trial->record.excitation = measureExcitation(*trial->judged);
         trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
@@ -389,7 +407,7 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
       };
     }
     tasks.add(solve, [&, index, is_window, trial] {
-      if (is_window) result->windows.push_back(std::move(trial->record));
+      if (is_window) takeRecord(std::move(trial->record), result);
       if (progress) progress(std::min(index + 1, expected), expected);
     });
   }

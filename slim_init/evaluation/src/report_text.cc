@@ -221,6 +221,9 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                              "td_error_ms",
                              "td_sigma_ms",
                              "rotation_error_deg",
+                             "rotation_error_x_deg",
+                             "rotation_error_y_deg",
+                             "rotation_error_z_deg",
                              "rotation_sigma_deg",
                              "rotation_over_sigma",
                              "readout_error_ms",
@@ -281,6 +284,9 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
                       csvNumber(1e3 * record.calibration.td_s),
                       csvNumber(1e3 * record.calibration.td_sigma_s),
                       csvNumber(record.calibration.rotation_deg),
+                      csvNumber(record.calibration.rotation_c_deg.x()),
+                      csvNumber(record.calibration.rotation_c_deg.y()),
+                      csvNumber(record.calibration.rotation_c_deg.z()),
                       csvNumber(record.calibration.rotation_sigma_deg),
                       csvNumber(record.calibration.rotation_over_sigma),
                       csvNumber(1e3 * record.calibration.readout_s),
@@ -334,10 +340,15 @@ std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
   Json& options = json["options"] = Json::object();
   for (const auto& [key, value] : info.options) options[key] = jsonOption(value);
   const ProtocolCounts& counts = result.counts;
-  json["trials"] = {{"frames", counts.frames},     {"trials", counts.trials},
-                    {"windows", counts.windows},   {"without_truth", counts.without_truth},
-                    {"ended", counts.ended},       {"interrupted", counts.interrupted},
-                    {"repeated", counts.repeated}, {"invalid", counts.invalid}};
+  json["trials"] = {{"frames", counts.frames},
+                    {"trials", counts.trials},
+                    {"windows", counts.windows},
+                    {"without_truth", counts.without_truth},
+                    {"not_evaluable", counts.not_evaluable},
+                    {"ended", counts.ended},
+                    {"interrupted", counts.interrupted},
+                    {"repeated", counts.repeated},
+                    {"invalid", counts.invalid}};
   json["has_truth"] = result.has_truth;
   if (result.first_keyframes > 0) json["first_keyframes"] = result.first_keyframes;
   json["version"] = info.version;

@@ -11,6 +11,7 @@ namespace slim_init {
 /// `frame` from the rows of their raw pixels (rowTime()), for an image of `height` rows [px] read
 /// out in `readout_s` [s]. With a height or readout of zero all become zero (global shutter).
 inline void setRowTimes(int height, double readout_s, FrameObservation* frame) {
+  if (!(readout_s > 0.0)) height = 0;  // no negative zeros
   for (PointObservation& point : frame->points) {
     point.dt = rowTime(point.pixel.y(), height, readout_s);
   }

@@ -108,11 +108,17 @@ inline constexpr double kDegPerRad = 180.0 / M_PI;
 
 // ---- Extrinsic rotation from nothing (extrinsic_rotation.h)
 
-/// Rounds of re-weighting of the bearings of a pair; near points have lost their weight by then.
-inline constexpr int kBearingRounds = 10;
-/// How well the turns of both sensors agree under the right extrinsic rotation [rad]: translation
-/// between the keyframes (0.15 m at 5 m), a gyroscope bias of 0.05 rad/s over 0.25 s.
-inline constexpr double kTurnSigma = 0.03;
+/// Largest gap between the keyframes of a pair whose rotation the points see alone.
+inline constexpr int kHandEyeGap = 1;
+/// How well the turns of both sensors agree under the right extrinsic rotation [rad]: a gyroscope
+/// bias of 0.05 rad/s over 0.25 s, an error of td of 30 ms in a rate that changes by 0.5 rad/s.
+inline constexpr double kTurnSigma = 0.02;
+/// Solutions for rotation, bias and td about the rotation found before; from the one that most
+/// pairs agree with two corrections are exact to a tenth of a degree.
+inline constexpr int kHandEyeRounds = 4;
+/// Largest correction [rad] of that rotation: along an axis about which nothing is known any one is
+/// as good as none.
+inline constexpr double kMaxHandEyeStep = 0.5;
 /// The first rotation has to be this good [deg]; from there the rotation stage finds the rest.
 inline constexpr double kMaxHandEyeSigmaDeg = 15.0;
 

@@ -3,75 +3,61 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <sstream>
 #include <vector>
 
-#include "geometry/median.h"
+#include "data/with_calibration.h"
 #include "geometry/so3.h"
-#include "imu/preintegration.h"
+#include "imu/row_compensation.h"
+#include "rotation/calibration_check.h"
 #include "rotation/constants.h"
 #include "rotation/keyframe_pairs.h"
+#include "rotation/pair_rotation.h"
 
 namespace slim_init {
 namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
-// The rotation R that brings `to` = R `from`, by weighted least squares (Kabsch 1976).
-Eigen::Matrix3d kabsch(const Eigen::Matrix3d& sum_to_from) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum_to_from,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1.0, 1.0, 1.0);
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs[2] = -1.0;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
-
-// R_ci_cj as the bearings of a pair have it without any translation: points far away decide, since
-// the others scatter and lose weight.
-Eigen::Matrix3d rotationOfBearings(const InitWindow& window, const KeyframePair& pair) {
-  const std::size_t n = pair.sighting_i.size();
-  std::vector<double> weight(n, 1.0), distance(n);
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  for (int round = 0; round < kBearingRounds; ++round) {
-    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    for (std::size_t p = 0; p < n; ++p) {
-      sum += weight[p] * window.pointSightings()[pair.sighting_i[p]].bearing *
-             window.pointSightings()[pair.sighting_j[p]].bearing.transpose();
-    }
-    R = kabsch(sum);
-    for (std::size_t p = 0; p < n; ++p) {
-      distance[p] = (window.pointSightings()[pair.sighting_i[p]].bearing -
-                     R * window.pointSightings()[pair.sighting_j[p]].bearing)
-                        .norm();
-    }
-    const double scale = std::max(median(distance), 1e-9);
-    for (std::size_t p = 0; p < n; ++p) {
-      weight[p] = 1.0 / (1.0 + distance[p] * distance[p] / (scale * scale));
-    }
-  }
-  return R;
-}
-
-// One pair: both sensors' rotation as a vector, [rad].
+// What the points of one pair of keyframes see, and what the gyroscope measures at a bias of zero.
 struct Turn {
-  Eigen::Vector3d camera, body;
+  int i = 0, j = 0;
+  std::size_t pair = 0;  // index into the pairs of the window
+  RelativeRotation seen;
+  Eigen::Vector3d camera, body;  // rotation vectors of both sensors [rad]
 };
 
-std::vector<Turn> turnsOf(const InitWindow& window, int min_points) {
-  const KeyframePairs pairs(window, 1, min_points);
+std::vector<Turn> turnsOf(const InitWindow& window, const KeyframePairs& pairs) {
+  const PairRotations gyro = GyroRotations(window).at(Eigen::Vector3d::Zero(), pairs, kHandEyeGap);
+  const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   std::vector<Turn> turns;
-  for (const KeyframePair& pair : pairs) {
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const KeyframePair& pair = pairs[p];
     if (!pair.use_points) continue;
-    const Preintegration gyro = preintegrate(
-        window.imu(), window.times()[pair.i], window.times()[pair.j], Eigen::Vector3d::Zero(),
-        Eigen::Vector3d::Zero(), window.calibration().imu_noise, PreintegrationParts::kRotation);
-    turns.push_back({logSO3(rotationOfBearings(window, pair)), logSO3(gyro.dR)});
+    std::vector<BearingPair> points;
+    for (std::size_t k = 0; k < pair.sighting_i.size(); ++k) {
+      points.push_back({window.pointSightings()[pair.sighting_i[k]].bearing,
+                        window.pointSightings()[pair.sighting_j[k]].bearing});
+    }
+    Turn turn;
+    if (!relativeRotation(points, pairs.sigma(), nullptr, &turn.seen)) continue;
+    turn.i = pair.i;
+    turn.j = pair.j;
+    turn.pair = p;
+    turn.camera = logSO3(turn.seen.R_ci_cj);
+    // Whatever the window says about R_b_c cancels.
+    turn.body = R_b_c * logSO3(gyro[p].R_ci_cj);
+    turns.push_back(turn);
   }
   return turns;
 }
+
+// The rotation R that brings `to` = R `from`, from the sum of their outer products (Kabsch 1976).
+Eigen::Matrix3d kabsch(const Eigen::Matrix3d& sum_to_from) { return nearestRotation(sum_to_from); }
 
 double residual(const Eigen::Matrix3d& R_b_c, const Turn& turn) {
   return (turn.body - R_b_c * turn.camera).norm() / kTurnSigma;
@@ -86,20 +72,7 @@ double truncatedCost(const Eigen::Matrix3d& R_b_c, const std::vector<Turn>& turn
   return cost;
 }
 
-Eigen::Matrix3d weightedFit(const std::vector<Turn>& turns, const Eigen::Matrix3d& start) {
-  Eigen::Matrix3d R = start;
-  for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    for (const Turn& turn : turns) {
-      const double z = residual(R, turn) / kTruncationSigmas;
-      sum += turn.body * turn.camera.transpose() / (1.0 + z * z);
-    }
-    R = kabsch(sum);
-  }
-  return R;
-}
-
-// Every two turns fix a rotation; the one that most agree with, then all of them together.
+// Every two turns fix a rotation; the one that most agree with.
 Eigen::Matrix3d consensus(const std::vector<Turn>& turns) {
   Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
   double lowest = truncatedCost(best, turns);
@@ -117,7 +90,45 @@ Eigen::Matrix3d consensus(const std::vector<Turn>& turns) {
       }
     }
   }
-  return weightedFit(turns, best);
+  return best;
+}
+
+// The rotations of the points against those of the gyroscope seen through `window`, whose
+// calibration is the one found so far.
+std::vector<RotationCorrection> correctionsOf(const InitWindow& window, const KeyframePairs& pairs,
+                                              const std::vector<Turn>& turns,
+                                              const Eigen::Vector3d& gyro_bias) {
+  const PairRotations gyro = GyroRotations(window).at(gyro_bias, pairs, kHandEyeGap);
+  std::vector<RotationCorrection> corrections;
+  for (const Turn& turn : turns) {
+    const PairRotation& predicted = gyro[turn.pair];
+    const Eigen::Vector3d phi = logSO3(predicted.R_ci_cj.transpose() * turn.seen.R_ci_cj);
+    corrections.push_back(
+        {turn.i, turn.j, predicted.R_ci_cj, predicted.dR_dbg, phi, turn.seen.information});
+  }
+  return corrections;
+}
+
+// Error of the rotation alone, with what is known about td before: [rad], and its covariance.
+struct RotationError {
+  Eigen::Vector3d error;
+  Eigen::Matrix3d covariance;
+};
+
+RotationError withTdKnownTo(double td_sigma, const CalibrationCheck& check) {
+  const Eigen::Vector3d with_td = check.covariance.block<3, 1>(0, 3);
+  const double sum = check.covariance(3, 3) + td_sigma * td_sigma;
+  RotationError out;
+  out.error = check.extrinsic_error - with_td * (check.td_error_s / sum);
+  out.covariance = check.covariance.topLeftCorner<3, 3>() - with_td * with_td.transpose() / sum;
+  return out;
+}
+
+// Sums of the squared rotations about the axes of the camera.
+Eigen::Vector3d squaredTurns(const std::vector<Turn>& turns) {
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  for (const Turn& turn : turns) squares += turn.camera.cwiseAbs2();
+  return squares;
 }
 
 }  // namespace
@@ -133,30 +144,47 @@ std::string leastTurnedAxis(const Eigen::Vector3d& weights) {
 
 ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair) {
   ExtrinsicRotation out;
-  const std::vector<Turn> turns = turnsOf(window, min_points_per_pair);
-  out.pairs = static_cast<int>(turns.size());
+  std::shared_ptr<const InitWindow> seen(std::shared_ptr<const InitWindow>(), &window);
+  std::vector<Turn> turns;
   std::ostringstream message;
-  if (out.pairs < kMinPairs) {
-    message << "the extrinsic rotation is unknown, and " << out.pairs
-            << " keyframe pairs have enough points to measure it, needs " << kMinPairs;
-    out.message = message.str();
-    return out;
+  // With a rolling shutter the rows are turned to the middle one as soon as the rotation is known.
+  const int looks = window.calibration().readout_s > 0.0 ? 2 : 1;
+  for (int look = 0; look < looks; ++look) {
+    const KeyframePairs pairs(*seen, kHandEyeGap, min_points_per_pair);
+    turns = turnsOf(*seen, pairs);
+    out.pairs = static_cast<int>(turns.size());
+    if (out.pairs < kMinPairs) {
+      message << "the extrinsic rotation is unknown, and " << out.pairs
+              << " keyframe pairs have enough points to measure it, needs " << kMinPairs;
+      out.message = message.str();
+      return out;
+    }
+    out.R_b_c = consensus(turns);
+    // Exact rotations have a bias of the gyroscope and an error of td in them.
+    for (int round = 0; round < kHandEyeRounds; ++round) {
+      Calibration better = window.calibration();
+      better.R_b_c = out.R_b_c;
+      const auto turned = withCalibration(window, better);
+      if (turned == nullptr) break;
+      const CalibrationCheck check =
+          checkCalibration(*turned, Eigen::Vector3d::Zero(),
+                           correctionsOf(*turned, pairs, turns, Eigen::Vector3d::Zero()));
+      if (!check.valid) break;
+      const RotationError error = withTdKnownTo(window.calibration().sigmas.td_s, check);
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(error.covariance);
+      out.sigma_deg = kDegPerRad * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+      out.uncertain_axis_c = axes.eigenvectors().col(2);
+      if (!(error.error.norm() < kMaxHandEyeStep)) break;
+      out.R_b_c = out.R_b_c * expSO3(error.error);
+    }
+    if (look + 1 == looks) break;
+    Calibration better = window.calibration();
+    better.R_b_c = out.R_b_c;
+    const auto turned = withCalibration(window, better);
+    if (turned == nullptr) break;
+    seen = withRowsCompensated(*turned, Eigen::Vector3d::Zero());
+    if (seen == nullptr) break;
   }
-  out.R_b_c = consensus(turns);
-  // A turn by theta tells nothing about the rotation about its own axis.
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  for (const Turn& turn : turns) {
-    const double z = residual(out.R_b_c, turn);
-    const double weight = z < kTruncationSigmas ? 1.0 / (kTurnSigma * kTurnSigma) : 0.0;
-    information += weight * (turn.camera.squaredNorm() * Eigen::Matrix3d::Identity() -
-                             turn.camera * turn.camera.transpose());
-    squares += turn.camera.cwiseAbs2();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
-  const double least = solver.eigenvalues()[0];
-  out.uncertain_axis_c = solver.eigenvectors().col(0);
-  out.sigma_deg = least > 0.0 ? kDegPerRad / std::sqrt(least) : kNotComputed;
   out.valid = out.sigma_deg <= kMaxHandEyeSigmaDeg;
   if (out.valid) return out;
   message << "the extrinsic rotation is unknown, and the motion determines it to ";
@@ -165,7 +193,8 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_po
   } else {
     message << "nothing";
   }
-  message << ", needs " << kMaxHandEyeSigmaDeg << " deg: rotate about " << leastTurnedAxis(squares);
+  message << ", needs " << kMaxHandEyeSigmaDeg << " deg: rotate about "
+          << leastTurnedAxis(squaredTurns(turns));
   out.message = message.str();
   return out;
 }

@@ -12,7 +12,7 @@
 
 namespace slim_init {
 
-/// A first extrinsic rotation, good to a few degrees: gyroscope bias and td are taken as zero.
+/// A first extrinsic rotation, with bias of the gyroscope and td unknown.
 struct ExtrinsicRotation {
   bool valid = false;  ///< the motion determines it to kMaxHandEyeSigmaDeg
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();
@@ -26,9 +26,10 @@ struct ExtrinsicRotation {
   std::string message;
 };
 
-/// From consecutive keyframes, whatever the calibration of the window says about R_b_c: rotations
-/// that map the points of a pair without a translation, the extrinsic rotation that most pairs
-/// agree with, and a robust fit. estimateRotations() makes it exact.
+/// From consecutive keyframes, whatever the calibration of the window says about R_b_c: the
+/// rotations that the points of a pair see (relativeRotation()), the extrinsic rotation that most
+/// pairs agree with, and from there rotation, bias and td by checkCalibration().
+/// estimateRotations() goes on with it.
 ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair);
 
 /// "the optical axis", "the horizontal axis of the image" or "the vertical axis of the image": the

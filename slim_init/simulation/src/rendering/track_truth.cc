@@ -125,14 +125,14 @@ class TrackTruth::Evaluation {
   TrackQuality run() const {
     TrackQuality quality;
     quality.frames = static_cast<int>(views_.size());
-    Tracks<PointObservation> points;
-    Tracks<LineObservation> lines;
+    Tracks<SeenPoint> points;
+    Tracks<SeenLine> lines;
     for (std::size_t i = 0; i < views_.size(); ++i) {
-      for (const PointObservation& point : views_[i].points) {
-        points[point.id].push_back({static_cast<int>(i), &point});
+      for (const SeenPoint& point : views_[i].points) {
+        points[point.seen.id].push_back({static_cast<int>(i), &point});
       }
-      for (const LineObservation& line : views_[i].lines) {
-        lines[line.id].push_back({static_cast<int>(i), &line});
+      for (const SeenLine& line : views_[i].lines) {
+        lines[line.seen.id].push_back({static_cast<int>(i), &line});
       }
     }
     for (const auto& track : points) measurePoint(track.second, &quality);
@@ -141,14 +141,12 @@ class TrackTruth::Evaluation {
   }
 
  private:
-  const CameraPose& pose(int frame) const { return views_[static_cast<std::size_t>(frame)].pose; }
-
   // --- Points ---
 
   // Surfaces at a point and around it, with the place on each of them.
-  std::vector<std::pair<Face, Vector3d>> placesOf(const Seen<PointObservation>& first) const {
-    const Vector3d& bearing = first.observation->bearing;
-    const CameraPose& from = pose(first.frame);
+  std::vector<std::pair<Face, Vector3d>> placesOf(const SeenPoint& first) const {
+    const Vector3d& bearing = first.seen.bearing;
+    const CameraPose& from = first.pose;
     const auto [a, b] = tangents(bearing);
     std::vector<std::pair<Face, Vector3d>> places;
     constexpr int kAround = 8;
@@ -163,46 +161,46 @@ class TrackTruth::Evaluation {
                       [&](const auto& known) { return known.first == face; })) {
         continue;
       }
-      if (const auto place = placeOn(face, first.frame, bearing)) places.emplace_back(face, *place);
+      if (const auto place = placeOn(face, first)) places.emplace_back(face, *place);
     }
     return places;
   }
 
-  // Where a bearing meets a surface; for a curved one the ray itself is cast.
-  std::optional<Vector3d> placeOn(const Face& face, int frame, const Vector3d& bearing) const {
-    const CameraPose& from = pose(frame);
-    if (face.face != kMantle) return meet(face, from, bearing);
-    const RayHit hit = scene_.castRay(from.t_w_c, from.R_w_c * bearing);
+  // Where an observation meets a surface; for a curved one the ray itself is cast.
+  std::optional<Vector3d> placeOn(const Face& face, const SeenPoint& from) const {
+    if (face.face != kMantle) return meet(face, from.pose, from.seen.bearing);
+    const RayHit hit = scene_.castRay(from.pose.t_w_c, from.pose.R_w_c * from.seen.bearing);
     if (!hit.hit()) return std::nullopt;
     return hit.point_w;
   }
 
   PointError errorOf(const Vector3d& place_w, const Face& face, int from,
-                     const Seen<PointObservation>& seen) const {
-    const CameraPose& to = pose(seen.frame);
+                     const Seen<SeenPoint>& at) const {
+    const PointObservation& seen = at.observation->seen;
+    const CameraPose& to = at.observation->pose;
     const Vector3d place_c = to.R_w_c.transpose() * (place_w - to.t_w_c);
     PointError error;
-    error.id = seen.observation->id;
-    error.frame = seen.frame;
-    error.age = seen.frame - from;
+    error.id = seen.id;
+    error.frame = at.frame;
+    error.age = at.frame - from;
     error.solid = face.solid;
     Vector2d pixel;
     if (camera_.project(place_c, &pixel)) {
       constexpr double kSurface = 0.02;  // [m]; a relief lower than this does not hide a wall
-      error.error_px = (pixel - seen.observation->pixel).norm();
+      error.error_px = (pixel - seen.pixel).norm();
       error.occluded = !scene_.visible(to.t_w_c, place_w, kSurface);
     } else {
-      error.error_px = place_c.normalized().cross(seen.observation->bearing).norm() / px_;
+      error.error_px = place_c.normalized().cross(seen.bearing).norm() / px_;
       error.occluded = true;
     }
     return error;
   }
 
-  void measurePoint(const Track<PointObservation>& track, TrackQuality* quality) const {
+  void measurePoint(const Track<SeenPoint>& track, TrackQuality* quality) const {
     if (track.size() < 2) return;
     ++quality->point_tracks;
     Explanation<PointError> best;
-    for (const auto& [face, place_w] : placesOf(track.front())) {
+    for (const auto& [face, place_w] : placesOf(*track.front().observation)) {
       std::vector<PointError> errors;
       std::vector<double> values;
       for (std::size_t k = 1; k < track.size(); ++k) {
@@ -220,9 +218,9 @@ class TrackTruth::Evaluation {
     // From keyframe to keyframe, starting again from the surface.
     for (std::size_t k = 1; k < track.size(); ++k) {
       const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
-      const PointObservation* from = before < 0 ? nullptr : seenAt(track, before);
+      const SeenPoint* from = before < 0 ? nullptr : seenAt(track, before);
       if (from == nullptr) continue;
-      const auto place_w = placeOn(*best.face, before, from->bearing);
+      const auto place_w = placeOn(*best.face, *from);
       if (!place_w) continue;
       quality->keyframe_points.push_back(errorOf(*place_w, *best.face, before, track[k]));
     }
@@ -231,10 +229,11 @@ class TrackTruth::Evaluation {
   // --- Lines ---
 
   // Surfaces that are seen along a segment, on it or beside it; none where one of them is curved.
-  std::vector<Face> facesAlong(const Seen<LineObservation>& first) const {
-    const CameraPose& from = pose(first.frame);
-    const Vector3d& start = first.observation->start_bearing;
-    const Vector3d& end = first.observation->end_bearing;
+  std::vector<Face> facesAlong(const SeenLine& first) const {
+    const CameraPose& from = first.start_pose;
+    const Vector3d& start = first.seen.start_bearing;
+    // As seen at the time of the start.
+    const Vector3d end = from.R_w_c.transpose() * (first.end_pose.R_w_c * first.seen.end_bearing);
     const Vector3d normal = start.cross(end).normalized();
     constexpr int kPlaces = 5;
     std::vector<std::pair<Face, int>> counted;  // and the number of places where it is seen
@@ -268,43 +267,51 @@ class TrackTruth::Evaluation {
     return faces;
   }
 
-  std::optional<Line> lineOn(const Face& face, int frame, const LineObservation& seen) const {
-    const auto start = meet(face, pose(frame), seen.start_bearing);
-    const auto end = meet(face, pose(frame), seen.end_bearing);
+  std::optional<Line> lineOn(const Face& face, const SeenLine& line) const {
+    const auto start = meet(face, line.start_pose, line.seen.start_bearing);
+    const auto end = meet(face, line.end_pose, line.seen.end_bearing);
     if (!start || !end) return std::nullopt;
     return Line{*start, *end};
   }
 
-  LineError errorOf(const Line& line, const Face& face, int from,
-                    const Seen<LineObservation>& seen) const {
-    const CameraPose& to = pose(seen.frame);
-    const Vector3d start = to.R_w_c.transpose() * (line.start_w - to.t_w_c);
-    const Vector3d end = to.R_w_c.transpose() * (line.end_w - to.t_w_c);
-    const Vector3d normal = start.cross(end).normalized();
-    const Vector3d& seen_start = seen.observation->start_bearing;
-    const Vector3d& seen_end = seen.observation->end_bearing;
-    const Vector3d middle = (seen_start + seen_end).normalized();
+  // Unit normal of the plane through the camera and a line.
+  static Vector3d normalFrom(const CameraPose& pose, const Line& line) {
+    const Vector3d start = pose.R_w_c.transpose() * (line.start_w - pose.t_w_c);
+    const Vector3d end = pose.R_w_c.transpose() * (line.end_w - pose.t_w_c);
+    return start.cross(end).normalized();
+  }
+
+  LineError errorOf(const Line& line, const Face& face, int from, const Seen<SeenLine>& at) const {
+    const Vector3d& start = at.observation->seen.start_bearing;
+    const Vector3d& end = at.observation->seen.end_bearing;
+    // Sines of the ends' distances from the line, each at its own time. With s and e the ends, n
+    // the normal and m = (s + e) / |s + e| the middle, m . n is the middle's distance, and the
+    // segment's direction (e - s) / |e - s| is inclined to the line by (e - s) . n / |e - s| over
+    // the length of n across m.
+    const double off_start = start.dot(normalFrom(at.observation->start_pose, line));
+    const double off_end = end.dot(normalFrom(at.observation->end_pose, line));
+    const double off_middle = (off_start + off_end) / (start + end).norm();
+    const double inclination =
+        (off_end - off_start) /
+        ((end - start).norm() * std::sqrt(std::max(1e-12, 1.0 - off_middle * off_middle)));
     LineError error;
-    error.id = seen.observation->id;
-    error.frame = seen.frame;
-    error.age = seen.frame - from;
+    error.id = at.observation->seen.id;
+    error.frame = at.frame;
+    error.age = at.frame - from;
     error.solid = face.solid;
-    error.offset_px = std::abs(std::asin(std::clamp(middle.dot(normal), -1.0, 1.0))) / px_;
-    error.end_px = std::max(std::abs(seen_start.dot(normal)), std::abs(seen_end.dot(normal))) / px_;
-    // Both directions in the plane perpendicular to the segment's middle.
-    const Vector3d observed = seen_start.cross(seen_end).cross(middle).normalized();
-    const Vector3d truth = normal.cross(middle).normalized();
-    error.angle_deg = std::asin(std::clamp(observed.cross(truth).norm(), 0.0, 1.0)) / kDegree;
+    error.offset_px = std::abs(std::asin(std::clamp(off_middle, -1.0, 1.0))) / px_;
+    error.end_px = std::max(std::abs(off_start), std::abs(off_end)) / px_;
+    error.angle_deg = std::asin(std::min(1.0, std::abs(inclination))) / kDegree;
     return error;
   }
 
-  void measureLine(const Track<LineObservation>& track, TrackQuality* quality) const {
+  void measureLine(const Track<SeenLine>& track, TrackQuality* quality) const {
     if (track.size() < 2) return;
     ++quality->line_tracks;
-    const Seen<LineObservation>& first = track.front();
+    const Seen<SeenLine>& first = track.front();
     Explanation<LineError> best;
-    for (const Face& face : facesAlong(first)) {
-      const auto line = lineOn(face, first.frame, *first.observation);
+    for (const Face& face : facesAlong(*first.observation)) {
+      const auto line = lineOn(face, *first.observation);
       if (!line) continue;
       std::vector<LineError> errors;
       std::vector<double> values;
@@ -321,9 +328,9 @@ class TrackTruth::Evaluation {
     quality->lines.insert(quality->lines.end(), best.errors.begin(), best.errors.end());
     for (std::size_t k = 1; k < track.size(); ++k) {
       const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
-      const LineObservation* from = before < 0 ? nullptr : seenAt(track, before);
+      const SeenLine* from = before < 0 ? nullptr : seenAt(track, before);
       if (from == nullptr) continue;
-      const auto line = lineOn(*best.face, before, *from);
+      const auto line = lineOn(*best.face, *from);
       if (!line) continue;
       quality->keyframe_lines.push_back(errorOf(*line, *best.face, before, track[k]));
     }
@@ -350,8 +357,16 @@ TrackTruth::TrackTruth(const Scene& scene, const feature_tracker_lines::CameraPa
                        const TrackTruthOptions& options)
     : scene_(scene), camera_(camera), options_(options) {}
 
-void TrackTruth::addFrame(const FrameObservation& frame, const CameraPose& pose) {
-  views_.push_back({frame.t, pose, frame.points, frame.lines});
+void TrackTruth::addFrame(const FrameObservation& frame, const PoseAfterStamp& pose_at) {
+  View view;
+  view.t = frame.t;
+  for (const PointObservation& point : frame.points) {
+    view.points.push_back({point, pose_at(point.dt)});
+  }
+  for (const LineObservation& line : frame.lines) {
+    view.lines.push_back({line, pose_at(line.start_dt), pose_at(line.end_dt)});
+  }
+  views_.push_back(std::move(view));
 }
 
 TrackQuality TrackTruth::evaluate() const { return Evaluation(*this).run(); }

@@ -7,17 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/calibration_lines.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 
 namespace slim_init::vins_adapter {
-
-/// What the host's file says about the rig, to compare it with what was found.
-struct FileCalibration {
-  Calibration calibration;
-  bool extrinsic_in_one_matrix = false;  ///< body_T_cam0, as VINS-Fusion has it
-  bool has_rotation = true;
-  bool has_translation = true;
-};
 
 /// Keys of the host's file besides the options of the adapter.
 struct HostFile {

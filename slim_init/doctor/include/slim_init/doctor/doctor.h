@@ -4,10 +4,13 @@
 // images and motion, each with a measured value and a bound (docs/doctor.md).
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "slim_init/doctor/rotation_alignment.h"
+#include "slim_init/options.h"
+#include "slim_init/result.h"
 #include "slim_init/types.h"
 
 namespace slim_init::evaluation {
@@ -57,12 +60,36 @@ struct ImageFacts {
 struct DoctorData {
   std::string name;
   Calibration calibration;  ///< as configured: this is checked
+  /// How the file has the extrinsic, for lines to paste: as one matrix body_T_cam0, and whether it
+  /// has either part (both may be absent where nothing is known).
+  bool extrinsic_in_one_matrix = false;
+  bool has_rotation = true;
+  bool has_translation = true;
   std::vector<ImuSample> imu;
   StreamCounts imu_counts;
   std::vector<ImageFacts> images;
   StreamCounts image_counts;
   std::vector<FrameObservation> frames;  ///< tracked without the gyro
   bool lines_enabled = true;
+};
+
+/// What `slim` says about the windows of a recording, cut one after the other.
+struct WindowAnswers {
+  int windows = 0;
+  int accepted = 0;                             ///< with the calibration as configured
+  int refused = 0;                              ///< neither accepted nor waiting for more data
+  std::map<std::string, int> statuses;          ///< windows by name of their status
+  std::map<std::string, std::string> messages;  ///< first message by status, success left out
+  int with_warnings = 0;                        ///< accepted ones with InitResult::warnings
+  std::string warning;                          ///< the first of these
+  /// What all windows together say about the calibration, solved with wide priors; its sigmas are
+  /// without the floors of DoctorOptions. Absent with fewer than three windows.
+  OptionalCalibration calibration;
+  int calibration_windows = 0;
+  /// Noise of the IMU measured in its samples, and the one that `slim` then assumes: medians over
+  /// the windows.
+  ImuNoise measured_noise = {kNotComputed, kNotComputed};
+  ImuNoise assumed_noise = {kNotComputed, kNotComputed};
 };
 
 /// Bounds. A finding beyond `warn` is a warning, beyond `fail` an error.
@@ -87,11 +114,18 @@ struct DoctorOptions {
                       0.2};  ///< |gyro over camera - 1|; a wrong focal length has the same effect
   double min_correlation = 0.8;   ///< of the rates of camera and gyro; 0.97 and more where right
   double mirrored_margin = 0.02;  ///< a mirrored gyro has to fit better by this
-  Bound time_offset_s = {0.006, 0.015};  ///< to the configured one; a fifth of an image period
-  Bound extrinsic_deg = {1.0, 5.0};      ///< to the configured rotation
-  double significance = 4.0;             ///< a difference counts from so many sigmas on
-  /// Standard deviation of the rotation beyond the scatter of pairs: lens model, lever arm [deg].
+  /// To the configured calibration. `slim` estimates it, so that a difference costs accuracy and
+  /// time; an error is what is beyond the range in which it does (GateOptions).
+  Bound time_offset_s = {0.006, GateOptions().max_td_error_s};
+  Bound extrinsic_deg = {1.0, GateOptions().max_extrinsic_error_deg};
+  double max_translation_m = 0.05;  ///< two seconds of motion know it to a centimetre or two
+  double significance = 4.0;        ///< a difference counts from so many sigmas on
+  /// Standard deviations beyond the scatter of windows or pairs: lens model, errors of the IMU.
   double extrinsic_floor_deg = 0.2;
+  double translation_floor_m = 0.01;
+  Bound refused = {0.1, 0.5};  ///< share of the windows that `slim` refuses as configured
+  /// Ratio of the measured noise of the IMU to the data sheet's, or its inverse: a note.
+  double noise_ratio = 10.0;
   Bound epipolar_px = {1.0, 3.0};  ///< median scale of points about their epipolar lines [px]
   Bound black = {0.01, 0.5};       ///< share of images without light
   double black_level = 16.0;       ///< grey level that 1 % of the pixels of an image must exceed
@@ -106,6 +140,7 @@ struct DoctorOptions {
   double min_acceleration = 0.1;
   double window_s = 2.25;  ///< of that scatter: ten keyframes
   RotationAlignmentOptions alignment;
+  InitializerOptions initializer;  ///< as configured
 };
 
 /// All findings, in the order of the checks.
@@ -113,6 +148,8 @@ struct DoctorReport {
   std::string name;
   std::vector<Finding> findings;
   RotationAlignment alignment;
+  WindowAnswers answers;
+  std::string lines;  ///< calibrationLines() of what was found to be off, for the file
 
   Severity worst() const;
   /// 0: nothing worse than kNotChecked; 1: warnings; 2: errors.

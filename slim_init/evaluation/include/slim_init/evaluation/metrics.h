@@ -78,9 +78,11 @@ CalibrationDifference calibrationDifference(const Calibration& calibration,
 /// Errors of a calibration that a method has estimated, and its own opinion on them. NaN where it
 /// estimates none, a standard deviation also where it holds the value as exact.
 struct CalibrationErrors {
-  double td_s = kNotComputed;                ///< estimate minus truth
-  double td_sigma_s = kNotComputed;          ///< standard deviation stated
-  double rotation_deg = kNotComputed;        ///< angle between estimated and true R_b_c
+  double td_s = kNotComputed;          ///< estimate minus truth
+  double td_sigma_s = kNotComputed;    ///< standard deviation stated
+  double rotation_deg = kNotComputed;  ///< angle between estimated and true R_b_c
+  /// The same about the axes of the camera: true R_b_c Exp(.) is the estimated one [deg].
+  Eigen::Vector3d rotation_c_deg = Eigen::Vector3d::Constant(kNotComputed);
   double rotation_sigma_deg = kNotComputed;  ///< CalibrationEstimate::rotationSigmaDeg()
   /// Error of the rotation over its standard deviation, per axis: sqrt(e^T P^-1 e / 3).
   double rotation_over_sigma = kNotComputed;

@@ -33,7 +33,7 @@ inline WindowOptions paperWindow() {
 /// Which windows are cut, and what is run on them (docs/evaluation.md, "Protocol").
 struct ProtocolOptions {
   int stride = 10;      ///< images between the starts of two trials; 10 as in the paper (V-C)
-  int max_windows = 0;  ///< stop after this many windows; 0: no limit
+  int max_windows = 0;  ///< stop after solving this many windows; 0: no limit
   ImuLimits imu;        ///< samples beyond are dropped, as in a running system
   /// A window counts when it is full: window.keyframes keyframes that span window.max_span_s.
   WindowOptions window = paperWindow();
@@ -64,6 +64,9 @@ struct MethodRecord {
   int keyframes = 0;       ///< of the window answered; fewer than WindowRecord's where it accepted
   double data_s = 0.0;     ///< first to last keyframe of that window [s]
   WindowMetrics metrics;
+  /// The answer has a state where there is no truth, as near to the window as a correction of td
+  /// may take it: it cannot be judged.
+  bool without_truth = false;
   PartialMetrics partial;  ///< of an answer without an estimate
   double scale_sigma = kNotComputed;
   CalibrationErrors calibration;      ///< of a method that estimates it
@@ -96,12 +99,13 @@ struct WindowRecord {
   std::vector<MethodRecord> methods;
 };
 
-/// Where the trials went: trials = windows + the other five.
+/// Where the trials went: trials = windows + the other six.
 struct ProtocolCounts {
   int frames = 0;
   int trials = 0;
   int windows = 0;
   int without_truth = 0;  ///< a keyframe has no truth; not solved
+  int not_evaluable = 0;  ///< solved, and an answer has a state without truth; in no table
   int ended = 0;          ///< the data end before the window is full
   int interrupted = 0;    ///< no full window within twice its nominal length: a gap
   int repeated = 0;       ///< same keyframes as the window before (trials that start in a gap)

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -70,18 +71,30 @@ class TrackTruth {
   TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera,
              const TrackTruthOptions& options);
 
-  /// Frames ascending in time; `pose` is the true one at the frame.
-  void addFrame(const FrameObservation& frame, const CameraPose& pose);
+  /// True pose of the camera `dt` [s] after the stamp of a frame.
+  using PoseAfterStamp = std::function<CameraPose(double dt)>;
+
+  /// Frames ascending in time. Every observation is taken at its own time (PointObservation::dt,
+  /// LineObservation::start_dt and end_dt), for which `pose_at` is asked.
+  void addFrame(const FrameObservation& frame, const PoseAfterStamp& pose_at);
 
   TrackQuality evaluate() const;
 
  private:
   class Evaluation;
+  /// Observations with the true poses at their times.
+  struct SeenPoint {
+    PointObservation seen;
+    CameraPose pose;
+  };
+  struct SeenLine {
+    LineObservation seen;
+    CameraPose start_pose, end_pose;
+  };
   struct View {
     double t = 0.0;
-    CameraPose pose;
-    std::vector<PointObservation> points;
-    std::vector<LineObservation> lines;
+    std::vector<SeenPoint> points;
+    std::vector<SeenLine> lines;
   };
 
   Scene scene_;

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace slim_init::evaluation {
+namespace slim_init {
 
 /// Unit bearings of a point in cameras i and j.
 struct BearingPair {
@@ -31,4 +31,4 @@ struct RelativeRotation {
 bool relativeRotation(const std::vector<BearingPair>& points, double sigma,
                       const Eigen::Matrix3d* start, RelativeRotation* result);
 
-}  // namespace slim_init::evaluation
+}  // namespace slim_init

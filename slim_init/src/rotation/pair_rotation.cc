@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pair_rotation.h"
+#include "rotation/pair_rotation.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -9,11 +9,11 @@
 #include <cmath>
 #include <limits>
 
-#include "reference_so3.h"
-#include "robust_weight.h"
-#include "slim_init/evaluation/statistics.h"
+#include "geometry/median.h"
+#include "geometry/robust_weight.h"
+#include "geometry/so3.h"
 
-namespace slim_init::evaluation {
+namespace slim_init {
 namespace {
 
 using Eigen::Matrix3d;
@@ -88,7 +88,7 @@ class EpipolarSearch {
     evaluate();
     double sum = 0.0;
     for (const double r : residuals_) {
-      sum += std::min(r * r / (sigma_ * sigma_), kCutoffSigmas * kCutoffSigmas);
+      sum += std::min(r * r / (sigma_ * sigma_), kGemanMcClureSigmas * kGemanMcClureSigmas);
     }
     return sum / static_cast<double>(points_.size());
   }
@@ -108,7 +108,7 @@ class EpipolarSearch {
       constexpr double kMaxTurn = 0.2;
       const double shrink = std::min(1.0, kMaxTurn / std::max(x.head<3>().norm(), 1e-12));
       const Vector3d e_next = e + shrink * (tangentOf(e) * x.tail<2>());
-      R *= reference::expSo3(shrink * x.head<3>());
+      R *= expSO3(shrink * x.head<3>());
       e = e_next.normalized();
       if (x.norm() < 1e-9) return;
     }
@@ -183,8 +183,8 @@ std::vector<Matrix3d> startsNear(const Matrix3d& R, double flow) {
   constexpr double kShareOfFlow = 0.7, kMaxAngle = 0.15;
   const double angle = std::min(kShareOfFlow * flow, kMaxAngle);
   for (const double sign : {-1.0, 1.0}) {
-    starts.push_back(R * reference::expSo3(Vector3d(sign * angle, 0.0, 0.0)));
-    starts.push_back(R * reference::expSo3(Vector3d(0.0, sign * angle, 0.0)));
+    starts.push_back(R * expSO3(Vector3d(sign * angle, 0.0, 0.0)));
+    starts.push_back(R * expSO3(Vector3d(0.0, sign * angle, 0.0)));
   }
   return starts;
 }
@@ -227,4 +227,4 @@ bool relativeRotation(const std::vector<BearingPair>& points, double sigma, cons
   return result->R_ci_cj.allFinite() && result->information.allFinite();
 }
 
-}  // namespace slim_init::evaluation
+}  // namespace slim_init

@@ -1,13 +1,13 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Lines for the host's file: when they come, and that the file with them is read as what was found.
-#include "calibration_lines.h"
+#include "slim_init/calibration_lines.h"
 
 #include <gtest/gtest.h>
 
 #include "geometry/so3.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init {
 namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180.0;
@@ -82,4 +82,4 @@ TEST_F(CalibrationLines, OneMatrixForVinsFusion) {
 }
 
 }  // namespace
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "pair_rotation.h"
+#include "rotation/pair_rotation.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "geometry/so3.h"
 
-namespace slim_init::evaluation {
+namespace slim_init {
 namespace {
 
 using Eigen::Matrix3d;
@@ -123,4 +123,4 @@ TEST(PairRotation, RefusesAHandfulOfPoints) {
 }
 
 }  // namespace
-}  // namespace slim_init::evaluation
+}  // namespace slim_init

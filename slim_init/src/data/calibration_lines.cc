@@ -1,12 +1,13 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "calibration_lines.h"
+#include "slim_init/calibration_lines.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
-namespace slim_init::vins_adapter {
+namespace slim_init {
 namespace {
 
 // A value further from the file's than so many standard deviations is not the file's any more.
@@ -88,4 +89,4 @@ std::string calibrationLines(const FileCalibration& file, const CalibrationEstim
   return out.str();
 }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init

@@ -1,0 +1,104 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What `slim` itself says about the recording.
+#include <algorithm>
+#include <cmath>
+
+#include "checks.h"
+
+namespace slim_init::evaluation {
+namespace {
+
+/// "12 success, 3 stationary"
+std::string statusText(const WindowAnswers& answers) {
+  std::string text;
+  for (const auto& [status, count] : answers.statuses) {
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + status;
+  }
+  return text;
+}
+
+/// The message of the most frequent status besides success.
+std::string commonMessage(const WindowAnswers& answers) {
+  std::string message;
+  int most = 0;
+  for (const auto& [status, first_message] : answers.messages) {
+    if (answers.statuses.at(status) <= most) continue;
+    most = answers.statuses.at(status);
+    message = status + ": " + first_message;
+  }
+  return message;
+}
+
+void checkDensity(const char* check, const char* sensor, const char* unit, const char* key,
+                  double measured, double assumed, double data_sheet, double ratio,
+                  Findings* findings) {
+  Finding& f = add(findings, check, Severity::kOk, measured, unit);
+  if (!std::isfinite(measured)) {
+    f.severity = Severity::kNotChecked;
+    f.message =
+        std::string("Noise of the ") + sensor + " not measured: no window has enough samples";
+    return;
+  }
+  f.min = data_sheet / ratio;
+  f.max = data_sheet * ratio;
+  f.message = std::string("The ") + sensor + " scatters like white noise of " + number(measured) +
+              " " + unit + ", where " + key + " has " + number(data_sheet) +
+              "; with the motion slim takes it as " + number(assumed);
+  if (measured > f.max) {
+    f.severity = Severity::kNote;
+    f.message += ". It vibrates";
+    f.advice =
+        "This is measured and taken into account. A softer mount of the IMU makes answers earlier; "
+        "its own low-pass filter has to be below half of its rate.";
+  } else if (measured < f.min) {
+    f.severity = Severity::kNote;
+    f.message += ". The configured density seems to be inflated";
+    f.advice = std::string("Give the data sheet's value for slim_init.noise.") + key +
+               ": with a larger one the answers come later.";
+  }
+}
+
+}  // namespace
+
+void checkAnswers(const WindowAnswers& answers, const DoctorOptions& options, Findings* findings) {
+  Finding& f = add(findings, "starts", Severity::kNotChecked, kNotComputed, "%");
+  if (answers.windows == 0) {
+    f.message = "No window of " + std::to_string(options.initializer.window.keyframes) +
+                " keyframes to try slim on";
+    f.advice = "Record 20 s or more; images and IMU have to be there at the same time.";
+    return;
+  }
+  constexpr double kPercent = 100.0;
+  const double refused = static_cast<double>(answers.refused) / answers.windows;
+  f.value = kPercent * answers.accepted / answers.windows;
+  f.severity = severityAbove(refused, options.refused);
+  f.message = "As configured, slim accepts " + std::to_string(answers.accepted) + " of " +
+              std::to_string(answers.windows) + " windows (" + statusText(answers) + ")";
+  if (f.severity != Severity::kOk) {
+    f.message += ", most of the others with " + commonMessage(answers);
+    f.advice = "Correct what is found above first.";
+  } else if (answers.accepted == 0) {
+    f.severity = Severity::kNote;
+    f.message += ", since " + commonMessage(answers);
+    f.advice = "No fault: move the rig back and forth and turn it while it initializes.";
+  } else if (2 * answers.with_warnings > answers.accepted) {
+    f.severity = Severity::kNote;
+    f.message += "; " + std::to_string(answers.with_warnings) +
+                 " of them with a warning, the first: " + answers.warning;
+  }
+}
+
+void checkImuNoise(const DoctorData& data, const WindowAnswers& answers,
+                   const DoctorOptions& options, Findings* findings) {
+  if (data.imu.empty()) return;
+  const ImuNoise& sheet = data.calibration.imu_noise;
+  checkDensity("gyro_noise", "gyro", "rad/s/sqrt(Hz)", "gyro_density",
+               answers.measured_noise.gyro_density, answers.assumed_noise.gyro_density,
+               sheet.gyro_density, options.noise_ratio, findings);
+  checkDensity("accel_noise", "accelerometer", "m/s^2/sqrt(Hz)", "accel_density",
+               answers.measured_noise.accel_density, answers.assumed_noise.accel_density,
+               sheet.accel_density, options.noise_ratio, findings);
+}
+
+}  // namespace slim_init::evaluation
