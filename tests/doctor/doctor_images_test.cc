@@ -138,8 +138,10 @@ TEST_F(DoctorTool, IsQuietOnAGoodRecording) {
   const ProgramRun run = doctor({"--asl", room()});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(run.err, "");
-  EXPECT_TRUE(contains(run.out, "room: 0 errors, 0 warnings, 0 checks not possible")) << run.out;
-  EXPECT_EQ(json_.at("worst"), "note") << "clouds have no lines";
+  EXPECT_TRUE(contains(run.out, "room: 0 errors, 0 warnings, 1 check not possible")) << run.out;
+  EXPECT_EQ(json_.at("worst"), "not_checked") << "clouds have no lines";
+  // Five seconds are two windows, too few to compare their lever arms.
+  EXPECT_EQ(severity("extrinsic_translation"), "not_checked");
   EXPECT_EQ(severity("lines"), "note");
   EXPECT_NEAR(value("time_offset"), 0.0, 2.0);
   EXPECT_LT(value("extrinsic_rotation"), 0.5);
