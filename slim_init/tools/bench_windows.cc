@@ -6,6 +6,7 @@
 
 #include "ab_options.h"
 #include "load_sequence.h"
+#include "slim_init/evaluation/protocol.h"
 #include "slim_init/keyframe_window.h"
 
 namespace slim_init::tools {

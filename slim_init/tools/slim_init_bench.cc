@@ -22,6 +22,7 @@
 #include "bench_times.h"
 #include "bench_windows.h"
 #include "methods.h"
+#include "slim_init/evaluation/protocol.h"
 #include "slim_init/keyframe_window.h"
 
 namespace slim_init::tools {
