@@ -57,9 +57,6 @@ inline constexpr double kWideReadout = 0.01;        // [s]
 /// Factors on the noise of the tracks, one minimisation after the other: with the first the IMU
 /// leads, with the last the pixels decide.
 inline constexpr double kCoarseToFine[] = {8.0, 3.0, 1.0};
-/// Squared length of the last step of every solve but the last of a refinement [sigma^2]: after it
-/// the state is nearer to its minimum than its noise.
-inline constexpr double kBasinTolerance = 1.0;
 /// Two minima are the same when their positions differ by less than this share of their size.
 inline constexpr double kSameShape = 0.01;
 /// Median of the length of a 2-vector of independent unit Gaussians, sqrt(2 ln 2).

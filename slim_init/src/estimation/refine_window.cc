@@ -154,8 +154,6 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig);
   const int handed_in = map.pointViews();
 
-  // Which basin it is, and what is beyond the noise, shows before the last digits do.
-  map.setTolerance(std::max(options.tolerance, kBasinTolerance));
   Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
                                          : descendFromCoarse(starts, options.max_iterations, &map);
   if (basin.start < 0) return out;
@@ -187,7 +185,6 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
         preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, inertial, td_shift);
     map.setPreintegrated(td_shift);
   }
-  map.setTolerance(options.tolerance);
   const MapSummary summary = map.resume(options.max_iterations, &out.state);
   out.iterations += summary.iterations;
   if (!summary.valid) return out;

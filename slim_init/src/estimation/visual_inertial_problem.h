@@ -66,8 +66,6 @@ class VisualInertialProblem {
 
   /// Standard deviation of a point bearing and of a line end point across the line [rad].
   void setNoise(double sigma_point_rad, double sigma_line_rad);
-  /// Squared length of the last step [sigma^2], RefinementOptions::tolerance until it is set.
-  void setTolerance(double tolerance) { options_.tolerance = tolerance; }
   double sigmaPoint() const { return sigma_point_; }
   double sigmaLine() const { return sigma_line_; }
 
