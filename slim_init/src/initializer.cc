@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
+#include "provisional.h"
 #include "slim_init/answer_sequence.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/state_at.h"
@@ -53,22 +55,39 @@ class Initializer : public IInitializer {
   Initializer(std::unique_ptr<WindowSolver> solver, const Calibration& calibration,
               const InitializerOptions& options)
       : solver_(std::move(solver)),
-        window_(calibration, options.window, StreamOptions::liveData(options.imu)) {}
+        window_(calibration, options.window, StreamOptions::liveData(options.imu)) {
+    if (!options.provisional.enabled) return;
+    young_.emplace(calibration, youngWindow(options), StreamOptions::liveData(options.imu));
+  }
 
   const std::string& name() const override { return solver_->name(); }
-  AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
-  AddStatus addFrame(FrameObservation frame) override { return window_.addFrame(std::move(frame)); }
+  AddStatus addImu(const ImuSample& sample) override {
+    if (young_) young_->addImu(sample);
+    return window_.addImu(sample);
+  }
+  AddStatus addFrame(FrameObservation frame) override {
+    if (young_) young_->addFrame(frame);
+    return window_.addFrame(std::move(frame));
+  }
   AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
+    if (young_) young_->addLines(stamp, lines);
     return window_.addLines(stamp, std::move(lines));
   }
-  void setTd(double td) override { window_.setTd(td); }
-  void reset() override { window_.reset(); }
+  void setTd(double td) override {
+    if (young_) young_->setTd(td);
+    window_.setTd(td);
+  }
+  void reset() override {
+    if (young_) young_->reset();
+    window_.reset();
+  }
 
   InitResult initialize() override {
     const WindowCut cut = window_.cut();
-    if (cut.window == nullptr) return refuse(cut.status, cut.message);
-    InitResult result = solver_->solve(*cut.window);
+    InitResult result = cut.window == nullptr ? refuse(cut.status, cut.message)
+                                              : solver_->solve(*cut.window);
     if (result.success()) lookAgain(cut.window->size(), &result);
+    if (young_ && !result.success()) offerProvisional(&result);
     if (const std::string message = result.validate(); !message.empty()) {
       return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
     }
@@ -79,7 +98,7 @@ class Initializer : public IInitializer {
     const std::string problem = checkHealthy(last_healthy);
     if (!problem.empty()) return refuse(InitStatus::kInvalidInput, problem);
     InitResult result = initialize();
-    if (!result.success()) return result;
+    if (!result.success() && !result.provisional()) return result;
     // Between the healthy state and the window the IMU alone carries the frame.
     const std::vector<ImuSample> imu = bufferedSamples();
     const double gap = largestGap(imu, last_healthy.t, result.states.front().t);
@@ -114,6 +133,29 @@ class Initializer : public IInitializer {
   }
 
  private:
+  // Young windows, of every image.
+  static WindowOptions youngWindow(const InitializerOptions& options) {
+    WindowOptions young = options.window;
+    young.keyframes = options.provisional.keyframes;
+    young.min_keyframes = kMinKeyframes;
+    young.min_interval_s = options.provisional.min_interval_s;
+    return young;
+  }
+
+  // What a host that takes a prior can start with. Where there is nothing, `result` keeps its own
+  // reason.
+  void offerProvisional(InitResult* result) const {
+    const WindowCut cut = young_->cut();
+    if (cut.window == nullptr) return;
+    InitResult young = solver_->solveProvisional(*cut.window);
+    if (!young.provisional()) return;
+    // As it was before the newest third of the data.
+    const WindowCut before = young_->cut(std::max(1, cut.window->size() / 3));
+    if (before.window == nullptr) return;
+    const InitResult earlier = solver_->solveProvisional(*before.window);
+    if (agrees(earlier, young)) *result = std::move(young);
+  }
+
   // A growing window is answered twice: with all of it, and as it was before the newest keyframe.
   // Only what agrees with the earlier answer is accepted, however often the host asks.
   void lookAgain(int keyframes, InitResult* result) const {
@@ -194,6 +236,7 @@ class Initializer : public IInitializer {
 
   std::unique_ptr<WindowSolver> solver_;
   KeyframeWindow window_;
+  std::optional<KeyframeWindow> young_;  // where provisional answers are wanted
 };
 
 }  // namespace
@@ -211,6 +254,8 @@ std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solv
     message = "window." + message;
   } else if (message = options.imu.validate(); !message.empty()) {
     message = "imu." + message;
+  } else if (message = options.provisional.validate(); !message.empty()) {
+    message = "provisional." + message;
   }
   if (!message.empty()) {
     if (error != nullptr) *error = message;

@@ -111,7 +111,8 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
   of_gravity.middleRows<2>(at.gravity() - StateLayout::kGauge).setIdentity();
 
   // With the information L L^T, the covariance of T x is (L^-1 T^T)^T (L^-1 T^T).
-  out.scale_sigma = llt.matrixL().solve(along).norm();
+  const Eigen::VectorXd along_root = llt.matrixL().solve(along);
+  out.scale_sigma = along_root.norm();
   out.gravity_sigma_rad = llt.matrixL().solve(of_gravity).norm() * std::sqrt(0.5);
   if (at.rigs) {
     Eigen::MatrixXd of_rig = Eigen::MatrixXd::Zero(m, StateLayout::kRig);
@@ -124,7 +125,8 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
   out.covariance.setZero(T.rows(), T.rows());
   out.covariance.selfadjointView<Eigen::Lower>().rankUpdate(root.transpose());
   out.covariance.triangularView<Eigen::StrictlyUpper>() = out.covariance.transpose();
-  out.valid = out.covariance.allFinite();
+  out.by_scale = root.transpose() * along_root / along_root.squaredNorm();
+  out.valid = out.covariance.allFinite() && out.by_scale.allFinite();
   return out;
 }
 
