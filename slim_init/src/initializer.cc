@@ -84,8 +84,8 @@ class Initializer : public IInitializer {
 
   InitResult initialize() override {
     const WindowCut cut = window_.cut();
-    InitResult result = cut.window == nullptr ? refuse(cut.status, cut.message)
-                                              : solver_->solve(*cut.window);
+    InitResult result =
+        cut.window == nullptr ? refuse(cut.status, cut.message) : solver_->solve(*cut.window);
     if (result.success()) lookAgain(cut.window->size(), &result);
     if (young_ && !result.success()) offerProvisional(&result);
     if (const std::string message = result.validate(); !message.empty()) {

@@ -34,7 +34,13 @@ constexpr int kPasses = 3;
 constexpr double kNegligible = 12.0;
 /// The linear dependence of the states on the scale is good up to here [log scale].
 constexpr double kNear = 0.2;
-constexpr int kRefinements = 3;
+constexpr int kRefinements = 2;
+/// End of the minimisation, as RefinementOptions::tolerance: along the weakest direction steps are
+/// short, and what is left of a third of a standard deviation is many of the velocity's others.
+constexpr double kTolerance = 1e-4;
+constexpr int kMaxIterations = 50;
+/// Speed of a start at the most, in standard deviations of the prior.
+constexpr double kUsualSpeed = 0.5;
 
 // ---- Covariance
 
@@ -44,15 +50,41 @@ constexpr double kYoungAge = 0.15;
 
 // ---- Agreement
 
-/// Squared difference in standard deviations, three degrees of freedom: 99.9 %.
-constexpr double kMaxDisagreement = 16.3;
+/// Squared difference in standard deviations, three degrees of freedom: seven. Wrong minima are a
+/// hundred and more, right ones of so few images not always within three.
+constexpr double kMaxDisagreement = 50.0;
 /// An estimated td moves the instants of the same image by less than this [s].
 constexpr double kSameInstant = 0.01;
 
-WindowState resized(WindowState state, double ratio) {
+// The shape of `state` at another size, as a vehicle would fly it that hardly accelerates: gravity
+// against the mean specific force, velocities those of the positions, no bias of the accelerometer.
+// A start with gravity far off ends in a minimum of a fall along it.
+WindowState levelled(WindowState state, double ratio, const std::vector<Preintegration>& pre) {
+  const int n = state.size();
+  const double G = state.gravity_b0.norm();
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (int k = 0; k + 1 < n; ++k) force += state.R_b0_bk[k] * pre[k].dv;
+  if (force.norm() > 0.0) state.gravity_b0 = -G * force.normalized();
+  state.accel_bias.setZero();
   state.p_b0 *= ratio;
-  state.v_b0 *= ratio;
+  for (int k = 0; k < n; ++k) {
+    const int a = std::max(k - 1, 0), b = std::min(k + 1, n - 1);
+    double dt = 0.0;
+    for (int i = a; i < b; ++i) dt += pre[i].dt;
+    state.v_b0.col(k) = (state.p_b0.col(b) - state.p_b0.col(a)) / dt;
+  }
   return state;
+}
+
+// The ratio at which it is not faster than a vehicle mostly is.
+double slowed(const WindowState& state, const std::vector<Preintegration>& pre,
+              double speed_sigma) {
+  double way = 0.0, time = 0.0;
+  for (int k = 0; k + 1 < state.size(); ++k) {
+    way += (state.p_b0.col(k + 1) - state.p_b0.col(k)).norm();
+    time += pre[k].dt;
+  }
+  return std::min(1.0, kUsualSpeed * speed_sigma * time / std::max(way, 1e-9));
 }
 
 void inflateYoung(double age_s, InitResult* result) {
@@ -121,34 +153,46 @@ ScaleMoments integrateScale(const ScaleCost& cost) {
 }
 
 ProvisionalEstimate estimateProvisional(const RefinementInput& input,
-                                        const std::vector<Track>& lines,
-                                        std::vector<WindowState> starts,
+                                        const std::vector<WindowState>& starts,
                                         const InitializerOptions& options) {
   ProvisionalEstimate out;
   MotionPrior motion;
   motion.speed_sigma = options.provisional.speed_prior;
   motion.acceleration_sigma = options.provisional.acceleration_prior;
-  for (int round = 0; round < kRefinements && !starts.empty(); ++round) {
-    ProvisionalEstimate next;
-    next.refined =
-        refineWindow(input.tracks, lines, input.pre, input.vanishing_points, starts,
-                     StartMode::kFine, options.refinement, options.inertial, input.rig, motion);
-    if (!next.refined.valid) break;
-    if (out.valid && !(next.refined.cost < out.refined.cost)) break;
-    next.posterior = posteriorOf(input.tracks, next.refined);
-    if (!next.posterior.valid) break;
-    const WindowState& state = next.refined.state;
+  if (starts.empty()) return out;
+  RefinementOptions refinement = options.refinement;
+  refinement.tolerance = std::min(refinement.tolerance, kTolerance);
+  refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
+  // Keeps the lower cost; true where that was this one.
+  const auto refine = [&](const WindowState& start) {
+    const RefinedWindow refined =
+        refineWindow(input.tracks, {}, input.pre, input.vanishing_points, {start}, StartMode::kFine,
+                     refinement, options.inertial, input.rig, motion);
+    if (!refined.valid || (out.refined.valid && !(refined.cost < out.refined.cost))) return false;
+    out.refined = refined;
+    return true;
+  };
+  for (const WindowState& start : starts) refine(start);
+  const WindowState& last = starts.back();
+  refine(levelled(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
+  for (int round = 0; out.refined.valid; ++round) {
+    const WindowState& state = out.refined.state;
+    out.posterior = posteriorOf(input.tracks, out.refined);
+    if (!out.posterior.valid) break;
     const std::vector<Preintegration> pre =
         preintegrateInflated(input.tracks, state.gyro_bias, state.accel_bias, options.inertial,
                              coveredShift(input.tracks, state.rig.dtd));
-    next.scale = integrateScale(
-        ScaleCost(next.refined, pre, input.tracks.calibration(), options.inertial, motion));
-    if (!next.scale.valid) break;
-    next.valid = true;
-    out = next;
-    if (std::abs(out.scale.log_best) < kNear) break;
-    starts = {resized(out.refined.state, std::exp(out.scale.log_best))};
+    out.scale = integrateScale(
+        ScaleCost(out.refined, pre, input.tracks.calibration(), options.inertial, motion));
+    out.valid = out.scale.valid;
+    if (!out.valid || round == kRefinements || std::abs(out.scale.log_best) < kNear) break;
+    const double ratio = std::exp(out.scale.log_best);
+    WindowState other = state;
+    other.p_b0 *= ratio;
+    other.v_b0 *= ratio;
+    if (!refine(other)) break;
   }
+  out.valid = out.valid && out.posterior.valid;
   return out;
 }
 
@@ -244,8 +288,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   const std::vector<Preintegration> pre =
       preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const std::vector<Eigen::Matrix3d> R_c0_ck =
-      cameraRotations(R_b0_bk, seen.calibration().R_b_c);
+  const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, seen.calibration().R_b_c);
   const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
   const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options.alignment);
   clock.lap("translation");
@@ -255,10 +298,10 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   ProvisionalEstimate young;
   if (translation.valid) {
     const RefinementInput input = {tracks, pre, R_c0_ck, vps, rig};
-    const std::vector<WindowState> starts = startingStates(
-        tracks, pre, translation, use, options.reverse_alignment, options.inertial);
-    young = estimateProvisional(input, believedLines(tracks, starts, options).tracks, starts,
-                                options);
+    const std::vector<WindowState> starts =
+        startingStates(tracks, pre, translation, use, options.reverse_alignment, options.inertial);
+    // Without lines: which of them are believed depends on the start, so that costs do not compare.
+    young = estimateProvisional(input, starts, options);
   }
   clock.lap("refinement");
 

@@ -37,15 +37,15 @@ struct ProvisionalEstimate {
   ScaleMoments scale;
 };
 
-/// Refines from `starts` and integrates over the scale; once more from the most probable scale where
-/// that is another one. `lines` as refineWindow() takes them.
+/// Refines from each of `starts` and from the last one's shape flown without acceleration, keeps
+/// the lowest cost and integrates over the scale; again from the most probable scale where that is
+/// another one. Lines take no part.
 ProvisionalEstimate estimateProvisional(const RefinementInput& input,
-                                        const std::vector<Track>& lines,
-                                        std::vector<WindowState> starts,
+                                        const std::vector<WindowState>& starts,
                                         const InitializerOptions& options);
 
-/// Moves states and covariance of `result`, those of the refined window, to mean and covariance over
-/// the scale.
+/// Moves states and covariance of `result`, those of the refined window, to mean and covariance
+/// over the scale.
 void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResult* result);
 
 /// What a host that starts from the newest state asks.

@@ -219,7 +219,8 @@ Failure runOnce(const AbOptions& options, AbRun* run) {
   return {};
 }
 
-/// What a host gets that takes provisional answers: table on the terminal, every question in a file.
+/// What a host gets that takes provisional answers: table on the terminal, every question in a
+/// file.
 int runProvisionalAnswers(AbOptions options) {
   LoadedSequence loaded;
   if (std::string error = loadSequence(options, &loaded); !error.empty()) {

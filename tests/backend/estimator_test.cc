@@ -153,8 +153,7 @@ TEST(SeedWithPrior, KeepsTheNewestFrameAndSaysWhatIsWrong) {
   for (const std::size_t k : {4u, 5u, 6u}) ASSERT_TRUE(estimator.addFrame(sequence.frames[k]).ok());
   Eigen::Matrix<double, 15, 15> broken = seedCovariance(0.1);
   broken(7, 7) = -1.0;
-  EXPECT_NE(estimator.seed(state, broken).problem.find("not positive definite"),
-            std::string::npos);
+  EXPECT_NE(estimator.seed(state, broken).problem.find("not positive definite"), std::string::npos);
   EXPECT_FALSE(estimator.seeded());
   EXPECT_EQ(estimator.stamps().size(), 3u);
   const FrameReport report = estimator.seed(state, seedCovariance(0.1));

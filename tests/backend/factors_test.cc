@@ -171,7 +171,8 @@ TEST(SeedInformation, HeadingAndPositionAreFree) {
   state.R_w_b = expSO3(Eigen::Vector3d(0.3, -0.5, 1.1));
   state.v_w_b = Eigen::Vector3d(1.0, -0.4, 0.2);
   Eigen::Matrix<double, 15, 15> A = Eigen::Matrix<double, 15, 15>::Random();
-  Eigen::Matrix<double, 15, 15> P = A * A.transpose() + 0.1 * Eigen::Matrix<double, 15, 15>::Identity();
+  Eigen::Matrix<double, 15, 15> P =
+      A * A.transpose() + 0.1 * Eigen::Matrix<double, 15, 15>::Identity();
   // A turn of the world with any variance is no knowledge: it must not change the answer.
   const Eigen::Vector3d up = state.R_w_b.transpose().col(2);
   Eigen::Matrix<double, 15, 1> turn = Eigen::Matrix<double, 15, 1>::Zero();

@@ -147,8 +147,8 @@ void follow(const Sequence& sequence, const DownstreamOptions& options, int fram
 }
 
 /// False, with a message, where less than half of the seconds are there.
-bool dataReach(const Sequence& sequence, double td, double t_seed,
-               const DownstreamOptions& options, DownstreamRecord* record) {
+bool dataReach(const Sequence& sequence, double td, double t_seed, const DownstreamOptions& options,
+               DownstreamRecord* record) {
   const double t_end = sequence.frames.empty() ? t_seed : sequence.frames.back().t + td;
   if (t_end - t_seed >= 0.5 * options.seconds) return true;
   record->message = "the data end too soon after the window";

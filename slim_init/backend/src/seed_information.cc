@@ -2,6 +2,7 @@
 #include "seed_information.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 
 #include "geometry/so3.h"
 

@@ -118,9 +118,8 @@ class SlidingWindowEstimator::Implementation {
       return report;
     }
     Eigen::MatrixXd root;
-    if (!newest.isFinite() ||
-        !seedInformation(newest, covariance, options_.anchor_position_m, options_.anchor_yaw_rad,
-                         &root)) {
+    if (!newest.isFinite() || !seedInformation(newest, covariance, options_.anchor_position_m,
+                                               options_.anchor_yaw_rad, &root)) {
       report.problem = "the state is not finite, or its covariance not positive definite";
       return report;
     }

@@ -2,6 +2,7 @@
 #include "slim_init/evaluation/provisional.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -110,9 +111,10 @@ std::vector<double> collect(const std::vector<const ProvisionalRecord*>& records
   return out;
 }
 
-void describe(const char* title, const std::vector<const ProvisionalRecord*>& records,
-              int trials, std::ostringstream* out) {
-  const auto errors = collect(records, [](const ProvisionalRecord& r) { return r.errors.velocity; });
+void describe(const char* title, const std::vector<const ProvisionalRecord*>& records, int trials,
+              std::ostringstream* out) {
+  const auto errors =
+      collect(records, [](const ProvisionalRecord& r) { return r.errors.velocity; });
   double largest = 0.0;
   int beyond = 0;
   for (const double error : errors) {
@@ -126,17 +128,16 @@ void describe(const char* title, const std::vector<const ProvisionalRecord*>& re
   }
   const auto of = [&](auto value) { return collect(records, value); };
   *out << "; velocity error " << medianOf(errors) << " m/s median, " << largest << " largest, "
-       << beyond << " beyond 1, "
-       << 100.0 * medianOf(of([](const ProvisionalRecord& r) {
-            return r.errors.velocity / r.errors.speed;
-          }))
+       << beyond << " beyond 1, " << 100.0 * medianOf(of([](const ProvisionalRecord& r) {
+                                       return r.errors.velocity / r.errors.speed;
+                                     }))
        << " % of the speed; squared error over covariance: velocity "
        << meanOf(of([](const ProvisionalRecord& r) { return r.errors.velocity_squared; }))
        << ", tilt " << meanOf(of([](const ProvisionalRecord& r) { return r.errors.tilt_squared; }))
        << ", scale "
        << meanOf(of([](const ProvisionalRecord& r) { return r.errors.log_scale_squared; }))
-       << "; solve "
-       << medianOf(of([](const ProvisionalRecord& r) { return r.solve_ms; })) << " ms\n";
+       << "; solve " << medianOf(of([](const ProvisionalRecord& r) { return r.solve_ms; }))
+       << " ms\n";
 }
 
 }  // namespace
@@ -168,16 +169,16 @@ NewestErrors evaluateNewest(const InitResult& answer, const std::vector<NavState
   across.row(1) = up.cross(across.row(0).transpose());
   const Eigen::Matrix<double, 2, 3> of_tilt = across * cross(up);
   out.velocity_squared = normalized(velocity, of_velocity * P * of_velocity.transpose());
-  out.tilt_squared = normalized(across * (up - true_up),
-                                of_tilt * P.topLeftCorner<3, 3>() * of_tilt.transpose());
+  out.tilt_squared =
+      normalized(across * (up - true_up), of_tilt * P.topLeftCorner<3, 3>() * of_tilt.transpose());
   return out;
 }
 
 std::string runProvisional(const Sequence& sequence, const InitializerOptions& initializer,
-                           const ProvisionalRun& options,
-                           std::vector<ProvisionalRecord>* records) {
+                           const ProvisionalRun& options, std::vector<ProvisionalRecord>* records) {
   records->clear();
-  if (options.stride < 1) return "stride is " + std::to_string(options.stride) + ", must be at least 1";
+  if (options.stride < 1)
+    return "stride is " + std::to_string(options.stride) + ", must be at least 1";
   int trials = 0;
   for (std::size_t first = 0; first < sequence.frames.size();
        first += static_cast<std::size_t>(options.stride)) {
@@ -273,10 +274,10 @@ std::string provisionalCsv(const std::vector<ProvisionalRecord>& records) {
     out << r.trial << ',' << r.t_start << ',' << r.data_s << ',' << toString(r.status) << ','
         << r.first << ',' << r.errors.speed << ',' << r.errors.velocity << ','
         << r.errors.velocity_squared << ',' << r.errors.tilt_deg << ',' << r.errors.tilt_squared
-        << ',' << r.errors.log_scale << ',' << r.errors.log_scale_squared << ','
-        << r.velocity_sigma << ',' << r.scale_sigma << ',' << r.solve_ms << ','
-        << r.downstream.ran << ',' << r.downstream.diverged << ',' << r.downstream.ate << ','
-        << r.downstream.scale_error << '\n';
+        << ',' << r.errors.log_scale << ',' << r.errors.log_scale_squared << ',' << r.velocity_sigma
+        << ',' << r.scale_sigma << ',' << r.solve_ms << ',' << r.downstream.ran << ','
+        << r.downstream.diverged << ',' << r.downstream.ate << ',' << r.downstream.scale_error
+        << '\n';
   }
   return out.str();
 }

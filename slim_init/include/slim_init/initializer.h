@@ -88,7 +88,8 @@ std::unique_ptr<IInitializer> makeInitializer(const Calibration& calibration,
                                               std::string* error = nullptr);
 
 /// Pairs a keyframe window with any solver, which must not be null. Of `options`, `window`,
-/// `imu` and `provisional` are used: the solver has its own. Invalid calibration or options: as above.
+/// `imu` and `provisional` are used: the solver has its own. Invalid calibration or options: as
+/// above.
 std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solver,
                                               const Calibration& calibration,
                                               const InitializerOptions& options,

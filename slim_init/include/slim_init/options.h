@@ -189,9 +189,9 @@ struct GateOptions {
 
 /// Answers before the scale is known (InitStatus::kProvisional), for hosts that take a prior.
 struct ProvisionalOptions {
-  bool enabled = false;            ///< offer one where there is no success
-  int keyframes = 11;              ///< most keyframes of a young window
-  double min_interval_s = 0.045;   ///< least time between them [s]
+  bool enabled = false;             ///< offer one where there is no success
+  int keyframes = 11;               ///< most keyframes of a young window
+  double min_interval_s = 0.045;    ///< least time between them [s]
   double max_velocity_sigma = 0.4;  ///< of the newest velocity, along its worst axis [m/s]
   double max_tilt_sigma_deg = 3.0;  ///< of the newest attitude against gravity [deg]
   double max_scale_sigma = 0.4;     ///< of the logarithm of the scale

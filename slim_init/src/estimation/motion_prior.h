@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What is known about the motion of a vehicle before any data (docs/derivation.md, 5.2). In a window
-// of a few tenths of a second the images leave the scale to the accelerometer, which has hardly
-// begun to see it; without this the estimate may be at any speed.
+// What is known about the motion of a vehicle before any data (docs/derivation.md, 5.2). In a
+// window of a few tenths of a second the images leave the scale to the accelerometer, which has
+// hardly begun to see it; without this the estimate may be at any speed.
 #pragma once
 
 #include <Eigen/Core>

@@ -20,7 +20,7 @@ struct Posterior {
   /// Of InitResult's error state, [theta, p, v] per keyframe, then b_g, b_a, in the world frame.
   /// The first position is the origin and has none; the first attitude has that of gravity.
   Eigen::MatrixXd covariance;
-  double scale_sigma = kNotComputed;        ///< relative
+  double scale_sigma = kNotComputed;  ///< relative
   /// How the errors of `covariance` follow a relative change of the scale, everything else at its
   /// most probable.
   Eigen::VectorXd by_scale;

@@ -38,14 +38,11 @@ class LogSum {
 
 }  // namespace
 
-VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
-                                             const std::vector<Track>& lines,
-                                             const std::vector<Preintegration>& pre,
-                                             const std::vector<VanishingPoint>* vanishing_points,
-                                             const RefinementOptions& options,
-                                             const InertialOptions& inertial,
-                                             const std::optional<RigPrior>& rig,
-                                             const std::optional<MotionPrior>& motion)
+VisualInertialProblem::VisualInertialProblem(
+    const InitWindow& window, const std::vector<Track>& lines,
+    const std::vector<Preintegration>& pre, const std::vector<VanishingPoint>* vanishing_points,
+    const RefinementOptions& options, const InertialOptions& inertial,
+    const std::optional<RigPrior>& rig, const std::optional<MotionPrior>& motion)
     : window_(window),
       pre_(pre),
       options_(options),
@@ -181,8 +178,8 @@ double VisualInertialProblem::addPriors(const WindowState& state, System* system
 }
 
 double VisualInertialProblem::addMotionPrior(const WindowState& state, System* system) const {
-  const MotionResidual prior = motionResidual(
-      state, *motion_, window_.times().back() - window_.times().front());
+  const MotionResidual prior =
+      motionResidual(state, *motion_, window_.times().back() - window_.times().front());
   const Eigen::Matrix<double, 9, 9> JJ = prior.J.transpose() * prior.J;
   const Eigen::Matrix<double, 9, 1> Jr = prior.J.transpose() * prior.r;
   // Ascending, so that the blocks are in the lower triangle.

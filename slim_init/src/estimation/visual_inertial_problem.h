@@ -6,8 +6,9 @@
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
-// readout time as well (rig_model.h), and with a prior on the motion (motion_prior.h). The parameters of every track are eliminated inside each
-// Gauss-Newton step (Schur complement), which is the same step as on their null space.
+// readout time as well (rig_model.h), and with a prior on the motion (motion_prior.h). The
+// parameters of every track are eliminated inside each Gauss-Newton step (Schur complement), which
+// is the same step as on their null space.
 #pragma once
 
 #include <Eigen/Core>

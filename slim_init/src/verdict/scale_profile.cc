@@ -232,8 +232,8 @@ double ScaleCost::operator()(double log_ratio) const {
   Eigen::MatrixXd M = normal.topLeftCorner<9, 9>();
   M.diagonal().segment<3>(3).array() += accel_bias_information_;
   M += motion_by_unknowns_.transpose() * motion_by_unknowns_;  // zero without a prior
-  const Eigen::VectorXd b = normal.row(9).head<9>().transpose() -
-                            motion_by_unknowns_.transpose() * motion_offset_;
+  const Eigen::VectorXd b =
+      normal.row(9).head<9>().transpose() - motion_by_unknowns_.transpose() * motion_offset_;
   Eigen::VectorXd x;
   if (!solveGravityConstrained(M, b, gravity_magnitude_, &x)) return kInfinity;
   return x.dot(M.selfadjointView<Eigen::Lower>() * x) - 2.0 * b.dot(x) + normal(9, 9) +
