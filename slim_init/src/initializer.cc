@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
+#include "provisional.h"
 #include "slim_init/answer_sequence.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/state_at.h"
@@ -54,36 +56,40 @@ class Initializer : public IInitializer {
               const InitializerOptions& options)
       : solver_(std::move(solver)),
         window_(calibration, options.window, StreamOptions::liveData(options.imu)),
-        answers_(options.window.fullSpan(), AnswerSequence::kMaxDisagreement) {}
+        answers_(options.window.fullSpan(), AnswerSequence::kMaxDisagreement) {
+    if (!options.provisional.enabled) return;
+    young_.emplace(calibration, youngWindow(options), StreamOptions::liveData(options.imu));
+  }
 
   const std::string& name() const override { return solver_->name(); }
-  AddStatus addImu(const ImuSample& sample) override { return noted(window_.addImu(sample)); }
+  AddStatus addImu(const ImuSample& sample) override {
+    if (young_) young_->addImu(sample);
+    return noted(window_.addImu(sample));
+  }
   AddStatus addFrame(FrameObservation frame) override {
+    if (young_) young_->addFrame(frame);
     return noted(window_.addFrame(std::move(frame)));
   }
   AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
+    if (young_) young_->addLines(stamp, lines);
     return window_.addLines(stamp, std::move(lines));
   }
   void setTd(double td) override {
     if (std::abs(td - window_.calibration().td) > kSameTd) forgetAnswers();
+    if (young_) young_->setTd(td);
     window_.setTd(td);
   }
   void reset() override {
+    if (young_) young_->reset();
     window_.reset();
     forgetAnswers();
   }
 
   InitResult initialize() override {
     const WindowCut cut = window_.cut();
-    if (cut.window == nullptr) return refuse(cut.status, cut.message);
-    InitResult result = solver_->solve(*cut.window);
-    const double newest = cut.window->times().back();
-    if (result.success() && result.hasEstimate() &&
-        !(std::abs(newest - last_question_) <= kSuccessive)) {
-      answerEarlier(cut.window->size(), result);
-    }
-    answers_.judge(&result);
-    last_question_ = newest;
+    InitResult result =
+        cut.window == nullptr ? refuse(cut.status, cut.message) : answer(*cut.window);
+    if (young_ && !result.success()) offerProvisional(&result);
     if (const std::string message = result.validate(); !message.empty()) {
       return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
     }
@@ -94,7 +100,7 @@ class Initializer : public IInitializer {
     const std::string problem = checkHealthy(last_healthy);
     if (!problem.empty()) return refuse(InitStatus::kInvalidInput, problem);
     InitResult result = initialize();
-    if (!result.success()) return result;
+    if (!result.success() && !result.provisional()) return result;
     // Between the healthy state and the window the IMU alone carries the frame.
     const std::vector<ImuSample> imu = bufferedSamples();
     const double gap = largestGap(imu, last_healthy.t, result.states.front().t);
@@ -135,6 +141,43 @@ class Initializer : public IInitializer {
   static constexpr double kSameTd = 1e-3;
   // A question this long after the one before is asked anew [s]: two images at 10 Hz, and a half.
   static constexpr double kSuccessive = 0.25;
+
+  // Young windows, of every image.
+  static WindowOptions youngWindow(const InitializerOptions& options) {
+    WindowOptions young = options.window;
+    young.keyframes = options.provisional.keyframes;
+    young.min_keyframes = kMinKeyframes;
+    young.min_interval_s = options.provisional.min_interval_s;
+    young.max_span_s = 0.0;
+    return young;
+  }
+
+  // What a host that takes a prior can start with. Where there is nothing, `result` keeps its own
+  // reason.
+  void offerProvisional(InitResult* result) const {
+    const WindowCut cut = young_->cut();
+    if (cut.window == nullptr) return;
+    InitResult young = solver_->solveProvisional(*cut.window);
+    if (!young.provisional()) return;
+    // As it was before the newest third of the data.
+    const WindowCut before = young_->cut(std::max(1, cut.window->size() / 3));
+    if (before.window == nullptr) return;
+    const InitResult earlier = solver_->solveProvisional(*before.window);
+    if (agrees(earlier, young)) *result = std::move(young);
+  }
+
+  // Judged by the answers before it.
+  InitResult answer(const InitWindow& window) {
+    InitResult result = solver_->solve(window);
+    const double newest = window.times().back();
+    if (result.success() && result.hasEstimate() &&
+        !(std::abs(newest - last_question_) <= kSuccessive)) {
+      answerEarlier(window.size(), result);
+    }
+    answers_.judge(&result);
+    last_question_ = newest;
+    return result;
+  }
 
   AddStatus noted(AddStatus status) {
     if (status == AddStatus::kRestarted) forgetAnswers();
@@ -232,6 +275,7 @@ class Initializer : public IInitializer {
   KeyframeWindow window_;
   AnswerSequence answers_;
   double last_question_ = kNotComputed;  // newest keyframe [s]
+  std::optional<KeyframeWindow> young_;  // where provisional answers are wanted
 };
 
 }  // namespace
@@ -249,6 +293,8 @@ std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solv
     message = "window." + message;
   } else if (message = options.imu.validate(); !message.empty()) {
     message = "imu." + message;
+  } else if (message = options.provisional.validate(); !message.empty()) {
+    message = "provisional." + message;
   }
   if (!message.empty()) {
     if (error != nullptr) *error = message;

@@ -14,6 +14,7 @@
 #include "imu/preintegration.h"
 #include "minimum_search.h"
 #include "other_scale.h"
+#include "provisional.h"
 #include "rotation/robust_bias.h"
 #include "rotation_stage.h"
 #include "solver_support.h"
@@ -228,6 +229,10 @@ InitResult Slim::solve(const InitWindow& window) const {
   clock.lap("verdict");
   if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, options_, &result);
   return result;
+}
+
+InitResult Slim::solveProvisional(const InitWindow& window) const {
+  return provisionalAnswer(window, options_);
 }
 
 std::unique_ptr<WindowSolver> makeSlimSolver(const InitializerOptions& options,

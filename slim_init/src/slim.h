@@ -16,6 +16,7 @@ class Slim : public WindowSolver {
   explicit Slim(const InitializerOptions& options) : options_(options) {}
   const std::string& name() const override;
   InitResult solve(const InitWindow& window) const override;
+  InitResult solveProvisional(const InitWindow& window) const override;
 
  private:
   InitializerOptions options_;

@@ -367,6 +367,10 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"out", &o.out, "DIR", "Folder for the data and the report", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
+      {"provisional", &o.provisional, "",
+       "In place of the windows: `slim` asked at every image from every start until it answers, "
+       "provisional answers included",
+       "provisional"},
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted answer and run it for so long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},

@@ -117,6 +117,78 @@ void compare(const Sequence& sequence, const std::vector<NavState>& path,
   }
 }
 
+/// Feeds the frames after `frame`, which the estimator was seeded at, and compares with the truth.
+void follow(const Sequence& sequence, const DownstreamOptions& options, int frame, Feed* feed,
+            SlidingWindowEstimator* estimator, DownstreamRecord* record) {
+  const double t_seed = feed->timeOf(frame);
+  std::vector<NavState> path(1, estimator->newest());
+  double t_last = t_seed;
+  const int frames = static_cast<int>(sequence.frames.size());
+  for (int next = frame + 1; next < frames && !record->diverged; ++next) {
+    const double t = feed->timeOf(next);
+    if (t > t_seed + options.seconds + kStampRounding) break;
+    if (t < t_last + options.frame_interval_s - kStampRounding) continue;
+    t_last = t;
+    const FrameReport report = feed->add(next);
+    if (!report.ok() && !estimator->seeded()) {
+      diverge(report.problem, record);
+    } else if (report.ok()) {
+      const NavState newest = estimator->newest();
+      if (const std::string failure = detectFailure(path.back(), newest, report, options.failure);
+          !failure.empty()) {
+        diverge(failure, record);
+      }
+      path.push_back(newest);
+    }
+    // A frame that the IMU data do not cover is skipped, for every method alike.
+  }
+  record->seconds = path.back().t - t_seed;
+  compare(sequence, path, estimator->states(), options, record);
+}
+
+/// False, with a message, where less than half of the seconds are there.
+bool dataReach(const Sequence& sequence, double td, double t_seed, const DownstreamOptions& options,
+               DownstreamRecord* record) {
+  const double t_end = sequence.frames.empty() ? t_seed : sequence.frames.back().t + td;
+  if (t_end - t_seed >= 0.5 * options.seconds) return true;
+  record->message = "the data end too soon after the window";
+  return false;
+}
+
+/// From the newest state of a provisional answer, its covariance as prior.
+DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer,
+                              const DownstreamOptions& options) {
+  DownstreamRecord record;
+  const Calibration calibration = calibrationOf(sequence, answer);
+  SlidingWindowEstimator estimator(calibration, options.estimator);
+  Feed feed(sequence, calibration.td, &estimator);
+  const NavState& newest = answer.states.back();
+  const int frame = frameAt(sequence, calibration.td, newest.t);
+  if (frame < 0) {
+    record.message = "the newest state of the answer belongs to no frame of the sequence";
+    return record;
+  }
+  feed.start(frame);
+  if (const FrameReport report = feed.add(frame); !report.ok()) {
+    record.message = report.problem;
+    return record;
+  }
+  if (!dataReach(sequence, calibration.td, feed.timeOf(frame), options, &record)) return record;
+  // Of [theta, p, v] of the newest state and of the biases.
+  const auto n = static_cast<Eigen::Index>(answer.states.size());
+  Eigen::Matrix<double, 15, 15> covariance;
+  const Eigen::MatrixXd& P = answer.covariance;
+  covariance << P.block<9, 9>(9 * (n - 1), 9 * (n - 1)), P.block<9, 6>(9 * (n - 1), 9 * n),
+      P.block<6, 9>(9 * n, 9 * (n - 1)), P.block<6, 6>(9 * n, 9 * n);
+  record.ran = true;
+  if (const FrameReport report = estimator.seed(newest, covariance); !report.ok()) {
+    diverge(report.problem, &record);
+    return record;
+  }
+  follow(sequence, options, frame, &feed, &estimator, &record);
+  return record;
+}
+
 }  // namespace
 
 std::string DownstreamOptions::validate() const {
@@ -162,6 +234,7 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
     record.message = "no states to start from";
     return record;
   }
+  if (answer.provisional()) return runFromPrior(sequence, answer, options);
   const auto most = static_cast<std::size_t>(options.estimator.window_frames - 1);
   const auto skipped = answer.states.size() > most ? answer.states.size() - most : 0;
   const std::vector<NavState> seed(answer.states.begin() + static_cast<std::ptrdiff_t>(skipped),
@@ -183,41 +256,14 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
       return record;
     }
   }
-  const double t_seed = feed.timeOf(frame);
-  const double t_end = sequence.frames.empty() ? t_seed : sequence.frames.back().t + calibration.td;
-  if (t_end - t_seed < 0.5 * options.seconds) {
-    record.message = "the data end too soon after the window";
-    return record;
-  }
+  if (!dataReach(sequence, calibration.td, feed.timeOf(frame), options, &record)) return record;
 
   record.ran = true;
   if (const FrameReport report = estimator.seed(seed); !report.ok()) {
     diverge(report.problem, &record);
     return record;
   }
-  std::vector<NavState> path(1, estimator.newest());
-  double t_last = t_seed;
-  const int frames = static_cast<int>(sequence.frames.size());
-  for (int next = frame + 1; next < frames && !record.diverged; ++next) {
-    const double t = feed.timeOf(next);
-    if (t > t_seed + options.seconds + kStampRounding) break;
-    if (t < t_last + options.frame_interval_s - kStampRounding) continue;
-    t_last = t;
-    const FrameReport report = feed.add(next);
-    if (!report.ok() && !estimator.seeded()) {
-      diverge(report.problem, &record);
-    } else if (report.ok()) {
-      const NavState newest = estimator.newest();
-      if (const std::string failure = detectFailure(path.back(), newest, report, options.failure);
-          !failure.empty()) {
-        diverge(failure, &record);
-      }
-      path.push_back(newest);
-    }
-    // A frame that the IMU data do not cover is skipped, for every method alike.
-  }
-  record.seconds = path.back().t - t_seed;
-  compare(sequence, path, estimator.states(), options, &record);
+  follow(sequence, options, frame, &feed, &estimator, &record);
   return record;
 }
 

@@ -48,6 +48,8 @@ class IInitializer {
 
   /// Solves the newest window. The data stays, so it may be called again at any time. kSuccess
   /// means that there is an estimate and that every enforced gate passed (InitResult::validate()).
+  /// With ProvisionalOptions::enabled kProvisional comes earlier: states whose scale is not known
+  /// yet, with a covariance to take as a prior. A host that does not do so waits on.
   virtual InitResult initialize() = 0;
 
   /// Solves the newest window after a failure of the host and joins the answer to the host's old
@@ -86,8 +88,9 @@ std::unique_ptr<IInitializer> makeInitializer(const Calibration& calibration,
                                               const InitializerOptions& options,
                                               std::string* error = nullptr);
 
-/// Pairs a keyframe window with any solver, which must not be null. Of `options`, `window` and
-/// `imu` are used: the solver has its own. Invalid calibration or options: as above.
+/// Pairs a keyframe window with any solver, which must not be null. Of `options`, `window`,
+/// `imu` and `provisional` are used: the solver has its own. Invalid calibration or options: as
+/// above.
 std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solver,
                                               const Calibration& calibration,
                                               const InitializerOptions& options,

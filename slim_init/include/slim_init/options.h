@@ -194,6 +194,21 @@ struct GateOptions {
   std::string validate() const;
 };
 
+/// Answers before the scale is known (InitStatus::kProvisional), for hosts that take a prior.
+struct ProvisionalOptions {
+  bool enabled = false;             ///< offer one where there is no success
+  int keyframes = 11;               ///< most keyframes of a young window
+  double min_interval_s = 0.045;    ///< least time between them [s]
+  double max_velocity_sigma = 0.4;  ///< of the newest velocity, along its worst axis [m/s]
+  double max_tilt_sigma_deg = 3.0;  ///< of the newest attitude against gravity [deg]
+  double max_scale_sigma = 0.4;     ///< of the logarithm of the scale
+  double speed_prior = 2.0;         ///< standard deviation of a velocity before any data [m/s]
+  double acceleration_prior = 3.0;  ///< of the mean acceleration over the window [m/s^2]
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
 /// All options of an initializer.
 struct InitializerOptions {
   ImuLimits imu;                              ///< of the IMU stream
@@ -206,6 +221,7 @@ struct InitializerOptions {
   RefinementOptions refinement;               ///< refinement of `slim`
   SlimOptions slim;                           ///< switches of `slim`
   GateOptions gates;                          ///< verdict
+  ProvisionalOptions provisional;             ///< answers before the scale is known
 
   /// Returns an empty string, or the first message of a nested validate(), prefixed with the
   /// section ("window.keyframes is 1, must be in [4, 50]").

@@ -30,15 +30,21 @@ enum class InitStatus {
   // Errors.
   kInvalidInput,      ///< nothing; `message` names the offending field
   kNumericalFailure,  ///< nothing
+
+  /// Wait, for hosts that know no better: everything as with kSuccess, but the scale may still be
+  /// wrong by half. `covariance` says how well velocity, attitude and biases are known; a host that
+  /// takes it as a prior can start with it.
+  kProvisional,
 };
 
 /// Stable lower-case name, used in files and messages: "success", "too_few_keyframes",
 /// "too_few_tracks", "stationary", "too_little_excitation", "pure_rotation",
 /// "degenerate_alignment", "inconsistent_residuals", "scale_too_uncertain", "invalid_input",
-/// "numerical_failure".
+/// "numerical_failure", "provisional".
 const char* toString(InitStatus status);
 
-/// True for the statuses that more data may cure (kTooFewKeyframes .. kPureRotation).
+/// True for the statuses that more data may cure (kTooFewKeyframes .. kPureRotation,
+/// kProvisional).
 bool isWait(InitStatus status);
 
 /// True where an estimate was computed and then rejected by a gate.
@@ -63,8 +69,10 @@ enum class GateName {
   kPointSpread,
   kOtherScale,  ///< cost of another scale
   kScaleSigma,
-  kAgreement,  ///< with the answers before (AnswerSequence)
-  kOther,      ///< of a method from elsewhere: GateValue::explanation says what
+  kVelocitySigma,  ///< of the newest keyframe (provisional answers)
+  kTiltSigma,      ///< the same
+  kAgreement,      ///< with the answers before (AnswerSequence)
+  kOther,          ///< of a method from elsewhere: GateValue::explanation says what
 };
 
 /// Stable lower-case name, used in files and messages: "parallax", "least_parallax", "excitation",
@@ -188,11 +196,13 @@ struct InitResult {
   SolveCounts counts;
 
   bool success() const { return status == InitStatus::kSuccess; }
+  bool provisional() const { return status == InitStatus::kProvisional; }
   bool hasEstimate() const { return !states.empty(); }
   double totalMs() const;
 
-  /// Returns an empty string where the status is not kSuccess, or where there are finite states and
-  /// gravity and every enforced gate passed; else a message saying what contradicts kSuccess.
+  /// Returns an empty string where the status is neither kSuccess nor kProvisional, or where there
+  /// are finite states and gravity, a covariance if it is kProvisional, and every enforced gate
+  /// passed; else a message saying what contradicts the status.
   /// makeInitializer() holds every solver to it, the host adapter every initializer.
   std::string validate() const;
 };

@@ -22,6 +22,15 @@ class WindowSolver {
   /// Name of the method, e.g. "slim".
   virtual const std::string& name() const = 0;
   virtual InitResult solve(const InitWindow& window) const = 0;
+  /// An answer for a host that takes a prior, from a window that is too young to know its scale:
+  /// kProvisional with the covariance of the states, or a refusal. A method without one keeps this
+  /// default, kTooFewKeyframes.
+  virtual InitResult solveProvisional(const InitWindow& /*window*/) const {
+    InitResult none;
+    none.status = InitStatus::kTooFewKeyframes;
+    none.message = name() + " has no provisional answers";
+    return none;
+  }
 };
 
 /// Makes `slim`, the method of this library. Invalid options: null, and a message in `error` (may

@@ -350,6 +350,33 @@ OptionTable optionTable(GateOptions* o) {
   return table;
 }
 
+OptionTable optionTable(ProvisionalOptions* o) {
+  return {
+      userKey("enabled", &o->enabled,
+              "offer states with a covariance before the scale is known, from 0.2 s on: status "
+              "provisional. For hosts that take them as a prior; others wait on"),
+      advancedKey("keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
+                  "most keyframes of a young window: half a second of images at 20 Hz"),
+      advancedKey("min_interval_s", &o->min_interval_s, {0.005, 1.0}, "s",
+                  "least time between its keyframes: every image at 20 Hz"),
+      advancedKey("max_velocity_sigma", &o->max_velocity_sigma, {0.0, 100.0}, "m/s",
+                  "standard deviation of the newest velocity along its worst axis; more is not "
+                  "offered. An estimator started with a velocity wrong by less than 1 m/s ends "
+                  "well"),
+      advancedKey("max_tilt_sigma_deg", &o->max_tilt_sigma_deg, {0.0, 90.0}, "deg",
+                  "the same of the newest attitude against gravity"),
+      advancedKey(
+          "max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
+          "standard deviation of the logarithm of the scale. Beyond, the density is that of "
+          "the priors, and its mean is drawn to zero"),
+      advancedKey("speed_prior", &o->speed_prior, {0.01, 1e3}, "m/s",
+                  "standard deviation of a velocity before any data, per axis; raise it for fast "
+                  "vehicles"),
+      advancedKey("acceleration_prior", &o->acceleration_prior, {0.01, 1e3}, "m/s^2",
+                  "the same of the mean acceleration over the window"),
+  };
+}
+
 OptionTable optionTable(InitializerOptions* o) {
   OptionTable table;
   appendSection("imu", optionTable(&o->imu), {}, &table);
@@ -363,6 +390,7 @@ OptionTable optionTable(InitializerOptions* o) {
   appendSection("reverse_alignment", optionTable(&o->reverse_alignment), kSlim, &table);
   appendSection("refinement", optionTable(&o->refinement), kSlim, &table);
   appendSection("slim", optionTable(&o->slim), kSlim, &table);
+  appendSection("provisional", optionTable(&o->provisional), kSlim, &table);
   return table;
 }
 
@@ -472,6 +500,8 @@ std::string SlimOptions::validate() const {
 
 std::string GateOptions::validate() const { return checkTable(*this).message(); }
 
+std::string ProvisionalOptions::validate() const { return checkTable(*this).message(); }
+
 std::string InitializerOptions::validate() const {
   return RangeCheck()
       .nested("imu", imu.validate())
@@ -484,6 +514,7 @@ std::string InitializerOptions::validate() const {
       .nested("refinement", refinement.validate())
       .nested("slim", slim.validate())
       .nested("gates", gates.validate())
+      .nested("provisional", provisional.validate())
       .message();
 }
 

@@ -21,6 +21,7 @@ const char* toString(InitStatus status) {
     case InitStatus::kScaleTooUncertain: return "scale_too_uncertain";
     case InitStatus::kInvalidInput: return "invalid_input";
     case InitStatus::kNumericalFailure: return "numerical_failure";
+    case InitStatus::kProvisional: return "provisional";
   }
   return "unknown";
 }
@@ -44,6 +45,8 @@ const char* toString(GateName name) {
     case GateName::kPointSpread: return "point_spread";
     case GateName::kOtherScale: return "other_scale";
     case GateName::kScaleSigma: return "scale_sigma";
+    case GateName::kVelocitySigma: return "velocity_sigma";
+    case GateName::kTiltSigma: return "tilt_sigma";
     case GateName::kAgreement: return "agreement";
     case GateName::kOther: return "other";
   }
@@ -56,7 +59,8 @@ bool isWait(InitStatus status) {
     case InitStatus::kTooFewTracks:
     case InitStatus::kStationary:
     case InitStatus::kTooLittleExcitation:
-    case InitStatus::kPureRotation: return true;
+    case InitStatus::kPureRotation:
+    case InitStatus::kProvisional: return true;
     default: return false;
   }
 }
@@ -87,24 +91,29 @@ double InitResult::totalMs() const {
 }
 
 std::string InitResult::validate() const {
-  if (!success()) return "";
-  if (states.empty()) return "success without states";
-  if (!gravity_w.allFinite()) return "success without gravity";
+  if (!success() && !provisional()) return "";
+  const std::string verdict = toString(status);
+  if (states.empty()) return verdict + " without states";
+  if (!gravity_w.allFinite()) return verdict + " without gravity";
   for (const NavState& state : states) {
-    if (!state.isFinite()) return "success with a state that is not finite";
+    if (!state.isFinite()) return verdict + " with a state that is not finite";
+  }
+  if (provisional() && (covariance.size() == 0 || !covariance.allFinite())) {
+    return verdict + " without a finite covariance";
   }
   const Eigen::Index errors = 9 * static_cast<Eigen::Index>(states.size()) + 6;
   if (covariance.size() > 0 && (covariance.rows() != errors || covariance.cols() != errors)) {
     std::ostringstream out;
-    out << "success with a covariance of " << covariance.rows() << " x " << covariance.cols()
+    out << verdict << " with a covariance of " << covariance.rows() << " x " << covariance.cols()
         << ", must be " << errors << " x " << errors << " or empty";
     return out.str();
   }
   for (const GateValue& gate : gates) {
     if (!gate.enforced || gate.passed) continue;
     std::ostringstream out;
-    out << "success although the enforced gate " << toString(gate.name) << " failed: " << gate.value
-        << ", must be at " << (gate.upper_bound ? "most " : "least ") << gate.threshold;
+    out << verdict << " although the enforced gate " << toString(gate.name)
+        << " failed: " << gate.value << ", must be at " << (gate.upper_bound ? "most " : "least ")
+        << gate.threshold;
     return out.str();
   }
   return "";

@@ -122,8 +122,15 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
   if (at.rigs) {
     out.rig_covariance = of_parts.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>();
   }
-  out.covariance = propagatedCovariance(L, worldErrors(visual, errors, at));
-  out.valid = out.covariance.allFinite();
+  // The scale once more, below what the host is told.
+  Eigen::MatrixXd T(9 * at.n + 7, m);
+  T.topRows(9 * at.n + 6) = worldErrors(visual, errors, at);
+  T.bottomRows<1>() = parts.row(kScale);
+  const Eigen::MatrixXd covariance = propagatedCovariance(L, T);
+  const Eigen::Index last = covariance.rows() - 1;
+  out.covariance = covariance.topLeftCorner(last, last);
+  out.by_scale = covariance.col(last).head(last) / covariance(last, last);
+  out.valid = covariance.allFinite();
   return out;
 }
 

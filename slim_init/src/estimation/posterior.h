@@ -20,7 +20,10 @@ struct Posterior {
   /// Of InitResult's error state, [theta, p, v] per keyframe, then b_g, b_a, in the world frame.
   /// The first position is the origin and has none; the first attitude has that of gravity.
   Eigen::MatrixXd covariance;
-  double scale_sigma = kNotComputed;        ///< relative
+  double scale_sigma = kNotComputed;  ///< relative
+  /// How the errors of `covariance` follow a relative change of the scale, everything else at its
+  /// most probable.
+  Eigen::VectorXd by_scale;
   double gravity_sigma_rad = kNotComputed;  ///< of the direction, root of the mean over both axes
   /// Of the rig error [rotation, translation, td, readout]; zero where it is not estimated.
   Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig> rig_covariance =

@@ -148,10 +148,11 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<WindowState>& starts, StartMode mode,
                            const RefinementOptions& options, const InertialOptions& inertial,
-                           const std::optional<RigPrior>& rig) {
+                           const std::optional<RigPrior>& rig,
+                           const std::optional<MotionPrior>& motion) {
   RefinedWindow out;
   const double focal = window.calibration().focal_px;
-  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig);
+  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig, motion);
   const int handed_in = map.pointViews();
 
   Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)

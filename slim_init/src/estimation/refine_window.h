@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "estimation/motion_prior.h"
 #include "estimation/rig_model.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
@@ -74,6 +75,7 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<WindowState>& starts, StartMode mode,
                            const RefinementOptions& options, const InertialOptions& inertial,
-                           const std::optional<RigPrior>& rig = std::nullopt);
+                           const std::optional<RigPrior>& rig = std::nullopt,
+                           const std::optional<MotionPrior>& motion = std::nullopt);
 
 }  // namespace slim_init

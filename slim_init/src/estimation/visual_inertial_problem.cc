@@ -120,13 +120,11 @@ void normalEquations(const FactorRows<C>& rows, const Eigen::Matrix<double, 9, 1
 
 }  // namespace
 
-VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
-                                             const std::vector<Track>& lines,
-                                             const std::vector<Preintegration>& pre,
-                                             const std::vector<VanishingPoint>* vanishing_points,
-                                             const RefinementOptions& options,
-                                             const InertialOptions& inertial,
-                                             const std::optional<RigPrior>& rig)
+VisualInertialProblem::VisualInertialProblem(
+    const InitWindow& window, const std::vector<Track>& lines,
+    const std::vector<Preintegration>& pre, const std::vector<VanishingPoint>* vanishing_points,
+    const RefinementOptions& options, const InertialOptions& inertial,
+    const std::optional<RigPrior>& rig, const std::optional<MotionPrior>& motion)
     : window_(window),
       pre_(pre),
       options_(options),
@@ -138,7 +136,9 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
       rows_{t_b_c_, window.calibration().readout_s},
       rolling_(rows_.readout_s > 0.0),
       rig_(rig),
-      solver_(layout_, rolling_) {
+      motion_(motion),
+      // A prior on the motion couples velocities that are not neighbours.
+      solver_(layout_, rolling_ || motion.has_value()) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
   point_views_.reserve(window.pointSightings().size());
@@ -257,7 +257,25 @@ double VisualInertialProblem::addPriors(const WindowState& state, System* system
   system->H.diagonal().segment<3>(layout_.gyroBias()).array() += w_g;
   system->g.segment<3>(layout_.accelBias()) += w_a * state.accel_bias;
   system->g.segment<3>(layout_.gyroBias()) += w_g * state.gyro_bias;
-  return w_a * state.accel_bias.squaredNorm() + w_g * state.gyro_bias.squaredNorm();
+  return w_a * state.accel_bias.squaredNorm() + w_g * state.gyro_bias.squaredNorm() +
+         (motion_ ? addMotionPrior(state, system) : 0.0);
+}
+
+double VisualInertialProblem::addMotionPrior(const WindowState& state, System* system) const {
+  const MotionResidual prior =
+      motionResidual(state, *motion_, window_.times().back() - window_.times().front());
+  const Eigen::Matrix<double, 9, 9> JJ = prior.J.transpose() * prior.J;
+  const Eigen::Matrix<double, 9, 1> Jr = prior.J.transpose() * prior.r;
+  // Ascending, so that the blocks are in the lower triangle.
+  const int at[] = {layout_.velocity(0), layout_.velocity(MotionPrior::middle(layout_.n)),
+                    layout_.velocity(layout_.n - 1)};
+  for (int a = 0; a < 3; ++a) {
+    system->g.segment<3>(at[a]) += Jr.segment<3>(3 * a);
+    for (int b = 0; b <= a; ++b) {
+      system->H.block<3, 3>(at[a], at[b]) += JJ.block<3, 3>(3 * a, 3 * b);
+    }
+  }
+  return prior.r.squaredNorm();
 }
 
 double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) const {

@@ -6,8 +6,9 @@
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
-// readout time as well (rig_model.h). The parameters of every track are eliminated inside each
-// Gauss-Newton step (Schur complement), which is the same step as on their null space.
+// readout time as well (rig_model.h), and with a prior on the motion (motion_prior.h). The
+// parameters of every track are eliminated inside each Gauss-Newton step (Schur complement), which
+// is the same step as on their null space.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "estimation/arrow_solver.h"
+#include "estimation/motion_prior.h"
 #include "estimation/rig_model.h"
 #include "estimation/row_motion.h"
 #include "estimation/visual_tracks.h"
@@ -58,7 +60,8 @@ class VisualInertialProblem {
                         const std::vector<Preintegration>& pre,
                         const std::vector<VanishingPoint>* vanishing_points,
                         const RefinementOptions& options, const InertialOptions& inertial,
-                        const std::optional<RigPrior>& rig = std::nullopt);
+                        const std::optional<RigPrior>& rig = std::nullopt,
+                        const std::optional<MotionPrior>& motion = std::nullopt);
 
   /// To be called after the caller has changed the preintegrations: they are now between the
   /// keyframe times moved by `td_shift` [s].
@@ -146,6 +149,7 @@ class VisualInertialProblem {
   void addDirectionTracks(const std::vector<VanishingPoint>& vanishing_points);
   void triangulateAll(const WindowState& state);
   double addPriors(const WindowState& state, System* system) const;
+  double addMotionPrior(const WindowState& state, System* system) const;
   double addRigPrior(const RigError& rig, System* system) const;
   double addInertial(const WindowState& state, System* system);
   template <int kColumns>
@@ -186,6 +190,7 @@ class VisualInertialProblem {
   RowMotion rows_;
   bool rolling_;  // observations have row times of their own
   std::optional<RigPrior> rig_;
+  std::optional<MotionPrior> motion_;
   double td_shift_ = 0.0;              // of the preintegrations [s]
   std::vector<ImuInstant> instants_;   // at the ends of the preintegrations, with a rig prior
   WindowState nominal_;                // scratch of addInertial()

@@ -138,6 +138,15 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
                motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
 }
 
+std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options) {
+  std::vector<GateValue> gates = motionGates(motion, options);
+  gates.erase(
+      std::remove_if(gates.begin(), gates.end(),
+                     [](const GateValue& gate) { return gate.name == GateName::kExcitation; }),
+      gates.end());
+  return gates;
+}
+
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const OptionalCalibration& found,
                                         const GateOptions& options) {
@@ -250,6 +259,22 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
   }
   gates.push_back(makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
                            measures.scale_sigma, options.max_scale_sigma, true, uncertain));
+  return gates;
+}
+
+std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, double velocity_sigma,
+                                        double tilt_sigma_deg, GateOptions options,
+                                        const ProvisionalOptions& provisional) {
+  options.max_scale_sigma = provisional.max_scale_sigma;
+  MotionMeasures any;
+  any.excitation = options.min_excitation;
+  std::vector<GateValue> gates = posteriorGates(measures, any, options);
+  gates.push_back(makeGate(GateName::kVelocitySigma, "standard deviation of the newest velocity",
+                           "m/s", velocity_sigma, provisional.max_velocity_sigma, true,
+                           InitStatus::kScaleTooUncertain));
+  gates.push_back(makeGate(GateName::kTiltSigma, "standard deviation of the newest attitude", "deg",
+                           tilt_sigma_deg, provisional.max_tilt_sigma_deg, true,
+                           InitStatus::kScaleTooUncertain));
   return gates;
 }
 

@@ -48,6 +48,9 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 /// slide at constant velocity and fail "excitation".
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
+/// Of those the gates that a provisional answer needs: all but "excitation".
+std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options);
+
 /// Gates on the calibration found, against the one handed in: "extrinsic_rotation"
 /// ("extrinsic_sigma" where it was unknown) and "time_offset", values are the certain part of each
 /// error (kCertainSigmas), explanations the estimate itself. None where it was not estimated.
@@ -104,6 +107,12 @@ double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
 /// excitation). "other_scale" names both scales; without a profile it is left out.
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
+
+/// Gates on a provisional answer: those of posteriorGates() with the bound on the scale of
+/// `provisional`, "velocity_sigma" [m/s] and "tilt_sigma" [deg] (scale too uncertain).
+std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, double velocity_sigma,
+                                        double tilt_sigma_deg, GateOptions options,
+                                        const ProvisionalOptions& provisional);
 
 /// Gate "agreement" (scale too uncertain): difference of the log scale from the answer before, in
 /// its standard deviations; NaN where there is none (AnswerSequence).

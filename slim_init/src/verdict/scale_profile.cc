@@ -86,14 +86,15 @@ Eigen::MatrixXd noiseOfCentres(const WindowState& state, const std::vector<Prein
 double ScaleProfile::sigma() const { return std::max(-low, high) / std::sqrt(kIntervalRise); }
 
 ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-                     const Calibration& calibration, const InertialOptions& inertial)
+                     const Calibration& calibration, const InertialOptions& inertial,
+                     const std::optional<MotionPrior>& motion)
     : gravity_magnitude_(refined.state.gravity_b0.norm()),
       accel_bias_information_(1.0 / (inertial.accel_bias_prior * inertial.accel_bias_prior)) {
   const int n = refined.state.size();
   if (n < 3 || refined.visual_information.rows() != 6 * n) return;
   const WindowState body = bodyState(refined.state, calibration.R_b_c, calibration.t_b_c);
   const Eigen::Vector3d t_b_c = calibration.t_b_c + body.rig.dt;
-  predictCentres(body, pre);
+  predictCentres(body, pre, motion);
   S1_.setZero(3 * (n - 1), 3 * (n - 1));
   S2_.setZero(3 * (n - 1), 3 * (n - 1));
   shape_.resize(3 * (n - 1));
@@ -109,7 +110,8 @@ ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegrat
 
 // Positions that the accelerometer predicts for the attitudes of the refined window: derivatives by
 // x, attitudes and gyroscope bias, and in S0_ the covariance of its noise.
-void ScaleCost::predictCentres(const WindowState& state, const std::vector<Preintegration>& pre) {
+void ScaleCost::predictCentres(const WindowState& state, const std::vector<Preintegration>& pre,
+                               const std::optional<MotionPrior>& motion) {
   const int n = state.size();
   const int rows = 3 * (n - 1);
   const int columns = rows + 3;
@@ -122,6 +124,7 @@ void ScaleCost::predictCentres(const WindowState& state, const std::vector<Prein
   v_x.leftCols<3>().setIdentity();
   Eigen::Vector3d v = Eigen::Vector3d::Zero(), p = v;
   Eigen::MatrixXd v_y = Eigen::MatrixXd::Zero(3, columns), p_y = v_y;
+  double duration = 0.0;
   for (int i = 0; i + 1 < n; ++i) {
     const Preintegration& pair = pre[i];
     const Eigen::Matrix3d& R = state.R_b0_bk[i];
@@ -149,7 +152,15 @@ void ScaleCost::predictCentres(const WindowState& state, const std::vector<Prein
     by_unknowns_.middleRows<3>(k) = p_x;
     offset_.segment<3>(k) = p;
     by_attitudes_.middleRows<3>(k) = p_y;
+    duration += dt;
+    if (!motion || i + 1 != MotionPrior::middle(n)) continue;
+    motion_by_unknowns_.topRows<3>() = v_x / motion->speed_sigma;
+    motion_offset_.head<3>() = v / motion->speed_sigma;
   }
+  if (!motion) return;
+  v_x.leftCols<3>().setZero();
+  motion_by_unknowns_.bottomRows<3>() = v_x / (duration * motion->acceleration_sigma);
+  motion_offset_.tail<3>() = v / (duration * motion->acceleration_sigma);
 }
 
 // What images and gyroscope say of the attitudes and the shape: its covariance and mean, carried to
@@ -247,8 +258,10 @@ double ScaleCost::operator()(double log_ratio) const {
   }
   const double constant = -work_.column(rows + kUnknowns)[rows + kUnknowns];
   M.diagonal().segment<3>(3).array() += accel_bias_information_;
+  M += motion_by_unknowns_.transpose() * motion_by_unknowns_;  // zero without a prior
+  b -= motion_by_unknowns_.transpose() * motion_offset_;
   if (!solveGravityConstrained(M, b, gravity_magnitude_, &x)) return kInfinity;
-  return x.dot(M * x) - 2.0 * b.dot(x) + constant;
+  return x.dot(M * x) - 2.0 * b.dot(x) + constant + motion_offset_.squaredNorm();
 }
 
 namespace {

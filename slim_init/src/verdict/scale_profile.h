@@ -6,8 +6,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
+#include "estimation/motion_prior.h"
 #include "estimation/refine_window.h"
 #include "geometry/partial_cholesky.h"
 #include "imu/preintegration.h"
@@ -47,9 +49,11 @@ class ScaleCost {
  public:
   /// `refined` valid; `pre` with derivatives and covariance, the widened noise included, one per
   /// keyframe pair, between the exposures under the estimated td. `calibration` of the window; the
-  /// estimated error of the rig is taken as exact.
+  /// estimated error of the rig is taken as exact. `motion`: a prior on the motion, where the
+  /// refinement had one.
   ScaleCost(const RefinedWindow& refined, const std::vector<Preintegration>& pre,
-            const Calibration& calibration, const InertialOptions& inertial);
+            const Calibration& calibration, const InertialOptions& inertial,
+            const std::optional<MotionPrior>& motion = std::nullopt);
 
   /// False where the visual information does not determine the shape; then there is no cost.
   bool valid() const { return valid_; }
@@ -61,7 +65,8 @@ class ScaleCost {
  private:
   static constexpr int kUnknowns = 9;
 
-  void predictCentres(const WindowState& body, const std::vector<Preintegration>& pre);
+  void predictCentres(const WindowState& body, const std::vector<Preintegration>& pre,
+                      const std::optional<MotionPrior>& motion);
   bool conditionShape(const RefinedWindow& refined, const Calibration& calibration,
                       const WindowState& body, const std::vector<Preintegration>& pre,
                       double gyro_bias_prior);
@@ -75,6 +80,9 @@ class ScaleCost {
   Eigen::VectorXd offset_;        // of the IMU at x = 0
   Eigen::VectorXd shape_;         // of the images at ratio 1
   Eigen::MatrixXd by_attitudes_;  // difference of both, by [attitudes, gyroscope bias]
+  // Of the prior on the motion: middle velocity and change of velocity, whitened.
+  Eigen::Matrix<double, 6, 9> motion_by_unknowns_ = Eigen::Matrix<double, 6, 9>::Zero();
+  Eigen::Matrix<double, 6, 1> motion_offset_ = Eigen::Matrix<double, 6, 1>::Zero();
   // Covariance of the difference: S0 - ratio S1 + ratio^2 S2.
   // Lower triangles.
   Eigen::MatrixXd S0_, S1_, S2_;

@@ -1,0 +1,337 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "provisional.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "alignment/starting_states.h"
+#include "data/with_sightings.h"
+#include "geometry/so3.h"
+#include "rotation_stage.h"
+#include "solver_support.h"
+#include "translation/ligt.h"
+#include "verdict/gates.h"
+
+namespace slim_init {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// ---- Integral over the scale
+
+/// Scales integrated over: up to this many times larger and smaller.
+constexpr double kMaxRatio = 32.0;
+/// Points of one pass, and passes: each covers what the one before found the density in.
+constexpr int kPoints = 32;
+constexpr int kPasses = 3;
+/// Less than this below its largest value the logarithm of the density is nothing.
+constexpr double kNegligible = 12.0;
+/// The linear dependence of the states on the scale is good up to here [log scale].
+constexpr double kNear = 0.2;
+constexpr int kRefinements = 2;
+/// End of the minimisation, as RefinementOptions::tolerance: along the weakest direction steps are
+/// short, and what is left of a third of a standard deviation is many of the velocity's others.
+constexpr double kTolerance = 1e-4;
+constexpr int kMaxIterations = 50;
+/// Speed of a start at the most, in standard deviations of the prior.
+constexpr double kUsualSpeed = 0.5;
+
+// ---- Covariance
+
+/// Age [s] at which the squared errors are twice what the covariance says: model errors of tracks
+/// and IMU, and the curvature that a linearisation leaves out, matter most where little is known.
+constexpr double kYoungAge = 0.15;
+
+// ---- Agreement
+
+/// Squared difference in standard deviations, three degrees of freedom: seven. Wrong minima are a
+/// hundred and more, right ones of so few images not always within three.
+constexpr double kMaxDisagreement = 50.0;
+/// An estimated td moves the instants of the same image by less than this [s].
+constexpr double kSameInstant = 0.01;
+
+// The shape of `state` at another size, as a vehicle would fly it that hardly accelerates: gravity
+// against the mean specific force, velocities those of the positions, no bias of the accelerometer.
+// A start with gravity far off ends in a minimum of a fall along it.
+WindowState levelled(WindowState state, double ratio, const std::vector<Preintegration>& pre) {
+  const int n = state.size();
+  const double G = state.gravity_b0.norm();
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (int k = 0; k + 1 < n; ++k) force += state.R_b0_bk[k] * pre[k].dv;
+  if (force.norm() > 0.0) state.gravity_b0 = -G * force.normalized();
+  state.accel_bias.setZero();
+  state.p_b0 *= ratio;
+  for (int k = 0; k < n; ++k) {
+    const int a = std::max(k - 1, 0), b = std::min(k + 1, n - 1);
+    double dt = 0.0;
+    for (int i = a; i < b; ++i) dt += pre[i].dt;
+    state.v_b0.col(k) = (state.p_b0.col(b) - state.p_b0.col(a)) / dt;
+  }
+  return state;
+}
+
+// The ratio at which it is not faster than a vehicle mostly is.
+double slowed(const WindowState& state, const std::vector<Preintegration>& pre,
+              double speed_sigma) {
+  double way = 0.0, time = 0.0;
+  for (int k = 0; k + 1 < state.size(); ++k) {
+    way += (state.p_b0.col(k + 1) - state.p_b0.col(k)).norm();
+    time += pre[k].dt;
+  }
+  return std::min(1.0, kUsualSpeed * speed_sigma * time / std::max(way, 1e-9));
+}
+
+void inflateYoung(double age_s, InitResult* result) {
+  const double factor = 1.0 + (kYoungAge / age_s) * (kYoungAge / age_s);
+  result->covariance *= factor;
+  result->scale_sigma *= std::sqrt(factor);
+}
+
+// All that an answer has: states, calibration, covariance.
+void setStates(const InitWindow& tracks, const ProvisionalEstimate& young, InitResult* result) {
+  const WindowState& state = young.refined.state;
+  const Calibration& calibration = tracks.calibration();
+  setWorldStates(tracks, bodyState(state, calibration.R_b_c, calibration.t_b_c), result);
+  if (young.refined.with_rig) {
+    result->calibration = calibrationEstimate(calibration, state.rig, young.posterior);
+  }
+  result->covariance = young.posterior.covariance;
+  moveToMean(young.scale, young.posterior, result);
+  inflateYoung(tracks.times().back() - tracks.times().front(), result);
+}
+
+void append(const std::vector<GateValue>& gates, InitResult* result) {
+  result->gates.insert(result->gates.end(), gates.begin(), gates.end());
+}
+
+}  // namespace
+
+ScaleMoments integrateScale(const ScaleCost& cost) {
+  ScaleMoments out;
+  const double limit = std::log(kMaxRatio);
+  double low = -limit, high = limit;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const double step = (high - low) / kPoints;
+    std::vector<double> values;
+    double best = -kInfinity;
+    for (int k = 0; k <= kPoints; ++k) {
+      const double q = low + k * step;
+      // Of the logarithm: d ratio = ratio d q.
+      values.push_back(q - 0.5 * cost(q));
+      if (!(values.back() > best)) continue;
+      best = values.back();
+      out.log_best = q;
+    }
+    if (!std::isfinite(best)) return out;
+    double sum = 0.0, ratio = 0.0, ratio2 = 0.0, log = 0.0, log2 = 0.0;
+    double first = kInfinity, last = -kInfinity;
+    for (int k = 0; k <= kPoints; ++k) {
+      if (!(values[k] > best - kNegligible)) continue;
+      const double q = low + k * step, r = std::exp(q), w = std::exp(values[k] - best);
+      sum += w;
+      ratio += w * r;
+      ratio2 += w * r * r;
+      log += w * q;
+      log2 += w * q * q;
+      first = std::min(first, q);
+      last = std::max(last, q);
+    }
+    out.mean = ratio / sum;
+    out.variance = std::max(0.0, ratio2 / sum - out.mean * out.mean);
+    out.log_variance = std::max(0.0, log2 / sum - log * log / (sum * sum));
+    low = std::max(first - step, -limit);
+    high = std::min(last + step, limit);
+  }
+  out.valid = std::isfinite(out.mean) && std::isfinite(out.variance);
+  return out;
+}
+
+ProvisionalEstimate estimateProvisional(const RefinementInput& input,
+                                        const std::vector<WindowState>& starts,
+                                        const InitializerOptions& options) {
+  ProvisionalEstimate out;
+  MotionPrior motion;
+  motion.speed_sigma = options.provisional.speed_prior;
+  motion.acceleration_sigma = options.provisional.acceleration_prior;
+  if (starts.empty()) return out;
+  RefinementOptions refinement = options.refinement;
+  refinement.tolerance = std::min(refinement.tolerance, kTolerance);
+  refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
+  // Keeps the lower cost; true where that was this one.
+  const auto refine = [&](const WindowState& start) {
+    const RefinedWindow refined =
+        refineWindow(input.tracks, {}, input.pre, input.vanishing_points, {start}, StartMode::kFine,
+                     refinement, options.inertial, input.rig, motion);
+    if (!refined.valid || (out.refined.valid && !(refined.cost < out.refined.cost))) return false;
+    out.refined = refined;
+    return true;
+  };
+  for (const WindowState& start : starts) refine(start);
+  const WindowState& last = starts.back();
+  refine(levelled(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
+  for (int round = 0; out.refined.valid; ++round) {
+    const WindowState& state = out.refined.state;
+    out.posterior = posteriorOf(input.tracks, out.refined);
+    if (!out.posterior.valid) break;
+    const std::vector<Preintegration> pre =
+        preintegrateInflated(input.tracks, state.gyro_bias, state.accel_bias, options.inertial,
+                             coveredShift(input.tracks, state.rig.dtd));
+    out.scale = integrateScale(
+        ScaleCost(out.refined, pre, input.tracks.calibration(), options.inertial, motion));
+    out.valid = out.scale.valid;
+    if (!out.valid || round == kRefinements || std::abs(out.scale.log_best) < kNear) break;
+    const double ratio = std::exp(out.scale.log_best);
+    WindowState other = state;
+    other.p_b0 *= ratio;
+    other.v_b0 *= ratio;
+    if (!refine(other)) break;
+  }
+  out.valid = out.valid && out.posterior.valid;
+  return out;
+}
+
+void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResult* result) {
+  const Eigen::VectorXd step = (scale.mean - 1.0) * posterior.by_scale;
+  const int n = static_cast<int>(result->states.size());
+  const Eigen::Vector3d gyro_bias = step.segment<3>(9 * n), accel_bias = step.tail<3>();
+  for (int k = 0; k < n; ++k) {
+    NavState& state = result->states[k];
+    state.R_w_b = state.R_w_b * expSO3(step.segment<3>(9 * k));
+    state.p_w_b += step.segment<3>(9 * k + 3);
+    state.v_w_b += step.segment<3>(9 * k + 6);
+    state.gyro_bias += gyro_bias;
+    state.accel_bias += accel_bias;
+  }
+  result->gyro_bias += gyro_bias;
+  result->accel_bias += accel_bias;
+  result->gravity_b0 = result->states.front().R_w_b.transpose() * result->gravity_w;
+  result->scale *= scale.mean;
+  result->scale_sigma = std::sqrt(scale.log_variance);
+  // What is known at a given scale stays; the variance of the scale is another one.
+  result->covariance += (scale.variance - posterior.scale_sigma * posterior.scale_sigma) *
+                        posterior.by_scale * posterior.by_scale.transpose();
+}
+
+NewestSigmas newestSigmas(const InitResult& result) {
+  NewestSigmas out;
+  const auto last = static_cast<Eigen::Index>(result.states.size()) - 1;
+  if (last < 0 || result.covariance.rows() < 9 * (last + 1)) return out;
+  const NavState& state = result.states.back();
+  const Eigen::Matrix3d R_b_w = state.R_w_b.transpose();
+  const Eigen::Matrix<double, 9, 9> P = result.covariance.block<9, 9>(9 * last, 9 * last);
+  Eigen::Matrix<double, 5, 9> J = Eigen::Matrix<double, 5, 9>::Zero();
+  // R^T v, and the direction R^T e_z: with an attitude R Exp(theta).
+  J.block<3, 3>(0, 0) = skew(R_b_w * state.v_w_b);
+  J.block<3, 3>(0, 6) = R_b_w;
+  const Eigen::Vector3d up = R_b_w.col(2);
+  J.block<2, 3>(3, 0) = tangentBasis(up).transpose() * skew(up);
+  const Eigen::Matrix<double, 5, 5> S = J * P * J.transpose();
+  const auto largest = [](const Eigen::MatrixXd& A) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A, Eigen::EigenvaluesOnly);
+    return std::sqrt(eigen.eigenvalues().maxCoeff());
+  };
+  out.velocity = largest(S.topLeftCorner<3, 3>());
+  out.tilt_deg = largest(S.bottomRightCorner<2, 2>()) * 180.0 / M_PI;
+  return out;
+}
+
+bool agrees(const InitResult& earlier, const InitResult& now) {
+  const auto n = static_cast<Eigen::Index>(earlier.states.size());
+  if (n == 0 || now.states.empty() || earlier.covariance.rows() != 9 * n + 6) return false;
+  const NavState& before = earlier.states.back();
+  const auto nearest = std::min_element(
+      now.states.begin(), now.states.end(), [&before](const NavState& a, const NavState& b) {
+        return std::abs(a.t - before.t) < std::abs(b.t - before.t);
+      });
+  if (!(std::abs(nearest->t - before.t) < kSameInstant)) return false;
+  const auto within = [](const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance) {
+    return difference.dot(covariance.ldlt().solve(difference)) < kMaxDisagreement;
+  };
+  const Eigen::Matrix3d R_b_w = before.R_w_b.transpose();
+  const Eigen::Vector3d v = R_b_w * before.v_w_b;
+  Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();
+  J.leftCols<3>() = skew(v);
+  J.rightCols<3>() = R_b_w;
+  const Eigen::Matrix<double, 9, 9> P = earlier.covariance.block<9, 9>(9 * (n - 1), 9 * (n - 1));
+  return within(nearest->R_w_b.transpose() * nearest->v_w_b - v, J * P * J.transpose()) &&
+         within(now.gyro_bias - earlier.gyro_bias, earlier.covariance.block<3, 3>(9 * n, 9 * n));
+}
+
+// The stages of Slim::solve() up to the starts.
+InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options) {
+  const SlimOptions& use = options.slim;
+  InitResult result = startResult(window);
+  StageClock clock(&result);
+  if (!hasEnoughKeyframes(window, &result)) return result;
+  const RotationStage rotation = estimateRotations(window, options);
+  if (!rotation.message.empty() || !rotation.bias.valid()) {
+    fail(InitStatus::kTooFewTracks,
+         rotation.message.empty() ? "the tracks give no gyroscope bias" : rotation.message,
+         &result);
+    return result;
+  }
+  result.gyro_bias = rotation.bias.gyro_bias;
+  const std::vector<VanishingPoint>* vps =
+      use.vanishing_points ? &rotation.vanishing_points : nullptr;
+  const InitWindow& seen = *rotation.window;
+  const std::shared_ptr<const InitWindow> pruned =
+      use.prune_tracks ? withSightings(seen, rotation.bias.pruning.keep) : nullptr;
+  const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
+  clock.lap("gyro_bias");
+
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
+  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
+  const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, seen.calibration().R_b_c);
+  const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
+  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options.alignment);
+  clock.lap("translation");
+
+  std::optional<RigPrior> rig;
+  if (use.estimate_calibration) rig = rotation.prior;
+  ProvisionalEstimate young;
+  if (translation.valid) {
+    const RefinementInput input = {tracks, pre, R_c0_ck, vps, rig};
+    const std::vector<WindowState> starts =
+        startingStates(tracks, pre, translation, use, options.reverse_alignment, options.inertial);
+    // Without lines: which of them are believed depends on the start, so that costs do not compare.
+    young = estimateProvisional(input, starts, options);
+  }
+  clock.lap("refinement");
+
+  append(parallaxGates(motion, options.gates), &result);
+  if (young.valid) {
+    setStates(tracks, young, &result);
+    append(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
+    PosteriorMeasures measures =
+        measurePosterior(seen, tracks, young.refined, young.posterior, nullptr, result.scale);
+    measures.scale_sigma = result.scale_sigma;
+    const NewestSigmas newest = newestSigmas(result);
+    append(provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
+                            options.provisional),
+           &result);
+  }
+  for (GateValue& gate : result.gates) gate.enforced = options.gates.mode != GateMode::kOff;
+  decide(false, &result);
+  if (result.success() && !young.valid) {
+    fail(InitStatus::kTooFewTracks, "the tracks give no estimate", &result);
+  } else if (result.success()) {
+    const NewestSigmas newest = newestSigmas(result);
+    std::ostringstream message;
+    message.precision(2);
+    message << "standard deviations: velocity " << newest.velocity << " m/s, tilt "
+            << newest.tilt_deg << " deg, scale " << 100.0 * result.scale_sigma << " %";
+    fail(InitStatus::kProvisional, message.str(), &result);
+  }
+  keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result);
+  clock.lap("verdict");
+  return result;
+}
+
+}  // namespace slim_init

@@ -1,0 +1,67 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The answer of a window that is too young to know its scale, for a host that takes a prior: mean
+// and covariance over every scale that data and priors allow, in place of the one that fits best
+// (docs/derivation.md, 5.2).
+#pragma once
+
+#include <vector>
+
+#include "estimation/posterior.h"
+#include "estimation/refine_window.h"
+#include "minimum_search.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+#include "slim_init/result.h"
+#include "verdict/scale_profile.h"
+
+namespace slim_init {
+
+/// Moments of the scale, as its ratio to that of a refined window.
+struct ScaleMoments {
+  bool valid = false;
+  double mean = 1.0;          ///< of the ratio
+  double variance = 0.0;      ///< of the ratio
+  double log_variance = 0.0;  ///< of its logarithm
+  double log_best = 0.0;      ///< logarithm of the most probable ratio
+};
+
+/// Integrates the density exp(-cost / 2) over the ratio, from 1/32 to 32.
+ScaleMoments integrateScale(const ScaleCost& cost);
+
+/// A window refined with a prior on its motion.
+struct ProvisionalEstimate {
+  bool valid = false;
+  RefinedWindow refined;
+  Posterior posterior;
+  ScaleMoments scale;
+};
+
+/// Refines from each of `starts` and from the last one's shape flown without acceleration, keeps
+/// the lowest cost and integrates over the scale; again from the most probable scale where that is
+/// another one. Lines take no part.
+ProvisionalEstimate estimateProvisional(const RefinementInput& input,
+                                        const std::vector<WindowState>& starts,
+                                        const InitializerOptions& options);
+
+/// Moves states and covariance of `result`, those of the refined window, to mean and covariance
+/// over the scale.
+void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResult* result);
+
+/// What a host that starts from the newest state asks.
+struct NewestSigmas {
+  double velocity = kNotComputed;  ///< in the body frame, along the worst axis [m/s]
+  double tilt_deg = kNotComputed;  ///< against gravity, about the worst axis [deg]
+};
+NewestSigmas newestSigmas(const InitResult& result);
+
+/// Whether the newest state and the gyroscope bias of `earlier` are, to its own covariance, those
+/// that `now` has at that instant. A window of a few images can have two motions that explain the
+/// rotation of the images; more data change the wrong one by many standard deviations. False where
+/// one of them has no covariance or they share no instant.
+bool agrees(const InitResult& earlier, const InitResult& now);
+
+/// WindowSolver::solveProvisional() of `slim`.
+InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options);
+
+}  // namespace slim_init

@@ -1,0 +1,364 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Answers before the scale is known: the integral over the scale, the prior on the motion in
+// refinement and profile alike, the covariance over many windows, both sides of every gate, and
+// what a host sees of it.
+#include "provisional.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geometry/so3.h"
+#include "slim_init/initializer.h"
+#include "support/exact_window.h"
+#include "support/true_state.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+InertialOptions dataSheetNoise() {
+  InertialOptions inertial;
+  inertial.accel_noise_factor = 1.0;
+  inertial.gyro_noise_factor = 1.0;
+  return inertial;
+}
+
+// Data that are a draw from what the estimator assumes, images at 20 Hz.
+ExactWindowOptions youngOptions(unsigned seed, int keyframes) {
+  ExactWindowOptions options = drawnFromTheModel(seed, 0.1);
+  options.keyframes = keyframes;
+  options.interval_s = 0.05;
+  return options;
+}
+
+InitializerOptions solverOptions() {
+  InitializerOptions options;
+  options.inertial = dataSheetNoise();
+  options.slim.estimate_calibration = false;
+  options.provisional.enabled = true;
+  return options;
+}
+
+InitResult solve(const ExactWindow& exact, const InitializerOptions& options) {
+  std::string error;
+  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
+  EXPECT_NE(solver, nullptr) << error;
+  return solver->solveProvisional(*exact.window);
+}
+
+// Errors of the newest state in the body: velocity, and the vertical.
+struct NewestError {
+  Eigen::Vector3d velocity;
+  double velocity_squared = 0.0;  // over the covariance, per degree of freedom
+  double tilt_squared = 0.0;
+};
+
+NewestError newestError(const InitResult& answer, const ExactWindow& exact) {
+  const NavState &state = answer.states.back(), &truth = exact.truth.back();
+  const Eigen::Index n = static_cast<Eigen::Index>(answer.states.size());
+  const Eigen::Matrix<double, 9, 9> P = answer.covariance.block<9, 9>(9 * (n - 1), 9 * (n - 1));
+  const Eigen::Matrix3d Rt = state.R_w_b.transpose();
+  const Eigen::Vector3d v = Rt * state.v_w_b, up = Rt.col(2);
+  NewestError out;
+  out.velocity = v - truth.R_w_b.transpose() * truth.v_w_b;
+  Eigen::Matrix<double, 3, 9> J;
+  J << skew(v), Eigen::Matrix3d::Zero(), Rt;
+  out.velocity_squared = out.velocity.dot((J * P * J.transpose()).ldlt().solve(out.velocity)) / 3.0;
+  const Eigen::Matrix<double, 2, 3> B = tangentBasis(up).transpose();
+  const Eigen::Vector2d tilt = B * (up - truth.R_w_b.transpose().col(2));
+  const Eigen::Matrix<double, 2, 3> T = B * skew(up);
+  const Eigen::Matrix2d of_tilt = T * P.topLeftCorner<3, 3>() * T.transpose();
+  out.tilt_squared = tilt.dot(of_tilt.ldlt().solve(tilt)) / 2.0;
+  return out;
+}
+
+const GateValue* gateOf(const InitResult& result, GateName name) {
+  for (const GateValue& gate : result.gates) {
+    if (gate.name == name) return &gate;
+  }
+  return nullptr;
+}
+
+// A window refined with the prior, and its cost over the scale.
+struct Refined {
+  ExactWindow exact;
+  std::vector<Preintegration> pre;
+  RefinedWindow window;
+  MotionPrior motion;
+
+  ScaleCost cost() const {
+    return ScaleCost(window, pre, exact.calibration, dataSheetNoise(), motion);
+  }
+};
+
+Refined refineYoung(unsigned seed, const MotionPrior& motion) {
+  Refined out;
+  out.motion = motion;
+  out.exact = makeExactWindow(youngOptions(seed, 9));
+  const WindowState state = trueState(out.exact);
+  const InertialOptions inertial = dataSheetNoise();
+  out.pre = preintegrateInflated(*out.exact.window, state.gyro_bias, state.accel_bias, inertial);
+  RefinementOptions refinement;
+  refinement.use_lines = false;
+  refinement.use_vanishing_points = false;
+  refinement.tolerance = 1e-8;
+  refinement.max_iterations = 50;
+  out.window = refineWindow(*out.exact.window, {}, out.pre, nullptr, {state}, StartMode::kFine,
+                            refinement, inertial, std::nullopt, motion);
+  EXPECT_TRUE(out.window.valid);
+  out.pre = preintegrateInflated(*out.exact.window, out.window.state.gyro_bias,
+                                 out.window.state.accel_bias, inertial);
+  return out;
+}
+
+// The same prior in both: the minimum of the refinement is that of the profile. A tight one moves
+// the scale by far more than the tolerance of this test, so that it cannot be missing in either.
+TEST(Provisional, RefinementAndProfileHaveTheSamePrior) {
+  MotionPrior tight;
+  tight.speed_sigma = 0.05;
+  tight.acceleration_sigma = 0.5;
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const Refined refined = refineYoung(seed, tight);
+    const ScaleProfile profile = profileScale(refined.cost());
+    ASSERT_TRUE(profile.valid);
+    EXPECT_NEAR(profile.log_ratio, 0.0, 0.05) << "seed " << seed;
+    const ScaleCost without(refined.window, refined.pre, refined.exact.calibration,
+                            dataSheetNoise());
+    EXPECT_GT(std::abs(profileScale(without).log_ratio), 0.15) << "seed " << seed;
+    EXPECT_GT(refined.cost()(0.3), without(0.3));
+  }
+}
+
+TEST(Provisional, MomentsAreThoseOfTheDensity) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const Refined refined = refineYoung(seed, MotionPrior());
+    const ScaleCost cost = refined.cost();
+    const ScaleMoments moments = integrateScale(cost);
+    ASSERT_TRUE(moments.valid);
+    // By a fine grid over the ratio itself.
+    double sum = 0.0, mean = 0.0, square = 0.0;
+    const double at_one = cost(0.0);
+    for (double ratio = 0.0321; ratio < 31.9; ratio += 2e-3) {
+      const double w = std::exp(-0.5 * (cost(std::log(ratio)) - at_one));
+      sum += w;
+      mean += w * ratio;
+      square += w * ratio * ratio;
+    }
+    mean /= sum;
+    const double sigma = std::sqrt(square / sum - mean * mean);
+    EXPECT_NEAR(moments.mean, mean, 0.02 * sigma + 2e-3) << "seed " << seed;
+    EXPECT_NEAR(std::sqrt(moments.variance), sigma, 0.03 * sigma) << "seed " << seed;
+  }
+}
+
+TEST(Provisional, WithoutNoiseTheStateIsRight) {
+  ExactWindowOptions options = youngOptions(1, 7);
+  options.pixel_noise = 0.0;
+  options.imu_noise = false;
+  options.accel_bias.setZero();
+  const ExactWindow exact = makeExactWindow(options);
+  InitializerOptions solver = solverOptions();
+  solver.gates.mode = GateMode::kOff;  // sigmas are those of the calibration's 0.6 px
+  const InitResult answer = solve(exact, solver);
+  ASSERT_EQ(answer.status, InitStatus::kProvisional) << answer.message;
+  EXPECT_EQ(answer.validate(), "");
+  EXPECT_EQ(answer.covariance.rows(), 9 * 7 + 6);
+  const double speed = exact.truth.back().v_w_b.norm();
+  // What remains is the pull of the priors.
+  EXPECT_LT(newestError(answer, exact).velocity.norm(), 0.3 * speed);
+  EXPECT_LT(gravityErrorRad(answer.gravity_b0, exact.truth.front()), 0.03);
+}
+
+// Over windows drawn from the model but for the motion, which is the same one in all of them,
+// squared errors are what the covariance says; that of young windows is inflated, so that they are
+// rather below.
+TEST(Provisional, CovarianceIsThatOfTheErrors) {
+  for (const int keyframes : {7, 11}) {
+    double velocity = 0.0, tilt = 0.0;
+    int count = 0;
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+      const ExactWindow exact = makeExactWindow(youngOptions(seed, keyframes));
+      const InitResult answer = solve(exact, solverOptions());
+      if (!answer.provisional()) continue;
+      const NewestError error = newestError(answer, exact);
+      EXPECT_LT(error.velocity.norm(), 1.0) << "seed " << seed;
+      velocity += error.velocity_squared;
+      tilt += error.tilt_squared;
+      ++count;
+    }
+    ASSERT_GE(count, 20) << keyframes;
+    EXPECT_GT(velocity / count, 0.4) << keyframes;
+    EXPECT_LT(velocity / count, 1.3) << keyframes;
+    EXPECT_GT(tilt / count, 0.4) << keyframes;
+    EXPECT_LT(tilt / count, 1.3) << keyframes;
+  }
+}
+
+TEST(Provisional, EveryGateRefusesOnItsOwn) {
+  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  const InitResult answer = solve(exact, solverOptions());
+  ASSERT_TRUE(answer.provisional()) << answer.message;
+  EXPECT_FALSE(answer.success());
+  struct Bound {
+    GateName gate;
+    double ProvisionalOptions::*option;
+  };
+  for (const Bound& bound :
+       {Bound{GateName::kVelocitySigma, &ProvisionalOptions::max_velocity_sigma},
+        Bound{GateName::kTiltSigma, &ProvisionalOptions::max_tilt_sigma_deg},
+        Bound{GateName::kScaleSigma, &ProvisionalOptions::max_scale_sigma}}) {
+    const GateValue* gate = gateOf(answer, bound.gate);
+    ASSERT_NE(gate, nullptr) << toString(bound.gate);
+    EXPECT_TRUE(gate->passed && gate->enforced) << toString(bound.gate);
+    InitializerOptions options = solverOptions();
+    options.provisional.*bound.option = 1.01 * gate->value;
+    EXPECT_TRUE(solve(exact, options).provisional()) << toString(bound.gate);
+    options.provisional.*bound.option = 0.99 * gate->value;
+    const InitResult refused = solve(exact, options);
+    EXPECT_EQ(refused.status, InitStatus::kScaleTooUncertain) << toString(bound.gate);
+    EXPECT_NE(refused.message.find("standard deviation"), std::string::npos) << refused.message;
+  }
+  // Of those that every answer has.
+  InitializerOptions options = solverOptions();
+  options.gates.max_chi2 = 0.9 * gateOf(answer, GateName::kChi2)->value;
+  EXPECT_EQ(solve(exact, options).status, InitStatus::kInconsistentResiduals);
+  options = solverOptions();
+  options.gates.min_parallax_px = 1.1 * gateOf(answer, GateName::kParallax)->value;
+  EXPECT_FALSE(solve(exact, options).provisional());
+  EXPECT_EQ(gateOf(answer, GateName::kExcitation), nullptr)
+      << "what the motion lacks is in the sigmas";
+}
+
+// At constant velocity the scale, and with it the velocity, is what the prior says: never offered.
+TEST(Provisional, ConstantVelocityAndPureRotationAreNotOffered) {
+  for (const Motion motion : {Motion::kConstantVelocity, Motion::kPureRotation}) {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      ExactWindowOptions options = youngOptions(seed, 7);
+      options.motion = motion;
+      const InitResult answer = solve(makeExactWindow(options), solverOptions());
+      EXPECT_FALSE(answer.provisional()) << "seed " << seed << ": " << answer.message;
+    }
+  }
+}
+
+// A method that does not know of them.
+class WithoutThem : public WindowSolver {
+ public:
+  const std::string& name() const override { return name_; }
+  InitResult solve(const InitWindow& /*window*/) const override { return InitResult(); }
+
+ private:
+  std::string name_ = "other";
+};
+
+TEST(Provisional, SaysWhyThereIsNone) {
+  ExactWindowOptions options = youngOptions(1, 7);
+  options.points = 3;
+  const InitResult answer = solve(makeExactWindow(options), solverOptions());
+  EXPECT_EQ(answer.status, InitStatus::kTooFewTracks) << answer.message;
+  const InitResult none =
+      WithoutThem().solveProvisional(*makeExactWindow(youngOptions(1, 7)).window);
+  EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(none.message, "other has no provisional answers");
+}
+
+// ---- what a host sees
+
+void feed(IInitializer& initializer, const ExactWindow& exact, std::size_t frames) {
+  for (const ImuSample& sample : exact.imu) initializer.addImu(sample);
+  for (std::size_t k = 0; k < frames; ++k) initializer.addFrame(exact.keyframes[k]);
+}
+
+TEST(Provisional, AHostThatAsksForItGetsItFirst) {
+  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  for (const bool enabled : {false, true}) {
+    InitializerOptions options = solverOptions();
+    options.provisional.enabled = enabled;
+    std::string error;
+    const auto initializer = makeInitializer(exact.calibration, options, &error);
+    ASSERT_NE(initializer, nullptr) << error;
+    feed(*initializer, exact, exact.keyframes.size());
+    const InitResult result = initializer->initialize();
+    EXPECT_EQ(result.provisional(), enabled) << result.message;
+    EXPECT_FALSE(result.success());
+    EXPECT_TRUE(isWait(result.status)) << "who does not know it waits";
+    EXPECT_FALSE(isRefused(result.status) && enabled);
+    if (!enabled) continue;
+    initializer->reset();
+    EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
+  }
+}
+
+TEST(Provisional, EarlierAnswersHaveToAgree) {
+  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  const InitResult now = solve(exact, solverOptions());
+  ASSERT_TRUE(now.provisional()) << now.message;
+  // Cut at the seventh keyframe: itself.
+  InitResult earlier = now;
+  earlier.states.resize(7);
+  Eigen::MatrixXd P(69, 69);
+  P.setZero();
+  P.topLeftCorner(63, 63) = now.covariance.topLeftCorner(63, 63);
+  P.bottomRightCorner<6, 6>() = now.covariance.bottomRightCorner<6, 6>();
+  earlier.covariance = P;
+  EXPECT_TRUE(agrees(earlier, now));
+  // Errors of that many standard deviations as they come: along a column of the covariance.
+  const Eigen::Vector3d bias = P.block<3, 1>(63, 63) / std::sqrt(P(63, 63));
+  for (const auto& [sigmas, agree] : {std::make_pair(2.0, true), std::make_pair(12.0, false)}) {
+    InitResult other = earlier;
+    other.gyro_bias += sigmas * bias;
+    EXPECT_EQ(agrees(other, now), agree) << sigmas;
+  }
+  for (const auto& [error, agree] : {std::make_pair(1e-3, true), std::make_pair(5.0, false)}) {
+    InitResult other = earlier;
+    other.states.back().v_w_b *= 1.0 + error;
+    EXPECT_EQ(agrees(other, now), agree) << error;
+  }
+  InitResult beside = earlier;
+  beside.states.back().t = now.states.back().t + 0.02;
+  EXPECT_FALSE(agrees(beside, now));
+  earlier.covariance.resize(0, 0);
+  EXPECT_FALSE(agrees(earlier, now));
+  EXPECT_FALSE(agrees(InitResult(), now));
+}
+
+TEST(Provisional, RecoverJoinsItAndBadOptionsAreNamed) {
+  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  InitializerOptions options = solverOptions();
+  std::string error;
+  const auto initializer = makeInitializer(exact.calibration, options, &error);
+  ASSERT_NE(initializer, nullptr) << error;
+  feed(*initializer, exact, exact.keyframes.size());
+  const InitResult result = initializer->recover(exact.truth[0]);
+  ASSERT_TRUE(result.provisional()) << result.message;
+  EXPECT_LT((result.states.front().p_w_b - exact.truth[0].p_w_b).norm(), 1e-6);
+
+  options.provisional.speed_prior = 0.0;
+  EXPECT_EQ(makeInitializer(exact.calibration, options, &error), nullptr);
+  EXPECT_NE(error.find("provisional.speed_prior"), std::string::npos) << error;
+}
+
+TEST(Provisional, AnswerThatContradictsItselfIsSeen) {
+  InitResult result;
+  result.status = InitStatus::kProvisional;
+  EXPECT_EQ(result.validate(), "provisional without states");
+  result.states.resize(2);
+  for (NavState& state : result.states) state.t = 0.0;
+  result.gravity_w = Eigen::Vector3d(0, 0, -9.81);
+  EXPECT_EQ(result.validate(), "provisional without a finite covariance");
+  result.covariance = Eigen::MatrixXd::Identity(24, 24);
+  EXPECT_EQ(result.validate(), "");
+  result.covariance = Eigen::MatrixXd::Identity(15, 15);
+  EXPECT_NE(result.validate().find("must be 24 x 24"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace slim_init
