@@ -110,8 +110,9 @@ layer("config" FOLDERS slim_init/config
       ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include
             slim_init/config/include
       ANGLE "${std}|${eigen}|opencv2/core\\.hpp")
+# It judges with the solver's own parts.
 layer("doctor" FOLDERS slim_init/doctor
-      ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
+      ROOTS slim_init/include slim_init/src feature_tracker_lines/include slim_init/reference
             slim_init/evaluation/include slim_init/doctor/include
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp")
 layer("baselines" FOLDERS slim_init/baselines
@@ -129,7 +130,7 @@ layer("tools" FOLDERS slim_init/tools
             feature_tracker_lines/include vins_estimator_patch/include slim_init/baselines/include
             slim_init/config/include slim_init/doctor/include slim_init/backend/include slim_init/tools
             slim_init/tools/src slim_init/tools/include
-      ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost|benchmark)/[A-Za-z_0-9/]+\\.h(pp)?")
+      ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost|benchmark|valgrind)/[A-Za-z_0-9/]+\\.h(pp)?")
 
 # Nothing includes these two.
 layer("ros edge" FOLDERS slim_init/ros feature_tracker_lines/ros

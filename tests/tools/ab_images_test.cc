@@ -91,8 +91,8 @@ TEST(AbAsl, AnErrorOfTheRigIsAWrongConfiguration) {
   early.replace(early.find("td: 0.0"), 7, "td: -0.02");
   folder.write("early.yaml", early);
   const auto run = [&](const char* out, const char* config, std::vector<std::string> more) {
-    more.insert(more.begin(), {"--asl", folder.file("wall"), "--methods", "drt-l", "--config",
-                               folder.file(config)});
+    more.insert(more.begin(), {"--asl", folder.file("wall"), "--methods", "drt-l", "--keyframes",
+                               "10", "--config", folder.file(config)});
     const ProgramRun done = ab(folder, out, more);
     EXPECT_EQ(done.exit_code, 0) << done.err;
     return summaryOf(folder.file(out));
@@ -161,9 +161,9 @@ TEST(AbAsl, TheTruthIsTakenAtTheTimeOffsetOfTheConfiguration) {
                 folder.file("config.yaml")})
                 .exit_code,
             0);
-  const ProgramRun run = ab(
-      folder, "late",
-      {"--asl", folder.file("wall"), "--methods", "drt-l", "--config", folder.file("late.yaml")});
+  const ProgramRun run = ab(folder, "late",
+                            {"--asl", folder.file("wall"), "--methods", "drt-l", "--keyframes",
+                             "10", "--config", folder.file("late.yaml")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(contains(run.err, "10 of 81 images lie outside the IMU data")) << run.err;
   const auto windows = readFile(folder.file("late/windows.csv"));

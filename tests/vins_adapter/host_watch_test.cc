@@ -93,6 +93,22 @@ TEST(ImuScreen, AGlitchIsBridgedAndAShockIsNot) {
   EXPECT_EQ(shock.used.size(), exact.imu.size());
 }
 
+// Rates that jump beside a glitch of the accelerometer are not believed, small as they are.
+TEST(ImuScreen, AGlitchOfBothSensors) {
+  const ExactWindow exact = flight();
+  std::vector<ImuSample> samples = disturbed(exact.imu, 2.0, 2.04, {380, -190, 270});
+  for (ImuSample& sample : samples) {
+    if (sample.t >= 2.0 && sample.t < 2.04) sample.gyro += Eigen::Vector3d(1.5, 4.0, -2.0);
+  }
+  const Screened result = screened(samples);
+  ASSERT_EQ(result.screen.damage().size(), 1u);
+  EXPECT_FALSE(result.screen.damage().front().gyro_known);
+  ASSERT_EQ(result.used.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_LT((result.used[i].gyro - exact.imu[i].gyro).norm(), 0.3);
+  }
+}
+
 TEST(ImuScreen, LongDamageStaysEmpty) {
   const ExactWindow exact = flight();
   const Screened result = screened(disturbed(exact.imu, 2.0, 2.3, {120, 0, 0}));

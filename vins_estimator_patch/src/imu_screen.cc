@@ -18,6 +18,8 @@ double stepAllowed(double step, double limit, double default_limit) {
   return step + std::max(0.0, limit - default_limit);
 }
 
+// Between neighbours; beside an accelerometer that is wrong, more says that the gyroscope is too.
+constexpr double kMaxGyroJump = 2.0;  // [rad/s]
 // Median distance between neighbours.
 constexpr double kMaxAccelScatter = 25.0;  // [m/s^2]
 constexpr double kMaxGyroScatter = 1.5;    // [rad/s]
@@ -82,9 +84,12 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   while (first != samples_.end() && first->t < believed_since_) ++first;
   const auto last = samples_.end();
   if (last - first < static_cast<std::ptrdiff_t>(kJudged / 2)) return within;
-  *gyro_usable = (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
-                 stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
-  return within && *gyro_usable &&
+  const bool gyro_near = (sample.gyro - medianOf(first, last, &ImuSample::gyro)).norm() <=
+                         stepAllowed(kMaxGyroStep, limits_.max_gyro, ImuLimits().max_gyro);
+  const bool jumps =
+      recent_.size() > 1 && (sample.gyro - recent_[recent_.size() - 2].gyro).norm() > kMaxGyroJump;
+  *gyro_usable = gyro_near && !jumps;
+  return within && gyro_near &&
          (sample.accel - medianOf(first, last, &ImuSample::accel)).norm() <=
              stepAllowed(kMaxAccelStep, limits_.max_accel, ImuLimits().max_accel);
 }

@@ -216,6 +216,14 @@ bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
     f.advice = kHowToTurn;
     return false;
   }
+  // What the accelerometer has wrong, the lever arm makes up for.
+  if (std::any_of(findings->begin(), findings->end(), [](const Finding& other) {
+        return other.check == "gravity" && other.severity >= Severity::kWarning;
+      })) {
+    f.message = "Extrinsic translation not checked: the measured gravity is off";
+    f.advice = "Correct the accelerometer first.";
+    return false;
+  }
   const double off = (a.all->t_b_c - data.calibration.t_b_c).norm();
   const double sigma = std::sqrt(a.all->covariance.diagonal().segment<3>(3).maxCoeff());
   const bool is_off = off > options.max_translation_m && off > options.significance * sigma;
