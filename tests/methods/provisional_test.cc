@@ -289,9 +289,9 @@ TEST(Provisional, AHostThatAsksForItGetsItFirst) {
     const InitResult result = initializer->initialize();
     EXPECT_EQ(result.provisional(), enabled) << result.message;
     EXPECT_FALSE(result.success());
-    EXPECT_TRUE(isWait(result.status)) << "who does not know it waits";
-    EXPECT_FALSE(isRefused(result.status) && enabled);
     if (!enabled) continue;
+    EXPECT_TRUE(isWait(result.status)) << "who does not know it waits";
+    EXPECT_FALSE(isRefused(result.status));
     initializer->reset();
     EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
   }
