@@ -2,7 +2,7 @@
 #
 # slim_init and VINS-Mono, patched and built in one catkin workspace on Debian 12 with its own
 # packages of ROS 1. From the root of this repository:
-#   docker build -f docker/debian12.Dockerfile -t slim_init:debian12 .
+#   docker build -f launch/docker/debian12.Dockerfile -t slim_init:debian12 .
 #   docker run --rm -it -v "$PWD/data:/data" slim_init:debian12
 # The image was not built where this was written, for want of docker; the packages, the changes to
 # VINS-Mono and the patch are those of docs/vins_mono.md.
@@ -34,5 +34,6 @@ RUN git clone https://github.com/HKUST-Aerial-Robotics/VINS-Mono.git \
 WORKDIR /catkin_ws
 # A C++ file takes up to 1 GB of memory: two at a time, and none more while the load is above 2.
 RUN catkin_make -j2 -l2 -DPYTHON_EXECUTABLE=/usr/bin/python3 -DCMAKE_BUILD_TYPE=Release
-RUN echo '. /catkin_ws/devel/setup.bash' >> /root/.bashrc
+# Whatever is run, is run in the workspace.
+ENTRYPOINT ["/bin/bash", "-c", ". /catkin_ws/devel/setup.bash && exec \"$@\"", "--"]
 CMD ["bash"]

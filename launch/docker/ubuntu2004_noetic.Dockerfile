@@ -2,7 +2,7 @@
 #
 # slim_init and VINS-Mono, patched and built in one catkin workspace on Ubuntu 20.04 with ROS Noetic.
 # From the root of this repository:
-#   docker build -f docker/ubuntu2004_noetic.Dockerfile -t slim_init:noetic .
+#   docker build -f launch/docker/ubuntu2004_noetic.Dockerfile -t slim_init:noetic .
 #   docker run --rm -it -v "$PWD/data:/data" slim_init:noetic
 # NOT BUILT: neither this image nor the workspace in it has been built by the authors, who had
 # Debian 12 only. Versions are as published for Ubuntu 20.04: g++ 9.3, CMake 3.16, Eigen 3.3.7,
@@ -33,5 +33,6 @@ RUN git clone https://github.com/HKUST-Aerial-Robotics/VINS-Mono.git \
 WORKDIR /catkin_ws
 # A C++ file takes up to 1 GB of memory: two at a time, and none more while the load is above 2.
 RUN . /opt/ros/noetic/setup.bash && catkin_make -j2 -l2 -DCMAKE_BUILD_TYPE=Release
-RUN echo '. /catkin_ws/devel/setup.bash' >> /root/.bashrc
+# Whatever is run, is run in the workspace.
+ENTRYPOINT ["/bin/bash", "-c", ". /catkin_ws/devel/setup.bash && exec \"$@\"", "--"]
 CMD ["bash"]
