@@ -11,10 +11,12 @@ import unittest
 
 REPOSITORY = os.path.abspath(sys.argv.pop(1))
 sys.path.insert(0, os.path.join(REPOSITORY, "vins_estimator_patch"))
+STAND_INS = os.path.join(REPOSITORY, "tests", "vins_adapter", "stand_in")
+sys.path.insert(0, STAND_INS)
 sys.dont_write_bytecode = True
 import apply  # noqa: E402
+import forks  # noqa: E402
 
-STAND_INS = os.path.join(REPOSITORY, "tests", "vins_adapter", "stand_in")
 HOSTS = apply.known_hosts()
 CPP = {name: host.code_files[1] for name, host in HOSTS.items()}
 
@@ -67,7 +69,7 @@ class ApplyTest(unittest.TestCase):
 
     def checkout(self, flavour):
         path = os.path.join(self.folder, flavour)
-        shutil.copytree(os.path.join(STAND_INS, flavour.replace("-", "_")), path)
+        forks.make(flavour.replace("-", "_"), path)
         # The stand-ins share the header with the members of their estimator.
         folder = os.path.dirname(os.path.join(path, HOSTS[flavour].header))
         shutil.copy(os.path.join(STAND_INS, "host_parts.h"), folder)

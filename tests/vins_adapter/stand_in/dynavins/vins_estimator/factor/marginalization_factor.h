@@ -1,7 +1,0 @@
-// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#pragma once
-
-#define STAND_IN_FEATURE_EXTRA \
-  double weight = 0.2;         \
-  int weightNum = 7;
-#include "host_parts.h"
