@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -20,6 +21,41 @@ constexpr int kAxisMemory = 100;
 constexpr std::size_t kMaxAxes = 8;
 // Another axis has to have so many times the line length of the one that is followed to take over.
 constexpr double kStrongerAxis = 1.5;
+
+// A dark image is tracked with its grey levels multiplied by 2, 4 or 8: all its contrast lies in a
+// few levels, and the fixed-point arithmetic of detection and tracking rounds most of it away. What
+// counts is the level that one pixel in a hundred exceeds. The factor is kept while that level
+// stays between these two, since a change costs a pyramid.
+constexpr int kMaxGain = 8;
+constexpr int kDarkLevel = 60, kBrightLevel = 240;
+constexpr int kWantedLevel = 160;  // after a change at most
+
+// Grey level that one of a hundred pixels exceeds; every fourth row and column counts.
+int brightLevel(const cv::Mat& grey) {
+  std::array<int, 256> histogram{};
+  int count = 0;
+  for (int y = 0; y < grey.rows; y += 4) {
+    const uchar* row = grey.ptr<uchar>(y);
+    for (int x = 0; x < grey.cols; x += 4, ++count) ++histogram[row[x]];
+  }
+  int level = 255;
+  for (int above = histogram[255]; level > 0 && 100 * above <= count;) {
+    above += histogram[static_cast<std::size_t>(--level)];
+  }
+  return level;
+}
+
+int gainFor(const cv::Mat& grey, int present) {
+  const int level = brightLevel(grey);
+  const int seen = level * present;
+  // As it came until it is dark, and brightened until it is bright.
+  if (present == 1 ? seen >= kDarkLevel : seen >= kDarkLevel && seen <= kBrightLevel) {
+    return present;
+  }
+  int gain = 1;
+  while (gain < kMaxGain && 2 * gain * level <= kWantedLevel) gain *= 2;
+  return gain;
+}
 
 double supportOf(const std::vector<LineSighting>& lines, const VanishingPoint& vp) {
   double length = 0.0;
@@ -44,6 +80,7 @@ void FeatureTracker::reset() {
   now_ = ImagePyramid();
   axes_.clear();
   vp_ = VanishingPoint();
+  gain_ = 1;
 }
 
 void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& prior,
@@ -66,10 +103,26 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
   writeObservations(frame);
 }
 
+// Builds the pyramid of the image, brightened where it is dark and the host's `equalize` allows it.
+// Both images of a step have the same factor: KLT compares grey levels.
+void FeatureTracker::brighten(const cv::Mat& grey) {
+  const int levels = std::max(options_.points.levels, 1);
+  const int gain = options_.host.equalize ? gainFor(grey, gain_) : 1;
+  if (gain != gain_ && !before_.empty()) {
+    raw_.convertTo(equalized_, CV_8U, gain);
+    buildImagePyramid(equalized_, options_.points.window_px, levels, &before_);
+  }
+  gain_ = gain;
+  points_.setDark(gain > 1);
+  if (options_.host.equalize) grey.copyTo(raw_);
+  if (gain > 1) grey.convertTo(equalized_, CV_8U, gain);
+  buildImagePyramid(gain > 1 ? equalized_ : grey, options_.points.window_px, levels, &now_);
+}
+
 // Builds the pyramid, of the equalized image where VINS-Mono equalizes.
 void FeatureTracker::prepare(const cv::Mat& grey) {
   if (options_.profile != TrackerProfile::kVins) {
-    buildImagePyramid(grey, options_.points.window_px, std::max(options_.points.levels, 1), &now_);
+    brighten(grey);
     return;
   }
   if (options_.host.equalize) {

@@ -43,6 +43,7 @@ class FeatureTracker {
 
  private:
   void prepare(const cv::Mat& grey);
+  void brighten(const cv::Mat& grey);
   void writeObservations(FrameObservation* frame) const;
   std::vector<LineSighting> sightings() const;
   VanishingPoint estimateNear(const std::vector<LineSighting>& lines,
@@ -59,6 +60,9 @@ class FeatureTracker {
   LineTracker lines_;
   ImagePyramid before_, now_;
   cv::Mat equalized_;
+  // Default profile: the image before as it came, and the factor on the grey levels of both.
+  cv::Mat raw_;
+  int gain_ = 1;
 
   // A physical axis whose vanishing point was dominant in some image.
   struct Axis {

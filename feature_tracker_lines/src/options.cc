@@ -29,7 +29,8 @@ OptionTable optionTable(HostFrontEnd* o) {
       userKey("min_dist", &o->min_dist, {0, 1000}, "px", "least distance between two points"),
       userKey("freq", &o->freq, {0, 1000}, "Hz", "rate of published features; 0 is every image"),
       userKey("F_threshold", &o->F_threshold, {0.01, 100.0}, "px", "outlier threshold"),
-      userKey("equalize", &o->equalize, "histogram equalization before detection"),
+      userKey("equalize", &o->equalize,
+              "histogram equalization; the default profile brightens dark images only"),
       userKey("fisheye", &o->fisheye, "only the image circle is used; counts in both profiles"),
   };
 }

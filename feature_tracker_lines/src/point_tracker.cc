@@ -67,6 +67,11 @@ constexpr int kMarkImages = 5;
 constexpr double kMostWrong = 0.4;
 constexpr double kThreeViewPx = 0.6;
 
+// In a dark image: factor on the least corner, which is then what noise alone makes, and on the
+// largest standard deviation of a point from noise, which is then 0.14 px.
+constexpr double kDarkCorner = 0.5;
+constexpr double kDarkSigma = 2.0;
+
 // Places without a ray (beyond the image circle of a fisheye) are looked for at this step [px].
 constexpr int kUsableStepPx = 8;
 
@@ -398,7 +403,8 @@ void PointTracker::anchorTracks(const ImagePyramid& now, const RotationPrior& pr
     // Too different by now from the first patch to be called the same point: it continues as a new
     // track, or not at all where there is no corner.
     track.anchor = std::make_shared<PatchAnchor>();
-    track.anchor->set(now.level(0), toEigen(track.pixel), now.noise);
+    track.anchor->set(now.level(0), toEigen(track.pixel), now.noise,
+                      (dark_ ? kDarkSigma : 1.0) * PatchAnchor::kMaxSigmaPx);
     track.anchor_misses = 0;
     track.id = next_id_++;
     track.age = 1;
@@ -528,9 +534,10 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
   const int wanted = o.max_points - kept;
   if (wanted <= 0) return;
   std::vector<cv::Point2f> found;
-  corners_.detect(
-      now.derivative(), o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
-      kept < kRefillAll * o.max_points ? corners_.cells() : kCellsPerImage, &mask, &found);
+  const double factor = (dark_ ? kDarkCorner : 1.0) * o.corner_noise_factor;
+  corners_.detect(now.derivative(), factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
+                  kept < kRefillAll * o.max_points ? corners_.cells() : kCellsPerImage, &mask,
+                  &found);
   if (found.empty()) return;
   // The vertex of the edges is the same place from near and far. The strongest response lies a
   // pixel or two inside, which becomes an error as the scene comes closer.
@@ -542,7 +549,8 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
   }
   for (const cv::Point2f& corner : found) {
     auto anchor = std::make_shared<PatchAnchor>();
-    if (!anchor->set(now.level(0), toEigen(corner), now.noise)) continue;
+    const double max_sigma_px = (dark_ ? kDarkSigma : 1.0) * PatchAnchor::kMaxSigmaPx;
+    if (!anchor->set(now.level(0), toEigen(corner), now.noise, max_sigma_px)) continue;
     if (addTrack(corner)) tracks_.back().anchor = std::move(anchor);
   }
   report->points_new = static_cast<int>(tracks_.size()) - kept;

@@ -52,6 +52,9 @@ class PointTracker {
   void track(double t, const ImagePyramid& before, const ImagePyramid& now,
              const RotationPrior& prior, ImageReport* report);
 
+  /// In a dark image weaker corners are tracked: what is there has to do.
+  void setDark(bool dark) { dark_ = dark; }
+
   /// Current points, oldest first.
   const std::vector<PointTrack>& tracks() const { return tracks_; }
 
@@ -99,6 +102,7 @@ class PointTracker {
   Camera camera_;
   FrontEndOptions options_;
   double focal_px_ = 0.0;
+  bool dark_ = false;
   cv::Mat usable_;  // image circle of a fisheye, or everything
   CornerDetector corners_;
   std::vector<PointTrack> tracks_;

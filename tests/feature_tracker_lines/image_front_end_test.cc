@@ -173,6 +173,55 @@ TEST(FrontEndPoints, BlankWallsGiveNoneAtAll) {
   EXPECT_GT(run(&again, as_vins, 5).points, 50.0);
 }
 
+// All of a dark room lies in a few grey levels. It is brightened for tracking, unless the host's
+// file says equalize: 0.
+TEST(FrontEndPoints, ADarkRoomKeepsItsPointsAndLines) {
+  const auto dim = [](int wall, double u, double v) { return 0.12 * textures::panels(wall, u, v); };
+  const auto walk = [&dim] {
+    RoomWalk made(smallCamera(), BoxRoom(kRoom, dim), Motion(), 3);
+    made.noise = 1.0;
+    return made;
+  };
+  FrontEndOptions as_it_is = smallOptions();
+  as_it_is.host.equalize = false;
+  RoomWalk first = walk(), second = walk();
+  const Outcome bright = run(&first, smallOptions(), 20), dark = run(&second, as_it_is, 20);
+  EXPECT_GT(bright.points, 1.5 * dark.points);
+  EXPECT_GE(bright.lines, dark.lines);
+  EXPECT_LT(TrackErrors::quantile(bright.errors.point_px, 0.5), 0.35);
+  EXPECT_LT(bright.errors.pointsBeyond(1.5), 0.04);
+}
+
+// The threshold follows the noise in the dark as well.
+TEST(FrontEndPoints, DarkBlankWallsGiveHardlyAny) {
+  const auto flat = [](int, double, double) { return 20.0; };
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, flat), Motion(), 1);
+  walk.noise = 1.5;
+  EXPECT_LT(run(&walk, smallOptions(), 5).points, 2.0);
+}
+
+// Where light is switched, both images of the step get the same factor.
+TEST(FrontEndPoints, AChangeOfTheFactorKeepsTheTracks) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, smallOptions());
+  std::set<FeatureId> before;
+  for (int k = 0; k < 8; ++k) {
+    cv::Mat image = walk.image(k);
+    // Slightly darker each time, past the bound at which the factor changes.
+    image.convertTo(image, CV_8U, 0.30 - 0.02 * k);
+    FrameObservation frame;
+    ASSERT_EQ(walk.feed(k, image, &front_end, &frame), ImageStatus::kTracked);
+    std::set<FeatureId> now;
+    std::size_t kept = 0;
+    for (const PointObservation& point : frame.points) {
+      now.insert(point.id);
+      kept += before.count(point.id);
+    }
+    EXPECT_GT(2 * kept, before.size()) << k;
+    before = now;
+  }
+}
+
 TEST(FrontEndLines, PanelsKeepTheirLinesAndIdentities) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 3);
   walk.noise = 2.0;

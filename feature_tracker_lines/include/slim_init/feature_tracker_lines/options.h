@@ -13,13 +13,13 @@
 namespace slim_init::feature_tracker_lines {
 
 /// Front-end keys of the host's file, under the host's names. Profile `vins` works by them; the
-/// default profile takes only `fisheye`.
+/// default profile takes only `fisheye` and `equalize`.
 struct HostFrontEnd {
   int max_cnt = 150;         ///< points tracked in one image
   int min_dist = 30;         ///< distance between two points [px]
   int freq = 10;             ///< rate of published features; 0 is every image [Hz]
   double F_threshold = 1.0;  ///< of the host's outlier rejection [px]
-  bool equalize = true;      ///< histogram equalization before detection
+  bool equalize = true;      ///< `vins`: histogram; default: dark images
   bool fisheye = false;      ///< only the image circle is used
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
