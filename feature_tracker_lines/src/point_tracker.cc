@@ -67,8 +67,10 @@ constexpr int kMarkImages = 5;
 constexpr double kMostWrong = 0.4;
 constexpr double kThreeViewPx = 0.6;
 
-// In a dark image: factor on the least corner, which is then what noise alone makes, and on the
-// largest standard deviation of a point from noise, which is then 0.14 px.
+// Where a dark image has fewer points than this share of the number wanted, weaker ones fill it up
+// to there: factor on the least corner, which is then what noise alone makes, and on the largest
+// standard deviation of a point from noise, which is then 0.14 px. One in fifty of them goes wrong.
+constexpr double kDarkShare = 0.25;
 constexpr double kDarkCorner = 0.5;
 constexpr double kDarkSigma = 2.0;
 
@@ -531,13 +533,24 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
   cv::Mat mask = thinOut(kLeastDistanceShare * o.min_distance_px, o.min_distance_px);
   const int kept = static_cast<int>(tracks_.size());
   report->points_tracked = kept;
-  const int wanted = o.max_points - kept;
+  addCorners(now, o.max_points - kept, 1.0, 1.0, &mask);
+  if (dark_) {
+    const int few = static_cast<int>(kDarkShare * o.max_points);
+    addCorners(now, few - static_cast<int>(tracks_.size()), kDarkCorner, kDarkSigma, &mask);
+  }
+  report->points_new = static_cast<int>(tracks_.size()) - kept;
+}
+
+// `corner`, `sigma`: factors on the least corner and on the largest standard deviation.
+void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner, double sigma,
+                              cv::Mat* mask) {
+  const PointTrackerOptions& o = options_.points;
   if (wanted <= 0) return;
+  const bool everywhere = static_cast<double>(tracks_.size()) < kRefillAll * o.max_points;
   std::vector<cv::Point2f> found;
-  const double factor = (dark_ ? kDarkCorner : 1.0) * o.corner_noise_factor;
-  corners_.detect(now.derivative(), factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
-                  kept < kRefillAll * o.max_points ? corners_.cells() : kCellsPerImage, &mask,
-                  &found);
+  corners_.detect(now.derivative(),
+                  corner * o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
+                  everywhere ? corners_.cells() : kCellsPerImage, mask, &found);
   if (found.empty()) return;
   // The vertex of the edges is the same place from near and far. The strongest response lies a
   // pixel or two inside, which becomes an error as the scene comes closer.
@@ -547,13 +560,13 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
   for (std::size_t k = 0; k < found.size(); ++k) {
     if (!(cv::norm(found[k] - strongest[k]) < kMaxVertexPx)) found[k] = strongest[k];
   }
-  for (const cv::Point2f& corner : found) {
+  for (const cv::Point2f& place : found) {
     auto anchor = std::make_shared<PatchAnchor>();
-    const double max_sigma_px = (dark_ ? kDarkSigma : 1.0) * PatchAnchor::kMaxSigmaPx;
-    if (!anchor->set(now.level(0), toEigen(corner), now.noise, max_sigma_px)) continue;
-    if (addTrack(corner)) tracks_.back().anchor = std::move(anchor);
+    if (!anchor->set(now.level(0), toEigen(place), now.noise, sigma * PatchAnchor::kMaxSigmaPx)) {
+      continue;
+    }
+    if (addTrack(place)) tracks_.back().anchor = std::move(anchor);
   }
-  report->points_new = static_cast<int>(tracks_.size()) - kept;
 }
 
 // --------------------------------------------------------------------------------- profile `vins`

@@ -52,7 +52,7 @@ class PointTracker {
   void track(double t, const ImagePyramid& before, const ImagePyramid& now,
              const RotationPrior& prior, ImageReport* report);
 
-  /// In a dark image weaker corners are tracked: what is there has to do.
+  /// In a dark image with few points weaker ones are taken as well.
   void setDark(bool dark) { dark_ = dark; }
 
   /// Current points, oldest first.
@@ -82,6 +82,7 @@ class PointTracker {
   Eigen::Vector3d atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
                               const cv::Point2f& pixel) const;
   void refill(const ImagePyramid& now, ImageReport* report);
+  void addCorners(const ImagePyramid& now, int wanted, double corner, double sigma, cv::Mat* mask);
 
   // Profile `vins`.
   void trackVins(double t, const ImagePyramid& before, const ImagePyramid& now,
