@@ -109,7 +109,8 @@ WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
   out.posterior = posteriorOf(input.tracks, out.refined);
   if (!out.posterior.valid || !input.rig) return out;
   const CalibrationSigmas wide =
-      widenedByEstimate(input.rig->sigmas, rigBetween(input.rig->mean, out.refined.state.rig));
+      widenedByEstimate(input.rig->sigmas, rigBetween(input.rig->mean, out.refined.state.rig),
+                        out.posterior.rig_covariance);
   if (wide == input.rig->sigmas) return out;
   input.rig->sigmas = wide;
   const RefinedWindow again = searchMinimum(input, lines, {out.refined.state}, options);

@@ -129,13 +129,17 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   const Calibration& found = stage.window->calibration();
   stage.prior.mean.dR = found.R_b_c.transpose() * handed_in.R_b_c;
   stage.prior.mean.dtd = handed_in.td - found.td;
-  Eigen::Matrix<double, StateLayout::kRig, 1> variance;
-  variance.setZero();
+  stage.prior.sigmas = handed_in.sigmas;
   if (check.valid) {
-    variance.head<3>() = check.covariance.diagonal().head<3>();
-    variance[6] = check.covariance(3, 3);
+    // Of the calibration handed in, by the check of the one found.
+    RigError measured;
+    measured.dR = stage.prior.mean.dR.transpose() * expSO3(check.extrinsic_error);
+    measured.dtd = check.td_error_s - stage.prior.mean.dtd;
+    RigCovariance covariance = RigCovariance::Zero();
+    covariance.topLeftCorner<3, 3>() = check.covariance.topLeftCorner<3, 3>();
+    covariance(6, 6) = check.covariance(3, 3);
+    stage.prior.sigmas = widenedByMeasurement(handed_in.sigmas, measured, covariance);
   }
-  stage.prior.sigmas = widenedByMeasurement(handed_in.sigmas, stage.prior.mean, variance);
   return stage;
 }
 

@@ -38,12 +38,17 @@ inline constexpr double kBehindSigmas = 3.0;
 /// together, contradicts it: 97 % points of the length of a scalar and of a vector.
 inline constexpr double kBeyondScalar = 2.2;
 inline constexpr double kBeyondVector = 3.0;
-/// The same for an estimate that contains the prior, in standard deviations of that alone. It is
-/// drawn to it: where the calibration is right it stays within half of these in 99 %.
-inline constexpr double kDrawnBeyondScalar = 1.5;
-inline constexpr double kDrawnBeyondVector = 2.0;
-/// An error that is found under such a prior is drawn to it, by at most about this factor.
-inline constexpr double kPulledFactor = 2.0;
+/// Gain in twice the log of the marginal likelihood from which a wider prior is taken: one in
+/// seven of the calibrations that are right reaches it, at the price of another short solve.
+inline constexpr double kContradiction = 1.0;
+/// An estimate of the lever arm is not looked at within so many standard deviations: two seconds
+/// hardly know it, and whatever else is wrong with a window looks like it.
+inline constexpr double kFarTranslation = 2.0;
+/// Step of the widths tried.
+inline constexpr double kWidthStep = 1.2;
+/// What an estimate moves away from its prior without any reason, in standard deviations of that:
+/// the model is first order, vibration is no white noise.
+inline constexpr double kDrawnFloor = 0.1;
 /// Standard deviations of a calibration whose own have proved wrong: mounted by eye, stamps of a
 /// driver.
 inline constexpr double kWideRotationDeg = 10.0;

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/rig_model.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -14,36 +15,99 @@ using namespace estimation_constants;  // NOLINT: the constants of this module
 namespace {
 constexpr double kDegPerRad = 180.0 / M_PI;
 
-// Bounds in standard deviations, and the variance of the measurement.
-struct Contradiction {
-  double scalar, vector;
-  Eigen::Matrix<double, StateLayout::kRig, 1> variance;
+// An error of one part of the rig along one of its independent axes. Before the data the part has a
+// standard deviation t; then the variance of `off` is by_prior * t^2 + variance.
+struct SeenError {
+  double off = 0.0, by_prior = 1.0, variance = 0.0;
 };
 
-CalibrationSigmas widened(const CalibrationSigmas& sigmas, const RigError& error,
-                          const Contradiction& beyond) {
-  // `off` and sigma in one unit; what is found under a prior that is too narrow is drawn to it, so
-  // that the error is more than it looks.
-  const auto widen = [](double off, double bound, double variance, double widest, double* sigma) {
-    if (!(*sigma > 0.0 && off > bound * std::sqrt(*sigma * *sigma + variance))) {
-      return false;
+// Along the axes of the covariance, measured without a prior.
+std::vector<SeenError> seenBy(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance,
+                              double /*sigma*/) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
+  std::vector<SeenError> seen;
+  for (Eigen::Index i = 0; i < off.size(); ++i) {
+    seen.push_back(
+        {axes.eigenvectors().col(i).dot(off), 1.0, std::max(0.0, axes.eigenvalues()[i])});
+  }
+  return seen;
+}
+
+// The same of an estimate under a prior of standard deviation `sigma`, which has kept a share rho
+// of its variance: what the data alone say is off / (1 - rho), with the variance sigma^2 rho / (1 -
+// rho).
+std::vector<SeenError> drawnBy(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance,
+                               double sigma) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance / (sigma * sigma));
+  std::vector<SeenError> seen;
+  for (Eigen::Index i = 0; i < off.size(); ++i) {
+    const double kept = std::clamp(axes.eigenvalues()[i], 0.0, 1.0), gone = 1.0 - kept;
+    seen.push_back({axes.eigenvectors().col(i).dot(off), gone * gone,
+                    sigma * sigma * (gone * kept + kDrawnFloor * kDrawnFloor)});
+  }
+  return seen;
+}
+
+// -2 log of the marginal likelihood of a prior of standard deviation t.
+double evidence(const std::vector<SeenError>& seen, double t) {
+  double sum = 0.0;
+  for (const SeenError& axis : seen) {
+    const double variance = axis.by_prior * t * t + axis.variance;
+    sum += std::log(variance) + axis.off * axis.off / variance;
+  }
+  return sum;
+}
+
+// Factor on `sigma` that the errors ask for: one where it explains them, else the upper end of the
+// likely ones, so that `widest` is not exceeded.
+double widening(const std::vector<SeenError>& seen, double sigma, double widest) {
+  const double before = evidence(seen, sigma);
+  double best = 1.0, lowest = before, upper = 1.0;
+  for (double factor = kWidthStep; factor * sigma < widest * kWidthStep; factor *= kWidthStep) {
+    const double here = evidence(seen, std::min(factor * sigma, widest));
+    if (here < lowest) {
+      lowest = here;
+      best = factor;
     }
-    *sigma = std::max(*sigma, std::min(kPulledFactor * off, widest));
-    return true;
+  }
+  if (!(before - lowest > kContradiction)) return 1.0;
+  for (upper = best; upper * sigma < widest; upper *= kWidthStep) {
+    if (evidence(seen, upper * sigma) > lowest + 1.0) break;
+  }
+  return std::min(upper, widest / sigma);
+}
+
+// `read` makes the axes of one part of it.
+template <typename Read>
+CalibrationSigmas widened(const CalibrationSigmas& sigmas, const RigError& error,
+                          const RigCovariance& covariance, const Read& read) {
+  const auto factor = [&](const Eigen::VectorXd& off, int at, double sigma, double widest) {
+    const Eigen::Index size = off.size();
+    if (!(sigma > 0.0 && sigma < widest) ||
+        !(covariance.diagonal().segment(at, size).minCoeff() > 0.0)) {
+      return 1.0;
+    }
+    return widening(read(off, covariance.block(at, at, size, size), sigma), sigma, widest);
+  };
+  const auto scalar = [](double value) { return Eigen::VectorXd::Constant(1, value); };
+  const double rotation =
+      factor(logSO3(error.dR), 0, sigmas.rotation_deg / kDegPerRad, kWideRotationDeg / kDegPerRad);
+  const double translation = error.dt.norm() > kFarTranslation * sigmas.translation_m
+                                 ? factor(error.dt, 3, sigmas.translation_m, kWideTranslation)
+                                 : 1.0;
+  const double td = factor(scalar(error.dtd), 6, sigmas.td_s, kWideTd);
+  const double readout = factor(scalar(error.dreadout), 7, sigmas.readout_s, kWideReadout);
+  // A rig whose stamps are wrong by thirty of their standard deviations was not calibrated with the
+  // care that the others speak of: one factor for rotation and td, and the lever arm follows.
+  const double care = std::max(rotation, td);
+  const auto times = [](double sigma, double own, double common, double widest) {
+    return std::max({sigma, own * sigma, std::min(common * sigma, widest)});
   };
   CalibrationSigmas wide = sigmas;
-  const auto& variance = beyond.variance;
-  if (widen(logSO3(error.dR).norm() * kDegPerRad, beyond.vector,
-            variance.head<3>().maxCoeff() * kDegPerRad * kDegPerRad, kWideRotationDeg,
-            &wide.rotation_deg) &&
-      sigmas.translation_m > 0.0) {
-    // Who turned the camera has moved it as well, though less than its rotation says.
-    wide.translation_m = std::max(sigmas.translation_m, kTurnedTranslation);
-  }
-  widen(error.dt.norm(), beyond.vector, variance.segment<3>(3).maxCoeff(), kWideTranslation,
-        &wide.translation_m);
-  widen(std::abs(error.dtd), beyond.scalar, variance[6], kWideTd, &wide.td_s);
-  widen(std::abs(error.dreadout), beyond.scalar, variance[7], kWideReadout, &wide.readout_s);
+  wide.rotation_deg = times(sigmas.rotation_deg, rotation, care, kWideRotationDeg);
+  wide.translation_m = times(sigmas.translation_m, translation, care, kTurnedTranslation);
+  wide.td_s = times(sigmas.td_s, td, care, kWideTd);
+  wide.readout_s = times(sigmas.readout_s, readout, 1.0, kWideReadout);
   return wide;
 }
 
@@ -58,16 +122,14 @@ RigError rigBetween(const RigError& reference, const RigError& error) {
   return out;
 }
 
-CalibrationSigmas widenedByMeasurement(
-    const CalibrationSigmas& sigmas, const RigError& error,
-    const Eigen::Matrix<double, StateLayout::kRig, 1>& variance) {
-  return widened(sigmas, error, {kBeyondScalar, kBeyondVector, variance});
+CalibrationSigmas widenedByMeasurement(const CalibrationSigmas& sigmas, const RigError& error,
+                                       const RigCovariance& covariance) {
+  return widened(sigmas, error, covariance, seenBy);
 }
 
-CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error) {
-  Contradiction drawn = {kDrawnBeyondScalar, kDrawnBeyondVector, {}};
-  drawn.variance.setZero();
-  return widened(sigmas, error, drawn);
+CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error,
+                                    const RigCovariance& covariance) {
+  return widened(sigmas, error, covariance, drawnBy);
 }
 
 std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,

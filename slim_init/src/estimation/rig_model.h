@@ -24,12 +24,18 @@ struct RigPrior {
 /// `error` against `reference`.
 RigError rigBetween(const RigError& reference, const RigError& error);
 
-/// The standard deviations with those parts widened in which `error` of the calibration, measured
-/// without them and with this variance (readout last), contradicts them.
+using RigCovariance = Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig>;
+
+/// The standard deviations as the data want them (docs/derivation.md, 4.10): where those of a part
+/// are contradicted by `error` of the calibration, measured without them and with this covariance
+/// (zero: not measured), it gets the width with the largest marginal likelihood, and the others the
+/// same factor. `sigmas` themselves where nothing contradicts them.
 CalibrationSigmas widenedByMeasurement(const CalibrationSigmas& sigmas, const RigError& error,
-                                       const Eigen::Matrix<double, StateLayout::kRig, 1>& variance);
-/// The same for an estimate of the error that contains them as its prior.
-CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error);
+                                       const RigCovariance& covariance);
+/// The same for an estimate of the error that contains them as its prior, with its posterior
+/// covariance.
+CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error,
+                                    const RigCovariance& covariance);
 
 /// Motion of the IMU at one instant, biases taken off.
 struct ImuInstant {
