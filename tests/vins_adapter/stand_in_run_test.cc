@@ -393,6 +393,42 @@ TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
   is_new();
 }
 
+#ifndef STAND_IN_GVINS  // keeps no yaw
+// A body whose x axis points up has no Euler yaw to speak of. The host turned its window by
+// whatever came out; keep_heading takes the turn that keeps the heading, also in a stock host.
+TEST_F(StandInRun, KeepHeadingTurnsAboutTheVerticalOnly) {
+  for (const bool asked : {false, true}) {
+    start(asked ? "keep_heading: 1\n" : "");
+    Estimator& e = host();
+    const Eigen::Matrix3d before = expSO3(Eigen::Vector3d(0, 0, 0.7)) *
+                                   expSO3(Eigen::Vector3d(0, -88.0 / 57.3, 0)) *
+                                   expSO3(Eigen::Vector3d(0.3, 0, 0));
+    // An optimization tilts the window by half a degree and drifts by 5 deg in heading.
+    const Eigen::Matrix3d tilt = expSO3(Eigen::Vector3d(0.006, -0.006, 0));
+    const Eigen::Quaterniond optimized(expSO3(Eigen::Vector3d(0, 0, 0.09)) * tilt * before);
+    e.Rs[0] = before;
+    for (auto& pose : e.para_Pose) {
+      pose[3] = optimized.x();
+      pose[4] = optimized.y();
+      pose[5] = optimized.z();
+      pose[6] = optimized.w();
+    }
+    e.host_turn = expSO3(Eigen::Vector3d(0, 0, 0.25));
+    e.double2vector();
+    const Eigen::Vector3d left = logSO3(before * e.Rs[0].transpose());
+    if (asked) {
+      EXPECT_LT((e.Rs[0] - tilt * before).norm(), 1e-4);
+      EXPECT_LT(std::abs(left.z()), 1e-4);
+      EXPECT_NEAR(left.norm(), 0.0085, 1e-4);  // the tilt that was found stays
+    } else {
+      EXPECT_GT(std::abs(left.z()), 0.3);
+    }
+    EXPECT_EQ(timesLogged("keep_heading: 1"), asked ? 1 : 0);
+    EXPECT_FALSE(e.slim_init_glue.active());
+  }
+}
+#endif
+
 #ifdef STAND_IN_LVI_SAM
 // Where lidar odometry covers the window the host starts from it, as always.
 TEST_F(StandInRun, LidarOdometryComesFirst) {

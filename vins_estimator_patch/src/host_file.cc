@@ -14,6 +14,7 @@ HostFile toHostFile(const HostKeys& keys) {
   parseHostMode(keys.initializer, &file.mode);
   file.reinit = keys.reinit;
   file.watchdog = keys.watchdog;
+  file.keep_heading = keys.keep_heading;
   file.output_path = keys.output_path;
   return file;
 }

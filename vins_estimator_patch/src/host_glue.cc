@@ -73,6 +73,7 @@ struct HostGlue::State {
   std::unique_ptr<HostAdapter> adapter;
   HostFile file;
   std::atomic<bool> active{false};
+  bool keep_heading = false;  // also in a host that initializes by itself
 
   // Touched by the processing thread alone.
   double last_imu = std::numeric_limits<double>::quiet_NaN();
@@ -200,10 +201,15 @@ bool HostGlue::open(const std::string& config_file) {
   State& state = *state_;
   std::string error;
   HostFile file;
-  // First our three keys alone: in a stock host the rest of the file is not checked.
+  // First our own keys alone: in a stock host the rest of the file is not checked.
   if (!readHostFile(config_file, &file, &error)) {
     state.report(ReportLevel::kError, error + "; the host initializes by itself");
     return false;
+  }
+  state.keep_heading = file.keep_heading;
+  if (state.keep_heading) {
+    state.report(ReportLevel::kInfo,
+                 "keep_heading: 1, the host's optimizations keep the heading of its oldest frame");
   }
   if (file.mode == HostMode::kStock && !file.reinit && !file.watchdog) return false;
   std::unique_ptr<HostAdapter> adapter = openHostFile(config_file, &file, &error);
@@ -442,6 +448,19 @@ bool HostGlue::takeRequest(bool* reset_if_refused) {
   state_->requested = false;
   *reset_if_refused = state_->reset_if_refused;
   return true;
+}
+
+void HostGlue::keepHeading(const Eigen::Matrix3d& before, const Eigen::Matrix3d& optimized,
+                           Eigen::Matrix3d* turn) const {
+  if (!state_->keep_heading) return;
+  // The rotation about z that comes closest to `before` from `optimized`: the twist about z of
+  // their difference. Undefined only where that difference tilts by 180 deg.
+  const Eigen::Matrix3d difference = before * optimized.transpose();
+  const double sine = difference(1, 0) - difference(0, 1);
+  const double cosine = difference(0, 0) + difference(1, 1);
+  const double norm = std::hypot(sine, cosine);
+  if (!(norm > 1e-3)) return;
+  *turn << cosine / norm, -sine / norm, 0.0, sine / norm, cosine / norm, 0.0, 0.0, 0.0, 1.0;
 }
 
 void HostGlue::requestReset() {

@@ -249,6 +249,7 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   readOptional(root, "reinit", &host->reinit);
   host->watchdog = host->reinit;
   readOptional(root, "watchdog", &host->watchdog);
+  readOptional(root, "keep_heading", &host->keep_heading);
   readOptional(root, "output_path", &host->output_path);
   readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);
 }

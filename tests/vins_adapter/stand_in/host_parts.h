@@ -8,12 +8,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <list>
 #include <map>
 #include <utility>
 #include <vector>
 
 using Eigen::Matrix3d;
+using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 const int WINDOW_SIZE = 10;
@@ -174,12 +176,14 @@ class EstimatorParts : public Offset {
   bool failure_occur;
   std::vector<Vector3d> key_poses;
   double initial_timestamp;
+  double para_Pose[WINDOW_SIZE + 1][7];  // position, then quaternion x, y, z, w
   MarginalizationInfo* last_marginalization_info = nullptr;
   std::vector<double*> last_marginalization_parameter_blocks;
 
   // For the test: what it plays, and what was seen.
   MarginalizationFlag next_flag = MARGIN_OLD;
   bool stock_succeeds = false;
-  int fails = 0;  // this many calls of failureDetection()
+  int fails = 0;                              // this many calls of failureDetection()
+  Matrix3d host_turn = Matrix3d::Identity();  // by which the host turns its optimized window
   int stock_tries = 0, resets = 0, optimizations = 0;
 };

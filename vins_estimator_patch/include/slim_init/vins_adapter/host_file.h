@@ -16,16 +16,17 @@ namespace slim_init::vins_adapter {
 struct HostFile {
   HostMode mode = HostMode::kStock;
   bool reinit = false;
-  bool watchdog = false;  ///< absent: as `reinit`
-  ImuLimits imu_limits;   ///< samples beyond are dropped; for messages about them
+  bool watchdog = false;      ///< absent: as `reinit`
+  bool keep_heading = false;  ///< HostGlue::keepHeading() acts, whoever initializes
+  ImuLimits imu_limits;       ///< samples beyond are dropped; for messages about them
   FileCalibration rig;
   std::string output_path;         ///< the host's folder for results, or ""
   std::vector<std::string> notes;  ///< what a person should know
 };
 
-/// Reads `initializer`, `reinit`, `watchdog` and `output_path`; absent keys are those of an
-/// unpatched host. On a problem returns false, leaves `file` as it was and puts a message naming
-/// file, key, value and bound into `error` (may be null).
+/// Reads `initializer`, `reinit`, `watchdog`, `keep_heading` and `output_path`; absent keys are
+/// those of an unpatched host. On a problem returns false, leaves `file` as it was and puts a
+/// message naming file, key, value and bound into `error` (may be null).
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
 /// Reads the whole file and makes the adapter, with HostAdapter::hostDefaults() where our section

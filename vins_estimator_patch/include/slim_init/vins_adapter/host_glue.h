@@ -362,6 +362,13 @@ class HostGlue {
     return !recoverWindow(e, false) && reset_if_refused;
   }
 
+  /// After each optimization the host turns its window about the vertical (z), so that its oldest
+  /// frame has the yaw from before; it takes that from Euler angles, which near a pitch of 90 deg
+  /// change with the slightest tilt. Where the file says keep_heading: 1 this puts the turn that
+  /// keeps the heading into `turn`. `before`, `optimized`: the oldest frame, body to world.
+  void keepHeading(const Eigen::Matrix3d& before, const Eigen::Matrix3d& optimized,
+                   Eigen::Matrix3d* turn) const;
+
   /// For a host that cannot reset itself where the request is served: takeReset() is true once
   /// after each requestReset().
   void requestReset();

@@ -21,7 +21,10 @@ struct HostKeys {
   std::string initializer = "stock";  ///< who initializes: stock, slim or shadow
   bool reinit = false;                ///< re-initialize on a failure and on request
   bool watchdog = false;              ///< watch the host in flight; absent: as `reinit`
-  std::string output_path;            ///< the host's folder for results
+  /// After each of its optimizations the host keeps the heading of its oldest frame, in place of
+  /// that frame's Euler yaw.
+  bool keep_heading = false;
+  std::string output_path;  ///< the host's folder for results
   /// 0: the file's extrinsic is exact for the host, 1: a guess that it improves, 2: not known.
   int estimate_extrinsic = 0;
   bool extrinsic_in_one_matrix = false;  ///< body_T_cam0, as VINS-Fusion has it

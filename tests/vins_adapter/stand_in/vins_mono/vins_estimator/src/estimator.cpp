@@ -18,6 +18,16 @@ void Estimator::solveOdometry()
     optimization();
 }
 
+void Estimator::double2vector()
+{
+    Matrix3d rot_diff = host_turn;
+    for (int i = 0; i <= WINDOW_SIZE; i++)
+    {
+
+        Rs[i] = rot_diff * Quaterniond(para_Pose[i][6], para_Pose[i][3], para_Pose[i][4], para_Pose[i][5]).normalized().toRotationMatrix();
+    }
+}
+
 void Estimator::processImage(const ImageFeatures &image, const std_msgs::Header &header)
 {
     ROS_DEBUG("Adding feature points %lu", image.size());

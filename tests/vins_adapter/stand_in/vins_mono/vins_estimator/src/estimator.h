@@ -13,6 +13,7 @@ class Estimator : public EstimatorParts<std_msgs::Header, 1> {
   void processImage(const ImageFeatures& image, const std_msgs::Header& header);
   void solveOdometry();
   void clearState();
+  void double2vector();
 
   IntegrationBase* tmp_pre_integration;
 };

@@ -27,6 +27,16 @@ void Estimator::processIMU(double t, double dt, const Vector3d &linear_accelerat
     ros::ignore(t, dt, linear_acceleration, angular_velocity);
 }
 
+void Estimator::double2vector()
+{
+    Matrix3d rot_diff = host_turn;
+    for (int i = 0; i <= WINDOW_SIZE; i++)
+    {
+
+        Rs[i] = rot_diff * Quaterniond(para_Pose[i][6], para_Pose[i][3], para_Pose[i][4], para_Pose[i][5]).normalized().toRotationMatrix();
+    }
+}
+
 void Estimator::processImage(const ImageFeatures &image, const double header)
 {
     ROS_DEBUG("Adding feature points %lu", image.size());

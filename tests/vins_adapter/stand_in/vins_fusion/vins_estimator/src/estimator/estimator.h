@@ -17,6 +17,7 @@ class Estimator : public EstimatorParts<double, 2> {
   void processImage(const ImageFeatures& image, const double header);
   void updateLatestStates();
   void clearState();
+  void double2vector();
 
   IntegrationBase* tmp_pre_integration;
   std::mutex mProcess;
