@@ -50,7 +50,7 @@ def condensed(line):
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 HOST_KEYS = {"title", "repository", "checked_at", "like", "folder", "files", "recognised_by", "in",
-             "words", "insertions", "why"}
+             "words", "insertions", "members", "members_in", "why"}
 INSERTION_KEYS = {"file", "before", "after", "text", "indent", "in", "why"}
 KINDS = ("header", "source", "node", "cmake", "package")
 PLACEHOLDER = re.compile("@([a-z_]+)@")
@@ -64,6 +64,8 @@ class Host:
         self.title = data["title"]
         self.checked_at = data.get("checked_at", "")
         self.recognised_by = []
+        self.members = data.get("members", MEMBERS)
+        self.members_in = data.get("members_in", [])
         folder = data.get("folder", "")
         paths = {kind: "/".join(filter(None, [folder, path]))
                  for kind, path in data["files"].items()}
@@ -373,7 +375,8 @@ def chosen_host(options):
 
 # ---------------------------------------------------------------------------------- what fits
 
-# What the inserted calls use of the host, by name, in the headers of the estimator.
+# What the inserted calls use of a host of the VINS family, by name, in the headers of the estimator;
+# another host names its own ("members", "members_in").
 MEMBERS = ["INITIAL", "NON_LINEAR", "MARGIN_OLD", "solver_flag", "marginalization_flag", "g", "ric",
            "tic", "Ps", "Vs", "Rs", "Bas", "Bgs", "Headers", "pre_integrations", "frame_count",
            "acc_0", "gyr_0", "dt_buf", "linear_acceleration_buf", "angular_velocity_buf",
@@ -384,15 +387,18 @@ MEMBERS = ["INITIAL", "NON_LINEAR", "MARGIN_OLD", "solver_flag", "marginalizatio
 
 def members_missing(checkout, host):
     """Names that no header of the host's estimator has."""
-    folder = os.path.dirname(os.path.join(checkout, host.header))
-    if os.path.basename(folder) == "estimator":  # VINS-Fusion keeps factor/ beside it
-        folder = os.path.dirname(folder)
+    folders = [os.path.join(checkout, name) for name in host.members_in]
+    if not folders:
+        folder = os.path.dirname(os.path.join(checkout, host.header))
+        if os.path.basename(folder) == "estimator":  # VINS-Fusion keeps factor/ beside it
+            folder = os.path.dirname(folder)
+        folders = [folder]
     words = set()
-    for root, _, files in os.walk(folder):
+    for root, _, files in (entry for folder in folders for entry in os.walk(folder)):
         for name in files:
             if name.endswith((".h", ".hpp")):
                 words.update(re.findall(r"\w+", read(os.path.join(root, name))))
-    return [name for name in MEMBERS if name not in words]
+    return [name for name in host.members if name not in words]
 
 
 def examined(checkout, host):

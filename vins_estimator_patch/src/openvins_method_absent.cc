@@ -1,0 +1,16 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// In place of openvins_method.cc in a build without feature_tracker_lines, which reads the files.
+#include "openvins_method.h"
+#include "slim_init/vins_adapter/host_adapter.h"
+
+namespace slim_init::vins_adapter {
+
+std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibration& rig,
+                                         std::vector<std::string>* /*notes*/, std::string* error) {
+  if (file.empty()) return makeInitializer(rig, HostAdapter::hostDefaults(), error);
+  *error = file + ": this build of slim_init cannot read configuration files";
+  return nullptr;
+}
+
+}  // namespace slim_init::vins_adapter
