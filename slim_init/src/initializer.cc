@@ -8,8 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/so3.h"
+#include "imu/carry_prior.h"
 #include "imu/preintegration.h"
+#include "join_frame.h"
 #include "provisional.h"
 #include "slim_init/answer_sequence.h"
 #include "slim_init/keyframe_window.h"
@@ -28,14 +29,6 @@ NavState propagateTo(const NavState& state, double t, const std::vector<ImuSampl
                    gravity_w);
 }
 
-// The rotation about z that brings R_b closest to R_a. Unlike the difference of two yaw angles it
-// is well defined for every mounting, also with a body axis pointing up (EuRoC's x axis does).
-Eigen::Matrix3d yawBetween(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b) {
-  const Eigen::Matrix3d M = R_a * R_b.transpose();
-  const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));
-  return expSO3(Eigen::Vector3d(0.0, 0.0, yaw));
-}
-
 // Longest time between neighbouring samples that touches [t_from, t_to]; zero for an empty
 // interval.
 double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to) {
@@ -47,8 +40,8 @@ double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to)
   return largest;
 }
 
-// As for R_b_c in Calibration::validate().
-constexpr double kRotationTolerance = 1e-3;
+// States of a history that are tried, the newest first.
+constexpr int kMostTries = 3;
 
 class Initializer : public IInitializer {
  public:
@@ -103,16 +96,40 @@ class Initializer : public IInitializer {
     if (!result.success() && !result.provisional()) return result;
     // Between the healthy state and the window the IMU alone carries the frame.
     const std::vector<ImuSample> imu = bufferedSamples();
-    const double gap = largestGap(imu, last_healthy.t, result.states.front().t);
-    if (gap > window_.options().max_imu_gap_s) {
-      std::ostringstream message;
-      message << "IMU data have a gap of " << gap
-              << " s between the last healthy state and the window, must be at most "
-              << window_.options().max_imu_gap_s << " s";
-      return refuse(InitStatus::kInvalidInput, message.str());
+    if (const std::string gap = checkGap(last_healthy.t, result.states.front().t, imu);
+        !gap.empty()) {
+      return refuse(InitStatus::kInvalidInput, gap);
     }
-    joinFrame(last_healthy, imu, &result);
+    join(last_healthy, imu, &result);
     return result;
+  }
+
+  InitResult recoverWithPrior(const std::vector<StatePrior>& healthy) override {
+    if (healthy.empty()) {
+      return refuse(InitStatus::kInvalidInput, "there is no healthy state to recover from");
+    }
+    std::optional<InitResult> best;
+    InitResult refusal;
+    std::string reasons;
+    int tries = 0;
+    for (auto prior = healthy.rbegin(); prior != healthy.rend() && tries < kMostTries; ++prior) {
+      InitResult result = answerWithPrior(*prior);
+      if (result.status != InitStatus::kTooFewKeyframes) ++tries;
+      if (!result.success()) {
+        // Where all are too new, that of the oldest; else of those that were tried.
+        if (tries <= 1) reasons.clear();
+        reasons += (reasons.empty() ? "" : "; ") + result.message;
+        refusal = std::move(result);
+        continue;
+      }
+      if (result.prior_dropped.empty()) return result;
+      if (!best || result.prior_dropped.size() < best->prior_dropped.size()) {
+        best = std::move(result);
+      }
+    }
+    if (best) return *std::move(best);
+    refusal.message = reasons;
+    return refusal;
   }
 
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
@@ -150,6 +167,39 @@ class Initializer : public IInitializer {
     young.min_interval_s = options.provisional.min_interval_s;
     young.max_span_s = 0.0;
     return young;
+  }
+
+  // From the frames after a known state.
+  InitResult answerWithPrior(const StatePrior& prior) const {
+    std::string problem = prior.validate();
+    if (problem.empty()) problem = checkHealthy(prior.state);
+    if (!problem.empty()) return refuse(InitStatus::kInvalidInput, problem);
+    const WindowCut cut = window_.cutSince(prior.state.t);
+    if (cut.window == nullptr) return refuse(cut.status, cut.message);
+    const std::vector<ImuSample> imu = bufferedSamples();
+    const double first = cut.window->times().front();
+    if (const std::string gap = checkGap(prior.state.t, first, imu); !gap.empty()) {
+      return refuse(InitStatus::kInvalidInput, gap);
+    }
+    const Calibration& calibration = window_.calibration();
+    InitResult result = solver_->solveWithPrior(
+        *cut.window,
+        carryPrior(prior, first, imu, calibration.gravity_magnitude, calibration.imu_noise));
+    if (const std::string message = result.validate(); !message.empty()) {
+      return refuse(InitStatus::kNumericalFailure, name() + " reported " + message);
+    }
+    return result;
+  }
+
+  // Where the IMU data cannot carry a state over this time, why; or "".
+  std::string checkGap(double from, double to, const std::vector<ImuSample>& imu) const {
+    const double gap = largestGap(imu, from, to);
+    if (!(gap > window_.options().max_imu_gap_s)) return "";
+    std::ostringstream message;
+    message << "IMU data have a gap of " << gap
+            << " s between the last healthy state and the window, must be at most "
+            << window_.options().max_imu_gap_s << " s";
+    return message.str();
   }
 
   // What a host that takes a prior can start with. Where there is nothing, `result` keeps its own
@@ -220,7 +270,9 @@ class Initializer : public IInitializer {
 
   // Why nothing can be joined to this state, or "".
   std::string checkHealthy(const NavState& last_healthy) const {
-    if (!last_healthy.isFinite()) return "the last healthy state is not finite";
+    StatePrior state;
+    state.state = last_healthy;
+    if (const std::string problem = state.validate(); !problem.empty()) return problem;
     const TimeSpan imu = bufferedImu();
     if (!(last_healthy.t >= imu.first && last_healthy.t <= imu.last)) {
       std::ostringstream message;
@@ -229,18 +281,13 @@ class Initializer : public IInitializer {
       if (!window_.imu().empty()) message << " [" << imu.first << ", " << imu.last << "] s";
       return message.str();
     }
-    const Eigen::Matrix3d& R = last_healthy.R_w_b;
-    if ((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() > kRotationTolerance) {
-      return "R_w_b of the last healthy state is not a rotation to within 1e-3";
-    }
     return "";
   }
 
   // Moves the new solution into the old odometry frame: both describe the body at one instant, the
-  // first at which both exist; they have to agree there in position and in yaw. Roll and pitch are
-  // the new solution's, because they come from gravity.
-  void joinFrame(const NavState& last_healthy, const std::vector<ImuSample>& imu,
-                 InitResult* result) const {
+  // first at which both exist.
+  void join(const NavState& last_healthy, const std::vector<ImuSample>& imu,
+            InitResult* result) const {
     const ImuNoise& noise = window_.calibration().imu_noise;
     NavState old_state = last_healthy;
     // The host's biases may be what failed; the new ones carry the old state on.
@@ -252,23 +299,7 @@ class Initializer : public IInitializer {
     old_state.accel_bias = new_state.accel_bias;
     old_state = propagateTo(old_state, new_state.t, imu, result->gravity_w, noise);
     new_state = propagateTo(new_state, old_state.t, imu, result->gravity_w, noise);
-
-    const Eigen::Matrix3d R_old_new = yawBetween(old_state.R_w_b, new_state.R_w_b);
-    const Eigen::Vector3d t_old_new = old_state.p_w_b - R_old_new * new_state.p_w_b;
-    for (NavState& state : result->states) {
-      state.R_w_b = R_old_new * state.R_w_b;
-      state.p_w_b = R_old_new * state.p_w_b + t_old_new;
-      state.v_w_b = R_old_new * state.v_w_b;
-    }
-    // Attitude errors stand on the body side and do not turn; those of p and v do.
-    if (result->covariance.size() == 0) return;
-    Eigen::MatrixXd T =
-        Eigen::MatrixXd::Identity(result->covariance.rows(), result->covariance.cols());
-    for (std::size_t k = 0; k < result->states.size(); ++k) {
-      T.block<3, 3>(9 * k + 3, 9 * k + 3) = R_old_new;
-      T.block<3, 3>(9 * k + 6, 9 * k + 6) = R_old_new;
-    }
-    result->covariance = T * result->covariance * T.transpose();
+    joinFrame(old_state, new_state, result);
   }
 
   std::unique_ptr<WindowSolver> solver_;

@@ -15,6 +15,7 @@
 #include "minimum_search.h"
 #include "other_scale.h"
 #include "provisional.h"
+#include "recovery.h"
 #include "rotation/robust_bias.h"
 #include "rotation_stage.h"
 #include "solver_support.h"
@@ -233,6 +234,10 @@ InitResult Slim::solve(const InitWindow& window) const {
 
 InitResult Slim::solveProvisional(const InitWindow& window) const {
   return provisionalAnswer(window, options_);
+}
+
+InitResult Slim::solveWithPrior(const InitWindow& window, const StatePrior& prior) const {
+  return recoveredAnswer(window, prior, options_);
 }
 
 std::unique_ptr<WindowSolver> makeSlimSolver(const InitializerOptions& options,

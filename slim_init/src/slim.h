@@ -17,6 +17,7 @@ class Slim : public WindowSolver {
   const std::string& name() const override;
   InitResult solve(const InitWindow& window) const override;
   InitResult solveProvisional(const InitWindow& window) const override;
+  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior) const override;
 
  private:
   InitializerOptions options_;

@@ -9,6 +9,7 @@
 
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/state_prior.h"
 #include "slim_init/stream_check.h"
 #include "slim_init/window_solver.h"
 
@@ -59,6 +60,21 @@ class IInitializer {
   /// finite, not a rotation or outside the buffer, or when the IMU has too long a gap between it
   /// and the window.
   virtual InitResult recover(const NavState& last_healthy) = 0;
+
+  /// The same from what `healthy`, states of the host from before the failure (ascending in time),
+  /// know besides the frame: velocity, gravity and biases, carried to the window by the IMU, are
+  /// part of the estimate, and the answer is in their frame. The window begins at the state; four
+  /// keyframes after it can be enough, and neither constant velocity nor hover is in the way. The
+  /// newest state that the data agree with wins; of one that they do not agree with the
+  /// contradicting parts are left out and named (InitResult::prior_dropped, message). A refusal
+  /// where no state leads to an answer: recover() may still have one. An initializer without such
+  /// answers keeps this default, kTooFewKeyframes.
+  virtual InitResult recoverWithPrior(const std::vector<StatePrior>& /*healthy*/) {
+    InitResult none;
+    none.status = InitStatus::kTooFewKeyframes;
+    none.message = name() + " has no answers with a prior";
+    return none;
+  }
 
   /// States of a successful `result` of this initializer at other instants: `times` ascend [s, IMU
   /// clock] and lie at most `max_reach_s` before the first or after the last keyframe; the IMU

@@ -62,6 +62,9 @@ class KeyframeWindow {
   /// kMinKeyframes.
   WindowCut cut(int leave_out = 0) const;
 
+  /// The same of the frames from `first` on [s, IMU clock]; kMinKeyframes are enough.
+  WindowCut cutSince(double first) const;
+
   /// IMU samples held, oldest first.
   const std::deque<ImuSample>& imu() const { return imu_; }
 
@@ -90,7 +93,8 @@ class KeyframeWindow {
   void waitForFrame(double stamp, std::vector<LineObservation> lines);
   int newestCovered() const;
   double imuStart(int newest) const;
-  std::vector<int> chooseKeyframes(int newest, std::string* reason) const;
+  std::vector<int> chooseKeyframes(int newest, double first, std::string* reason) const;
+  WindowCut makeWindow(const std::vector<int>& chosen, int needed, const std::string& reason) const;
   std::vector<int> spreadKeyframes(const std::vector<int>& frames) const;
   std::vector<ImuSample> samplesCovering(double t_first, double t_last) const;
 

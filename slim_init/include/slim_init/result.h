@@ -187,6 +187,10 @@ struct InitResult {
   /// off by more than its standard deviations, with value, sigma and key.
   std::vector<std::string> warnings;
 
+  /// Parts of a StatePrior that the data of the window contradict, so that they were not used:
+  /// "velocity", "gravity", "gyro_bias", "accel_bias".
+  std::vector<std::string> prior_dropped;
+
   /// Covariance of the error state [theta, p, v] per keyframe followed by [b_g, b_a]; theta on the
   /// right of R_w_b. Empty where the method does not provide it (drt-l, slim-paper).
   Eigen::MatrixXd covariance;

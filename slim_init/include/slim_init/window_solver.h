@@ -10,6 +10,7 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/state_prior.h"
 
 namespace slim_init {
 
@@ -29,6 +30,18 @@ class WindowSolver {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
     none.message = name() + " has no provisional answers";
+    return none;
+  }
+  /// An answer from a window whose first keyframe's state is known (`prior.state.t` is its time),
+  /// in the world of the prior: four keyframes can be enough, at constant velocity and in hover
+  /// too. Parts of the prior that the data contradict are not used and named in
+  /// InitResult::prior_dropped; without the velocity it is a refusal. A method without such answers
+  /// keeps this default, kTooFewKeyframes.
+  virtual InitResult solveWithPrior(const InitWindow& /*window*/,
+                                    const StatePrior& /*prior*/) const {
+    InitResult none;
+    none.status = InitStatus::kTooFewKeyframes;
+    none.message = name() + " has no answers with a prior";
     return none;
   }
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -136,7 +137,8 @@ double KeyframeWindow::imuStart(int newest) const {
 }
 
 // Indices of the keyframes, newest first; `reason` is what ended the choice.
-std::vector<int> KeyframeWindow::chooseKeyframes(int newest, std::string* reason) const {
+std::vector<int> KeyframeWindow::chooseKeyframes(int newest, double first,
+                                                 std::string* reason) const {
   std::vector<int> chosen;
   *reason = "no frame is covered by the IMU yet";
   if (newest < 0) return chosen;
@@ -155,6 +157,9 @@ std::vector<int> KeyframeWindow::chooseKeyframes(int newest, std::string* reason
     if (i < newest && time(i + 1) - time(i) > options_.max_frame_gap_s) {
       out << "a gap of " << time(i + 1) - time(i) << " s between frames (bound "
           << options_.max_frame_gap_s << " s) starts the window anew";
+    } else if (time(i) < first) {
+      out << "the frames before are of the time before " << time(newest) - first
+          << " s ago, where the window begins";
     } else if (time(i) < t_imu_start && t_imu_start > time(newest)) {
       out << "the newest frame lies in a gap of the IMU data above " << options_.max_imu_gap_s
           << " s";
@@ -222,15 +227,28 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
 }
 
 WindowCut KeyframeWindow::cut(int leave_out) const {
-  WindowCut result;
   std::string reason;
-  std::vector<int> chosen = chooseKeyframes(newestCovered(), &reason);
+  std::vector<int> chosen =
+      chooseKeyframes(newestCovered(), -std::numeric_limits<double>::infinity(), &reason);
   int needed = options_.min_keyframes;
   if (leave_out > 0) {
     chosen.erase(chosen.begin(),
                  chosen.begin() + std::min(leave_out, static_cast<int>(chosen.size())));
     needed = kMinKeyframes;
   }
+  return makeWindow(chosen, needed, reason);
+}
+
+WindowCut KeyframeWindow::cutSince(double first) const {
+  std::string reason;
+  const std::vector<int> chosen = chooseKeyframes(newestCovered(), first, &reason);
+  return makeWindow(chosen, kMinKeyframes, reason);
+}
+
+// `chosen`: newest first.
+WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
+                                     const std::string& reason) const {
+  WindowCut result;
   if (static_cast<int>(chosen.size()) < needed) {
     std::ostringstream message;
     message << "window holds " << chosen.size() << " keyframes, needs " << needed << ": " << reason;

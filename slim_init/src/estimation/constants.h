@@ -14,7 +14,7 @@ inline constexpr double kInstantSpan = 0.012;
 /// the views do not determine one of them (the distance of a far point), it stays where it is.
 inline constexpr double kTrackDamping = 1e-7;
 inline constexpr double kMinTrackInformation = 1e-6;
-/// Information that holds a bias at zero, 1 / (1e-6 m/s^2)^2.
+/// Information that holds a bias, or an inverse depth, at zero, 1 / (1e-6 m/s^2)^2.
 inline constexpr double kHold = 1e12;
 /// Marquardt damping, relative to the diagonal of the information: at the start, its floor after
 /// good steps, and where another step is pointless.
@@ -80,5 +80,20 @@ inline constexpr int kMinResiduals = 20;
 
 /// Step of the central differences of the attitude by the direction of gravity [rad]: good to 1e-9.
 inline constexpr double kGravityStep = 1e-5;
+
+// ---- Known state (state_factor.h)
+
+/// Standard deviations of the parts of a state of which nothing is known: of a fast vehicle, of an
+/// attitude, of the worst sensors.
+inline constexpr double kUnknownVelocity = 30.0;  // [m/s]
+inline constexpr double kUnknownGravity = 1.0;    // [rad]
+inline constexpr double kUnknownGyroBias = 0.3;   // [rad/s]
+inline constexpr double kUnknownAccelBias = 1.0;  // [m/s^2]
+/// Data whose information is a smaller share of the prior's than this say nothing against it.
+inline constexpr double kLeastInformation = 1e-3;
+/// On the bounds of the test, squared errors beyond the covariance: those of model errors of tracks
+/// and IMU, and, for all that a wrong velocity or tilt bends, of the linearisation too.
+inline constexpr double kBiasTestMargin = 1.5;
+inline constexpr double kStateTestMargin = 2.25;
 
 }  // namespace slim_init::estimation_constants

@@ -149,10 +149,12 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
                            const std::vector<WindowState>& starts, StartMode mode,
                            const RefinementOptions& options, const InertialOptions& inertial,
                            const std::optional<RigPrior>& rig,
-                           const std::optional<MotionPrior>& motion) {
+                           const std::optional<MotionPrior>& motion,
+                           const std::optional<StateFactor>& known) {
   RefinedWindow out;
   const double focal = window.calibration().focal_px;
-  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig, motion);
+  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig, motion,
+                            known);
   const int handed_in = map.pointViews();
 
   Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
@@ -191,8 +193,8 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   if (!summary.valid) return out;
 
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
-  out.inertial_chi2 =
-      (summary.cost - summary.visual_cost - summary.rig_cost) / (9.0 * (window.size() - 1));
+  out.inertial_chi2 = (summary.cost - summary.visual_cost - summary.rig_cost - summary.state_cost) /
+                      (9.0 * (window.size() - 1));
   out.behind_fraction = map.behindFraction();
   out.point_tracks = map.pointTracks();
   out.line_tracks = map.lineTracks();

@@ -10,6 +10,7 @@
 
 #include "estimation/motion_prior.h"
 #include "estimation/rig_model.h"
+#include "estimation/state_factor.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "lines/vanishing_point.h"
@@ -69,13 +70,14 @@ enum class StartMode {
 /// Refines from `starts` (at least one) and keeps the lowest cost. `lines` as the constructor of
 /// VisualInertialProblem takes them, `pre` made by
 /// preintegrateInflated() at the starts' gyroscope bias. With a `rig` prior the rig error is
-/// estimated too.
+/// estimated too; a `known` state of the first body takes the place of the priors of the biases.
 RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
                            std::vector<Preintegration> pre,
                            const std::vector<VanishingPoint>* vanishing_points,
                            const std::vector<WindowState>& starts, StartMode mode,
                            const RefinementOptions& options, const InertialOptions& inertial,
                            const std::optional<RigPrior>& rig = std::nullopt,
-                           const std::optional<MotionPrior>& motion = std::nullopt);
+                           const std::optional<MotionPrior>& motion = std::nullopt,
+                           const std::optional<StateFactor>& known = std::nullopt);
 
 }  // namespace slim_init

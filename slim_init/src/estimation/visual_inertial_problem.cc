@@ -124,7 +124,8 @@ VisualInertialProblem::VisualInertialProblem(
     const InitWindow& window, const std::vector<Track>& lines,
     const std::vector<Preintegration>& pre, const std::vector<VanishingPoint>* vanishing_points,
     const RefinementOptions& options, const InertialOptions& inertial,
-    const std::optional<RigPrior>& rig, const std::optional<MotionPrior>& motion)
+    const std::optional<RigPrior>& rig, const std::optional<MotionPrior>& motion,
+    const std::optional<StateFactor>& known)
     : window_(window),
       pre_(pre),
       options_(options),
@@ -137,10 +138,16 @@ VisualInertialProblem::VisualInertialProblem(
       rolling_(rows_.readout_s > 0.0),
       rig_(rig),
       motion_(motion),
+      known_(known),
       // A prior on the motion couples velocities that are not neighbours.
       solver_(layout_, rolling_ || motion.has_value()) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
+  if (known_) {
+    const Eigen::LLT<StateCovariance> llt(known_->covariance);
+    whitening_valid_ = whitening_valid_ && llt.info() == Eigen::Success;
+    known_information_ = llt.solve(StateCovariance::Identity());
+  }
   point_views_.reserve(window.pointSightings().size());
   for (const Track& track : window.pointTracks()) {
     const TrackRange range = {static_cast<int>(point_views_.size()),
@@ -236,6 +243,7 @@ void VisualInertialProblem::triangulateAll(const WindowState& state) {
   for (const TrackRange& t : point_tracks_) {
     structure_.points.push_back(
         triangulate(&point_views_[t.begin], t.end - t.begin, state, t_b_c_));
+    if (known_ && known_->points_at_infinity) structure_.points.back().inverse_depth = 0.0;
   }
   for (const TrackRange& t : line_tracks_) {
     LineParameters line;
@@ -249,6 +257,7 @@ void VisualInertialProblem::triangulateAll(const WindowState& state) {
 }
 
 double VisualInertialProblem::addPriors(const WindowState& state, System* system) const {
+  if (known_) return motion_ ? addMotionPrior(state, system) : 0.0;
   // The prior is centred at zero, so a tight one holds the bias there.
   const double w_a =
       options_.estimate_accel_bias ? 1.0 / square(inertial_.accel_bias_prior) : kHold;
@@ -276,6 +285,25 @@ double VisualInertialProblem::addMotionPrior(const WindowState& state, System* s
     }
   }
   return prior.r.squaredNorm();
+}
+
+double VisualInertialProblem::addKnownState(const WindowState& state, System* system) const {
+  const StateResidual known =
+      rig_ ? stateResidual(state, *known_, window_.calibration(), instants_.front())
+           : stateResidual(state, *known_);
+  const Eigen::Matrix<double, kStateColumns, kStateRows> weighted =
+      known.J.transpose() * known_information_;
+  const Eigen::Matrix<double, kStateColumns, kStateColumns> JJ = weighted * known.J;
+  const Eigen::Matrix<double, kStateColumns, 1> Jr = weighted * known.r;
+  // The first velocity, then what follows the velocities.
+  const int rest = kStateColumns - 3 - (rig_ ? 0 : StateLayout::kRig - 1);
+  const int at_v = layout_.velocity(0), at_rest = layout_.gyroBias();
+  system->g.segment<3>(at_v) += Jr.head<3>();
+  system->g.segment(at_rest, rest) += Jr.segment(3, rest);
+  system->H.block<3, 3>(at_v, at_v) += JJ.topLeftCorner<3, 3>();
+  system->H.block(at_rest, at_v, rest, 3) += JJ.block(3, 0, rest, 3);
+  system->H.block(at_rest, at_rest, rest, rest) += JJ.block(3, 3, rest, rest);
+  return known.r.dot(known_information_ * known.r);
 }
 
 double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) const {
@@ -472,6 +500,8 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
     }
     information.diagonal().array() +=
         kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
+    // The last parameter of a point is its inverse depth.
+    if (D == 3 && known_ && known_->points_at_infinity) information(D - 1, D - 1) += kHold;
     const MatrixD L_inverse = inverseOfFactor<D>(information);
     const VectorD y = L_inverse.template triangularView<Eigen::Lower>() * gradient;
     elimination->L_inverse[t] = L_inverse;
@@ -528,8 +558,9 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
   system->visual_g = system->g.head(6 * n);
   system->rig_cost = rig_ ? addRigPrior(state.rig, system) : 0.0;
+  system->state_cost = known_ ? addKnownState(state, system) : 0.0;
   system->cost = system->visual_cost + addInertial(state, system) + addPriors(state, system) +
-                 system->rig_cost;
+                 system->rig_cost + system->state_cost;
 }
 
 VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
@@ -607,6 +638,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
   summary.visual_cost = system_.visual_cost;
   summary.line_cost = system_.line_cost;
   summary.rig_cost = system_.rig_cost;
+  summary.state_cost = system_.state_cost;
   information_ = system_.H.bottomRightCorner(m, m).selfadjointView<Eigen::Lower>();
   visual_information_ = system_.visual_H.selfadjointView<Eigen::Lower>();
   visual_gradient_ = system_.visual_g;

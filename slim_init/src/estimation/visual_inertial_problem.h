@@ -6,9 +6,10 @@
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
-// readout time as well (rig_model.h), and with a prior on the motion (motion_prior.h). The
-// parameters of every track are eliminated inside each Gauss-Newton step (Schur complement), which
-// is the same step as on their null space.
+// readout time as well (rig_model.h), with a prior on the motion (motion_prior.h), and with a known
+// state of the first body in place of the priors of the biases (state_factor.h). The parameters of
+// every track are eliminated inside each Gauss-Newton step (Schur complement), which is the same
+// step as on their null space.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,6 +20,7 @@
 #include "estimation/motion_prior.h"
 #include "estimation/rig_model.h"
 #include "estimation/row_motion.h"
+#include "estimation/state_factor.h"
 #include "estimation/visual_tracks.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
@@ -38,6 +40,7 @@ struct MapSummary {
   double visual_cost = 0.0;  ///< its part from points, lines and vanishing points
   double line_cost = 0.0;    ///< its part from lines
   double rig_cost = 0.0;     ///< its part from the prior of the rig
+  double state_cost = 0.0;   ///< its part from a known state
 };
 
 /// Residuals of the observations that take part, at a state.
@@ -61,7 +64,8 @@ class VisualInertialProblem {
                         const std::vector<VanishingPoint>* vanishing_points,
                         const RefinementOptions& options, const InertialOptions& inertial,
                         const std::optional<RigPrior>& rig = std::nullopt,
-                        const std::optional<MotionPrior>& motion = std::nullopt);
+                        const std::optional<MotionPrior>& motion = std::nullopt,
+                        const std::optional<StateFactor>& known = std::nullopt);
 
   /// To be called after the caller has changed the preintegrations: they are now between the
   /// keyframe times moved by `td_shift` [s].
@@ -140,6 +144,7 @@ class VisualInertialProblem {
     double visual_cost = 0.0;
     double line_cost = 0.0;
     double rig_cost = 0.0;
+    double state_cost = 0.0;
     Elimination<3> points;
     Elimination<4> lines;
     Elimination<2> directions;
@@ -151,6 +156,7 @@ class VisualInertialProblem {
   double addPriors(const WindowState& state, System* system) const;
   double addMotionPrior(const WindowState& state, System* system) const;
   double addRigPrior(const RigError& rig, System* system) const;
+  double addKnownState(const WindowState& state, System* system) const;
   double addInertial(const WindowState& state, System* system);
   template <int kColumns>
   double addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
@@ -191,6 +197,8 @@ class VisualInertialProblem {
   bool rolling_;  // observations have row times of their own
   std::optional<RigPrior> rig_;
   std::optional<MotionPrior> motion_;
+  std::optional<StateFactor> known_;
+  StateCovariance known_information_ = StateCovariance::Zero();
   double td_shift_ = 0.0;              // of the preintegrations [s]
   std::vector<ImuInstant> instants_;   // at the ends of the preintegrations, with a rig prior
   WindowState nominal_;                // scratch of addInertial()

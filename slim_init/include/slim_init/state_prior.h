@@ -1,0 +1,33 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What is known of the body before the data of a window.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "slim_init/result.h"
+#include "slim_init/types.h"
+
+namespace slim_init {
+
+/// A state that is known from elsewhere, with its covariance: the last one of an estimator before
+/// it failed.
+struct StatePrior {
+  /// In a gravity-aligned world w of any origin and heading, z up; time on the IMU clock.
+  NavState state;
+  /// Of the errors [theta, p, v, b_g, b_a]: theta on the right of R_w_b [rad], p [m] and v [m/s] in
+  /// w, b_g [rad/s], b_a [m/s^2], each the truth minus the estimate; the order of
+  /// InitResult::covariance. Position and heading may be exact (zero): they define w. The rest has
+  /// to be positive definite.
+  Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Zero();
+  /// Extrinsics that the estimator has found, in place of those that the initializer was given; td
+  /// comes through IInitializer::setTd(), and the readout time stays as it is.
+  OptionalCalibration calibration;
+
+  /// Returns an empty string, or a message naming what is not finite, not a rotation, or no
+  /// covariance.
+  std::string validate() const;
+};
+
+}  // namespace slim_init

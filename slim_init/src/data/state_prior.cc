@@ -1,0 +1,45 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/state_prior.h"
+
+#include <Eigen/LU>
+#include <sstream>
+
+namespace slim_init {
+namespace {
+
+// As for R_b_c in Calibration::validate().
+constexpr double kRotationTolerance = 1e-3;
+// Share of the diagonal.
+constexpr double kSymmetry = 1e-6;
+
+bool isRotation(const Eigen::Matrix3d& R) {
+  return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
+         R.determinant() > 0.0;
+}
+
+}  // namespace
+
+std::string StatePrior::validate() const {
+  if (!state.isFinite()) return "the last healthy state is not finite";
+  if (!isRotation(state.R_w_b)) {
+    return "R_w_b of the last healthy state is not a rotation to within 1e-3";
+  }
+  if (!covariance.allFinite()) return "the covariance of the last healthy state is not finite";
+  if (const double least = covariance.diagonal().minCoeff(); least < 0.0) {
+    std::ostringstream message;
+    message << "the covariance of the last healthy state has " << least
+            << " on its diagonal, must be at least 0";
+    return message.str();
+  }
+  if (!((covariance - covariance.transpose()).norm() <= kSymmetry * covariance.norm())) {
+    return "the covariance of the last healthy state is not symmetric";
+  }
+  if (calibration.has_value() &&
+      !(calibration->R_b_c.allFinite() && calibration->t_b_c.allFinite() &&
+        calibration->covariance.allFinite() && isRotation(calibration->R_b_c))) {
+    return "the calibration of the last healthy state is not finite, or no rotation";
+  }
+  return "";
+}
+
+}  // namespace slim_init

@@ -1,0 +1,178 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "estimation/state_factor.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "estimation/constants.h"
+#include "geometry/so3.h"
+
+namespace slim_init {
+namespace {
+
+using namespace estimation_constants;  // NOLINT: the constants of this module
+
+struct Rows {
+  int at, size;
+};
+constexpr Rows kRowsOf[kStateParts] = {{0, 3}, {3, 2}, {5, 3}, {8, 3}};
+// Standard deviation of a part of which nothing is known [m/s, rad, rad/s, m/s^2].
+constexpr double kUnknown[kStateParts] = {kUnknownVelocity, kUnknownGravity, kUnknownGyroBias,
+                                          kUnknownAccelBias};
+
+// What is exceeded by chance once in a thousand, by degrees of freedom.
+constexpr double kThousandth[] = {0.0,   10.83, 13.82, 16.27, 18.47, 20.52,
+                                  22.46, 24.32, 26.12, 27.88, 29.59, 31.26};
+
+}  // namespace
+
+const char* toString(StatePart part) {
+  switch (part) {
+    case StatePart::kVelocity: return "velocity";
+    case StatePart::kGravity: return "gravity";
+    case StatePart::kGyroBias: return "gyro_bias";
+    case StatePart::kAccelBias: return "accel_bias";
+  }
+  return "unknown";
+}
+
+Eigen::Matrix<double, kStateRows, 15> stateRows(const NavState& state) {
+  const Eigen::Matrix3d R_b_w = state.R_w_b.transpose();
+  const Eigen::Vector3d down = -R_b_w.col(2);
+  Eigen::Matrix<double, kStateRows, 15> Y = Eigen::Matrix<double, kStateRows, 15>::Zero();
+  Y.block<3, 3>(0, 0) = skew(R_b_w * state.v_w_b);
+  Y.block<3, 3>(0, 6) = R_b_w;
+  Y.block<2, 3>(3, 0) = tangentBasis(down).transpose() * skew(down);
+  Y.block<6, 6>(5, 9).setIdentity();
+  return Y;
+}
+
+StateFactor stateFactor(const StatePrior& prior) {
+  const NavState& state = prior.state;
+  StateFactor factor;
+  factor.velocity_b = state.R_w_b.transpose() * state.v_w_b;
+  factor.down_b = -state.R_w_b.transpose().col(2);
+  factor.gyro_bias = state.gyro_bias;
+  factor.accel_bias = state.accel_bias;
+  const Eigen::Matrix<double, kStateRows, 15> Y = stateRows(state);
+  factor.covariance = Y * prior.covariance * Y.transpose();
+  return factor;
+}
+
+StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
+                            const WindowState* body, const RigDerivatives* chain) {
+  const Eigen::Vector3d down = state.gravity_b0.normalized();
+  const Eigen::Matrix3d Rt =
+      body == nullptr ? Eigen::Matrix3d::Identity() : Eigen::Matrix3d(body->R_b0_bk[0].transpose());
+  const Eigen::Vector3d v = body == nullptr ? state.v_b0.col(0) : body->v_b0.col(0);
+  const Eigen::Vector3d v_b = Rt * v, down_b = Rt * down;
+  const Eigen::Matrix<double, 2, 3> B = tangentBasis(factor.down_b).transpose();
+  StateResidual out;
+  out.r << v_b - factor.velocity_b, B * down_b, state.gyro_bias - factor.gyro_bias,
+      state.accel_bias - factor.accel_bias;
+  out.J.setZero();
+  out.J.block<6, 6>(5, 3).setIdentity();
+  out.J.block<2, 2>(3, 9) = B * Rt * tangentBasis(down);
+  if (chain == nullptr) {
+    out.J.block<3, 3>(0, 0).setIdentity();
+    return out;
+  }
+  Eigen::Matrix<double, 5, 9> by_body = Eigen::Matrix<double, 5, 9>::Zero();
+  by_body.block<3, 3>(0, 0) = skew(v_b);
+  by_body.block<3, 3>(0, 6) = Rt;
+  by_body.block<2, 3>(3, 0) = B * skew(down_b);
+  out.J.topLeftCorner<5, 3>() = by_body * chain->by_state.rightCols<3>();
+  out.J.block<5, 2>(0, 9) += by_body * chain->by_gravity;
+  out.J.topRightCorner<5, StateLayout::kRig - 1>() = by_body * chain->by_rig;
+  return out;
+}
+
+StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
+                            const Calibration& calibration, const ImuInstant& first) {
+  WindowState body = state;
+  RigDerivatives chain;
+  bodyAtNominalTime(state, 0, BodyOffset(state.rig, calibration), state.rig.dtd, first, &body,
+                    &chain);
+  return stateResidual(state, factor, &body, &chain);
+}
+
+StateCovariance without(const StateCovariance& covariance, StatePart part) {
+  const Rows rows = kRowsOf[static_cast<int>(part)];
+  Eigen::MatrixXd follows = Eigen::MatrixXd::Zero(kStateRows, rows.size);
+  if (part == StatePart::kVelocity) {
+    // The error of a velocity moves nothing else.
+    follows.middleRows(rows.at, rows.size).setIdentity();
+  } else {
+    // A bias, or a tilt, has been carried into the velocity: what correlates with it is wrong too.
+    follows = covariance.block(rows.at, rows.at, rows.size, rows.size)
+                  .ldlt()
+                  .solve(covariance.middleRows(rows.at, rows.size))
+                  .transpose();
+  }
+  const double sigma = kUnknown[static_cast<int>(part)];
+  return covariance + sigma * sigma * follows * follows.transpose();
+}
+
+bool StateTest::contradicts() const {
+  if (freedom == 0) return false;
+  if (total > kStateTestMargin * kThousandth[freedom]) return true;
+  for (int i = 0; i < kStateParts; ++i) {
+    const auto which = static_cast<StatePart>(i);
+    const double margin = which == StatePart::kGyroBias || which == StatePart::kAccelBias
+                              ? kBiasTestMargin
+                              : kStateTestMargin;
+    if (part[i] > margin * kThousandth[std::min(freedom, kRowsOf[i].size)]) return true;
+  }
+  return false;
+}
+
+// With M the information that the data have about the rows, and d their own most probable ones:
+// M (d - y) = P^-1 r at the estimate y that contains the prior. The difference d - (y - r) has the
+// covariance P + M^-1, of which only the directions are taken in which M is something.
+StateTest testState(const StateVector& r, const StateCovariance& covariance,
+                    const StateCovariance& posterior) {
+  StateTest test;
+  const StateVector scale = covariance.diagonal().cwiseSqrt();
+  if (!(scale.minCoeff() > 0.0)) return test;
+  const StateVector inverse = scale.cwiseInverse();
+  const auto scaled = [&inverse](const StateCovariance& P) -> StateCovariance {
+    return inverse.asDiagonal() * P * inverse.asDiagonal();
+  };
+  const StateCovariance P = scaled(covariance);
+  const StateVector x = inverse.cwiseProduct(r);
+  const Eigen::LDLT<StateCovariance> prior(P);
+  const StateCovariance of_data =
+      StateCovariance(scaled(posterior).ldlt().solve(StateCovariance::Identity())) -
+      StateCovariance(prior.solve(StateCovariance::Identity()));
+  const Eigen::SelfAdjointEigenSolver<StateCovariance> eigen(0.5 * (of_data + of_data.transpose()));
+  const int first = static_cast<int>(
+      std::count_if(eigen.eigenvalues().data(), eigen.eigenvalues().data() + kStateRows,
+                    [](double information) { return !(information > kLeastInformation); }));
+  test.freedom = kStateRows - first;
+  if (test.freedom == 0) return test;
+  const Eigen::MatrixXd A = eigen.eigenvalues().tail(test.freedom).cwiseSqrt().asDiagonal() *
+                            eigen.eigenvectors().rightCols(test.freedom).transpose();
+  const Eigen::VectorXd z =
+      eigen.eigenvalues().tail(test.freedom).cwiseSqrt().cwiseInverse().asDiagonal() *
+          (eigen.eigenvectors().rightCols(test.freedom).transpose() * StateVector(prior.solve(x))) +
+      A * x;
+  const auto distance = [&A, &z](const StateCovariance& of_prior) {
+    Eigen::MatrixXd S = A * of_prior * A.transpose();
+    S.diagonal().array() += 1.0;
+    return z.dot(S.ldlt().solve(z));
+  };
+  test.total = distance(P);
+  for (int i = 0; i < kStateParts; ++i) {
+    test.part[i] = test.total - distance(scaled(without(covariance, static_cast<StatePart>(i))));
+  }
+  return test;
+}
+
+StatePart worstPart(const StateTest& test) {
+  return static_cast<StatePart>(std::max_element(test.part.begin(), test.part.end()) -
+                                test.part.begin());
+}
+
+}  // namespace slim_init

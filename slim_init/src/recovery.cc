@@ -1,0 +1,344 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "recovery.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "alignment/starting_states.h"
+#include "data/with_calibration.h"
+#include "data/with_sightings.h"
+#include "estimation/refine_window.h"
+#include "geometry/so3.h"
+#include "join_frame.h"
+#include "minimum_search.h"
+#include "provisional.h"
+#include "rotation_stage.h"
+#include "solver_support.h"
+#include "translation/ligt.h"
+#include "verdict/gates.h"
+
+namespace slim_init {
+namespace {
+
+constexpr double kRadToDeg = 180.0 / M_PI;
+/// The prior is that of the first keyframe to within rounding [s].
+constexpr double kSameInstant = 1e-6;
+/// What an estimator goes on with: standard deviations of the newest velocity, a part that a host
+/// survives whatever its speed and a share of the speed, and of the newest attitude.
+constexpr double kVelocitySigma = 0.2;  // [m/s]
+constexpr double kVelocityShare = 0.06;
+constexpr double kTiltSigmaDeg = 1.5;
+/// End of the minimisation, as RefinementOptions: the test of the known state takes the gradient as
+/// zero.
+constexpr double kTolerance = 1e-4;
+constexpr int kMaxIterations = 30;
+/// Least standard deviations of a calibration found in flight [deg], [m].
+constexpr double kLeastRotationDeg = 0.05;
+constexpr double kLeastTranslation = 0.001;
+
+// The window through the extrinsics that the prior brings.
+std::shared_ptr<const InitWindow> throughCalibration(const InitWindow& window,
+                                                     const OptionalCalibration& found) {
+  if (!found.has_value()) {
+    return std::shared_ptr<const InitWindow>(std::shared_ptr<const InitWindow>(), &window);
+  }
+  Calibration calibration = window.calibration();
+  calibration.R_b_c = nearestRotation(found->R_b_c);
+  calibration.t_b_c = found->t_b_c;
+  const double translation = std::sqrt(found->covariance.block<3, 3>(3, 3).diagonal().maxCoeff());
+  // Not wider than the file's: a host's own covariance may be none.
+  CalibrationSigmas& sigmas = calibration.sigmas;
+  sigmas.rotation_deg =
+      std::min(sigmas.rotation_deg, std::max(found->rotationSigmaDeg(), kLeastRotationDeg));
+  sigmas.translation_m = std::min(sigmas.translation_m, std::max(translation, kLeastTranslation));
+  return withCalibration(window, calibration);
+}
+
+// Errors of the rows of the known state by those of the estimate, and their covariance there.
+struct KnownState {
+  StateResidual residual;
+  StateCovariance posterior = StateCovariance::Zero();
+};
+
+bool knownStateOf(const InitWindow& tracks, const RefinedWindow& refined, const StateFactor& factor,
+                  KnownState* out) {
+  const WindowState& state = refined.state;
+  if (refined.with_rig) {
+    const std::vector<ImuInstant> instants =
+        imuInstants(tracks, coveredShift(tracks, state.rig.dtd), state.gyro_bias, state.accel_bias);
+    out->residual = stateResidual(state, factor, tracks.calibration(), instants.front());
+  } else {
+    out->residual = stateResidual(state, factor);
+  }
+  const StateLayout at(state.size(), refined.with_rig);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size() - StateLayout::kGauge, kStateRows);
+  J.middleRows<3>(at.velocity(0) - StateLayout::kGauge) = out->residual.J.leftCols<3>().transpose();
+  const int rest = kStateColumns - 3 - (refined.with_rig ? 0 : StateLayout::kRig - 1);
+  J.middleRows(at.gyroBias() - StateLayout::kGauge, rest) =
+      out->residual.J.middleCols(3, rest).transpose();
+  const Eigen::LLT<Eigen::MatrixXd> information(refined.information);
+  if (information.info() != Eigen::Success) return false;
+  const Eigen::MatrixXd half = information.matrixL().solve(J);
+  out->posterior = half.transpose() * half;
+  return out->posterior.allFinite();
+}
+
+// The prior's pose moved by what the window says about velocity, tilt and biases: the part of its
+// error that correlates with theirs. Of the parts that were dropped the prior claims too much, and
+// what follows from them follows all the same.
+NavState corrected(const StatePrior& prior, const StateVector& r) {
+  const Eigen::Matrix<double, kStateRows, 15> Y = stateRows(prior.state);
+  const Eigen::Matrix<double, 15, kStateRows> PY = prior.covariance * Y.transpose();
+  const Eigen::Matrix<double, 15, 1> step = PY * StateCovariance(Y * PY).ldlt().solve(r);
+  NavState state = prior.state;
+  state.R_w_b = state.R_w_b * expSO3(step.head<3>());
+  state.p_w_b += step.segment<3>(3);
+  return state;
+}
+
+// The refinement with a known state, without the parts of it that the data contradict.
+struct Recovery {
+  RefinedWindow refined;
+  StateFactor factor;  ///< as it was used
+  KnownState known;
+  bool valid = false;
+};
+
+class Refiner {
+ public:
+  Refiner(const InitWindow& tracks, const std::vector<Preintegration>& pre,
+          const std::vector<VanishingPoint>* vps, const std::optional<RigPrior>& rig,
+          const InitializerOptions& options)
+      : tracks_(tracks), pre_(pre), vps_(vps), rig_(rig), options_(options) {}
+
+  Recovery run(const StateFactor& known, InitResult* result) {
+    Recovery out;
+    out.factor = known;
+    out.factor.points_at_infinity = !hasParallax();
+    std::vector<WindowState> starts = {
+        deadReckoned(known, pre_, tracks_.calibration().gravity_magnitude)};
+    for (;;) {
+      if (!refine(starts, &out)) return out;
+      if (result->prior_dropped.size() == kStateParts) break;
+      const StateTest test =
+          testState(out.known.residual.r, out.factor.covariance, out.known.posterior);
+      if (!test.contradicts()) break;
+      const StatePart part = worstPart(test);
+      const std::string name = toString(part);
+      // Dropped already: what is left is not this state's fault.
+      if (std::count(result->prior_dropped.begin(), result->prior_dropped.end(), name) > 0) break;
+      result->prior_dropped.push_back(name);
+      out.factor.covariance = without(out.factor.covariance, part);
+      starts = {out.refined.state};
+    }
+    out.valid = true;
+    return out;
+  }
+
+ private:
+  bool refine(std::vector<WindowState> starts, Recovery* out) {
+    out->refined = refineFrom(starts, out->factor);
+    if (!out->refined.valid || out->refined.chi2 > options_.refinement.suspicious_chi2) {
+      // The known state may have led astray: starts of the window's own.
+      const std::vector<WindowState>& own = ownStarts();
+      starts.insert(starts.end(), own.begin(), own.end());
+      if (!own.empty()) out->refined = refineFrom(starts, out->factor);
+    }
+    return out->refined.valid && knownStateOf(tracks_, out->refined, out->factor, &out->known);
+  }
+
+  RefinedWindow refineFrom(const std::vector<WindowState>& starts, const StateFactor& known) const {
+    RefinementOptions refinement = options_.refinement;
+    refinement.tolerance = std::min(refinement.tolerance, kTolerance);
+    refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
+    return refineWindow(tracks_, {}, pre_, vps_, starts, StartMode::kFine, refinement,
+                        options_.inertial, rig_, std::nullopt, known);
+  }
+
+  bool hasParallax() const {
+    return medianParallaxPx(tracks_,
+                            cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c)) >=
+           options_.gates.min_parallax_px;
+  }
+
+  const std::vector<WindowState>& ownStarts() {
+    if (own_) return *own_;
+    own_.emplace();
+    const TranslationEstimate translation = estimateTranslations(
+        tracks_, cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c),
+        options_.alignment);
+    if (translation.valid) {
+      *own_ = startingStates(tracks_, pre_, translation, options_.slim, options_.reverse_alignment,
+                             options_.inertial);
+    }
+    return *own_;
+  }
+
+  const InitWindow& tracks_;
+  const std::vector<Preintegration>& pre_;
+  const std::vector<VanishingPoint>* vps_;
+  const std::optional<RigPrior>& rig_;
+  const InitializerOptions& options_;
+  std::optional<std::vector<WindowState>> own_;
+};
+
+// Gates on what a host goes on with; how the scale is known is in the velocity.
+std::vector<GateValue> recoveryGates(const PosteriorMeasures& measures, const InitResult& result,
+                                     const GateOptions& options) {
+  const NewestSigmas newest = newestSigmas(result);
+  ProvisionalOptions bounds;
+  bounds.max_velocity_sigma = kVelocitySigma + kVelocityShare * result.states.back().v_w_b.norm();
+  bounds.max_tilt_sigma_deg = kTiltSigmaDeg;
+  std::vector<GateValue> gates =
+      provisionalGates(measures, newest.velocity, newest.tilt_deg, options, bounds);
+  gates.erase(std::remove_if(gates.begin(), gates.end(),
+                             [](const GateValue& gate) {
+                               return gate.name == GateName::kScaleSigma ||
+                                      gate.name == GateName::kOtherScale;
+                             }),
+              gates.end());
+  return gates;
+}
+
+std::string list(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+void setMessage(InitResult* result) {
+  const NewestSigmas newest = newestSigmas(*result);
+  std::ostringstream message;
+  message.precision(2);
+  message << "from a known state: standard deviations of velocity " << newest.velocity
+          << " m/s, tilt " << newest.tilt_deg << " deg";
+  if (!result->prior_dropped.empty()) {
+    message << "; the data contradict its " << list(result->prior_dropped);
+  }
+  result->message = message.str();
+}
+
+}  // namespace
+
+WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
+                         double gravity_magnitude) {
+  const auto n = static_cast<Eigen::Index>(pre.size()) + 1;
+  WindowState state;
+  state.R_b0_bk = {Eigen::Matrix3d::Identity()};
+  state.p_b0.setZero(3, n);
+  state.v_b0.setZero(3, n);
+  state.v_b0.col(0) = known.velocity_b;
+  state.gyro_bias = known.gyro_bias;
+  state.accel_bias = known.accel_bias;
+  state.gravity_b0 = gravity_magnitude * known.down_b;
+  for (Eigen::Index k = 0; k + 1 < n; ++k) {
+    const Preintegration& step = pre[k];
+    const Eigen::Matrix3d& R = state.R_b0_bk.back();
+    state.p_b0.col(k + 1) = state.p_b0.col(k) + state.v_b0.col(k) * step.dt +
+                            0.5 * state.gravity_b0 * step.dt * step.dt + R * step.dp;
+    state.v_b0.col(k + 1) = state.v_b0.col(k) + state.gravity_b0 * step.dt + R * step.dv;
+    state.R_b0_bk.push_back(R * step.dR);
+  }
+  return state;
+}
+
+InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
+                           const InitializerOptions& options) {
+  InitResult result = startResult(window);
+  StageClock clock(&result);
+  if (!hasEnoughKeyframes(window, &result)) return result;
+  if (const std::string problem = prior.validate(); !problem.empty()) {
+    fail(InitStatus::kInvalidInput, problem, &result);
+    return result;
+  }
+  const StateFactor known = stateFactor(prior);
+  if (Eigen::LLT<StateCovariance>(known.covariance).info() != Eigen::Success) {
+    fail(InitStatus::kInvalidInput,
+         "the covariance of the last healthy state is not positive definite in velocity, tilt and "
+         "biases",
+         &result);
+    return result;
+  }
+  if (!(std::abs(prior.state.t - window.times().front()) < kSameInstant)) {
+    fail(InitStatus::kInvalidInput, "the last healthy state is not that of the first keyframe",
+         &result);
+    return result;
+  }
+  const std::shared_ptr<const InitWindow> through = throughCalibration(window, prior.calibration);
+  if (through == nullptr) {
+    fail(InitStatus::kInvalidInput, "the calibration of the last healthy state is not valid",
+         &result);
+    return result;
+  }
+
+  // Consensus of the tracks about the rotations, under the calibration that the host has flown
+  // with.
+  InitializerOptions as_flown = options;
+  as_flown.slim.estimate_calibration = false;
+  const RotationStage rotation = estimateRotations(*through, as_flown);
+  const bool consensus = rotation.message.empty() && rotation.bias.valid();
+  const std::vector<VanishingPoint>* vps =
+      consensus && options.slim.vanishing_points ? &rotation.vanishing_points : nullptr;
+  const InitWindow& seen = *rotation.window;
+  const std::shared_ptr<const InitWindow> pruned =
+      consensus && options.slim.prune_tracks ? withSightings(seen, rotation.bias.pruning.keep)
+                                             : nullptr;
+  const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
+  clock.lap("gyro_bias");
+
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(tracks, known.gyro_bias, known.accel_bias, options.inertial);
+  std::optional<RigPrior> rig;
+  if (options.slim.estimate_calibration) {
+    rig.emplace();
+    rig->sigmas = tracks.calibration().sigmas;
+  }
+  const Recovery recovery = Refiner(tracks, pre, vps, rig, options).run(known, &result);
+  clock.lap("refinement");
+  if (!recovery.valid) {
+    fail(InitStatus::kNumericalFailure, "no estimate with the last healthy state", &result);
+    return result;
+  }
+  const Posterior posterior = posteriorOf(tracks, recovery.refined);
+  if (!posterior.valid) {
+    fail(InitStatus::kNumericalFailure, "the estimate with the last healthy state is singular",
+         &result);
+    return result;
+  }
+  const WindowState& state = recovery.refined.state;
+  const Calibration& calibration = tracks.calibration();
+  setWorldStates(tracks, bodyState(state, calibration.R_b_c, calibration.t_b_c), &result);
+  if (recovery.refined.with_rig) {
+    result.calibration = calibrationEstimate(calibration, state.rig, posterior);
+  }
+  result.covariance = posterior.covariance;
+  result.scale_sigma = posterior.scale_sigma;
+  result.gates = recoveryGates(
+      measurePosterior(seen, tracks, recovery.refined, posterior, nullptr, result.scale), result,
+      options.gates);
+  for (GateValue& gate : result.gates) gate.enforced = options.gates.mode != GateMode::kOff;
+  decide(false, &result);
+  NavState there = corrected(prior, recovery.known.residual.r);
+  // An estimated td has moved the first keyframe.
+  there.p_w_b += (result.states.front().t - there.t) * there.v_w_b;
+  joinFrame(there, result.states.front(), &result);
+  const bool without_velocity = std::count(result.prior_dropped.begin(), result.prior_dropped.end(),
+                                           std::string(toString(StatePart::kVelocity))) > 0;
+  if (result.success() && without_velocity) {
+    // Nothing else has vouched for the scale.
+    fail(InitStatus::kScaleTooUncertain,
+         "the data contradict the last healthy state: " + list(result.prior_dropped), &result);
+  } else if (result.success()) {
+    setMessage(&result);
+  }
+  clock.lap("verdict");
+  return result;
+}
+
+}  // namespace slim_init

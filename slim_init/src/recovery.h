@@ -1,0 +1,26 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The answer of a window at whose beginning a state is known (docs/derivation.md, 5.3).
+#pragma once
+
+#include <vector>
+
+#include "estimation/state_factor.h"
+#include "imu/preintegration.h"
+#include "imu/window_state.h"
+#include "slim_init/init_window.h"
+#include "slim_init/options.h"
+#include "slim_init/result.h"
+#include "slim_init/state_prior.h"
+
+namespace slim_init {
+
+/// The motion of a window as the IMU alone continues the known state.
+WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
+                         double gravity_magnitude);
+
+/// WindowSolver::solveWithPrior() of `slim`.
+InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
+                           const InitializerOptions& options);
+
+}  // namespace slim_init

@@ -1,0 +1,506 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Answers from a window at whose beginning a state is known: exact without noise, also where the
+// motion says nothing about the scale; the covariance over many windows; states that are wrong; and
+// what a host gets.
+#include "recovery.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "estimation/state_factor.h"
+#include "geometry/so3.h"
+#include "imu/carry_prior.h"
+#include "slim_init/initializer.h"
+#include "support/exact_window.h"
+#include "support/jacobian_check.h"
+#include "support/true_state.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+constexpr double kDeg = M_PI / 180.0;
+
+// Standard deviations of a host's state in flight.
+constexpr double kTiltSigma = 0.5 * kDeg;
+constexpr double kVelocitySigma = 0.1;
+constexpr double kGyroBiasSigma = 2e-3;
+constexpr double kAccelBiasSigma = 0.05;
+
+InitializerOptions solverOptions() {
+  InitializerOptions options;
+  options.inertial.accel_noise_factor = 1.0;
+  options.inertial.gyro_noise_factor = 1.0;
+  options.slim.estimate_calibration = false;
+  return options;
+}
+
+ExactWindowOptions windowOptions(unsigned seed, Motion motion, int keyframes) {
+  ExactWindowOptions options = drawnFromTheModel(seed, kAccelBiasSigma);
+  options.motion = motion;
+  options.keyframes = keyframes;
+  options.interval_s = 0.1;
+  return options;
+}
+
+ExactWindowOptions withoutNoise(ExactWindowOptions options) {
+  options.pixel_noise = 0.0;
+  options.imu_noise = false;
+  return options;
+}
+
+Eigen::Matrix<double, 15, 15> hostCovariance(const NavState& state) {
+  Eigen::Matrix<double, 15, 15> P = Eigen::Matrix<double, 15, 15>::Zero();
+  const Eigen::Vector3d z = state.R_w_b.transpose().col(2);
+  P.block<3, 3>(0, 0) = kTiltSigma * kTiltSigma * (Eigen::Matrix3d::Identity() - z * z.transpose());
+  P.diagonal().segment<3>(6).setConstant(kVelocitySigma * kVelocitySigma);
+  P.diagonal().segment<3>(9).setConstant(kGyroBiasSigma * kGyroBiasSigma);
+  P.diagonal().segment<3>(12).setConstant(kAccelBiasSigma * kAccelBiasSigma);
+  return P;
+}
+
+NavState moved(const NavState& state, const Eigen::Matrix<double, 15, 1>& error) {
+  NavState out = state;
+  out.R_w_b = state.R_w_b * expSO3(error.head<3>());
+  out.p_w_b += error.segment<3>(3);
+  out.v_w_b += error.segment<3>(6);
+  out.gyro_bias += error.segment<3>(9);
+  out.accel_bias += error.tail<3>();
+  return out;
+}
+
+// A host's state at the first keyframe, in a frame of the host's own; a draw from its covariance,
+// or exact for a seed of zero.
+StatePrior priorOf(const NavState& truth, unsigned seed) {
+  StatePrior prior;
+  prior.state = truth;
+  prior.covariance = hostCovariance(truth);
+  if (seed == 0) return prior;
+  std::mt19937 rng(seed + 77);
+  std::normal_distribution<double> gaussian;
+  const auto draw = [&] { return Eigen::Vector3d(gaussian(rng), gaussian(rng), gaussian(rng)); };
+  Eigen::Matrix<double, 15, 1> error = Eigen::Matrix<double, 15, 1>::Zero();
+  const Eigen::Vector3d z = truth.R_w_b.transpose().col(2);
+  const Eigen::Vector3d tilt = kTiltSigma * draw();
+  error.head<3>() = tilt - z * z.dot(tilt);
+  error.segment<3>(6) = kVelocitySigma * draw();
+  error.segment<3>(9) = kGyroBiasSigma * draw();
+  error.tail<3>() = kAccelBiasSigma * draw();
+  prior.state = moved(truth, error);
+  return prior;
+}
+
+InitResult solve(const ExactWindow& exact, const StatePrior& prior,
+                 const InitializerOptions& options = solverOptions()) {
+  std::string error;
+  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
+  EXPECT_NE(solver, nullptr) << error;
+  InitResult result = solver->solveWithPrior(*exact.window, prior);
+  EXPECT_EQ(result.validate(), "");
+  return result;
+}
+
+struct NewestError {
+  double velocity = 0.0, tilt_deg = 0.0;
+  double velocity_squared = 0.0, tilt_squared = 0.0;  // over the covariance, not by the freedom
+};
+
+NewestError newestError(const InitResult& answer, const ExactWindow& exact) {
+  const NavState &state = answer.states.back(), &truth = exact.truth.back();
+  const auto n = static_cast<Eigen::Index>(answer.states.size());
+  const Eigen::Matrix<double, 9, 9> P = answer.covariance.block<9, 9>(9 * (n - 1), 9 * (n - 1));
+  const Eigen::Matrix3d Rt = state.R_w_b.transpose();
+  const Eigen::Vector3d v = Rt * state.v_w_b, up = Rt.col(2);
+  const Eigen::Vector3d of_v = v - truth.R_w_b.transpose() * truth.v_w_b;
+  Eigen::Matrix<double, 3, 9> J;
+  J << skew(v), Eigen::Matrix3d::Zero(), Rt;
+  const Eigen::Matrix<double, 2, 3> B = tangentBasis(up).transpose();
+  const Eigen::Vector2d tilt = B * (up - truth.R_w_b.transpose().col(2));
+  const Eigen::Matrix<double, 2, 3> T = B * skew(up);
+  const Eigen::Matrix2d of_tilt = T * P.topLeftCorner<3, 3>() * T.transpose();
+  NewestError out;
+  out.velocity = of_v.norm();
+  out.tilt_deg = tilt.norm() / kDeg;
+  out.velocity_squared = of_v.dot((J * P * J.transpose()).ldlt().solve(of_v));
+  out.tilt_squared = tilt.dot(of_tilt.ldlt().solve(tilt));
+  return out;
+}
+
+bool dropped(const InitResult& result, const char* part) {
+  return std::count(result.prior_dropped.begin(), result.prior_dropped.end(), part) > 0;
+}
+
+// ---- carried by the IMU
+
+TEST(CarryPrior, ErrorsAreCarriedAsTheStateIs) {
+  const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, Motion::kExcited, 10)));
+  StatePrior prior = priorOf(exact.truth.front(), 0);
+  ImuNoise none;
+  none.gyro_density = none.accel_density = 1e-12;
+  const double t = exact.truth.back().t;
+  const auto carry = [&](const NavState& state) {
+    StatePrior one;
+    one.state = state;
+    return carryPrior(one, t, exact.imu, exact.calibration.gravity_magnitude, none).state;
+  };
+  const NavState carried = carry(prior.state);
+  EXPECT_LT((carried.p_w_b - exact.truth.back().p_w_b).norm(), 1e-6);
+  EXPECT_LT((carried.v_w_b - exact.truth.back().v_w_b).norm(), 1e-6);
+  EXPECT_EQ(carried.t, t);
+  const Eigen::MatrixXd F = numericJacobian(
+      [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
+        const NavState other = carry(moved(prior.state, d));
+        Eigen::Matrix<double, 15, 1> error;
+        error << logSO3(carried.R_w_b.transpose() * other.R_w_b), other.p_w_b - carried.p_w_b,
+            other.v_w_b - carried.v_w_b, other.gyro_bias - carried.gyro_bias,
+            other.accel_bias - carried.accel_bias;
+        return error;
+      },
+      15, 1e-6);
+  const StatePrior with =
+      carryPrior(prior, t, exact.imu, exact.calibration.gravity_magnitude, none);
+  EXPECT_TRUE(jacobiansAgree(with.covariance, F * prior.covariance * F.transpose(), 1e-6));
+  // The noise of the IMU comes on top.
+  const StatePrior noisy = carryPrior(prior, t, exact.imu, exact.calibration.gravity_magnitude,
+                                      exact.calibration.imu_noise);
+  EXPECT_GT(noisy.covariance(6, 6), 1.001 * with.covariance(6, 6));
+  // Not back.
+  EXPECT_EQ(carryPrior(with, t - 1.0, exact.imu, 9.81, none).state.t, t);
+}
+
+// ---- the test of the known state
+
+// Data that measure every row by themselves with the covariance Q, and a prior with P: the sum of
+// squares of their difference is what the test has to find from the estimate of both.
+TEST(StateTest, IsTheDistanceBetweenPriorAndData) {
+  std::mt19937 rng(3);
+  std::normal_distribution<double> gaussian;
+  const auto random = [&] {
+    return StateCovariance::NullaryExpr([&](Eigen::Index, Eigen::Index) { return gaussian(rng); });
+  };
+  const StateCovariance A = random(), B = random();
+  const StateCovariance P = A * A.transpose(), Q = B * B.transpose();
+  const StateVector off = A * StateVector::Random() * 3.0;  // data minus prior
+  const StateCovariance S = (P.inverse() + Q.inverse()).inverse();
+  const StateVector r = S * (Q.inverse() * off);
+  const StateTest test = testState(r, P, S);
+  EXPECT_EQ(test.freedom, kStateRows);
+  EXPECT_NEAR(test.total, off.dot((P + Q).ldlt().solve(off)), 1e-6 * test.total);
+  for (int i = 0; i < kStateParts; ++i) {
+    const StateCovariance rest = without(P, static_cast<StatePart>(i));
+    EXPECT_NEAR(test.part[i], test.total - off.dot((rest + Q).ldlt().solve(off)),
+                1e-5 * test.total);
+    EXPECT_GE(test.part[i], -1e-9);
+  }
+  // Data that say nothing contradict nothing.
+  EXPECT_EQ(testState(r, P, P).freedom, 0);
+  EXPECT_FALSE(testState(1e3 * r, P, P).contradicts());
+}
+
+// ---- exact
+
+TEST(Recovery, WithoutNoiseItIsExactForEveryMotion) {
+  for (const Motion motion : {Motion::kExcited, Motion::kConstantVelocity, Motion::kHover}) {
+    for (const int keyframes : {4, 7}) {
+      const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, motion, keyframes)));
+      InitializerOptions options = solverOptions();
+      options.refinement.tolerance = 1e-10;
+      const InitResult answer = solve(exact, priorOf(exact.truth.front(), 0), options);
+      ASSERT_TRUE(answer.success()) << answer.message;
+      EXPECT_TRUE(answer.prior_dropped.empty());
+      // In the frame of the host.
+      for (std::size_t k = 0; k < answer.states.size(); ++k) {
+        EXPECT_LT((answer.states[k].p_w_b - exact.truth[k].p_w_b).norm(), 1e-6);
+        EXPECT_LT((answer.states[k].v_w_b - exact.truth[k].v_w_b).norm(), 1e-6);
+        EXPECT_LT(logSO3(answer.states[k].R_w_b.transpose() * exact.truth[k].R_w_b).norm(), 1e-7);
+      }
+      EXPECT_LT((answer.gyro_bias - exact.truth.front().gyro_bias).norm(), 1e-7);
+      EXPECT_LT((answer.accel_bias - exact.truth.front().accel_bias).norm(), 1e-5);
+    }
+  }
+}
+
+// Without noise the velocity of an excited window is found in spite of a prior that is off: it is
+// drawn to it by what its covariance says, and with it the position goes where the frame says.
+TEST(Recovery, TheCalibrationOfTheHostIsUsed) {
+  const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, Motion::kExcited, 7)));
+  StatePrior prior = priorOf(exact.truth.front(), 0);
+  CalibrationEstimate found;
+  found.R_b_c = exact.calibration.R_b_c;
+  found.t_b_c = exact.calibration.t_b_c;
+  prior.calibration = found;
+  // The file's extrinsics are off by 3 deg and 2 cm.
+  ExactWindow off = exact;
+  off.calibration.R_b_c = exact.calibration.R_b_c * expSO3(Eigen::Vector3d(0.05, -0.02, 0.01));
+  off.calibration.t_b_c += Eigen::Vector3d(0.02, 0.0, 0.0);
+  std::string error;
+  off.window = InitWindow::create(off.calibration, exact.keyframes, exact.imu, &error);
+  ASSERT_NE(off.window, nullptr) << error;
+  const InitResult with = solve(off, prior);
+  ASSERT_TRUE(with.success()) << with.message;
+  EXPECT_LT(newestError(with, exact).velocity, 1e-3);
+  prior.calibration = OptionalCalibration();
+  const InitResult without = solve(off, prior);
+  EXPECT_TRUE(!without.success() || newestError(without, exact).velocity > 1e-2);
+}
+
+// ---- covariance
+
+TEST(Recovery, ErrorsAreWhatTheCovarianceSays) {
+  for (const Motion motion : {Motion::kExcited, Motion::kConstantVelocity, Motion::kHover}) {
+    for (const int keyframes : {4, 7}) {
+      double velocity = 0.0, tilt = 0.0, largest = 0.0;
+      int count = 0, with_drop = 0;
+      constexpr int kWindows = 100;
+      for (unsigned seed = 1; seed <= kWindows; ++seed) {
+        const ExactWindow exact = makeExactWindow(windowOptions(seed, motion, keyframes));
+        const InitResult answer = solve(exact, priorOf(exact.truth.front(), seed));
+        with_drop += answer.prior_dropped.empty() ? 0 : 1;
+        if (!answer.success()) continue;
+        const NewestError error = newestError(answer, exact);
+        velocity += error.velocity_squared;
+        tilt += error.tilt_squared;
+        largest = std::max(largest, error.velocity);
+        ++count;
+      }
+      std::cout << static_cast<int>(motion) << ' ' << keyframes << ": " << count << " answers, "
+                << with_drop << " with parts dropped, squared errors of velocity "
+                << velocity / (3 * count) << " (largest " << largest << " m/s), tilt "
+                << tilt / (2 * count) << "\n";
+      EXPECT_GE(count, 0.98 * kWindows);
+      EXPECT_LE(with_drop, 0.05 * kWindows);
+      // Errors over sigma between 0.7 and 1.5. In hover the depths are made of noise, and draw the
+      // velocity to them.
+      for (const double squared : {velocity / (3 * count), tilt / (2 * count)}) {
+        EXPECT_GT(squared, 0.49);
+        EXPECT_LT(squared, 2.25);
+      }
+    }
+  }
+}
+
+// ---- wrong states
+
+struct Wrong {
+  const char* name;
+  const char* part;
+  Eigen::Matrix<double, 15, 1> error;
+};
+
+constexpr int kWrongStates = 5;
+
+// `elsewhere`: a state of the same flight, three seconds later.
+std::vector<Wrong> wrongStates(unsigned seed, const NavState& truth, const NavState& elsewhere) {
+  std::mt19937 rng(seed + 5);
+  std::normal_distribution<double> gaussian;
+  const auto direction = [&] {
+    return Eigen::Vector3d(gaussian(rng), gaussian(rng), gaussian(rng)).normalized();
+  };
+  const Eigen::Vector3d z = truth.R_w_b.transpose().col(2);
+  std::vector<Wrong> list(kWrongStates);
+  for (Wrong& wrong : list) wrong.error.setZero();
+  list[0] = {"velocity by 1 m/s", "velocity", list[0].error};
+  list[0].error.segment<3>(6) = direction();
+  list[1] = {"gyro bias by 10 sigma", "gyro_bias", list[1].error};
+  list[1].error.segment<3>(9) = 10.0 * kGyroBiasSigma * direction();
+  list[2] = {"accel bias by 10 sigma", "accel_bias", list[2].error};
+  list[2].error.tail<3>() = 10.0 * kAccelBiasSigma * direction();
+  list[3] = {"gravity by 20 deg", "gravity", list[3].error};
+  list[3].error.head<3>() = 20.0 * kDeg * z.cross(direction()).normalized();
+  list[4] = {"of another place", "velocity", list[4].error};
+  list[4].error.head<3>() = logSO3(truth.R_w_b.transpose() * elsewhere.R_w_b);
+  list[4].error.segment<3>(3) = elsewhere.p_w_b - truth.p_w_b;
+  list[4].error.segment<3>(6) = elsewhere.v_w_b - truth.v_w_b;
+  return list;
+}
+
+TEST(Recovery, WrongPartsAreFoundAndNamed) {
+  constexpr int kWindows = 40;
+  constexpr int kKeyframes = 10;
+  int detected[kWrongStates] = {}, named[kWrongStates] = {}, answered[kWrongStates] = {};
+  int worse[kWrongStates] = {};
+  const char* names[kWrongStates] = {};
+  const NavState elsewhere =
+      makeExactWindow(withoutNoise(windowOptions(1, Motion::kExcited, 31))).truth.back();
+  for (unsigned seed = 1; seed <= kWindows; ++seed) {
+    const ExactWindow exact = makeExactWindow(windowOptions(seed, Motion::kExcited, kKeyframes));
+    const StatePrior prior = priorOf(exact.truth.front(), seed);
+    const std::vector<Wrong> list = wrongStates(seed, exact.truth.front(), elsewhere);
+    for (int i = 0; i < kWrongStates; ++i) {
+      StatePrior wrong = prior;
+      wrong.state = moved(prior.state, list[i].error);
+      const InitResult answer = solve(exact, wrong);
+      names[i] = list[i].name;
+      const bool found = !answer.prior_dropped.empty() || !answer.success();
+      detected[i] += found ? 1 : 0;
+      named[i] += dropped(answer, list[i].part) ? 1 : 0;
+      answered[i] += answer.success() ? 1 : 0;
+      if (!answer.success()) continue;
+      const NewestError error = newestError(answer, exact);
+      // What no host survives.
+      const double may = 0.25 + 0.15 * exact.truth.back().v_w_b.norm();
+      worse[i] += error.velocity > may || error.tilt_deg > 3.0 ? 1 : 0;
+    }
+  }
+  for (int i = 0; i < kWrongStates; ++i) {
+    std::cout << names[i] << ": detected " << detected[i] << ", named " << named[i] << ", answered "
+              << answered[i] << ", wrong " << worse[i] << " of " << kWindows << "\n";
+    EXPECT_GE(detected[i], 0.95 * kWindows) << names[i];
+    EXPECT_LE(worse[i], 0.03 * kWindows) << names[i];
+  }
+}
+
+// ---- what a host sees
+
+void feed(IInitializer& initializer, const ExactWindow& exact) {
+  for (const ImuSample& sample : exact.imu) initializer.addImu(sample);
+  for (const FrameObservation& frame : exact.keyframes) initializer.addFrame(frame);
+}
+
+std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
+                                      const InitializerOptions& options = solverOptions()) {
+  std::string error;
+  auto initializer = makeInitializer(exact.calibration, options, &error);
+  EXPECT_NE(initializer, nullptr) << error;
+  feed(*initializer, exact);
+  return initializer;
+}
+
+TEST(Recovery, TheWindowBeginsAtTheState) {
+  const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kConstantVelocity, 12));
+  const auto initializer = makeFed(exact);
+  // As today, there is no answer at constant velocity.
+  EXPECT_FALSE(
+      initializer->recover(exact.truth[4].t > 0.0 ? exact.truth[4] : exact.truth[0]).success());
+  const StatePrior prior = priorOf(exact.truth[4], 9);
+  const InitResult answer = initializer->recoverWithPrior({prior});
+  ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_EQ(answer.states.size(), 8u);
+  EXPECT_NEAR(answer.states.front().t, exact.truth[4].t, 1e-9);
+  EXPECT_LT((answer.states.front().p_w_b - exact.truth[4].p_w_b).norm(), 0.02);
+  EXPECT_LT(newestError(answer, exact).velocity, 0.4);
+  EXPECT_NE(answer.message.find("known state"), std::string::npos) << answer.message;
+  // Between two frames: carried to the next one.
+  StatePrior between = prior;
+  between.state = carryPrior(prior, exact.truth[4].t + 0.05, exact.imu,
+                             exact.calibration.gravity_magnitude, exact.calibration.imu_noise)
+                      .state;
+  const InitResult later = initializer->recoverWithPrior({between});
+  ASSERT_TRUE(later.success()) << later.message;
+  EXPECT_NEAR(later.states.front().t, exact.truth[5].t, 1e-9);
+}
+
+TEST(Recovery, TheNewestStateThatAgreesWins) {
+  const ExactWindow exact = makeExactWindow(windowOptions(3, Motion::kExcited, 12));
+  const auto initializer = makeFed(exact);
+  const StatePrior good = priorOf(exact.truth[1], 3);
+  StatePrior bad = priorOf(exact.truth[3], 4);
+  bad.state.v_w_b += Eigen::Vector3d(2.0, -3.0, 1.0);
+  bad.state.R_w_b = expSO3(Eigen::Vector3d(0.3, 0.0, 0.0)) * bad.state.R_w_b;
+  const InitResult answer = initializer->recoverWithPrior({good, bad});
+  ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_NEAR(answer.states.front().t, exact.truth[1].t, 1e-9);
+  EXPECT_TRUE(answer.prior_dropped.empty());
+  const StatePrior newer = priorOf(exact.truth[3], 4);
+  EXPECT_NEAR(initializer->recoverWithPrior({good, newer}).states.front().t, exact.truth[3].t,
+              1e-9);
+  // Too new for a window of its own: the one before it.
+  const StatePrior newest = priorOf(exact.truth[10], 5);
+  EXPECT_NEAR(initializer->recoverWithPrior({good, newest}).states.front().t, exact.truth[1].t,
+              1e-9);
+}
+
+TEST(Recovery, BadInputIsRefusedWithAReason) {
+  const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
+  const auto initializer = makeFed(exact);
+  EXPECT_EQ(initializer->recoverWithPrior({}).status, InitStatus::kInvalidInput);
+  const StatePrior good = priorOf(exact.truth.front(), 1);
+  const auto refusal = [&](const StatePrior& prior) {
+    const InitResult answer = solve(exact, prior);
+    EXPECT_EQ(answer.status, InitStatus::kInvalidInput);
+    return answer.message;
+  };
+  StatePrior bad = good;
+  bad.state.v_w_b.x() = std::nan("");
+  EXPECT_EQ(refusal(bad), "the last healthy state is not finite");
+  bad = good;
+  bad.state.R_w_b *= 1.1;
+  EXPECT_NE(refusal(bad).find("not a rotation"), std::string::npos);
+  bad = good;
+  bad.covariance(8, 8) = -1.0;
+  EXPECT_NE(refusal(bad).find("on its diagonal"), std::string::npos);
+  bad = good;
+  bad.covariance(8, 2) = 0.1;
+  EXPECT_NE(refusal(bad).find("not symmetric"), std::string::npos);
+  bad = good;
+  bad.covariance(8, 8) = std::nan("");
+  EXPECT_NE(refusal(bad).find("not finite"), std::string::npos);
+  bad = good;
+  bad.covariance.setZero();
+  EXPECT_NE(refusal(bad).find("not positive definite"), std::string::npos);
+  bad = good;
+  bad.state.t += 0.01;
+  EXPECT_NE(refusal(bad).find("first keyframe"), std::string::npos);
+  bad = good;
+  CalibrationEstimate calibration;
+  calibration.R_b_c.setZero();
+  bad.calibration = calibration;
+  EXPECT_NE(refusal(bad).find("calibration"), std::string::npos);
+  bad = good;
+  bad.state.t -= 5.0;
+  const InitResult answer = initializer->recoverWithPrior({bad});
+  EXPECT_FALSE(answer.success());
+  EXPECT_NE(answer.message.find("outside the buffered IMU data"), std::string::npos);
+}
+
+// A method that does not know of them.
+class WithoutThem : public WindowSolver {
+ public:
+  const std::string& name() const override { return name_; }
+  InitResult solve(const InitWindow& /*window*/) const override { return InitResult(); }
+
+ private:
+  std::string name_ = "other";
+};
+
+TEST(Recovery, AMethodWithoutItSaysSo) {
+  struct Foreign : IInitializer {
+    std::string name_ = "foreign";
+    const std::string& name() const override { return name_; }
+    AddStatus addImu(const ImuSample&) override { return AddStatus::kAdded; }
+    AddStatus addFrame(FrameObservation) override { return AddStatus::kAdded; }
+    void setTd(double) override {}
+    void reset() override {}
+    InitResult initialize() override { return InitResult(); }
+    InitResult recover(const NavState&) override { return InitResult(); }
+    bool statesAt(const InitResult&, const std::vector<double>&, double, std::vector<NavState>*,
+                  std::string*) const override {
+      return false;
+    }
+    Calibration calibration() const override { return Calibration(); }
+    StreamCounts counts() const override { return StreamCounts(); }
+    TimeSpan bufferedImu() const override { return TimeSpan(); }
+    double maxWindowSpan() const override { return 1.0; }
+  } foreign;
+  EXPECT_EQ(foreign.recoverWithPrior({}).status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(foreign.recoverWithPrior({}).message, "foreign has no answers with a prior");
+  const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
+  const InitResult none =
+      WithoutThem().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1));
+  EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(none.message, "other has no answers with a prior");
+}
+
+}  // namespace
+}  // namespace slim_init
