@@ -560,14 +560,29 @@ TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
   Estimator& e = host();
   int k = fly(30);
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
-  restart(samplesUntil(k + 9));
+  // Less than a second: not a gap that the host's tracker restarts after.
+  restart(samplesUntil(k + 4));
   EXPECT_EQ(e.solver_flag, Estimator::INITIAL);
-  for (k += 10; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  for (k += 5; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
   EXPECT_LT((e.Ps[kNewest] - exact_.truth[k - 1].p_w_b).norm(), 0.1);
   EXPECT_LT(logSO3(e.Rs[kNewest].transpose() * exact_.truth[k - 1].R_w_b).norm(), 0.02);
   EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
-  EXPECT_EQ(timesLogged("standard deviation"), 1);
+  EXPECT_EQ(timesLogged("by the IMU, standard deviation"), 1);
+}
+
+// A gap of a second and more with all its IMU samples is no reason to start anew.
+TEST_F(StandInRun, AGapInTheImagesIsRiddenThrough) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  int k = fly(30);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  const std::vector<sensor_msgs::ImuConstPtr> gap = samplesUntil(k + 11);
+  const int resets = e.resets;
+  restart(gap);
+  EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(e.resets, resets);
+  EXPECT_EQ(timesLogged("goes on by its IMU"), 1) << logText();
 }
 
 // The other side: without the samples of that second nobody knows where the body went.

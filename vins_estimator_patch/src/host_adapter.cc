@@ -11,6 +11,7 @@
 #include <sstream>
 #include <utility>
 
+#include "first_state_prior.h"
 #include "imu_carry.h"
 #include "imu_screen.h"
 #include "slim_init/row_times.h"
@@ -30,6 +31,9 @@ constexpr int kSuspectFrames = 3;
 constexpr double kRadToDeg = 57.29577951308232;
 // Up to here the initializer carries the last healthy state itself [s].
 constexpr double kShortCarry = 0.1;
+// Healthy states handed to the initializer, and the time between them [s].
+constexpr std::size_t kMostPriors = 6;
+constexpr double kBetweenPriors = 0.25;
 // Rows of an image [px]; beyond is a mistake.
 constexpr int kMaxImageHeight = 100000;
 
@@ -101,6 +105,7 @@ struct HostAdapter::State {
     screen.reset();
     last_asked = -std::numeric_limits<double>::infinity();
     contradictions = suspect_frames = 0;
+    flown = OptionalCalibration();
   }
   HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration);
   std::string ask(const NavState& newest, bool* answered);
@@ -110,7 +115,9 @@ struct HostAdapter::State {
     return stamp + (it == td_of.end() ? initializer->calibration().td : it->second);
   }
 
-  HostAnswer solve(const std::vector<double>& stamps, const HostState* last_healthy);
+  HostAnswer solve(const std::vector<double>& stamps, const std::vector<HostState>* healthy);
+  std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
+  InitResult recover(const HostState& last_healthy, double first_stamp_of_window);
   bool fillWindow(const std::vector<double>& stamps, HostOrigin origin, HostAnswer* answer,
                   InitStatus* status, std::string* problem) const;
 
@@ -127,6 +134,7 @@ struct HostAdapter::State {
   double last_asked = -std::numeric_limits<double>::infinity();
   int contradictions = 0;  // answers in a row that speak against the host
   int suspect_frames = 0;
+  OptionalCalibration flown;  // extrinsics that the host has estimated in flight
 };
 
 // Compares with an answer of the initializer; a reason, or "".
@@ -210,11 +218,68 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps, HostOrigi
   }
   // As requested, to the last bit: the host finds its frames by them.
   for (std::size_t i = 0; i < stamps.size(); ++i) answer->window.states[i].stamp = stamps[i];
+  answer->window.prior =
+      firstStatePrior(answer->verdict, states.front(), answer->window.states.front());
   return true;
 }
 
+// What the healthy states know, carried over what the IMU has not measured: the initializer does
+// not see the damage.
+std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState>& healthy) const {
+  const Calibration calibration = initializer->calibration();
+  std::vector<StatePrior> priors;
+  for (auto state = healthy.rbegin(); state != healthy.rend(); ++state) {
+    CarriedState carried;
+    carried.state = fromHostState(*state, calibration.td);
+    carried.state.t = hostTime(state->stamp);
+    carried.covariance = healthyCovariance();
+    // States close to each other know the same.
+    if (!priors.empty() && priors.back().state.t - carried.state.t < kBetweenPriors) continue;
+    double until = carried.state.t;
+    for (const ImuDamage& one : screen.damage()) {
+      if (!one.bridged && one.last > until) until = one.last;
+    }
+    std::string problem;
+    if (until > carried.state.t &&
+        !carryState(carried, until, screen.samples(), screen.damage(),
+                    Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
+                    calibration.imu_noise, &carried, &problem)) {
+      continue;
+    }
+    priors.push_back(toStatePrior(carried));
+    priors.back().calibration = flown;
+    if (priors.size() == kMostPriors) break;
+  }
+  std::reverse(priors.begin(), priors.end());
+  return priors;
+}
+
+// Without a prior: the frame alone continues.
+InitResult HostAdapter::State::recover(const HostState& last_healthy,
+                                       double first_stamp_of_window) {
+  const Calibration calibration = initializer->calibration();
+  NavState last = fromHostState(last_healthy, calibration.td);
+  // Over missing data the initializer would not carry it.
+  double until = hostTime(first_stamp_of_window);
+  for (const ImuDamage& one : screen.damage()) {
+    if (!one.bridged && one.last > last.t) until = std::max(until, one.last);
+  }
+  // Nor at the host's biases, which are better known than those of the first window after it.
+  if (until > last.t + kShortCarry) {
+    CarriedState carried;
+    carried.state = last;
+    std::string problem;
+    if (carryState(carried, until, screen.samples(), screen.damage(),
+                   Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
+                   &carried, &problem)) {
+      last = carried.state;
+    }
+  }
+  return initializer->recover(last);
+}
+
 HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
-                                     const HostState* last_healthy) {
+                                     const std::vector<HostState>* healthy) {
   HostAnswer answer;
   const auto decline = [&answer](InitStatus status, const std::string& message) {
     answer.verdict.status = status;
@@ -226,32 +291,22 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
   if (!problem.empty()) return decline(InitStatus::kInvalidInput, problem);
   answer.stamp = stamps.back();
   answer.data_s = answer.stamp - first_stamp;
-  if (last_healthy != nullptr && !options.reinit) {
+  if (healthy != nullptr && !options.reinit) {
     return decline(InitStatus::kInvalidInput, "recovery is switched off (reinit: 0)");
   }
+  if (healthy != nullptr && healthy->empty()) {
+    return decline(InitStatus::kInvalidInput, "the host had no healthy state yet");
+  }
 
-  if (last_healthy == nullptr) {
+  if (healthy == nullptr) {
     answer.verdict = initializer->initialize();
   } else {
-    const Calibration calibration = initializer->calibration();
-    NavState last = fromHostState(*last_healthy, calibration.td);
-    // Over missing data the initializer would not carry it.
-    double until = hostTime(stamps.front());
-    for (const ImuDamage& damage : screen.damage()) {
-      if (!damage.bridged && damage.last > last.t) until = std::max(until, damage.last);
+    answer.verdict = initializer->recoverWithPrior(priorsOf(*healthy));
+    if (!answer.verdict.success()) {
+      const std::string reason = answer.verdict.message;
+      answer.verdict = recover(healthy->back(), stamps.front());
+      if (!answer.verdict.success()) answer.verdict.message += "; with a known state: " + reason;
     }
-    // Nor at the host's biases, which are better known than those of the first window after it.
-    if (until > last.t + kShortCarry) {
-      CarriedState carried;
-      carried.state = last;
-      if (carryState(carried, until, screen.samples(), screen.damage(),
-                     Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
-                     calibration.imu_noise, &carried, &problem)) {
-        last = carried.state;
-      }
-      problem.clear();
-    }
-    answer.verdict = initializer->recover(last);
   }
   answer.message = answer.verdict.message;
   if (!answer.verdict.success()) return answer;
@@ -260,9 +315,9 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
     return decline(InitStatus::kNumericalFailure, initializer->name() + " reported " + problem);
   }
   InitStatus status = InitStatus::kSuccess;
-  const HostOrigin origin = last_healthy == nullptr ? HostOrigin::kFirstBody : HostOrigin::kKeep;
+  const HostOrigin origin = healthy == nullptr ? HostOrigin::kFirstBody : HostOrigin::kKeep;
   if (!fillWindow(stamps, origin, &answer, &status, &problem)) return decline(status, problem);
-  answer.joined = last_healthy != nullptr;
+  answer.joined = healthy != nullptr;
   return answer;
 }
 
@@ -363,9 +418,14 @@ HostAnswer HostAdapter::seed(const std::vector<double>& stamps) {
 }
 
 HostAnswer HostAdapter::recover(const std::vector<double>& stamps, const HostState& last_healthy) {
+  return recover(stamps, std::vector<HostState>{last_healthy});
+}
+
+HostAnswer HostAdapter::recover(const std::vector<double>& stamps,
+                                const std::vector<HostState>& healthy) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   const auto start = std::chrono::steady_clock::now();
-  HostAnswer answer = state_->solve(stamps, &last_healthy);
+  HostAnswer answer = state_->solve(stamps, &healthy);
   answer.total_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return answer;
@@ -405,7 +465,17 @@ HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen:
   Calibration calibration = state_->initializer->calibration();
   calibration.R_b_c = ric;
   calibration.t_b_c = tic;
-  return state_->judge(window, calibration);
+  HostHealth health = state_->judge(window, calibration);
+  if (state_->options.estimate_extrinsic && health.sane && !health.suspect) {
+    const CalibrationSigmas sigmas;
+    CalibrationEstimate flown;
+    flown.R_b_c = ric;
+    flown.t_b_c = tic;
+    flown.covariance.diagonal().head<3>().setConstant(std::pow(sigmas.rotation_deg / kRadToDeg, 2));
+    flown.covariance.diagonal().segment<3>(3).setConstant(std::pow(sigmas.translation_m, 2));
+    state_->flown = flown;
+  }
+  return health;
 }
 
 std::vector<HostImuInterval> HostAdapter::imuIntervals(const std::vector<double>& stamps) const {

@@ -27,6 +27,10 @@ using Clock = std::chrono::steady_clock;
 constexpr double kSuspect = 0.5;
 // Healthy states kept [s]; has to be more than kSuspect.
 constexpr double kHealthyKept = 5.0;
+// A gap in the images after which the tracker begins anew, and one that the IMU alone bridges well
+// enough for the optimization that follows [s].
+constexpr double kShortestGap = 0.9;
+constexpr double kLongestGap = 3.0;
 // States that are wrong for so long, without a recovery: the host starts anew [s].
 constexpr double kLongestAlarm = 3.0;
 // The health of a sane host is published so often [s].
@@ -124,6 +128,15 @@ struct HostGlue::State {
            std::string(continued ? "the odometry frame is continued: "
                                  : "the odometry frame is new: the last healthy state ") +
                (carried.message.empty() ? "is too old" : carried.message));
+  }
+  // Healthy states up to this one.
+  std::vector<HostState> healthyUntil(const HostState& last) const {
+    std::vector<HostState> states;
+    for (const HostState& one : healthy) {
+      if (one.stamp < last.stamp) states.push_back(one);
+    }
+    states.push_back(last);
+    return states;
   }
   // The newest healthy state from before the failure.
   HostState healthyBefore(double newest, bool failed) const {
@@ -324,7 +337,7 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
     state.lost = last;
     state.is_lost = true;
   }
-  const HostAnswer answer = state.adapter->recover(stamps, last);
+  const HostAnswer answer = state.adapter->recover(stamps, state.healthyUntil(last));
   state.record("recover", answer, nullptr);
   state.reportAnswer("recover", answer);
   if (!answer.success()) return false;
@@ -371,6 +384,23 @@ bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Ma
     state.report(ReportLevel::kWarn, "watchdog: no recovery for 3 s, the host is to start anew");
     requestRecovery(true);
   }
+  return true;
+}
+
+bool HostGlue::ridesThrough(double newest_sample) {
+  if (!reinit()) return false;
+  State& state = *state_;
+  if (state.healthy.empty() || state.suspect || state.alarm) return false;
+  const double healthy = state.healthy.back().stamp;
+  const double gap = std::max(newest_sample, state.last_imu) - healthy;
+  // Less, and there are no samples of the gap; backwards, and the streams have begun anew.
+  if (!(gap >= kShortestGap && gap <= kLongestGap)) return false;
+  if (state.adapter->lastDamage() > healthy) return false;
+  std::ostringstream out;
+  out.precision(3);
+  out << "the tracker has begun anew after " << gap
+      << " s without images; the host goes on by its IMU";
+  state.report(ReportLevel::kInfo, out.str());
   return true;
 }
 

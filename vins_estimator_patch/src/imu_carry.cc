@@ -53,6 +53,19 @@ CarryCovariance healthyCovariance() {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
+// Errors of attitude to the right of R_w_b, and position before velocity.
+StatePrior toStatePrior(const CarriedState& carried) {
+  CarryCovariance T = CarryCovariance::Zero();
+  T.block<3, 3>(0, 0) = carried.state.R_w_b.transpose();
+  T.block<3, 3>(3, 6).setIdentity();
+  T.block<3, 3>(6, 3).setIdentity();
+  T.block<6, 6>(9, 9).setIdentity();
+  StatePrior prior;
+  prior.state = carried.state;
+  prior.covariance = T * carried.covariance * T.transpose();
+  return prior;
+}
+
 std::vector<ImuSample> samplesBetween(const std::deque<ImuSample>& samples, double t_i,
                                       double t_j) {
   std::vector<ImuSample> result;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "imu_screen.h"
+#include "slim_init/state_prior.h"
 #include "slim_init/types.h"
 
 namespace slim_init::vins_adapter {
@@ -33,6 +34,9 @@ struct CarriedState {
 /// What a host's state in flight is worth: it defines position and yaw of its frame, so these are
 /// exact; velocity, tilt and biases are those of a sliding window.
 CarryCovariance healthyCovariance();
+
+/// As the initializer takes it.
+StatePrior toStatePrior(const CarriedState& carried);
 
 /// Carries `from` to time `t` [s] through `samples`, whose neighbours' difference is taken as noise
 /// besides the calibration's: a glitch that was not left out widens the result. Over `damage` the

@@ -72,9 +72,12 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
     }
     step.failed = !estimator_.seeded() || (report.ok() && !step.message.empty());
     if (step.failed) {
-      recover(healthyState(), true, &step);
+      recover(healthyStates(), true, &step);
     } else if (requested_) {
-      recover(toHostState(estimator_.newest(), adapter_->calibration().td), false, &step);
+      // The newest one is of this frame, which the estimator trusts.
+      std::vector<HostState> healthy = healthy_;
+      healthy.push_back(toHostState(estimator_.newest(), adapter_->calibration().td));
+      recover(healthy, false, &step);
     }
     requested_ = false;
   }
@@ -97,11 +100,11 @@ void TestHost::seed(HostStep* step) {
   step->joined = step->joined && step->seeded;
 }
 
-void TestHost::recover(const HostState& from, bool failed, HostStep* step) {
+void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep* step) {
   const HostAnswer answer = adapter_->recover(estimator_.stamps(), from);
   step->recovered = fillWindow(answer, step);
   if (step->recovered || !failed) return;
-  lost_ = from;
+  lost_ = from.back();
   is_lost_ = true;
   healthy_.clear();
   step->waiting = isWait(answer.verdict.status);
@@ -125,14 +128,17 @@ bool TestHost::fillWindow(const HostAnswer& answer, HostStep* step) {
   return report.ok();
 }
 
-// The newest of those that are old enough, or the oldest there is.
-HostState TestHost::healthyState() const {
+// Those that are old enough, or the oldest there is.
+std::vector<HostState> TestHost::healthyStates() const {
   const double newest = estimator_.stamps().back();
-  HostState state = healthy_.front();
+  std::vector<HostState> states = {healthy_.front()};
   for (const HostState& candidate : healthy_) {
-    if (newest - candidate.stamp >= options_.suspect_s) state = candidate;
+    if (candidate.stamp > healthy_.front().stamp &&
+        newest - candidate.stamp >= options_.suspect_s) {
+      states.push_back(candidate);
+    }
   }
-  return state;
+  return states;
 }
 
 void TestHost::remember(const NavState& state) {

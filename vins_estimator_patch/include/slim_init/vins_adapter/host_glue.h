@@ -138,6 +138,7 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
   if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;
   e.last_marginalization_info = nullptr;
   e.last_marginalization_parameter_blocks.clear();
+  setPrior(e, window.prior, 0);
   // Its failure detection compares to these.
   e.last_R = e.Rs[newest];
   e.last_P = e.Ps[newest];
@@ -333,6 +334,12 @@ class HostGlue {
     const Eigen::Vector3d tic = e.tic[0];
     return judgeWindow(glue_detail::windowOf(e), ric, tic) && recoverWindow(e, true);
   }
+
+  /// The tracker has begun anew after a gap in the images, and asks the host to start anew: true
+  /// where that is not needed, because the state before the gap was healthy and the IMU data since
+  /// are whole. `newest_sample`: stamp of the last IMU sample that waits to be processed [s];
+  /// negative: none.
+  bool ridesThrough(double newest_sample);
 
   /// The host forgets its states, for whatever reason: the next start joins its odometry frame.
   void hostCleared();

@@ -4,6 +4,12 @@
 // member is there and compiles to nothing where it is not; C++11, as host_glue.h.
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
 namespace slim_init {
 namespace vins_adapter {
 namespace glue_detail {
@@ -57,6 +63,61 @@ auto anchorAgain(Estimator& e, IfThere) -> decltype(e.first_optimization = true,
 }
 template <typename Estimator>
 void anchorAgain(Estimator&, Otherwise) {}
+
+/// The factor that a marginalisation leaves behind, about the first frame: pose and
+/// [V, Ba, Bg] as the host's parameter blocks have them. `root` is HostWindow::prior, the states of
+/// the window are in place. Without it the host's first optimization has nothing but its own images
+/// and inflated IMU noise to hold the scale with.
+template <typename Estimator>
+auto setPrior(Estimator& e, const std::vector<double>& root, IfThere)
+    -> decltype(e.last_marginalization_info->keep_block_data,
+                e.last_marginalization_info->linearized_residuals, e.para_Pose[0][0],
+                e.para_SpeedBias[0][0], void()) {
+  typedef typename std::remove_pointer<
+      typename std::remove_reference<decltype(e.last_marginalization_info)>::type>::type Info;
+  constexpr int kColumns = 15, kPose = 7, kMotion = 9, kPoseErrors = 6;
+  const std::size_t rows = root.size() / kColumns;
+  if (rows == 0) return;
+  const Eigen::Quaterniond q(Eigen::Matrix3d(e.Rs[0]));
+  // The host deletes them with the factor.
+  double* const pose = new double[kPose];
+  double* const motion = new double[kMotion];
+  pose[3] = q.x();
+  pose[4] = q.y();
+  pose[5] = q.z();
+  pose[6] = q.w();
+  for (int i = 0; i < 3; ++i) {
+    pose[i] = e.Ps[0](i);
+    motion[i] = e.Vs[0](i);
+    motion[3 + i] = e.Bas[0](i);
+    motion[6 + i] = e.Bgs[0](i);
+  }
+  Info* const info = new Info;
+  info->m = 0;
+  info->n = kColumns;
+  info->parameter_block_data[reinterpret_cast<long>(&e.para_Pose[0][0])] = pose;
+  info->parameter_block_data[reinterpret_cast<long>(&e.para_SpeedBias[0][0])] = motion;
+  info->keep_block_size.push_back(kPose);
+  info->keep_block_size.push_back(kMotion);
+  info->keep_block_idx.push_back(0);
+  info->keep_block_idx.push_back(kPoseErrors);
+  info->keep_block_data.push_back(pose);
+  info->keep_block_data.push_back(motion);
+  info->linearized_jacobians.setZero(kColumns, kColumns);
+  info->linearized_residuals.setZero(kColumns);
+  for (std::size_t row = 0; row < rows && row < kColumns; ++row) {
+    for (int column = 0; column < kColumns; ++column) {
+      info->linearized_jacobians(static_cast<int>(row), column) = root[kColumns * row + column];
+    }
+  }
+  if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;
+  e.last_marginalization_info = info;
+  e.last_marginalization_parameter_blocks.clear();
+  e.last_marginalization_parameter_blocks.push_back(&e.para_Pose[0][0]);
+  e.last_marginalization_parameter_blocks.push_back(&e.para_SpeedBias[0][0]);
+}
+template <typename Estimator>
+void setPrior(Estimator&, const std::vector<double>&, Otherwise) {}
 
 }  // namespace glue_detail
 }  // namespace vins_adapter

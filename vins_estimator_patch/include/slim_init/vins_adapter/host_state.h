@@ -29,6 +29,11 @@ struct HostWindow {
   /// free fall, (0, 0, -g); only this sign differs between the two conventions. NaN: not set.
   Eigen::Vector3d G = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   std::vector<HostState> states;
+  /// Root of the information about the first state, row by row, kPriorColumns columns for the
+  /// errors [P, theta to the right of R, V, Ba, Bg] of states.front(); empty: none. Position and
+  /// heading are free.
+  std::vector<double> prior;
+  static constexpr int kPriorColumns = 15;
 };
 
 /// What an IMU measured from one frame of a host to the next, without what it cannot have felt.

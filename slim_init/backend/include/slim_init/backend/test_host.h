@@ -43,7 +43,7 @@ struct HostStep {
 
 /// Feeds estimator and adapter alike. Per frame: until it is seeded, the adapter is asked to seed
 /// the full window; then the estimator optimises and the failure detection checks the step. After a
-/// failure the adapter is asked to recover from the last state older than suspect_s; if it
+/// failure the adapter is asked to recover from the states older than suspect_s; if it
 /// declines, the window is cleared, and the next seed joins the old odometry frame for
 /// HostOptions::max_join_s.
 class TestHost {
@@ -69,9 +69,9 @@ class TestHost {
   TestHost(std::unique_ptr<vins_adapter::HostAdapter> adapter, const TestHostOptions& options);
 
   void seed(HostStep* step);
-  void recover(const vins_adapter::HostState& from, bool failed, HostStep* step);
+  void recover(const std::vector<vins_adapter::HostState>& from, bool failed, HostStep* step);
   bool fillWindow(const vins_adapter::HostAnswer& answer, HostStep* step);
-  vins_adapter::HostState healthyState() const;
+  std::vector<vins_adapter::HostState> healthyStates() const;
   void remember(const NavState& state);
 
   std::unique_ptr<vins_adapter::HostAdapter> adapter_;

@@ -1,0 +1,191 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What an answer knows of the host's first state as a factor of the host: rows, free directions,
+// covariance, and how it is put into the members of VINS-Mono's marginalisation.
+#include "first_state_prior.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "slim_init/vins_adapter/host_glue.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using Root = Eigen::Matrix<double, Eigen::Dynamic, HostWindow::kPriorColumns, Eigen::RowMajor>;
+
+Root rootOf(const std::vector<double>& prior) {
+  return Eigen::Map<const Root>(prior.data(),
+                                static_cast<Eigen::Index>(prior.size()) / HostWindow::kPriorColumns,
+                                HostWindow::kPriorColumns);
+}
+
+constexpr double kSigmaVelocity = 0.05, kSigmaTilt = 0.01, kSigmaGyro = 1e-3, kSigmaAccel = 0.03;
+
+// Two keyframes, the second of which nobody asks about.
+InitResult answer() {
+  InitResult result;
+  result.status = InitStatus::kSuccess;
+  result.gravity_w = Eigen::Vector3d(0.0, 0.0, -9.81);
+  for (int k = 0; k < 2; ++k) {
+    NavState state;
+    state.t = 10.0 + k;
+    state.R_w_b = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).matrix();
+    state.v_w_b = Eigen::Vector3d(1.0, -0.5, 0.2);
+    result.states.push_back(state);
+  }
+  Eigen::VectorXd sigma = Eigen::VectorXd::Ones(9 * 2 + 6);
+  sigma.segment<3>(0).setConstant(kSigmaTilt);
+  sigma.segment<3>(6).setConstant(kSigmaVelocity);
+  sigma.segment<3>(18).setConstant(kSigmaGyro);
+  sigma.segment<3>(21).setConstant(kSigmaAccel);
+  result.covariance = sigma.cwiseAbs2().asDiagonal();
+  return result;
+}
+
+// The answer's world turned by a yaw and moved.
+HostState inHost(const NavState& state) {
+  const Eigen::Matrix3d Z = Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ()).matrix();
+  HostState host;
+  host.P = Z * state.p_w_b + Eigen::Vector3d(3, 4, 5);
+  host.R = Z * state.R_w_b;
+  host.V = Z * state.v_w_b;
+  return host;
+}
+
+TEST(FirstStatePrior, PositionAndHeadingAreFree) {
+  const InitResult result = answer();
+  const HostState host = inHost(result.states.front());
+  const Root root = rootOf(firstStatePrior(result, result.states.front(), host));
+  ASSERT_EQ(root.rows(), 11);
+  EXPECT_EQ(root.leftCols<3>().norm(), 0.0);
+  // A turn of the world about the vertical: attitude and velocity follow.
+  Eigen::Matrix<double, 15, 1> turn = Eigen::Matrix<double, 15, 1>::Zero();
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  turn.segment<3>(3) = host.R.transpose() * z;
+  turn.segment<3>(6) = z.cross(host.V);
+  EXPECT_LT((root * turn).norm(), 1e-9 * root.norm());
+}
+
+TEST(FirstStatePrior, TheRestHasTheCovarianceOfTheAnswer) {
+  const InitResult result = answer();
+  const HostState host = inHost(result.states.front());
+  const Root root = rootOf(firstStatePrior(result, result.states.front(), host));
+  // Of twice the variance: the host sees the data again. Along one axis, the others free to follow.
+  const auto sigmas = [&root](int column, double step) {
+    Eigen::Matrix<double, 15, 1> d = Eigen::Matrix<double, 15, 1>::Zero();
+    d[column] = step;
+    return (root * d).norm();
+  };
+  EXPECT_NEAR(sigmas(9, kSigmaAccel), std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(sigmas(12, kSigmaGyro), std::sqrt(0.5), 1e-9);
+  // Velocity and tilt go together, through the velocity in the body.
+  const Eigen::MatrixXd information = root.transpose() * root;
+  const Eigen::MatrixXd of_v = information.block<3, 3>(6, 6).inverse();
+  EXPECT_LE(of_v.diagonal().maxCoeff(), 2.2 * kSigmaVelocity * kSigmaVelocity);
+  EXPECT_GE(of_v.diagonal().minCoeff(), 1.9 * kSigmaVelocity * kSigmaVelocity);
+}
+
+// Tilt and accelerometer bias over half a second widen the velocity.
+TEST(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
+  InitResult result = answer();
+  // At rest the free heading does not move the velocity.
+  for (NavState& state : result.states) state.v_w_b.setZero();
+  const auto variance = [&result](double before) {
+    NavState at = result.states.front();
+    at.t -= before;
+    const Root root = rootOf(firstStatePrior(result, at, inHost(at)));
+    const Eigen::MatrixXd information =
+        root.transpose() * root + 1e-6 * Eigen::MatrixXd::Identity(15, 15);
+    return information.inverse().diagonal().segment<3>(6).sum();
+  };
+  const double here = variance(0.0);
+  EXPECT_NEAR(here, 2.0 * 3.0 * kSigmaVelocity * kSigmaVelocity, 0.01 * here);
+  const double by_tilt = 2.0 * 2.0 * std::pow(9.81 * 0.5 * kSigmaTilt, 2);
+  const double by_bias = 2.0 * 3.0 * std::pow(0.5 * kSigmaAccel, 2);
+  EXPECT_NEAR(variance(0.5), here + by_tilt + by_bias, 0.01 * here);
+}
+
+TEST(FirstStatePrior, WithoutACovarianceThereIsNone) {
+  InitResult result = answer();
+  const HostState host = inHost(result.states.front());
+  result.covariance.resize(0, 0);
+  EXPECT_TRUE(firstStatePrior(result, result.states.front(), host).empty());
+  result = answer();
+  result.covariance.setZero();
+  EXPECT_TRUE(firstStatePrior(result, result.states.front(), host).empty());
+  EXPECT_TRUE(firstStatePrior(InitResult(), NavState(), host).empty());
+}
+
+// The members that VINS-Mono's estimator has.
+struct Info {
+  ~Info() {
+    for (auto& data : parameter_block_data) delete[] data.second;
+  }
+  int m = -1, n = -1;
+  std::map<long, double*> parameter_block_data;
+  std::vector<int> keep_block_size, keep_block_idx;
+  std::vector<double*> keep_block_data;
+  Eigen::MatrixXd linearized_jacobians;
+  Eigen::VectorXd linearized_residuals;
+};
+
+struct Host {
+  ~Host() { delete last_marginalization_info; }
+  double para_Pose[11][7] = {};
+  double para_SpeedBias[11][9] = {};
+  Eigen::Vector3d Ps[11], Vs[11], Bas[11], Bgs[11];
+  Eigen::Matrix3d Rs[11];
+  Info* last_marginalization_info = nullptr;
+  std::vector<double*> last_marginalization_parameter_blocks;
+};
+
+TEST(FirstStatePrior, IsPutWhereTheHostKeepsItsOwn) {
+  const InitResult result = answer();
+  const HostState state = inHost(result.states.front());
+  Host host;
+  host.Ps[0] = state.P;
+  host.Rs[0] = state.R;
+  host.Vs[0] = state.V;
+  host.Bas[0] = Eigen::Vector3d(0.1, 0.2, 0.3);
+  host.Bgs[0] = Eigen::Vector3d(0.01, 0.02, 0.03);
+  glue_detail::setPrior(host, {}, 0);
+  EXPECT_EQ(host.last_marginalization_info, nullptr);
+  const std::vector<double> prior = firstStatePrior(result, result.states.front(), state);
+  for (int again = 0; again < 2; ++again) {
+    glue_detail::setPrior(host, prior, 0);
+    const Info* info = host.last_marginalization_info;
+    ASSERT_NE(info, nullptr);
+    EXPECT_EQ(info->m, 0);
+    EXPECT_EQ(info->n, 15);
+    EXPECT_EQ(info->keep_block_size, (std::vector<int>{7, 9}));
+    EXPECT_EQ(info->keep_block_idx, (std::vector<int>{0, 6}));
+    EXPECT_EQ(host.last_marginalization_parameter_blocks,
+              (std::vector<double*>{host.para_Pose[0], host.para_SpeedBias[0]}));
+    EXPECT_EQ(info->linearized_residuals.norm(), 0.0);
+    EXPECT_EQ(info->linearized_jacobians.topRows(11), rootOf(prior));
+    EXPECT_EQ(info->linearized_jacobians.bottomRows(4).norm(), 0.0);
+    const Eigen::Map<const Eigen::Quaterniond> q(info->keep_block_data[0] + 3);
+    EXPECT_LT((q.toRotationMatrix() - state.R).norm(), 1e-12);
+    EXPECT_EQ(info->keep_block_data[0][1], state.P.y());
+    EXPECT_EQ(info->keep_block_data[1][0], state.V.x());
+    EXPECT_EQ(info->keep_block_data[1][4], 0.2);
+    EXPECT_EQ(info->keep_block_data[1][8], 0.03);
+  }
+}
+
+// A host without them stays as it is.
+TEST(FirstStatePrior, AHostWithoutTheMembersCompiles) {
+  int host = 7;
+  glue_detail::setPrior(host, std::vector<double>(165, 1.0), 0);
+  EXPECT_EQ(host, 7);
+}
+
+}  // namespace
+}  // namespace slim_init::vins_adapter

@@ -1,0 +1,96 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "first_state_prior.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace slim_init::vins_adapter {
+namespace {
+
+// The host's optimization sees the same images and IMU data again: half of what is known from
+// both is left to them.
+constexpr double kSeenTwice = 2.0;
+constexpr int kRows = 11;
+constexpr int kColumns = HostWindow::kPriorColumns;
+
+Eigen::Matrix3d skewOf(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d S;
+  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return S;
+}
+
+// Any two directions at right angles to a unit vector, as rows.
+Eigen::Matrix<double, 2, 3> acrossOf(const Eigen::Vector3d& u) {
+  const Eigen::Vector3d axis = std::abs(u.x()) < 0.6 ? Eigen::Vector3d(Eigen::Vector3d::UnitX())
+                                                     : Eigen::Vector3d(Eigen::Vector3d::UnitY());
+  Eigen::Matrix<double, 2, 3> B;
+  B.row(0) = u.cross(axis).normalized();
+  B.row(1) = u.cross(B.row(0).transpose());
+  return B;
+}
+
+// Errors [velocity in the body, direction of gravity in the body, b_g, b_a] by those of an answer's
+// state, [theta, p, v, b_g, b_a].
+Eigen::Matrix<double, 12, 15> bodyErrors(const NavState& state) {
+  const Eigen::Matrix3d Rt = state.R_w_b.transpose();
+  Eigen::Matrix<double, 12, 15> Y = Eigen::Matrix<double, 12, 15>::Zero();
+  Y.block<3, 3>(0, 0) = skewOf(Rt * state.v_w_b);
+  Y.block<3, 3>(0, 6) = Rt;
+  Y.block<3, 3>(3, 0) = skewOf(-Rt.col(2));
+  Y.block<6, 6>(6, 9).setIdentity();
+  return Y;
+}
+
+}  // namespace
+
+std::vector<double> firstStatePrior(const InitResult& answer, const NavState& at,
+                                    const HostState& host) {
+  const auto n = static_cast<Eigen::Index>(answer.states.size());
+  if (n == 0 || answer.covariance.rows() != 9 * n + 6) return {};
+  const auto nearest = std::min_element(answer.states.begin(), answer.states.end(),
+                                        [&at](const NavState& a, const NavState& b) {
+                                          return std::abs(a.t - at.t) < std::abs(b.t - at.t);
+                                        });
+  const NavState& known = *nearest;
+  const Eigen::Index k = 9 * (nearest - answer.states.begin());
+  Eigen::Matrix<double, 15, 15> P;
+  P << answer.covariance.block<9, 9>(k, k), answer.covariance.block<9, 6>(k, 9 * n),
+      answer.covariance.block<6, 9>(9 * n, k), answer.covariance.block<6, 6>(9 * n, 9 * n);
+  // Carried by the IMU from the keyframe: u' = dR^T (u + g dt d + dv), d' = dR^T d.
+  const double dt = at.t - known.t;
+  const Eigen::Matrix3d back = at.R_w_b.transpose() * known.R_w_b;
+  const Eigen::Matrix<double, 12, 15> Y = bodyErrors(known);
+  Eigen::Matrix<double, 12, 15> carried = Y;
+  carried.topRows<3>() =
+      back *
+      (Y.topRows<3>() + answer.gravity_w.norm() * dt * Y.middleRows<3>(3) - dt * Y.bottomRows<3>());
+  carried.middleRows<3>(3) = back * Y.middleRows<3>(3);
+
+  const Eigen::Matrix3d Rt = host.R.transpose();
+  const Eigen::Vector3d down = -Rt.col(2);
+  const Eigen::Matrix<double, 2, 3> B = acrossOf(down);
+  Eigen::Matrix<double, kRows, 15> rows;
+  rows << carried.topRows<3>(), B * carried.middleRows<3>(3), carried.bottomRows<6>();
+  const Eigen::Matrix<double, kRows, kRows> S = kSeenTwice * rows * P * rows.transpose();
+  const Eigen::LLT<Eigen::Matrix<double, kRows, kRows>> llt(S);
+  if (llt.info() != Eigen::Success) return {};
+
+  // The same rows by the host's errors, [p, theta, v, b_a, b_g].
+  Eigen::Matrix<double, kRows, kColumns> J = Eigen::Matrix<double, kRows, kColumns>::Zero();
+  J.block<3, 3>(0, 3) = skewOf(Rt * host.V);
+  J.block<3, 3>(0, 6) = Rt;
+  J.block<2, 3>(3, 3) = B * skewOf(down);
+  J.block<3, 3>(5, 12).setIdentity();
+  J.block<3, 3>(8, 9).setIdentity();
+  const Eigen::Matrix<double, kRows, kColumns> root = llt.matrixL().solve(J);
+  if (!root.allFinite()) return {};
+  std::vector<double> prior;
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) prior.push_back(root(row, column));
+  }
+  return prior;
+}
+
+}  // namespace slim_init::vins_adapter
