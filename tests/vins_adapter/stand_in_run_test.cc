@@ -290,6 +290,23 @@ TEST_F(StandInRun, AnUnknownExtrinsicIsKnownAfterTheSeed) {
   EXPECT_EQ(timesLogged("td: "), 0) << logText();
 }
 
+#if defined(STAND_IN_VINS_FUSION) || defined(STAND_IN_DYNAVINS)
+// These hosts would triangulate a feature from its first two images.
+TEST_F(StandInRun, DepthsComeFromAllViewsAtTheSeed) {
+  start("initializer: slim\n");
+  Estimator& e = host();
+  Feature& seen = e.f_manager.feature.front();
+  seen.feature_per_frame.resize(WINDOW_SIZE + 1);
+  for (FeaturePerFrame& view : seen.feature_per_frame) view.point = Vector3d(0.1, 0.0, 1.0);
+  for (int k = 0; k < 30 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_GT(seen.estimated_depth, 0.0);
+  // Not seen in two images.
+  EXPECT_EQ(e.f_manager.feature.back().estimated_depth, -1.0);
+  EXPECT_EQ(e.f_manager.triangulations, 1);
+}
+#endif
+
 TEST_F(StandInRun, SeedLandsInTheRightMembers) {
   start("initializer: slim\n");
   Estimator& e = host();

@@ -110,7 +110,8 @@ struct OpenVinsGlue::State {
     reported_stamp = last_stamp;
     report(std::string(taken ? "seed done" : toString(answer.status)) + ": " +
            (problem.empty() ? answer.message : problem) + " (" +
-           inShort(last_stamp - first_stamp, 2) + " s of data, " + inShort(ms, 1) + " ms)");
+           inShort(std::isnan(first_stamp) ? 0.0 : last_stamp - first_stamp, 2) + " s of data, " +
+           inShort(ms, 1) + " ms)");
     if (!taken) return;
     for (const std::string& warning : answer.warnings) report(warning);
   }

@@ -64,7 +64,13 @@ struct IntegrationBase {
   }
 };
 
+struct FeaturePerFrame {
+  Vector3d point;
+};
+
 struct Feature {
+  int start_frame = 0;
+  std::vector<FeaturePerFrame> feature_per_frame;
   double estimated_depth = 5.0;
   int solve_flag = 1;
 #ifdef STAND_IN_FEATURE_EXTRA
