@@ -186,7 +186,7 @@ struct GateOptions {
   double min_point_spread_deg = 2.0;      ///< rms angle over which the points are spread [deg]
   double max_extrinsic_error_deg = 15.0;  ///< certain error of the extrinsic rotation [deg]
   double max_td_error_s = 0.08;           ///< certain error of the time offset [s]
-  double max_extrinsic_sigma_deg = 0.6;   ///< of an extrinsic rotation that was unknown [deg]
+  double max_extrinsic_sigma_deg = 0.5;   ///< of an extrinsic rotation that was unknown [deg]
   double max_mean_acceleration = 8.0;     ///< over the window, gravity taken off [m/s^2]
   double max_behind_fraction = 0.2;       ///< share of the point tracks behind the camera
 

@@ -295,7 +295,7 @@ OptionTable slimGateTable(GateOptions* o) {
       advancedKey("max_extrinsic_sigma_deg", &o->max_extrinsic_sigma_deg, {0.01, 180.0}, "deg",
                   "standard deviation of an extrinsic rotation that was unknown; more is "
                   "answered with too_little_excitation. With 2, one answer in four was off by more "
-                  "than 1 deg; with 0.6, one in fourteen",
+                  "than 1 deg; with 0.5, one in twenty",
                   kSlim),
       advancedKey(
           "max_mean_acceleration", &o->max_mean_acceleration, {0.1, 1000.0}, "m/s^2",
