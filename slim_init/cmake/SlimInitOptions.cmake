@@ -34,6 +34,7 @@ set_property(CACHE SLIM_INIT_BUILD_ROS PROPERTY STRINGS AUTO ON OFF)
 option(SLIM_INIT_BUILD_TESTS "Build the tests" ${_slim_init_developing})
 option(SLIM_INIT_BUILD_BENCHMARKS "Build slim_init_bench" ${_slim_init_developing})
 option(SLIM_INIT_WERROR "Turn compiler warnings into errors (our CI preset)" OFF)
+option(SLIM_INIT_FUZZ "Build the fuzz targets of tests/fuzz with libFuzzer (Clang)" OFF)
 set(SLIM_INIT_SANITIZE "" CACHE STRING "Sanitizers, for example \"address;undefined\"")
 
 # Recompiling the same file is the larger part of a developer's day.

@@ -8,7 +8,9 @@
 #include <sensor_msgs/Imu.h>
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -290,6 +292,57 @@ TEST_F(RosbagTest, DamagedMessagesAreDroppedOrNamed) {
   EXPECT_TRUE(sequence->image(4, &error).empty());
   EXPECT_TRUE(contains(error, "cannot be read")) << error;
   EXPECT_EQ(cv::norm(sequence->image(5, nullptr), TinyRecording::image(6), cv::NORM_INF), 0.0);
+}
+
+std::uint32_t numberAt(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, &bytes[at], sizeof(value));
+  return value;
+}
+
+// Where the data of the first index record of a bag begin: times and offsets, twelve bytes each.
+std::size_t firstIndex(const std::string& bytes) {
+  for (std::size_t at = 13; at + 4 < bytes.size();) {
+    const std::size_t length = numberAt(bytes, at);
+    const std::string header = bytes.substr(at + 4, length);
+    const std::size_t data = at + 4 + length + 4;
+    if (contains(header, "op=\x04")) return data;
+    at = data + numberAt(bytes, data - 4);
+  }
+  return std::string::npos;
+}
+
+// The rosbag library would follow the entry. Whatever the chunks are packed with.
+TEST_F(RosbagTest, AnIndexThatLeadsOutOfItsChunkIsRefused) {
+  for (const auto compression :
+       {rosbag::compression::Uncompressed, rosbag::compression::BZ2, rosbag::compression::LZ4}) {
+    SCOPED_TRACE(static_cast<int>(compression));
+    {
+      rosbag::Bag bag(file(), rosbag::bagmode::Write);
+      bag.setCompression(compression);
+      for (int k = 0; k < TinyRecording::kImuSamples; ++k) {
+        const sensor_msgs::Imu message = imuMessage(k);
+        bag.write("/imu0", message.header.stamp, message);
+      }
+      for (int k = 0; k < 3; ++k) {
+        const cv::Mat image(4, 6, CV_8UC1, cv::Scalar(7));
+        const sensor_msgs::Image message = imageMessage(k, image, "mono8");
+        bag.write("/cam0/image_raw", message.header.stamp, message);
+      }
+    }
+    ASSERT_NE(open(), nullptr) << status_.message;
+    std::string bytes = readFile(file());
+    const std::size_t index = firstIndex(bytes);
+    ASSERT_LT(index + 12, bytes.size());
+    for (const std::uint32_t offset : {std::uint32_t{0x7fffffff}, std::uint32_t{2}}) {
+      std::memcpy(&bytes[index + 8], &offset, sizeof(offset));
+      std::ofstream(file(), std::ios::binary | std::ios::trunc) << bytes;
+      EXPECT_EQ(open(), nullptr);
+      EXPECT_EQ(status_.error, ReadError::kMalformed);
+      EXPECT_TRUE(contains(status_.message, "points behind the end of its chunk of "))
+          << status_.message;
+    }
+  }
 }
 
 TEST_F(RosbagTest, WriterRefusesWhatABagCannotHold) {

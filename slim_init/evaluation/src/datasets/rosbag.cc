@@ -15,6 +15,7 @@
 #include <sstream>
 #include <utility>
 
+#include "datasets/bag_check.h"
 #include "datasets/csv_table.h"
 #include "datasets/image_truth.h"
 #include "datasets/truth_csv.h"
@@ -89,6 +90,11 @@ class BagFile : public ImageSequence {
       return error(ReadError::kMalformed, file + cutShort(exception.what()));
     }
     try {
+      const std::string damage = bagDamage(file);
+      if (!damage.empty()) {
+        return error(ReadError::kMalformed,
+                     file + " is damaged at " + damage + "; `rosbag reindex` may repair it");
+      }
       return readMessages(topics, groundtruth_file, options);
     } catch (const std::exception& exception) {
       return error(ReadError::kMalformed, file + " cannot be read: " + exception.what());

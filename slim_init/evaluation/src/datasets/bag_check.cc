@@ -1,0 +1,233 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "datasets/bag_check.h"
+
+#include <rosbag/stream.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+namespace slim_init::evaluation {
+namespace {
+
+constexpr char kMagic[] = "#ROSBAG V2.0\n";
+constexpr std::uint64_t kMagicLength = sizeof(kMagic) - 1;
+// Values of the field "op".
+constexpr int kIndex = 4, kChunk = 5, kChunkInfo = 6;
+// Chunks hold 768 kB, or one message that is larger.
+constexpr std::uint64_t kMaxChunk = std::uint64_t{1} << 30;
+// Headers hold a topic, a type and its definition.
+constexpr std::uint64_t kMaxHeader = std::uint64_t{1} << 24;
+// Time and offset of an entry of the index.
+constexpr std::uint64_t kIndexEntry = 12;
+
+class Damage : public std::runtime_error {
+ public:
+  Damage(std::uint64_t at, const std::string& what)
+      : std::runtime_error("byte " + std::to_string(at) + ": " + what) {}
+};
+
+std::uint32_t number32(const char* bytes) {
+  std::uint32_t value = 0;
+  for (int i = 3; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
+
+// Fields "name=value", each with its length in front.
+class Header {
+ public:
+  Header(const std::string& bytes, std::uint64_t at) : at_(at) {
+    std::uint64_t i = 0;
+    while (i < bytes.size()) {
+      if (bytes.size() - i < 4) throw Damage(at, "a header ends within a length");
+      const std::uint64_t length = number32(&bytes[i]);
+      i += 4;
+      if (length > bytes.size() - i) {
+        throw Damage(at, "a field of " + std::to_string(length) + " bytes, " +
+                             std::to_string(bytes.size() - i) + " are left of its header");
+      }
+      const std::string field = bytes.substr(i, length);
+      i += length;
+      const std::size_t equals = field.find('=');
+      if (equals == std::string::npos) throw Damage(at, "a field without a name");
+      fields_[field.substr(0, equals)] = field.substr(equals + 1);
+    }
+  }
+
+  // -1: a record without one.
+  int op() const {
+    const auto field = fields_.find("op");
+    return field == fields_.end() || field->second.size() != 1
+               ? -1
+               : static_cast<unsigned char>(field->second[0]);
+  }
+  std::string text(const std::string& name) const {
+    const auto field = fields_.find(name);
+    if (field == fields_.end()) throw Damage(at_, "no field \"" + name + "\"");
+    return field->second;
+  }
+  std::uint64_t number(const std::string& name, std::size_t bytes) const {
+    const std::string value = text(name);
+    if (value.size() != bytes) {
+      throw Damage(at_, "field \"" + name + "\" has " + std::to_string(value.size()) +
+                            " bytes, must have " + std::to_string(bytes));
+    }
+    const std::uint64_t low = number32(value.data());
+    return bytes == 8 ? low | std::uint64_t{number32(value.data() + 4)} << 32 : low;
+  }
+
+ private:
+  std::uint64_t at_;
+  std::map<std::string, std::string> fields_;
+};
+
+// The bytes of the chunk that the index records after it point into: unpacked, or in the file.
+struct Chunk {
+  std::uint64_t at = 0;  // of its data in the file
+  std::uint64_t size = 0;
+  bool packed = false;
+  std::vector<std::uint8_t> unpacked;
+};
+
+class BagCheck {
+ public:
+  explicit BagCheck(const std::string& path) : file_(path, std::ios::binary) {
+    file_.seekg(0, std::ios::end);
+    size_ = static_cast<std::uint64_t>(std::max<std::streamoff>(file_.tellg(), 0));
+  }
+
+  void run() {
+    if (read(0, kMagicLength) != kMagic) throw Damage(0, "not a bag of format 2.0");
+    for (std::uint64_t at = kMagicLength; at < size_;) at = record(at);
+    for (const auto& [at, position] : claimed_chunks_) {
+      if (chunks_.count(position) == 0) {
+        throw Damage(at, "no chunk at byte " + std::to_string(position));
+      }
+    }
+  }
+
+ private:
+  std::string read(std::uint64_t at, std::uint64_t count) {
+    if (at > size_ || count > size_ - at) {
+      throw Damage(at, std::to_string(count) + " bytes are wanted, the file ends after " +
+                           std::to_string(size_ - std::min(at, size_)));
+    }
+    std::string bytes(count, '\0');
+    file_.seekg(static_cast<std::streamoff>(at));
+    file_.read(&bytes[0], static_cast<std::streamsize>(count));
+    if (!file_) throw Damage(at, "cannot be read");
+    return bytes;
+  }
+
+  std::uint32_t read32(std::uint64_t at) { return number32(read(at, 4).data()); }
+
+  // Returns where the next one begins.
+  std::uint64_t record(std::uint64_t at) {
+    const std::uint64_t header_length = read32(at);
+    if (header_length > kMaxHeader) {
+      throw Damage(at, "a header of " + std::to_string(header_length) + " bytes");
+    }
+    const Header header(read(at + 4, header_length), at);
+    const std::uint64_t data = at + 4 + header_length + 4;
+    const std::uint64_t length = read32(data - 4);
+    if (length > size_ - data) {
+      throw Damage(at, "a record of " + std::to_string(length) + " bytes, the file ends after " +
+                           std::to_string(size_ - data));
+    }
+    switch (header.op()) {
+      case kChunk:
+        chunks_.insert(at);
+        readChunk(header, at, data, length);
+        break;
+      case kIndex: followIndex(header, at, data, length); break;
+      case kChunkInfo: claimed_chunks_[at] = header.number("chunk_pos", 8); break;
+      default: break;
+    }
+    return data + length;
+  }
+
+  void readChunk(const Header& header, std::uint64_t at, std::uint64_t data, std::uint64_t length) {
+    chunk_ = Chunk();
+    chunk_.at = data;
+    chunk_.size = header.number("size", 4);
+    if (chunk_.size > kMaxChunk) {
+      throw Damage(at, "a chunk of " + std::to_string(chunk_.size) + " bytes");
+    }
+    const std::string compression = header.text("compression");
+    if (compression == "none") {
+      if (chunk_.size > length) {
+        throw Damage(at, "a chunk of " + std::to_string(chunk_.size) + " bytes in a record of " +
+                             std::to_string(length));
+      }
+      return;
+    }
+    chunk_.packed = true;
+    std::string packed = read(data, length);
+    // One more than nothing: a pointer is wanted.
+    chunk_.unpacked.resize(chunk_.size + 1);
+    auto* from = reinterpret_cast<std::uint8_t*>(&packed[0]);
+    const auto count = static_cast<unsigned int>(length);
+    const auto size = static_cast<unsigned int>(chunk_.size);
+    if (compression == "bz2") {
+      rosbag::BZ2Stream(nullptr).decompress(chunk_.unpacked.data(), size, from, count);
+    } else if (compression == "lz4") {
+      rosbag::LZ4Stream(nullptr).decompress(chunk_.unpacked.data(), size, from, count);
+    } else {
+      throw Damage(at, "compression is \"" + compression + "\", must be none, bz2 or lz4");
+    }
+  }
+
+  std::uint64_t inChunk32(std::uint64_t offset) {
+    if (!chunk_.packed) return read32(chunk_.at + offset);
+    return number32(reinterpret_cast<const char*>(&chunk_.unpacked[offset]));
+  }
+
+  // The message at an offset of the chunk: its header, then its data.
+  void followEntry(std::uint64_t at, std::uint64_t offset) {
+    for (int part = 0; part < 2; ++part) {
+      if (offset + 4 > chunk_.size || inChunk32(offset) > chunk_.size - offset - 4) {
+        throw Damage(at, "an entry of the index points behind the end of its chunk of " +
+                             std::to_string(chunk_.size) + " bytes");
+      }
+      offset += 4 + inChunk32(offset);
+    }
+  }
+
+  void followIndex(const Header& header, std::uint64_t at, std::uint64_t data,
+                   std::uint64_t length) {
+    const std::uint64_t count = header.number("count", 4);
+    if (chunks_.empty()) throw Damage(at, "an index without a chunk before it");
+    if (count > length / kIndexEntry) {
+      throw Damage(at, "an index of " + std::to_string(count) + " entries in " +
+                           std::to_string(length) + " bytes");
+    }
+    const std::string entries = read(data, count * kIndexEntry);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      followEntry(at, number32(&entries[i * kIndexEntry + 8]));
+    }
+  }
+
+  std::ifstream file_;
+  std::uint64_t size_ = 0;
+  std::set<std::uint64_t> chunks_;                         // where there is one
+  std::map<std::uint64_t, std::uint64_t> claimed_chunks_;  // by the record that says so
+  Chunk chunk_;                                            // the last one
+};
+
+}  // namespace
+
+std::string bagDamage(const std::string& path) {
+  try {
+    BagCheck(path).run();
+  } catch (const Damage& damage) {
+    return damage.what();
+  }
+  return std::string();
+}
+
+}  // namespace slim_init::evaluation

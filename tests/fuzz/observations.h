@@ -1,0 +1,103 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Frames, samples and rigs out of bytes.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <vector>
+
+#include "fuzz_target.h"
+#include "slim_init/types.h"
+#include "support/exact_window.h"
+
+namespace slim_init::fuzz {
+
+inline FrameObservation frame(double t, Bytes* bytes) {
+  FrameObservation out;
+  out.t = t;
+  out.points.resize(bytes->below(32));
+  for (PointObservation& point : out.points) {
+    point.id = bytes->byte() < 250 ? bytes->below(40) : static_cast<FeatureId>(-1);
+    point.bearing = bytes->ray();
+  }
+  out.lines.resize(bytes->below(6));
+  for (LineObservation& line : out.lines) {
+    line.id = bytes->below(8);
+    line.start_bearing = bytes->ray();
+    line.end_bearing = bytes->ray();
+    line.length_px = bytes->number(100.0);
+    line.detection_confidence = bytes->number(1.0);
+    line.match_quality = bytes->number(1.0);
+  }
+  return out;
+}
+
+inline ImuSample sample(double t, Bytes* bytes) {
+  ImuSample out;
+  out.t = t;
+  out.gyro = bytes->vector(1.0);
+  out.accel = Eigen::Vector3d(0, 0, 9.81) + bytes->vector(5.0);
+  return out;
+}
+
+/// Mostly a rig that validate() accepts.
+inline Calibration rig(Bytes* bytes) {
+  Calibration out;
+  if (bytes->byte() < 128) return out;
+  const Eigen::Vector3d turn = bytes->vector(2.0);
+  if (turn.norm() > 1e-6) {
+    out.R_b_c = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  }
+  out.t_b_c = bytes->vector(0.2);
+  out.td = bytes->number(0.05);
+  out.sigmas.rotation_deg = std::abs(bytes->number(10.0));
+  out.sigmas.td_s = std::abs(bytes->number(0.05));
+  out.readout_s = bytes->byte() < 200 ? 0.0 : std::abs(bytes->number(0.03));
+  out.sigma_px = std::abs(bytes->number(2.0));
+  return out;
+}
+
+/// Four seconds of flight without errors, a frame each 0.1 s: what is solved, before it is changed.
+inline const testing_support::ExactWindow& flight() {
+  static const testing_support::ExactWindow exact = [] {
+    testing_support::ExactWindowOptions options;
+    options.keyframes = 40;
+    options.interval_s = 0.1;
+    options.points = 30;
+    options.lines = 5;
+    options.imu_rate_hz = 100.0;
+    return testing_support::makeExactWindow(options);
+  }();
+  return exact;
+}
+
+/// Changes up to 12 values of frames and samples to anything.
+inline void change(std::vector<FrameObservation>* frames, std::vector<ImuSample>* imu,
+                   Bytes* bytes) {
+  for (int changes = bytes->below(13); changes > 0; --changes) {
+    FrameObservation& frame = (*frames)[bytes->below(static_cast<int>(frames->size()))];
+    const int sample = (bytes->byte() << 8 | bytes->byte()) % static_cast<int>(imu->size());
+    const int point = bytes->below(static_cast<int>(frame.points.size()));
+    const int line = bytes->below(static_cast<int>(frame.lines.size()));
+    switch (bytes->below(9)) {
+      case 0: frame.t += bytes->number(0.2); break;
+      case 1: frame.points.resize(point); break;
+      case 2: frame.lines.resize(line); break;
+      case 3:
+        if (!frame.points.empty()) frame.points[point].bearing = bytes->ray();
+        break;
+      case 4:
+        if (!frame.points.empty()) frame.points[point].id = bytes->below(40);
+        break;
+      case 5:
+        if (!frame.lines.empty()) frame.lines[line].end_bearing = bytes->ray();
+        break;
+      case 6: (*imu)[sample].t += bytes->number(0.1); break;
+      case 7: (*imu)[sample].accel += bytes->vector(100.0); break;
+      default: (*imu)[sample].gyro += bytes->vector(10.0); break;
+    }
+  }
+}
+
+}  // namespace slim_init::fuzz
