@@ -2,7 +2,6 @@
 #include "ab.h"
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -18,6 +17,7 @@
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/provisional.h"
 #include "slim_init/evaluation/report.h"
+#include "slim_init/evaluation/write_file.h"
 #include "source_commit.h"
 #ifdef SLIM_INIT_HAS_BACKEND
 #include "slim_init/backend/downstream.h"
@@ -166,11 +166,10 @@ std::string writeDebugImages(const std::string& out, const std::vector<DebugImag
   }
   for (const DebugImage& image : images) {
     const fs::path path = folder / (std::to_string(image.stamp_ns) + ".png");
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    file.write(reinterpret_cast<const char*>(image.png.data()),
-               static_cast<std::streamsize>(image.png.size()));
-    file.close();
-    if (!file.good()) return path.string() + " cannot be written";
+    const std::string bytes(image.png.begin(), image.png.end());
+    if (std::string error = evaluation::writeFile(path.string(), bytes); !error.empty()) {
+      return error;
+    }
   }
   return "";
 }
@@ -244,10 +243,10 @@ int runProvisionalAnswers(AbOptions options) {
     return fail({kExitInternal, "--out: " + error});
   }
   const fs::path path = fs::path(options.out) / "provisional.csv";
-  std::ofstream file(path);
-  file << evaluation::provisionalCsv(records);
-  file.close();
-  if (!file.good()) return fail({kExitInternal, path.string() + " cannot be written"});
+  if (std::string error = evaluation::writeFile(path.string(), evaluation::provisionalCsv(records));
+      !error.empty()) {
+    return fail({kExitInternal, error});
+  }
   if (!options.quiet) {
     std::cout << loaded.sequence.name << "\n"
               << evaluation::provisionalTable(records, run.look_s) << "Data: " << path.string()

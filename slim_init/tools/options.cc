@@ -1,13 +1,13 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "options.h"
 
-#include <fstream>
 #include <iostream>
 #include <utility>
 
 #include "exit_code.h"
 #ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 #include "slim_init/config/config.h"
+#include "slim_init/evaluation/write_file.h"
 #endif
 
 namespace slim_init::tools {
@@ -36,8 +36,8 @@ constexpr std::pair<const char*, OptionKeys> kGroups[] = {{"user", OptionKeys::k
 int update(const std::string& folder) {
   for (const GeneratedFile& file : generatedFiles()) {
     const std::string path = folder + "/" + file.path;
-    if (!(std::ofstream(path) << file.text)) {
-      std::cerr << "slim_init: " << path << " cannot be written\n";
+    if (std::string error = evaluation::writeFile(path, file.text); !error.empty()) {
+      std::cerr << "slim_init: " << error << "\n";
       return kExitBadInput;
     }
     std::cout << path << "\n";

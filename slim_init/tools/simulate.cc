@@ -12,7 +12,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -24,6 +23,7 @@
 #include "simulate_motion.h"
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/evaluation/write_file.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
@@ -209,10 +209,8 @@ std::string writeImages(const SimulateOptions& options, const SimulatedMotion& m
 }
 
 std::string writeScene(const simulation::Scene& scene, const std::string& out) {
-  const std::filesystem::path path = std::filesystem::path(out) / "scene.json";
-  std::ofstream file(path, std::ios::binary);
-  file << simulation::sceneToJson(scene);
-  return file.flush() ? "" : path.string() + " cannot be written";
+  return evaluation::writeFile((std::filesystem::path(out) / "scene.json").string(),
+                               simulation::sceneToJson(scene));
 }
 
 simulation::SensorOptions sensorOf(const SimulateOptions& options) {

@@ -19,6 +19,7 @@
 #ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 #include "bench_front_end.h"
 #endif
+#include "bench_faults.h"
 #include "bench_times.h"
 #include "bench_windows.h"
 #include "methods.h"
@@ -125,6 +126,9 @@ void cutWindow(benchmark::State& state) {
 
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (!arguments.empty() && arguments[0] == "faults") {
+    return slim_init::tools::runFaultsCommand({arguments.begin() + 1, arguments.end()});
+  }
   if (slim_init::tools::isTimesCommand(arguments)) {
     return slim_init::tools::runTimesCommand(arguments);
   }

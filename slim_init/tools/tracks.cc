@@ -26,6 +26,7 @@
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/track_images.h"
+#include "slim_init/evaluation/write_file.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/track_truth.h"
 #include "slim_init/simulation/trajectory.h"
@@ -210,13 +211,6 @@ std::string makeFolder(const std::string& folder) {
   std::error_code code;
   fs::create_directories(folder, code);
   return fs::is_directory(folder, code) ? "" : "--out: folder " + folder + " cannot be made";
-}
-
-std::string writeFile(const std::string& folder, const std::string& name, const std::string& text) {
-  const fs::path path = fs::path(folder) / name;
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  return file.flush() ? "" : path.string() + " cannot be written";
 }
 
 std::string number(double value) {
@@ -462,7 +456,8 @@ int runTracks(const TracksOptions& options) {
                        {"lines.csv", linesCsv(measured, input)}};
   for (const auto& [name, text] : files) {
     if (options.out.empty()) break;
-    if (error = writeFile(options.out, name, text); !error.empty()) {
+    if (error = evaluation::writeFile((fs::path(options.out) / name).string(), text);
+        !error.empty()) {
       return fail(kExitInternal, "--out: " + error);
     }
   }

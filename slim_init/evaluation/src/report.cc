@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <utility>
 
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/evaluation/write_file.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -187,14 +187,6 @@ class SubsetCollector {
   std::vector<double> rotation_deg_, rotation_over_sigma_, readout_ms_;
 };
 
-/// Writes a file anew. Returns an empty string, or a message naming it.
-std::string writeText(const std::string& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  return out.good() ? "" : file + " cannot be written";
-}
-
 }  // namespace
 
 std::vector<MethodSummary> summarize(const ProtocolResult& result) {
@@ -225,9 +217,9 @@ std::string writeReport(const std::string& directory, const RunInfo& info,
                         const ProtocolResult& result, const std::vector<MethodSummary>& summaries) {
   std::string error = makeReportDirectory(directory);
   const fs::path base(directory);
-  if (error.empty()) error = writeText(base / "windows.csv", windowsCsv(info, result));
-  if (error.empty()) error = writeText(base / "summary.csv", summaryCsv(info, summaries));
-  if (error.empty()) error = writeText(base / "summary.json", summaryJson(info, result, summaries));
+  if (error.empty()) error = writeFile(base / "windows.csv", windowsCsv(info, result));
+  if (error.empty()) error = writeFile(base / "summary.csv", summaryCsv(info, summaries));
+  if (error.empty()) error = writeFile(base / "summary.json", summaryJson(info, result, summaries));
   return error;
 }
 

@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
 #include "datasets/sensor_yaml.h"
 #include "datasets/truth_csv.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/evaluation/write_file.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -30,8 +30,10 @@ class AslWriter : public SequenceWriter {
     if (!fs::is_empty(image_folder_, code) || code) {
       return image_folder_.string() + " holds files already, must be empty";
     }
-    std::string problem = writeText(root / "cam0" / "sensor.yaml", cameraSensorYaml(rig));
-    if (problem.empty()) problem = writeText(root / "imu0" / "sensor.yaml", imuSensorYaml(rig));
+    std::string problem =
+        writeFile((root / "cam0" / "sensor.yaml").string(), cameraSensorYaml(rig));
+    if (problem.empty())
+      problem = writeFile((root / "imu0" / "sensor.yaml").string(), imuSensorYaml(rig));
     if (problem.empty()) {
       problem = images_.open((root / "cam0" / "data.csv").string(), "#timestamp [ns],filename");
     }
@@ -80,13 +82,6 @@ class AslWriter : public SequenceWriter {
   }
 
  private:
-  static std::string writeText(const fs::path& path, const std::string& text) {
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    file << text;
-    file.close();
-    return file.good() ? "" : path.string() + " cannot be written";
-  }
-
   fs::path image_folder_;
   CsvFile images_;
   CsvFile imu_;

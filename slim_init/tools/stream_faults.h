@@ -1,0 +1,49 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What goes wrong with the streams of a rig: one table of faults for `slim_init_bench faults`.
+#pragma once
+
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "slim_init/types.h"
+
+namespace slim_init::tools {
+
+/// A message and when it reaches the program.
+template <typename Message>
+struct Delivered {
+  double arrival = 0.0;  ///< [s], sequence time
+  double true_t = 0.0;   ///< when it was measured, IMU clock [s]
+  Message message;       ///< with the stamp that it carries
+};
+
+/// Everything that a host receives, from the place on where it starts.
+struct Streams {
+  std::vector<Delivered<ImuSample>> imu;
+  std::vector<Delivered<FrameObservation>> frames;
+  Calibration calibration;  ///< as the host is told
+  /// When the host is restarted [s].
+  double restart = std::numeric_limits<double>::infinity();
+};
+
+/// Half a second to two seconds of trouble [s, sequence time].
+struct Trouble {
+  double begin = 0.0;
+  double end = 0.0;
+  bool holds(double t) const { return t >= begin && t < end; }
+};
+
+/// One kind of fault.
+struct StreamFault {
+  const char* name;
+  const char* what;  ///< one line for the table
+  bool lasts;        ///< from the start to the end, else during Trouble alone
+  void (*apply)(const Trouble& trouble, std::mt19937_64* random, Streams* streams);
+};
+
+/// All kinds; the first is none.
+const std::vector<StreamFault>& streamFaults();
+
+}  // namespace slim_init::tools

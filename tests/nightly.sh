@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#
+# The whole suite under sanitizers, then every fuzz target; for a night, beside .ci/run.
+#   ./tests/nightly.sh                    all three parts
+#   ./tests/nightly.sh asan|tsan|fuzz     one of them
+# FUZZ_SECONDS (600) is the time of each fuzz target, SLIM_INIT_JOBS the number of processes.
+# Packages are those of tests/run.sh, and clang for the fuzz targets.
+set -euo pipefail
+cd "$(dirname -- "${BASH_SOURCE[0]}")/.."
+# shellcheck source=launch/setup.sh
+source launch/setup.sh
+
+case "${1:-all}" in
+  all | asan | tsan | fuzz) part="${1:-all}" ;;
+  *)
+    sed -n '4,8s/^# *//p' "${BASH_SOURCE[0]}"
+    exit 2
+    ;;
+esac
+jobs="${SLIM_INIT_JOBS:-2}"
+
+# What a sanitizer finds ends the program; rosbag and OpenCV keep some memory to their end.
+export ASAN_OPTIONS=detect_leaks=0:abort_on_error=1 UBSAN_OPTIONS=print_stacktrace=1
+export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
+
+suite() {
+  slim_init_say "$1: the whole suite"
+  cmake --preset "$1"
+  cmake --build --preset "$1" --parallel "${jobs}"
+  # Sanitizers make a test three to fifteen times slower.
+  ctest --preset "$1" --parallel "${jobs}" --timeout 3600
+}
+
+fuzz() {
+  command -v clang++ >/dev/null || slim_init_die "no clang++" "apt-get install clang"
+  cmake --preset fuzz
+  cmake --build --preset fuzz --parallel "${jobs}"
+  local target name
+  for target in build-fuzz/tests/fuzz/fuzz_*; do
+    name="$(basename "${target}")"
+    [[ -x "${target}" && ! -d "${target}" && "${name}" != *_test ]] || continue
+    mkdir -p "build-fuzz/corpus/${name}"
+    slim_init_say "${name}: ${FUZZ_SECONDS:-600} s"
+    "./${target}" -max_total_time="${FUZZ_SECONDS:-600}" -timeout=60 -rss_limit_mb=4096 \
+      -artifact_prefix="build-fuzz/${name}." -print_final_stats=1 \
+      "build-fuzz/corpus/${name}" $(seeds "${name#fuzz_}")
+  done
+}
+
+# Folders of seeds of a target.
+seeds() {
+  if [[ "$1" == config ]]; then
+    echo config
+  elif [[ -d "tests/fuzz/seeds/$1" ]]; then
+    echo "tests/fuzz/seeds/$1"
+  fi
+}
+
+[[ "${part}" == all || "${part}" == asan ]] && suite asan-ubsan
+[[ "${part}" == all || "${part}" == tsan ]] && suite tsan
+[[ "${part}" == all || "${part}" == fuzz ]] && fuzz
+exit 0
