@@ -57,7 +57,7 @@ seeds() {
   fi
 }
 
-[[ "${part}" == all || "${part}" == asan ]] && suite asan-ubsan
+[[ "${part}" == all || "${part}" == asan ]] && suite debug-asan-ubsan
 [[ "${part}" == all || "${part}" == tsan ]] && suite tsan
 [[ "${part}" == all || "${part}" == fuzz ]] && fuzz
 exit 0
