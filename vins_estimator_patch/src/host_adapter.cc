@@ -301,11 +301,16 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
   if (healthy == nullptr) {
     answer.verdict = initializer->initialize();
   } else {
-    answer.verdict = initializer->recoverWithPrior(priorsOf(*healthy));
+    // A window that vouches for itself is longer, and better known, than what has passed since the
+    // healthy state.
+    answer.verdict = recover(healthy->back(), stamps.front());
     if (!answer.verdict.success()) {
-      const std::string reason = answer.verdict.message;
-      answer.verdict = recover(healthy->back(), stamps.front());
-      if (!answer.verdict.success()) answer.verdict.message += "; with a known state: " + reason;
+      InitResult known = initializer->recoverWithPrior(priorsOf(*healthy));
+      if (known.success()) {
+        answer.verdict = std::move(known);
+      } else {
+        answer.verdict.message += "; with a known state: " + known.message;
+      }
     }
   }
   answer.message = answer.verdict.message;

@@ -137,9 +137,10 @@ class HostAdapter {
   /// the IMU data.
   HostAnswer seed(const std::vector<double>& stamps);
 
-  /// After a failure: as seed(), but position and yaw continue from the last healthy state, and its
-  /// velocity, attitude and biases, carried on by the IMU, are used as a prior: a few frames since
-  /// then can be enough, also at constant velocity and in hover (IInitializer::recoverWithPrior()).
+  /// After a failure: as seed(), but position and yaw continue from the last healthy state. Where
+  /// the window is refused, velocity, attitude and biases of that state, carried on by the IMU, are
+  /// used as a prior: a few frames since then can be enough, also at constant velocity and in hover
+  /// (IInitializer::recoverWithPrior()).
   HostAnswer recover(const std::vector<double>& stamps, const HostState& last_healthy);
   /// The same from several, ascending in time: the newest that the data agree with wins.
   HostAnswer recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
