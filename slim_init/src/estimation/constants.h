@@ -18,7 +18,7 @@ inline constexpr double kMinTrackInformation = 1e-6;
 inline constexpr double kHold = 1e12;
 /// Marquardt damping, relative to the diagonal of the information: at the start, its floor after
 /// good steps, and where another step is pointless.
-inline constexpr double kFirstDamping = 1e-9;
+inline constexpr double kFirstDamping = 1e-6;
 inline constexpr double kSmallestDamping = 1e-9;
 inline constexpr double kLargestDamping = 1e8;
 /// Damping is at least this much after a step that was refused, and after a matrix that was not

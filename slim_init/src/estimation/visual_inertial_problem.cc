@@ -604,7 +604,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
   // Not minimizeLevenbergMarquardt(): the last step is taken without an evaluation, a matrix that
   // is not positive definite raises the damping, and systems of this size are swapped, not copied.
   double damping = kFirstDamping;
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size()), undamped;
   while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping) {
     if (!solver_.solve(system_.H, system_.g, damping, &step)) {
       damping = std::max(100.0 * damping, kDampingAfterFailure);
@@ -613,6 +613,11 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
     // Squared length of the step in standard deviations of the state. Unlike the decrease of the
     // cost it is blind to outliers that still creep along the flat tail of the loss.
     const double decrement = -step.tail(m).dot(system_.g.tail(m));
+    // Damping holds a step back along the scale, which nothing corrects after the last one.
+    if (decrement < options_.tolerance && damping > kSmallestDamping &&
+        solver_.solve(system_.H, system_.g, kSmallestDamping, &undamped)) {
+      step.swap(undamped);
+    }
     const WindowState trial_state = retract(*state, step);
     Structure trial_structure = moveStructure(system_, step);
     if (decrement < options_.tolerance) {
