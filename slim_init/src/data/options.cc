@@ -343,7 +343,8 @@ OptionTable optionTable(GateOptions* o) {
               {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
       userKey("max_scale_sigma_growing", &o->max_scale_sigma_growing, {0.0, 10.0}, "",
               "the same of a window that is not full yet (0.9 of window.max_span_s): who asks at "
-              "every image gets the first yes, at a sigma just below the bound",
+              "every image gets the first yes, at a sigma just below the bound; 1.5 times this "
+              "once it is full",
               {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
   });
   add(slimGateTable(o));

@@ -205,10 +205,12 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options) {
   GateOptions gates = options;
-  const double full = AnswerSequence::kFullShare * window_options.fullSpan();
-  if (spanOf(window) < full) {
-    gates.max_scale_sigma = std::min(options.max_scale_sigma, options.max_scale_sigma_growing);
-  }
+  const bool grows = window_options.min_keyframes < window_options.keyframes;
+  const bool is_full = spanOf(window) >= AnswerSequence::kFullShare * window_options.fullSpan();
+  if (is_full && !grows) return gates;
+  const double share = is_full ? kFullOverGrowing : 1.0;
+  gates.max_scale_sigma =
+      std::min(options.max_scale_sigma, share * options.max_scale_sigma_growing);
   return gates;
 }
 

@@ -65,8 +65,10 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options);
 
-/// The bounds in force for a window: `options` with max_scale_sigma replaced by that of growing
-/// windows where that is tighter and the window is one (AnswerSequence::kFullShare).
+/// The bounds in force for a window: `options` with max_scale_sigma replaced, where that is
+/// tighter, by max_scale_sigma_growing for a window that is not full (AnswerSequence::kFullShare),
+/// and by one and a half times that (kFullOverGrowing) for a full one that has grown: it is asked
+/// at every image as well.
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options);
 
