@@ -220,11 +220,12 @@ void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResul
 
 NewestSigmas newestSigmas(const InitResult& result) {
   NewestSigmas out;
-  const auto last = static_cast<Eigen::Index>(result.states.size()) - 1;
-  if (last < 0 || result.covariance.rows() < 9 * (last + 1)) return out;
+  if (result.states.empty()) return out;
+  const Eigen::Matrix<double, 15, 15> P15 = result.stateCovariance(result.states.size() - 1);
+  if (!P15.allFinite()) return out;
   const NavState& state = result.states.back();
   const Eigen::Matrix3d R_b_w = state.R_w_b.transpose();
-  const Eigen::Matrix<double, 9, 9> P = result.covariance.block<9, 9>(9 * last, 9 * last);
+  const Eigen::Matrix<double, 9, 9> P = P15.topLeftCorner<9, 9>();
   Eigen::Matrix<double, 5, 9> J = Eigen::Matrix<double, 5, 9>::Zero();
   // R^T v, and the direction R^T e_z: with an attitude R Exp(theta).
   J.block<3, 3>(0, 0) = skew(R_b_w * state.v_w_b);

@@ -132,6 +132,27 @@ class ResultValidation : public ::testing::Test {
   InitResult result_;
 };
 
+TEST(StateCovariance, IsOfOneKeyframeAndOfTheBiases) {
+  InitResult result;
+  EXPECT_TRUE(result.stateCovariance(0).array().isNaN().all()) << "no states";
+  result.states.resize(3);
+  EXPECT_TRUE(result.stateCovariance(0).array().isNaN().all()) << "no covariance";
+  // Row and column can be told from the value, and the matrix is not quite symmetric.
+  result.covariance.resize(33, 33);
+  for (int row = 0; row < 33; ++row) {
+    for (int column = 0; column < 33; ++column) result.covariance(row, column) = 100 * row + column;
+  }
+  const Eigen::Matrix<double, 15, 15> P = result.stateCovariance(1);
+  for (int i = 0; i < 15; ++i) {
+    for (int j = 0; j < 15; ++j) {
+      const int row = i < 9 ? 9 + i : 18 + i, column = j < 9 ? 9 + j : 18 + j;
+      EXPECT_EQ(P(i, j), 50.5 * (row + column)) << i << ", " << j;
+    }
+  }
+  EXPECT_TRUE(result.stateCovariance(3).array().isNaN().all()) << "beyond the last state";
+  EXPECT_TRUE(result.stateCovariance(2).allFinite());
+}
+
 TEST_F(ResultValidation, AcceptsWhatIsConsistent) {
   EXPECT_EQ(result_.validate(), "");  // failed, but not enforced
   result_.gates[0].enforced = result_.gates[0].passed = true;

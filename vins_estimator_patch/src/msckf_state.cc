@@ -11,18 +11,6 @@ namespace {
 
 using Matrix15d = Eigen::Matrix<double, 15, 15>;
 
-// Covariance of [theta, p, v, b_g, b_a] of the newest keyframe.
-Matrix15d newestCovariance(const InitResult& result) {
-  const auto pose = static_cast<Eigen::Index>(9 * (result.states.size() - 1));
-  const auto bias = static_cast<Eigen::Index>(9 * result.states.size());
-  Matrix15d P;
-  P.topLeftCorner<9, 9>() = result.covariance.block<9, 9>(pose, pose);
-  P.topRightCorner<9, 6>() = result.covariance.block<9, 6>(pose, bias);
-  P.bottomLeftCorner<6, 9>() = result.covariance.block<6, 9>(bias, pose);
-  P.bottomRightCorner<6, 6>() = result.covariance.block<6, 6>(bias, bias);
-  return 0.5 * (P + P.transpose());
-}
-
 // Into the world that has the newest body as its origin and its heading: an error of the heading
 // turns attitude and velocity alike, and is taken out of both.
 Matrix15d inOwnWorld(const NavState& newest, const Matrix15d& P) {
@@ -52,7 +40,7 @@ bool toMsckfState(const InitResult& result, double td, MsckfState* state, std::s
   }
   if (!std::isfinite(td)) return fail("td is not finite");
   const NavState& newest = result.states.back();
-  const Matrix15d P = inOwnWorld(newest, newestCovariance(result));
+  const Matrix15d P = inOwnWorld(newest, result.stateCovariance(result.states.size() - 1));
   if (!newest.isFinite() || !P.allFinite()) return fail("the answer is not finite");
 
   const Eigen::Quaterniond q = Eigen::Quaterniond(newest.R_w_b).normalized();

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -203,6 +204,10 @@ struct InitResult {
   bool provisional() const { return status == InitStatus::kProvisional; }
   bool hasEstimate() const { return !states.empty(); }
   double totalMs() const;
+
+  /// Covariance of [theta, p, v, b_g, b_a] of one keyframe, as in `covariance`, symmetric. NaN
+  /// where there is no such state or no covariance.
+  Eigen::Matrix<double, 15, 15> stateCovariance(std::size_t keyframe) const;
 
   /// Returns an empty string where the status is neither kSuccess nor kProvisional, or where there
   /// are finite states and gravity, a covariance if it is kProvisional, and every enforced gate

@@ -90,6 +90,19 @@ double InitResult::totalMs() const {
   return sum;
 }
 
+Eigen::Matrix<double, 15, 15> InitResult::stateCovariance(std::size_t keyframe) const {
+  Eigen::Matrix<double, 15, 15> P;
+  P.setConstant(kNotComputed);
+  const auto bias = static_cast<Eigen::Index>(9 * states.size());
+  if (keyframe >= states.size() || covariance.rows() != bias + 6 || covariance.cols() != bias + 6) {
+    return P;
+  }
+  const auto own = static_cast<Eigen::Index>(9 * keyframe);
+  P << covariance.block<9, 9>(own, own), covariance.block<9, 6>(own, bias),
+      covariance.block<6, 9>(bias, own), covariance.block<6, 6>(bias, bias);
+  return 0.5 * (P + P.transpose());
+}
+
 std::string InitResult::validate() const {
   if (!success() && !provisional()) return "";
   const std::string verdict = toString(status);
