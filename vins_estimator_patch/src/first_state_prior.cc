@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "imu_carry.h"
+
 namespace slim_init::vins_adapter {
 namespace {
 
@@ -14,12 +16,6 @@ namespace {
 constexpr double kSeenTwice = 2.0;
 constexpr int kRows = 11;
 constexpr int kColumns = HostWindow::kPriorColumns;
-
-Eigen::Matrix3d skewOf(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d S;
-  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return S;
-}
 
 // Any two directions at right angles to a unit vector, as rows.
 Eigen::Matrix<double, 2, 3> acrossOf(const Eigen::Vector3d& u) {
@@ -47,17 +43,15 @@ Eigen::Matrix<double, 12, 15> bodyErrors(const NavState& state) {
 
 std::vector<double> firstStatePrior(const InitResult& answer, const NavState& at,
                                     const HostState& host) {
-  const auto n = static_cast<Eigen::Index>(answer.states.size());
-  if (n == 0 || answer.covariance.rows() != 9 * n + 6) return {};
+  if (answer.states.empty()) return {};
   const auto nearest = std::min_element(answer.states.begin(), answer.states.end(),
                                         [&at](const NavState& a, const NavState& b) {
                                           return std::abs(a.t - at.t) < std::abs(b.t - at.t);
                                         });
   const NavState& known = *nearest;
-  const Eigen::Index k = 9 * (nearest - answer.states.begin());
-  Eigen::Matrix<double, 15, 15> P;
-  P << answer.covariance.block<9, 9>(k, k), answer.covariance.block<9, 6>(k, 9 * n),
-      answer.covariance.block<6, 9>(9 * n, k), answer.covariance.block<6, 6>(9 * n, 9 * n);
+  const Eigen::Matrix<double, 15, 15> P =
+      answer.stateCovariance(static_cast<std::size_t>(nearest - answer.states.begin()));
+  if (!P.allFinite()) return {};
   // Carried by the IMU from the keyframe: u' = dR^T (u + g dt d + dv), d' = dR^T d.
   const double dt = at.t - known.t;
   const Eigen::Matrix3d back = at.R_w_b.transpose() * known.R_w_b;

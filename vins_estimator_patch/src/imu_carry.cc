@@ -14,12 +14,6 @@ constexpr double kHealthyVelocity = 0.1;                  // [m/s]
 constexpr double kHealthyGyroBias = 2e-3;                 // [rad/s]
 constexpr double kHealthyAccelBias = 0.05;                // [m/s^2]
 
-Eigen::Matrix3d skewOf(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d S;
-  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return S;
-}
-
 Eigen::Matrix3d expOf(const Eigen::Vector3d& v) {
   const double angle = v.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity() + skewOf(v);
@@ -36,6 +30,12 @@ ImuSample between(const ImuSample& a, const ImuSample& b, double t) {
 }
 
 }  // namespace
+
+Eigen::Matrix3d skewOf(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d S;
+  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return S;
+}
 
 double CarriedState::positionSigma() const {
   return std::sqrt(covariance.diagonal().segment<3>(6).maxCoeff());

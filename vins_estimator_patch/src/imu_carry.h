@@ -18,6 +18,9 @@ namespace slim_init::vins_adapter {
 constexpr double kUnknownAccel = 3.0;  ///< [m/s^2]
 constexpr double kUnknownGyro = 1.0;   ///< [rad/s]
 
+/// The matrix S with S w = v x w for every w.
+Eigen::Matrix3d skewOf(const Eigen::Vector3d& v);
+
 /// Errors [theta, v, p, b_g, b_a], all in the world.
 using CarryCovariance = Eigen::Matrix<double, 15, 15>;
 
