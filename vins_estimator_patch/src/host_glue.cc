@@ -482,15 +482,7 @@ bool HostGlue::takeRequest(bool* reset_if_refused) {
 
 void HostGlue::keepHeading(const Eigen::Matrix3d& before, const Eigen::Matrix3d& optimized,
                            Eigen::Matrix3d* turn) const {
-  if (!state_->keep_heading) return;
-  // The rotation about z that comes closest to `before` from `optimized`: the twist about z of
-  // their difference. Undefined only where that difference tilts by 180 deg.
-  const Eigen::Matrix3d difference = before * optimized.transpose();
-  const double sine = difference(1, 0) - difference(0, 1);
-  const double cosine = difference(0, 0) + difference(1, 1);
-  const double norm = std::hypot(sine, cosine);
-  if (!(norm > 1e-3)) return;
-  *turn << cosine / norm, -sine / norm, 0.0, sine / norm, cosine / norm, 0.0, 0.0, 0.0, 1.0;
+  if (state_->keep_heading) glue_detail::turnAboutVertical(before, optimized, turn);
 }
 
 void HostGlue::requestReset() {

@@ -181,15 +181,25 @@ void rebuildInterval(const HostImuInterval& interval, int i, Estimator& e) {
   }
 }
 
+/// The rotation about z that brings `from` closest to `to`: the twist about z of their difference.
+/// Unlike a difference of Euler yaws it is well defined for every mounting. False, and `turn` as it
+/// was, where the difference tilts by 180 deg.
+inline bool turnAboutVertical(const Eigen::Matrix3d& to, const Eigen::Matrix3d& from,
+                              Eigen::Matrix3d* turn) {
+  const Eigen::Matrix3d difference = to * from.transpose();
+  const double sine = difference(1, 0) - difference(0, 1);
+  const double cosine = difference(0, 0) + difference(1, 1);
+  const double norm = std::hypot(sine, cosine);
+  if (!(norm > 1e-3)) return false;
+  *turn << cosine / norm, -sine / norm, 0.0, sine / norm, cosine / norm, 0.0, 0.0, 0.0, 1.0;
+  return true;
+}
+
 /// Moves the whole window so that its first frame has the position and the yaw of `anchor`.
 template <typename Estimator>
 void moveWindow(const HostState& anchor, Estimator& e) {
-  const Eigen::Matrix3d M = anchor.R * e.Rs[0].transpose();
-  const double yaw = std::atan2(M(1, 0) - M(0, 1), M(0, 0) + M(1, 1));
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  R(0, 0) = R(1, 1) = std::cos(yaw);
-  R(1, 0) = std::sin(yaw);
-  R(0, 1) = -R(1, 0);
+  turnAboutVertical(anchor.R, e.Rs[0], &R);
   const Eigen::Vector3d origin = e.Ps[0];
   for (int i = 0; i < windowFrames<Estimator>(); ++i) {
     e.Ps[i] = anchor.P + R * (e.Ps[i] - origin);
