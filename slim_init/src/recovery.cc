@@ -26,7 +26,6 @@
 namespace slim_init {
 namespace {
 
-constexpr double kRadToDeg = 180.0 / M_PI;
 /// The prior is that of the first keyframe to within rounding [s].
 constexpr double kSameInstant = 1e-6;
 /// What an estimator goes on with: standard deviations of the newest velocity, a part that a host
@@ -197,12 +196,10 @@ std::vector<GateValue> recoveryGates(const PosteriorMeasures& measures, const In
   bounds.max_tilt_sigma_deg = kTiltSigmaDeg;
   std::vector<GateValue> gates =
       provisionalGates(measures, newest.velocity, newest.tilt_deg, options, bounds);
-  gates.erase(std::remove_if(gates.begin(), gates.end(),
-                             [](const GateValue& gate) {
-                               return gate.name == GateName::kScaleSigma ||
-                                      gate.name == GateName::kOtherScale;
-                             }),
-              gates.end());
+  gates.erase(
+      std::remove_if(gates.begin(), gates.end(),
+                     [](const GateValue& gate) { return gate.name == GateName::kScaleSigma; }),
+      gates.end());
   return gates;
 }
 
