@@ -11,7 +11,6 @@
 
 #include <cstdlib>
 #include <exception>
-#include <fstream>
 #include <memory>
 #include <opencv2/core/utility.hpp>
 #include <string>
@@ -19,6 +18,7 @@
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
 #include "slim_init/doctor/doctor_images.h"
+#include "slim_init/evaluation/write_file.h"
 
 namespace slim_init::tools {
 namespace {
@@ -70,11 +70,11 @@ int examineRecording(const DoctorCommand& command) {
   if (command.config_file.empty()) {
     if (error = configureFromData(command, *images, &config); !error.empty()) return fail(error);
   }
-  // Opened first: a minute of work should not end with a folder that is not there.
-  std::ofstream json;
+  // First: a minute of work should not end with a folder that is not there.
   if (!command.json.empty()) {
-    json.open(command.json, std::ios::binary);
-    if (!json) return fail("--json: " + command.json + " cannot be written");
+    if (error = evaluation::writeFile(command.json, ""); !error.empty()) {
+      return fail("--json: " + error);
+    }
   }
 
   evaluation::DoctorData data;
@@ -94,8 +94,11 @@ int examineRecording(const DoctorCommand& command) {
   data.has_rotation = config.host.has_rotation;
   data.has_translation = config.host.has_translation;
   const evaluation::DoctorReport report = evaluation::examine(data, options);
-  if (json.is_open() && !(json << evaluation::doctorJson(report)).flush()) {
-    return fail("--json: " + command.json + " cannot be written");
+  if (!command.json.empty()) {
+    if (error = evaluation::writeFile(command.json, evaluation::doctorJson(report));
+        !error.empty()) {
+      return fail("--json: " + error);
+    }
   }
   if (!command.quiet) {
     const bool color = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
