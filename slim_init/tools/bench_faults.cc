@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 
+#include "bench_options.h"
 #include "bench_windows.h"
 #include "slim_init/evaluation/sequence.h"
 #include "slim_init/evaluation/statistics.h"
@@ -166,26 +167,11 @@ int runFaultsCommand(const std::vector<std::string>& arguments) {
   std::string only;
   int places = 10;
   po::options_description table("slim_init_bench faults, options");
-  table.add_options()("help", "this text")("recorded", po::value(&recorded)->composing(),
-                                           "folder of a recording without pixels; may be repeated")(
-      "builtin", po::value(&what.builtin)->default_value(what.builtin), "built-in motion")(
-      "duration", po::value(&what.duration_s)->default_value(what.duration_s),
-      "of a built-in motion [s]")("places", po::value(&places)->default_value(places),
-                                  "starts of a sequence, spread over it")("only", po::value(&only),
-                                                                          "one fault, by name")(
-      "seed", po::value(&what.seed)->default_value(what.seed), "of the simulation");
-  try {
-    po::variables_map given;
-    po::store(po::command_line_parser(arguments).options(table).run(), given);
-    if (given.count("help") > 0) {
-      std::cout << table;
-      return 0;
-    }
-    po::notify(given);
-  } catch (const po::error& error) {
-    std::cerr << "slim_init_bench: " << error.what() << "\n";
-    return 2;
-  }
+  addSequenceOptions(&recorded, &what, &table);
+  auto add = table.add_options();
+  add("places", po::value(&places)->default_value(places), "starts of a sequence, spread over it");
+  add("only", po::value(&only), "one fault, by name");
+  if (const auto code = readOptions(table, arguments)) return *code;
   const auto& faults = streamFaults();
   if (places < 1 ||
       (!only.empty() &&

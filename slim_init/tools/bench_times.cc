@@ -14,6 +14,7 @@
 #include <memory>
 #include <sstream>
 
+#include "bench_options.h"
 #include "bench_windows.h"
 #include "methods.h"
 #include "slim_init/options.h"
@@ -299,41 +300,24 @@ int runTimesCommand(const std::vector<std::string>& arguments) {
   command.name = arguments[0];
   BenchWindows& windows = command.windows;
   po::options_description table("slim_init_bench times|growth|count, options");
-  table.add_options()("help", "this text")("recorded", po::value(&command.recorded)->composing(),
-                                           "folder of a recording without pixels; may be repeated")(
-      "builtin", po::value(&windows.builtin)->default_value(windows.builtin), "built-in motion")(
-      "duration", po::value(&windows.duration_s)->default_value(windows.duration_s),
-      "of a built-in motion [s]")(
-      "methods", po::value(&command.methods)->default_value(command.methods), "comma separated")(
-      "points", po::value(&windows.points)->default_value(windows.points), "per frame")(
-      "lines", po::value(&windows.lines)->default_value(windows.lines), "per frame")(
-      "outliers", po::value(&windows.outliers)->default_value(windows.outliers),
-      "share of the point tracks")("drift", po::value(&windows.drift)->default_value(windows.drift),
-                                   "random walk of a point track, per image and axis [px]")(
-      "keyframes", po::value(&windows.keyframes)->default_value(windows.keyframes), "per window")(
-      "seed", po::value(&windows.seed)->default_value(windows.seed), "of the simulation")(
-      "windows", po::value(&windows.limit)->default_value(windows.limit), "of a sequence, at most")(
-      "rounds", po::value(&command.rounds)->default_value(command.rounds),
-      "every window is solved as often as this")(
-      "calibration", po::value(&command.calibration)->default_value(command.calibration),
-      "slim.estimate_calibration")("answers", po::value(&command.answers),
-                                   "count: file to which all answers are appended");
-  try {
-    po::variables_map given;
-    po::store(
-        po::command_line_parser(std::vector<std::string>(arguments.begin() + 1, arguments.end()))
-            .options(table)
-            .run(),
-        given);
-    if (given.count("help") > 0) {
-      std::cout << table;
-      return 0;
-    }
-    po::notify(given);
-  } catch (const po::error& error) {
-    std::cerr << "slim_init_bench: " << error.what() << "\n";
-    return 2;
-  }
+  addSequenceOptions(&command.recorded, &windows, &table);
+  auto add = table.add_options();
+  add("methods", po::value(&command.methods)->default_value(command.methods), "comma separated");
+  add("points", po::value(&windows.points)->default_value(windows.points), "per frame");
+  add("lines", po::value(&windows.lines)->default_value(windows.lines), "per frame");
+  add("outliers", po::value(&windows.outliers)->default_value(windows.outliers),
+      "share of the point tracks");
+  add("drift", po::value(&windows.drift)->default_value(windows.drift),
+      "random walk of a point track, per image and axis [px]");
+  add("keyframes", po::value(&windows.keyframes)->default_value(windows.keyframes), "per window");
+  add("windows", po::value(&windows.limit)->default_value(windows.limit), "of a sequence, at most");
+  add("rounds", po::value(&command.rounds)->default_value(command.rounds),
+      "every window is solved as often as this");
+  add("calibration", po::value(&command.calibration)->default_value(command.calibration),
+      "slim.estimate_calibration");
+  add("answers", po::value(&command.answers), "count: file to which all answers are appended");
+  const std::vector<std::string> options(arguments.begin() + 1, arguments.end());
+  if (const auto code = readOptions(table, options)) return *code;
   if (command.name == "times") return runTimes(command);
   if (command.name == "growth") return runGrowth(command);
   return runCount(command);
