@@ -23,6 +23,7 @@
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
+#include "support/plain_method.h"
 #include "support/true_state.h"
 
 namespace slim_init {
@@ -464,16 +465,6 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
   EXPECT_NE(answer.message.find("outside the buffered IMU data"), std::string::npos);
 }
 
-// A method that does not know of them.
-class WithoutThem : public WindowSolver {
- public:
-  const std::string& name() const override { return name_; }
-  InitResult solve(const InitWindow& /*window*/) const override { return InitResult(); }
-
- private:
-  std::string name_ = "other";
-};
-
 TEST(Recovery, AMethodWithoutItSaysSo) {
   struct Foreign : IInitializer {
     std::string name_ = "foreign";
@@ -497,7 +488,7 @@ TEST(Recovery, AMethodWithoutItSaysSo) {
   EXPECT_EQ(foreign.recoverWithPrior({}).message, "foreign has no answers with a prior");
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
   const InitResult none =
-      WithoutThem().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1));
+      PlainMethod().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1));
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no answers with a prior");
 }
