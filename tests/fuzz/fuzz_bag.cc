@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "fuzz_target.h"
+#include "sequence_check.h"
 #include "slim_init/evaluation/image_sequence.h"
 
 namespace {
@@ -46,11 +47,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   slim_init::evaluation::ReadStatus status;
   const auto sequence =
       slim_init::evaluation::openRosbag(folder.file("a.bag"), {}, "", {}, &status);
-  FUZZ_CHECK((sequence != nullptr) == status.ok(), status.message);
-  FUZZ_CHECK(status.ok() || !status.message.empty(), "refused without a word");
-  for (std::size_t k = 0; sequence != nullptr && k < sequence->images(); ++k) {
-    std::string error;
-    FUZZ_CHECK(!sequence->image(k, &error).empty() || !error.empty(), "refused without a word");
-  }
+  slim_init::fuzz::checkSequence(sequence.get(), status);
   return 0;
 }
