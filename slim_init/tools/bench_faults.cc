@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "bench_faults.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <cmath>
@@ -9,28 +8,20 @@
 #include <iostream>
 #include <limits>
 #include <map>
-#include <memory>
 
+#include "bench_host.h"
 #include "bench_options.h"
 #include "bench_windows.h"
 #include "slim_init/evaluation/sequence.h"
 #include "slim_init/evaluation/statistics.h"
-#include "slim_init/vins_adapter/host_adapter.h"
 #include "stream_faults.h"
 
 namespace slim_init::tools {
 namespace {
 
 namespace po = boost::program_options;
-using vins_adapter::HostAdapter;
 
-constexpr double kFirstTrouble = 0.4;          // [s] after the start
-constexpr double kTrouble = 0.6;               // its length [s]
-constexpr double kGiveUp = 8.0;                // [s]
-constexpr double kFrameInterval = 0.09;        // a host takes every second image of 20 Hz [s]
-constexpr double kTransport = 0.03;            // from the exposure of an image to its tracks [s]
-constexpr std::size_t kHostFrames = 11;        // in the host's window
-constexpr double kRight = 0.1, kWrong = 0.25;  // relative error of the scale
+constexpr double kGiveUp = 8.0;  // a host that is not answered ends here [s]
 
 // What the starts under one fault came to.
 struct Tally {
@@ -40,92 +31,12 @@ struct Tally {
   std::map<std::string, int> refusals;
 };
 
-Streams streamsFrom(const evaluation::Sequence& sequence, double start) {
-  Streams streams;
-  streams.calibration = sequence.calibration;
-  for (const ImuSample& sample : sequence.imu) {
-    if (sample.t >= start && sample.t < start + kGiveUp) {
-      streams.imu.push_back({sample.t, sample.t, sample});
-    }
-  }
-  for (const FrameObservation& frame : sequence.frames) {
-    const double t = sequence.trueCalibration().imuTime(frame.t);
-    if (t < start || t >= start + kGiveUp) continue;
-    if (!streams.frames.empty() && t < streams.frames.back().true_t + kFrameInterval) continue;
-    streams.frames.push_back({t + kTransport, t, frame});
-  }
-  return streams;
-}
-
-template <typename Message>
-void sortByArrival(std::vector<Delivered<Message>>* list) {
-  std::stable_sort(list->begin(), list->end(),
-                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
-}
-
-// A host at its start: it keeps the newest frames and asks at each of them.
-class Host {
- public:
-  Host(const evaluation::Sequence& sequence, const Streams& streams)
-      : sequence_(sequence),
-        adapter_(HostAdapter::create(
-            makeInitializer(streams.calibration, HostAdapter::hostDefaults()), {}, nullptr)) {}
-
-  bool isMade() const { return adapter_ != nullptr; }
-  void restart() {
-    adapter_->reset();
-    window_.clear();
-  }
-  void add(const ImuSample& sample) { adapter_->addImu(sample.t, sample.accel, sample.gyro); }
-
-  /// True where that was the frame of an answer.
-  bool add(const Delivered<FrameObservation>& frame) {
-    const AddStatus status = adapter_->addFrame(frame.message);
-    if (!isAdded(status)) return false;
-    if (status == AddStatus::kRestarted) window_.clear();
-    window_[frame.message.t] = frame.true_t;
-    if (window_.size() > kHostFrames) window_.erase(window_.begin());
-    std::vector<double> stamps;
-    for (const auto& [stamp, true_t] : window_) stamps.push_back(stamp);
-    answer_ = adapter_->seed(stamps);
-    return answer_.success();
-  }
-
-  const std::string refusal() const { return toString(answer_.verdict.status); }
-
-  /// Of the answer: spread of its positions over that of the true ones, minus one; NaN without
-  /// truth.
-  double scaleError() const {
-    const auto n = static_cast<Eigen::Index>(window_.size());
-    Eigen::Matrix3Xd estimate(3, n), truth(3, n);
-    Eigen::Index k = 0;
-    for (const auto& [stamp, true_t] : window_) {
-      estimate.col(k) = answer_.window.states[static_cast<std::size_t>(k)].P;
-      truth.col(k++) = evaluation::truthAt(sequence_, true_t).p_w_b;
-    }
-    const auto spread = [](const Eigen::Matrix3Xd& p) {
-      return (p.colwise() - p.rowwise().mean()).norm();
-    };
-    return spread(estimate) / spread(truth) - 1.0;
-  }
-
- private:
-  const evaluation::Sequence& sequence_;
-  std::unique_ptr<HostAdapter> adapter_;
-  std::map<double, double> window_;  // stamp and true time
-  vins_adapter::HostAnswer answer_;
-};
-
 void start(const evaluation::Sequence& sequence, double at, const StreamFault& fault,
            std::mt19937_64* random, Tally* tally) {
-  Streams streams = streamsFrom(sequence, at);
+  Streams streams = streamsFrom(sequence, at, kGiveUp);
   if (streams.imu.empty() || streams.frames.empty()) return;
-  const Trouble whole = {at, at + kGiveUp};
-  const Trouble passing = {at + kFirstTrouble, at + kFirstTrouble + kTrouble};
-  fault.apply(fault.lasts ? whole : passing, random, &streams);
-  sortByArrival(&streams.imu);
-  sortByArrival(&streams.frames);
-  Host host(sequence, streams);
+  applyFault(fault, at, kGiveUp, random, &streams);
+  BenchHost host(sequence, streams.calibration);
   if (!host.isMade()) return;
   ++tally->starts;
   std::size_t next = 0;
@@ -137,16 +48,16 @@ void start(const evaluation::Sequence& sequence, double at, const StreamFault& f
     while (next < streams.imu.size() && streams.imu[next].arrival <= frame.arrival) {
       host.add(streams.imu[next++].message);
     }
-    if (!host.add(frame)) continue;
+    if (!host.add(frame) || !host.seed()) continue;
     const double error = std::abs(host.scaleError());
     ++tally->accepted;
-    tally->right += error < kRight ? 1 : 0;
-    tally->wrong += error > kWrong ? 1 : 0;
+    tally->right += error < kRightScale ? 1 : 0;
+    tally->wrong += error > kWrongScale ? 1 : 0;
     tally->worst = std::max(tally->worst, error);
     tally->seconds.push_back(frame.arrival - at);
     return;
   }
-  ++tally->refusals[host.refusal()];
+  ++tally->refusals[toString(host.answer().verdict.status)];
 }
 
 std::string refusalsOf(const Tally& tally) {
@@ -198,7 +109,7 @@ int runFaultsCommand(const std::vector<std::string>& arguments) {
   std::printf(
       "| fault | what | starts | accepted | within %.0f %% | beyond %.0f %% | largest | "
       "median s | p90 s | last refusals |\n|---|---|---|---|---|---|---|---|---|---|\n",
-      100.0 * kRight, 100.0 * kWrong);
+      100.0 * kRightScale, 100.0 * kWrongScale);
   for (std::size_t f = 0; f < faults.size(); ++f) {
     const Tally& tally = tallies[f];
     if (tally.starts == 0) continue;

@@ -6,7 +6,8 @@
 // SLIM_INIT_BENCH_SEQUENCE=DIR adds the image front end on the recording in that ASL folder.
 //
 // `slim_init_bench times`, `growth` and `count` (each with --help) print tables of whole solves
-// instead, also on recorded motion (bench_times.h).
+// instead, also on recorded motion (bench_times.h); `faults` and `soak` run a host on streams with
+// faults (bench_faults.h, bench_soak.h).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -20,6 +21,7 @@
 #include "bench_front_end.h"
 #endif
 #include "bench_faults.h"
+#include "bench_soak.h"
 #include "bench_times.h"
 #include "bench_windows.h"
 #include "methods.h"
@@ -128,6 +130,9 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (!arguments.empty() && arguments[0] == "faults") {
     return slim_init::tools::runFaultsCommand({arguments.begin() + 1, arguments.end()});
+  }
+  if (!arguments.empty() && arguments[0] == "soak") {
+    return slim_init::tools::runSoakCommand({arguments.begin() + 1, arguments.end()});
   }
   if (slim_init::tools::isTimesCommand(arguments)) {
     return slim_init::tools::runTimesCommand(arguments);

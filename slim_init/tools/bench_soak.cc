@@ -1,0 +1,298 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "bench_soak.h"
+
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include "bench_host.h"
+#include "bench_options.h"
+#include "bench_windows.h"
+#include "exit_code.h"
+#include "slim_init/evaluation/statistics.h"
+
+namespace slim_init::tools {
+namespace {
+
+namespace po = boost::program_options;
+
+constexpr double kHealthy = 1.5;    // from an answer to the failure of the host [s]
+constexpr double kGiveUp = 8.0;     // a host that is not answered asks no longer than this [s]
+constexpr double kRestarts = 0.25;  // share of the starts at which the host forgets its data
+// Both streams stop before the next start [s], which is another place of the recording: longer than
+// any window, so that none has data of two places.
+constexpr double kPause = 4.0;
+// Every start has tracks of its own; faults renumber tracks by 1000000.
+constexpr FeatureId kTracksOfAStart = 10000000;
+constexpr int kQuarters = 4;
+
+struct SoakOptions {
+  double hours = 24.0;          // simulated
+  double every = 60.0;          // from one start of the host to the next [s]
+  double ask = 0.5;             // from one question to the next [s]
+  double memory_growth = 4.0;   // [MiB]
+  double time_growth = 1.5;     // ratio of the times
+  double answer_growth = 0.02;  // share of the answers
+};
+
+// A recording and the host that flies it.
+struct Flight {
+  evaluation::Sequence sequence;
+  std::unique_ptr<BenchHost> host;
+};
+
+// One line of the table, or several together.
+struct Period {
+  int starts = 0, questions = 0, answers = 0, wrong = 0, failures = 0, recovered = 0;
+  std::int64_t samples = 0, frames = 0;
+  std::vector<double> ms;
+  double mean_ms = kNotComputed, median_ms = kNotComputed, p99_ms = kNotComputed,
+         memory = kNotComputed;
+};
+
+double threadMs() {
+  timespec time;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+// Resident memory of this process [MiB].
+double residentMemory() {
+  std::ifstream file("/proc/self/statm");
+  double size = 0.0, resident = kNotComputed;
+  file >> size >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1048576.0;
+}
+
+// From the time of the recording to that of the day, with new tracks.
+void move(double seconds, FeatureId tracks, Streams* streams) {
+  for (auto& imu : streams->imu) {
+    imu.arrival += seconds;
+    imu.message.t += seconds;
+  }
+  for (auto& frame : streams->frames) {
+    frame.arrival += seconds;
+    frame.message.t += seconds;
+    for (PointObservation& point : frame.message.points) point.id += tracks;
+    for (LineObservation& line : frame.message.lines) line.id += tracks;
+  }
+  streams->restart += seconds;
+}
+
+// The host starts, asks until it is answered, fails a while later, asks to recover until that is
+// answered, and flies on.
+void fly(Streams streams, double ask, BenchHost* host, Period* period) {
+  ++period->starts;
+  host->setTd(streams.calibration.td);
+  enum class Flying { kStarts, kFlies, kFailed, kRecovered } now = Flying::kStarts;
+  double since = streams.frames.front().arrival;  // when it began to [s]
+  double asked = -std::numeric_limits<double>::infinity();
+  std::size_t next = 0;
+  for (const auto& frame : streams.frames) {
+    if (streams.restart <= frame.arrival) {
+      host->restart();
+      streams.restart = std::numeric_limits<double>::infinity();
+    }
+    while (next < streams.imu.size() && streams.imu[next].arrival <= frame.arrival) {
+      host->add(streams.imu[next++].message);
+      ++period->samples;
+    }
+    ++period->frames;
+    if (!host->add(frame)) continue;
+    if (now == Flying::kFlies && frame.arrival >= since + kHealthy) {
+      now = Flying::kFailed;
+      since = frame.arrival;
+      ++period->failures;
+    }
+    const bool asks = now == Flying::kStarts || now == Flying::kFailed;
+    if (!asks || frame.arrival > since + kGiveUp || frame.arrival < asked + ask) continue;
+    asked = frame.arrival;
+    const double begin = threadMs();
+    const bool answered = now == Flying::kFailed ? host->recover() : host->seed();
+    period->ms.push_back(threadMs() - begin);
+    ++period->questions;
+    if (!answered) continue;
+    if (now == Flying::kFailed) {
+      now = Flying::kRecovered;
+      ++period->recovered;
+    } else {
+      now = Flying::kFlies;
+      since = frame.arrival;
+      ++period->answers;
+      period->wrong += std::abs(host->scaleError()) > kWrongScale ? 1 : 0;
+    }
+  }
+}
+
+void printRow(double hour, const Period& period) {
+  std::printf("| %.2f | %d | %lld | %lld | %d | %d | %d | %d | %d | %.2f | %.2f | %.2f | %.1f |\n",
+              hour, period.starts, static_cast<long long>(period.samples),
+              static_cast<long long>(period.frames), period.questions, period.answers, period.wrong,
+              period.failures, period.recovered, period.mean_ms, period.median_ms, period.p99_ms,
+              period.memory);
+  std::fflush(stdout);
+}
+
+// What a quarter of the day came to: sums, medians of the times, and the most memory.
+Period together(const std::vector<Period>& periods) {
+  Period all;
+  std::vector<double> means, medians, p99;
+  all.memory = 0.0;
+  for (const Period& period : periods) {
+    all.starts += period.starts;
+    all.questions += period.questions;
+    all.answers += period.answers;
+    all.wrong += period.wrong;
+    all.failures += period.failures;
+    all.recovered += period.recovered;
+    means.push_back(period.mean_ms);
+    medians.push_back(period.median_ms);
+    p99.push_back(period.p99_ms);
+    all.memory = std::max(all.memory, period.memory);
+  }
+  all.mean_ms = evaluation::median(means);
+  all.median_ms = evaluation::median(medians);
+  all.p99_ms = evaluation::median(p99);
+  return all;
+}
+
+// Prints what was measured and its bound; false where it is beyond.
+bool holds(const char* what, double measured, double bound, const char* unit) {
+  const bool ok = measured <= bound;
+  std::printf("%s: %.3f%s, at most %.3f%s%s\n", what, measured, unit, bound, unit,
+              ok ? "" : ": TOO MUCH");
+  return ok;
+}
+
+// Both quarters have had the same faults in the same places.
+bool isWithoutDrift(const Period& first, const Period& last, const SoakOptions& options) {
+  std::printf("\nlast quarter against the first, which had the same faults at the same places:\n");
+  const auto apart = [](int a, int b) { return std::abs(a - b) / std::max(1.0, 1.0 * a); };
+  // All are printed, whatever becomes of the first.
+  int beyond = 0;
+  beyond += !holds("resident memory", last.memory - first.memory, options.memory_growth, " MiB");
+  beyond +=
+      !holds("mean of a question, ratio", last.mean_ms / first.mean_ms, options.time_growth, "");
+  beyond += !holds("median of a question, ratio", last.median_ms / first.median_ms,
+                   options.time_growth, "");
+  beyond += !holds("p99 of a question, ratio", last.p99_ms / first.p99_ms, options.time_growth, "");
+  beyond +=
+      !holds("answers, difference", apart(first.answers, last.answers), options.answer_growth, "");
+  beyond += !holds("recoveries, difference", apart(first.recovered, last.recovered),
+                   options.answer_growth, "");
+  return beyond == 0;
+}
+
+std::vector<Flight> flightsOf(BenchWindows what, std::vector<std::string> recorded) {
+  if (recorded.empty()) recorded.push_back("");
+  std::vector<Flight> flights(recorded.size());
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    what.recorded = recorded[i];
+    flights[i].sequence = benchSequence(what);
+  }
+  // The hosts keep pointers to the sequences, which stay where they are from here on.
+  for (Flight& flight : flights) {
+    flight.host = std::make_unique<BenchHost>(flight.sequence, flight.sequence.calibration);
+  }
+  return flights;
+}
+
+int soak(std::vector<Flight> flights, unsigned seed, const SoakOptions& options) {
+  const int rows =
+      kQuarters * std::max(1, static_cast<int>(std::lround(options.hours / kQuarters)));
+  const int starts = std::max(1, static_cast<int>(options.hours * 3600.0 / options.every / rows));
+  std::printf(
+      "| hour | starts | samples | images | questions | answers | beyond %.0f %% | failures | "
+      "recoveries | mean ms | median ms | p99 ms | MiB "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      100.0 * kWrongScale);
+  const double seconds = options.every - kPause;
+  std::vector<std::vector<Period>> quarters(kQuarters);
+  std::vector<double> ms;
+  std::mt19937_64 random;
+  int done = 0;
+  for (int row = 0; row < rows; ++row) {
+    if (row % (rows / kQuarters) == 0) {
+      // Every quarter of the day is the same, so that all that differs between them is their age.
+      random.seed(seed);
+      for (Flight& flight : flights) flight.host->restart();
+    }
+    Period period;
+    period.ms.swap(ms);
+    period.ms.clear();
+    for (int k = 0; k < starts; ++k, ++done) {
+      Flight& flight = flights[random() % flights.size()];
+      const StreamFault& fault = streamFaults()[random() % streamFaults().size()];
+      const double first = flight.sequence.frames.front().t + 0.5;
+      const double last = flight.sequence.frames.back().t - seconds;
+      const double at = std::uniform_real_distribution<double>(first, last)(random);
+      const bool restarts = std::uniform_real_distribution<double>()(random) < kRestarts;
+      Streams streams = streamsFrom(flight.sequence, at, seconds);
+      if (streams.imu.empty() || streams.frames.empty()) continue;
+      applyFault(fault, at, seconds, &random, &streams);
+      if (streams.imu.empty() || streams.frames.empty()) continue;
+      move(done * options.every - at, done * kTracksOfAStart, &streams);
+      if (restarts) flight.host->restart();
+      fly(std::move(streams), options.ask, flight.host.get(), &period);
+    }
+    period.mean_ms = evaluation::mean(period.ms);
+    period.median_ms = evaluation::median(period.ms);
+    period.p99_ms = evaluation::quantile(period.ms, 0.99);
+    period.ms.swap(ms);
+    period.memory = residentMemory();
+    printRow(done * options.every / 3600.0, period);
+    quarters[static_cast<std::size_t>(kQuarters * row / rows)].push_back(period);
+  }
+  return isWithoutDrift(together(quarters.front()), together(quarters.back()), options) ? 0 : 1;
+}
+
+}  // namespace
+
+int runSoakCommand(const std::vector<std::string>& arguments) {
+  BenchWindows what;
+  what.duration_s = 120.0;
+  what.outliers = 0.03;
+  what.drift = 0.04;
+  std::vector<std::string> recorded;
+  SoakOptions options;
+  po::options_description table("slim_init_bench soak, options");
+  addSequenceOptions(&recorded, &what, &table);
+  auto add = table.add_options();
+  const auto number = [](double* value) { return po::value(value)->default_value(*value); };
+  add("hours", number(&options.hours), "simulated");
+  add("every", number(&options.every), "from one start of the host to the next [s]");
+  add("ask", number(&options.ask), "from one question of the host to the next [s]");
+  add("memory-growth", number(&options.memory_growth),
+      "of the last quarter against the first, at most [MiB]");
+  add("time-growth", number(&options.time_growth), "ratio of the time of a question, at most");
+  add("answer-growth", number(&options.answer_growth),
+      "difference of the answers, at most (share)");
+  if (const auto code = readOptions(table, arguments)) return *code;
+  if (!(options.hours > 0.0 && options.hours <= 1000.0) || !(options.ask > 0.0)) {
+    std::cerr << "slim_init_bench: --hours is " << options.hours
+              << ", must be in (0, 1000]; --ask is " << options.ask << ", must be positive\n";
+    return kExitBadInput;
+  }
+  std::vector<Flight> flights = flightsOf(what, recorded);
+  for (const Flight& flight : flights) {
+    const auto& frames = flight.sequence.frames;
+    const double longest = frames.back().t - frames.front().t - 1.0 + kPause;
+    if (options.every >= 2.0 * kPause && options.every <= longest) continue;
+    std::cerr << "slim_init_bench: --every is " << options.every << " s, must be from "
+              << 2.0 * kPause << " to " << longest << " s with " << flight.sequence.name << "\n";
+    return kExitBadInput;
+  }
+  return soak(std::move(flights), what.seed, options);
+}
+
+}  // namespace slim_init::tools
