@@ -541,7 +541,7 @@ TEST(FrontEnd, EqualInputsGiveEqualFramesWhateverTheThreads) {
     return 0.5 * textures::rich(wall, u, v) + 0.5 * textures::panels(wall, u, v);
   };
   std::vector<FrameObservation> last;
-  for (const int threads : {1, 2}) {
+  for (const int threads : {1, 2, 8}) {
     cv::setNumThreads(threads);
     RoomWalk walk(smallCamera(), BoxRoom(kRoom, mixed), Motion(), 1);
     last.push_back(run(&walk, smallOptions(), 12).last);
@@ -550,6 +550,7 @@ TEST(FrontEnd, EqualInputsGiveEqualFramesWhateverTheThreads) {
   EXPECT_FALSE(last[0].points.empty());
   EXPECT_FALSE(last[0].lines.empty());
   EXPECT_TRUE(same(last[0], last[1]));
+  EXPECT_TRUE(same(last[0], last[2]));
 }
 
 TEST(FrontEnd, ColourImagesAreTakenAsGrey) {

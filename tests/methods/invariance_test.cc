@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <random>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "slim_init/baselines/baselines.h"
 #include "support/exact_window.h"
@@ -115,6 +118,42 @@ TEST_P(Invariance, ParallelSolvesAgree) {
 INSTANTIATE_TEST_SUITE_P(Methods, Invariance,
                          ::testing::ValuesIn(baselines::namesOf(baselines::methods())),
                          methodTestName);
+
+// Eight threads, each with all methods and windows in an order of its own.
+TEST(Threads, MethodsAtOnceGiveWhatEachGivesAlone) {
+  struct Task {
+    std::unique_ptr<WindowSolver> solver;
+    std::shared_ptr<const InitWindow> window;
+    InitResult alone;
+  };
+  std::vector<Task> tasks;
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    ExactWindowOptions options;
+    options.seed = seed;
+    const std::shared_ptr<const InitWindow> window = noisyWindow(options).window;
+    for (const std::string& name : baselines::namesOf(baselines::methods())) {
+      tasks.push_back({baselines::makeMethod(name, InitializerOptions()), window, InitResult()});
+      tasks.back().alone = tasks.back().solver->solve(*window);
+    }
+  }
+  constexpr std::size_t kThreads = 8;
+  std::vector<std::vector<InitResult>> results(kThreads, std::vector<InitResult>(tasks.size()));
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < kThreads; ++i) {
+    threads.emplace_back([&tasks, &results, i] {
+      for (std::size_t k = 0; k < tasks.size(); ++k) {
+        const std::size_t task = (k + i * tasks.size() / kThreads) % tasks.size();
+        results[i][task] = tasks[task].solver->solve(*tasks[task].window);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<InitResult>& of_thread : results) {
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      EXPECT_TRUE(sameBytes(tasks[k].alone, of_thread[k])) << tasks[k].solver->name();
+    }
+  }
+}
 
 TEST(SlimPaperSwitches, WithoutLinesTheLineTermsChangeNothing) {
   ExactWindowOptions options;

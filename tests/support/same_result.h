@@ -18,9 +18,12 @@ inline bool sameBytes(const InitResult& a, const InitResult& b) {
   for (std::size_t k = 0; k < a.states.size(); ++k) {
     const NavState &s = a.states[k], &t = b.states[k];
     if (!same(s.R_w_b, t.R_w_b) || !same(s.p_w_b, t.p_w_b) || !same(s.v_w_b, t.v_w_b)) return false;
+    if (!same(s.gyro_bias, t.gyro_bias) || !same(s.accel_bias, t.accel_bias)) return false;
   }
-  return same(a.gyro_bias, b.gyro_bias) && same(a.gravity_b0, b.gravity_b0) &&
-         std::memcmp(&a.scale, &b.scale, sizeof(double)) == 0;
+  return same(a.gyro_bias, b.gyro_bias) && same(a.accel_bias, b.accel_bias) &&
+         same(a.gravity_b0, b.gravity_b0) && std::memcmp(&a.scale, &b.scale, sizeof(double)) == 0 &&
+         std::memcmp(&a.scale_sigma, &b.scale_sigma, sizeof(double)) == 0 &&
+         a.covariance.size() == b.covariance.size() && same(a.covariance, b.covariance);
 }
 
 }  // namespace slim_init::testing_support

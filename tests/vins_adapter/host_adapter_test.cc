@@ -5,12 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <thread>
 
 #include "geometry/so3.h"
 #include "support/exact_window.h"
+#include "support/same_result.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -357,6 +359,45 @@ TEST_F(HostAdapterTest, LinesFromAnotherThread) {
   lines.join();
   EXPECT_EQ(adapter->counts().lines_merged, 31);
   EXPECT_TRUE(adapter->seed(stamps(30)).success());
+}
+
+// Hosts in one process share nothing that an answer depends on: each asks at every frame.
+TEST(HostAdapterThreads, EightHostsAtOnceGiveTheAnswersOfOne) {
+  ExactWindowOptions noisy = tenHertz();
+  noisy.pixel_noise = 0.6;
+  noisy.imu_noise = true;
+  const ExactWindow flight = makeExactWindow(noisy);
+  const auto fly = [&flight] {
+    std::vector<InitResult> answers;
+    const auto adapter = HostAdapter::create(
+        makeInitializer(flight.calibration, HostAdapter::hostDefaults()), {}, nullptr);
+    std::size_t next = 0;
+    std::vector<double> stamps;
+    for (std::size_t k = 0; k < flight.keyframes.size(); ++k) {
+      while (next < flight.imu.size() &&
+             (next == 0 || flight.imu[next - 1].t < flight.truth[k].t)) {
+        const ImuSample& sample = flight.imu[next++];
+        adapter->addImu(sample.t, sample.accel, sample.gyro);
+      }
+      adapter->addFrame(flight.keyframes[k]);
+      stamps.push_back(flight.keyframes[k].t);
+      if (stamps.size() > kHostFrames) stamps.erase(stamps.begin());
+      if (stamps.size() == kHostFrames) answers.push_back(adapter->seed(stamps).verdict);
+    }
+    return answers;
+  };
+  const std::vector<InitResult> alone = fly();
+  EXPECT_TRUE(std::any_of(alone.begin(), alone.end(), [](const auto& a) { return a.success(); }));
+  std::vector<std::vector<InitResult>> hosts(8);
+  std::vector<std::thread> threads;
+  for (std::vector<InitResult>& host : hosts) threads.emplace_back([&] { host = fly(); });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<InitResult>& host : hosts) {
+    ASSERT_EQ(host.size(), alone.size());
+    for (std::size_t k = 0; k < alone.size(); ++k) {
+      EXPECT_TRUE(sameBytes(alone[k], host[k])) << k;
+    }
+  }
 }
 
 }  // namespace
