@@ -1,20 +1,22 @@
 #!/usr/bin/env bash
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #
-# The whole suite under sanitizers, then every fuzz target; for a night, beside .ci/run.
-#   ./tests/nightly.sh                    all three parts
-#   ./tests/nightly.sh asan|tsan|fuzz     one of them
-# FUZZ_SECONDS (600) is the time of each fuzz target, SLIM_INIT_JOBS the number of processes.
-# Packages are those of tests/run.sh, and clang for the fuzz targets.
+# What takes a night, beside .ci/run: the whole suite under sanitizers, every fuzz target, builds
+# compared with each other, a day of simulated time.
+#   ./tests/nightly.sh                                all of it
+#   ./tests/nightly.sh asan|tsan|fuzz|compare|soak    one part
+# FUZZ_SECONDS (600) is the time of each fuzz target, SOAK_HOURS (24) the simulated time,
+# SLIM_INIT_JOBS the number of processes.
+# Packages are those of tests/run.sh, and clang for fuzz and compare.
 set -euo pipefail
 cd "$(dirname -- "${BASH_SOURCE[0]}")/.."
 # shellcheck source=launch/setup.sh
 source launch/setup.sh
 
 case "${1:-all}" in
-  all | asan | tsan | fuzz) part="${1:-all}" ;;
+  all | asan | tsan | fuzz | compare | soak) part="${1:-all}" ;;
   *)
-    sed -n '4,8s/^# *//p' "${BASH_SOURCE[0]}"
+    sed -n '4,11s/^# *//p' "${BASH_SOURCE[0]}"
     exit 2
     ;;
 esac
@@ -57,7 +59,16 @@ seeds() {
   fi
 }
 
+soak() {
+  slim_init_configure
+  slim_init_build --target slim_init_bench
+  slim_init_say "${SOAK_HOURS:-24} hours of simulated time"
+  "${SLIM_INIT_BUILD_DIR}/bin/slim_init_bench" soak --hours "${SOAK_HOURS:-24}"
+}
+
 [[ "${part}" == all || "${part}" == asan ]] && suite debug-asan-ubsan
 [[ "${part}" == all || "${part}" == tsan ]] && suite tsan
 [[ "${part}" == all || "${part}" == fuzz ]] && fuzz
+[[ "${part}" == all || "${part}" == compare ]] && ./tests/compare_builds.sh
+[[ "${part}" == all || "${part}" == soak ]] && soak
 exit 0
