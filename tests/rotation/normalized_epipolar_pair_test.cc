@@ -237,6 +237,9 @@ TEST(PairPoints, ConsensusFindsTheBaselineAmongOutliers) {
       scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, Vector3d::Zero(), &scratch);
   EXPECT_GT(std::abs(found.direction.dot(t.normalized())), std::cos(0.1));
   EXPECT_LT(found.cost, 60 * 9.0 * 0.6);
+  // The outliers, but for those that happen to lie along their epipolar line.
+  EXPECT_LE(found.truncated, 20);
+  EXPECT_GE(found.truncated, 12);
   // The same direction handed in wins or is bettered.
   const ConsensusBaseline again =
       scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, t.normalized(), &scratch);
@@ -274,6 +277,7 @@ TEST(PairPoints, WithoutHypothesesTheBaselineAtHandIsRated) {
       scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, Vector3d::Zero(), &scratch);
   EXPECT_EQ(nothing.direction, Vector3d::Zero());
   EXPECT_EQ(nothing.cost, 60 * 9.0);
+  EXPECT_EQ(nothing.truncated, 60);
 }
 
 TEST(NormalizedEpipolarPair, ScatteredGradientsSumToTheGradient) {

@@ -141,6 +141,10 @@ inline constexpr int kStartGap = 2;
 inline constexpr int kScoreGap = 4;
 /// A rival must be better than the noise of the consensus: its cost less than this share.
 inline constexpr double kScoreMargin = 0.99;
+/// Mean squared residual of the points within the truncation up to which a candidate has no rivals
+/// [sigma^2]: 0.97 for noise as assumed. At a wrong bias what agrees fits badly too, 1.2 and more;
+/// gross errors alone leave it where it is.
+inline constexpr double kFittingInliers = 0.95;
 /// Residuals of the consensus cost are truncated at this many standard deviations.
 inline constexpr double kTruncationSigmas = 3.0;
 /// Gap of the pairs that check the calibration [keyframes]: over two a camera has turned enough and

@@ -95,6 +95,7 @@ ConsensusBaseline PairPoints::consensusBaseline(const Eigen::Matrix3d& R_ci_cj, 
   const double truncation2 = options.truncation_sigmas * options.truncation_sigmas;
   ConsensusBaseline out;
   out.cost = truncation2 * count_;
+  out.truncated = count_;
   if (count_ < 2) return out;
   rotateInto(R_ci_cj, scratch);
   const auto f = scratch->f.topRows(count_);
@@ -124,6 +125,7 @@ ConsensusBaseline PairPoints::consensusBaseline(const Eigen::Matrix3d& R_ci_cj, 
     const float sum = scratch->z2.head(count_).sum();
     if (sum < best_cost) {
       best_cost = sum;
+      out.truncated = static_cast<int>((scratch->z2.head(count_) >= t2).count());
       out.direction = e.cast<double>();
     }
     if (h < 0 && best_cost < enough) break;

@@ -65,9 +65,10 @@ constexpr RefinementSchedule kThorough = {{{1.5, Baselining::kSearchAllGaps, {{5
 
 // A bias with the tracks that agree with it.
 struct Candidate {
-  TrackPruning pruning;  // of the last pass
-  BiasMinimum minimum;   // baselines those of the score
-  double score = 0.0;    // mean truncated squared residual over all points [sigma^2]
+  TrackPruning pruning;      // of the last pass
+  BiasMinimum minimum;       // baselines those of the score
+  double score = 0.0;        // mean truncated squared residual over all points [sigma^2]
+  double inlier_cost = 0.0;  // the same over the points that are not truncated
 };
 
 class ConsensusSearch {
@@ -128,6 +129,7 @@ class ConsensusSearch {
                                                      std::move(out.minimum.baselines));
     out.minimum.baselines = std::move(rated.baselines);
     out.score = rated.cost;
+    out.inlier_cost = rated.inlier_cost;
     return out;
   }
 
@@ -193,7 +195,7 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
     gaps = search.gapsOf(kThorough);
     best = search.refine(best.minimum, kThorough);
     for (const Approach& approach : kRivalApproaches) {
-      if (out.candidates > options.candidates) break;
+      if (out.candidates > options.candidates || best.inlier_cost <= kFittingInliers) break;
       ++out.candidates;
       std::optional<Candidate> next =
           search.refineRival(search.start(approach, ConsecutivePairs::kUse), kThorough, &best);
