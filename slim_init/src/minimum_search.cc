@@ -23,10 +23,15 @@ RefinedWindow refine(const RefinementInput& input, const std::vector<Track>& lin
                       options.refinement, options.inertial, input.rig);
 }
 
-// A wrong minimum shows in its chi-square; with few tracks one bad one among them does not.
+// A wrong minimum shows in its chi-square, over all views and over the better half of them; with
+// gross errors among the tracks the right one shows in the first alone.
+bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
+  return refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
+}
+
+// With few tracks a bad one among them does not show.
 bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& options) {
-  return !refined.valid || refined.chi2 > options.refinement.suspicious_chi2 ||
-         refined.point_tracks < options.slim.few_tracks;
+  return !fits(refined, options) || refined.point_tracks < options.slim.few_tracks;
 }
 
 // Starts from the tracks that agree with one inertial trajectory; and where that does not help,
@@ -40,8 +45,9 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
   const std::vector<WindowState> agreeing =
       consistentStartingStates(input.tracks, input.pre, input.R_c0_ck, options.slim,
                                options.alignment, options.reverse_alignment, options.inertial);
+  makeCostExact(input, lines, options, refined);
   if (!agreeing.empty()) keepLower(refine(input, lines, agreeing, StartMode::kFine, options));
-  if (refined->valid && refined->chi2 <= options.refinement.suspicious_chi2) return;
+  if (fits(*refined, options)) return;
   keepLower(refine(input, lines, agreeing.empty() ? starts : agreeing, StartMode::kCoarseToFine,
                    options));
 }
@@ -53,6 +59,7 @@ void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines
                         std::vector<WindowState> starts, const InitializerOptions& options,
                         RefinedWindow* refined) {
   if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.sightings)) return;
+  makeCostExact(input, lines.tracks, options, refined);
   if (refined->valid) starts.insert(starts.begin(), refined->state);
   const RefinedWindow points = refine(input, {}, starts, StartMode::kFine, options);
   if (!points.valid) return;
@@ -62,6 +69,13 @@ void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines
 }
 
 }  // namespace
+
+void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines,
+                   const InitializerOptions& options, RefinedWindow* refined) {
+  if (!refined->valid || !refined->cost_is_bound) return;
+  const RefinedWindow exact = refine(input, lines, {refined->state}, StartMode::kFine, options);
+  if (exact.valid) *refined = exact;
+}
 
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
   const WindowState& state = refined.state;
@@ -92,7 +106,7 @@ AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowSt
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
                             const std::vector<WindowState>& starts,
                             const InitializerOptions& options) {
-  RefinedWindow refined = refine(input, lines.tracks, starts, StartMode::kFine, options);
+  RefinedWindow refined = refine(input, lines.tracks, starts, StartMode::kRough, options);
   if (options.slim.second_search && isSuspicious(refined, options)) {
     searchAgain(input, lines.tracks, starts, options, &refined);
   }

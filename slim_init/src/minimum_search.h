@@ -40,6 +40,11 @@ RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& l
                             const std::vector<WindowState>& starts,
                             const InitializerOptions& options);
 
+/// Minimises again from `refined` where its cost is an upper bound (StartMode::kRough), so that it
+/// can be compared with others. `lines` as it was refined with.
+void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines,
+                   const InitializerOptions& options, RefinedWindow* refined);
+
 /// Posterior of a refined window, of the rig as well where that was estimated.
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined);
 

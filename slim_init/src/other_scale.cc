@@ -42,11 +42,13 @@ ScaleProfile searchOtherScale(const RefinementInput& input, const AgreeingLines&
   if (!profile.valid || std::abs(profile.log_ratio) < ScaleProfile::kSameBasin) return profile;
   // Without lines where the answer has none: its cost is compared.
   const std::vector<Track> tracks = refined->line_tracks > 0 ? lines.tracks : std::vector<Track>();
+  RefinedWindow here = *refined;
+  makeCostExact(input, tracks, options, &here);
   const RefinedWindow other =
       refineWindow(input.tracks, tracks, input.pre, input.vanishing_points,
                    {resized(refined->state, std::exp(profile.log_ratio))}, StartMode::kFine,
                    options.refinement, options.inertial, input.rig);
-  if (!other.valid || !(other.cost < refined->cost)) return profile;
+  if (!other.valid || !(other.cost < here.cost)) return profile;
   const Posterior of_other = posteriorOf(input.tracks, other);
   if (!of_other.valid) return profile;
   *refined = other;

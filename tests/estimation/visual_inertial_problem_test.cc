@@ -8,7 +8,10 @@
 #include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <random>
 
@@ -323,6 +326,62 @@ TEST(VisualInertialProblem, InformationPredictsTheScatterOfTheScale) {
     sum += z * z;
   }
   EXPECT_TRUE(isChiSquare(sum, kWindows));
+}
+
+// Squared length of a Gauss-Newton step from the answer, in standard deviations of the positions.
+double stepLeft(const WindowState& answer, VisualInertialProblem* map) {
+  WindowState next = answer;
+  EXPECT_TRUE(map->resume(1, 1e9, &next).valid) << "one step, whatever its length";
+  const int n = answer.size();
+  const Eigen::MatrixXd covariance = map->information().inverse();
+  Eigen::VectorXd step(3 * (n - 1));
+  Eigen::MatrixXd P(3 * (n - 1), 3 * (n - 1));
+  for (int a = 1; a < n; ++a) {
+    step.segment<3>(3 * (a - 1)) = next.p_b0.col(a) - answer.p_b0.col(a);
+    for (int b = 1; b < n; ++b) {
+      P.block<3, 3>(3 * (a - 1), 3 * (b - 1)) =
+          covariance.block<3, 3>(6 * (a - 1) + 3, 6 * (b - 1) + 3);
+    }
+  }
+  return step.dot(P.ldlt().solve(step));
+}
+
+// With sightings that are far off, a step that is right for the state can be too long for one of
+// the tracks, and no damping of the state makes that one shorter.
+TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
+  RefinementOptions options;
+  const InertialOptions inertial;
+  double worst = 0.0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    const ExactWindow exact = noisyWindow(seed);
+    std::vector<FrameObservation> frames = exact.keyframes;
+    std::mt19937 rng(seed);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    std::normal_distribution<double> normal;
+    const auto disturb = [&](Eigen::Vector3d* bearing) {
+      if (uniform(rng) > 0.1) return;
+      *bearing += 0.03 * Eigen::Vector3d(normal(rng), normal(rng), 0.0);
+      bearing->normalize();
+    };
+    for (FrameObservation& frame : frames) {
+      for (PointObservation& point : frame.points) disturb(&point.bearing);
+      for (LineObservation& line : frame.lines) disturb(&line.end_bearing);
+    }
+    std::string error;
+    const auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
+    ASSERT_NE(window, nullptr) << error;
+    const WindowState truth = trueState(exact);
+    const std::vector<Preintegration> pre =
+        preintegrateInflated(*window, truth.gyro_bias, truth.accel_bias, inertial);
+    VisualInertialProblem map(*window, window->lineTracks(), pre, nullptr, options, inertial);
+    WindowState state = perturbed(truth, 0.02, seed);
+    const MapSummary summary = map.minimize(30, &state);
+    ASSERT_TRUE(summary.valid && summary.converged) << seed;
+    worst = std::max(worst, stepLeft(state, &map));
+  }
+  // Half a sigma: the last step was shorter than that, and outliers that creep have moved the
+  // minimum since.
+  EXPECT_LT(worst, 0.25);
 }
 
 TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {

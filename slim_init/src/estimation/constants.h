@@ -25,6 +25,12 @@ inline constexpr double kLargestDamping = 1e8;
 /// positive definite: from the smallest one it would take four refusals to matter.
 inline constexpr double kDampingAfterRefusal = 1e-5;
 inline constexpr double kDampingAfterFailure = 1e-4;
+/// A step shorter than this squared length [sigma^2] that is refused is tried again with the tracks
+/// held that got worse; a longer one is damped.
+inline constexpr double kNearMinimum = 4.0;
+/// A first minimisation goes on to this squared length of a step [sigma^2]: noise and outliers are
+/// told from its residuals, and a second one follows.
+inline constexpr double kRoughTolerance = 1.0;
 /// A cost that rises by less than this share is equal: rounding of its sum.
 inline constexpr double kCostRounding = 1e-12;
 /// Nearest point that a start may have [1/m]; nearer ones are wrong matches.
@@ -58,6 +64,10 @@ inline constexpr double kWideTd = 0.05;             // [s]
 inline constexpr double kWideReadout = 0.01;        // [s]
 
 // ---- Window (refine_window.h)
+
+/// What gross errors among the tracks may make of the chi-square in the right minimum, as a factor
+/// on that of a wrong one: beyond it another minimum is looked for, since the gate would refuse.
+inline constexpr double kGrossErrors = 1.5;
 
 /// Factors on the noise of the tracks, one minimisation after the other: with the first the IMU
 /// leads, with the last the pixels decide.

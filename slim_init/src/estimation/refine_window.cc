@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimation/constants.h"
 #include "estimation/visual_inertial_problem.h"
@@ -28,25 +29,55 @@ struct Basin {
   int iterations = 0;
 };
 
-double chi2(const Basin& basin, const VisualInertialProblem& map) {
-  return basin.summary.visual_cost / std::max(map.visualDof(), 1);
+double chi2(const MapSummary& summary, const VisualInertialProblem& map) {
+  return summary.visual_cost / std::max(map.visualDof(), 1);
+}
+
+// Standard deviation of a point bearing from the median of the residuals [rad]
+// (docs/derivation.md, 4.9); `otherwise` where there are few.
+double pointNoise(const MapResiduals& residuals, double otherwise) {
+  if (static_cast<int>(residuals.points.size()) < kMinResiduals) return otherwise;
+  return median(residuals.points) / kRayleighMedian *
+         fitCorrection(2.0 * residuals.points.size(), 3.0 * residuals.point_tracks + 6.0);
+}
+
+// What chi2() would be if all views were like the better half of the points. Gross errors among the
+// tracks raise chi2() in the right minimum as well; this one is large in a wrong one only, where no
+// view fits.
+double medianChi2(const MapResiduals& residuals, const VisualInertialProblem& map) {
+  const double ratio =
+      pointNoise(residuals, std::numeric_limits<double>::infinity()) / map.sigmaPoint();
+  return ratio * ratio;
+}
+
+// To a minimum, roughly where that is asked and it does not look suspicious there.
+MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState* state,
+                   VisualInertialProblem* map) {
+  if (mode != StartMode::kRough) return map->minimize(options.max_iterations, state);
+  const double tolerance = std::max(kRoughTolerance, options.tolerance);
+  const MapSummary rough = map->minimize(options.max_iterations, tolerance, state);
+  const int left = options.max_iterations - rough.iterations;
+  if (!rough.valid || left <= 0 || chi2(rough, *map) <= options.suspicious_chi2) return rough;
+  MapSummary exact = map->resume(left, state);
+  exact.iterations += rough.iterations;
+  return exact;
 }
 
 // Tries the starts in order until one leads to a minimum that is not suspicious, and keeps the
 // lowest. A wrong minimum has a chi-square of 5 to 30; after a good first start a second one found
 // nothing better in any recorded window and doubled the time. The map is left at the last one
 // tried.
-Basin findBasin(const std::vector<WindowState>& starts, const RefinementOptions& options,
-                VisualInertialProblem* map) {
+Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
+                const RefinementOptions& options, VisualInertialProblem* map) {
   Basin best;
   for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
     WindowState state = starts[s];
-    const MapSummary summary = map->minimize(options.max_iterations, &state);
+    const MapSummary summary = descend(mode, options, &state, map);
     best.last_start = s;
     best.iterations += summary.iterations;
     if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
     best = {summary, state, s, s, best.iterations};
-    if (chi2(best, *map) <= options.suspicious_chi2) break;
+    if (fits(chi2(best.summary, *map), medianChi2(map->residuals(), *map), options)) break;
   }
   return best;
 }
@@ -59,7 +90,7 @@ bool isSame(const WindowState& a, const WindowState& b) {
 
 // Minimises from each start with the noise of the tracks widened first; keeps the lowest cost at
 // their true noise. The map keeps the noise it had.
-Basin descendFromCoarse(const std::vector<WindowState>& starts, int max_iterations,
+Basin descendFromCoarse(const std::vector<WindowState>& starts, const RefinementOptions& options,
                         VisualInertialProblem* map) {
   const double sigma_point = map->sigmaPoint(), sigma_line = map->sigmaLine();
   Basin best;
@@ -71,7 +102,7 @@ Basin descendFromCoarse(const std::vector<WindowState>& starts, int max_iteratio
     bool known = false;
     for (const double factor : kCoarseToFine) {
       map->setNoise(factor * sigma_point, factor * sigma_line);
-      summary = map->minimize(max_iterations, &state);
+      summary = map->minimize(options.max_iterations, &state);
       iterations += summary.iterations;
       if (!summary.valid) break;
       if (factor != kCoarseToFine[0]) continue;
@@ -94,16 +125,10 @@ struct TrackNoise {
   double sigma_point = 0.0, sigma_line = 0.0;
 };
 
-// From the medians of the residuals (docs/derivation.md, 4.9), at least `floor`; as the map has
-// them where there are few.
+// Of points and lines, at least `floor`; as the map has them where there are few.
 TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProblem& map,
                          double floor) {
-  TrackNoise noise = {map.sigmaPoint(), map.sigmaLine()};
-  if (static_cast<int>(residuals.points.size()) >= kMinResiduals) {
-    const double rows = 2.0 * residuals.points.size();
-    noise.sigma_point = median(residuals.points) / kRayleighMedian *
-                        fitCorrection(rows, 3.0 * residuals.point_tracks + 6.0);
-  }
+  TrackNoise noise = {pointNoise(residuals, map.sigmaPoint()), map.sigmaLine()};
   if (static_cast<int>(residuals.lines.size()) >= kMinResiduals) {
     const double rows = 2.0 * residuals.lines.size();
     noise.sigma_line = median(residuals.lines) / kMaxOfTwoMedian *
@@ -115,6 +140,11 @@ TrackNoise estimateNoise(const MapResiduals& residuals, const VisualInertialProb
 }
 
 }  // namespace
+
+bool fits(double chi2, double median_chi2, const RefinementOptions& options) {
+  return chi2 <= options.suspicious_chi2 ||
+         (chi2 <= kGrossErrors * options.suspicious_chi2 && median_chi2 <= options.suspicious_chi2);
+}
 
 double coveredShift(const InitWindow& window, double shift) {
   return std::clamp(shift, window.imu().front().t - window.times().front(),
@@ -157,12 +187,12 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
                             known);
   const int handed_in = map.pointViews();
 
-  Basin basin = mode == StartMode::kFine ? findBasin(starts, options, &map)
-                                         : descendFromCoarse(starts, options.max_iterations, &map);
+  Basin basin = mode == StartMode::kCoarseToFine ? descendFromCoarse(starts, options, &map)
+                                                 : findBasin(starts, mode, options, &map);
   if (basin.start < 0) return out;
   if (basin.start != basin.last_start) {
     // The tracks were left at a start that lost.
-    basin.summary = map.minimize(options.max_iterations, &basin.state);
+    basin.summary = descend(mode, options, &basin.state, &map);
     basin.iterations += basin.summary.iterations;
   }
   if (!basin.summary.valid) return out;
@@ -170,12 +200,14 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   out.state = basin.state;
   out.chosen_start = basin.start;
   out.iterations = basin.iterations;
-  out.chi2 = chi2(basin, map);
+  out.chi2 = chi2(basin.summary, map);
   out.cost = basin.summary.cost;
+  out.cost_is_bound = mode == StartMode::kRough && out.chi2 <= options.suspicious_chi2;
   out.line_cost = basin.summary.line_cost;
 
   // Noise from the residuals, then without what is beyond it.
   const MapResiduals residuals = map.residuals();
+  out.median_chi2 = medianChi2(residuals, map);
   const TrackNoise noise = estimateNoise(residuals, map, options.min_sigma_px / focal);
   map.reject(residuals,
              std::max(options.reject_sigmas * noise.sigma_point, options.min_reject_px / focal),

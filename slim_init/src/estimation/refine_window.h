@@ -30,6 +30,9 @@ struct RefinedWindow {
   Eigen::VectorXd visual_gradient;     ///< VisualInertialProblem::visualGradient()
   /// Robust visual cost per degree of freedom before any rejection, at the calibration's noise.
   double chi2 = 0.0;
+  /// The same as the median residual of the points has it: blind to gross errors of tracks.
+  /// Infinite with few points.
+  double median_chi2 = 0.0;
   /// Cost of the IMU factors and bias priors per residual row, after the second solve.
   double inertial_chi2 = 0.0;
   double inlier_fraction = 0.0;  ///< point sightings kept, of those handed in
@@ -39,9 +42,10 @@ struct RefinedWindow {
   int iterations = 0;            ///< accepted steps in all
   int point_tracks = 0;          ///< tracks left
   int line_tracks = 0;
-  double cost = 0.0;       ///< of the first solve, comparable between starts on the same data
-  double line_cost = 0.0;  ///< its part from lines
-  int chosen_start = -1;   ///< index into the starts
+  double cost = 0.0;           ///< of the first solve, comparable between starts on the same data
+  double line_cost = 0.0;      ///< its part from lines
+  bool cost_is_bound = false;  ///< both are upper bounds (StartMode::kRough)
+  int chosen_start = -1;       ///< index into the starts
 };
 
 /// Preintegrations with covariance at the biases, from the noise that is to be assumed of the
@@ -58,12 +62,19 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const ImuNoise& noise, double td_shift = 0.0);
 
+/// Whether a minimum with these chi-squares (RefinedWindow) can be the right one: a wrong one fits
+/// no view, while gross errors of tracks raise the first alone.
+bool fits(double chi2, double median_chi2, const RefinementOptions& options);
+
 /// As much of a shift of the keyframe times [s] as the IMU of the window covers.
 double coveredShift(const InitWindow& window, double shift);
 
 /// How the minimum is searched.
 enum class StartMode {
-  kFine,          ///< at the noise of the calibration
+  kFine,  ///< at the noise of the calibration
+  /// The same, ended when the state has arrived while tracks far off may still move: `cost` is an
+  /// upper bound. Where the minimum looks suspicious there it is as kFine.
+  kRough,
   kCoarseToFine,  ///< through a widened noise of the tracks: the IMU leads, the pixels follow
 };
 

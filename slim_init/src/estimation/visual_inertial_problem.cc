@@ -466,6 +466,7 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
   using VectorD = Eigen::Matrix<double, D, 1>;
   elimination->L_inverse.resize(tracks.size());
   elimination->y.resize(tracks.size());
+  elimination->excess.assign(tracks.size(), 1.0);
   elimination->J.resize(views.size());
   elimination->K.resize(views.size());
   elimination->W.resize(rolling_ ? views.size() : 0);
@@ -484,6 +485,7 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
                    &track_rows_[a - begin]);
       const double excess = 1.0 + view.r.squaredNorm() / c2;
       cost.add(excess);
+      elimination->excess[t] *= excess;
       const double weight = std::sqrt(1.0 / excess);
       const Eigen::Matrix<double, 2, D> J_track = weight * view.J_track;
       const Eigen::Vector2d r = weight * view.r;
@@ -591,12 +593,32 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
   return moved;
 }
 
-MapSummary VisualInertialProblem::minimize(int max_iterations, WindowState* state) {
-  triangulateAll(*state);
-  return resume(max_iterations, state);
+bool VisualInertialProblem::isLower(const System& trial) const {
+  return std::isfinite(trial.cost) && trial.cost <= system_.cost * (1.0 + kCostRounding);
 }
 
-MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state) {
+// Near the minimum it is a few tracks far from linear that raise the cost, and damping does not
+// reach the tracks: those that got worse stay where they were. False where that is not enough.
+bool VisualInertialProblem::holdTracks(const WindowState& trial_state, Structure* trial_structure) {
+  const auto hold = [](const auto& was, const auto& is, const auto& from, auto* to) {
+    for (std::size_t t = 0; t < was.excess.size(); ++t) {
+      if (!(is.excess[t] <= was.excess[t])) (*to)[t] = from[t];
+    }
+  };
+  hold(system_.points, trial_.points, structure_.points, &trial_structure->points);
+  hold(system_.lines, trial_.lines, structure_.lines, &trial_structure->lines);
+  hold(system_.directions, trial_.directions, structure_.directions, &trial_structure->directions);
+  linearize(trial_state, *trial_structure, &trial_);
+  return isLower(trial_);
+}
+
+MapSummary VisualInertialProblem::minimize(int max_iterations, double tolerance,
+                                           WindowState* state) {
+  triangulateAll(*state);
+  return resume(max_iterations, tolerance, state);
+}
+
+MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, WindowState* state) {
   MapSummary summary;
   if (!whitening_valid_) return summary;
   const int m = layout_.size() - StateLayout::kGauge;
@@ -604,6 +626,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
   // Not minimizeLevenbergMarquardt(): the last step is taken without an evaluation, a matrix that
   // is not positive definite raises the damping, and systems of this size are swapped, not copied.
   double damping = kFirstDamping;
+  bool refused = false;  // the step before
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size()), undamped;
   while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping) {
     if (!solver_.solve(system_.H, system_.g, damping, &step)) {
@@ -614,13 +637,13 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
     // cost it is blind to outliers that still creep along the flat tail of the loss.
     const double decrement = -step.tail(m).dot(system_.g.tail(m));
     // Damping holds a step back along the scale, which nothing corrects after the last one.
-    if (decrement < options_.tolerance && damping > kSmallestDamping &&
+    if (decrement < tolerance && damping > kSmallestDamping &&
         solver_.solve(system_.H, system_.g, kSmallestDamping, &undamped)) {
       step.swap(undamped);
     }
     const WindowState trial_state = retract(*state, step);
     Structure trial_structure = moveStructure(system_, step);
-    if (decrement < options_.tolerance) {
+    if (decrement < tolerance) {
       // Not worth a linearisation: cost and information are those of one small step before.
       *state = trial_state;
       std::swap(structure_, trial_structure);
@@ -629,14 +652,18 @@ MapSummary VisualInertialProblem::resume(int max_iterations, WindowState* state)
       break;
     }
     linearize(trial_state, trial_structure, &trial_);
-    if (std::isfinite(trial_.cost) && trial_.cost <= system_.cost * (1.0 + kCostRounding)) {
+    if (isLower(trial_) ||
+        (decrement < kNearMinimum && holdTracks(trial_state, &trial_structure))) {
       *state = trial_state;
       std::swap(structure_, trial_structure);
       std::swap(system_, trial_);
-      damping = std::max(0.1 * damping, kSmallestDamping);
+      // Smaller at once, the next step would be refused again.
+      if (!refused) damping = std::max(0.1 * damping, kSmallestDamping);
+      refused = false;
       ++summary.iterations;
     } else {
       damping = std::max(10.0 * damping, kDampingAfterRefusal);
+      refused = true;
     }
   }
   summary.cost = system_.cost;

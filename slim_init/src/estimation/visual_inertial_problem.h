@@ -77,11 +77,19 @@ class VisualInertialProblem {
   double sigmaLine() const { return sigma_line_; }
 
   /// Levenberg-Marquardt from `state`; track parameters are triangulated from it first. `state` is
-  /// the best found, also where the minimisation failed.
-  MapSummary minimize(int max_iterations, WindowState* state);
+  /// the best found, also where the minimisation failed. Ends where the squared length of a step is
+  /// below `tolerance` [sigma^2].
+  MapSummary minimize(int max_iterations, double tolerance, WindowState* state);
+  /// To the tolerance of the options.
+  MapSummary minimize(int max_iterations, WindowState* state) {
+    return minimize(max_iterations, options_.tolerance, state);
+  }
 
   /// Continues from the state and the track parameters that the last call left.
-  MapSummary resume(int max_iterations, WindowState* state);
+  MapSummary resume(int max_iterations, double tolerance, WindowState* state);
+  MapSummary resume(int max_iterations, WindowState* state) {
+    return resume(max_iterations, options_.tolerance, state);
+  }
 
   /// Residuals after minimize(), at its answer.
   MapResiduals residuals() const;
@@ -123,6 +131,7 @@ class VisualInertialProblem {
   struct Elimination {
     std::vector<Eigen::Matrix<double, D, D>> L_inverse;
     std::vector<Eigen::Matrix<double, D, 1>> y;
+    std::vector<double> excess;  ///< per track: product of 1 + r^2 / c^2 over its views
     std::vector<Eigen::Matrix<double, 6, 2>> J;
     std::vector<Eigen::Matrix<double, 2, D>> K;
     /// by_row^T K for velocity and readout time; empty with a global shutter.
@@ -182,6 +191,8 @@ class VisualInertialProblem {
                       System* system) const;
   void linearize(const WindowState& state, const Structure& structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
+  bool isLower(const System& trial) const;
+  bool holdTracks(const WindowState& trial_state, Structure* trial_structure);
 
   const InitWindow& window_;
   const std::vector<Preintegration>& pre_;
