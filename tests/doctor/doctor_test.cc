@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "checks.h"
 #include "handheld.h"
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/imu_simulator.h"
@@ -27,7 +28,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kDegPerRad = 57.29577951308232;
+/// Of the motion of Handheld: some windows do not show the scale.
+constexpr double kQuiet = 0.2;
 
 /// A recording without fault. `td`: true offset of the image stamps.
 DoctorData recording(const Handheld& motion, double td = 0.0) {
@@ -406,6 +408,36 @@ TEST_F(Doctor, StartsAreThoseOfTheSolver) {
   EXPECT_EQ(find(waiting, "starts").severity, Severity::kNote) << doctorText(waiting, false);
   EXPECT_EQ(waiting.answers.accepted, 0);
   EXPECT_EQ(waiting.answers.refused, 0);
+}
+
+TEST_F(Doctor, OneRefusedWindowAmongAcceptedOnesIsNoWarning) {
+  const auto severity = [](int accepted, int refused, int waiting) {
+    WindowAnswers answers;
+    answers.accepted = accepted;
+    answers.refused = refused;
+    answers.windows = accepted + refused + waiting;
+    answers.statuses["inconsistent_residuals"] = refused;
+    answers.messages["inconsistent_residuals"] = "chi-square";
+    Findings findings;
+    checkAnswers(answers, DoctorOptions(), &findings);
+    return findings.back().severity;
+  };
+  EXPECT_EQ(severity(6, 1, 0), Severity::kOk);
+  EXPECT_EQ(severity(3, 1, 0), Severity::kOk);
+  EXPECT_EQ(severity(2, 1, 0), Severity::kWarning);
+  EXPECT_EQ(severity(5, 2, 0), Severity::kWarning);
+  EXPECT_EQ(severity(19, 2, 0), Severity::kOk);
+  EXPECT_EQ(severity(2, 5, 0), Severity::kError);
+  EXPECT_EQ(severity(0, 1, 0), Severity::kError);
+}
+
+TEST_F(Doctor, AnUncertainScaleWantsMotion) {
+  Handheld motion;
+  motion.moving = kQuiet;
+  const DoctorReport report = examined(recording(motion));
+  EXPECT_GT(report.answers.statuses.count("scale_too_uncertain"), 0u) << doctorText(report, false);
+  EXPECT_EQ(report.answers.refused, 0) << doctorText(report, false);
+  EXPECT_LT(find(report, "starts").severity, Severity::kWarning) << doctorText(report, false);
 }
 
 TEST_F(Doctor, TheCalibrationIsThatOfTheSolver) {

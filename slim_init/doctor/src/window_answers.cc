@@ -109,7 +109,10 @@ void addVerdict(const InitResult& result, WindowAnswers* answers) {
     if (answers->warning.empty()) answers->warning = result.warnings.front();
     return;
   }
-  if (!isWait(result.status)) ++answers->refused;
+  // A scale that two seconds leave uncertain wants more motion, like the statuses that wait.
+  const bool wants_motion =
+      isWait(result.status) || result.status == InitStatus::kScaleTooUncertain;
+  if (!wants_motion) ++answers->refused;
   // The first message of each status; which one is the most frequent shows at the end.
   answers->messages.emplace(status, result.message);
 }

@@ -77,7 +77,7 @@ struct DoctorData {
 struct WindowAnswers {
   int windows = 0;
   int accepted = 0;                             ///< with the calibration as configured
-  int refused = 0;                              ///< neither accepted nor waiting for more data
+  int refused = 0;                              ///< neither accepted nor for want of motion
   std::map<std::string, int> statuses;          ///< windows by name of their status
   std::map<std::string, std::string> messages;  ///< first message by status, success left out
   int with_warnings = 0;                        ///< accepted ones with InitResult::warnings
@@ -123,7 +123,9 @@ struct DoctorOptions {
   /// Standard deviations beyond the scatter of windows or pairs: lens model, errors of the IMU.
   double extrinsic_floor_deg = 0.2;
   double translation_floor_m = 0.01;
-  Bound refused = {0.1, 0.5};  ///< share of the windows that `slim` refuses as configured
+  /// Share of the windows that `slim` refuses as configured; one window beside three or more that
+  /// it accepts does not count.
+  Bound refused = {0.1, 0.5};
   /// Ratio of the measured noise of the IMU to the data sheet's, or its inverse: a note.
   double noise_ratio = 10.0;
   Bound epipolar_px = {1.0, 3.0};  ///< median scale of points about their epipolar lines [px]
