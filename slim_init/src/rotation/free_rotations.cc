@@ -2,6 +2,7 @@
 #include "rotation/free_rotations.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include "geometry/so3.h"
 #include "rotation/normalized_epipolar_pair.h"
@@ -18,7 +19,18 @@ struct Scratch {
   ConsensusScratch consensus;
 };
 
-// Gauss-Newton on R with the weights fixed; false where it runs away.
+// Downhill where Newton's step is far beyond what the function looks like here: a wrong rotation of
+// a pair with little parallax leaves directions without curvature.
+Eigen::Vector3d boundedStep(const Eigen::Matrix3d& hessian, const Eigen::Vector3d& gradient) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(hessian);
+  const Eigen::Vector3d& curvature = axes.eigenvalues();  // none below zero, see evaluate()
+  const Eigen::Vector3d floored = curvature.cwiseMax(kCurvatureFloor * curvature.maxCoeff());
+  const Eigen::Vector3d step =
+      -(axes.eigenvectors() * (axes.eigenvectors().transpose() * gradient).cwiseQuotient(floored));
+  return step.norm() > kBoundedStep ? Eigen::Vector3d(kBoundedStep / step.norm() * step) : step;
+}
+
+// Newton on R with the weights fixed; false where it runs away.
 bool minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_prior,
                       Eigen::Vector3d baseline, Eigen::Matrix3d* R, NormalizedEvaluation* at) {
   for (int step = 0; step < kFreeSteps; ++step) {
@@ -26,8 +38,9 @@ bool minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_pr
     baseline = at->baseline;
     Eigen::Matrix3d H = at->hessian;
     H.diagonal() *= 1.0 + kFreeDamping;
-    const Eigen::Vector3d delta = -H.ldlt().solve(at->gradient);
-    if (!(delta.allFinite() && delta.norm() < kLargestCorrection)) return false;
+    Eigen::Vector3d delta = -H.ldlt().solve(at->gradient);
+    if (!(delta.norm() < kLargestCorrection)) delta = boundedStep(at->hessian, at->gradient);
+    if (!delta.allFinite()) return false;
     *R = *R * expSO3(delta);
   }
   return true;
