@@ -75,7 +75,7 @@ Eigen::MatrixXd noiseOfCentres(const WindowState& state, const std::vector<Prein
       if (l > i) later += pre[l].dt;
       covariance.block<3, 3>(3 * l, k) =
           noise.bottomRightCorner<3, 3>() + later * noise.topRightCorner<3, 3>();
-      covariance.block<3, 3>(k, 3 * l) = covariance.block<3, 3>(3 * l, k).transpose();
+      if (l > i) covariance.block<3, 3>(k, 3 * l) = covariance.block<3, 3>(3 * l, k).transpose();
     }
   }
   return covariance;
