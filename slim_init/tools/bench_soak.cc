@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "bench_soak.h"
 
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,6 +18,7 @@
 #include "bench_options.h"
 #include "bench_windows.h"
 #include "exit_code.h"
+#include "slim_init/evaluation/cpu_time.h"
 #include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::tools {
@@ -59,12 +59,6 @@ struct Period {
   double mean_ms = kNotComputed, median_ms = kNotComputed, p99_ms = kNotComputed,
          memory = kNotComputed;
 };
-
-double threadMs() {
-  timespec time;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
 
 // Resident memory of this process [MiB].
 double residentMemory() {
@@ -117,9 +111,9 @@ void fly(Streams streams, double ask, BenchHost* host, Period* period) {
     const bool asks = now == Flying::kStarts || now == Flying::kFailed;
     if (!asks || frame.arrival > since + kGiveUp || frame.arrival < asked + ask) continue;
     asked = frame.arrival;
-    const double begin = threadMs();
+    const double begin = evaluation::threadCpuMs();
     const bool answered = now == Flying::kFailed ? host->recover() : host->seed();
-    period->ms.push_back(threadMs() - begin);
+    period->ms.push_back(evaluation::threadCpuMs() - begin);
     ++period->questions;
     if (!answered) continue;
     if (now == Flying::kFailed) {

@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "bench_times.h"
 
-#include <time.h>
-
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <cmath>
@@ -17,6 +15,7 @@
 #include "bench_options.h"
 #include "bench_windows.h"
 #include "methods.h"
+#include "slim_init/evaluation/cpu_time.h"
 #include "slim_init/options.h"
 #if __has_include(<valgrind/callgrind.h>)
 #include <valgrind/callgrind.h>
@@ -48,12 +47,6 @@ std::vector<std::string> split(const std::string& list) {
   std::istringstream stream(list);
   for (std::string item; std::getline(stream, item, ',');) out.push_back(item);
   return out;
-}
-
-double threadMs() {
-  timespec time;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
 double quantile(std::vector<double> values, double share) {
@@ -127,9 +120,9 @@ std::vector<MethodTimes> timeAll(const Command& command, const Windows& windows)
   for (int round = -1; round < command.rounds; ++round) {
     for (std::size_t w = 0; w < windows.size(); ++w) {
       for (MethodTimes& method : methods) {
-        const double start = threadMs();
+        const double start = evaluation::threadCpuMs();
         const InitResult result = method.solver->solve(*windows[w]);
-        const double ms = threadMs() - start;
+        const double ms = evaluation::threadCpuMs() - start;
         if (round < 0) continue;
         method.all.add(w, ms);
         method.answered += result.hasEstimate() ? 1 : 0;

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <memory>
 #include <utility>
 
 #include "ordered_tasks.h"
 #include "slim_init/answer_sequence.h"
+#include "slim_init/evaluation/cpu_time.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/keyframe_window.h"
@@ -175,13 +175,6 @@ WindowMetrics evaluateAnswer(const Sequence& sequence, const InitWindow& window,
     return metrics;
   }
   return evaluateWindow(answer, truth);
-}
-
-/// CPU time of the calling thread [ms].
-double threadCpuMs() {
-  timespec time = {};
-  if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time) != 0) return kNotComputed;
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,

@@ -1,0 +1,16 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/evaluation/cpu_time.h"
+
+#include <time.h>
+
+#include "slim_init/types.h"
+
+namespace slim_init::evaluation {
+
+double threadCpuMs() {
+  timespec time = {};
+  if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time) != 0) return kNotComputed;
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+}  // namespace slim_init::evaluation
