@@ -72,7 +72,7 @@ int examineRecording(const DoctorCommand& command) {
   }
   // First: a minute of work should not end with a folder that is not there.
   if (!command.json.empty()) {
-    if (error = evaluation::writeFile(command.json, ""); !error.empty()) {
+    if (error = evaluation::checkWritable(command.json); !error.empty()) {
       return fail("--json: " + error);
     }
   }

@@ -32,6 +32,19 @@ TEST(WriteFile, WhereItCannotTheOldFileStaysAndTheSentenceNamesIt) {
   EXPECT_EQ(readFile(folder.file("old")), "old");
 }
 
+TEST(WriteFile, CheckWritableSaysTheSameAndChangesNothing) {
+  const ScratchFolder folder;
+  EXPECT_EQ(checkWritable(folder.file("missing/a.csv")),
+            folder.file("missing/a.csv") + " cannot be written");
+  fs::create_directories(folder.file("folder"));
+  EXPECT_EQ(checkWritable(folder.file("folder")), folder.file("folder") + " cannot be written");
+  EXPECT_EQ(checkWritable(folder.file("new")), "");
+  EXPECT_FALSE(fs::exists(folder.file("new")) || fs::exists(folder.file("new.part")));
+  ASSERT_EQ(writeFile(folder.file("old"), "old"), "");
+  EXPECT_EQ(checkWritable(folder.file("old")), "");
+  EXPECT_EQ(readFile(folder.file("old")), "old");
+}
+
 TEST(WriteFile, ALinkStaysOne) {
   const ScratchFolder folder;
   ASSERT_EQ(writeFile(folder.file("file"), "old"), "");

@@ -12,4 +12,8 @@ namespace slim_init::evaluation {
 /// the file; the old one is then as it was.
 std::string writeFile(const std::string& path, const std::string& bytes);
 
+/// Whether writeFile() could write there, to be asked before long work; what is there stays as it
+/// is. Returns an empty string or the sentence of writeFile().
+std::string checkWritable(const std::string& path);
+
 }  // namespace slim_init::evaluation
