@@ -3,8 +3,8 @@
 #
 # Whether builds give the same answers: GCC in Release against GCC in Debug and Clang in Release.
 #   ./tests/compare_builds.sh [FOLDER]...   recordings without pixels, besides the built-in motions
-# Solves the same windows by every method of ours with each and compares scale, standard deviation, biases,
-# gravity and velocity (tests/compare_answers.py). Builds are in build-compare; BOUND (1e-9) is the
+# Solves the same windows by every method of ours with each and compares scale, standard deviation,
+# biases, gravity and velocity (tests/compare_answers.py). Builds are in build-compare; BOUND (1e-9) is the
 # largest relative difference, SLIM_INIT_JOBS the number of processes.
 # Packages are those of tests/run.sh, and clang.
 set -euo pipefail

@@ -1,5 +1,5 @@
-# `slim_init_bench soak` for a minute and a half of simulated time: no drift, and drift is seen where its bound is
-# below what there is.
+# `slim_init_bench soak` for a minute and a half of simulated time: no drift, and drift is seen where
+# its bound is below what there is.
 
 # soak(<exit code> <text of the output> <option>...)
 function(soak expected text)
