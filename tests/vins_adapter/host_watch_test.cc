@@ -128,6 +128,42 @@ TEST(ImuScreen, LongDamageStaysEmpty) {
   }
 }
 
+// A host that wants a frame while the damage goes on: up to there the body goes on as before it.
+TEST(ImuScreen, WhileDamageGoesOnTheLastSampleIsHeld) {
+  const ExactWindow exact = flight();
+  std::vector<ImuSample> samples = disturbed(exact.imu, 2.0, 2.3, {120, 0, 0});
+  samples.resize(static_cast<std::size_t>(2.2 * 200.0));
+  const Screened result = screened(samples);
+  const double until = samples.back().t;
+  ASSERT_TRUE(result.screen.damage().back().open);
+  ASSERT_LT(result.screen.samples().back().t, 2.0);
+  const std::deque<ImuSample> held = result.screen.heldUntil(until - 0.05);
+  ASSERT_EQ(held.size(), samples.size());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    EXPECT_NEAR(held[i].t, samples[i].t, 1e-9);
+    // Only the accelerometer is off.
+    EXPECT_EQ(held[i].gyro, samples[i].gyro);
+    if (held[i].t > 2.0) {
+      EXPECT_LT((held[i].accel - exact.imu[399].accel).norm(), 1.0);
+    }
+  }
+  // Where nothing is wrong nothing is held.
+  EXPECT_EQ(screened(exact.imu).screen.heldUntil(1e3).size(), exact.imu.size());
+  // Both sensors.
+  for (ImuSample& sample : samples) {
+    if (sample.t >= 2.0) sample.gyro += Eigen::Vector3d(0, 10, 0);
+  }
+  const Screened both = screened(samples);
+  ASSERT_FALSE(both.screen.damage().back().gyro_known);
+  const ImuSample last = both.screen.samples().back();
+  for (const ImuSample& sample : both.screen.heldUntil(until)) {
+    if (sample.t <= last.t) continue;
+    EXPECT_LT((sample.gyro - last.gyro).norm(), 1e-12);
+    EXPECT_LT((sample.accel - last.accel).norm(), 1e-12);
+  }
+  EXPECT_EQ(both.screen.heldUntil(until).back().t, until);
+}
+
 TEST(ImuScreen, NoiseOfABrokenSensorIsDamageAndVibrationIsNot) {
   const ExactWindow exact = flight();
   const auto noisy = [&exact](double sigma_a, double sigma_g) {
@@ -444,6 +480,28 @@ TEST_F(AdapterInFlight, IntervalsAreCleanAndKnown) {
   }
   EXPECT_GT(adapter_->counts().imu_glitches, 0);
   EXPECT_NEAR(adapter_->lastDamage(), stamps[2] + 0.045, 0.01);
+}
+
+// The host wants its newest frame while the damage goes on.
+TEST_F(AdapterInFlight, IntervalsReachIntoDamageThatGoesOn) {
+  fly(disturbed(exact_.imu, exact_.truth[kFrames - 3].t + 0.03, 1e9, {120, 0, 0}));
+  std::vector<double> stamps;
+  for (int k = 30; k < kFrames; ++k) stamps.push_back(exact_.keyframes[k].t);
+  const std::vector<HostImuInterval> intervals = adapter_->imuIntervals(stamps);
+  ASSERT_EQ(intervals.size(), stamps.size() - 1);
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    EXPECT_EQ(intervals[i].damaged, i + 2 >= intervals.size()) << i;
+    double sum = 0.0;
+    for (const double dt : intervals[i].dt) sum += dt;
+    EXPECT_NEAR(sum, stamps[i + 1] - stamps[i], 1e-9) << i;
+    for (const Eigen::Vector3d& accel : intervals[i].accel) EXPECT_LT(accel.norm(), 40.0);
+    // The rates are as measured.
+    EXPECT_EQ(intervals[i].sigma_theta, 0.0);
+  }
+  EXPECT_NEAR(intervals.back().sigma_v, kUnknownAccel * 0.1, 1e-9);
+  const HostCarry carried = adapter_->carry(window(kFrames - 2).back(), stamps.back());
+  ASSERT_TRUE(carried.ok) << carried.message;
+  EXPECT_LT((carried.state.V - exact_.truth[kFrames - 1].v_w_b).norm(), kUnknownAccel * 0.1);
 }
 
 TEST_F(AdapterInFlight, ACarriedStateSaysWhatItIsWorth) {

@@ -673,6 +673,47 @@ TEST_F(StandInRun, WithoutWatchdogNobodyLooks) {
   EXPECT_EQ(ros::published().count("slim_init/health"), 0u);
 }
 
+// An accelerometer that is stuck at its end: the host integrates it and would believe it.
+TEST_F(StandInRun, ImuDamageDoesNotReachTheHost) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  const double begin = exact_.truth[41].t + 0.03;
+  for (ImuSample& sample : exact_.imu) {
+    if (sample.t > begin && sample.t < begin + 0.4) sample.accel = Eigen::Vector3d(120, 0, 0);
+  }
+  const int first = fly(42);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  ASSERT_EQ(timesLogged("the images carry the host"), 0) << logText();
+  for (int k = first; k < first + 4; ++k) {
+    e.Vs[kNewest] += Vector3d(12, 0, 0);  // what the host makes of it
+    frame(k);
+    EXPECT_LT((e.Vs[kNewest] - exact_.truth[k].v_w_b).norm(), 0.5) << k << logText();
+    EXPECT_LT((e.Ps[kNewest] - exact_.truth[k].p_w_b).norm(), 0.1) << k;
+    const IntegrationBase& newest = *e.pre_integrations[kNewest];
+    EXPECT_NEAR(newest.sum_dt, 0.1, 1e-9);
+    for (const Vector3d& accel : newest.accel) EXPECT_LT(accel.norm(), 60.0);
+    EXPECT_GT(newest.covariance(6, 6), 0.0);
+    track(k + 1);
+  }
+  EXPECT_EQ(timesLogged("the images carry the host"), 1) << logText();
+  EXPECT_EQ(timesLogged("recover"), 0) << logText();
+}
+
+TEST_F(StandInRun, WithoutReinitTheHostKeepsItsData) {
+  start("initializer: slim\nreinit: 0\n");
+  Estimator& e = host();
+  for (ImuSample& sample : exact_.imu) {
+    if (sample.t > exact_.truth[41].t + 0.03) sample.accel = Eigen::Vector3d(120, 0, 0);
+  }
+  const int k = fly(42);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  IntegrationBase* const own = e.pre_integrations[kNewest];
+  const Vector3d predicted = e.Vs[kNewest] += Vector3d(12, 0, 0);
+  frame(k);
+  EXPECT_EQ(e.Vs[kNewest], predicted);
+  EXPECT_EQ(e.pre_integrations[kNewest], own);
+}
+
 // A glitch in the host's window would throw off the optimization that follows a recovery.
 TEST_F(StandInRun, TheHostGetsCleanDataWithARecovery) {
   start("initializer: slim\nreinit: 1\n");

@@ -445,8 +445,8 @@ HostCarry HostAdapter::carry(const HostState& from, double stamp) const {
   carried.state.t = state_->hostTime(from.stamp);
   carried.covariance = healthyCovariance();
   const double age = stamp - from.stamp;
-  if (!carryState(carried, state_->hostTime(stamp), state_->screen.samples(),
-                  state_->screen.damage(),
+  const double t = state_->hostTime(stamp);
+  if (!carryState(carried, t, state_->screen.heldUntil(t), state_->screen.damage(),
                   Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
                   &carried, &result.message)) {
     return result;
@@ -486,11 +486,13 @@ HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen:
 std::vector<HostImuInterval> HostAdapter::imuIntervals(const std::vector<double>& stamps) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   std::vector<HostImuInterval> result;
+  if (stamps.empty()) return result;
+  const std::deque<ImuSample> samples = state_->screen.heldUntil(state_->hostTime(stamps.back()));
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     const double t_i = state_->hostTime(stamps[i - 1]), t_j = state_->hostTime(stamps[i]);
     HostImuInterval interval;
     double last = t_i;
-    for (const ImuSample& sample : samplesBetween(state_->screen.samples(), t_i, t_j)) {
+    for (const ImuSample& sample : samplesBetween(samples, t_i, t_j)) {
       interval.dt.push_back(sample.t - last);
       interval.accel.push_back(sample.accel);
       interval.gyro.push_back(sample.gyro);

@@ -92,6 +92,7 @@ struct HostGlue::State {
   double alarm_stamp = 0.0;
   double health_stamp = -std::numeric_limits<double>::infinity();
   Clock::time_point stock_began;
+  double damage_reported = -std::numeric_limits<double>::infinity();  // begin of the damage [s]
   InitStatus reported_status = InitStatus::kSuccess;
   double reported_stamp = -std::numeric_limits<double>::infinity();
   std::ofstream csv;
@@ -427,6 +428,26 @@ bool HostGlue::carriedTo(double stamp, HostState* anchor) {
 
 std::vector<HostImuInterval> HostGlue::imuIntervals(const std::vector<double>& stamps) const {
   return state_->adapter->imuIntervals(stamps);
+}
+
+bool HostGlue::hasDamage(const std::vector<double>& stamps) {
+  State& state = *state_;
+  if (state.adapter->lastDamage() <= stamps.front()) return false;
+  const double begin = state.adapter->lastDamageBegin();
+  if (std::abs(begin - state.damage_reported) > kRepeatReport) {
+    state.damage_reported = begin;
+    std::ostringstream out;
+    out << std::fixed << "IMU data from " << begin
+        << " s on are left out or missing: the images carry the host over them";
+    state.report(ReportLevel::kWarn, out.str());
+  }
+  return true;
+}
+
+bool HostGlue::predict(const HostState& before, HostState* newest) const {
+  const HostCarry carried = state_->adapter->carry(before, newest->stamp);
+  if (carried.ok) *newest = carried.state;
+  return carried.ok;
 }
 
 void HostGlue::addHealthy(const HostState& newest) {

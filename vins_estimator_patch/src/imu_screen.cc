@@ -119,6 +119,22 @@ void ImuScreen::fill(const ImuSample& last, const ImuDamage& damage,
   }
 }
 
+std::deque<ImuSample> ImuScreen::heldUntil(double t) const {
+  std::deque<ImuSample> samples = samples_;
+  if (damage_.empty() || !damage_.back().open || samples_.empty()) return samples;
+  const ImuDamage& open = damage_.back();
+  ImuSample last = samples_.back();
+  last.t = std::max(t, open.last);
+  if (open.gyro_known && !left_out_.empty()) last.gyro = left_out_.back().gyro;
+  if (!(last.t > samples_.back().t)) return samples;
+  std::vector<ImuSample> filled;
+  fill(last, open, &filled);
+  while (!filled.empty() && filled.back().t >= last.t) filled.pop_back();
+  samples.insert(samples.end(), filled.begin(), filled.end());
+  samples.push_back(last);
+  return samples;
+}
+
 std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   if (!recent_.empty()) {
     const double step = sample.t - recent_.back().t;

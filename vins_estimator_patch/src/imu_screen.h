@@ -42,6 +42,8 @@ class ImuScreen {
 
   /// Usable samples, and interpolated ones over the damage that has ended.
   const std::deque<ImuSample>& samples() const { return samples_; }
+  /// samples(), and while damage goes on the last usable sample held up to `t` [s].
+  std::deque<ImuSample> heldUntil(double t) const;
   /// Oldest first.
   const std::deque<ImuDamage>& damage() const { return damage_; }
 

@@ -346,6 +346,21 @@ class HostGlue {
     return judgeWindow(glue_detail::windowOf(e), ric, tic) && recoverWindow(e, true);
   }
 
+  /// In flight, once per frame and before the host's optimization: what the IMU cannot have felt, or
+  /// has not sent, is left out of the host's window, and so it is of the prediction of its newest
+  /// state. The images carry the host over it; without this it takes the damage for motion.
+  template <typename Estimator>
+  void leaveOutDamage(Estimator& e) {
+    if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
+    const std::vector<double> frames = stamps(e);
+    HostState newest = glue_detail::stateOf(e, e.frame_count);
+    if (!hasDamage(frames) || !rebuildDamaged(frames, e)) return;
+    if (!predict(glue_detail::stateOf(e, e.frame_count - 1), &newest)) return;
+    e.Ps[e.frame_count] = newest.P;
+    e.Rs[e.frame_count] = newest.R;
+    e.Vs[e.frame_count] = newest.V;
+  }
+
   /// The tracker has begun anew after a gap in the images, and asks the host to start anew: true
   /// where that is not needed, because the state before the gap was healthy and the IMU data since
   /// are whole. `newest_sample`: stamp of the last IMU sample that waits to be processed [s];
@@ -402,14 +417,16 @@ class HostGlue {
     return result;
   }
 
+  /// True where the newest interval was damaged.
   template <typename Estimator>
-  void rebuildDamaged(const std::vector<double>& frames, Estimator& e) const {
+  bool rebuildDamaged(const std::vector<double>& frames, Estimator& e) const {
     const std::vector<HostImuInterval> intervals = imuIntervals(frames);
     for (std::size_t i = 0; i < intervals.size(); ++i) {
       if (intervals[i].damaged) {
         glue_detail::rebuildInterval(intervals[i], static_cast<int>(i) + 1, e);
       }
     }
+    return !intervals.empty() && intervals.back().damaged;
   }
 
   template <typename Estimator>
@@ -431,6 +448,8 @@ class HostGlue {
                    const Eigen::Vector3d& tic);
   bool carriedTo(double stamp, HostState* state);
   std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
+  bool hasDamage(const std::vector<double>& stamps);
+  bool predict(const HostState& before, HostState* newest) const;
   void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
   bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
