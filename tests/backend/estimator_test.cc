@@ -188,6 +188,33 @@ TEST(EstimatorInput, DropsAndCounts) {
   EXPECT_TRUE(estimator.states().empty());
 }
 
+// Damaged samples in the window, replaced before a start: as if they had never come.
+TEST(EstimatorInput, ReplacesSamples) {
+  const Sequence sequence = sequenceOf("circle", 1, 3.0);
+  const auto newest = [&sequence](bool damaged, bool replaced) {
+    SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());
+    std::vector<ImuSample> right;
+    for (ImuSample sample : sequence.imu) {
+      if (sample.t > 0.92 && sample.t < 0.96) {
+        right.push_back(sample);
+        if (damaged) sample.accel.x() += 400.0;
+      }
+      estimator.addImu(sample);
+    }
+    std::vector<NavState> truth;
+    for (std::size_t k = 4; k < 14; ++k) {
+      EXPECT_TRUE(estimator.addFrame(sequence.frames[k]).ok());
+      truth.push_back(sequence.truth[k]);
+    }
+    estimator.replaceImu({});  // nothing
+    if (replaced) estimator.replaceImu(right);
+    estimator.seed(truth);
+    return Eigen::Vector3d(estimator.newest().v_w_b);
+  };
+  EXPECT_EQ(newest(true, true), newest(false, false));
+  EXPECT_NE(newest(true, false), newest(false, false));
+}
+
 TEST(EstimatorInput, TheWindowIsBounded) {
   const Sequence sequence = sequenceOf("hover", 1, 6.0);
   SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());

@@ -112,6 +112,29 @@ TEST(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
   EXPECT_NEAR(variance(0.5), here + by_tilt + by_bias, 0.01 * here);
 }
 
+// A state that the host has had: once, and with the covariance of a state in flight.
+TEST(FirstStatePrior, OfAHealthyState) {
+  CarriedState healthy;
+  healthy.state = answer().states.front();
+  healthy.covariance = healthyCovariance();
+  const HostState host = inHost(healthy.state);
+  const Root root = rootOf(firstStatePrior(healthy, host));
+  ASSERT_EQ(root.rows(), 11);
+  EXPECT_EQ(root.leftCols<3>().norm(), 0.0);
+  const auto sigmas = [&root](int column, double step) {
+    Eigen::Matrix<double, 15, 1> d = Eigen::Matrix<double, 15, 1>::Zero();
+    d[column] = step;
+    return (root * d).norm();
+  };
+  EXPECT_NEAR(sigmas(9, std::sqrt(healthy.covariance(12, 12))), 1.0, 1e-9);
+  EXPECT_NEAR(sigmas(12, std::sqrt(healthy.covariance(9, 9))), 1.0, 1e-9);
+  const Eigen::MatrixXd information = root.transpose() * root;
+  const Eigen::MatrixXd of_v = information.block<3, 3>(6, 6).inverse();
+  EXPECT_NEAR(of_v.diagonal().maxCoeff(), healthy.covariance(3, 3), 0.1 * healthy.covariance(3, 3));
+  healthy.covariance.setZero();
+  EXPECT_TRUE(firstStatePrior(healthy, host).empty());
+}
+
 TEST(FirstStatePrior, WithoutACovarianceThereIsNone) {
   InitResult result = answer();
   const HostState host = inHost(result.states.front());

@@ -215,6 +215,37 @@ TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
   expectTruth(answer, exact_.truth, 20, false, 2e-3);
 }
 
+// In hover the host's window reaches further back than ours and the reach of the IMU: there the
+// host gets what it knew.
+TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
+  HostOptions options;
+  options.max_reach_s = 0.3;
+  const auto adapter = make(exact_.calibration, options);
+  feed(*adapter, 0, 34);
+  std::vector<double> requested = stamps(34);
+  requested[0] = exact_.keyframes[0].t;
+  requested[1] = exact_.keyframes[1].t;
+  std::vector<HostState> known = {healthy(0), healthy(1), healthy(28)};
+  known[1].stamp += 1e-8;  // added to td and back
+  known[1].P.z() += 0.01;  // not what the IMU says
+  const HostAnswer answer = adapter->recover(requested, known);
+  ASSERT_TRUE(answer.success()) << answer.message;
+  ASSERT_EQ(answer.window.states.size(), requested.size());
+  for (std::size_t i = 0; i < requested.size(); ++i) {
+    EXPECT_EQ(answer.window.states[i].stamp, requested[i]) << "bit for bit";
+  }
+  EXPECT_EQ(answer.window.states[0].P, known[0].P);
+  EXPECT_EQ(answer.window.states[1].P, known[1].P);
+  EXPECT_LT((answer.window.states[2].P - exact_.truth[26].p_w_b).norm(), 0.02);
+  EXPECT_EQ(answer.window.prior.size(), 11u * HostWindow::kPriorColumns);
+  // One of them is not known.
+  known.erase(known.begin() + 1);
+  const HostAnswer refused = adapter->recover(requested, known);
+  EXPECT_FALSE(refused.success());
+  EXPECT_NE(refused.message.find("s before the window, may be 0.3 s"), std::string::npos)
+      << refused.message;
+}
+
 TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
   const auto adapter = make();
   feed(*adapter, 0, 3);

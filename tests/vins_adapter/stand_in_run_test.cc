@@ -699,6 +699,33 @@ TEST_F(StandInRun, ImuDamageDoesNotReachTheHost) {
   EXPECT_EQ(timesLogged("recover"), 0) << logText();
 }
 
+// A host that hovers keeps its first window for long: a recovery finds what was known of it.
+TEST_F(StandInRun, TheFirstWindowIsRemembered) {
+  start("initializer: slim\nreinit: 1\n");
+  Estimator& e = host();
+  e.next_flag = Estimator::MARGIN_OLD;
+  int k = 0;
+  for (; k < 30 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  track(k);
+  frame(k);
+  // From here on only the newest frame is exchanged.
+  e.next_flag = Estimator::MARGIN_SECOND_NEW;
+  const double oldest = glue_detail::stampOf(e.Headers[0]);
+  const Vector3d P = e.Ps[0];
+  for (++k; k < 59; ++k) {
+    track(k);
+    frame(k);
+  }
+  ASSERT_EQ(glue_detail::stampOf(e.Headers[0]), oldest);
+  for (int i = 0; i <= kNewest; ++i) e.Ps[i] += Vector3d(30, 0, 0);
+  e.fails = 1;
+  track(k);
+  frame(k);
+  ASSERT_EQ(timesLogged("recover done"), 1) << logText();
+  EXPECT_EQ(e.Ps[0], P);
+}
+
 TEST_F(StandInRun, WithoutReinitTheHostKeepsItsData) {
   start("initializer: slim\nreinit: 0\n");
   Estimator& e = host();

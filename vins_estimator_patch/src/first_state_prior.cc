@@ -39,6 +39,36 @@ Eigen::Matrix<double, 12, 15> bodyErrors(const NavState& state) {
   return Y;
 }
 
+// Of bodyErrors(), to the host's errors [p, theta, v, b_a, b_g].
+std::vector<double> priorFrom(const Eigen::Matrix<double, 12, 12>& covariance,
+                              const HostState& host) {
+  const Eigen::Matrix3d Rt = host.R.transpose();
+  const Eigen::Vector3d down = -Rt.col(2);
+  const Eigen::Matrix<double, 2, 3> B = acrossOf(down);
+  // A direction has two degrees of freedom.
+  Eigen::Matrix<double, kRows, 12> reduce = Eigen::Matrix<double, kRows, 12>::Zero();
+  reduce.block<3, 3>(0, 0).setIdentity();
+  reduce.block<2, 3>(3, 3) = B;
+  reduce.block<6, 6>(5, 6).setIdentity();
+  const Eigen::LLT<Eigen::Matrix<double, kRows, kRows>> llt(reduce * covariance *
+                                                            reduce.transpose());
+  if (llt.info() != Eigen::Success) return {};
+
+  Eigen::Matrix<double, kRows, kColumns> J = Eigen::Matrix<double, kRows, kColumns>::Zero();
+  J.block<3, 3>(0, 3) = skewOf(Rt * host.V);
+  J.block<3, 3>(0, 6) = Rt;
+  J.block<2, 3>(3, 3) = B * skewOf(down);
+  J.block<3, 3>(5, 12).setIdentity();
+  J.block<3, 3>(8, 9).setIdentity();
+  const Eigen::Matrix<double, kRows, kColumns> root = llt.matrixL().solve(J);
+  if (!root.allFinite()) return {};
+  std::vector<double> prior;
+  for (int row = 0; row < kRows; ++row) {
+    for (int column = 0; column < kColumns; ++column) prior.push_back(root(row, column));
+  }
+  return prior;
+}
+
 }  // namespace
 
 std::vector<double> firstStatePrior(const InitResult& answer, const NavState& at,
@@ -61,30 +91,12 @@ std::vector<double> firstStatePrior(const InitResult& answer, const NavState& at
       back *
       (Y.topRows<3>() + answer.gravity_w.norm() * dt * Y.middleRows<3>(3) - dt * Y.bottomRows<3>());
   carried.middleRows<3>(3) = back * Y.middleRows<3>(3);
+  return priorFrom(kSeenTwice * carried * P * carried.transpose(), host);
+}
 
-  const Eigen::Matrix3d Rt = host.R.transpose();
-  const Eigen::Vector3d down = -Rt.col(2);
-  const Eigen::Matrix<double, 2, 3> B = acrossOf(down);
-  Eigen::Matrix<double, kRows, 15> rows;
-  rows << carried.topRows<3>(), B * carried.middleRows<3>(3), carried.bottomRows<6>();
-  const Eigen::Matrix<double, kRows, kRows> S = kSeenTwice * rows * P * rows.transpose();
-  const Eigen::LLT<Eigen::Matrix<double, kRows, kRows>> llt(S);
-  if (llt.info() != Eigen::Success) return {};
-
-  // The same rows by the host's errors, [p, theta, v, b_a, b_g].
-  Eigen::Matrix<double, kRows, kColumns> J = Eigen::Matrix<double, kRows, kColumns>::Zero();
-  J.block<3, 3>(0, 3) = skewOf(Rt * host.V);
-  J.block<3, 3>(0, 6) = Rt;
-  J.block<2, 3>(3, 3) = B * skewOf(down);
-  J.block<3, 3>(5, 12).setIdentity();
-  J.block<3, 3>(8, 9).setIdentity();
-  const Eigen::Matrix<double, kRows, kColumns> root = llt.matrixL().solve(J);
-  if (!root.allFinite()) return {};
-  std::vector<double> prior;
-  for (int row = 0; row < kRows; ++row) {
-    for (int column = 0; column < kColumns; ++column) prior.push_back(root(row, column));
-  }
-  return prior;
+std::vector<double> firstStatePrior(const CarriedState& healthy, const HostState& host) {
+  const Eigen::Matrix<double, 12, 15> Y = bodyErrors(healthy.state);
+  return priorFrom(Y * toStatePrior(healthy).covariance * Y.transpose(), host);
 }
 
 }  // namespace slim_init::vins_adapter

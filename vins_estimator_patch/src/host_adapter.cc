@@ -34,6 +34,8 @@ constexpr double kShortCarry = 0.1;
 // Healthy states handed to the initializer, and the time between them [s].
 constexpr std::size_t kMostPriors = 6;
 constexpr double kBetweenPriors = 0.25;
+// Stamps of one frame differ by no more [s]; it has been added to td and back.
+constexpr double kSameFrame = 1e-6;
 // Rows of an image [px]; beyond is a mistake.
 constexpr int kMaxImageHeight = 100000;
 
@@ -118,8 +120,10 @@ struct HostAdapter::State {
   HostAnswer solve(const std::vector<double>& stamps, const std::vector<HostState>* healthy);
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
   InitResult recover(const HostState& last_healthy, double first_stamp_of_window);
-  bool fillWindow(const std::vector<double>& stamps, HostOrigin origin, HostAnswer* answer,
-                  InitStatus* status, std::string* problem) const;
+  std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
+                                   const std::vector<HostState>* healthy) const;
+  bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
+                  HostAnswer* answer, InitStatus* status, std::string* problem) const;
 
   mutable std::mutex mutex;
   std::unique_ptr<IInitializer> initializer;
@@ -188,38 +192,65 @@ HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
   return health;
 }
 
-// The host's frames lie between our keyframes, and some outside them.
-bool HostAdapter::State::fillWindow(const std::vector<double>& stamps, HostOrigin origin,
-                                    HostAnswer* answer, InitStatus* status,
-                                    std::string* problem) const {
+// In slow motion the host's frames reach further back than our window: what it knew of those, in
+// the odometry frame that is continued, one for each of the first stamps up to `begin` [s]. None
+// where one of them is not known.
+std::vector<NavState> HostAdapter::State::keptStates(const std::vector<double>& stamps,
+                                                     double begin,
+                                                     const std::vector<HostState>* healthy) const {
+  std::vector<NavState> kept;
+  if (healthy == nullptr) return kept;
+  const double td = initializer->calibration().td;
+  auto candidate = healthy->begin();
+  for (const double stamp : stamps) {
+    if (hostTime(stamp) >= begin) break;
+    while (candidate != healthy->end() && candidate->stamp < stamp - kSameFrame) ++candidate;
+    if (candidate == healthy->end() || candidate->stamp > stamp + kSameFrame) return {};
+    kept.push_back(fromHostState(*candidate, td));
+    kept.back().t = hostTime(stamp);
+  }
+  return kept;
+}
+
+// The host's frames lie between our keyframes, and some outside them. `healthy`: of the odometry
+// frame that is continued; null: a new one.
+bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
+                                    const std::vector<HostState>* healthy, HostAnswer* answer,
+                                    InitStatus* status, std::string* problem) const {
   const Calibration calibration = initializer->calibration();
+  const double reach = answer->verdict.states.front().t - options.max_reach_s;
+  std::vector<NavState> window = keptStates(stamps, reach, healthy);
+  const std::size_t kept = window.size();
   std::vector<double> times;
   times.reserve(stamps.size());
   // Not at the td that was found: the host's preintegrations reach from frame to frame as it has
   // paired them, and its own model moves what was seen to these times (velocity on the image plane
   // times the change of td).
-  for (const double stamp : stamps) times.push_back(hostTime(stamp));
+  for (std::size_t i = kept; i < stamps.size(); ++i) times.push_back(hostTime(stamps[i]));
   std::vector<NavState> states;
   if (!initializer->statesAt(answer->verdict, times, options.max_reach_s, &states, problem)) {
     *status = InitStatus::kTooFewKeyframes;
     *problem = "the host's window cannot be filled: " + *problem;
     return false;
   }
-  if (states.size() != stamps.size()) {
+  if (states.size() != times.size()) {
     *status = InitStatus::kNumericalFailure;
     *problem = initializer->name() + " returned " + std::to_string(states.size()) + " states for " +
-               std::to_string(stamps.size()) + " stamps";
+               std::to_string(times.size()) + " stamps";
     return false;
   }
-  if (!toHostWindow(states, calibration.gravity_magnitude, calibration.td, origin, &answer->window,
+  window.insert(window.end(), states.begin(), states.end());
+  const HostOrigin origin = healthy == nullptr ? HostOrigin::kFirstBody : HostOrigin::kKeep;
+  if (!toHostWindow(window, calibration.gravity_magnitude, calibration.td, origin, &answer->window,
                     problem)) {
     *status = InitStatus::kNumericalFailure;
     return false;
   }
   // As requested, to the last bit: the host finds its frames by them.
   for (std::size_t i = 0; i < stamps.size(); ++i) answer->window.states[i].stamp = stamps[i];
-  answer->window.prior =
-      firstStatePrior(answer->verdict, states.front(), answer->window.states.front());
+  const HostState& first = answer->window.states.front();
+  answer->window.prior = kept > 0 ? firstStatePrior({window.front(), healthyCovariance()}, first)
+                                  : firstStatePrior(answer->verdict, window.front(), first);
   return true;
 }
 
@@ -320,8 +351,7 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
     return decline(InitStatus::kNumericalFailure, initializer->name() + " reported " + problem);
   }
   InitStatus status = InitStatus::kSuccess;
-  const HostOrigin origin = healthy == nullptr ? HostOrigin::kFirstBody : HostOrigin::kKeep;
-  if (!fillWindow(stamps, origin, &answer, &status, &problem)) return decline(status, problem);
+  if (!fillWindow(stamps, healthy, &answer, &status, &problem)) return decline(status, problem);
   answer.joined = healthy != nullptr;
   return answer;
 }

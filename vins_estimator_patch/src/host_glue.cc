@@ -25,8 +25,11 @@ using Clock = std::chrono::steady_clock;
 
 // States of the host from the last moments before it noticed a failure are not trusted [s].
 constexpr double kSuspect = 0.5;
-// Healthy states kept [s]; has to be more than kSuspect.
-constexpr double kHealthyKept = 5.0;
+// Healthy states kept [s]: in slow motion the host's window reaches far back, and what is not in
+// ours is filled from them.
+constexpr double kHealthyKept = 30.0;
+// Damage of the IMU that began so long ago has not made the host fail [s].
+constexpr double kOldDamage = 5.0;
 // A gap in the images after which the tracker begins anew, and one that the IMU alone bridges well
 // enough for the optimization that follows [s].
 constexpr double kShortestGap = 0.9;
@@ -148,7 +151,7 @@ struct HostGlue::State {
       last = *it;
       // With the watchdog only states that it trusts are here, but it takes a while to notice.
       if (newest - last.stamp < kSuspect) continue;
-      if (last.stamp <= begin || newest - begin > kHealthyKept) break;
+      if (last.stamp <= begin || newest - begin > kOldDamage) break;
     }
     return last;
   }
@@ -450,10 +453,17 @@ bool HostGlue::predict(const HostState& before, HostState* newest) const {
   return carried.ok;
 }
 
-void HostGlue::addHealthy(const HostState& newest) {
+void HostGlue::addHealthy(const std::vector<HostState>& window) {
   State& state = *state_;
   if (state.suspect) return;
   state.is_lost = false;
+  const HostState& newest = window.back();
+  if (state.healthy.empty()) {
+    // A window that has slid has its newest frame twice.
+    for (const HostState& one : window) {
+      if (one.stamp < newest.stamp) state.healthy.push_back(one);
+    }
+  }
   state.healthy.push_back(newest);
   while (state.healthy.front().stamp < newest.stamp - kHealthyKept) state.healthy.pop_front();
   // After a stream that started anew the old states are of another time.

@@ -71,6 +71,15 @@ class SlidingWindowEstimator::Implementation {
     if (frames_.empty()) trimImu(sample.t - options_.imu_buffer_s);
   }
 
+  void replaceImu(const std::vector<ImuSample>& samples) {
+    if (samples.size() < 2) return;
+    const auto before = [](const ImuSample& a, const ImuSample& b) { return a.t < b.t; };
+    const auto first = std::lower_bound(imu_.begin(), imu_.end(), samples.front(), before);
+    const auto last = std::upper_bound(first, imu_.end(), samples.back(), before);
+    const auto place = imu_.erase(first, last);
+    imu_.insert(place, samples.begin(), samples.end());
+  }
+
   FrameReport addFrame(const FrameObservation& observation) {
     FrameReport report;
     report.problem = checkFrame(observation);
@@ -555,6 +564,9 @@ SlidingWindowEstimator::SlidingWindowEstimator(const Calibration& calibration,
 SlidingWindowEstimator::~SlidingWindowEstimator() = default;
 
 void SlidingWindowEstimator::addImu(const ImuSample& sample) { implementation_->addImu(sample); }
+void SlidingWindowEstimator::replaceImu(const std::vector<ImuSample>& samples) {
+  implementation_->replaceImu(samples);
+}
 FrameReport SlidingWindowEstimator::addFrame(const FrameObservation& frame) {
   return implementation_->addFrame(frame);
 }

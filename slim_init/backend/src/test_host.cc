@@ -16,7 +16,7 @@ using vins_adapter::HostState;
 using vins_adapter::toHostState;
 
 // Healthy states kept [s]; has to be more than suspect_s.
-constexpr double kHealthyKept = 2.0;
+constexpr double kHealthyKept = 30.0;
 
 }  // namespace
 
@@ -85,7 +85,7 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
   step.tracking = estimator_.seeded();
   if (step.tracking) {
     step.state = estimator_.newest();
-    remember(step.state);
+    remember();
   }
   return step;
 }
@@ -123,9 +123,27 @@ bool TestHost::fillWindow(const HostAnswer& answer, HostStep* step) {
   for (const HostState& state : answer.window.states) {
     states.push_back(vins_adapter::fromHostState(state, adapter_->calibration().td));
   }
+  leaveOutDamage();
   const FrameReport report = estimator_.seed(states);
   if (!report.ok()) step->message += "; " + report.problem;
   return report.ok();
+}
+
+// What threw it off is still in its window, as in VINS-Mono's.
+void TestHost::leaveOutDamage() {
+  const std::vector<double> stamps = estimator_.stamps();
+  const std::vector<vins_adapter::HostImuInterval> intervals = adapter_->imuIntervals(stamps);
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    if (!intervals[i].damaged) continue;
+    std::vector<ImuSample> samples(intervals[i].dt.size());
+    double t = adapter_->calibration().imuTime(stamps[i]);
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      samples[k].t = t += intervals[i].dt[k];
+      samples[k].accel = intervals[i].accel[k];
+      samples[k].gyro = intervals[i].gyro[k];
+    }
+    estimator_.replaceImu(samples);
+  }
 }
 
 // Those that are old enough, or the oldest there is.
@@ -141,9 +159,14 @@ std::vector<HostState> TestHost::healthyStates() const {
   return states;
 }
 
-void TestHost::remember(const NavState& state) {
+// The newest state, and of the first window those before it.
+void TestHost::remember() {
   is_lost_ = false;
-  healthy_.push_back(toHostState(state, adapter_->calibration().td));
+  const std::vector<NavState> states = estimator_.states();
+  const std::size_t first = healthy_.empty() ? 0 : states.size() - 1;
+  for (std::size_t i = first; i < states.size(); ++i) {
+    healthy_.push_back(toHostState(states[i], adapter_->calibration().td));
+  }
   while (healthy_.front().stamp < healthy_.back().stamp - kHealthyKept) {
     healthy_.erase(healthy_.begin());
   }

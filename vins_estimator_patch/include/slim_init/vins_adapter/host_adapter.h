@@ -142,7 +142,9 @@ class HostAdapter {
   /// used as a prior: a few frames since then can be enough, also at constant velocity and in hover
   /// (IInitializer::recoverWithPrior()).
   HostAnswer recover(const std::vector<double>& stamps, const HostState& last_healthy);
-  /// The same from several, ascending in time: the newest that the data agree with wins.
+  /// The same from several, ascending in time: the newest that the data agree with wins. Stamps
+  /// further than max_reach_s before the solved window get the states that the host had there, as
+  /// long as these are among them.
   HostAnswer recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
 
   /// Carries a state of the host on by the IMU to the frame of a stamp, and says how well it is

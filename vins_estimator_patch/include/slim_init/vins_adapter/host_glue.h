@@ -346,9 +346,9 @@ class HostGlue {
     return judgeWindow(glue_detail::windowOf(e), ric, tic) && recoverWindow(e, true);
   }
 
-  /// In flight, once per frame and before the host's optimization: what the IMU cannot have felt, or
-  /// has not sent, is left out of the host's window, and so it is of the prediction of its newest
-  /// state. The images carry the host over it; without this it takes the damage for motion.
+  /// In flight, once per frame and before the host's optimization: what the IMU cannot have felt,
+  /// or has not sent, is left out of the host's window, and so it is of the prediction of its
+  /// newest state. The images carry the host over it; without this it takes the damage for motion.
   template <typename Estimator>
   void leaveOutDamage(Estimator& e) {
     if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
@@ -370,11 +370,11 @@ class HostGlue {
   /// The host forgets its states, for whatever reason: the next start joins its odometry frame.
   void hostCleared();
 
-  /// After every frame that went well: the newest state may be needed. One that the watchdog
-  /// suspects is not kept.
+  /// After every frame that went well: the newest state may be needed, and of the first such frame
+  /// those before it. What the watchdog suspects is not kept.
   template <typename Estimator>
   void rememberHealthy(const Estimator& e) {
-    if (reinit()) addHealthy(glue_detail::stateOf(e, glue_detail::windowFrames<Estimator>() - 1));
+    if (reinit()) addHealthy(glue_detail::windowOf(e));
   }
 
   /// After a failure: fills the window so that position and yaw continue, or declines.
@@ -455,7 +455,7 @@ class HostGlue {
   bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
   bool solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
   void recordShadow(const std::vector<HostState>& window, bool tried, bool result);
-  void addHealthy(const HostState& state);
+  void addHealthy(const std::vector<HostState>& window);
   bool takeRequest(bool* reset_if_refused);
 
   struct State;

@@ -76,6 +76,10 @@ class SlidingWindowEstimator {
   /// The last of states().
   NavState newest() const;
 
+  /// Puts these samples (ascending) in the place of those that it holds of the same time, as a host
+  /// does that has learned which were damaged; at least two.
+  void replaceImu(const std::vector<ImuSample>& samples);
+
   std::int64_t droppedImu() const;
   std::int64_t droppedFrames() const;
 

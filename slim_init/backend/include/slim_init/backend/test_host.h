@@ -71,8 +71,9 @@ class TestHost {
   void seed(HostStep* step);
   void recover(const std::vector<vins_adapter::HostState>& from, bool failed, HostStep* step);
   bool fillWindow(const vins_adapter::HostAnswer& answer, HostStep* step);
+  void leaveOutDamage();
   std::vector<vins_adapter::HostState> healthyStates() const;
-  void remember(const NavState& state);
+  void remember();
 
   std::unique_ptr<vins_adapter::HostAdapter> adapter_;
   TestHostOptions options_;
