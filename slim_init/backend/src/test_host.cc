@@ -15,7 +15,8 @@ using vins_adapter::HostAnswer;
 using vins_adapter::HostState;
 using vins_adapter::toHostState;
 
-// Healthy states kept [s]; has to be more than suspect_s.
+// Largest suspect_s, and healthy states kept [s].
+constexpr double kMostSuspect = 2.0;
 constexpr double kHealthyKept = 30.0;
 
 }  // namespace
@@ -27,7 +28,7 @@ std::string TestHostOptions::validate() const {
       .nested("adapter", adapter.validate())
       .nested("estimator", estimator.validate())
       .nested("failure", failure.validate())
-      .within("suspect_s", suspect_s, 0.0, kHealthyKept)
+      .within("suspect_s", suspect_s, 0.0, kMostSuspect)
       .message();
 }
 
