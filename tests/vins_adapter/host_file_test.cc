@@ -56,6 +56,25 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
   EXPECT_FALSE(file.output_path.empty());
 }
 
+// GVINS has output_dir and puts $HOME in place of a ~ in front; output_path goes first and is as the
+// other hosts take it.
+TEST_F(HostFileTest, TheFolderForResultsOfGvins) {
+  const char* home = std::getenv("HOME");
+  ASSERT_NE(home, nullptr);
+  const std::string line = "output_path: \"/tmp\"";
+  const auto folder = [this, &line](const std::string& lines) {
+    HostFile file;
+    std::string error;
+    EXPECT_TRUE(readHostFile(write("host.yaml", edited(line, lines)), &file, &error)) << error;
+    return file.output_path;
+  };
+  EXPECT_EQ(folder("output_dir: \"/var/tmp\""), "/var/tmp");
+  EXPECT_EQ(folder("output_dir: \"~/output/\""), std::string(home) + "/output/");
+  EXPECT_EQ(folder("output_path: \"/a\"\noutput_dir: \"/b\""), "/a");
+  EXPECT_EQ(folder("output_path: \"~/output\""), "~/output");
+  EXPECT_EQ(folder("no_folder: 1"), "");
+}
+
 TEST_F(HostFileTest, OurKeysAndDefaults) {
   const std::string path = write("host.yaml", edited("slim_init:\n",
                                                      "initializer: slim\nreinit: 1\nslim_init:\n"

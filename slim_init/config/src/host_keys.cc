@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 
 #include "yaml_value.h"
@@ -224,6 +225,15 @@ void readRollingShutter(const cv::FileNode& root, Config* config) {
       "one instant");
 }
 
+// The host's folder for results. GVINS calls it output_dir and puts $HOME in place of a ~ in front.
+void readOutputFolder(const cv::FileNode& root, std::string* folder) {
+  readOptional(root, "output_path", folder);
+  if (!root["output_path"].empty()) return;
+  readOptional(root, "output_dir", folder);
+  const char* home = std::getenv("HOME");
+  if (!folder->empty() && folder->front() == '~' && home != nullptr) folder->replace(0, 1, home);
+}
+
 // VINS-Fusion keeps the camera in a file beside its own.
 CameraParameters readHostCamera(const cv::FileNode& root, const std::string& path) {
   std::string name;
@@ -250,7 +260,7 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   host->watchdog = host->reinit;
   readOptional(root, "watchdog", &host->watchdog);
   readOptional(root, "keep_heading", &host->keep_heading);
-  readOptional(root, "output_path", &host->output_path);
+  readOutputFolder(root, &host->output_path);
   readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);
 }
 

@@ -61,7 +61,10 @@ def forks():
     return {
         "vins_rgbd": Fork("vins_mono", {}, {
             "vins_estimator/CMakeLists.txt": [
-                ("${CERES_LIBRARIES}) ", "${CERES_LIBRARIES} /usr/local/lib/libSophus.so)")],
+                ("src/estimator_node.cpp src/estimator.cpp)",
+                 "\n    src/estimator_node.cpp\n    src/estimator.cpp\n"
+                 "    src/initial/initial_ex_rotation.cpp\n    )"),
+                ("${CERES_LIBRARIES}) ", "${CERES_LIBRARIES} /opt/lib/libSophus.so)")],
             "vins_estimator/src/factor/marginalization_factor.h": feature_parts(
                 "#define STAND_IN_FEATURE_SIZE 8\n"),
             "vins_estimator/src/estimator.h": [
