@@ -2,6 +2,7 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """The patch tool on the stand-in checkouts: apply_test.py REPOSITORY"""
 import os
+import re
 import shutil
 import stat
 import subprocess
@@ -407,6 +408,21 @@ class ApplyTest(unittest.TestCase):
             apply.inserted("f.cpp", text, [apply.Insertion("x;", "before", "y;")])
         with self.assertRaisesRegex(apply.Problem, r"the anchor \"void c\(\)\" is not found"):
             apply.inserted("f.cpp", text, [apply.Insertion("x;", "before", "y;", "void c()")])
+
+    def test_every_target_finds_the_included_header(self):
+        # All targets of the stand-ins have sources that include the header of the estimator.
+        for flavour, host in HOSTS.items():
+            for path in [path for path in host.files if path.endswith("CMakeLists.txt")]:
+                with self.subTest(path):
+                    checkout = self.checkout(flavour)
+                    self.succeeds(checkout)
+                    text = read(os.path.join(checkout, path)).decode()
+                    targets = re.findall(r"^add_(?:library|executable)\((\S+)", text, re.M)
+                    for target in targets:
+                        self.assertRegex(
+                            text, r"target_(link_libraries|include_directories)\(%s [^)]*slim_init::"
+                            % re.escape(target))
+                    shutil.rmtree(checkout)
 
     def test_what_opencv_4_has_no_longer_is_replaced(self):
         path = self.checkout("vins-mono")

@@ -100,7 +100,11 @@ void Estimator::clearState()""")],
         "pl_vins": Fork("vins_mono", {}, {
             "vins_estimator/package.xml": pl_vins["package.xml"],
             "vins_estimator/CMakeLists.txt": pl_vins["CMakeLists.txt"] + [
-                ("${catkin_LIBRARIES} ${OpenCV_LIBS} ${CERES_LIBRARIES}) ", "vinsEstimatorLib)")],
+                ("${catkin_LIBRARIES} ${OpenCV_LIBS} ${CERES_LIBRARIES}) ", "vinsEstimatorLib)"),
+                # What draws includes the header of the estimator and is in a library.
+                ("add_executable(",
+                 "add_library(vinsEstimatorLib SHARED src/utility/visualization.cpp)\n"
+                 "add_executable(")],
             "vins_estimator/src/factor/marginalization_factor.h": feature_parts("""\
 #define STAND_IN_FEATURE_SIZE 5
 #define STAND_IN_MANAGER_EXTRA    \\
