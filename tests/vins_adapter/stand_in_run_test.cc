@@ -602,6 +602,16 @@ TEST_F(StandInRun, AGapInTheImagesIsRiddenThrough) {
   EXPECT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
   EXPECT_EQ(e.resets, resets);
   EXPECT_EQ(timesLogged("goes on by its IMU"), 1) << logText();
+  // A second and more of flight is no jump. The samples have waited for the frame.
+  next_ -= gap.size();
+  track(k + 11);
+  const Vector3d before_gap = e.last_P, after_gap = e.Ps[kNewest];
+  frame(k + 11);
+  EXPECT_EQ(e.compared_to, after_gap);
+  EXPECT_NE(e.compared_to, before_gap);
+  track(k + 12);
+  frame(k + 12);
+  EXPECT_EQ(e.compared_to, after_gap) << "one frame later it looks again";
 }
 #endif
 

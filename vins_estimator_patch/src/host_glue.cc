@@ -92,6 +92,7 @@ struct HostGlue::State {
   bool is_lost = false;
   bool suspect = false;  // the watchdog does not trust the newest state
   bool alarm = false;    // .. and has reported a failure
+  bool rides = false;    // through a gap in the images
   double alarm_stamp = 0.0;
   double health_stamp = -std::numeric_limits<double>::infinity();
   Clock::time_point stock_began;
@@ -405,12 +406,16 @@ bool HostGlue::ridesThrough(double newest_sample) {
   out << "the tracker has begun anew after " << gap
       << " s without images; the host goes on by its IMU";
   state.report(ReportLevel::kInfo, out.str());
+  state.rides = true;
   return true;
 }
+
+bool HostGlue::endsRide() { return std::exchange(state_->rides, false); }
 
 void HostGlue::hostCleared() {
   if (!reinit()) return;
   State& state = *state_;
+  state.rides = false;
   if (!state.is_lost && !state.healthy.empty()) {
     // A tracker's restart finds the host in good health; after a refused request nobody knows.
     state.lost = state.healthyBefore(state.healthy.back().stamp, state.suspect);

@@ -145,7 +145,10 @@ class EstimatorParts : public Offset {
     stock_tries++;
     return stock_succeeds;
   }
-  bool failureDetection() { return fails-- > 0; }
+  bool failureDetection() {
+    compared_to = last_P;
+    return fails-- > 0;
+  }
   void optimization() { optimizations++; }
   void slideWindow() {
     const int first = marginalization_flag == MARGIN_OLD ? 0 : WINDOW_SIZE - 1;
@@ -190,6 +193,7 @@ class EstimatorParts : public Offset {
   MarginalizationFlag next_flag = MARGIN_OLD;
   bool stock_succeeds = false;
   int fails = 0;                              // this many calls of failureDetection()
+  Vector3d compared_to = Vector3d::Zero();    // last_P at its last call
   Matrix3d host_turn = Matrix3d::Identity();  // by which the host turns its optimized window
   int stock_tries = 0, resets = 0, optimizations = 0;
 };

@@ -346,19 +346,27 @@ class HostGlue {
     return judgeWindow(glue_detail::windowOf(e), ric, tic) && recoverWindow(e, true);
   }
 
-  /// In flight, once per frame and before the host's optimization: what the IMU cannot have felt,
-  /// or has not sent, is left out of the host's window, and so it is of the prediction of its
-  /// newest state. The images carry the host over it; without this it takes the damage for motion.
+  /// In flight, once per frame and before the host's optimization. What the IMU cannot have felt,
+  /// or has not sent, is left out of the host's window and of the prediction of its newest state:
+  /// the images carry the host over it, which would else take it for motion. With the first frame
+  /// after a gap that it rides through, the host's failure detection is to compare to that
+  /// prediction: the frame before the gap is far away.
   template <typename Estimator>
-  void leaveOutDamage(Estimator& e) {
+  void prepare(Estimator& e) {
     if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
+    const int newest = e.frame_count;
     const std::vector<double> frames = stamps(e);
-    HostState newest = glue_detail::stateOf(e, e.frame_count);
-    if (!hasDamage(frames) || !rebuildDamaged(frames, e)) return;
-    if (!predict(glue_detail::stateOf(e, e.frame_count - 1), &newest)) return;
-    e.Ps[e.frame_count] = newest.P;
-    e.Rs[e.frame_count] = newest.R;
-    e.Vs[e.frame_count] = newest.V;
+    HostState predicted = glue_detail::stateOf(e, newest);
+    if (hasDamage(frames) && rebuildDamaged(frames, e) &&
+        predict(glue_detail::stateOf(e, newest - 1), &predicted)) {
+      e.Ps[newest] = predicted.P;
+      e.Rs[newest] = predicted.R;
+      e.Vs[newest] = predicted.V;
+    }
+    if (endsRide()) {
+      e.last_P = e.Ps[newest];
+      e.last_R = e.Rs[newest];
+    }
   }
 
   /// The tracker has begun anew after a gap in the images, and asks the host to start anew: true
@@ -450,6 +458,7 @@ class HostGlue {
   std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
   bool hasDamage(const std::vector<double>& stamps);
   bool predict(const HostState& before, HostState* newest) const;
+  bool endsRide();
   void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
   bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
