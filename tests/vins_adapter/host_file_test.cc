@@ -53,6 +53,7 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
   EXPECT_EQ(file.mode, HostMode::kStock);
   EXPECT_FALSE(file.reinit);
   EXPECT_FALSE(file.watchdog);
+  EXPECT_FALSE(file.keep_heading);
   EXPECT_FALSE(file.output_path.empty());
 }
 
@@ -88,6 +89,7 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_EQ(adapter->options().mode, HostMode::kSlim);
   EXPECT_TRUE(adapter->options().reinit);
   EXPECT_TRUE(adapter->options().watchdog);  // as reinit
+  EXPECT_TRUE(file.keep_heading);            // as reinit
   EXPECT_EQ(file.imu_limits.max_accel, 300.0);
   EXPECT_EQ(file.imu_limits.max_gyro, ImuLimits().max_gyro);
   EXPECT_EQ(adapter->addImu(1.0, Eigen::Vector3d(299.0, 0, 0), Eigen::Vector3d::Zero()),
@@ -219,6 +221,11 @@ TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
   ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
   EXPECT_TRUE(file.reinit);
   EXPECT_FALSE(file.watchdog);
+  EXPECT_TRUE(file.keep_heading);
+  path = write("host.yaml", "%YAML:1.0\nreinit: 1\nkeep_heading: 0\n");
+  ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
+  EXPECT_TRUE(file.watchdog);
+  EXPECT_FALSE(file.keep_heading);
   path = write("host.yaml", "%YAML:1.0\nwatchdog: 3\n");
   EXPECT_FALSE(readHostFile(path, &file, &error));
   EXPECT_EQ(error, path + ": watchdog is 3, must be 0, 1, true or false");

@@ -259,6 +259,7 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   readOptional(root, "reinit", &host->reinit);
   host->watchdog = host->reinit;
   readOptional(root, "watchdog", &host->watchdog);
+  host->keep_heading = host->reinit;
   readOptional(root, "keep_heading", &host->keep_heading);
   readOutputFolder(root, &host->output_path);
   readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);

@@ -17,7 +17,7 @@ struct HostFile {
   HostMode mode = HostMode::kStock;
   bool reinit = false;
   bool watchdog = false;      ///< absent: as `reinit`
-  bool keep_heading = false;  ///< HostGlue::keepHeading() acts, whoever initializes
+  bool keep_heading = false;  ///< HostGlue::keepHeading() acts; absent: as `reinit`
   ImuLimits imu_limits;       ///< samples beyond are dropped; for messages about them
   FileCalibration rig;
   std::string output_path;         ///< the host's folder for results, or ""

@@ -22,7 +22,7 @@ struct HostKeys {
   bool reinit = false;                ///< re-initialize on a failure and on request
   bool watchdog = false;              ///< watch the host in flight; absent: as `reinit`
   /// After each of its optimizations the host keeps the heading of its oldest frame, in place of
-  /// that frame's Euler yaw.
+  /// that frame's Euler yaw; absent: as `reinit`.
   bool keep_heading = false;
   std::string output_path;  ///< the host's folder for results
   /// 0: the file's extrinsic is exact for the host, 1: a guess that it improves, 2: not known.
