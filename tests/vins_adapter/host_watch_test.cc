@@ -187,6 +187,30 @@ TEST(ImuScreen, NoiseOfABrokenSensorIsDamageAndVibrationIsNot) {
   EXPECT_TRUE(vibration.screen.damage().empty());
 }
 
+// A frame that vibrates by so much, or by about so much, all the time: the samples are all there
+// is.
+TEST(ImuScreen, WhatGoesOnIsAVibration) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (const double sigma : {20.0, 11.5}) {
+    ImuScreen screen{ImuLimits()};
+    int used_late = 0, late = 0;
+    for (int i = 0; i < 4000; ++i) {
+      ImuSample sample;
+      sample.t = 0.005 * i;
+      sample.accel = Eigen::Vector3d(0, 0, 9.81);
+      if (i > 200) {
+        for (int axis = 0; axis < 3; ++axis) sample.accel[axis] += sigma * normal(random);
+      }
+      const std::size_t used = screen.add(sample).size();
+      if (i < 3000) continue;
+      ++late;
+      used_late += used > 0 ? 1 : 0;
+    }
+    EXPECT_GT(used_late, 0.98 * late) << sigma;
+  }
+}
+
 TEST(ImuScreen, WhatStaysIsAMotion) {
   const ExactWindow exact = flight();
   const Screened result = screened(disturbed(exact.imu, 2.0, 10.0, {100, 0, 0}));

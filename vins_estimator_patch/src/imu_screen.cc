@@ -24,8 +24,12 @@ constexpr double kMaxGyroJump = 2.0;  // [rad/s]
 constexpr double kMaxAccelScatter = 25.0;  // [m/s^2]
 constexpr double kMaxGyroScatter = 1.5;    // [rad/s]
 constexpr std::size_t kJudged = 20;        // samples
-// A motion that stays different is a motion: after this time the samples are believed again [s].
+// A motion that stays different is a motion, and neighbours that stay different are those of a
+// frame that vibrates: after these times the samples are believed again [s].
 constexpr double kLongestStep = 0.5;
+constexpr double kLongestScatter = 3.0;
+// Calm time takes so much of that back: a vibration about the bound passes it now and then.
+constexpr double kCalmShare = 0.2;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
 
@@ -62,6 +66,7 @@ void ImuScreen::reset() {
   damage_.clear();
   left_out_.clear();
   believed_since_ = -1e300;
+  scattered_ = 0.0;
 }
 
 bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
@@ -69,8 +74,12 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   recent_.push_back(sample);
   if (recent_.size() > kJudged) recent_.pop_front();
   const bool within = !limits_.exceededBy(sample);
-  if (recent_.size() == kJudged && (scatterOf(recent_, &ImuSample::accel) > kMaxAccelScatter ||
-                                    scatterOf(recent_, &ImuSample::gyro) > kMaxGyroScatter)) {
+  const bool scatters =
+      recent_.size() == kJudged && (scatterOf(recent_, &ImuSample::accel) > kMaxAccelScatter ||
+                                    scatterOf(recent_, &ImuSample::gyro) > kMaxGyroScatter);
+  scattered_ = std::clamp(scattered_ + (scatters ? period_ : -kCalmShare * period_), 0.0,
+                          2.0 * kLongestScatter);
+  if (scatters && scattered_ <= kLongestScatter) {
     // It took half of them to notice.
     const double noticed = sample.t - 0.5 * static_cast<double>(kJudged) * period_;
     while (samples_.size() > 1 && samples_.back().t > noticed) samples_.pop_back();

@@ -25,7 +25,8 @@ struct ImuDamage {
 /// Leaves out samples that the body cannot have felt: beyond the limits of the sensor, far from the
 /// samples before them, or in a stretch where neighbouring samples differ as no vibration makes
 /// them. What is left out is replaced by interpolation, in samples(); where that took at most
-/// kBridge, for use as well. Missing samples are treated alike. Not thread-safe.
+/// kBridge, for use as well. Missing samples are treated alike. What goes on for longer, 0.5 s of a
+/// step or 3 s of such a stretch, is how this body moves and vibrates. Not thread-safe.
 ///
 /// The bounds are twice what 470 s of EuRoC flight show: 38 m/s^2 and 3.4 rad/s from the median of
 /// the 0.1 s before, and a median step of 12 m/s^2 and 0.6 rad/s between neighbours.
@@ -59,6 +60,7 @@ class ImuScreen {
   std::deque<ImuDamage> damage_;
   std::vector<ImuSample> left_out_;  // of the open damage
   double believed_since_ = -1e300;   // samples from before are of another motion [s]
+  double scattered_ = 0.0;           // neighbours have differed by too much for so long [s]
   double period_ = 0.005;            // between samples [s]
 };
 
