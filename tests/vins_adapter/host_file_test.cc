@@ -57,8 +57,8 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
   EXPECT_FALSE(file.output_path.empty());
 }
 
-// GVINS has output_dir and puts $HOME in place of a ~ in front; output_path goes first and is as the
-// other hosts take it.
+// GVINS has output_dir and puts $HOME in place of a ~ in front; output_path goes first and is as
+// the other hosts take it.
 TEST_F(HostFileTest, TheFolderForResultsOfGvins) {
   const char* home = std::getenv("HOME");
   ASSERT_NE(home, nullptr);

@@ -26,7 +26,8 @@ struct HostFile {
 
 /// Reads `initializer`, `reinit`, `watchdog`, `keep_heading` and `output_path` (without it GVINS'
 /// `output_dir`); absent keys are those of an unpatched host. On a problem returns false, leaves
-/// `file` as it was and puts a message naming file, key, value and bound into `error` (may be null).
+/// `file` as it was and puts a message naming file, key, value and bound into `error` (may be
+/// null).
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
 /// Reads the whole file and makes the adapter, with HostAdapter::hostDefaults() where our section
