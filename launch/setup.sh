@@ -33,7 +33,6 @@ libopencv-imgproc-dev | needed | 4.6.0 | 4.2.0 | image processing (line front en
 libopencv-calib3d-dev | needed | 4.6.0 | 4.2.0 | lens undistortion (line front end only)
 libopencv-imgcodecs-dev | needed | 4.6.0 | 4.2.0 | images of recordings (line front end only)
 libopencv-video-dev | needed | 4.6.0  | 4.2.0  | point tracking (line front end only)
-libopencv-contrib-dev | needed | 4.6.0 | 4.2.0 | line detection, module ximgproc (line front end only)
 nlohmann-json3-dev  | needed | 3.11.2 | 3.7.3  | summary.json of the evaluation
 libboost-program-options-dev | needed | 1.74.0 | 1.71.0 | command line of the program slim_init
 libceres-dev        | needed | 2.1.0  | 1.14.0 | methods vins, openvins; ab --downstream; tests

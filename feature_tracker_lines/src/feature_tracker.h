@@ -33,8 +33,6 @@ class FeatureTracker {
   void track(double t, const cv::Mat& grey, const RotationPrior& prior, FrameObservation* frame,
              ImageReport* report);
 
-  const char* lineDetectorName() const { return lines_.detectorName(); }
-
   /// See ImageFrontEnd::debugImage().
   cv::Mat debugImage() const;
 

@@ -109,9 +109,7 @@ class ImageFrontEnd::Impl {
   void setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma);
   const ImageReport& report() const { return report_; }
   const FrontEndTotals& totals() const { return totals_; }
-  std::string lineDetector() const {
-    return options_.lines.enabled ? tracker_.lineDetectorName() : "";
-  }
+  std::string lineDetector() const { return options_.lines.enabled ? LineDetector::kName : ""; }
   cv::Mat debugImage() const { return tracker_.debugImage(); }
 
   void reset() {

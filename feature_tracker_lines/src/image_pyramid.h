@@ -17,8 +17,8 @@ struct ImagePyramid {
   double noise = 0.0;  ///< standard deviation of the pixel noise [grey levels]
 
   bool empty() const { return pyramid.empty(); }
-  /// Scharr derivatives of level 0 (CV_16SC2), 32 times those per pixel.
-  const cv::Mat& derivative() const { return pyramid[1]; }
+  /// Scharr derivatives of level l (CV_16SC2), 32 times those per pixel of that level.
+  const cv::Mat& derivative(int l) const { return pyramid[static_cast<std::size_t>(2 * l + 1)]; }
   /// Level 0 is the image itself (CV_8UC1); a pixel (x, y) of level l lies at (x, y) 2^l of it.
   const cv::Mat& level(int l) const { return pyramid[static_cast<std::size_t>(2 * l)]; }
 };

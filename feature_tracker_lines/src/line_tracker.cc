@@ -14,9 +14,10 @@ namespace {
 constexpr double kRadPerDeg = 0.017453292519943295;
 
 // KLT of points on lines: a smaller window than for corners [px], since the edge itself is what
-// counts, and few iterations, since along the edge there is nothing to converge to.
-constexpr int kWindowPx = 13;
-const cv::TermCriteria kFlowEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 8, 0.02);
+// counts, as wide as OpenCV's vector loop, and few iterations, since along the edge there is
+// nothing to converge to.
+constexpr int kWindowPx = 8;
+const cv::TermCriteria kFlowEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 5, 0.02);
 // From its second image on the motion of a line is known. Its prediction is then good to a pixel or
 // two, and one pyramid level is enough; a new line may be off by more.
 constexpr int kAgeOfKnownMotion = 2;
@@ -36,11 +37,6 @@ constexpr double kLeastForward = 0.1;
 // image gives the precision.
 constexpr int kDetectionLevel = 1;
 constexpr int kDetectionScale = 1 << kDetectionLevel;
-// Places along a segment, and distances to either side [px of the detection level], at which the
-// brightness is compared to find the brighter side.
-constexpr int kSidePlaces = 7;
-constexpr float kSideOffsets[] = {1.0F, 2.0F};
-
 // Search of the refit to either side [px]: a detection is good to a pixel of level 1, a tracked
 // line is better.
 constexpr double kSearchNewPx = 3.0;
@@ -115,25 +111,6 @@ Eigen::Vector3d turnedOnto(const Eigen::Vector3d& normal, const Eigen::Matrix3d&
   return (g - normal * normal.dot(g)).normalized();
 }
 
-// Whether the right side of the segment from `a` to `b` [px] is darker than the left one.
-bool isDarkerRight(const cv::Mat& grey, const cv::Point2f& a, const cv::Point2f& b) {
-  const cv::Point2f along = b - a;
-  const auto length = static_cast<float>(cv::norm(along));
-  const cv::Point2f across(-along.y / length, along.x / length);
-  const cv::Rect inside(0, 0, grey.cols, grey.rows);
-  int difference = 0;
-  for (int i = 1; i <= kSidePlaces; ++i) {
-    const cv::Point2f p = a + along * (static_cast<float>(i) / (kSidePlaces + 1));
-    for (const float off : kSideOffsets) {
-      const cv::Point right(cvRound(p.x + off * across.x), cvRound(p.y + off * across.y));
-      const cv::Point left(cvRound(p.x - off * across.x), cvRound(p.y - off * across.y));
-      if (!inside.contains(right) || !inside.contains(left)) continue;
-      difference += grey.at<uchar>(right) - grey.at<uchar>(left);
-    }
-  }
-  return difference < 0;
-}
-
 cv::Point2f toPoint(const Eigen::Vector2d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y())};
 }
@@ -176,7 +153,7 @@ LineTracker::LineTracker(const CameraParameters& camera, const FrontEndOptions& 
       lens_(camera_),
       options_(options),
       focal_px_(camera_.focalPx()),
-      detector_(makeLineDetector(options.lines.min_length_px / kDetectionScale)) {}
+      detector_(options.lines.min_length_px / kDetectionScale) {}
 
 void LineTracker::reset() {
   tracks_.clear();
@@ -186,19 +163,16 @@ void LineTracker::reset() {
 std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
   const int level = std::min(kDetectionLevel, now.max_level);
   const int scale = 1 << level;
-  // A copy: the level lies in a larger, padded image, and the detector expects contiguous rows.
-  now.level(level).copyTo(half_);
   std::vector<cv::Vec4f> found;
-  detector_->detect(half_, &found);
+  detector_.detect(now.derivative(level), now.noise, &found);
   detected_.clear();
 
   std::vector<Segment> segments;
   for (const cv::Vec4f& s : found) {
-    cv::Point2f a(s[0], s[1]), b(s[2], s[3]);
+    const cv::Point2f a(s[0], s[1]), b(s[2], s[3]);
     const auto length = static_cast<float>(cv::norm(b - a));
     if (!(length * static_cast<float>(scale) >= options_.lines.min_length_px)) continue;
     detected_.push_back(s * static_cast<float>(scale));
-    if (isDarkerRight(half_, a, b)) std::swap(a, b);
     Segment segment;
     segment.start = lens_.bearing(Eigen::Vector2d(a.x, a.y) * scale);
     segment.end = lens_.bearing(Eigen::Vector2d(b.x, b.y) * scale);

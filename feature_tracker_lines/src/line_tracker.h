@@ -5,7 +5,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -55,8 +54,6 @@ class LineTracker {
   /// Segments of the detector in the last image [px], for display.
   const std::vector<cv::Vec4f>& detected() const { return detected_; }
 
-  const char* detectorName() const { return detector_->name(); }
-
   /// Forgets all lines. Ids are not reused.
   void reset();
 
@@ -89,10 +86,9 @@ class LineTracker {
   RowCamera lens_before_, lens_;  // of the image before and of the last one
   FrontEndOptions options_;
   double focal_px_ = 0.0;
-  std::unique_ptr<LineDetector> detector_;
+  LineDetector detector_;
   std::vector<LineTrack> tracks_;
   std::vector<cv::Vec4f> detected_;
-  cv::Mat half_;
   FeatureId next_id_ = 0;
 };
 

@@ -29,7 +29,7 @@ const cv::TermCriteria kForward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS,
 // start within this distance of the answer [px] one level is enough, and a smaller window.
 constexpr int kBackwardLevels = 1;
 constexpr float kNearPx = 4.0F;
-constexpr int kBackwardWindowPx = 15;
+constexpr int kBackwardWindowPx = 16;  // as wide as two turns of OpenCV's vector loop
 const cv::TermCriteria kBackward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 15, 0.02);
 
 // New corners are moved to the vertex where their edges meet: half side of the window [px], and the
@@ -45,6 +45,9 @@ const cv::TermCriteria kVertexEnd(cv::TermCriteria::COUNT + cv::TermCriteria::EP
 constexpr double kLeastCorrelation = 0.8;
 constexpr int kMaxAnchorMisses = 2;
 constexpr double kMaxScale = 1.3;
+// Correlation and distance from the prediction [px] from which on a match is sure without KLT.
+constexpr double kSureCorrelation = 0.95;
+constexpr float kSurePx = 0.7F;
 
 // Corners are looked for in this many cells per image (of about 150), which bounds the time, unless
 // fewer than this share of the points is left.
@@ -144,6 +147,21 @@ int keepFlagged(const std::vector<unsigned char>& flags, std::vector<PointTrack>
   return removed;
 }
 
+// Whether the anchor of a track is where the track was predicted, well enough to leave out KLT
+// there and back; then `there` is the place, and the anchor takes over its deformation.
+bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Point2f& predicted,
+                cv::Point2f* there) {
+  if (track.anchor == nullptr || !(track.surprise_px < kSteadyPx)) return false;
+  const PatchAnchor::Match match = track.anchor->align(now.level(0), toEigen(predicted), now.noise);
+  *there = toPoint(match.pixel);
+  if (!match.ok || !(match.correlation > kSureCorrelation) ||
+      !(cv::norm(*there - predicted) < kSurePx)) {
+    return false;
+  }
+  track.anchor->accept();
+  return true;
+}
+
 // KLT of a set of points from the previous image to this one, in rounds: each round looks for those
 // that no earlier round has found.
 class FlowSearch {
@@ -178,6 +196,12 @@ class FlowSearch {
       found_[index[k]] = 1;
       to_[index[k]] = ends[k];
     }
+  }
+
+  // Point i is known to be at `to`.
+  void set(std::size_t i, const cv::Point2f& to) {
+    found_[i] = 1;
+    to_[i] = to;
   }
 
   bool found(std::size_t i) const { return found_[i] != 0; }
@@ -312,9 +336,10 @@ void PointTracker::trackDefault(const ImagePyramid& before, const ImagePyramid& 
                                 const RotationPrior& prior, ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
+    deformAnchors(prior);
     moved = follow(before, now, prior);
     report->points_flow = static_cast<int>(moved.size());
-    anchorTracks(now, prior, &moved);
+    anchorTracks(now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);
     report->points_outliers += checkThreeViews(prior, &moved);
@@ -323,7 +348,26 @@ void PointTracker::trackDefault(const ImagePyramid& before, const ImagePyramid& 
   refill(now, report);
 }
 
-// The tracks that KLT finds in this image, moved there.
+// The rotation deforms each point's anchor by the Jacobian of its map of pixels.
+void PointTracker::deformAnchors(const RotationPrior& prior) const {
+  const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
+  const Eigen::Matrix3d& R = prior.R_now_before;
+  for (const PointTrack& track : tracks_) {
+    if (track.anchor == nullptr) continue;
+    Eigen::Vector2d middle, right, down;
+    const Eigen::Vector2d here = toEigen(track.pixel);
+    const Eigen::Vector3d f = atMiddleRow(prior.rows_before, track.bearing, track.pixel);
+    if (lens.project(R * f, &middle) &&
+        lens.project(R * lens_before.bearing(here + Eigen::Vector2d::UnitX()), &right) &&
+        lens.project(R * lens_before.bearing(here + Eigen::Vector2d::UnitY()), &down)) {
+      Eigen::Matrix2d jacobian;
+      jacobian << right - middle, down - middle;
+      track.anchor->deform(jacobian);
+    }
+  }
+}
+
+// The tracks that are found in this image, moved there.
 std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const ImagePyramid& now,
                                              const RotationPrior& prior) const {
   const std::size_t n = tracks_.size();
@@ -344,6 +388,13 @@ std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const I
   }
 
   FlowSearch search(before, now, options_.points, std::move(from));
+  std::vector<unsigned char> recognised(n, 0);
+  for (std::size_t i = 0; prior.measured && i < n; ++i) {
+    cv::Point2f there;
+    if (!isSurelyAt(tracks_[i], now, predicted[i], &there)) continue;
+    recognised[i] = 1;
+    search.set(i, there);
+  }
   const auto all = [](std::size_t) { return true; };
   if (prior.measured) {
     const auto steady = [this](std::size_t i) { return tracks_[i].surprise_px < kSteadyPx; };
@@ -360,43 +411,34 @@ std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const I
     PointTrack track = tracks_[i];
     if (!advance(search.to(i), rotated[i], &track)) continue;
     track.surprise_px = static_cast<float>(cv::norm(search.to(i) - predicted[i]));
+    track.recognised = recognised[i] != 0;
     moved.push_back(track);
   }
   return moved;
 }
 
+// Moves a point that KLT has followed to where its anchor is. False where it is not recognised.
+bool PointTracker::recognise(const ImagePyramid& now, PointTrack* track) const {
+  const PatchAnchor::Match match =
+      track->anchor->align(now.level(0), toEigen(track->pixel), now.noise);
+  const Eigen::Vector3d bearing = camera_.bearing(match.pixel);
+  if (!match.ok || !(match.correlation > kLeastCorrelation) || !bearing.allFinite()) return false;
+  track->anchor->accept();
+  const cv::Point2f there = toPoint(match.pixel);
+  track->residual_flow += there - track->pixel;
+  track->pixel = there;
+  track->bearing = bearing;
+  return true;
+}
+
 // Moves each point to where its anchor is found; one whose anchor is no longer recognised becomes a
 // new track or is dropped. KLT from image to image drifts, by half a pixel per second where the
 // camera turns or the scene comes closer.
-void PointTracker::anchorTracks(const ImagePyramid& now, const RotationPrior& prior,
-                                std::vector<PointTrack>* moved) {
-  const RowCamera lens_before(camera_, prior.rows_before), lens(camera_, prior.rows_now);
+void PointTracker::anchorTracks(const ImagePyramid& now, std::vector<PointTrack>* moved) {
   for (PointTrack& track : *moved) {
     if (track.anchor == nullptr) continue;
-    const Eigen::Vector2d pixel = toEigen(track.pixel);
-    // The rotation deforms the patch by the Jacobian of its map of pixels.
-    Eigen::Vector2d middle, right, down;
-    const Eigen::Vector2d before = toEigen(track.pixel_before);
-    const Eigen::Matrix3d& R = prior.R_now_before;
-    const Eigen::Vector3d f =
-        atMiddleRow(prior.rows_before, track.bearing_before, track.pixel_before);
-    if (lens.project(R * f, &middle) &&
-        lens.project(R * lens_before.bearing(before + Eigen::Vector2d::UnitX()), &right) &&
-        lens.project(R * lens_before.bearing(before + Eigen::Vector2d::UnitY()), &down)) {
-      Eigen::Matrix2d jacobian;
-      jacobian << right - middle, down - middle;
-      track.anchor->deform(jacobian);
-    }
-    const PatchAnchor::Match match = track.anchor->align(now.level(0), pixel, now.noise);
-    if (match.ok && match.correlation > kLeastCorrelation) {
-      const Eigen::Vector3d bearing = camera_.bearing(match.pixel);
-      if (!bearing.allFinite()) continue;
-      track.anchor->accept();
+    if (track.recognised || recognise(now, &track)) {
       track.anchor_misses = 0;
-      const cv::Point2f there = toPoint(match.pixel);
-      track.residual_flow += there - track.pixel;
-      track.pixel = there;
-      track.bearing = bearing;
       const double scale = track.anchor->scale();
       if (scale <= kMaxScale && scale >= 1.0 / kMaxScale) continue;
     } else if (++track.anchor_misses <= kMaxAnchorMisses) {
@@ -548,7 +590,7 @@ void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner
   if (wanted <= 0) return;
   const bool everywhere = static_cast<double>(tracks_.size()) < kRefillAll * o.max_points;
   std::vector<cv::Point2f> found;
-  corners_.detect(now.derivative(),
+  corners_.detect(now.derivative(0),
                   corner * o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
                   everywhere ? corners_.cells() : kCellsPerImage, mask, &found);
   if (found.empty()) return;

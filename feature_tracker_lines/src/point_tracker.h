@@ -39,6 +39,7 @@ struct PointTrack {
   float surprise_px = std::numeric_limits<float>::infinity();
   std::shared_ptr<PatchAnchor> anchor;  ///< default profile only
   int anchor_misses = 0;                ///< images in a row without a match of the anchor
+  bool recognised = false;              ///< found by its anchor alone in the last image
 };
 
 /// Follows points from image to image.
@@ -71,8 +72,9 @@ class PointTracker {
                     ImageReport* report);
   std::vector<PointTrack> follow(const ImagePyramid& before, const ImagePyramid& now,
                                  const RotationPrior& prior) const;
-  void anchorTracks(const ImagePyramid& now, const RotationPrior& prior,
-                    std::vector<PointTrack>* moved);
+  void deformAnchors(const RotationPrior& prior) const;
+  bool recognise(const ImagePyramid& now, PointTrack* track) const;
+  void anchorTracks(const ImagePyramid& now, std::vector<PointTrack>* moved);
   std::vector<unsigned char> findInliers(const std::vector<PointTrack>& moved,
                                          const RotationPrior& prior, ImageReport* report) const;
   int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);

@@ -22,11 +22,11 @@ slim_init_require(Eigen3_FOUND "Eigen >= 3.3" libeigen3-dev "")
 
 if(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
   find_package(SlimInitOpenCV 4.2 QUIET
-               COMPONENTS core imgproc calib3d imgcodecs video ximgproc)
+               COMPONENTS core imgproc calib3d imgcodecs video)
   set_package_properties(SlimInitOpenCV PROPERTIES TYPE REQUIRED
                          DESCRIPTION "OpenCV" PURPOSE "feature_tracker_lines")
-  slim_init_require(SlimInitOpenCV_FOUND "OpenCV >= 4.2 (core, imgproc, calib3d, imgcodecs, video, ximgproc)"
-                    "libopencv-imgcodecs-dev, libopencv-video-dev and libopencv-contrib-dev"
+  slim_init_require(SlimInitOpenCV_FOUND "OpenCV >= 4.2 (core, imgproc, calib3d, imgcodecs, video)"
+                    "libopencv-imgcodecs-dev, libopencv-video-dev and libopencv-calib3d-dev"
                     SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
 endif()
 

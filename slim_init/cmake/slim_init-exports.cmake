@@ -21,12 +21,11 @@ endif()
 # Only the line front end needs OpenCV; who links the core alone need not have it.
 if(TARGET slim_init::feature_tracker_lines AND NOT TARGET SlimInitOpenCV::SlimInitOpenCV)
   list(INSERT CMAKE_MODULE_PATH 0 "${CMAKE_CURRENT_LIST_DIR}")
-  find_package(SlimInitOpenCV 4.2 QUIET COMPONENTS core imgproc calib3d imgcodecs video
-                                                  ximgproc)
+  find_package(SlimInitOpenCV 4.2 QUIET COMPONENTS core imgproc calib3d imgcodecs video)
   list(REMOVE_AT CMAKE_MODULE_PATH 0)
   if(NOT SlimInitOpenCV_FOUND AND "feature_tracker_lines" IN_LIST slim_init_FIND_COMPONENTS)
     set(slim_init_NOT_FOUND_MESSAGE
-        "slim_init::feature_tracker_lines needs OpenCV >= 4.2, which was not found: install libopencv-imgcodecs-dev, libopencv-video-dev and libopencv-contrib-dev, or set OpenCV_DIR"
+        "slim_init::feature_tracker_lines needs OpenCV >= 4.2, which was not found: install libopencv-imgcodecs-dev, libopencv-video-dev and libopencv-calib3d-dev, or set OpenCV_DIR"
     )
   endif()
 endif()

@@ -16,6 +16,7 @@
 #include "line_detector.h"
 #include "outliers.h"
 #include "patch_anchor.h"
+#include "point_tracker.h"
 #include "room_walk.h"
 #include "rotation_prior.h"
 #include "row_camera.h"
@@ -35,7 +36,7 @@ std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat 
   CornerDetector detector(image.size(), 20.0, 8.0);
   if (mask.empty()) mask = cv::Mat(image.size(), CV_8UC1, cv::Scalar(255));
   std::vector<cv::Point2f> corners;
-  detector.detect(pyramid.derivative(), factor * kNoiseEigenvalue * pyramid.noise * pyramid.noise,
+  detector.detect(pyramid.derivative(0), factor * kNoiseEigenvalue * pyramid.noise * pyramid.noise,
                   1000, detector.cells(), &mask, &corners);
   return corners;
 }
@@ -166,13 +167,13 @@ TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
   std::vector<cv::Point2f> corners;
   cv::Mat mask(image.size(), CV_8UC1, cv::Scalar(255));
   for (int i = 0; i < rounds; ++i) {
-    detector.detect(pyramid.derivative(), 100.0, 10, at_a_time, &mask, &corners);
+    detector.detect(pyramid.derivative(0), 100.0, 10, at_a_time, &mask, &corners);
   }
   EXPECT_TRUE(corners.empty());
   cv::rectangle(image, cv::Rect(400, 300, 90, 60), cv::Scalar(220), cv::FILLED);
   buildImagePyramid(image, 21, 3, &pyramid);
   for (int i = 0; i < rounds; ++i) {
-    detector.detect(pyramid.derivative(), 100.0, 10, at_a_time, &mask, &corners);
+    detector.detect(pyramid.derivative(0), 100.0, 10, at_a_time, &mask, &corners);
   }
   EXPECT_EQ(corners.size(), 4U);
 }
@@ -477,21 +478,159 @@ TEST(EdgeFitTest, NoiseCostsLittleAndABlankImageHasNone) {
   EXPECT_FALSE(fitEdge(image, RowCamera(camera), s, s, 3.0, 3.0, 0.6, 0.5, &edge));
 }
 
-TEST(LineDetectorTest, SeesALineAndNothingInBlackness) {
-  const auto detector = makeLineDetector(20.0);
-  EXPECT_NE(std::string(detector->name()), "");
-  std::vector<cv::Vec4f> segments;
-  for (const double brightness : {0.0, 255.0}) {
-    detector->detect(cv::Mat(240, 376, CV_8UC1, cv::Scalar(brightness)), &segments);
-    EXPECT_TRUE(segments.empty());
+// Segments of an image as it is, without a level of the pyramid in between.
+std::vector<cv::Vec4f> segmentsOf(const cv::Mat& image, double min_length, double noise = 0.3) {
+  ImagePyramid pyramid;
+  buildImagePyramid(image, 5, 0, &pyramid);
+  std::vector<cv::Vec4f> segments(3);  // what was there before is no result
+  LineDetector(min_length).detect(pyramid.derivative(0), noise, &segments);
+  return segments;
+}
+
+double lengthOf(const cv::Vec4f& s) { return std::hypot(s[2] - s[0], s[3] - s[1]); }
+
+TEST(LineDetectorTest, NothingInImagesWithoutEdges) {
+  for (const double brightness : {0.0, 90.0, 255.0}) {
+    EXPECT_TRUE(segmentsOf(cv::Mat(240, 376, CV_8UC1, cv::Scalar(brightness)), 20.0).empty());
   }
-  cv::Mat image(240, 376, CV_8UC1, cv::Scalar(50));
-  cv::rectangle(image, cv::Rect(100, 60, 150, 100), cv::Scalar(200), cv::FILLED);
-  detector->detect(image, &segments);
-  ASSERT_GE(segments.size(), 4U);
-  for (const cv::Vec4f& s : segments) {
-    EXPECT_TRUE(std::abs(s[0] - s[2]) < 2.0F || std::abs(s[1] - s[3]) < 2.0F);
+  for (const int side : {1, 2, 3, 8}) {
+    EXPECT_TRUE(segmentsOf(cv::Mat(side, side, CV_8UC1, cv::Scalar(90)), 20.0).empty()) << side;
   }
+  cv::Mat noisy(240, 376, CV_8UC1, cv::Scalar(90));
+  addNoise(8.0, 1, &noisy);
+  EXPECT_TRUE(segmentsOf(noisy, 20.0).empty());
+}
+
+// All four sides in one piece each, with the brighter side to the right of their way.
+TEST(LineDetectorTest, SidesOfARectangleWithTheirBrighterSide) {
+  for (const bool bright : {true, false}) {
+    cv::Mat image(240, 376, CV_8UC1, cv::Scalar(bright ? 50 : 200));
+    cv::rectangle(image, cv::Rect(100, 60, 150, 100), cv::Scalar(bright ? 200 : 50), cv::FILLED);
+    addNoise(2.0, 1, &image);
+    const std::vector<cv::Vec4f> segments = segmentsOf(image, 20.0);
+    ASSERT_EQ(segments.size(), 4U);
+    const Eigen::Vector2d centre(174.5, 109.5);
+    for (const cv::Vec4f& s : segments) {
+      EXPECT_TRUE(std::abs(s[0] - s[2]) < 2.0F || std::abs(s[1] - s[3]) < 2.0F);
+      EXPECT_GT(lengthOf(s), 90.0);
+      const Eigen::Vector2d along(s[2] - s[0], s[3] - s[1]), right(-along.y(), along.x());
+      const Eigen::Vector2d inwards = centre - Eigen::Vector2d(s[0], s[1]);
+      EXPECT_EQ(right.dot(inwards) > 0.0, bright);
+    }
+  }
+}
+
+TEST(LineDetectorTest, SlantedEdgesAreOneSegment) {
+  for (const double degrees : {3.0, 20.0, 40.0, 45.0, 50.0, 70.0, 88.0, 130.0}) {
+    const double angle = degrees * 0.017453292519943295;
+    cv::Mat image(240, 240, CV_8UC1);
+    for (int y = 0; y < image.rows; ++y) {
+      for (int x = 0; x < image.cols; ++x) {
+        const double side = (x - 120) * std::sin(angle) - (y - 120) * std::cos(angle);
+        image.at<uchar>(y, x) = cv::saturate_cast<uchar>(120.0 + 60.0 * std::tanh(side));
+      }
+    }
+    const std::vector<cv::Vec4f> segments = segmentsOf(image, 20.0);
+    ASSERT_EQ(segments.size(), 1U) << degrees;
+    EXPECT_GT(lengthOf(segments[0]), 220.0) << degrees;
+    for (const int end : {0, 2}) {
+      const double side = (segments[0][end] - 120) * std::sin(angle) -
+                          (segments[0][end + 1] - 120) * std::cos(angle);
+      EXPECT_LT(std::abs(side), 1.0) << degrees;
+    }
+  }
+}
+
+// What a lens bends stays one segment, whose ends lie on the edge; a corner ends it.
+TEST(LineDetectorTest, FollowsABendButNotACorner) {
+  cv::Mat image(240, 376, CV_8UC1);
+  const auto height = [](double x) { return 100.0 + 12.0 * std::pow((x - 188.0) / 188.0, 2); };
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(120.0 + 60.0 * std::tanh(y - height(x)));
+    }
+  }
+  const std::vector<cv::Vec4f> bent = segmentsOf(image, 20.0);
+  ASSERT_EQ(bent.size(), 1U);
+  EXPECT_GT(lengthOf(bent[0]), 360.0);
+  for (const int end : {0, 2}) {
+    EXPECT_NEAR(bent[0][end + 1], height(bent[0][end]), 0.7);
+  }
+  image.setTo(50);
+  const std::vector<cv::Point> wedge = {{20, 200}, {188, 60}, {356, 200}};
+  cv::fillConvexPoly(image, wedge, cv::Scalar(180));
+  EXPECT_EQ(segmentsOf(image, 20.0).size(), 3U);
+}
+
+TEST(LineDetectorTest, LengthContrastAndNoiseHaveTheirBounds) {
+  cv::Mat image(120, 160, CV_8UC1, cv::Scalar(60));
+  cv::rectangle(image, cv::Rect(50, 30, 60, 40), cv::Scalar(160), cv::FILLED);
+  EXPECT_EQ(segmentsOf(image, 25.0).size(), 4U);
+  EXPECT_EQ(segmentsOf(image, 50.0).size(), 2U);
+  EXPECT_EQ(segmentsOf(image, 70.0).size(), 0U);
+  // A step of c grey levels is a slope of c / 2 at the two pixels beside it; the bound is 4, and 6
+  // where a segment starts.
+  const auto withStep = [&](int step) {
+    image.setTo(100);
+    cv::rectangle(image, cv::Rect(50, 30, 60, 40), cv::Scalar(100 + step), cv::FILLED);
+    return segmentsOf(image, 25.0).size();
+  };
+  EXPECT_EQ(withStep(10), 0U);
+  EXPECT_EQ(withStep(14), 4U);
+  // The same where the noise is known to be as large as the slope.
+  EXPECT_EQ(segmentsOf(image, 25.0, 4.0).size(), 4U);
+  EXPECT_EQ(segmentsOf(image, 25.0, 8.0).size(), 0U);
+}
+
+// ---------------------------------------------------------------------------------- point tracker
+
+// Where the anchor is as predicted, KLT is left out; a jump, or a point without a steady step
+// before, takes the long way and is found as well.
+TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
+  CameraParameters camera;
+  camera.width = 320;
+  camera.height = 240;
+  camera.cx = 160.0;
+  camera.cy = 120.0;
+  const auto imageAt = [&](double shift) {
+    cv::Mat image(camera.height, camera.width, CV_8UC1);
+    for (int y = 0; y < image.rows; ++y) {
+      for (int x = 0; x < image.cols; ++x) {
+        image.at<uchar>(y, x) =
+            cv::saturate_cast<uchar>(140.0 * textures::cloud(1, x - shift, y, 9.0) +
+                                     60.0 * textures::cloud(2, x - shift, y, 5.0));
+      }
+    }
+    return image;
+  };
+  FrontEndOptions options;
+  PointTracker tracker(camera, options);
+  RotationPrior prior;
+  prior.measured = true;
+  prior.sigma_px = 0.01;
+  ImagePyramid before, now;
+  // Two pixels an image; the last step is 1.2 px longer.
+  std::vector<double> recognised, kept;
+  for (const double shift : {0.0, 2.0, 4.0, 6.0, 8.0, 11.2}) {
+    std::swap(before, now);
+    buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, &now);
+    ImageReport report;
+    tracker.track(0.0, before, now, prior, &report);
+    int count = 0, old = 0;
+    for (const PointTrack& track : tracker.tracks()) {
+      if (track.age < 2) continue;
+      ++old;
+      count += track.recognised ? 1 : 0;
+      EXPECT_NEAR(track.pixel.x - track.pixel_before.x, shift == 11.2 ? 3.2 : 2.0, 0.2);
+    }
+    recognised.push_back(count);
+    kept.push_back(old);
+  }
+  ASSERT_GT(kept[1], 20);
+  EXPECT_EQ(recognised[1], 0);  // nothing is known of the first step
+  EXPECT_GT(recognised[4], 0.8 * kept[4]);
+  EXPECT_LT(recognised[5], 0.2 * kept[5]);
+  EXPECT_GT(kept[5], 0.8 * kept[4]);
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ class ImageFrontEnd {
   /// Counts over the run.
   const FrontEndTotals& totals() const;
 
-  /// Name of the line detector in this build ("EDLines", "FLD"); empty with lines switched off.
+  /// Name of the line detector, as reports state it; empty with lines switched off.
   std::string lineDetector() const;
 
   /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue young to red old; lines
