@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "corner_detector.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -88,21 +89,22 @@ void CornerDetector::computeResponses(const cv::Rect& area) {
   responses_.resize(static_cast<std::size_t>(cols) * static_cast<std::size_t>(rows));
   constexpr float kMean = 1.0F / (kCornerBlock * kCornerBlock);
   constexpr auto kRatio = static_cast<float>(kLeastCornerRatio);
+  using Row = Eigen::Map<const Eigen::ArrayXf>;
   const auto column = [cols](const float* s) {
-    return s[0] + s[cols] + s[2 * cols] + s[3 * cols] + s[4 * cols];
+    return Row(s, cols) + Row(s + cols, cols) + Row(s + 2 * cols, cols) + Row(s + 3 * cols, cols) +
+           Row(s + 4 * cols, cols);
   };
+  Eigen::ArrayXf a(cols), b(cols), c(cols), root(cols);
   for (int j = 0; j < rows; ++j) {
     const float* xx = sums_.data() + j * cols;
-    const float* xy = xx + plane;
-    const float* yy = xy + plane;
-    float* response = responses_.data() + j * cols;
-    for (int i = 0; i < cols; ++i) {
-      const float a = column(xx + i), b = column(xy + i), c = column(yy + i);
-      const float half_trace = 0.5F * (a + c);
-      const float root = std::sqrt(0.25F * (a - c) * (a - c) + b * b);
-      const float smaller = half_trace - root, larger = half_trace + root;
-      response[i] = smaller > kRatio * larger ? kMean * smaller : 0.0F;
-    }
+    a = column(xx);
+    b = column(xx + plane);
+    c = column(xx + 2 * plane);
+    root = (0.25F * (a - c).square() + b.square()).sqrt();
+    // Half the trace less and plus the root are the two eigenvalues.
+    a = 0.5F * (a + c);
+    Eigen::Map<Eigen::ArrayXf>(responses_.data() + j * cols, cols) =
+        (a - root > kRatio * (a + root)).select(kMean * (a - root), 0.0F);
   }
 }
 

@@ -188,7 +188,7 @@ std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
 
 // Places along the tracked lines, and where they are expected after the rotation.
 LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
-                                               const PointTracker& points) const {
+                                               const PointTracker& points, bool steady) const {
   const int count = options_.lines.samples;
   const Eigen::Matrix3d& R = prior.R_now_before;
   Samples samples;
@@ -196,7 +196,10 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
     const LineTrack& track = tracks_[k];
     const ArcFrame here(track.edge.start, track.edge.end);
     // The plane turns with the camera and, as in the previous step, with the translation.
-    const Eigen::Vector3d normal = (R * (track.edge.normal() + track.normal_drift)).normalized();
+    const bool known = steady && hasKnownMotion(track);
+    Eigen::Vector3d normal = track.edge.normal();
+    if (known) normal += track.normal_drift;
+    normal = (R * normal).normalized();
     samples.arcs.emplace_back(turnedOnto(normal, R, track.edge.start),
                               turnedOnto(normal, R, track.edge.end));
     const ArcFrame& there = samples.arcs.back();
@@ -211,7 +214,7 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
         continue;
       }
       const Eigen::Vector2d across = (beside - middle).normalized();
-      if (!hasKnownMotion(track)) {
+      if (!known) {
         const cv::Point2f flow = points.residualFlowNear(toPoint(middle));
         middle += across * across.dot(Eigen::Vector2d(flow.x, flow.y));
       }
@@ -283,10 +286,13 @@ std::vector<LineTracker::Prediction> LineTracker::predict(const ImagePyramid& be
                                                           const ImagePyramid& now,
                                                           const RotationPrior& prior,
                                                           const PointTracker& points) const {
-  Samples samples = sampleTracks(prior, points);
+  // Where the points were not where they had been predicted, the rotation is wrong or the camera
+  // jerks: then they tell more than a line's own motion.
+  const bool steady = points.isSteady();
+  Samples samples = sampleTracks(prior, points, steady);
   std::vector<std::size_t> of_known, of_new;
   for (std::size_t i = 0; i < samples.owner.size(); ++i) {
-    (hasKnownMotion(tracks_[samples.owner[i]]) ? of_known : of_new).push_back(i);
+    (steady && hasKnownMotion(tracks_[samples.owner[i]]) ? of_known : of_new).push_back(i);
   }
   followSamples(before, now, of_known, kLevelsKnown, &samples);
   followSamples(before, now, of_new, kLevelsNew, &samples);

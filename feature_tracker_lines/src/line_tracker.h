@@ -64,7 +64,7 @@ class LineTracker {
   struct Match;
 
   std::vector<Segment> detect(const ImagePyramid& now);
-  Samples sampleTracks(const RotationPrior& prior, const PointTracker& points) const;
+  Samples sampleTracks(const RotationPrior& prior, const PointTracker& points, bool steady) const;
   void followSamples(const ImagePyramid& before, const ImagePyramid& now,
                      const std::vector<std::size_t>& chosen, int levels, Samples* samples) const;
   Prediction fitSamples(const Samples& samples, std::size_t k, std::size_t first,

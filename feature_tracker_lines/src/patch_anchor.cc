@@ -10,7 +10,6 @@ namespace {
 constexpr int kHalf = PatchAnchor::kSide / 2;
 constexpr int kIterations = 6;
 constexpr double kConvergedPx = 0.03;  // length of a step; what is left after it is far less
-constexpr double kMaxShiftPx = 3.0;    // from the start
 // Least area of a step's affine map: a patch that shrinks by more in one step is lost.
 constexpr double kLeastDeterminant = 0.2;
 // Correlation that counts as converged although the last step was not short.
@@ -68,27 +67,17 @@ bool PatchAnchor::set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double 
       !sample(grey, pixel + Eigen::Vector2d::UnitY(), unit, &below)) {
     return false;
   }
-  float mean = 0.0F;
-  for (const float value : patch_) mean += value;
-  mean /= kCount;
-  float squares = 0.0F;
-  hessian_.setZero();
-  std::size_t i = 0;
-  for (int v = -kHalf; v <= kHalf; ++v) {
-    for (int u = -kHalf; u <= kHalf; ++u, ++i) {
-      patch_[i] -= mean;
-      squares += patch_[i] * patch_[i];
-      gradient_x_[i] = 0.5F * (right[i] - left[i]);
-      gradient_y_[i] = 0.5F * (below[i] - above[i]);
-      Vector6d row;
-      const double su = static_cast<double>(u) / kHalf, sv = static_cast<double>(v) / kHalf;
-      row << gradient_x_[i], gradient_y_[i], gradient_x_[i] * su, gradient_x_[i] * sv,
-          gradient_y_[i] * su, gradient_y_[i] * sv;
-      hessian_.selfadjointView<Eigen::Lower>().rankUpdate(row);
-    }
+  patch_ -= patch_.mean();
+  deviation_ = std::sqrt(patch_.square().mean());
+  const Patch gradient_x = 0.5F * (right - left), gradient_y = 0.5F * (below - above);
+  Patch u, v;  // of each pixel, as a share of the half side
+  for (int i = 0; i < kCount; ++i) {
+    u[i] = static_cast<float>(i % kSide - kHalf) / kHalf;
+    v[i] = static_cast<float>(i / kSide - kHalf) / kHalf;
   }
-  hessian_ = hessian_.selfadjointView<Eigen::Lower>();
-  deviation_ = std::sqrt(squares / kCount);
+  jacobian_ << gradient_x, gradient_y, gradient_x * u, gradient_x * v, gradient_y * u,
+      gradient_y * v;
+  hessian_ = (jacobian_.transpose() * jacobian_).cast<double>();
   // Noise itself has slopes: half its variance in a difference over two pixels.
   const double from_noise = 0.5 * noise * noise * kCount;
   const double half_trace = 0.5 * (hessian_(0, 0) + hessian_(1, 1)) - from_noise;
@@ -100,7 +89,7 @@ bool PatchAnchor::set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double 
 }
 
 PatchAnchor::Match PatchAnchor::align(const cv::Mat& grey, const Eigen::Vector2d& start,
-                                      double noise) {
+                                      double noise, double max_shift_px) {
   Match match;
   match.pixel = start;
   if (!valid_) return match;
@@ -122,7 +111,7 @@ PatchAnchor::Match PatchAnchor::align(const cv::Mat& grey, const Eigen::Vector2d
     if (!(change.determinant() > kLeastDeterminant)) return match;
     affine = affine * change.inverse();
     centre -= affine * step.head<2>();
-    if (!((centre - start).norm() < kMaxShiftPx)) return match;
+    if (!((centre - start).norm() < max_shift_px)) return match;
     if (step.head<2>().norm() < kConvergedPx) {
       match.ok = true;
       break;
@@ -138,39 +127,11 @@ PatchAnchor::Match PatchAnchor::align(const cv::Mat& grey, const Eigen::Vector2d
 // Gradient of half the squared difference of `now`, with brightness and contrast normalised, from
 // the patch: by translation and affine deformation. Also their correlation.
 PatchAnchor::Vector6d PatchAnchor::residualGradient(const Patch& now, double* correlation) const {
-  float sum = 0.0F, squares = 0.0F, product = 0.0F;
-  for (std::size_t i = 0; i < kCount; ++i) {
-    sum += now[i];
-    squares += now[i] * now[i];
-    product += now[i] * patch_[i];
-  }
-  const float mean = sum / kCount;
-  const float deviation = std::sqrt(std::max(squares / kCount - mean * mean, kLeastVariance));
-  *correlation = product / (kCount * deviation * deviation_);
-  const float gain = deviation_ / deviation;
-  // Row by row: u changes inside, v outside.
-  std::array<float, 6> b{};
-  std::size_t i = 0;
-  for (int v = -kHalf; v <= kHalf; ++v) {
-    float x = 0.0F, y = 0.0F, xu = 0.0F, yu = 0.0F;
-    for (int u = -kHalf; u <= kHalf; ++u, ++i) {
-      const float residual = (now[i] - mean) * gain - patch_[i];
-      const float gx = gradient_x_[i] * residual, gy = gradient_y_[i] * residual;
-      x += gx;
-      y += gy;
-      xu += gx * static_cast<float>(u);
-      yu += gy * static_cast<float>(u);
-    }
-    b[0] += x;
-    b[1] += y;
-    b[2] += xu;
-    b[3] += x * static_cast<float>(v);
-    b[4] += yu;
-    b[5] += y * static_cast<float>(v);
-  }
-  Vector6d gradient;
-  gradient << b[0], b[1], b[2] / kHalf, b[3] / kHalf, b[4] / kHalf, b[5] / kHalf;
-  return gradient;
+  const float mean = now.mean();
+  const float deviation = std::sqrt(std::max(now.square().mean() - mean * mean, kLeastVariance));
+  *correlation = (now * patch_).mean() / (deviation * deviation_);
+  const Patch residual = (now - mean) * (deviation_ / deviation) - patch_;
+  return (jacobian_.transpose() * residual.matrix()).cast<double>();
 }
 
 }  // namespace slim_init::feature_tracker_lines

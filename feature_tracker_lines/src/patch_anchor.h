@@ -7,7 +7,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/LU>
-#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -41,10 +40,13 @@ class PatchAnchor {
     double correlation = 0.0;  ///< of the patch with what is there now, at most 1
   };
 
-  /// Looks for the patch near `start`, which should be right to about two pixels. `noise` [grey
-  /// levels] weighs the image against the expectation that the deformation is as deform() said. The
-  /// deformation found is kept only after accept().
-  Match align(const cv::Mat& grey, const Eigen::Vector2d& start, double noise);
+  static constexpr double kMaxShiftPx = 3.0;  ///< from where align() starts [px]
+
+  /// Looks for the patch near `start`, which should be right to about two pixels, and gives up
+  /// beyond `max_shift_px` from it. `noise` [grey levels] weighs the image against the expectation
+  /// that the deformation is as deform() said. The deformation found is kept only after accept().
+  Match align(const cv::Mat& grey, const Eigen::Vector2d& start, double noise,
+              double max_shift_px = kMaxShiftPx);
 
   /// Keeps the deformation of the last align().
   void accept() { affine_ = aligned_affine_; }
@@ -54,7 +56,7 @@ class PatchAnchor {
 
  private:
   static constexpr int kCount = kSide * kSide;
-  using Patch = std::array<float, kCount>;
+  using Patch = Eigen::Array<float, kCount, 1>;
   using Vector6d = Eigen::Matrix<double, 6, 1>;
   using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
@@ -63,8 +65,10 @@ class PatchAnchor {
   Vector6d residualGradient(const Patch& now, double* correlation) const;
 
   bool valid_ = false;
-  Patch patch_{}, gradient_x_{}, gradient_y_{};  // patch_: mean zero
-  float deviation_ = 0.0F;                       // root of the mean square of patch_
+  Patch patch_ = Patch::Zero();  // mean zero
+  float deviation_ = 0.0F;       // root of its mean square
+  // Of the patch by translation and affine deformation.
+  Eigen::Matrix<float, kCount, 6> jacobian_ = Eigen::Matrix<float, kCount, 6>::Zero();
   Matrix6d hessian_ = Matrix6d::Zero();
   Eigen::Matrix2d affine_ = Eigen::Matrix2d::Identity();
   Eigen::Matrix2d aligned_affine_ = Eigen::Matrix2d::Identity();

@@ -47,7 +47,7 @@ constexpr int kMaxAnchorMisses = 2;
 constexpr double kMaxScale = 1.3;
 // Correlation and distance from the prediction [px] from which on a match is sure without KLT.
 constexpr double kSureCorrelation = 0.95;
-constexpr float kSurePx = 0.7F;
+constexpr double kSurePx = 0.7;
 
 // Corners are looked for in this many cells per image (of about 150), which bounds the time, unless
 // fewer than this share of the points is left.
@@ -152,12 +152,10 @@ int keepFlagged(const std::vector<unsigned char>& flags, std::vector<PointTrack>
 bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Point2f& predicted,
                 cv::Point2f* there) {
   if (track.anchor == nullptr || !(track.surprise_px < kSteadyPx)) return false;
-  const PatchAnchor::Match match = track.anchor->align(now.level(0), toEigen(predicted), now.noise);
+  const PatchAnchor::Match match =
+      track.anchor->align(now.level(0), toEigen(predicted), now.noise, kSurePx);
+  if (!match.ok || !(match.correlation > kSureCorrelation)) return false;
   *there = toPoint(match.pixel);
-  if (!match.ok || !(match.correlation > kSureCorrelation) ||
-      !(cv::norm(*there - predicted) < kSurePx)) {
-    return false;
-  }
   track.anchor->accept();
   return true;
 }
@@ -313,6 +311,14 @@ bool PointTracker::addTrack(const cv::Point2f& pixel) {
 
 cv::Point2f PointTracker::residualFlowNear(const cv::Point2f& pixel) const {
   return nearbyFlow(tracks_, pixel);
+}
+
+bool PointTracker::isSteady() const {
+  int balance = 0;
+  for (const PointTrack& track : tracks_) {
+    if (track.has_flow) balance += track.surprise_px < kSteadyPx ? 1 : -1;
+  }
+  return balance > 0;
 }
 
 Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,

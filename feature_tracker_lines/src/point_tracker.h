@@ -63,6 +63,10 @@ class PointTracker {
   /// none.
   cv::Point2f residualFlowNear(const cv::Point2f& pixel) const;
 
+  /// Whether most of the points that are tracked were where they had been predicted in the last
+  /// image. With none: no.
+  bool isSteady() const;
+
   /// Forgets all points. Ids are not reused.
   void reset();
 

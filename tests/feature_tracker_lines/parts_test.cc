@@ -609,9 +609,9 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
   prior.measured = true;
   prior.sigma_px = 0.01;
   ImagePyramid before, now;
-  // Two pixels an image; the last step is 1.2 px longer.
+  // Two pixels an image; the last step is twice as long.
   std::vector<double> recognised, kept;
-  for (const double shift : {0.0, 2.0, 4.0, 6.0, 8.0, 11.2}) {
+  for (const double shift : {0.0, 2.0, 4.0, 6.0, 8.0, 12.0}) {
     std::swap(before, now);
     buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, &now);
     ImageReport report;
@@ -621,8 +621,9 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
       if (track.age < 2) continue;
       ++old;
       count += track.recognised ? 1 : 0;
-      EXPECT_NEAR(track.pixel.x - track.pixel_before.x, shift == 11.2 ? 3.2 : 2.0, 0.2);
+      EXPECT_NEAR(track.pixel.x - track.pixel_before.x, shift == 12.0 ? 4.0 : 2.0, 0.2);
     }
+    EXPECT_EQ(tracker.isSteady(), shift == 4.0 || shift == 6.0 || shift == 8.0) << shift;
     recognised.push_back(count);
     kept.push_back(old);
   }
