@@ -89,6 +89,7 @@ std::vector<double> BenchHost::stamps() const {
 
 bool BenchHost::seed() {
   answer_ = adapter_->seed(stamps());
+  if (answer_.success()) started_ = answer_.window.states.back();
   return answer_.success();
 }
 
@@ -97,6 +98,8 @@ bool BenchHost::recover() {
   vins_adapter::HostState healthy =
       vins_adapter::toHostState(evaluation::truthAt(sequence_, true_t), 0.0);
   healthy.stamp = stamp;
+  healthy.Bg = started_.Bg;
+  healthy.Ba = started_.Ba;
   answer_ = adapter_->recover(stamps(), healthy);
   return answer_.success();
 }

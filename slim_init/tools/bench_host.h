@@ -42,7 +42,7 @@ class BenchHost {
   /// True where that was answered.
   bool seed();
   /// The same after a failure, where the oldest frame of the window was the last healthy one: its
-  /// state is the true one.
+  /// state is the true one, with the biases of the start; no recording has the accelerometer's.
   bool recover();
 
   const vins_adapter::HostAnswer& answer() const { return answer_; }
@@ -58,6 +58,7 @@ class BenchHost {
   std::unique_ptr<vins_adapter::HostAdapter> adapter_;
   std::map<double, double> window_;  // stamp and true time
   vins_adapter::HostAnswer answer_;
+  vins_adapter::HostState started_;  // the newest state of the last start
 };
 
 /// Relative errors of the scale that count as right, and as wrong.
