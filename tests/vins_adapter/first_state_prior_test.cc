@@ -178,11 +178,11 @@ TEST(FirstStatePrior, IsPutWhereTheHostKeepsItsOwn) {
   host.Vs[0] = state.V;
   host.Bas[0] = Eigen::Vector3d(0.1, 0.2, 0.3);
   host.Bgs[0] = Eigen::Vector3d(0.01, 0.02, 0.03);
-  glue_detail::setPrior(host, {}, 0);
+  glue_detail::setPrior(host, {}, false, 0);
   EXPECT_EQ(host.last_marginalization_info, nullptr);
   const std::vector<double> prior = firstStatePrior(result, result.states.front(), state);
   for (int again = 0; again < 2; ++again) {
-    glue_detail::setPrior(host, prior, 0);
+    glue_detail::setPrior(host, prior, false, 0);
     const Info* info = host.last_marginalization_info;
     ASSERT_NE(info, nullptr);
     EXPECT_EQ(info->m, 0);
@@ -203,10 +203,45 @@ TEST(FirstStatePrior, IsPutWhereTheHostKeepsItsOwn) {
   }
 }
 
+// GVINS: it has a factor on the first pose, which it takes into its next prior only where it has no
+// prior, and it does not turn its window back: position and heading would be free for good.
+struct AnchoredHost : Host {
+  bool first_optimization = false;
+};
+
+TEST(FirstStatePrior, AnAnchoredHostHoldsPositionAndHeadingToo) {
+  const InitResult result = answer();
+  const HostState state = inHost(result.states.front());
+  const std::vector<double> prior = firstStatePrior(result, result.states.front(), state);
+  AnchoredHost host;
+  host.Rs[0] = state.R;
+  Host other;
+  EXPECT_FALSE(glue_detail::anchorAgain(other, 0));
+  ASSERT_TRUE(glue_detail::anchorAgain(host, 0));
+  EXPECT_TRUE(host.first_optimization);
+  glue_detail::setPrior(host, prior, true, 0);
+  const Eigen::MatrixXd& root = host.last_marginalization_info->linearized_jacobians;
+  EXPECT_EQ(root.topRows(11), rootOf(prior));
+  EXPECT_EQ(Eigen::FullPivLU<Eigen::MatrixXd>(root).rank(), 15);
+  // A metre and a radian about the vertical cost what they cost in the host's factor; what else is
+  // known keeps its covariance.
+  Eigen::Matrix<double, 15, 1> turn = Eigen::Matrix<double, 15, 1>::Zero();
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  turn.segment<3>(3) = state.R.transpose() * z;
+  turn.segment<3>(6) = z.cross(state.V);
+  EXPECT_NEAR((root * turn).norm(), 120.0, 1e-6);
+  EXPECT_NEAR(root.col(1).norm(), 120.0, 1e-9);
+  EXPECT_EQ(root.bottomRows(4).rightCols(9).norm(), 0.0);
+  // A tilt is not held by the four rows.
+  Eigen::Matrix<double, 15, 1> tilt = Eigen::Matrix<double, 15, 1>::Zero();
+  tilt.segment<3>(3) = state.R.transpose() * Eigen::Vector3d::UnitX();
+  EXPECT_LT((root.bottomRows(4) * tilt).norm(), 1e-9);
+}
+
 // A host without them stays as it is.
 TEST(FirstStatePrior, AHostWithoutTheMembersCompiles) {
   int host = 7;
-  glue_detail::setPrior(host, std::vector<double>(165, 1.0), 0);
+  glue_detail::setPrior(host, std::vector<double>(165, 1.0), true, 0);
   EXPECT_EQ(host, 7);
 }
 

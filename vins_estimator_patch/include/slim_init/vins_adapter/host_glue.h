@@ -134,12 +134,12 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
     forgetWeight(feature, 0);
   }
   forgetLines(e.f_manager, 0);
-  anchorAgain(e, 0);
+  const bool anchored = anchorAgain(e, 0);
   // The old prior is about the old states.
   if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;
   e.last_marginalization_info = nullptr;
   e.last_marginalization_parameter_blocks.clear();
-  setPrior(e, window.prior, 0);
+  setPrior(e, window.prior, anchored, 0);
   // Its failure detection compares to these.
   e.last_R = e.Rs[newest];
   e.last_P = e.Ps[newest];

@@ -56,26 +56,33 @@ template <typename FeatureManager>
 void forgetLines(FeatureManager&, Otherwise) {}
 
 /// GVINS: its first optimization holds the first pose by a factor, later ones by the prior, which
-/// is gone.
+/// is gone. True for a host of this kind: it never turns its window back, so that its prior has to
+/// hold position and heading as well.
 template <typename Estimator>
-auto anchorAgain(Estimator& e, IfThere) -> decltype(e.first_optimization = true, void()) {
+auto anchorAgain(Estimator& e, IfThere) -> decltype(e.first_optimization = true, bool()) {
   e.first_optimization = true;
+  return true;
 }
 template <typename Estimator>
-void anchorAgain(Estimator&, Otherwise) {}
+bool anchorAgain(Estimator&, Otherwise) {
+  return false;
+}
 
 /// The factor that a marginalisation leaves behind, about the first frame: pose and
 /// [V, Ba, Bg] as the host's parameter blocks have them. `root` is HostWindow::prior, the states of
 /// the window are in place. Without it the host's first optimization has nothing but its own images
-/// and inflated IMU noise to hold the scale with.
+/// and inflated IMU noise to hold the scale with. With `anchored` position and heading are held
+/// too: GVINS takes its own factor on the first pose into the next prior only where there is no
+/// prior yet, and with this one there is.
 template <typename Estimator>
-auto setPrior(Estimator& e, const std::vector<double>& root, IfThere)
+auto setPrior(Estimator& e, const std::vector<double>& root, bool anchored, IfThere)
     -> decltype(e.last_marginalization_info->keep_block_data,
                 e.last_marginalization_info->linearized_residuals, e.para_Pose[0][0],
                 e.para_SpeedBias[0][0], void()) {
   typedef typename std::remove_pointer<
       typename std::remove_reference<decltype(e.last_marginalization_info)>::type>::type Info;
-  constexpr int kColumns = 15, kPose = 7, kMotion = 9, kPoseErrors = 6;
+  constexpr int kColumns = 15, kPose = 7, kMotion = 9, kPoseErrors = 6, kFree = 4;
+  constexpr double kAnchor = 120.0;  // [1/m], [1/rad]: of GVINS' own factor
   const std::size_t rows = root.size() / kColumns;
   if (rows == 0) return;
   const Eigen::Quaterniond q(Eigen::Matrix3d(e.Rs[0]));
@@ -110,6 +117,14 @@ auto setPrior(Estimator& e, const std::vector<double>& root, IfThere)
       info->linearized_jacobians(static_cast<int>(row), column) = root[kColumns * row + column];
     }
   }
+  if (anchored && rows + kFree <= kColumns) {
+    const int first = static_cast<int>(rows);
+    for (int i = 0; i < 3; ++i) {
+      info->linearized_jacobians(first + i, i) = kAnchor;
+      // Heading: a turn about the vertical, of a rotation error to the right of R.
+      info->linearized_jacobians(first + 3, 3 + i) = kAnchor * e.Rs[0](2, i);
+    }
+  }
   if (e.last_marginalization_info != nullptr) delete e.last_marginalization_info;
   e.last_marginalization_info = info;
   e.last_marginalization_parameter_blocks.clear();
@@ -117,7 +132,7 @@ auto setPrior(Estimator& e, const std::vector<double>& root, IfThere)
   e.last_marginalization_parameter_blocks.push_back(&e.para_SpeedBias[0][0]);
 }
 template <typename Estimator>
-void setPrior(Estimator&, const std::vector<double>&, Otherwise) {}
+void setPrior(Estimator&, const std::vector<double>&, bool, Otherwise) {}
 
 }  // namespace glue_detail
 }  // namespace vins_adapter
