@@ -42,36 +42,49 @@ struct LineDetector::Walk {
   }
 };
 
-// Pixels whose gradient is steeper than at both neighbours across the edge.
+// Pixels whose gradient is steeper than at both neighbours across the edge. Without branches, which
+// would be taken at random.
 void LineDetector::findRidges(const cv::Mat& derivative, int least) {
   const int rows = derivative.rows, cols = derivative.cols;
   magnitude_.create(rows, cols, CV_16SC1);
+  upright_.create(rows, cols, CV_16SC1);
   ridge_.create(rows, cols, CV_8UC1);
   ridge_.setTo(0);
   for (int y = 0; y < rows; ++y) {
     const short* d = derivative.ptr<short>(y);
     short* m = magnitude_.ptr<short>(y);
+    short* upright = upright_.ptr<short>(y);
     for (int x = 0; x < cols; ++x) {
-      m[x] = static_cast<short>(std::abs(d[2 * x]) + std::abs(d[2 * x + 1]));
+      const auto gx = static_cast<short>(std::abs(d[2 * x]));
+      const auto gy = static_cast<short>(std::abs(d[2 * x + 1]));
+      m[x] = static_cast<short>(gx + gy);
+      upright[x] = static_cast<short>(gx >= gy ? 1 : 0);
     }
   }
-  const int strong = static_cast<int>(kSeedFactor * least);
-  seeds_.clear();
   for (int y = 1; y + 1 < rows; ++y) {
-    const short* d = derivative.ptr<short>(y);
     const short* here = magnitude_.ptr<short>(y);
     const short* above = magnitude_.ptr<short>(y - 1);
     const short* below = magnitude_.ptr<short>(y + 1);
+    const short* upright = upright_.ptr<short>(y);
     uchar* ridge = ridge_.ptr<uchar>(y);
     for (int x = 1; x + 1 < cols; ++x) {
-      const short m = here[x];
-      if (m < least) continue;
-      const bool upright = std::abs(d[2 * x]) >= std::abs(d[2 * x + 1]);
-      const short before = upright ? here[x - 1] : above[x];
-      const short after = upright ? here[x + 1] : below[x];
-      if (m <= before || m < after) continue;
-      ridge[x] = 1;
-      if (m >= strong && (upright ? y : x) % kSeedStep == 0) seeds_.emplace_back(x, y);
+      const short m = here[x], left = here[x - 1], right = here[x + 1], up = above[x],
+                  down = below[x];
+      const bool of_row = (m > left) & (m >= right), of_column = (m > up) & (m >= down);
+      ridge[x] = static_cast<uchar>((m >= least) & (upright[x] != 0 ? of_row : of_column));
+    }
+  }
+}
+
+// Where a segment may start, in reading order.
+void LineDetector::findSeeds(int least) {
+  seeds_.clear();
+  for (int y = 1; y + 1 < ridge_.rows; ++y) {
+    const uchar* ridge = ridge_.ptr<uchar>(y);
+    const bool row = y % kSeedStep == 0;
+    for (int x = row ? 1 : kSeedStep; x + 1 < ridge_.cols; x += row ? 1 : kSeedStep) {
+      if (ridge[x] == 0 || magnitude_.ptr<short>(y)[x] < least) continue;
+      if (upright_.ptr<short>(y)[x] != 0 ? row : x % kSeedStep == 0) seeds_.emplace_back(x, y);
     }
   }
 }
@@ -113,8 +126,10 @@ void LineDetector::follow(const cv::Mat& derivative, int way, Walk* walk) {
 void LineDetector::detect(const cv::Mat& derivative, double noise,
                           std::vector<cv::Vec4f>* segments) {
   segments->clear();
-  findRidges(derivative,
-             static_cast<int>(kDerivativeUnit * std::max(kLeastGradient, kLeastNoises * noise)));
+  const auto least =
+      static_cast<int>(kDerivativeUnit * std::max(kLeastGradient, kLeastNoises * noise));
+  findRidges(derivative, least);
+  findSeeds(static_cast<int>(kSeedFactor * least));
   for (const cv::Point& seed : seeds_) {
     if (ridge_.at<uchar>(seed) == 0) continue;
     ridge_.at<uchar>(seed) = 0;

@@ -28,10 +28,12 @@ class LineDetector {
   struct Walk;
 
   void findRidges(const cv::Mat& derivative, int least);
+  void findSeeds(int least);
   void follow(const cv::Mat& derivative, int way, Walk* walk);
 
   double min_length_ = 0.0;
   cv::Mat magnitude_;  // CV_16SC1: |gx| + |gy|
+  cv::Mat upright_;    // CV_16SC1: 1 where |gx| is the larger one
   cv::Mat ridge_;      // CV_8UC1: 1 on an edge that no segment has used
   std::vector<cv::Point> seeds_;
 };
