@@ -359,6 +359,35 @@ TEST_F(Watch, RightStates) {
   }
 }
 
+// Five tracks seen twice are not ten.
+TEST_F(Watch, FewTracksAreNotJudged) {
+  const int newest = 30;
+  std::vector<FeatureId> ids;
+  for (const PointObservation& point : exact_.keyframes[newest - kHostFrames + 1].points) {
+    const auto seen_at = [&](int k) {
+      const auto& points = exact_.keyframes[k].points;
+      return std::any_of(points.begin(), points.end(),
+                         [&](const PointObservation& other) { return other.id == point.id; });
+    };
+    bool whole = true;
+    for (int k = newest - kHostFrames + 2; k <= newest; ++k) whole = whole && seen_at(k);
+    if (whole) ids.push_back(point.id);
+  }
+  ASSERT_GE(ids.size(), 10u);
+  for (const std::size_t kept : {9u, 10u}) {
+    for (FrameObservation& frame : exact_.keyframes) {
+      frame.points.erase(std::remove_if(frame.points.begin(), frame.points.end(),
+                                        [&](const PointObservation& point) {
+                                          return std::find(ids.begin(), ids.begin() + kept,
+                                                           point.id) == ids.begin() + kept;
+                                        }),
+                         frame.points.end());
+    }
+    EXPECT_EQ(std::isnan(find(window(newest)).reprojection_px), kept == 9u) << kept;
+    exact_ = flight(true);
+  }
+}
+
 TEST_F(Watch, Velocity) {
   std::vector<NavState> states = window(30);
   states.back().v_w_b.x() += 0.3;  // of a window that is being optimized

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -83,6 +84,7 @@ double reprojection(const std::vector<NavState>& states,
     }
   }
   std::vector<double> errors;
+  std::set<FeatureId> tracks;
   for (std::size_t i = judged; i < states.size(); ++i) {
     if (frames[i] == nullptr) continue;
     for (const PointObservation& point : frames[i]->points) {
@@ -92,13 +94,14 @@ double reprojection(const std::vector<NavState>& states,
           !triangulate(track->second, &place)) {
         continue;
       }
+      tracks.insert(point.id);
       const Ray seen = rayOf(states[i], point.bearing, calibration);
       const Eigen::Vector3d expected = (place - seen.origin).normalized();
       errors.push_back(calibration.focal_px * std::atan2(expected.cross(seen.direction).norm(),
                                                          expected.dot(seen.direction)));
     }
   }
-  if (static_cast<int>(errors.size()) < least_tracks) return kNotComputed;
+  if (static_cast<int>(tracks.size()) < least_tracks) return kNotComputed;
   return middle(std::move(errors));
 }
 
