@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/evaluation/cpu_time.h"
 
-#include <time.h>
+#include <ctime>
 
 #include "slim_init/types.h"
 
