@@ -11,6 +11,7 @@ import unittest
 from html.parser import HTMLParser
 
 import numpy
+import pandas
 from handmade import by_hand, row, write_run
 from slim_init_report import __main__ as program
 from slim_init_report import bootstrap, data, figures, render, run_report, suite_report, suite_tables
@@ -194,6 +195,31 @@ class RunReport(Folder):
         self.report(by_hand())
         self.report([row(i, "mute", None, "stationary") for i in range(3)])
         self.assertFalse(os.path.exists(os.path.join(self.folder, "run", "error_cdf.png")))
+
+
+class Growth(unittest.TestCase):
+    COLUMNS = ["what", "value", "method", "point_tracks", "median_ms", "p90_ms", "p99_ms"]
+
+    def draw(self, rows):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "growth.svg")
+            caption = figures.growth(pandas.DataFrame(rows, columns=self.COLUMNS), path)
+            if not os.path.exists(path):
+                return caption, ""
+            with open(path) as file:
+                return caption, file.read()
+
+    def test_a_panel_for_each_quantity(self):
+        rows = [[what, value, method, 80.0, 1.0 + value, 2.0 + value, 3.0 + value]
+                for what, values in (("points", (30, 300)), ("outliers", (0.0, 0.2)))
+                for value in values for method in ("drt-l", "slim")]
+        caption, picture = self.draw(rows)
+        self.assertIn("median", caption)
+        for text in ("points", "outliers", "drt-l", "slim"):
+            self.assertIn("<!-- %s -->" % text, picture)
+
+    def test_nothing_to_draw(self):
+        self.assertEqual(self.draw([]), ("", ""))
 
 
 class FirstAnswer(unittest.TestCase):
