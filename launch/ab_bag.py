@@ -360,6 +360,9 @@ def run(bag, config, out, methods, rate, host, tracker):
                             config, "--methods", methods, "--out", os.path.join(out, "ab")])
     if code != 0:
         fail("slim_init ab ended with %d" % code)
+    # A master that roslaunch has started keeps roslaunch running.
+    print("\n==> Done: %s. Ctrl-C ends roslaunch where it has started the master."
+          % os.path.join(out, "ab_bag.html" if host == "true" else "ab"), flush=True)
 
 
 def main():
