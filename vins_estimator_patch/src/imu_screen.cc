@@ -25,7 +25,9 @@ constexpr double kMaxAccelScatter = 25.0;  // [m/s^2]
 constexpr double kMaxGyroScatter = 1.5;    // [rad/s]
 constexpr std::size_t kJudged = 20;        // samples
 // A motion that stays different is a motion, and neighbours that stay different are those of a
-// frame that vibrates: after these times the samples are believed again [s].
+// frame that vibrates: after these times the samples are believed again [s]. The second is three
+// times the longest damage that was tried in a host: what is taken for vibration too early is flown
+// into.
 constexpr double kLongestStep = 0.5;
 constexpr double kLongestScatter = 3.0;
 // Calm time takes so much of that back: a vibration about the bound passes it now and then.

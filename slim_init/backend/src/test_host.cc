@@ -15,7 +15,7 @@ using vins_adapter::HostAnswer;
 using vins_adapter::HostState;
 using vins_adapter::toHostState;
 
-// Largest suspect_s, and healthy states kept [s].
+// Largest suspect_s, and healthy states kept, as in HostGlue [s].
 constexpr double kMostSuspect = 2.0;
 constexpr double kHealthyKept = 30.0;
 

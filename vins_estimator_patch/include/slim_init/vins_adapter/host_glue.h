@@ -456,6 +456,7 @@ class HostGlue {
                    const Eigen::Vector3d& tic);
   bool carriedTo(double stamp, HostState* state);
   std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
+  /// Reports it as well.
   bool hasDamage(const std::vector<double>& stamps);
   bool predict(const HostState& before, HostState* newest) const;
   bool endsRide();

@@ -77,7 +77,7 @@ class SlidingWindowEstimator {
   NavState newest() const;
 
   /// Puts these samples (ascending) in the place of those that it holds of the same time, as a host
-  /// does that has learned which were damaged; at least two.
+  /// does that has learned which were damaged. Fewer than two change nothing.
   void replaceImu(const std::vector<ImuSample>& samples);
 
   std::int64_t droppedImu() const;
