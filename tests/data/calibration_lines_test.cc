@@ -60,6 +60,31 @@ TEST_F(CalibrationLines, EachKeyBeyondThem) {
           "   data: [0.1,\n          0.2,\n          0.321]\n"));
 }
 
+// A difference that is certain and does not matter: a td of 1 ms with a sigma of 0.49 ms was
+// reported from a recording whose file is right.
+TEST_F(CalibrationLines, WhatIsCertainHasToMatterToo) {
+  const double rotation = 0.05 * kRad, translation = 0.001, td = 0.0002, readout = 0.0002;
+  found_.covariance.diagonal() << Eigen::Vector3d::Constant(rotation * rotation),
+      Eigen::Vector3d::Constant(translation * translation), td * td, readout * readout;
+  const Calibration& file = file_.calibration;
+  const auto with = [&](double ms, double readout_ms, double deg, double mm) {
+    found_.td = file.td - 1e-3 * ms;
+    found_.readout_s = file.readout_s + 1e-3 * readout_ms;
+    found_.R_b_c = file.R_b_c * expSO3(Eigen::Vector3d(deg * kRad, 0, 0));
+    found_.t_b_c = file.t_b_c + Eigen::Vector3d(1e-3 * mm, 0, 0);
+    return calibrationLines(file_, found_);
+  };
+  EXPECT_EQ(with(2.9, 4.9, 0.98, 19.5), "");
+  const auto key = [](const std::string& lines) {  // of the line behind the comment
+    const std::size_t begin = lines.find('\n') + 1;
+    return lines.substr(begin, lines.find(':', begin) - begin);
+  };
+  EXPECT_EQ(key(with(3.1, 4.9, 0.98, 19.5)), "td");
+  EXPECT_EQ(key(with(2.9, 5.1, 0.98, 19.5)), "rolling_shutter_tr");
+  EXPECT_EQ(key(with(2.9, 4.9, 1.02, 19.5)), "extrinsicRotation");
+  EXPECT_EQ(key(with(2.9, 4.9, 0.98, 20.5)), "extrinsicTranslation");
+}
+
 // What is held as exact is never contradicted.
 TEST_F(CalibrationLines, ExactPartsHaveNoLine) {
   found_.covariance.setZero();
