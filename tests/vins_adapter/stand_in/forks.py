@@ -44,8 +44,12 @@ PL_VINS_OLD_IMAGE = ("const map<int, vector<pair<int, Vector3d>>> &image, "
                      "const std_msgs::Header &header")
 
 
-def with_an_older_overload(text):
-    """PL-VINS has processImage() twice; the node does not call the older one."""
+def with_its_overloads(text):
+    """PL-VINS has processImage() twice; the node does not call the older one. And its optimization
+    with lines, which is the one in flight, ends in a double2vector2()."""
+    end = text[text.index("void Estimator::double2vector()"):]
+    end = end[:end.index("\n}\n") + 3]
+    text = text.replace(end, end + "\n" + end.replace("double2vector()", "double2vector2()"))
     start = text.index("void Estimator::processImage")
     body = text[text.index("{\n", start):]
     return (text[:start] + "void Estimator::processImage(%s)\n" % PL_VINS_IMAGE +
@@ -122,8 +126,9 @@ using std::vector;
 
 class Estimator : public EstimatorParts<std_msgs::Header, 1, NoTimeOffset> {"""),
                 ("const ImageFeatures& image, const std_msgs::Header& header);",
-                 PL_VINS_IMAGE + ");\n  void processImage(" + PL_VINS_OLD_IMAGE + ");")],
-            "vins_estimator/src/estimator.cpp": with_an_older_overload,
+                 PL_VINS_IMAGE + ");\n  void processImage(" + PL_VINS_OLD_IMAGE +
+                 ");\n  void double2vector2();")],
+            "vins_estimator/src/estimator.cpp": with_its_overloads,
             "vins_estimator/src/estimator_node.cpp": [
                 ("#include <mutex>\n#include <queue>\n\n", ""),
                 # Its samples come one by one, and it has no restart.
