@@ -36,6 +36,7 @@ option(SLIM_INIT_BUILD_BENCHMARKS "Build slim_init_bench" ${_slim_init_developin
 option(SLIM_INIT_WERROR "Turn compiler warnings into errors (our CI preset)" OFF)
 option(SLIM_INIT_FUZZ "Build the fuzz targets of tests/fuzz with libFuzzer (Clang)" OFF)
 set(SLIM_INIT_SANITIZE "" CACHE STRING "Sanitizers, for example \"address;undefined\"")
+set(SLIM_INIT_SANITIZE_NOT "" CACHE STRING "Checks of SLIM_INIT_SANITIZE to leave out, for example \"null\"")
 
 # Recompiling the same file is the larger part of a developer's day.
 find_program(SLIM_INIT_CCACHE ccache)
