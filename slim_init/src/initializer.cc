@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "data/with_calibration.h"
 #include "imu/carry_prior.h"
 #include "imu/preintegration.h"
 #include "join_frame.h"
@@ -72,6 +73,12 @@ class Initializer : public IInitializer {
     if (young_) young_->setTd(td);
     window_.setTd(td);
   }
+  void setKnownSensors(const KnownSensors& known) override {
+    if (!known.validate().empty()) return;
+    known_ = known;
+    knows_ = known.calibration.has_value() || std::isfinite(known.biases.gyro_sigma) ||
+             std::isfinite(known.biases.accel_sigma);
+  }
   void reset() override {
     if (young_) young_->reset();
     window_.reset();
@@ -79,7 +86,7 @@ class Initializer : public IInitializer {
   }
 
   InitResult initialize() override {
-    const WindowCut cut = window_.cut();
+    const WindowCut cut = informed(window_.cut());
     InitResult result =
         cut.window == nullptr ? refuse(cut.status, cut.message) : answer(*cut.window);
     if (young_ && !result.success()) offerProvisional(&result);
@@ -169,6 +176,17 @@ class Initializer : public IInitializer {
     return young;
   }
 
+  // With what is known of the sensors.
+  WindowCut informed(WindowCut cut) const {
+    if (cut.window == nullptr || !knows_) return cut;
+    Calibration calibration = cut.window->calibration();
+    if (known_.calibration) calibration = withFound(calibration, *known_.calibration);
+    calibration.imu_biases = known_.biases;
+    // A td that moves the keyframes away from the samples is none.
+    if (const auto window = withCalibration(*cut.window, calibration)) cut.window = window;
+    return cut;
+  }
+
   // From the frames after a known state.
   InitResult answerWithPrior(const StatePrior& prior) const {
     std::string problem = prior.validate();
@@ -205,12 +223,12 @@ class Initializer : public IInitializer {
   // What a host that takes a prior can start with. Where there is nothing, `result` keeps its own
   // reason.
   void offerProvisional(InitResult* result) const {
-    const WindowCut cut = young_->cut();
+    const WindowCut cut = informed(young_->cut());
     if (cut.window == nullptr) return;
     InitResult young = solver_->solveProvisional(*cut.window);
     if (!young.provisional()) return;
     // As it was before the newest third of the data.
-    const WindowCut before = young_->cut(std::max(1, cut.window->size() / 3));
+    const WindowCut before = informed(young_->cut(std::max(1, cut.window->size() / 3)));
     if (before.window == nullptr) return;
     const InitResult earlier = solver_->solveProvisional(*before.window);
     if (agrees(earlier, young)) *result = std::move(young);
@@ -250,7 +268,7 @@ class Initializer : public IInitializer {
     // Keyframes that td has moved past the IMU are in neither answer.
     const int lost = std::max(0, keyframes - static_cast<int>(states.size()));
     for (int earlier = AnswerSequence::kEarlierAnswers; earlier > 0; --earlier) {
-      const WindowCut before = window_.cut(lost + earlier);
+      const WindowCut before = informed(window_.cut(lost + earlier));
       if (before.window == nullptr) continue;
       InitResult answer = solver_->solve(*before.window);
       answers_.judge(&answer);
@@ -305,6 +323,8 @@ class Initializer : public IInitializer {
   std::unique_ptr<WindowSolver> solver_;
   KeyframeWindow window_;
   AnswerSequence answers_;
+  KnownSensors known_;
+  bool knows_ = false;  // that there is something in it
   double last_question_ = kNotComputed;  // newest keyframe [s]
   std::optional<KeyframeWindow> young_;  // where provisional answers are wanted
 };

@@ -37,9 +37,6 @@ constexpr double kTiltSigmaDeg = 1.5;
 /// zero.
 constexpr double kTolerance = 1e-4;
 constexpr int kMaxIterations = 30;
-/// Least standard deviations of a calibration found in flight [deg], [m].
-constexpr double kLeastRotationDeg = 0.05;
-constexpr double kLeastTranslation = 0.001;
 
 // The window through the extrinsics that the prior brings.
 std::shared_ptr<const InitWindow> throughCalibration(const InitWindow& window,
@@ -47,16 +44,9 @@ std::shared_ptr<const InitWindow> throughCalibration(const InitWindow& window,
   if (!found.has_value()) {
     return std::shared_ptr<const InitWindow>(std::shared_ptr<const InitWindow>(), &window);
   }
-  Calibration calibration = window.calibration();
-  calibration.R_b_c = nearestRotation(found->R_b_c);
-  calibration.t_b_c = found->t_b_c;
-  const double translation = std::sqrt(found->covariance.block<3, 3>(3, 3).diagonal().maxCoeff());
-  // Not wider than the file's: a host's own covariance may be none.
-  CalibrationSigmas& sigmas = calibration.sigmas;
-  sigmas.rotation_deg =
-      std::min(sigmas.rotation_deg, std::max(found->rotationSigmaDeg(), kLeastRotationDeg));
-  sigmas.translation_m = std::min(sigmas.translation_m, std::max(translation, kLeastTranslation));
-  return withCalibration(window, calibration);
+  CalibrationEstimate extrinsics = *found;
+  extrinsics.covariance(6, 6) = 0.0;  // the time of the state is with the host's td
+  return withCalibration(window, withFound(window.calibration(), extrinsics));
 }
 
 // Errors of the rows of the known state by those of the estimate, and their covariance there.

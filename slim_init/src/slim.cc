@@ -12,6 +12,7 @@
 #include "data/with_sightings.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
+#include "known_biases.h"
 #include "minimum_search.h"
 #include "other_scale.h"
 #include "provisional.h"
@@ -156,29 +157,22 @@ bool endsWithoutTranslation(GateMode mode, InitResult* result) {
   return true;
 }
 
-}  // namespace
-
-const std::string& Slim::name() const {
-  static const std::string kName = "slim";
-  return kName;
-}
-
 // Numbers in brackets are the sections of docs/derivation.md.
-InitResult Slim::solve(const InitWindow& window) const {
-  const SlimOptions& use = options_.slim;
+InitResult answer(const InitWindow& window, const InitializerOptions& options) {
+  const SlimOptions& use = options.slim;
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
 
   // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
   // calibration that the rotations agree with; sightings that contradict it are pruned.
-  const RotationStage rotation = estimateRotations(window, options_);
+  const RotationStage rotation = estimateRotations(window, options);
   if (!rotation.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
     return result;
   }
   const RobustBias& bias = rotation.bias;
-  if (!acceptGyroBias(bias, options_.robust_bias, &result)) return result;
+  if (!acceptGyroBias(bias, options.robust_bias, &result)) return result;
   const std::vector<VanishingPoint>* vps =
       use.vanishing_points ? &rotation.vanishing_points : nullptr;
   const InitWindow& seen = *rotation.window;
@@ -197,43 +191,54 @@ InitResult Slim::solve(const InitWindow& window) const {
 
   // [6] What the motion offers.
   const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
-  append(motionGates(motion, options_.gates), &result);
+  append(motionGates(motion, options.gates), &result);
 
-  if (endsWithoutTranslation(options_.gates.mode, &result)) {
+  if (endsWithoutTranslation(options.gates.mode, &result)) {
     keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
     clock.lap("verdict");
     return result;
   }
 
   // [2] Camera centres up to scale.
-  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options_.alignment);
+  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options.alignment);
   clock.lap("translation");
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
   std::optional<RigPrior> rig;
   if (use.estimate_calibration) rig = rotation.prior;
   const MetricEstimate metric =
-      estimateMetric({tracks, pre, R_c0_ck, vps, rig}, translation, options_,
-                     lacksExcitation(options_.gates.mode, result), &clock);
+      estimateMetric({tracks, pre, R_c0_ck, vps, rig}, translation, options,
+                     lacksExcitation(options.gates.mode, result), &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
-    append(calibrationGates(window.calibration(), result.calibration, options_.gates), &result);
-    append(gatesOf(metric, seen, tracks, motion, options_, result.scale), &result);
+    append(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
+    append(gatesOf(metric, seen, tracks, motion, options, result.scale), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);
   }
-  enforceGates(options_.gates.mode, &result);
+  enforceGates(options.gates.mode, &result);
   decide(false, &result);
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
-  if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, options_, &result);
+  if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, options, &result);
   return result;
 }
 
+}  // namespace
+
+const std::string& Slim::name() const {
+  static const std::string kName = "slim";
+  return kName;
+}
+
+InitResult Slim::solve(const InitWindow& window) const {
+  return answerAboutKnownBiases(window, options_, answer);
+}
+
 InitResult Slim::solveProvisional(const InitWindow& window) const {
-  return provisionalAnswer(window, options_);
+  return answerAboutKnownBiases(window, options_, provisionalAnswer);
 }
 
 InitResult Slim::solveWithPrior(const InitWindow& window, const StatePrior& prior) const {

@@ -60,6 +60,7 @@ class Oracle : public IInitializer {
     return AddStatus::kNotSupported;
   }
   void setTd(double td) override { calibration_.td = td; }
+  void setKnownSensors(const KnownSensors& known) override { known_sensors = known; }
   void reset() override {
     forget();
     check_ = StreamCheck(check_.options());
@@ -115,6 +116,7 @@ class Oracle : public IInitializer {
 
   FrameObservation last_frame;
   std::vector<LineObservation> last_lines;
+  KnownSensors known_sensors;
   bool contradict = false;      ///< success without states
   bool too_few_states = false;  ///< statesAt() forgets to fill them
 
@@ -219,6 +221,34 @@ TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
   adapter_->reset();
   EXPECT_EQ(adapter_->counts().frames_added, 0);
   EXPECT_FALSE(adapter_->seed(stamps(20)).success());
+}
+
+// What was learned in flight is there for starts and recoveries, and not for the watchdog, which is
+// to judge by itself.
+TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
+  for (int k = 0; k <= 20; ++k) feed(k);
+  ASSERT_TRUE(adapter_->seed(stamps(20)).success());
+  EXPECT_FALSE(std::isfinite(oracle_->known_sensors.biases.accel_sigma));
+  HostState healthy = toHostState(exact_.truth[20], 0.0);
+  healthy.Ba = Eigen::Vector3d(0.1, 0.2, 0.3);
+  const double end = healthy.stamp;
+  for (int i = 250; i >= 0; --i) {
+    healthy.stamp = end - 0.1 * i;
+    adapter_->learn(healthy);
+  }
+  EXPECT_EQ(adapter_->learned().known.biases.accel, healthy.Ba);
+  ASSERT_TRUE(adapter_->recover(stamps(20), healthy).success());
+  EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
+  EXPECT_LT(oracle_->known_sensors.biases.accel_sigma, 0.05);
+  std::vector<HostState> window;
+  for (int k = 10; k <= 20; ++k) window.push_back(toHostState(exact_.truth[k], 0.0));
+  const Calibration& rig = exact_.calibration;
+  adapter_->watch(window, rig.R_b_c, rig.t_b_c);
+  EXPECT_FALSE(std::isfinite(oracle_->known_sensors.biases.accel_sigma));
+  // The host forgets its states, not its sensors.
+  adapter_->reset();
+  adapter_->seed(stamps(20));
+  EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
 }
 
 // Rolling shutter: every observation gets the exposure of its row, whichever way it comes.

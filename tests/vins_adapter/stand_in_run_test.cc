@@ -71,6 +71,12 @@ class Finder : public IInitializer {
   std::unique_ptr<IInitializer> inner_;
 };
 
+void setStamp(double t, double* header) { *header = t; }
+template <typename Header>
+void setStamp(double t, Header* header) {
+  header->stamp.seconds = t;
+}
+
 // The node is one per process, as in the host; each test runs in a process of its own (CTest).
 class StandInRun : public ::testing::Test {
  protected:
@@ -85,6 +91,7 @@ class StandInRun : public ::testing::Test {
   ~StandInRun() override {
     unlink((folder_ + "/host.yaml").c_str());
     unlink((folder_ + "/slim_init_starts.csv").c_str());
+    unlink((folder_ + "/sensors.yaml").c_str());
     rmdir(folder_.c_str());
   }
 
@@ -408,6 +415,29 @@ TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
   frame(k);
   EXPECT_NE(logText().find("recover done"), std::string::npos) << logText();
   is_new();
+}
+
+// Biases of a flight are there for the next run.
+TEST_F(StandInRun, WhatIsKnownOfTheSensorsGoesFromRunToRun) {
+  start("initializer: slim\nreinit: 1\nsensors_file: \"sensors.yaml\"\n");
+  EXPECT_EQ(timesLogged("sensors.yaml: the file cannot be opened; nothing is known"), 1)
+      << logText();
+  const int frames = fly(40);
+  Estimator& e = host();
+  ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  e.Bas[kNewest] = Eigen::Vector3d(0.1, -0.2, 0.3);
+  for (int i = 1; i <= 46; ++i) {  // 23 s
+    setStamp(exact_.keyframes[frames - 1].t + 0.5 * i, &e.Headers[kNewest]);
+    e.slim_init_glue.rememberHealthy(e);
+  }
+  std::string reports;
+  HostGlue next_run;
+  next_run.listen([&reports](ReportLevel, const std::string& text) { reports += text + "\n"; });
+  EXPECT_TRUE(next_run.open(folder_ + "/host.yaml"));
+  EXPECT_NE(reports.find("warm start from " + folder_ + "/sensors.yaml: gyroscope bias ("),
+            std::string::npos)
+      << reports;
+  EXPECT_NE(reports.find("0.1 -0.2  0.3"), std::string::npos) << reports;
 }
 
 #ifndef STAND_IN_GVINS  // keeps no yaw

@@ -14,6 +14,7 @@
 #include "first_state_prior.h"
 #include "imu_carry.h"
 #include "imu_screen.h"
+#include "sensor_memory.h"
 #include "slim_init/row_times.h"
 #include "watchdog.h"
 
@@ -108,6 +109,7 @@ struct HostAdapter::State {
     last_asked = -std::numeric_limits<double>::infinity();
     contradictions = suspect_frames = 0;
     flown = OptionalCalibration();
+    memory.restore(memory.learned());  // its stamps are of another run
   }
   HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration);
   std::string ask(const NavState& newest, bool* answered);
@@ -138,12 +140,15 @@ struct HostAdapter::State {
   double last_asked = -std::numeric_limits<double>::infinity();
   int contradictions = 0;  // answers in a row that speak against the host
   int suspect_frames = 0;
+  SensorMemory memory;
   OptionalCalibration flown;  // extrinsics that the host has estimated in flight
 };
 
 // Compares with an answer of the initializer; a reason, or "".
 std::string HostAdapter::State::ask(const NavState& newest, bool* answered) {
   *answered = false;
+  // Of the host's own biases it would not be independent.
+  initializer->setKnownSensors(KnownSensors());
   const InitResult answer = initializer->initialize();
   last_asked = newest.t;
   if (!answer.success()) return "";
@@ -329,6 +334,7 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
     return decline(InitStatus::kInvalidInput, "the host had no healthy state yet");
   }
 
+  initializer->setKnownSensors(memory.knownAt(answer.stamp));
   if (healthy == nullptr) {
     answer.verdict = initializer->initialize();
   } else {
@@ -353,6 +359,7 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
   InitStatus status = InitStatus::kSuccess;
   if (!fillWindow(stamps, healthy, &answer, &status, &problem)) return decline(status, problem);
   answer.joined = healthy != nullptr;
+  memory.learn(answer.verdict.calibration);
   return answer;
 }
 
@@ -464,6 +471,28 @@ HostAnswer HostAdapter::recover(const std::vector<double>& stamps,
   answer.total_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return answer;
+}
+
+void HostAdapter::learn(const HostState& healthy) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  State& state = *state_;
+  OptionalCalibration calibration =
+      state.flown ? state.flown : state.memory.learned().known.calibration;
+  if (calibration && state.options.estimate_td) {
+    calibration->td = state.initializer->calibration().td;
+    calibration->covariance(6, 6) = std::pow(CalibrationSigmas().td_s, 2);
+  }
+  state.memory.learn(healthy, calibration);
+}
+
+LearnedSensors HostAdapter::learned() const {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  return state_->memory.learned();
+}
+
+void HostAdapter::restore(const LearnedSensors& learned) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->memory.restore(learned);
 }
 
 HostCarry HostAdapter::carry(const HostState& from, double stamp) const {

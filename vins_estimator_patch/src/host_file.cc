@@ -5,6 +5,7 @@
 
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"
+#include "slim_init/config/sensors_file.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -16,6 +17,7 @@ HostFile toHostFile(const HostKeys& keys) {
   file.watchdog = keys.watchdog;
   file.keep_heading = keys.keep_heading;
   file.output_path = keys.output_path;
+  file.sensors_file = keys.sensors_file;
   return file;
 }
 
@@ -56,6 +58,16 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
       HostAdapter::create(std::move(initializer), options, error);
   if (adapter != nullptr && file != nullptr) *file = std::move(read);
   return adapter;
+}
+
+bool readSensorsFile(const std::string& path, const Calibration& configured,
+                     LearnedSensors* learned, std::string* error) {
+  return loadSensorsFile(path, configured, &learned->stamp, &learned->known, error);
+}
+
+bool writeSensorsFile(const std::string& path, const Calibration& configured,
+                      const LearnedSensors& learned, std::string* error) {
+  return saveSensorsFile(path, configured, learned.stamp, learned.known, error);
 }
 
 }  // namespace slim_init::vins_adapter

@@ -23,4 +23,16 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* /*f
   return nullptr;
 }
 
+bool readSensorsFile(const std::string& path, const Calibration& /*configured*/,
+                     LearnedSensors* /*learned*/, std::string* error) {
+  if (error != nullptr) *error = path + kWithoutOpenCv;
+  return false;
+}
+
+bool writeSensorsFile(const std::string& path, const Calibration& /*configured*/,
+                      const LearnedSensors& /*learned*/, std::string* error) {
+  if (error != nullptr) *error = path + kWithoutOpenCv;
+  return false;
+}
+
 }  // namespace slim_init::vins_adapter

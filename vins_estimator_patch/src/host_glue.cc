@@ -38,6 +38,8 @@ constexpr double kLongestGap = 3.0;
 constexpr double kLongestAlarm = 3.0;
 // The health of a sane host is published so often [s].
 constexpr double kHealthEvery = 1.0;
+// What is known of the sensors is written so often [s].
+constexpr double kSaveEvery = 60.0;
 // An unchanged status is reported again after this time [s].
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
@@ -97,6 +99,7 @@ struct HostGlue::State {
   double health_stamp = -std::numeric_limits<double>::infinity();
   Clock::time_point stock_began;
   double damage_reported = -std::numeric_limits<double>::infinity();  // begin of the damage [s]
+  double saved_stamp = std::numeric_limits<double>::quiet_NaN();      // of the sensors file [s]
   InitStatus reported_status = InitStatus::kSuccess;
   double reported_stamp = -std::numeric_limits<double>::infinity();
   std::ofstream csv;
@@ -169,6 +172,36 @@ struct HostGlue::State {
     }
   }
 
+  void restoreSensors() {
+    if (file.sensors_file.empty()) return;
+    LearnedSensors learned;
+    std::string error;
+    if (readSensorsFile(file.sensors_file, file.rig.calibration, &learned, &error)) {
+      adapter->restore(learned);
+      const ImuBiases& biases = learned.known.biases;
+      std::ostringstream out;
+      out.precision(3);
+      out << "warm start from " << file.sensors_file << ": gyroscope bias ("
+          << biases.gyro.transpose() << ") rad/s, accelerometer bias (" << biases.accel.transpose()
+          << ") m/s^2" << (learned.known.calibration ? ", calibration" : "");
+      report(ReportLevel::kInfo, out.str());
+    } else {
+      report(ReportLevel::kInfo, error + "; nothing is known of the sensors yet");
+    }
+  }
+  void saveSensors() {
+    const LearnedSensors learned = adapter->learned();
+    if (file.sensors_file.empty() || std::isnan(learned.stamp) || learned.stamp == saved_stamp) {
+      return;
+    }
+    saved_stamp = learned.stamp;
+    std::string error;
+    if (!writeSensorsFile(file.sensors_file, file.rig.calibration, learned, &error)) {
+      report(ReportLevel::kWarn, error);
+      file.sensors_file.clear();
+    }
+  }
+
   void record(const std::string& action, const HostAnswer& answer, const StockStart* stock) {
     const std::string row = startRecordRow(file.mode, action, answer, stock);
     if (csv.is_open()) csv << row << std::endl;
@@ -208,7 +241,9 @@ struct HostGlue::State {
 };
 
 HostGlue::HostGlue() : state_(new State) {}
-HostGlue::~HostGlue() = default;
+HostGlue::~HostGlue() {
+  if (state_->adapter != nullptr) state_->saveSensors();
+}
 
 void HostGlue::listen(const Listener& listener) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
@@ -252,6 +287,7 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
                                        ", watchdog: " + (state.file.watchdog ? "1" : "0") +
                                        ", method " + state.adapter->method());
   state.openCsv();
+  state.restoreSensors();
   state.active = true;
   return true;
 }
@@ -463,6 +499,8 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
   if (state.suspect) return;
   state.is_lost = false;
   const HostState& newest = window.back();
+  state.adapter->learn(newest);
+  if (!(state.adapter->learned().stamp - state.saved_stamp <= kSaveEvery)) state.saveSensors();
   if (state.healthy.empty()) {
     // A window that has slid has its newest frame twice.
     for (const HostState& one : window) {

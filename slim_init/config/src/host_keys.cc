@@ -262,6 +262,11 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   host->keep_heading = host->reinit;
   readOptional(root, "keep_heading", &host->keep_heading);
   readOutputFolder(root, &host->output_path);
+  readOptional(root, "sensors_file", &host->sensors_file);
+  if (!host->sensors_file.empty() && host->sensors_file.front() != '/' &&
+      !host->output_path.empty()) {
+    host->sensors_file = host->output_path + "/" + host->sensors_file;
+  }
   readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);
 }
 

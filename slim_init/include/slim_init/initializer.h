@@ -42,6 +42,12 @@ class IInitializer {
   /// online. A value that Calibration::validate() refuses is ignored.
   virtual void setTd(double td) = 0;
 
+  /// What the answers of initialize() and recover() may use of a time before their data; without
+  /// this, and with an empty one, nothing. Kept by reset(). Where the data contradict the biases,
+  /// these are not used, and InitResult::warnings says so. One that KnownSensors::validate()
+  /// refuses is ignored. An initializer without use for it keeps this default.
+  virtual void setKnownSensors(const KnownSensors& /*known*/) {}
+
   /// Forgets all data and counts.
   virtual void reset() = 0;
 

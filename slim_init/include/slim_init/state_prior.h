@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What is known of the body before the data of a window.
+// What is known of the body and of its sensors before the data of a window.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,6 +27,18 @@ struct StatePrior {
 
   /// Returns an empty string, or a message naming what is not finite, not a rotation, or no
   /// covariance.
+  std::string validate() const;
+};
+
+/// What an estimator had learned of its sensors before it was started anew: a warm start. The state
+/// of the body is not known.
+struct KnownSensors {
+  ImuBiases biases;
+  /// In place of what the initializer was given, each part within its covariance: rotation,
+  /// translation, and td where that has a variance. The readout time stays as it is.
+  OptionalCalibration calibration;
+
+  /// Returns an empty string, or a message naming what is out of bounds, not finite or no rotation.
   std::string validate() const;
 };
 

@@ -84,6 +84,19 @@ struct CalibrationSigmas {
   std::string validate() const;
 };
 
+/// What is known of the IMU's biases before the data of a window (KnownSensors).
+struct ImuBiases {
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();   ///< in b [rad/s]
+  Eigen::Vector3d accel = Eigen::Vector3d::Zero();  ///< in b [m/s^2]
+  /// Standard deviations per axis. Above those of InertialOptions nothing is known, and they hold,
+  /// about zero.
+  double gyro_sigma = std::numeric_limits<double>::infinity();   ///< [rad/s]
+  double accel_sigma = std::numeric_limits<double>::infinity();  ///< [m/s^2]
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
 /// What has to be known about the rig: extrinsics, time offset, noise.
 struct Calibration {
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();  ///< camera to body rotation
@@ -98,6 +111,7 @@ struct Calibration {
   /// Zero for a global shutter.
   double readout_s = 0.0;
   CalibrationSigmas sigmas;  ///< standard deviations of R_b_c, t_b_c, td and readout_s
+  ImuBiases imu_biases;      ///< nothing is known of them unless somebody has measured them before
 
   /// From the camera clock to the IMU clock and back [s]. Streams and messages carry image stamps;
   /// buffers, windows and states are on the IMU clock.

@@ -2,6 +2,7 @@
 #include "slim_init/state_prior.h"
 
 #include <Eigen/LU>
+#include <cmath>
 #include <sstream>
 
 namespace slim_init {
@@ -15,6 +16,16 @@ constexpr double kSymmetry = 1e-6;
 bool isRotation(const Eigen::Matrix3d& R) {
   return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
          R.determinant() > 0.0;
+}
+
+std::string checkCalibration(const OptionalCalibration& calibration, const char* whose) {
+  if (!calibration.has_value() ||
+      (calibration->R_b_c.allFinite() && calibration->t_b_c.allFinite() &&
+       std::isfinite(calibration->td) && calibration->covariance.allFinite() &&
+       isRotation(calibration->R_b_c))) {
+    return "";
+  }
+  return std::string("the calibration of ") + whose + " is not finite, or no rotation";
 }
 
 }  // namespace
@@ -34,12 +45,14 @@ std::string StatePrior::validate() const {
   if (!((covariance - covariance.transpose()).norm() <= kSymmetry * covariance.norm())) {
     return "the covariance of the last healthy state is not symmetric";
   }
-  if (calibration.has_value() &&
-      !(calibration->R_b_c.allFinite() && calibration->t_b_c.allFinite() &&
-        calibration->covariance.allFinite() && isRotation(calibration->R_b_c))) {
-    return "the calibration of the last healthy state is not finite, or no rotation";
+  return checkCalibration(calibration, "the last healthy state");
+}
+
+std::string KnownSensors::validate() const {
+  if (const std::string message = biases.validate(); !message.empty()) {
+    return "the known biases: " + message;
   }
-  return "";
+  return checkCalibration(calibration, "the known sensors");
 }
 
 }  // namespace slim_init

@@ -19,11 +19,23 @@ std::string CalibrationSigmas::validate() const {
   return RangeCheck().within(optionTable(&copy)).message();
 }
 
+std::string ImuBiases::validate() const {
+  // Of sensors that work; as InertialOptions and MultiGapBiasOptions have them.
+  RangeCheck check;
+  check.within("norm of gyro", gyro.norm(), 0.0, 10.0)
+      .within("norm of accel", accel.norm(), 0.0, 10.0);
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  return check.within("gyro_sigma", gyro_sigma, 1e-6, kUnknown)
+      .within("accel_sigma", accel_sigma, 1e-6, kUnknown)
+      .message();
+}
+
 std::string Calibration::validate() const {
   Calibration copy = *this;
   RangeCheck check;
   check.nested("imu_noise", imu_noise.validate())
       .nested("sigmas", sigmas.validate())
+      .nested("imu_biases", imu_biases.validate())
       .within("gravity_magnitude", gravity_magnitude, 9.7, 9.9)
       .within("focal_px", focal_px, 10.0, 1e5)
       .within(optionTable(&copy))

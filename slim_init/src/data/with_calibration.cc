@@ -2,6 +2,9 @@
 #include "data/with_calibration.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "geometry/so3.h"
 
 namespace slim_init {
 namespace {
@@ -47,7 +50,31 @@ void select(const std::vector<Track>& tracks, const std::vector<Sighting>& sight
   }
 }
 
+// Least standard deviations of a calibration that was found [deg], [m], [s].
+constexpr double kLeastRotationDeg = 0.05;
+constexpr double kLeastTranslation = 0.001;
+constexpr double kLeastTd = 1e-4;
+
+void narrow(double found, double least, double* sigma) {
+  *sigma = std::min(*sigma, std::max(found, least));
+}
+
 }  // namespace
+
+Calibration withFound(const Calibration& calibration, const CalibrationEstimate& found) {
+  Calibration result = calibration;
+  result.R_b_c = nearestRotation(found.R_b_c);
+  result.t_b_c = found.t_b_c;
+  CalibrationSigmas& sigmas = result.sigmas;
+  narrow(found.rotationSigmaDeg(), kLeastRotationDeg, &sigmas.rotation_deg);
+  narrow(std::sqrt(found.covariance.block<3, 3>(3, 3).diagonal().maxCoeff()), kLeastTranslation,
+         &sigmas.translation_m);
+  if (found.covariance(6, 6) > 0.0) {
+    result.td = found.td;
+    narrow(found.tdSigma(), kLeastTd, &sigmas.td_s);
+  }
+  return result;
+}
 
 std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                   const Calibration& calibration) {
@@ -87,6 +114,18 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   out->common_ = common;
   select(window.point_tracks_, window.point_sightings_, selection, &out->point_tracks_,
          &out->point_sightings_);
+  return out;
+}
+
+std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window, const ImuBiases& biases) {
+  const auto common = std::make_shared<InitWindow::Common>(*window.common_);
+  common->calibration.imu_biases = ImuBiases();
+  for (ImuSample& sample : common->imu) {
+    sample.gyro -= biases.gyro;
+    sample.accel -= biases.accel;
+  }
+  const std::shared_ptr<InitWindow> out(new InitWindow(window));
+  out->common_ = common;
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "slim_init/init_window.h"
+#include "slim_init/result.h"
 
 namespace slim_init {
 
@@ -15,5 +16,13 @@ namespace slim_init {
 /// sightings. Null where fewer than two keyframes are left or `calibration` is not valid.
 std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                   const Calibration& calibration);
+
+/// The window with these biases taken off its samples. Nothing is known of those that are left.
+std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window, const ImuBiases& biases);
+
+/// `calibration` with the extrinsics that were found elsewhere, and with their td where it has a
+/// variance. Their standard deviations replace those of `calibration`, but are not wider (a host's
+/// own covariance may be none) and not below 0.05 deg, 1 mm and 0.1 ms.
+Calibration withFound(const Calibration& calibration, const CalibrationEstimate& found);
 
 }  // namespace slim_init

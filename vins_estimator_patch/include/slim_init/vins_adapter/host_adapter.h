@@ -98,6 +98,12 @@ struct HostHealth {
   double rotation_deg = kNotComputed;     ///< likewise
 };
 
+/// What a host has learned of its sensors in flight (HostAdapter::learn()).
+struct LearnedSensors {
+  double stamp = kNotComputed;  ///< of the biases [s], camera clock; NaN: none yet
+  KnownSensors known;           ///< as well as it was known at that stamp
+};
+
 /// Seeds and recovers a host from an initializer, of whatever kind, that buffers its own data, so
 /// that nothing is lost when the host clears its state. Adds to it the host's stamps, the host's
 /// convention and a lock: streams may come from other threads than seed() and recover(). Never
@@ -146,6 +152,15 @@ class HostAdapter {
   /// further than max_reach_s before the solved window get the states that the host had there, as
   /// long as these are among them.
   HostAnswer recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
+
+  /// A healthy state of the host in flight. After 20 s without interruption its biases, and the
+  /// calibration that it estimates or that an answer has found, are remembered for its next starts,
+  /// each as well as it is known by then. Kept by reset(). Only answers to seed() and recover() use
+  /// it: watch() asks without.
+  void learn(const HostState& healthy);
+  LearnedSensors learned() const;
+  /// The same from an earlier run: biases change from one to the next, which is allowed for.
+  void restore(const LearnedSensors& learned);
 
   /// Carries a state of the host on by the IMU to the frame of a stamp, and says how well it is
   /// known there: glitches and missing samples widen it.

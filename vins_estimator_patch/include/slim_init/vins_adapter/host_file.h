@@ -20,14 +20,15 @@ struct HostFile {
   bool keep_heading = false;  ///< HostGlue::keepHeading() acts; absent: as `reinit`
   ImuLimits imu_limits;       ///< samples beyond are dropped; for messages about them
   FileCalibration rig;
+  std::string sensors_file;        ///< what is known of the sensors goes from run to run, or ""
   std::string output_path;         ///< the host's folder for results, or ""
   std::vector<std::string> notes;  ///< what a person should know
 };
 
-/// Reads `initializer`, `reinit`, `watchdog`, `keep_heading` and `output_path` (without it GVINS'
-/// `output_dir`); absent keys are those of an unpatched host. On a problem returns false, leaves
-/// `file` as it was and puts a message naming file, key, value and bound into `error` (may be
-/// null).
+/// Reads `initializer`, `reinit`, `watchdog`, `keep_heading`, `sensors_file` and `output_path`
+/// (without it GVINS' `output_dir`); absent keys are those of an unpatched host. On a problem
+/// returns false, leaves `file` as it was and puts a message naming file, key, value and bound into
+/// `error` (may be null).
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
 /// Reads the whole file and makes the adapter, with HostAdapter::hostDefaults() where our section
@@ -35,5 +36,16 @@ bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 /// be null.
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error);
+
+/// What an earlier run has learned of its sensors, from its `sensors_file`. A calibration that
+/// belongs to another configuration of the rig than `configured` is left out. False and a message
+/// in `error` where there is no such file, it is damaged, or this build has no OpenCV.
+bool readSensorsFile(const std::string& path, const Calibration& configured,
+                     LearnedSensors* learned, std::string* error);
+
+/// Writes it as a whole, so that a reader finds the old file or the new one. False and a message
+/// in `error` where it cannot be written.
+bool writeSensorsFile(const std::string& path, const Calibration& configured,
+                      const LearnedSensors& learned, std::string* error);
 
 }  // namespace slim_init::vins_adapter

@@ -24,6 +24,9 @@ struct HostKeys {
   /// After each of its optimizations the host keeps the heading of its oldest frame, in place of
   /// that frame's Euler yaw; absent: as `reinit`.
   bool keep_heading = false;
+  /// What a flight teaches about the sensors is kept there for the next run; empty: nowhere. In the
+  /// file relative to output_path, here as it is opened.
+  std::string sensors_file;
   std::string output_path;  ///< the host's folder for results
   /// 0: the file's extrinsic is exact for the host, 1: a guess that it improves, 2: not known.
   int estimate_extrinsic = 0;
