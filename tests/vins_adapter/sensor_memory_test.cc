@@ -35,7 +35,7 @@ bool knowsBiases(const SensorMemory& memory, double t) {
 }
 
 TEST(SensorMemory, BelievesABiasAfterTwentySecondsOfFlightAndInHindsight) {
-  SensorMemory memory;
+  SensorMemory memory{Calibration()};
   EXPECT_FALSE(knowsBiases(memory, 0.0));
   fly(0.0, 20.9, &memory);
   EXPECT_FALSE(knowsBiases(memory, 20.9));
@@ -49,7 +49,7 @@ TEST(SensorMemory, BelievesABiasAfterTwentySecondsOfFlightAndInHindsight) {
 }
 
 TEST(SensorMemory, AnotherFlightBeginsAnewAndKeepsWhatIsKnown) {
-  SensorMemory memory;
+  SensorMemory memory{Calibration()};
   fly(0.0, 15.0, &memory);
   fly(16.2, 35.0, &memory);  // interrupted
   EXPECT_FALSE(knowsBiases(memory, 35.0));
@@ -63,7 +63,7 @@ TEST(SensorMemory, AnotherFlightBeginsAnewAndKeepsWhatIsKnown) {
 }
 
 TEST(SensorMemory, KnowsLessWithTimeAndAfterARestart) {
-  SensorMemory memory;
+  SensorMemory memory{Calibration()};
   fly(0.0, 21.0, &memory);
   const ImuBiases at_once = memory.knownAt(kStart + 20.0).biases;
   EXPECT_EQ(at_once.gyro_sigma, SensorMemory::kGyroSigma);
@@ -72,7 +72,7 @@ TEST(SensorMemory, KnowsLessWithTimeAndAfterARestart) {
   EXPECT_NEAR(later.accel_sigma, std::hypot(SensorMemory::kAccelSigma, 0.06), 1e-9);
   EXPECT_NEAR(later.gyro_sigma, std::hypot(SensorMemory::kGyroSigma, 2e-3), 1e-9);
   EXPECT_EQ(later.accel, at_once.accel);
-  SensorMemory restarted;
+  SensorMemory restarted{Calibration()};
   restarted.restore(memory.learned());
   const ImuBiases after = restarted.knownAt(kStart - 1e6).biases;
   EXPECT_NEAR(after.accel_sigma, std::hypot(SensorMemory::kAccelSigma, SensorMemory::kAccelTurnOn),
@@ -84,19 +84,28 @@ TEST(SensorMemory, KnowsLessWithTimeAndAfterARestart) {
   EXPECT_EQ(restarted.knownAt(kStart + 20.0).biases.accel_sigma, SensorMemory::kAccelSigma);
 }
 
-TEST(SensorMemory, NoCalibrationIsBetterThanOneMeasuredWithCare) {
+TEST(SensorMemory, KeepsOfACalibrationWhatIsBetterKnownThanTheFile) {
   const CalibrationSigmas care;
   OptionalCalibration found;
   found.emplace().td = 0.02;
+  found->t_b_c = Vector3d(0.1, 0.2, 0.3);
   found->covariance.diagonal().setConstant(1e-12);
   found->covariance(6, 6) = 0.01 * 0.01;
-  SensorMemory memory;
+  // A file that is as good as any: nothing.
+  Calibration configured;
+  SensorMemory careful{configured};
+  careful.learn(found);
+  EXPECT_FALSE(careful.knownAt(kStart).calibration.has_value());
+  // One that says td is a guess: td.
+  configured.sigmas.td_s = 0.03;
+  SensorMemory memory{configured};
   memory.learn(found);
   KnownSensors known = memory.knownAt(kStart);
   ASSERT_TRUE(known.calibration.has_value());
   EXPECT_EQ(known.calibration->td, 0.02);
-  EXPECT_NEAR(known.calibration->rotationSigmaDeg(), care.rotation_deg, 1e-9);
   EXPECT_NEAR(known.calibration->tdSigma(), 0.01, 1e-12);
+  EXPECT_EQ(known.calibration->t_b_c, configured.t_b_c);
+  EXPECT_NEAR(known.calibration->rotationSigmaDeg(), care.rotation_deg, 1e-9);
   EXPECT_FALSE(std::isfinite(known.biases.accel_sigma));
   EXPECT_EQ(known.validate(), "");
   // That of a host that estimates it takes its place with the biases.
@@ -105,6 +114,15 @@ TEST(SensorMemory, NoCalibrationIsBetterThanOneMeasuredWithCare) {
   EXPECT_EQ(memory.knownAt(kStart + 21.0).calibration->td, 0.03);
   memory.learn(OptionalCalibration());  // a method without one
   EXPECT_EQ(memory.knownAt(kStart + 21.0).calibration->td, 0.03);
+  // One that says nothing of the rotation: as if it had been measured with care.
+  configured.sigmas = {180.0, 0.05, 0.0, 0.0};
+  SensorMemory unknown{configured};
+  unknown.learn(found);
+  known = unknown.knownAt(kStart);
+  ASSERT_TRUE(known.calibration.has_value());
+  EXPECT_NEAR(known.calibration->rotationSigmaDeg(), care.rotation_deg, 1e-9);
+  EXPECT_EQ(known.calibration->t_b_c, found->t_b_c);
+  EXPECT_EQ(known.calibration->covariance(6, 6), 0.0) << "the file's td is exact";
 }
 
 }  // namespace

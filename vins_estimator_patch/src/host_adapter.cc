@@ -140,7 +140,7 @@ struct HostAdapter::State {
   double last_asked = -std::numeric_limits<double>::infinity();
   int contradictions = 0;  // answers in a row that speak against the host
   int suspect_frames = 0;
-  SensorMemory memory;
+  SensorMemory memory{Calibration()};
   OptionalCalibration flown;  // extrinsics that the host has estimated in flight
 };
 
@@ -377,6 +377,7 @@ std::unique_ptr<HostAdapter> HostAdapter::create(std::unique_ptr<IInitializer> i
     return nullptr;
   }
   auto state = std::make_unique<State>();
+  state->memory = SensorMemory(initializer->calibration());
   state->initializer = std::move(initializer);
   state->options = options;
   state->limits = options.imu;

@@ -7,18 +7,30 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-// No calibration is better than one that was measured with care.
-OptionalCalibration withLeastSigmas(OptionalCalibration found) {
+// The parts of `found` that are better known than they are `configured`; the others as configured,
+// td without a variance. None where no part is. No calibration is better known than one that was
+// measured with care.
+OptionalCalibration betterThan(const Calibration& configured, const OptionalCalibration& found) {
   if (!found) return found;
-  const CalibrationSigmas least;
   constexpr double kDegToRad = 0.017453292519943295;
-  const double variance[] = {std::pow(least.rotation_deg * kDegToRad, 2),
-                             std::pow(least.translation_m, 2), std::pow(least.td_s, 2)};
-  for (int i = 0; i < 7; ++i) {
-    double& of_found = found->covariance(i, i);
-    of_found = std::max(of_found, variance[i / 3]);
-  }
-  return found;
+  const CalibrationSigmas care, &before = configured.sigmas;
+  const double rotation = std::max(found->rotationSigmaDeg(), care.rotation_deg);
+  const double translation = std::max(
+      std::sqrt(found->covariance.diagonal().segment<3>(3).maxCoeff()), care.translation_m);
+  const double td = std::max(found->tdSigma(), care.td_s);
+  const bool turns = rotation < before.rotation_deg, moves = translation < before.translation_m;
+  const bool shifts = td < before.td_s;
+  if (!turns && !moves && !shifts) return OptionalCalibration();
+  CalibrationEstimate better;
+  better.R_b_c = turns ? found->R_b_c : configured.R_b_c;
+  better.t_b_c = moves ? found->t_b_c : configured.t_b_c;
+  better.td = shifts ? found->td : configured.td;
+  better.covariance.diagonal().head<3>().setConstant(
+      std::pow(kDegToRad * (turns ? rotation : before.rotation_deg), 2));
+  better.covariance.diagonal().segment<3>(3).setConstant(
+      std::pow(moves ? translation : before.translation_m, 2));
+  if (shifts) better.covariance(6, 6) = td * td;
+  return better;
 }
 
 }  // namespace
@@ -37,11 +49,12 @@ void SensorMemory::learn(const HostState& healthy, const OptionalCalibration& ca
   }
   next_ = LearnedSensors{healthy.stamp, {}};
   next_->known.biases = {healthy.Bg, healthy.Ba, kGyroSigma, kAccelSigma};
-  next_->known.calibration = withLeastSigmas(calibration);
+  next_->known.calibration = betterThan(configured_, calibration);
 }
 
 void SensorMemory::learn(const OptionalCalibration& found) {
-  if (found) learned_.known.calibration = withLeastSigmas(found);
+  if (!found) return;  // a method without one
+  learned_.known.calibration = betterThan(configured_, found);
 }
 
 void SensorMemory::restore(const LearnedSensors& learned) {

@@ -34,6 +34,10 @@ class SensorMemory {
   static constexpr double kGyroTurnOn = 5e-3;   // [rad/s]
   static constexpr double kAccelTurnOn = 0.05;  // [m/s^2]
 
+  /// `configured`: what the host's file says of the rig. Of a calibration that is found, the parts
+  /// are kept that are better known than that, and none better than CalibrationSigmas.
+  explicit SensorMemory(const Calibration& configured) : configured_(configured) {}
+
   /// A healthy state of the host in flight; `calibration`: as the host estimates it, or none.
   void learn(const HostState& healthy, const OptionalCalibration& calibration);
   /// The calibration of an answer, where the host does not estimate it.
@@ -48,6 +52,7 @@ class SensorMemory {
   KnownSensors knownAt(double stamp) const;
 
  private:
+  Calibration configured_;
   LearnedSensors learned_;
   bool restored_ = false;
   double flight_began_ = kNotComputed, newest_ = kNotComputed;  // stamps of healthy states [s]
