@@ -1,6 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "drt_l.h"
-
+#include "compared_methods.h"
 #include "gyro_bias.h"
 #include "loosely_coupled.h"
 

@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "drt_t.h"
-
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <sstream>
@@ -8,6 +6,7 @@
 
 #include "alignment/gravity_constrained.h"
 #include "alignment/reverse_alignment.h"
+#include "compared_methods.h"
 #include "geometry/so3.h"
 #include "gyro_bias.h"
 #include "imu/preintegration.h"

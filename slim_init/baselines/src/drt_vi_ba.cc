@@ -1,9 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "drt_vi_ba.h"
-
 #include <vector>
 
-#include "drt_l.h"
+#include "compared_methods.h"
 #include "epipolar_bundle_adjustment.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"

@@ -1,9 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "drt_l.h"
-#include "drt_t.h"
-#include "drt_vi_ba.h"
+#include "compared_methods.h"
 #include "slim_init/baselines/baselines.h"
-#include "slim_paper.h"
 
 namespace slim_init::baselines {
 namespace {

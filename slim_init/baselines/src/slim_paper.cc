@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_paper.h"
-
 #include <vector>
 
+#include "compared_methods.h"
 #include "gyro_bias.h"
 #include "line_selection.h"
 #include "lines/vanishing_point.h"
