@@ -77,19 +77,19 @@ TEST(FirstStatePrior, TheRestHasTheCovarianceOfTheAnswer) {
   const InitResult result = answer();
   const HostState host = inHost(result.states.front());
   const Root root = rootOf(firstStatePrior(result, result.states.front(), host));
-  // Of twice the variance: the host sees the data again. Along one axis, the others free to follow.
+  // Along one axis, the others free to follow.
   const auto sigmas = [&root](int column, double step) {
     Eigen::Matrix<double, 15, 1> d = Eigen::Matrix<double, 15, 1>::Zero();
     d[column] = step;
     return (root * d).norm();
   };
-  EXPECT_NEAR(sigmas(9, kSigmaAccel), std::sqrt(0.5), 1e-9);
-  EXPECT_NEAR(sigmas(12, kSigmaGyro), std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(sigmas(9, kSigmaAccel), 1.0, 1e-9);
+  EXPECT_NEAR(sigmas(12, kSigmaGyro), 1.0, 1e-9);
   // Velocity and tilt go together, through the velocity in the body.
   const Eigen::MatrixXd information = root.transpose() * root;
   const Eigen::MatrixXd of_v = information.block<3, 3>(6, 6).inverse();
-  EXPECT_LE(of_v.diagonal().maxCoeff(), 2.2 * kSigmaVelocity * kSigmaVelocity);
-  EXPECT_GE(of_v.diagonal().minCoeff(), 1.9 * kSigmaVelocity * kSigmaVelocity);
+  EXPECT_LE(of_v.diagonal().maxCoeff(), 1.1 * kSigmaVelocity * kSigmaVelocity);
+  EXPECT_GE(of_v.diagonal().minCoeff(), 0.95 * kSigmaVelocity * kSigmaVelocity);
 }
 
 // Tilt and accelerometer bias over half a second widen the velocity.
@@ -106,9 +106,9 @@ TEST(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
     return information.inverse().diagonal().segment<3>(6).sum();
   };
   const double here = variance(0.0);
-  EXPECT_NEAR(here, 2.0 * 3.0 * kSigmaVelocity * kSigmaVelocity, 0.01 * here);
-  const double by_tilt = 2.0 * 2.0 * std::pow(9.81 * 0.5 * kSigmaTilt, 2);
-  const double by_bias = 2.0 * 3.0 * std::pow(0.5 * kSigmaAccel, 2);
+  EXPECT_NEAR(here, 3.0 * kSigmaVelocity * kSigmaVelocity, 0.01 * here);
+  const double by_tilt = 2.0 * std::pow(9.81 * 0.5 * kSigmaTilt, 2);
+  const double by_bias = 3.0 * std::pow(0.5 * kSigmaAccel, 2);
   EXPECT_NEAR(variance(0.5), here + by_tilt + by_bias, 0.01 * here);
 }
 

@@ -71,10 +71,13 @@ class Finder : public IInitializer {
   std::unique_ptr<IInitializer> inner_;
 };
 
-void setStamp(double t, double* header) { *header = t; }
 template <typename Header>
 void setStamp(double t, Header* header) {
-  header->stamp.seconds = t;
+  if constexpr (std::is_same_v<Header, double>) {
+    *header = t;
+  } else {
+    header->stamp.seconds = t;
+  }
 }
 
 // The node is one per process, as in the host; each test runs in a process of its own (CTest).
