@@ -324,7 +324,7 @@ class Initializer : public IInitializer {
   KeyframeWindow window_;
   AnswerSequence answers_;
   KnownSensors known_;
-  bool knows_ = false;  // that there is something in it
+  bool knows_ = false;                   // that there is something in it
   double last_question_ = kNotComputed;  // newest keyframe [s]
   std::optional<KeyframeWindow> young_;  // where provisional answers are wanted
 };

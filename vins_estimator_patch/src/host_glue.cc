@@ -38,8 +38,9 @@ constexpr double kLongestGap = 3.0;
 constexpr double kLongestAlarm = 3.0;
 // The health of a sane host is published so often [s].
 constexpr double kHealthEvery = 1.0;
-// What is known of the sensors is written so often [s].
-constexpr double kSaveEvery = 60.0;
+// What is known of the sensors is written so often [s]; not at the end, when much of a host that is
+// one global variable is gone already.
+constexpr double kSaveEvery = 10.0;
 // An unchanged status is reported again after this time [s].
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
@@ -241,9 +242,7 @@ struct HostGlue::State {
 };
 
 HostGlue::HostGlue() : state_(new State) {}
-HostGlue::~HostGlue() {
-  if (state_->adapter != nullptr) state_->saveSensors();
-}
+HostGlue::~HostGlue() = default;
 
 void HostGlue::listen(const Listener& listener) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
