@@ -6,8 +6,8 @@
  *   qemu-aarch64 -d plugin -plugin ./libcount.so,function=TEXT PROGRAM...
  * TEXT: part of the function's linker name. The program has its symbols and is of one thread.
  *
- * Distributions do not package qemu-plugin.h, hence the declarations of what is used of it (version 1
- * of the interface, QEMU 4.2 to 9.0).
+ * Distributions do not package qemu-plugin.h, hence the declarations of what is used of it (version
+ * 1 of the interface, QEMU 4.2 to 9.0).
  */
 #include <inttypes.h>
 #include <stdbool.h>
@@ -43,15 +43,15 @@ EXPORT int qemu_plugin_version = 1;
 /* A block of instructions, run from its first to its last. Kept for the whole run: QEMU translates
  * a block again where it has thrown it away. */
 typedef struct {
-  uint64_t begin, end;  /* address of the first instruction, and after the last */
+  uint64_t begin, end; /* address of the first instruction, and after the last */
   uint64_t instructions;
   bool of_function;
 } Block;
 
 static char function[256];
-static const Block* last;     /* run before this one */
-static bool inside;           /* the function was called and has not returned */
-static uint64_t return_to;    /* where it returns to: behind the call */
+static const Block* last;  /* run before this one */
+static bool inside;        /* the function was called and has not returned */
+static uint64_t return_to; /* where it returns to: behind the call */
 static uint64_t calls, counted, all;
 
 static void run(unsigned vcpu, void* data) {
@@ -92,7 +92,8 @@ static void report(qemu_plugin_id_t id, void* data) {
   qemu_plugin_outs(text);
 }
 
-EXPORT int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t* info, int argc, char** argv) {
+EXPORT int qemu_plugin_install(qemu_plugin_id_t id, const qemu_info_t* info, int argc,
+                               char** argv) {
   (void)info;
   static const char key[] = "function=";
   if (argc != 1 || strncmp(argv[0], key, sizeof key - 1) != 0 ||
