@@ -21,7 +21,7 @@ constexpr double kHealthyKept = 30.0;
 
 }  // namespace
 
-TestHostOptions::TestHostOptions() { adapter.reinit = true; }
+TestHostOptions::TestHostOptions() { adapter.reinit = adapter.watchdog = true; }
 
 std::string TestHostOptions::validate() const {
   return RangeCheck()
@@ -72,6 +72,7 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
       step.message = detectFailure(before, estimator_.newest(), report, options_.failure);
     }
     step.failed = !estimator_.seeded() || (report.ok() && !step.message.empty());
+    if (!step.failed) watch(&step);
     if (step.failed) {
       recover(healthyStates(), true, &step);
     } else if (requested_) {
@@ -86,7 +87,7 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
   step.tracking = estimator_.seeded();
   if (step.tracking) {
     step.state = estimator_.newest();
-    remember();
+    if (!suspect_) remember();
   }
   return step;
 }
@@ -99,6 +100,20 @@ void TestHost::seed(HostStep* step) {
       step->joined ? adapter_->recover(stamps, lost_) : adapter_->seed(stamps);
   step->seeded = fillWindow(answer, step);
   step->joined = step->joined && step->seeded;
+}
+
+void TestHost::watch(HostStep* step) {
+  const Calibration calibration = adapter_->calibration();
+  std::vector<HostState> window;
+  for (const NavState& state : estimator_.states()) {
+    window.push_back(toHostState(state, calibration.td));
+  }
+  const vins_adapter::HostHealth health =
+      adapter_->watch(window, calibration.R_b_c, calibration.t_b_c);
+  suspect_ = health.suspect || !health.sane;
+  if (health.sane) return;
+  step->failed = true;
+  step->message = "watchdog: " + health.reason;
 }
 
 void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep* step) {
@@ -126,6 +141,7 @@ bool TestHost::fillWindow(const HostAnswer& answer, HostStep* step) {
   }
   leaveOutDamage();
   const FrameReport report = estimator_.seed(states);
+  suspect_ = suspect_ && !report.ok();
   if (!report.ok()) step->message += "; " + report.problem;
   return report.ok();
 }

@@ -17,7 +17,7 @@ namespace slim_init::backend {
 /// Options of the host, of its estimator and of the adapter that it asks.
 struct TestHostOptions {
   TestHostOptions();
-  vins_adapter::HostOptions adapter;  ///< reinit is on
+  vins_adapter::HostOptions adapter;  ///< reinit and watchdog are on
   EstimatorOptions estimator;
   FailureOptions failure;
   /// States of the last moments before a failure was noticed are not trusted [s].
@@ -33,7 +33,7 @@ struct HostStep {
   NavState state;          ///< in the odometry frame; IMU clock
   bool seeded = false;     ///< this frame gave the first estimate since construction or a reset
   bool joined = false;     ///< .. and it continues the odometry frame from before the reset
-  bool failed = false;     ///< the failure detection fired, or the optimisation failed
+  bool failed = false;     ///< failure detection or watchdog fired, or the optimisation failed
   bool recovered = false;  ///< .. and the initializer filled the window again at once
   bool waiting = false;    ///< .. or it needs more data: frames stay, the next one tries again
   bool reset = false;      ///< .. or it declined, and the window is empty
@@ -42,10 +42,10 @@ struct HostStep {
 };
 
 /// Feeds estimator and adapter alike. Per frame: until it is seeded, the adapter is asked to seed
-/// the full window; then the estimator optimises and the failure detection checks the step. After a
-/// failure the adapter is asked to recover from the states older than suspect_s; if it
-/// declines, the window is cleared, and the next seed joins the old odometry frame for
-/// HostOptions::max_join_s.
+/// the full window; then the estimator optimises, the failure detection checks the step and the
+/// watchdog the window; a window under suspicion is not remembered. After a failure the adapter is
+/// asked to recover from the states older than suspect_s; if it declines, the window is cleared,
+/// and the next seed joins the old odometry frame for HostOptions::max_join_s.
 class TestHost {
  public:
   /// Around an initializer. Bad arguments: null, and a message in `error` (may be null).
@@ -69,6 +69,7 @@ class TestHost {
   TestHost(std::unique_ptr<vins_adapter::HostAdapter> adapter, const TestHostOptions& options);
 
   void seed(HostStep* step);
+  void watch(HostStep* step);
   void recover(const std::vector<vins_adapter::HostState>& from, bool failed, HostStep* step);
   bool fillWindow(const vins_adapter::HostAnswer& answer, HostStep* step);
   void leaveOutDamage();
@@ -82,6 +83,7 @@ class TestHost {
   vins_adapter::HostState lost_;                  ///< the state to join after a reset
   bool is_lost_ = false;
   bool requested_ = false;
+  bool suspect_ = false;  ///< the watchdog does not trust the window
 };
 
 }  // namespace slim_init::backend
