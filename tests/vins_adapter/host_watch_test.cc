@@ -498,6 +498,29 @@ TEST_F(AdapterInFlight, ARightHostIsSane) {
   EXPECT_EQ(health.reason, "");
 }
 
+// A bias may settle, at any value, and may not jump to it.
+TEST(SteadyBiases, SettleAndDoNotJump) {
+  NavState state;
+  state.t = 0.0;
+  SteadyBiases biases;
+  state.accel_bias = Eigen::Vector3d(1.0, 0, 0);  // of a poor sensor
+  EXPECT_EQ(biases.judge(state), "");
+  for (int frame = 0; frame < 100; ++frame) {
+    state.accel_bias.x() -= 0.008;  // 0.08 m/s^2 in a second, at 10 Hz
+    state.gyro_bias.y() += 0.0015;
+    EXPECT_EQ(biases.judge(state), "") << frame;
+  }
+  NavState jumped = state;
+  jumped.accel_bias.z() += 0.55;
+  EXPECT_NE(biases.judge(jumped).find("accelerometer bias has moved by 0."), std::string::npos);
+  EXPECT_NE(biases.judge(jumped).find("may move by 0.5"), std::string::npos)
+      << "what was refused does not count";
+  jumped = state;
+  jumped.gyro_bias.x() += 0.12;
+  EXPECT_NE(biases.judge(jumped).find("gyroscope bias has moved by"), std::string::npos);
+  EXPECT_EQ(biases.judge(state), "");
+}
+
 // A wrong scale is consistent with the tracks, and a wrong velocity with a bias: only a window
 // solved anew tells. One answer is not enough.
 TEST_F(AdapterInFlight, AWrongScaleIsFound) {

@@ -108,6 +108,7 @@ struct HostAdapter::State {
     screen.reset();
     last_asked = -std::numeric_limits<double>::infinity();
     contradictions = suspect_frames = 0;
+    steady_biases = SteadyBiases();
     flown = OptionalCalibration();
     memory.restore(memory.learned());  // its stamps are of another run
   }
@@ -140,6 +141,7 @@ struct HostAdapter::State {
   double last_asked = -std::numeric_limits<double>::infinity();
   int contradictions = 0;  // answers in a row that speak against the host
   int suspect_frames = 0;
+  SteadyBiases steady_biases;
   SensorMemory memory{Calibration()};
   OptionalCalibration flown;  // extrinsics that the host has estimated in flight
 };
@@ -167,8 +169,12 @@ HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
     states.back().t = hostTime(state.stamp);
     if (states.size() > 1 && !(states.back().t > states[states.size() - 2].t)) return health;
   }
-  const WatchFinding finding = watchWindow(states, {frames.begin(), frames.end()}, screen.samples(),
-                                           screen.damage(), calibration);
+  WatchFinding finding = watchWindow(states, {frames.begin(), frames.end()}, screen.samples(),
+                                     screen.damage(), calibration);
+  if (finding.sane && !states.empty() && states.back().isFinite()) {
+    finding.reason = steady_biases.judge(states.back());
+    finding.sane = finding.reason.empty();
+  }
   health.reprojection_px = finding.reprojection_px;
   health.velocity_mps = finding.velocity_mps;
   health.rotation_deg = finding.rotation_deg;
@@ -359,6 +365,7 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
   InitStatus status = InitStatus::kSuccess;
   if (!fillWindow(stamps, healthy, &answer, &status, &problem)) return decline(status, problem);
   answer.joined = healthy != nullptr;
+  steady_biases = SteadyBiases();  // the host starts with the answer's
   memory.learn(answer.verdict.calibration);
   return answer;
 }

@@ -172,6 +172,25 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   return finding;
 }
 
+std::string SteadyBiases::judge(const NavState& state) {
+  if (!known_) {
+    accel_bias_ = state.accel_bias;
+    gyro_bias_ = state.gyro_bias;
+    known_ = true;
+  }
+  const Eigen::Vector3d accel = state.accel_bias - accel_bias_, gyro = state.gyro_bias - gyro_bias_;
+  if (accel.norm() > kAccelStep) {
+    return text("accelerometer bias has moved by ", accel.norm(), " m/s^2, may move by ",
+                kAccelStep);
+  }
+  if (gyro.norm() > kGyroStep) {
+    return text("gyroscope bias has moved by ", gyro.norm(), " rad/s, may move by ", kGyroStep);
+  }
+  accel_bias_ += kShare * accel;
+  gyro_bias_ += kShare * gyro;
+  return "";
+}
+
 std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma) {
   // In the body: neither frame has to be known.
   const Eigen::Vector3d v_host = host.R_w_b.transpose() * host.v_w_b;

@@ -46,6 +46,23 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
                          const std::deque<ImuSample>& samples, const std::deque<ImuDamage>& damage,
                          const Calibration& calibration, const WatchBounds& bounds = {});
 
+/// Biases do not jump. An optimization that has been thrown off and finds back to the tracks has
+/// put what was wrong into them, and in hover nothing but their past says so.
+class SteadyBiases {
+ public:
+  static constexpr double kAccelStep = 0.5;  ///< [m/s^2], from the mean of before
+  static constexpr double kGyroStep = 0.1;   ///< [rad/s]
+  static constexpr double kShare = 0.02;     ///< of a frame in that mean: five seconds at 10 Hz
+
+  /// A reason, or "" where `state`, which is finite, goes on as before; it then counts.
+  std::string judge(const NavState& state);
+
+ private:
+  bool known_ = false;
+  Eigen::Vector3d accel_bias_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
+};
+
 /// Compares a host's newest state to an answer of the initializer carried to the same instant.
 /// `scale_sigma` is the relative standard deviation of the answer's scale. Returns a reason, or "".
 std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma);
