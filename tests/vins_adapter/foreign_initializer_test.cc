@@ -98,6 +98,13 @@ class Oracle : public IInitializer {
     }
     return result;
   }
+  InitResult recoverWithPrior(const std::vector<StatePrior>& healthy) override {
+    if (!takes_prior) return IInitializer::recoverWithPrior(healthy);
+    InitResult result = recover(healthy.back().state);
+    result.message = "from a known state";
+    if (drops_velocity) result.prior_dropped = {"velocity"};
+    return result;
+  }
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
                 std::vector<NavState>* states, std::string* error) const override {
     if (too_few_states) return states->clear(), true;
@@ -117,6 +124,8 @@ class Oracle : public IInitializer {
   FrameObservation last_frame;
   std::vector<LineObservation> last_lines;
   KnownSensors known_sensors;
+  bool takes_prior = false;
+  bool drops_velocity = false;
   bool contradict = false;      ///< success without states
   bool too_few_states = false;  ///< statesAt() forgets to fill them
 
@@ -206,6 +215,24 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
     EXPECT_LT((again.window.states[i].P - exact_.truth[20 + i].p_w_b).norm(), 2e-3) << i;
     EXPECT_LT((again.window.states[i].V - exact_.truth[20 + i].v_w_b).norm(), 2e-3) << i;
   }
+}
+
+// A window of its own is believed where it goes as the host went.
+TEST_F(ForeignInitializer, AnotherVelocityThanBeforeIsAskedAgain) {
+  for (int k = 0; k <= 30; ++k) feed(k);
+  oracle_->takes_prior = true;
+  HostState healthy = toHostState(exact_.truth[24], 0.0);
+  EXPECT_EQ(adapter_->recover(stamps(30), healthy).message, "as foretold");
+  const Eigen::Vector3d v = healthy.V;
+  healthy.V = v + Eigen::Vector3d(0, 0, 0.19);  // two sigma are 0.2 m/s
+  EXPECT_EQ(adapter_->recover(stamps(30), healthy).message, "as foretold");
+  healthy.V = v + Eigen::Vector3d(0, 0, 0.21);
+  EXPECT_EQ(adapter_->recover(stamps(30), healthy).message, "from a known state");
+  oracle_->drops_velocity = true;
+  EXPECT_EQ(adapter_->recover(stamps(30), healthy).message, "as foretold")
+      << "the data contradict it";
+  oracle_->takes_prior = false;
+  EXPECT_TRUE(adapter_->recover(stamps(30), healthy).success());
 }
 
 TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {

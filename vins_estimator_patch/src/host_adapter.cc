@@ -35,6 +35,10 @@ constexpr double kShortCarry = 0.1;
 // Healthy states handed to the initializer, and the time between them [s].
 constexpr std::size_t kMostPriors = 6;
 constexpr double kBetweenPriors = 0.25;
+// Standard deviations by which the velocity of a window of its own may differ from that of the
+// healthy state; the answer from both costs time, not accuracy.
+constexpr double kSameVelocity = 2.0;
+constexpr int kCarriedVelocity = 3;  // first row of the velocity in CarryCovariance
 // Stamps of one frame differ by no more [s]; it has been added to td and back.
 constexpr double kSameFrame = 1e-6;
 // Rows of an image [px]; beyond is a mistake.
@@ -123,6 +127,8 @@ struct HostAdapter::State {
   HostAnswer solve(const std::vector<double>& stamps, const std::vector<HostState>* healthy);
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
   InitResult recover(const HostState& last_healthy, double first_stamp_of_window);
+  InitResult recoverFrom(const std::vector<HostState>& healthy, double first_stamp_of_window);
+  bool hasVelocityOf(const HostState& healthy, const InitResult& answer) const;
   std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
                                    const std::vector<HostState>* healthy) const;
   bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
@@ -320,6 +326,40 @@ InitResult HostAdapter::State::recover(const HostState& last_healthy,
   return initializer->recover(last);
 }
 
+// A window that vouches for itself is longer, and better known, than what has passed since the
+// healthy state. Where it is refused, or has another velocity than that state, both together answer
+// if the data do not contradict that velocity.
+InitResult HostAdapter::State::recoverFrom(const std::vector<HostState>& healthy,
+                                           double first_stamp_of_window) {
+  InitResult own = recover(healthy.back(), first_stamp_of_window);
+  if (own.success() && hasVelocityOf(healthy.back(), own)) return own;
+  InitResult known = initializer->recoverWithPrior(priorsOf(healthy));
+  const std::vector<std::string>& dropped = known.prior_dropped;
+  if (known.success() &&
+      (!own.success() || std::count(dropped.begin(), dropped.end(), "velocity") == 0)) {
+    return known;
+  }
+  if (!own.success()) own.message += "; with a known state: " + known.message;
+  return own;
+}
+
+// In the body, at the time of the healthy state. True where the answer does not reach there.
+bool HostAdapter::State::hasVelocityOf(const HostState& healthy, const InitResult& answer) const {
+  const NavState before = fromHostState(healthy, initializer->calibration().td);
+  std::vector<NavState> then;
+  if (!initializer->statesAt(answer, {hostTime(healthy.stamp)}, options.max_reach_s, &then,
+                             nullptr) ||
+      then.size() != 1) {
+    return true;
+  }
+  const Eigen::Vector3d v = then.front().R_w_b.transpose() * then.front().v_w_b;
+  const double difference = (v - before.R_w_b.transpose() * before.v_w_b).norm();
+  const double scale_sigma = std::isnan(answer.scale_sigma) ? 0.0 : answer.scale_sigma;
+  const double sigma = std::hypot(
+      std::sqrt(healthyCovariance()(kCarriedVelocity, kCarriedVelocity)), scale_sigma * v.norm());
+  return difference <= kSameVelocity * sigma;
+}
+
 HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
                                      const std::vector<HostState>* healthy) {
   HostAnswer answer;
@@ -344,17 +384,7 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
   if (healthy == nullptr) {
     answer.verdict = initializer->initialize();
   } else {
-    // A window that vouches for itself is longer, and better known, than what has passed since the
-    // healthy state.
-    answer.verdict = recover(healthy->back(), stamps.front());
-    if (!answer.verdict.success()) {
-      InitResult known = initializer->recoverWithPrior(priorsOf(*healthy));
-      if (known.success()) {
-        answer.verdict = std::move(known);
-      } else {
-        answer.verdict.message += "; with a known state: " + known.message;
-      }
-    }
+    answer.verdict = recoverFrom(*healthy, stamps.front());
   }
   answer.message = answer.verdict.message;
   if (!answer.verdict.success()) return answer;
