@@ -52,7 +52,7 @@ void addBiases(const ImuBiases& known, InitResult* result) {
 // `result`: of the biases that are left, about zero; with a covariance.
 bool contradicts(const InitResult& result, const InertialOptions& priors) {
   using namespace estimation_constants;  // NOLINT: of the test of a known state
-  constexpr int kGyro = 5, kAccel = 8;
+  constexpr int kGyro = 5, kAccel = 8;   // rows of StateVector
   StateVector sigma;
   sigma << Eigen::Vector3d::Constant(kUnknownVelocity), Eigen::Vector2d::Constant(kUnknownGravity),
       Eigen::Vector3d::Constant(priors.gyro_bias_prior),

@@ -15,6 +15,7 @@
 #include "geometry/so3.h"
 #include "slim_init/initializer.h"
 #include "support/chi_square.h"
+#include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/same_result.h"
 
@@ -27,15 +28,7 @@ using Eigen::Vector3d;
 constexpr double kDeg = M_PI / 180.0;
 constexpr double kGyroSigma = 1e-3, kAccelSigma = 0.03;
 
-InitializerOptions solverOptions() {
-  InitializerOptions options;
-  options.inertial.accel_noise_factor = 1.0;
-  options.inertial.gyro_noise_factor = 1.0;
-  options.slim.estimate_calibration = false;
-  return options;
-}
-
-std::unique_ptr<WindowSolver> makeSolver(const InitializerOptions& options = solverOptions()) {
+std::unique_ptr<WindowSolver> makeSolver(const InitializerOptions& options = dataSheetOptions()) {
   std::string error;
   auto solver = makeSlimSolver(options, &error);
   EXPECT_NE(solver, nullptr) << error;
@@ -43,7 +36,7 @@ std::unique_ptr<WindowSolver> makeSolver(const InitializerOptions& options = sol
 }
 
 InitResult solveKnowing(const ExactWindow& exact, const ImuBiases& known,
-                        const InitializerOptions& options = solverOptions()) {
+                        const InitializerOptions& options = dataSheetOptions()) {
   Calibration calibration = exact.calibration;
   calibration.imu_biases = known;
   std::string error;
@@ -89,7 +82,7 @@ TEST(KnownBiases, AreExactWithoutNoise) {
 }
 
 TEST(KnownBiases, LessErrorAndAsMuchAsReported) {
-  InitializerOptions options = solverOptions();
+  InitializerOptions options = dataSheetOptions();
   options.refinement.min_sigma_px = 0.01;
   constexpr int kWindows = 100;
   double of_scale = 0.0, of_bias = 0.0, known_squares = 0.0, unknown_squares = 0.0;
@@ -206,7 +199,7 @@ class KnownSensorsOfAHost : public ::testing::Test {
     initializer_ = make(handed_in_);
   }
   std::unique_ptr<IInitializer> make(const Calibration& calibration) const {
-    InitializerOptions options = solverOptions();
+    InitializerOptions options = dataSheetOptions();
     options.slim.estimate_calibration = true;
     options.window.keyframes = options.window.min_keyframes = 10;
     options.window.max_span_s = 0.0;

@@ -21,6 +21,7 @@
 #include "geometry/so3.h"
 #include "imu/carry_prior.h"
 #include "slim_init/initializer.h"
+#include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
 #include "support/plain_method.h"
@@ -38,14 +39,6 @@ constexpr double kTiltSigma = 0.5 * kDeg;
 constexpr double kVelocitySigma = 0.1;
 constexpr double kGyroBiasSigma = 2e-3;
 constexpr double kAccelBiasSigma = 0.05;
-
-InitializerOptions solverOptions() {
-  InitializerOptions options;
-  options.inertial.accel_noise_factor = 1.0;
-  options.inertial.gyro_noise_factor = 1.0;
-  options.slim.estimate_calibration = false;
-  return options;
-}
 
 ExactWindowOptions windowOptions(unsigned seed, Motion motion, int keyframes) {
   ExactWindowOptions options = drawnFromTheModel(seed, kAccelBiasSigma);
@@ -103,7 +96,7 @@ StatePrior priorOf(const NavState& truth, unsigned seed) {
 }
 
 InitResult solve(const ExactWindow& exact, const StatePrior& prior,
-                 const InitializerOptions& options = solverOptions()) {
+                 const InitializerOptions& options = dataSheetOptions()) {
   std::string error;
   const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
   EXPECT_NE(solver, nullptr) << error;
@@ -215,7 +208,7 @@ TEST(Recovery, WithoutNoiseItIsExactForEveryMotion) {
   for (const Motion motion : {Motion::kExcited, Motion::kConstantVelocity, Motion::kHover}) {
     for (const int keyframes : {4, 7}) {
       const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, motion, keyframes)));
-      InitializerOptions options = solverOptions();
+      InitializerOptions options = dataSheetOptions();
       options.refinement.tolerance = 1e-10;
       const InitResult answer = solve(exact, priorOf(exact.truth.front(), 0), options);
       ASSERT_TRUE(answer.success()) << answer.message;
@@ -370,7 +363,7 @@ void feed(IInitializer& initializer, const ExactWindow& exact) {
 }
 
 std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
-                                      const InitializerOptions& options = solverOptions()) {
+                                      const InitializerOptions& options = dataSheetOptions()) {
   std::string error;
   auto initializer = makeInitializer(exact.calibration, options, &error);
   EXPECT_NE(initializer, nullptr) << error;

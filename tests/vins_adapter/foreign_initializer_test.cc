@@ -273,9 +273,27 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
   adapter_->watch(window, rig.R_b_c, rig.t_b_c);
   EXPECT_FALSE(std::isfinite(oracle_->known_sensors.biases.accel_sigma));
   // The host forgets its states, not its sensors.
+  adapter_->seed(stamps(20));
+  const double sigma = oracle_->known_sensors.biases.accel_sigma;
   adapter_->reset();
   adapter_->seed(stamps(20));
   EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
+  EXPECT_EQ(oracle_->known_sensors.biases.accel_sigma, sigma);
+}
+
+// A bias that has jumped is suspect until a window solved anew agrees with the host.
+TEST_F(ForeignInitializer, AJumpOfABiasIsJudgedByAnAnswer) {
+  for (int k = 0; k <= 20; ++k) feed(k);
+  const Calibration& rig = exact_.calibration;
+  std::vector<HostState> window;
+  for (int k = 17; k <= 20; ++k) window.push_back(toHostState(exact_.truth[k], 0.0));
+  EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect);
+  for (HostState& state : window) state.Ba.x() += 0.6;
+  const HostHealth jumped = adapter_->watch(window, rig.R_b_c, rig.t_b_c);
+  EXPECT_TRUE(jumped.suspect);
+  EXPECT_TRUE(jumped.sane) << jumped.reason;
+  EXPECT_NE(jumped.reason.find("accelerometer bias has moved"), std::string::npos) << jumped.reason;
+  EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect) << "the answer agreed";
 }
 
 // Rolling shutter: every observation gets the exposure of its row, whichever way it comes.

@@ -123,6 +123,17 @@ TEST(SensorMemory, KeepsOfACalibrationWhatIsBetterKnownThanTheFile) {
   EXPECT_NEAR(known.calibration->rotationSigmaDeg(), care.rotation_deg, 1e-9);
   EXPECT_EQ(known.calibration->t_b_c, found->t_b_c);
   EXPECT_EQ(known.calibration->covariance(6, 6), 0.0) << "the file's td is exact";
+  // Extrinsics that come without a td leave the file's.
+  configured.td = 0.007;
+  configured.sigmas.td_s = 0.03;
+  SensorMemory extrinsics{configured};
+  found->td = 0.0;
+  found->covariance(6, 6) = 0.0;
+  extrinsics.learn(found);
+  known = extrinsics.knownAt(kStart);
+  ASSERT_TRUE(known.calibration.has_value());
+  EXPECT_EQ(known.calibration->td, configured.td);
+  EXPECT_EQ(known.calibration->covariance(6, 6), 0.0);
 }
 
 }  // namespace

@@ -38,7 +38,6 @@ constexpr double kBetweenPriors = 0.25;
 // Standard deviations by which the velocity of a window of its own may differ from that of the
 // healthy state; the answer from both costs time, not accuracy.
 constexpr double kSameVelocity = 2.0;
-constexpr int kCarriedVelocity = 3;  // first row of the velocity in CarryCovariance
 // Stamps of one frame differ by no more [s]; it has been added to td and back.
 constexpr double kSameFrame = 1e-6;
 // Rows of an image [px]; beyond is a mistake.
@@ -102,7 +101,10 @@ std::string HostOptions::validate() const {
 struct HostAdapter::State {
   // Keeps the first stamp since a restart; `status` is what became of the message.
   AddStatus noteRestart(AddStatus status) {
-    if (status == AddStatus::kRestarted) forget();
+    if (status == AddStatus::kRestarted) {
+      forget();
+      memory.restore(memory.learned());  // its stamps are of another run
+    }
     return status;
   }
   void forget() {
@@ -114,7 +116,6 @@ struct HostAdapter::State {
     contradictions = suspect_frames = 0;
     steady_biases = SteadyBiases();
     flown = OptionalCalibration();
-    memory.restore(memory.learned());  // its stamps are of another run
   }
   HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration);
   std::string ask(const NavState& newest, bool* answered);
@@ -203,6 +204,8 @@ HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
     health.sane = finding.sane && contradictions < 2;
   } else if (answered) {
     contradictions = suspect_frames = 0;
+    // A bias that has moved has not been thrown off.
+    if (!finding.sane) steady_biases = SteadyBiases();
   } else {
     health.sane = suspect_frames < kSuspectFrames;
   }
@@ -355,9 +358,8 @@ bool HostAdapter::State::hasVelocityOf(const HostState& healthy, const InitResul
   const Eigen::Vector3d v = then.front().R_w_b.transpose() * then.front().v_w_b;
   const double difference = (v - before.R_w_b.transpose() * before.v_w_b).norm();
   const double scale_sigma = std::isnan(answer.scale_sigma) ? 0.0 : answer.scale_sigma;
-  const double sigma = std::hypot(
-      std::sqrt(healthyCovariance()(kCarriedVelocity, kCarriedVelocity)), scale_sigma * v.norm());
-  return difference <= kSameVelocity * sigma;
+  const CarriedState known = {before, healthyCovariance()};
+  return difference <= kSameVelocity * std::hypot(known.velocitySigma(), scale_sigma * v.norm());
 }
 
 HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,

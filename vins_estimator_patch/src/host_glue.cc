@@ -179,6 +179,7 @@ struct HostGlue::State {
     std::string error;
     if (readSensorsFile(file.sensors_file, file.rig.calibration, &learned, &error)) {
       adapter->restore(learned);
+      saved_stamp = learned.stamp;
       const ImuBiases& biases = learned.known.biases;
       std::ostringstream out;
       out.precision(3);
@@ -187,14 +188,15 @@ struct HostGlue::State {
           << ") m/s^2" << (learned.known.calibration ? ", calibration" : "");
       report(ReportLevel::kInfo, out.str());
     } else {
-      report(ReportLevel::kInfo, error + "; nothing is known of the sensors yet");
+      const bool exists = std::ifstream(file.sensors_file).is_open();
+      report(exists ? ReportLevel::kWarn : ReportLevel::kInfo,
+             error + "; nothing is known of the sensors yet");
     }
   }
   void saveSensors() {
+    if (file.sensors_file.empty()) return;
     const LearnedSensors learned = adapter->learned();
-    if (file.sensors_file.empty() || std::isnan(learned.stamp) || learned.stamp == saved_stamp) {
-      return;
-    }
+    if (std::isnan(learned.stamp) || std::abs(learned.stamp - saved_stamp) <= kSaveEvery) return;
     saved_stamp = learned.stamp;
     std::string error;
     if (!writeSensorsFile(file.sensors_file, file.rig.calibration, learned, &error)) {
@@ -499,7 +501,7 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
   state.is_lost = false;
   const HostState& newest = window.back();
   state.adapter->learn(newest);
-  if (!(state.adapter->learned().stamp - state.saved_stamp <= kSaveEvery)) state.saveSensors();
+  state.saveSensors();
   if (state.healthy.empty()) {
     // A window that has slid has its newest frame twice.
     for (const HostState& one : window) {

@@ -19,7 +19,8 @@ OptionalCalibration betterThan(const Calibration& configured, const OptionalCali
       std::sqrt(found->covariance.diagonal().segment<3>(3).maxCoeff()), care.translation_m);
   const double td = std::max(found->tdSigma(), care.td_s);
   const bool turns = rotation < before.rotation_deg, moves = translation < before.translation_m;
-  const bool shifts = td < before.td_s;
+  // Extrinsics come without a td where the host does not estimate it.
+  const bool shifts = found->tdSigma() > 0.0 && td < before.td_s;
   if (!turns && !moves && !shifts) return OptionalCalibration();
   CalibrationEstimate better;
   better.R_b_c = turns ? found->R_b_c : configured.R_b_c;

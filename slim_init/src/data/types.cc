@@ -20,7 +20,7 @@ std::string CalibrationSigmas::validate() const {
 }
 
 std::string ImuBiases::validate() const {
-  // Of sensors that work; as InertialOptions and MultiGapBiasOptions have them.
+  // [rad/s], [m/s^2]: the ranges of the priors in InertialOptions, which take their place.
   RangeCheck check;
   check.within("norm of gyro", gyro.norm(), 0.0, 10.0)
       .within("norm of accel", accel.norm(), 0.0, 10.0);

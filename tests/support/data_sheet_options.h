@@ -1,0 +1,18 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "slim_init/options.h"
+
+namespace slim_init::testing_support {
+
+/// Options for draws from the model (drawnFromTheModel()): the IMU is as good as its data sheet,
+/// the calibration is exact.
+inline InitializerOptions dataSheetOptions() {
+  InitializerOptions options;
+  options.inertial.accel_noise_factor = 1.0;
+  options.inertial.gyro_noise_factor = 1.0;
+  options.slim.estimate_calibration = false;
+  return options;
+}
+
+}  // namespace slim_init::testing_support
