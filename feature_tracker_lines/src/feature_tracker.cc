@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 #include <opencv2/imgproc.hpp>
 
 #include "debug_image.h"
@@ -91,16 +92,41 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
   report->image_noise = now_.noise;
   report->stages.push_back({"prepare", watch.lap()});
 
-  points_.track(t, before_, now_, prior, report);
-  report->stages.push_back({"points", watch.lap()});
-
+  trackFeatures(t, prior, report);
   if (options_.lines.enabled) {
-    lines_.track(before_, now_, prior, points_, report);
-    report->stages.push_back({"lines", watch.lap()});
+    watch.lap();
     trackVanishingPoint(prior, report);
     report->stages.push_back({"vanishing_point", watch.lap()});
   }
   writeObservations(frame);
+}
+
+// Points and lines. Segments are detected in the image alone and lines move as the points do that
+// were followed, so that the lines are worked on while the points are, by a thread of their own.
+// With one thread each piece of work is done where its result is asked for.
+void FeatureTracker::trackFeatures(double t, const RotationPrior& prior, ImageReport* report) {
+  const std::launch policy = options_.threads > 1 ? std::launch::async : std::launch::deferred;
+  Stopwatch watch;
+  std::future<std::vector<LineSegment>> segments;
+  if (options_.lines.enabled) {
+    segments = std::async(policy, [this, &prior] { return lines_.detect(now_, prior); });
+  }
+  points_.follow(t, before_, now_, prior, report);
+  report->stages.push_back({"points", watch.lap()});
+  std::future<void> lines;
+  if (options_.lines.enabled) {
+    lines = std::async(policy, [this, &prior, report, points = points_.motion(),
+                                found = segments.get()]() mutable {
+      lines_.track(before_, now_, prior, std::move(found), points, report);
+    });
+    report->stages.push_back({"segments", watch.lap()});
+  }
+  points_.refill(now_, report);
+  report->stages.push_back({"new_points", watch.lap()});
+  if (options_.lines.enabled) {
+    lines.get();
+    report->stages.push_back({"lines", watch.lap()});
+  }
 }
 
 // Builds the pyramid of the image, brightened where it is dark and the host's `equalize` allows it.

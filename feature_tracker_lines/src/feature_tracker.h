@@ -41,6 +41,7 @@ class FeatureTracker {
 
  private:
   void prepare(const cv::Mat& grey);
+  void trackFeatures(double t, const RotationPrior& prior, ImageReport* report);
   void brighten(const cv::Mat& grey);
   void writeObservations(FrameObservation* frame) const;
   std::vector<LineSighting> sightings() const;

@@ -117,13 +117,6 @@ cv::Point2f toPoint(const Eigen::Vector2d& p) {
 
 }  // namespace
 
-// A detection, brighter on the side of start x end.
-struct LineTracker::Segment {
-  Eigen::Vector3d start, end;
-  double length_px = 0.0;
-  bool taken = false;
-};
-
 // Where a tracked line is expected.
 struct LineTracker::Prediction {
   bool ok = false;
@@ -160,20 +153,22 @@ void LineTracker::reset() {
   detected_.clear();
 }
 
-std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
+std::vector<LineSegment> LineTracker::detect(const ImagePyramid& now, const RotationPrior& prior) {
+  lens_before_ = lens_;
+  lens_ = RowCamera(camera_, prior.rows_now);
   const int level = std::min(kDetectionLevel, now.max_level);
   const int scale = 1 << level;
   std::vector<cv::Vec4f> found;
   detector_.detect(now.derivative(level), now.noise, &found);
   detected_.clear();
 
-  std::vector<Segment> segments;
+  std::vector<LineSegment> segments;
   for (const cv::Vec4f& s : found) {
     const cv::Point2f a(s[0], s[1]), b(s[2], s[3]);
     const auto length = static_cast<float>(cv::norm(b - a));
     if (!(length * static_cast<float>(scale) >= options_.lines.min_length_px)) continue;
     detected_.push_back(s * static_cast<float>(scale));
-    Segment segment;
+    LineSegment segment;
     segment.start = lens_.bearing(Eigen::Vector2d(a.x, a.y) * scale);
     segment.end = lens_.bearing(Eigen::Vector2d(b.x, b.y) * scale);
     if (!segment.start.allFinite() || !segment.end.allFinite()) continue;
@@ -181,14 +176,15 @@ std::vector<LineTracker::Segment> LineTracker::detect(const ImagePyramid& now) {
     segments.push_back(segment);
   }
   // The longest first. Stable, so that equal inputs give equal ids.
-  std::stable_sort(segments.begin(), segments.end(),
-                   [](const Segment& a, const Segment& b) { return a.length_px > b.length_px; });
+  std::stable_sort(
+      segments.begin(), segments.end(),
+      [](const LineSegment& a, const LineSegment& b) { return a.length_px > b.length_px; });
   return segments;
 }
 
 // Places along the tracked lines, and where they are expected after the rotation.
 LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
-                                               const PointTracker& points, bool steady) const {
+                                               const PointMotion& points) const {
   const int count = options_.lines.samples;
   const Eigen::Matrix3d& R = prior.R_now_before;
   Samples samples;
@@ -196,7 +192,7 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
     const LineTrack& track = tracks_[k];
     const ArcFrame here(track.edge.start, track.edge.end);
     // The plane turns with the camera and, as in the previous step, with the translation.
-    const bool known = steady && hasKnownMotion(track);
+    const bool known = points.steady && hasKnownMotion(track);
     Eigen::Vector3d normal = track.edge.normal();
     if (known) normal += track.normal_drift;
     normal = (R * normal).normalized();
@@ -285,11 +281,11 @@ LineTracker::Prediction LineTracker::fitSamples(const Samples& samples, std::siz
 std::vector<LineTracker::Prediction> LineTracker::predict(const ImagePyramid& before,
                                                           const ImagePyramid& now,
                                                           const RotationPrior& prior,
-                                                          const PointTracker& points) const {
+                                                          const PointMotion& points) const {
   // Where the points were not where they had been predicted, the rotation is wrong or the camera
   // jerks: then they tell more than a line's own motion.
-  const bool steady = points.isSteady();
-  Samples samples = sampleTracks(prior, points, steady);
+  const bool steady = points.steady;
+  Samples samples = sampleTracks(prior, points);
   std::vector<std::size_t> of_known, of_new;
   for (std::size_t i = 0; i < samples.owner.size(); ++i) {
     (steady && hasKnownMotion(tracks_[samples.owner[i]]) ? of_known : of_new).push_back(i);
@@ -316,7 +312,7 @@ bool LineTracker::isSameLine(const Edge& a, const Edge& b, double max_distance_p
 
 // Mutual best partners: a line and a detection that each have no better one.
 std::vector<LineTracker::Match> LineTracker::match(const std::vector<Prediction>& predictions,
-                                                   const std::vector<Segment>& segments) const {
+                                                   const std::vector<LineSegment>& segments) const {
   const LineTrackerOptions& o = options_.lines;
   constexpr double kNoCost = std::numeric_limits<double>::infinity();
   std::vector<Match> matches(predictions.size());
@@ -327,7 +323,7 @@ std::vector<LineTracker::Match> LineTracker::match(const std::vector<Prediction>
     if (!predictions[k].ok) continue;
     const ArcFrame arc(predictions[k].start, predictions[k].end);
     for (std::size_t s = 0; s < segments.size(); ++s) {
-      const Segment& segment = segments[s];
+      const LineSegment& segment = segments[s];
       if (liesAside(arc.n, segment.start, segment.end, focal_px_, o.max_distance_px)) continue;
       const Overlap overlap = overlapOf(arc, segment.start, segment.end, focal_px_);
       if (overlap.share < o.min_overlap || overlap.largest_px > o.max_distance_px ||
@@ -358,13 +354,13 @@ std::vector<LineTracker::Match> LineTracker::match(const std::vector<Prediction>
 // refitted to the edge. False where the line is not found; `track` is then useless.
 bool LineTracker::follow(const ImagePyramid& now, const RotationPrior& prior,
                          const Prediction& prediction, const Match& match,
-                         const std::vector<Segment>& segments, LineTrack* track) const {
+                         const std::vector<LineSegment>& segments, LineTrack* track) const {
   const bool matched = match.segment >= 0;
   const Eigen::Vector3d normal_before = track->edge.normal();
   Eigen::Vector3d start = prediction.start, end = prediction.end;
   if (matched) {
     // As far as either of them reaches; the refit cuts off what is no edge.
-    const Segment& segment = segments[static_cast<std::size_t>(match.segment)];
+    const LineSegment& segment = segments[static_cast<std::size_t>(match.segment)];
     const ArcFrame arc(start, end);
     const double x0 = std::min(arc.x_start, arc.alongOf(segment.start));
     const double x1 = std::max(arc.x_end, arc.alongOf(segment.end));
@@ -415,10 +411,10 @@ void LineTracker::keepDistinct(std::vector<LineTrack> moved, ImageReport* report
 }
 
 // Adds lines for detections that are no tracked line, longest first, up to the permitted number.
-void LineTracker::addNew(const ImagePyramid& now, const std::vector<Segment>& segments,
+void LineTracker::addNew(const ImagePyramid& now, const std::vector<LineSegment>& segments,
                          ImageReport* report) {
   const LineTrackerOptions& o = options_.lines;
-  for (const Segment& segment : segments) {
+  for (const LineSegment& segment : segments) {
     if (static_cast<int>(tracks_.size()) >= o.max_lines) break;
     if (segment.taken) continue;
     LineTrack track;
@@ -434,12 +430,9 @@ void LineTracker::addNew(const ImagePyramid& now, const std::vector<Segment>& se
 }
 
 void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
-                        const RotationPrior& prior, const PointTracker& points,
-                        ImageReport* report) {
+                        const RotationPrior& prior, std::vector<LineSegment> segments,
+                        const PointMotion& points, ImageReport* report) {
   report->lines_before = static_cast<int>(tracks_.size());
-  lens_before_ = lens_;
-  lens_ = RowCamera(camera_, prior.rows_now);
-  std::vector<Segment> segments = detect(now);
   report->lines_detected = static_cast<int>(segments.size());
 
   if (before.empty()) tracks_.clear();

@@ -34,16 +34,28 @@ struct LineTrack {
   Eigen::Vector3d normal_drift = Eigen::Vector3d::Zero();
 };
 
+/// A detected segment: rays of its ends, unit, in c, those of the middle row's exposure. The side
+/// of start x end is the brighter one.
+struct LineSegment {
+  Eigen::Vector3d start, end;
+  double length_px = 0.0;
+  bool taken = false;  ///< by a tracked line
+};
+
 /// Detects and follows lines.
 class LineTracker {
  public:
   LineTracker(const CameraParameters& camera, const FrontEndOptions& options);
 
+  /// Segments of the image `now`, the longest first. Does not touch the tracked lines.
+  std::vector<LineSegment> detect(const ImagePyramid& now, const RotationPrior& prior);
+
   /// Tracks from `before` (empty for the first image) to `now`: prediction of the tracked lines,
-  /// matching with detections, refit to the edge, new lines. `points` have been tracked to `now`
-  /// already: their motion predicts that of new lines. Writes the line part of `report`.
+  /// matching with the segments that detect() found in `now`, refit to the edge, new lines.
+  /// `points`: motion of the points to `now`, which predicts that of new lines. Writes the line
+  /// part of `report`.
   void track(const ImagePyramid& before, const ImagePyramid& now, const RotationPrior& prior,
-             const PointTracker& points, ImageReport* report);
+             std::vector<LineSegment> segments, const PointMotion& points, ImageReport* report);
 
   /// Current lines: those tracked before by age and length, then the new ones by length.
   const std::vector<LineTrack>& tracks() const { return tracks_; }
@@ -58,29 +70,28 @@ class LineTracker {
   void reset();
 
  private:
-  struct Segment;
   struct Prediction;
   struct Samples;
   struct Match;
 
-  std::vector<Segment> detect(const ImagePyramid& now);
-  Samples sampleTracks(const RotationPrior& prior, const PointTracker& points, bool steady) const;
+  Samples sampleTracks(const RotationPrior& prior, const PointMotion& points) const;
   void followSamples(const ImagePyramid& before, const ImagePyramid& now,
                      const std::vector<std::size_t>& chosen, int levels, Samples* samples) const;
   Prediction fitSamples(const Samples& samples, std::size_t k, std::size_t first,
                         std::size_t last) const;
   std::vector<Prediction> predict(const ImagePyramid& before, const ImagePyramid& now,
-                                  const RotationPrior& prior, const PointTracker& points) const;
+                                  const RotationPrior& prior, const PointMotion& points) const;
   std::vector<Match> match(const std::vector<Prediction>& predictions,
-                           const std::vector<Segment>& segments) const;
+                           const std::vector<LineSegment>& segments) const;
   bool follow(const ImagePyramid& now, const RotationPrior& prior, const Prediction& prediction,
-              const Match& match, const std::vector<Segment>& segments, LineTrack* track) const;
+              const Match& match, const std::vector<LineSegment>& segments, LineTrack* track) const;
   bool refit(const ImagePyramid& now, const Eigen::Vector3d& start, const Eigen::Vector3d& end,
              double search_px, Edge* edge) const;
   bool isSameLine(const Edge& a, const Edge& b, double max_distance_px) const;
   bool isTaken(const Edge& edge, double distance_px) const;
   void keepDistinct(std::vector<LineTrack> moved, ImageReport* report);
-  void addNew(const ImagePyramid& now, const std::vector<Segment>& segments, ImageReport* report);
+  void addNew(const ImagePyramid& now, const std::vector<LineSegment>& segments,
+              ImageReport* report);
 
   Camera camera_;
   RowCamera lens_before_, lens_;  // of the image before and of the last one

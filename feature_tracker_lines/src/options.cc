@@ -98,7 +98,9 @@ OptionTable optionTable(FrontEndOptions* o) {
                    "from the tracks themselves, for the prediction and the outlier check"),
        advancedKey("max_rotation_sigma_px", &o->max_rotation_sigma_px, {1e-3, 100.0}, "px",
                    "the rotation between two images counts as known where its standard deviation "
-                   "moves a point by less; well below points.epipolar_px")},
+                   "moves a point by less; well below points.epipolar_px"),
+       userKey("threads", &o->threads, {1, 2}, "",
+               "2: lines are worked on while points are; the frames are the same")},
       {}, &table);
   appendSection("points", optionTable(&o->points), {}, &table);
   appendSection("lines", optionTable(&o->lines), {}, &table);

@@ -87,30 +87,6 @@ double medianOf(std::array<float, kNeighbours>& values, int count) {
                                  values[static_cast<std::size_t>(count / 2)]);
 }
 
-// Median residual flow of the nearest tracks that have one.
-cv::Point2f nearbyFlow(const std::vector<PointTrack>& tracks, const cv::Point2f& pixel) {
-  std::array<std::pair<float, const PointTrack*>, kNeighbours> nearest;
-  int count = 0;
-  for (const PointTrack& track : tracks) {
-    if (!track.has_flow) continue;
-    const cv::Point2f d = track.pixel - pixel;
-    const float square = d.dot(d);
-    if (count == kNeighbours && square >= nearest[kNeighbours - 1].first) continue;
-    int at = count < kNeighbours ? count++ : kNeighbours - 1;
-    for (; at > 0 && nearest[static_cast<std::size_t>(at - 1)].first > square; --at) {
-      nearest[static_cast<std::size_t>(at)] = nearest[static_cast<std::size_t>(at - 1)];
-    }
-    nearest[static_cast<std::size_t>(at)] = {square, &track};
-  }
-  if (count == 0) return {0.0F, 0.0F};
-  std::array<float, kNeighbours> x{}, y{};
-  for (int i = 0; i < count; ++i) {
-    x[static_cast<std::size_t>(i)] = nearest[static_cast<std::size_t>(i)].second->residual_flow.x;
-    y[static_cast<std::size_t>(i)] = nearest[static_cast<std::size_t>(i)].second->residual_flow.y;
-  }
-  return {static_cast<float>(medianOf(x, count)), static_cast<float>(medianOf(y, count))};
-}
-
 cv::Mat usableArea(const Camera& camera, bool fisheye) {
   const CameraParameters& c = camera.parameters();
   cv::Mat usable(c.height, c.width, CV_8UC1, cv::Scalar(255));
@@ -309,16 +285,38 @@ bool PointTracker::addTrack(const cv::Point2f& pixel) {
   return true;
 }
 
-cv::Point2f PointTracker::residualFlowNear(const cv::Point2f& pixel) const {
-  return nearbyFlow(tracks_, pixel);
+cv::Point2f PointMotion::residualFlowNear(const cv::Point2f& pixel) const {
+  std::array<std::pair<float, const Flow*>, kNeighbours> nearest;
+  int count = 0;
+  for (const Flow& flow : flows) {
+    const cv::Point2f d = flow.pixel - pixel;
+    const float square = d.dot(d);
+    if (count == kNeighbours && square >= nearest[kNeighbours - 1].first) continue;
+    int at = count < kNeighbours ? count++ : kNeighbours - 1;
+    for (; at > 0 && nearest[static_cast<std::size_t>(at - 1)].first > square; --at) {
+      nearest[static_cast<std::size_t>(at)] = nearest[static_cast<std::size_t>(at - 1)];
+    }
+    nearest[static_cast<std::size_t>(at)] = {square, &flow};
+  }
+  if (count == 0) return {0.0F, 0.0F};
+  std::array<float, kNeighbours> x{}, y{};
+  for (int i = 0; i < count; ++i) {
+    x[static_cast<std::size_t>(i)] = nearest[static_cast<std::size_t>(i)].second->residual.x;
+    y[static_cast<std::size_t>(i)] = nearest[static_cast<std::size_t>(i)].second->residual.y;
+  }
+  return {static_cast<float>(medianOf(x, count)), static_cast<float>(medianOf(y, count))};
 }
 
-bool PointTracker::isSteady() const {
+PointMotion PointTracker::motion() const {
+  PointMotion motion;
   int balance = 0;
   for (const PointTrack& track : tracks_) {
-    if (track.has_flow) balance += track.surprise_px < kSteadyPx ? 1 : -1;
+    if (!track.has_flow) continue;
+    motion.flows.push_back({track.pixel, track.residual_flow});
+    balance += track.surprise_px < kSteadyPx ? 1 : -1;
   }
-  return balance > 0;
+  motion.steady = balance > 0;
+  return motion;
 }
 
 Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
@@ -326,24 +324,36 @@ Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::
   return rows.atMiddleRow(bearing, pixel.y, camera_.parameters().height);
 }
 
-void PointTracker::track(double t, const ImagePyramid& before, const ImagePyramid& now,
-                         const RotationPrior& prior, ImageReport* report) {
+void PointTracker::follow(double t, const ImagePyramid& before, const ImagePyramid& now,
+                          const RotationPrior& prior, ImageReport* report) {
   report->points_before = static_cast<int>(tracks_.size());
   if (options_.profile == TrackerProfile::kVins) {
-    trackVins(t, before, now, report);
+    followVins(t, before, now, report);
   } else {
-    trackDefault(before, now, prior, report);
+    followDefault(before, now, prior, report);
   }
+  report->points_tracked = static_cast<int>(tracks_.size());
+}
+
+void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
+  if (mask_.empty()) return;
+  const std::size_t kept = tracks_.size();
+  if (options_.profile == TrackerProfile::kVins) {
+    refillVins(now);
+  } else {
+    refillDefault(now);
+  }
+  report->points_new = static_cast<int>(tracks_.size() - kept);
 }
 
 // ------------------------------------------------------------------------------ default profile
 
-void PointTracker::trackDefault(const ImagePyramid& before, const ImagePyramid& now,
-                                const RotationPrior& prior, ImageReport* report) {
+void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
+                                 const RotationPrior& prior, ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
     deformAnchors(prior);
-    moved = follow(before, now, prior);
+    moved = search(before, now, prior);
     report->points_flow = static_cast<int>(moved.size());
     anchorTracks(now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, prior, report);
@@ -351,7 +361,7 @@ void PointTracker::trackDefault(const ImagePyramid& before, const ImagePyramid& 
     report->points_outliers += checkThreeViews(prior, &moved);
   }
   tracks_ = std::move(moved);
-  refill(now, report);
+  thinOut(kLeastDistanceShare * options_.points.min_distance_px, options_.points.min_distance_px);
 }
 
 // The rotation deforms each point's anchor by the Jacobian of its map of pixels.
@@ -374,12 +384,13 @@ void PointTracker::deformAnchors(const RotationPrior& prior) const {
 }
 
 // The tracks that are found in this image, moved there.
-std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const ImagePyramid& now,
+std::vector<PointTrack> PointTracker::search(const ImagePyramid& before, const ImagePyramid& now,
                                              const RotationPrior& prior) const {
   const std::size_t n = tracks_.size();
   const RowCamera lens(camera_, prior.rows_now);
   // Where each point would be seen without translation, and with the residual flow of the previous
   // step.
+  const PointMotion before_last = motion();
   std::vector<cv::Point2f> from(n), rotated(n), predicted(n);
   for (std::size_t i = 0; i < n; ++i) {
     const PointTrack& track = tracks_[i];
@@ -389,8 +400,8 @@ std::vector<PointTrack> PointTracker::follow(const ImagePyramid& before, const I
     const Eigen::Vector3d turned =
         prior.R_now_before * atMiddleRow(prior.rows_before, track.bearing, track.pixel);
     if (prior.measured && lens.project(turned, &pixel)) rotated[i] = toPoint(pixel);
-    predicted[i] =
-        rotated[i] + (track.has_flow ? track.residual_flow : nearbyFlow(tracks_, track.pixel));
+    predicted[i] = rotated[i] + (track.has_flow ? track.residual_flow
+                                                : before_last.residualFlowNear(track.pixel));
   }
 
   FlowSearch search(before, now, options_.points, std::move(from));
@@ -554,17 +565,17 @@ void PointTracker::setMark(const RowExposure& rows, std::vector<PointTrack>* tra
   images_since_mark_ = 0;
 }
 
-cv::Mat PointTracker::thinOut(double min_distance, double mask_distance) {
+void PointTracker::thinOut(double min_distance, double mask_distance) {
   std::stable_sort(tracks_.begin(), tracks_.end(),
                    [](const PointTrack& a, const PointTrack& b) { return a.age > b.age; });
-  cv::Mat mask = usable_.clone();
+  mask_ = usable_.clone();
   std::vector<PointTrack> kept;
   const auto paint = [&](double radius, const PointTrack& track) {
-    cv::circle(mask, cv::Point(cvRound(track.pixel.x), cvRound(track.pixel.y)),
+    cv::circle(mask_, cv::Point(cvRound(track.pixel.x), cvRound(track.pixel.y)),
                static_cast<int>(radius), cv::Scalar(0), cv::FILLED);
   };
   for (const PointTrack& track : tracks_) {
-    if (mask.at<uchar>(cvRound(track.pixel.y), cvRound(track.pixel.x)) == 0) continue;
+    if (mask_.at<uchar>(cvRound(track.pixel.y), cvRound(track.pixel.x)) == 0) continue;
     paint(min_distance, track);
     kept.push_back(track);
   }
@@ -572,33 +583,27 @@ cv::Mat PointTracker::thinOut(double min_distance, double mask_distance) {
     for (const PointTrack& track : kept) paint(mask_distance, track);
   }
   tracks_ = std::move(kept);
-  return mask;
 }
 
 // New corners up to the number wanted, far enough from the points there are.
-void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
+void PointTracker::refillDefault(const ImagePyramid& now) {
   const PointTrackerOptions& o = options_.points;
-  cv::Mat mask = thinOut(kLeastDistanceShare * o.min_distance_px, o.min_distance_px);
-  const int kept = static_cast<int>(tracks_.size());
-  report->points_tracked = kept;
-  addCorners(now, o.max_points - kept, 1.0, 1.0, &mask);
+  addCorners(now, o.max_points - static_cast<int>(tracks_.size()), 1.0, 1.0);
   if (dark_) {
     const int few = static_cast<int>(kDarkShare * o.max_points);
-    addCorners(now, few - static_cast<int>(tracks_.size()), kDarkCorner, kDarkSigma, &mask);
+    addCorners(now, few - static_cast<int>(tracks_.size()), kDarkCorner, kDarkSigma);
   }
-  report->points_new = static_cast<int>(tracks_.size()) - kept;
 }
 
 // `corner`, `sigma`: factors on the least corner and on the largest standard deviation.
-void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner, double sigma,
-                              cv::Mat* mask) {
+void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner, double sigma) {
   const PointTrackerOptions& o = options_.points;
   if (wanted <= 0) return;
   const bool everywhere = static_cast<double>(tracks_.size()) < kRefillAll * o.max_points;
   std::vector<cv::Point2f> found;
   corners_.detect(now.derivative(0),
                   corner * o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
-                  everywhere ? corners_.cells() : kCellsPerImage, mask, &found);
+                  everywhere ? corners_.cells() : kCellsPerImage, &mask_, &found);
   if (found.empty()) return;
   // The vertex of the edges is the same place from near and far. The strongest response lies a
   // pixel or two inside, which becomes an error as the scene comes closer.
@@ -619,11 +624,11 @@ void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner
 
 // --------------------------------------------------------------------------------- profile `vins`
 
-void PointTracker::trackVins(double t, const ImagePyramid& before, const ImagePyramid& now,
-                             ImageReport* report) {
+void PointTracker::followVins(double t, const ImagePyramid& before, const ImagePyramid& now,
+                              ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
-    moved = followVins(before, now);
+    moved = searchVins(before, now);
     report->points_flow = static_cast<int>(moved.size());
   }
   // The host rejects, thins out and refills only in images that it publishes.
@@ -631,14 +636,14 @@ void PointTracker::trackVins(double t, const ImagePyramid& before, const ImagePy
   if (published) rejectVins(&moved, report);
   tracks_ = std::move(moved);
   if (published) {
-    refillVins(now, report);
+    thinOut(options_.host.min_dist, options_.host.min_dist);
   } else {
-    report->points_tracked = static_cast<int>(tracks_.size());
+    mask_.release();
   }
 }
 
 // The tracks that KLT finds inside this image, moved there.
-std::vector<PointTrack> PointTracker::followVins(const ImagePyramid& before,
+std::vector<PointTrack> PointTracker::searchVins(const ImagePyramid& before,
                                                  const ImagePyramid& now) const {
   std::vector<cv::Point2f> from, to;
   for (const PointTrack& track : tracks_) from.push_back(track.pixel);
@@ -690,17 +695,13 @@ void PointTracker::rejectVins(std::vector<PointTrack>* moved, ImageReport* repor
       fundamentalInliers(rays_before, rays_now, vins::kFocalPx, options_.host.F_threshold), moved);
 }
 
-void PointTracker::refillVins(const ImagePyramid& now, ImageReport* report) {
+void PointTracker::refillVins(const ImagePyramid& now) {
   const HostFrontEnd& host = options_.host;
-  const cv::Mat mask = thinOut(host.min_dist, host.min_dist);
-  const int kept = static_cast<int>(tracks_.size());
-  report->points_tracked = kept;
-  if (kept >= host.max_cnt) return;
+  const int wanted = host.max_cnt - static_cast<int>(tracks_.size());
+  if (wanted <= 0) return;
   std::vector<cv::Point2f> found;
-  cv::goodFeaturesToTrack(now.level(0), found, host.max_cnt - kept, vins::kQuality, host.min_dist,
-                          mask);
+  cv::goodFeaturesToTrack(now.level(0), found, wanted, vins::kQuality, host.min_dist, mask_);
   for (const cv::Point2f& corner : found) addTrack(corner);
-  report->points_new = static_cast<int>(tracks_.size()) - kept;
 }
 
 }  // namespace slim_init::feature_tracker_lines

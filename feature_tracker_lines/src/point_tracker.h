@@ -42,16 +42,33 @@ struct PointTrack {
   bool recognised = false;              ///< found by its anchor alone in the last image
 };
 
-/// Follows points from image to image.
+/// How the tracked points moved in the last image, for what moves beside them.
+struct PointMotion {
+  struct Flow {
+    cv::Point2f pixel;     ///< in the last image
+    cv::Point2f residual;  ///< PointTrack::residual_flow [px]
+  };
+  std::vector<Flow> flows;  ///< of the points that have one
+  /// Whether most of these points were where they had been predicted. With none: no.
+  bool steady = false;
+
+  /// Median of the residual flows of the up to five nearest points; zero if there are none.
+  cv::Point2f residualFlowNear(const cv::Point2f& pixel) const;
+};
+
+/// Follows points from image to image: follow() and then refill(), once for each image.
 class PointTracker {
  public:
   PointTracker(const CameraParameters& camera, const FrontEndOptions& options);
 
-  /// Tracks from `before` (empty for the first image) to `now`, rejects outliers, then fills up
-  /// with new corners. `t` [s] is needed for HostFrontEnd::freq only. Writes the point part of
-  /// `report`.
-  void track(double t, const ImagePyramid& before, const ImagePyramid& now,
-             const RotationPrior& prior, ImageReport* report);
+  /// Tracks from `before` (empty for the first image) to `now` and rejects outliers and points too
+  /// close to others. `t` [s] is needed for HostFrontEnd::freq only. Writes the point part of
+  /// `report`, except for the new points.
+  void follow(double t, const ImagePyramid& before, const ImagePyramid& now,
+              const RotationPrior& prior, ImageReport* report);
+
+  /// Fills up with new corners of the image that was followed to, and counts them in `report`.
+  void refill(const ImagePyramid& now, ImageReport* report);
 
   /// In a dark image with few points weaker ones are taken as well.
   void setDark(bool dark) { dark_ = dark; }
@@ -59,22 +76,17 @@ class PointTracker {
   /// Current points, oldest first.
   const std::vector<PointTrack>& tracks() const { return tracks_; }
 
-  /// Median of residual_flow over the up to five nearest points that have one; zero if there are
-  /// none.
-  cv::Point2f residualFlowNear(const cv::Point2f& pixel) const;
-
-  /// Whether most of the points that are tracked were where they had been predicted in the last
-  /// image. With none: no.
-  bool isSteady() const;
+  /// Motion of the points followed to the last image.
+  PointMotion motion() const;
 
   /// Forgets all points. Ids are not reused.
   void reset();
 
  private:
   // Default profile.
-  void trackDefault(const ImagePyramid& before, const ImagePyramid& now, const RotationPrior& prior,
-                    ImageReport* report);
-  std::vector<PointTrack> follow(const ImagePyramid& before, const ImagePyramid& now,
+  void followDefault(const ImagePyramid& before, const ImagePyramid& now,
+                     const RotationPrior& prior, ImageReport* report);
+  std::vector<PointTrack> search(const ImagePyramid& before, const ImagePyramid& now,
                                  const RotationPrior& prior) const;
   void deformAnchors(const RotationPrior& prior) const;
   bool recognise(const ImagePyramid& now, PointTrack* track) const;
@@ -87,19 +99,20 @@ class PointTracker {
   void setMark(const RowExposure& rows, std::vector<PointTrack>* tracks);
   Eigen::Vector3d atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
                               const cv::Point2f& pixel) const;
-  void refill(const ImagePyramid& now, ImageReport* report);
-  void addCorners(const ImagePyramid& now, int wanted, double corner, double sigma, cv::Mat* mask);
+  void refillDefault(const ImagePyramid& now);
+  void addCorners(const ImagePyramid& now, int wanted, double corner, double sigma);
 
   // Profile `vins`.
-  void trackVins(double t, const ImagePyramid& before, const ImagePyramid& now,
-                 ImageReport* report);
-  std::vector<PointTrack> followVins(const ImagePyramid& before, const ImagePyramid& now) const;
+  void followVins(double t, const ImagePyramid& before, const ImagePyramid& now,
+                  ImageReport* report);
+  std::vector<PointTrack> searchVins(const ImagePyramid& before, const ImagePyramid& now) const;
   bool countPublished(double t);
   void rejectVins(std::vector<PointTrack>* moved, ImageReport* report) const;
-  void refillVins(const ImagePyramid& now, ImageReport* report);
+  void refillVins(const ImagePyramid& now);
 
-  /// Keeps the older of two points closer than `min_distance`; returns the mask for new ones.
-  cv::Mat thinOut(double min_distance, double mask_distance);
+  /// Keeps the older of two points closer than `min_distance`, and masks the places that are closer
+  /// than `mask_distance` to those kept.
+  void thinOut(double min_distance, double mask_distance);
   bool isInside(const cv::Point2f& pixel, double border) const;
   bool addTrack(const cv::Point2f& pixel);
   /// Moves a track to the pixel `to` of this image; under rotation alone it would be at
@@ -113,6 +126,7 @@ class PointTracker {
   cv::Mat usable_;  // image circle of a fisheye, or everything
   CornerDetector corners_;
   std::vector<PointTrack> tracks_;
+  cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
   // Every few images a mark is made, at which each track remembers its ray.
   int images_since_mark_ = 0;

@@ -35,7 +35,10 @@ if(SLIM_INIT_BUILD_EVALUATION)
   set_package_properties(nlohmann_json PROPERTIES TYPE REQUIRED PURPOSE "evaluation summaries")
   slim_init_require(nlohmann_json_FOUND "nlohmann-json >= 3.7" nlohmann-json3-dev
                     SLIM_INIT_BUILD_EVALUATION)
-  # Windows are solved on several threads. Part of the C library since glibc 2.34.
+endif()
+
+if(SLIM_INIT_BUILD_EVALUATION OR SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
+  # Windows are solved, lines and points tracked on several. Part of the C library since glibc 2.34.
   find_package(Threads REQUIRED QUIET)
 endif()
 

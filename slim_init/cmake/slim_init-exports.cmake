@@ -30,11 +30,13 @@ if(TARGET slim_init::feature_tracker_lines AND NOT TARGET SlimInitOpenCV::SlimIn
   endif()
 endif()
 
-# A static evaluation library has its threads from the system.
-if(TARGET slim_init::evaluation AND NOT TARGET Threads::Threads)
+# Static libraries have their threads from the system.
+if((TARGET slim_init::evaluation OR TARGET slim_init::feature_tracker_lines)
+   AND NOT TARGET Threads::Threads)
   find_package(Threads QUIET)
-  if(NOT Threads_FOUND AND "evaluation" IN_LIST slim_init_FIND_COMPONENTS)
-    set(slim_init_NOT_FOUND_MESSAGE "slim_init::evaluation needs a system with threads")
+  if(NOT Threads_FOUND AND slim_init_FIND_COMPONENTS MATCHES "evaluation|feature_tracker_lines")
+    set(slim_init_NOT_FOUND_MESSAGE
+        "slim_init::evaluation and slim_init::feature_tracker_lines need a system with threads")
   endif()
 endif()
 

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Times of the image front end on a recording, one thread, image by image.
+// Times of the image front end on a recording, image by image.
 #include "bench_front_end.h"
 
 #include <benchmark/benchmark.h>
@@ -58,10 +58,8 @@ double median(std::vector<double> values) {
 
 // An iteration is an image; after the last one the front end starts anew. The counters are medians
 // over the images of each stage's own time, the first image of a pass left out.
-void run(benchmark::State& state, const Recording& recording, ftl::TrackerProfile profile) {
+void run(benchmark::State& state, const Recording& recording, const ftl::FrontEndOptions& options) {
   cv::setNumThreads(1);
-  ftl::FrontEndOptions options;
-  options.profile = profile;
   ftl::ImageFrontEnd front_end(recording.camera, recording.calibration, options);
   std::map<std::string, std::vector<double>> stages;
   std::vector<double> total, points, lines;
@@ -109,13 +107,18 @@ bool registerFrontEndBenchmarks(const char* folder) {
     std::cerr << "slim_init_bench: SLIM_INIT_BENCH_SEQUENCE: " << error << "\n";
     return false;
   }
-  for (const ftl::TrackerProfile profile :
-       {ftl::TrackerProfile::kDefault, ftl::TrackerProfile::kVins}) {
-    benchmark::RegisterBenchmark(
-        (std::string("front_end/") + ftl::toString(profile)).c_str(),
-        [recording, profile](benchmark::State& state) { run(state, *recording, profile); })
-        ->Unit(benchmark::kMillisecond);
-  }
+  const auto add = [&recording](const char* name, const ftl::FrontEndOptions& options) {
+    benchmark::RegisterBenchmark(name, [recording, options](benchmark::State& state) {
+      run(state, *recording, options);
+    })->Unit(benchmark::kMillisecond);
+  };
+  ftl::FrontEndOptions options;
+  add("front_end/default", options);
+  options.threads = 2;
+  add("front_end/two_threads", options);
+  options.threads = 1;
+  options.profile = ftl::TrackerProfile::kVins;
+  add("front_end/vins", options);
   return true;
 }
 

@@ -553,6 +553,29 @@ TEST(FrontEnd, EqualInputsGiveEqualFramesWhateverTheThreads) {
   EXPECT_TRUE(same(last[0], last[2]));
 }
 
+// Lines beside points: every frame is the same, of both profiles, with points that come and go.
+TEST(FrontEnd, TwoThreadsGiveTheFramesOfOne) {
+  for (const TrackerProfile profile : {TrackerProfile::kDefault, TrackerProfile::kVins}) {
+    RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::panels), Motion(), 2);
+    FrontEndOptions options = smallOptions();
+    options.profile = profile;
+    ImageFrontEnd one(walk.parameters, walk.calibration, options);
+    options.threads = 2;
+    ImageFrontEnd two(walk.parameters, walk.calibration, options);
+    for (int k = 0; k < 15; ++k) {
+      FrameObservation a, b;
+      const cv::Mat image = walk.image(k);
+      ASSERT_EQ(one.addImage(walk.time(k), image, &a), ImageStatus::kTracked);
+      ASSERT_EQ(two.addImage(walk.time(k), image, &b), ImageStatus::kTracked);
+      ASSERT_FALSE(a.points.empty());
+      ASSERT_FALSE(a.lines.empty());
+      EXPECT_TRUE(same(a, b)) << toString(profile) << ", image " << k;
+      EXPECT_EQ(one.report().points_new, two.report().points_new);
+      EXPECT_EQ(one.report().lines_new, two.report().lines_new);
+    }
+  }
+}
+
 TEST(FrontEnd, ColourImagesAreTakenAsGrey) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 1);
   ImageFrontEnd grey(walk.parameters, walk.calibration, smallOptions());

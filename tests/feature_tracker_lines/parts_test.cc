@@ -615,7 +615,8 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
     std::swap(before, now);
     buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, &now);
     ImageReport report;
-    tracker.track(0.0, before, now, prior, &report);
+    tracker.follow(0.0, before, now, prior, &report);
+    tracker.refill(now, &report);
     int count = 0, old = 0;
     for (const PointTrack& track : tracker.tracks()) {
       if (track.age < 2) continue;
@@ -623,7 +624,7 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
       count += track.recognised ? 1 : 0;
       EXPECT_NEAR(track.pixel.x - track.pixel_before.x, shift == 12.0 ? 4.0 : 2.0, 0.2);
     }
-    EXPECT_EQ(tracker.isSteady(), shift == 4.0 || shift == 6.0 || shift == 8.0) << shift;
+    EXPECT_EQ(tracker.motion().steady, shift == 4.0 || shift == 6.0 || shift == 8.0) << shift;
     recognised.push_back(count);
     kept.push_back(old);
   }
