@@ -493,7 +493,7 @@ TEST_F(Doctor, NoiseOfTheImuIsMeasured) {
   DoctorData data = good();
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.5);  // [m/s^2]: rotors
-  for (ImuSample& sample : data.imu) sample.accel += Vector3d(noise(random), noise(random), 0.0);
+  for (ImuSample& sample : data.imu) sample.accel += Vector3d{noise(random), noise(random), 0.0};
   const DoctorReport shaking = examined(data);
   EXPECT_EQ(find(shaking, "accel_noise").severity, Severity::kNote);
   EXPECT_NE(find(shaking, "accel_noise").message.find("vibrates"), std::string::npos);

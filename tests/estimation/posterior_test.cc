@@ -15,7 +15,7 @@ namespace {
 WindowState someState(int n) {
   std::mt19937 rng(4);
   std::normal_distribution<double> normal;
-  const auto vector = [&] { return Eigen::Vector3d(normal(rng), normal(rng), normal(rng)); };
+  const auto vector = [&] { return Eigen::Vector3d{normal(rng), normal(rng), normal(rng)}; };
   WindowState state;
   state.p_b0.setZero(3, n);
   state.v_b0.setZero(3, n);
@@ -86,7 +86,7 @@ TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
   WindowState state = someState(n);
   std::mt19937 rng(11);
   std::normal_distribution<double> normal;
-  const auto vector = [&] { return Eigen::Vector3d(normal(rng), normal(rng), normal(rng)); };
+  const auto vector = [&] { return Eigen::Vector3d{normal(rng), normal(rng), normal(rng)}; };
   Calibration calibration;
   calibration.R_b_c = expSO3(vector());
   calibration.t_b_c = 0.1 * vector();

@@ -360,7 +360,7 @@ TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
     std::normal_distribution<double> normal;
     const auto disturb = [&](Eigen::Vector3d* bearing) {
       if (uniform(rng) > 0.1) return;
-      *bearing += 0.03 * Eigen::Vector3d(normal(rng), normal(rng), 0.0);
+      *bearing += 0.03 * Eigen::Vector3d{normal(rng), normal(rng), 0.0};
       bearing->normalize();
     };
     for (FrameObservation& frame : frames) {

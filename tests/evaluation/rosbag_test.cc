@@ -345,6 +345,32 @@ TEST_F(RosbagTest, AnIndexThatLeadsOutOfItsChunkIsRefused) {
   }
 }
 
+// The library parses what it takes for headers without looking at their lengths.
+TEST_F(RosbagTest, LengthsAndPlacesOfHeadersAreChecked) {
+  writeTiny();
+  const std::string whole = readFile(file());
+  const auto refused = [&](std::string bytes, std::size_t at, const std::string& with,
+                           const std::string& why) {
+    ASSERT_LT(at + with.size(), bytes.size());
+    bytes.replace(at, with.size(), with);
+    std::ofstream(file(), std::ios::binary | std::ios::trunc) << bytes;
+    EXPECT_EQ(open(), nullptr) << why;
+    EXPECT_EQ(status_.error, ReadError::kMalformed);
+    EXPECT_TRUE(contains(status_.message, why)) << status_.message;
+  };
+  const std::string huge("\xff\xff\x07\0", 4);
+  // The list of connections and chunks a byte further on, and one chunk too many in it.
+  const std::size_t summary = whole.find("index_pos=") + 10;
+  refused(whole, summary, std::string(1, static_cast<char>(whole[summary] + 1)), "is not there");
+  refused(whole, whole.find("chunk_count=") + 12, "\x09", "is not there");
+  // A field of the last connection, which is in that list, and of the first message.
+  refused(whole, whole.rfind("type=sensor_msgs/") - 4, huge, "are left of its header");
+  const std::size_t first = whole.find("op=\x02") - 4;
+  refused(whole, first, huge, "are left of its header");
+  // Chunks of a connection that are not all there.
+  refused(whole, whole.rfind("count=") + 6, "\x07", "entries of 8 bytes in a record of ");
+}
+
 TEST_F(RosbagTest, WriterRefusesWhatABagCannotHold) {
   std::string error;
   const auto writer = makeBagWriter(file(), BagTopics(), &error);

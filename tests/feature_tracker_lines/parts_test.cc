@@ -275,8 +275,8 @@ Scene makeScene(const Eigen::Vector3d& translation, double noise_rad, int count,
   const Eigen::Matrix3d R_now_before = expSO3(Eigen::Vector3d(0.02, -0.03, 0.01));
   Scene scene;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d place(2.0 * uniform(random), 1.3 * uniform(random),
-                                4.0 + 2.0 * uniform(random));
+    const Eigen::Vector3d place{2.0 * uniform(random), 1.3 * uniform(random),
+                                4.0 + 2.0 * uniform(random)};
     Eigen::Vector3d now = (R_now_before * (place - translation)).normalized();
     for (int axis = 0; axis < 2; ++axis) now[axis] += normal(random);
     scene.wrong.push_back(i < wrong);
@@ -333,8 +333,8 @@ TEST(ThreeViews, FindWhatSlidesAlongTheEpipolarLine) {
   std::vector<Eigen::Vector3d> first, second, third;
   constexpr int kPoints = 60, kSliding = 20;
   for (int i = 0; i < kPoints; ++i) {
-    const Eigen::Vector3d place(2.0 * uniform(random), 1.5 * uniform(random),
-                                5.0 + 2.0 * uniform(random));
+    const Eigen::Vector3d place{2.0 * uniform(random), 1.5 * uniform(random),
+                                5.0 + 2.0 * uniform(random)};
     first.push_back(place.normalized());
     second.push_back((place - step).normalized());
     // Not evenly: the first step is longer than the second.

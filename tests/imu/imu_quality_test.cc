@@ -34,7 +34,7 @@ std::vector<ImuSample> record(const Stream& stream, const Motion& gyro, const Mo
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
-  const auto draw = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  const auto draw = [&] { return Vector3d{normal(random), normal(random), normal(random)}; };
   std::vector<ImuSample> out;
   const double bound = 0.4 / stream.rate;
   for (int k = 0; k < stream.duration * stream.rate; ++k) {

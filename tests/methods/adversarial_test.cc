@@ -98,7 +98,7 @@ class Recording {
     std::normal_distribution<double> normal;
     const auto noise = [&](double density) {
       const double sigma = density * std::sqrt(kImuRate);
-      return Vector3d(sigma * Vector3d(normal(random_), normal(random_), normal(random_)));
+      return Vector3d(sigma * Vector3d{normal(random_), normal(random_), normal(random_)});
     };
     const Vector3d gravity(0.0, 0.0, -calibration.gravity_magnitude);
     const Vector3d gyro_bias(-0.002, 0.02, 0.07);

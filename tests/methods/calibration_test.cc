@@ -223,7 +223,8 @@ std::shared_ptr<const InitWindow> swinging(const Eigen::Vector3d& swing_c, unsig
   std::vector<Eigen::Vector3d> places;
   for (int i = 0; i < 150; ++i) {
     const double depth = 4.0 + 2.0 * uniform(rng);
-    places.emplace_back(0.8 * depth * uniform(rng), 0.6 * depth * uniform(rng), depth);
+    places.push_back(
+        Eigen::Vector3d{0.8 * depth * uniform(rng), 0.6 * depth * uniform(rng), depth});
   }
   std::vector<ImuSample> imu;
   std::vector<FrameObservation> keyframes;
@@ -246,8 +247,8 @@ std::shared_ptr<const InitWindow> swinging(const Eigen::Vector3d& swing_c, unsig
           continue;
         PointObservation point;
         point.id = static_cast<int>(i);
-        point.bearing = Eigen::Vector3d(X.x() / X.z() + noise * normal(rng),
-                                        X.y() / X.z() + noise * normal(rng), 1.0)
+        point.bearing = Eigen::Vector3d{X.x() / X.z() + noise * normal(rng),
+                                        X.y() / X.z() + noise * normal(rng), 1.0}
                             .normalized();
         frame.points.push_back(point);
       }

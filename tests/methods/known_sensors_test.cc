@@ -89,7 +89,7 @@ TEST(KnownBiases, LessErrorAndAsMuchAsReported) {
   std::mt19937 rng(5);
   std::normal_distribution<double> gaussian;
   const auto draw = [&](double sigma) -> Vector3d {
-    return sigma * Vector3d(gaussian(rng), gaussian(rng), gaussian(rng));
+    return sigma * Vector3d{gaussian(rng), gaussian(rng), gaussian(rng)};
   };
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     ExactWindowOptions drawn = drawnFromTheModel(seed, options.inertial.accel_bias_prior);

@@ -39,7 +39,7 @@ Scene makeScene(int points, double sigma, const Vector3d& t, unsigned seed, int 
   scene.R_ci_cj = expSO3({0.05, -0.12, 0.08});
   for (int k = 0; k < points; ++k) {
     const double z = 5.0 + 3.0 * uniform(random);
-    const Vector3d X(0.7 * z * uniform(random), 0.5 * z * uniform(random), z);
+    const Vector3d X{0.7 * z * uniform(random), 0.5 * z * uniform(random), z};
     const auto noisy = [&](const Vector3d& v, double s) -> Vector3d {
       const Vector3d u = v.normalized();
       const double x = s * gaussian(random), y = s * gaussian(random);

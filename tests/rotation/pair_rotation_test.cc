@@ -33,12 +33,12 @@ struct Scene {
     std::vector<BearingPair> pairs;
     const Matrix3d R_ci_cj = expSO3(turn);
     const auto noisy = [&](const Vector3d& f) {
-      const Vector3d n(gauss(random), gauss(random), gauss(random));
+      const Vector3d n{gauss(random), gauss(random), gauss(random)};
       return (f.normalized() + noise * n).normalized();
     };
     for (int k = 0; k < count; ++k) {
       const double z = depth + relief * (0.5 + 0.5 * uniform(random));
-      const Vector3d p_i(0.8 * uniform(random) * z, 0.5 * uniform(random) * z, z);
+      const Vector3d p_i{0.8 * uniform(random) * z, 0.5 * uniform(random) * z, z};
       Vector3d p_j = R_ci_cj.transpose() * (p_i - travel);
       if (uniform(random) * 0.5 + 0.5 < outliers) p_j += 0.3 * Vector3d::Random();
       pairs.push_back({noisy(p_i), noisy(p_j)});

@@ -203,7 +203,7 @@ TEST_P(BuiltScene, IsClosed) {
   std::mt19937 engine(7);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 2000; ++i) {
-    const Vector3d direction(normal(engine), normal(engine), normal(engine));
+    const Vector3d direction{normal(engine), normal(engine), normal(engine)};
     const RayHit hit = scene.castRay(path()[static_cast<std::size_t>(i % 400)], direction);
     ASSERT_TRUE(hit.hit()) << direction.transpose();
     // The normal looks back at whoever sees the surface.

@@ -13,7 +13,8 @@ inline bool sameBytes(const InitResult& a, const InitResult& b) {
     return false;
   }
   const auto same = [](const auto& x, const auto& y) {
-    return std::memcmp(x.data(), y.data(), sizeof(double) * x.size()) == 0;
+    return x.size() == y.size() &&
+           (x.size() == 0 || std::memcmp(x.data(), y.data(), sizeof(double) * x.size()) == 0);
   };
   for (std::size_t k = 0; k < a.states.size(); ++k) {
     const NavState &s = a.states[k], &t = b.states[k];
@@ -23,7 +24,7 @@ inline bool sameBytes(const InitResult& a, const InitResult& b) {
   return same(a.gyro_bias, b.gyro_bias) && same(a.accel_bias, b.accel_bias) &&
          same(a.gravity_b0, b.gravity_b0) && std::memcmp(&a.scale, &b.scale, sizeof(double)) == 0 &&
          std::memcmp(&a.scale_sigma, &b.scale_sigma, sizeof(double)) == 0 &&
-         a.covariance.size() == b.covariance.size() && same(a.covariance, b.covariance);
+         same(a.covariance, b.covariance);
 }
 
 }  // namespace slim_init::testing_support

@@ -23,7 +23,7 @@ std::vector<DepthView> viewsOf(const Eigen::Vector3d& point, int count, double s
     view.R = expSO3(Eigen::Vector3d(0.01 * k, -0.02 * k, 0.03));
     view.t = Eigen::Vector3d(step * k, 0.3 * step * k, 0.1);
     const Eigen::Vector3d p = view.R.transpose() * (point - view.t);
-    view.ray = Eigen::Vector3d(p.x() / p.z() + normal(random), p.y() / p.z() + normal(random), 1.0);
+    view.ray = Eigen::Vector3d{p.x() / p.z() + normal(random), p.y() / p.z() + normal(random), 1.0};
     views.push_back(view);
   }
   return views;

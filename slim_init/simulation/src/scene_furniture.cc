@@ -9,9 +9,25 @@ namespace slim_init::simulation {
 
 using Eigen::Vector3d;
 
+namespace {
+
+struct Range {
+  double least, largest;
+};
+
+// One number after the other, the height first: arguments of a call have no order that all
+// compilers share.
+Vector3d drawSize(Random* random, const Range& x, const Range& y, const Range& z) {
+  const double height = random->uniform(z.least, z.largest);
+  const double depth = random->uniform(y.least, y.largest);
+  return Vector3d(random->uniform(x.least, x.largest), depth, height);
+}
+
+}  // namespace
+
 void addCupboard(SceneBuilder* b, Finish finish) {
   Random& random = b->random;
-  const Vector3d size(random.uniform(0.8, 1.5), random.uniform(0.4, 0.7), random.uniform(0.8, 1.9));
+  const Vector3d size = drawSize(&random, {0.8, 1.5}, {0.4, 0.7}, {0.8, 1.9});
   const bool turned = random.uniform() < 0.5;
   Box place;
   const Vector3d turned_size(size.y(), size.x(), size.z());
@@ -49,7 +65,8 @@ void addCupboard(SceneBuilder* b, Finish finish) {
 
 void addTable(SceneBuilder* b, Finish finish) {
   Random& random = b->random;
-  const Vector3d size(random.uniform(1.0, 1.6), random.uniform(0.6, 0.9), 0.74);
+  const double depth = random.uniform(0.6, 0.9), width = random.uniform(1.0, 1.6);
+  const Vector3d size(width, depth, 0.74);
   Box place;
   if (!b->standing(size, Standing::kAnywhere, &place)) return;
   Look top{Pattern::kPlanks, 0.55, 0.35, 0.12, 0.0, 0.0};
@@ -67,8 +84,7 @@ void addTable(SceneBuilder* b, Finish finish) {
   for (int i = 0; i < things; ++i) {
     const double x = random.uniform(place.min.x() + 0.2, place.max.x() - 0.2);
     const double y = random.uniform(place.min.y() + 0.2, place.max.y() - 0.2);
-    const Vector3d half(random.uniform(0.06, 0.16), random.uniform(0.05, 0.12),
-                        random.uniform(0.03, 0.18));
+    const Vector3d half = drawSize(&random, {0.06, 0.16}, {0.05, 0.12}, {0.03, 0.18});
     const Vector3d center(x, y, place.max.z() + half.z());
     b->box("thing", center - half, center + half,
            b->look(finish == Finish::kPatterned ? posterLook(&random)
@@ -167,8 +183,9 @@ void addPanels(SceneBuilder* b, const Box& place, int side, double top) {
 // A motor on a machine, and a pipe from it to the ceiling where the path leaves space.
 void addMotorAndPipe(SceneBuilder* b, const Box& place, double top) {
   Random& random = b->random;
-  const Vector3d motor(random.uniform(place.min.x() + 0.2, place.max.x() - 0.7),
-                       random.uniform(place.min.y() + 0.2, place.max.y() - 0.7), top);
+  const double y = random.uniform(place.min.y() + 0.2, place.max.y() - 0.7);
+  const double x = random.uniform(place.min.x() + 0.2, place.max.x() - 0.7);
+  const Vector3d motor(x, y, top);
   b->box("motor", motor, {motor.x() + 0.5, motor.y() + 0.4, place.max.z()},
          b->look({Pattern::kStripes, 0.45, 0.15, 0.04, 0.0, 0.0}));
   const double r = random.uniform(0.05, 0.12);
@@ -184,7 +201,7 @@ void addMotorAndPipe(SceneBuilder* b, const Box& place, double top) {
 
 void addMachine(SceneBuilder* b) {
   Random& random = b->random;
-  const Vector3d size(random.uniform(1.2, 3.5), random.uniform(1.0, 2.2), random.uniform(1.2, 3.0));
+  const Vector3d size = drawSize(&random, {1.2, 3.5}, {1.0, 2.2}, {1.2, 3.0});
   const bool turned = random.uniform() < 0.5;
   const Standing where = random.uniform() < 0.5 ? Standing::kAlongWalls : Standing::kAnywhere;
   Box place;

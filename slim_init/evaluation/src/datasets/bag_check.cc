@@ -8,7 +8,6 @@
 #include <cstring>
 #include <fstream>
 #include <map>
-#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -18,13 +17,13 @@ namespace {
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
 constexpr std::uint64_t kMagicLength = sizeof(kMagic) - 1;
 // Values of the field "op".
-constexpr int kIndex = 4, kChunk = 5, kChunkInfo = 6;
+constexpr int kFileHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kConnection = 7;
 // Chunks hold 768 kB, or one message that is larger.
 constexpr std::uint64_t kMaxChunk = std::uint64_t{1} << 30;
 // Headers hold a topic, a type and its definition.
 constexpr std::uint64_t kMaxHeader = std::uint64_t{1} << 24;
-// Time and offset of an entry of the index.
-constexpr std::uint64_t kIndexEntry = 12;
+// Time and offset of an entry of the index; connection and count of an entry of a chunk's record.
+constexpr std::uint64_t kIndexEntry = 12, kChunkInfoEntry = 8;
 
 class Damage : public std::runtime_error {
  public:
@@ -105,10 +104,12 @@ class BagCheck {
     if (read(0, kMagicLength) != kMagic) throw Damage(0, "not a bag of format 2.0");
     for (std::uint64_t at = kMagicLength; at < size_;) at = record(at);
     for (const auto& [at, position] : claimed_chunks_) {
-      if (chunks_.count(position) == 0) {
+      const auto chunk = records_.find(position);
+      if (chunk == records_.end() || chunk->second != kChunk) {
         throw Damage(at, "no chunk at byte " + std::to_string(position));
       }
     }
+    followSummary();
   }
 
  private:
@@ -139,16 +140,56 @@ class BagCheck {
       throw Damage(at, "a record of " + std::to_string(length) + " bytes, the file ends after " +
                            std::to_string(size_ - data));
     }
+    records_[at] = header.op();
     switch (header.op()) {
-      case kChunk:
-        chunks_.insert(at);
-        readChunk(header, at, data, length);
+      case kFileHeader:
+        if (at != kMagicLength) throw Damage(at, "a second file header");
+        summary_at_ = header.number("index_pos", 8);
+        connections_ = header.number("conn_count", 4);
+        chunk_infos_ = header.number("chunk_count", 4);
         break;
+      case kChunk: readChunk(header, at, data, length); break;
       case kIndex: followIndex(header, at, data, length); break;
-      case kChunkInfo: claimed_chunks_[at] = header.number("chunk_pos", 8); break;
+      case kChunkInfo:
+        claimed_chunks_[at] = header.number("chunk_pos", 8);
+        entries(header, at, length, kChunkInfoEntry);
+        break;
+      case kConnection:
+        if (length > kMaxHeader) throw Damage(at, "a connection of " + std::to_string(length));
+        Header(read(data, length), data);
+        break;
       default: break;
     }
     return data + length;
+  }
+
+  // The connections, then the chunks, one after the other from the byte that the file header names.
+  // The library reads them there, whatever there is.
+  void followSummary() {
+    // What a recorder that was killed leaves; the library says so.
+    if (summary_at_ == 0) return;
+    auto next = records_.find(summary_at_);
+    for (std::uint64_t i = 0; i < connections_ + chunk_infos_; ++i) {
+      const bool connection = i < connections_;
+      if (next == records_.end() || next->second != (connection ? kConnection : kChunkInfo)) {
+        throw Damage(kMagicLength, std::to_string(connections_) + " connections and " +
+                                       std::to_string(chunk_infos_) + " chunks from byte " +
+                                       std::to_string(summary_at_) + " on: number " +
+                                       std::to_string(i) + " is not there");
+      }
+      ++next;
+    }
+  }
+
+  // Number of entries of a record, which they have to fill.
+  static std::uint64_t entries(const Header& header, std::uint64_t at, std::uint64_t length,
+                               std::uint64_t size) {
+    const std::uint64_t count = header.number("count", 4);
+    if (count * size != length) {
+      throw Damage(at, std::to_string(count) + " entries of " + std::to_string(size) +
+                           " bytes in a record of " + std::to_string(length));
+    }
+    return count;
   }
 
   void readChunk(const Header& header, std::uint64_t at, std::uint64_t data, std::uint64_t length) {
@@ -182,41 +223,52 @@ class BagCheck {
     }
   }
 
-  std::uint64_t inChunk32(std::uint64_t offset) {
-    if (!chunk_.packed) return read32(chunk_.at + offset);
-    return number32(reinterpret_cast<const char*>(&chunk_.unpacked[offset]));
+  std::string inChunk(std::uint64_t offset, std::uint64_t count) {
+    if (!chunk_.packed) return read(chunk_.at + offset, count);
+    return std::string(reinterpret_cast<const char*>(&chunk_.unpacked[offset]), count);
   }
 
-  // The message at an offset of the chunk: its header, then its data.
+  // Length of what begins at an offset of the chunk with its length.
+  std::uint64_t lengthInChunk(std::uint64_t at, std::uint64_t offset) {
+    if (offset + 4 <= chunk_.size) {
+      const std::uint64_t length = number32(inChunk(offset, 4).data());
+      if (length <= chunk_.size - offset - 4) return length;
+    }
+    throw Damage(at, "an entry of the index points behind the end of its chunk of " +
+                         std::to_string(chunk_.size) + " bytes");
+  }
+
+  // The message at an offset of the chunk: its header, then its data. The library passes over
+  // connections there.
   void followEntry(std::uint64_t at, std::uint64_t offset) {
-    for (int part = 0; part < 2; ++part) {
-      if (offset + 4 > chunk_.size || inChunk32(offset) > chunk_.size - offset - 4) {
-        throw Damage(at, "an entry of the index points behind the end of its chunk of " +
-                             std::to_string(chunk_.size) + " bytes");
+    for (bool connection = true; connection;) {
+      const std::uint64_t header_length = lengthInChunk(at, offset);
+      if (header_length > kMaxHeader) {
+        throw Damage(at, "a message with a header of " + std::to_string(header_length) + " bytes");
       }
-      offset += 4 + inChunk32(offset);
+      connection = Header(inChunk(offset + 4, header_length), at).op() == kConnection;
+      offset += 4 + header_length;
+      offset += 4 + lengthInChunk(at, offset);
     }
   }
 
   void followIndex(const Header& header, std::uint64_t at, std::uint64_t data,
                    std::uint64_t length) {
-    const std::uint64_t count = header.number("count", 4);
-    if (chunks_.empty()) throw Damage(at, "an index without a chunk before it");
-    if (count > length / kIndexEntry) {
-      throw Damage(at, "an index of " + std::to_string(count) + " entries in " +
-                           std::to_string(length) + " bytes");
-    }
-    const std::string entries = read(data, count * kIndexEntry);
+    if (chunk_.at == 0) throw Damage(at, "an index without a chunk before it");
+    const std::uint64_t count = entries(header, at, length, kIndexEntry);
+    const std::string offsets = read(data, length);
     for (std::uint64_t i = 0; i < count; ++i) {
-      followEntry(at, number32(&entries[i * kIndexEntry + 8]));
+      followEntry(at, number32(&offsets[i * kIndexEntry + 8]));
     }
   }
 
   std::ifstream file_;
   std::uint64_t size_ = 0;
-  std::set<std::uint64_t> chunks_;                         // where there is one
+  std::map<std::uint64_t, int> records_;                   // what there is at which byte
   std::map<std::uint64_t, std::uint64_t> claimed_chunks_;  // by the record that says so
-  Chunk chunk_;                                            // the last one
+  // Of the file header: where connections and chunks are listed, and how many.
+  std::uint64_t summary_at_ = 0, connections_ = 0, chunk_infos_ = 0;
+  Chunk chunk_;  // the last one
 };
 
 }  // namespace

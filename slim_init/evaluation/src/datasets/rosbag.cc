@@ -82,19 +82,16 @@ class BagFile : public ImageSequence {
                    file + (fs::exists(file, code) ? " is not a regular file" : " does not exist"));
     }
     try {
+      // First: the library believes the lengths and offsets that it reads when it opens a bag.
+      const std::string damage = bagDamage(file);
+      if (!damage.empty()) return error(ReadError::kMalformed, file + cutShort(damage));
       bag_.open(file, rosbag::bagmode::Read);
     } catch (const rosbag::BagUnindexedException&) {
       return error(ReadError::kMalformed, file + cutShort("it has no index"));
     } catch (const std::exception& exception) {
-      // The index stands at the end and is read first.
       return error(ReadError::kMalformed, file + cutShort(exception.what()));
     }
     try {
-      const std::string damage = bagDamage(file);
-      if (!damage.empty()) {
-        return error(ReadError::kMalformed,
-                     file + " is damaged at " + damage + "; `rosbag reindex` may repair it");
-      }
       return readMessages(topics, groundtruth_file, options);
     } catch (const std::exception& exception) {
       return error(ReadError::kMalformed, file + " cannot be read: " + exception.what());
