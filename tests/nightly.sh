@@ -25,7 +25,7 @@ jobs="${SLIM_INIT_JOBS}"
 
 # What a sanitizer finds ends the program; rosbag and OpenCV keep some memory to their end.
 export ASAN_OPTIONS=detect_leaks=0:abort_on_error=1 UBSAN_OPTIONS=print_stacktrace=1
-export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
+export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions=${PWD}/tests/tsan.supp"
 
 # configure <preset>: Ninja where there is one, for a new folder.
 configure() {

@@ -98,7 +98,7 @@ Eigen::Vector3d vectorOf(const cv::Mat& m) {
 // Relative pose by the five-point method in RANSAC, translation of unit length. Returns the number
 // of inliers in front of both cameras.
 int fivePointPose(const CommonPoints& common, const VinsOptions& options, Pose* pose) {
-  const cv::Mat K = cv::Mat::eye(3, 3, CV_64F);
+  const cv::Matx33d K = cv::Matx33d::eye();
   cv::Mat inliers, R, t;
   const cv::Mat E =
       cv::findEssentialMat(common.l, common.r, K, cv::RANSAC, options.ransac_confidence,
