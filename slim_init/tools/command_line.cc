@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "python_report.h"
+#include "slim_init/config/edit_distance.h"
 
 namespace slim_init::tools {
 namespace {
@@ -90,22 +91,6 @@ std::string programHelp() {
   }
   out << "\n`slim_init SUBCOMMAND --help` lists the options of a subcommand.\n";
   return out.str();
-}
-
-/// Number of single-letter edits between two words.
-std::size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
-    }
-  }
-  return row.back();
 }
 
 /// "; did you mean --stride?", or nothing when no option is near.

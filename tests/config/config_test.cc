@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/config/edit_distance.h"
 #include "support/option_checks.h"
 
 namespace slim_init {
@@ -513,6 +514,16 @@ TEST_F(ConfigErrors, KeyTwice) {
 // ------------------------------------------------------------------------ table and shipped files
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+TEST(EditDistance, CountsInsertionsDeletionsAndReplacements) {
+  EXPECT_EQ(editDistance("", ""), 0U);
+  EXPECT_EQ(editDistance("stride", "stride"), 0U);
+  EXPECT_EQ(editDistance("strde", "stride"), 1U);
+  EXPECT_EQ(editDistance("stridee", "stride"), 1U);
+  EXPECT_EQ(editDistance("strife", "stride"), 1U);
+  EXPECT_EQ(editDistance("kitten", "sitting"), 3U);
+  EXPECT_EQ(editDistance("", "abc"), 3U);
+}
 
 TEST(ConfigTable, KeysAreUniqueAndExplained) {
   Config config;

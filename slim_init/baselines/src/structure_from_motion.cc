@@ -328,8 +328,8 @@ class Reconstruction {
     cv::Mat rotation = (cv::Mat_<double>(3, 1) << w.x(), w.y(), w.z());
     cv::Mat translation =
         (cv::Mat_<double>(3, 1) << neighbour.t.x(), neighbour.t.y(), neighbour.t.z());
-    const bool solved = cv::solvePnP(points, images, cv::Matx33d::eye(), cv::noArray(),
-                                     rotation, translation, true, cv::SOLVEPNP_ITERATIVE);
+    const bool solved = cv::solvePnP(points, images, cv::Matx33d::eye(), cv::noArray(), rotation,
+                                     translation, true, cv::SOLVEPNP_ITERATIVE);
     poses_[k].R = expSO3(vectorOf(rotation));
     poses_[k].t = vectorOf(translation);
     if (solved && poses_[k].R.allFinite() && poses_[k].t.allFinite()) return true;
