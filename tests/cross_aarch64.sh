@@ -105,9 +105,11 @@ else
 fi
 
 say "Build in ${build}"
+# This compiler alone takes a loop within Eigen's destructor of an array for a use after free.
 cmake -S "${root}" -B "${build}" -DCMAKE_TOOLCHAIN_FILE="${here}/toolchain.cmake" \
   -DSLIM_INIT_SYSROOT="${sysroot}" -DCMAKE_BUILD_TYPE=Release -DSLIM_INIT_BUILD_TESTS=ON \
-  -DSLIM_INIT_BUILD_BENCHMARKS=ON -DSLIM_INIT_BUILD_ROS=OFF -DSLIM_INIT_WERROR=ON >"${dir}/configure.log" ||
+  -DSLIM_INIT_BUILD_BENCHMARKS=ON -DSLIM_INIT_BUILD_ROS=OFF -DSLIM_INIT_WERROR=ON \
+  -DCMAKE_CXX_FLAGS=-Wno-error=use-after-free >"${dir}/configure.log" ||
   die "configuring failed: $(tail -n 20 "${dir}/configure.log")"
 targets=()
 if [[ -n "${with_tests}" ]]; then
