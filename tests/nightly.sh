@@ -63,17 +63,18 @@ fuzz() {
     target="build-asan/tests/fuzz/${name}"
     mkdir -p "build-asan/corpus/${name}"
     slim_init_say "${name}: ${FUZZ_SECONDS:-600} s"
+    # shellcheck disable=SC2046  # a folder or nothing
     "./${target}" -max_total_time="${FUZZ_SECONDS:-600}" -timeout=60 -rss_limit_mb=4096 \
       -artifact_prefix="build-asan/${name}." -print_final_stats=1 \
-      "build-asan/corpus/${name}" "$(seeds "${name#fuzz_}")"
+      "build-asan/corpus/${name}" $(seeds "${name#fuzz_}")
   done
 }
 
-# Folder of seeds of a target.
+# Folder of seeds of a target, where it has one; others make theirs.
 seeds() {
   if [[ "$1" == config ]]; then
     echo config
-  else
+  elif [[ -d "tests/fuzz/seeds/$1" ]]; then
     echo "tests/fuzz/seeds/$1"
   fi
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <future>
 #include <opencv2/imgproc.hpp>
+#include <system_error>
+#include <utility>
 
 #include "debug_image.h"
 #include "stopwatch.h"
@@ -101,23 +103,33 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
   writeObservations(frame);
 }
 
+// In a thread of its own, or where the result is asked for; so too where there is no thread to be
+// had.
+template <typename Work>
+auto FeatureTracker::launch(Work work) const -> std::future<decltype(work())> {
+  if (options_.threads > 1) {
+    try {
+      return std::async(std::launch::async, work);
+    } catch (const std::system_error&) {
+    }
+  }
+  return std::async(std::launch::deferred, std::move(work));
+}
+
 // Points and lines. Segments are detected in the image alone and lines move as the points do that
-// were followed, so that the lines are worked on while the points are, by a thread of their own.
-// With one thread each piece of work is done where its result is asked for.
+// were followed, so that the lines are worked on while the points are.
 void FeatureTracker::trackFeatures(double t, const RotationPrior& prior, ImageReport* report) {
-  const std::launch policy = options_.threads > 1 ? std::launch::async : std::launch::deferred;
   Stopwatch watch;
   std::future<std::vector<LineSegment>> segments;
   if (options_.lines.enabled) {
-    segments = std::async(policy, [this, &prior] { return lines_.detect(now_, prior); });
+    segments = launch([this, &prior] { return lines_.detect(now_, prior); });
   }
   points_.follow(t, before_, now_, prior, report);
   report->stages.push_back({"points", watch.lap()});
   std::future<void> lines;
   if (options_.lines.enabled) {
-    lines = std::async(policy, [this, &prior, report, points = points_.motion(),
-                                found = segments.get()]() mutable {
-      lines_.track(before_, now_, prior, std::move(found), points, report);
+    lines = launch([this, &prior, report, points = points_.motion(), found = segments.get()] {
+      lines_.track(before_, now_, prior, found, points, report);
     });
     report->stages.push_back({"segments", watch.lap()});
   }

@@ -108,9 +108,10 @@ bool registerFrontEndBenchmarks(const char* folder) {
     return false;
   }
   const auto add = [&recording](const char* name, const ftl::FrontEndOptions& options) {
-    benchmark::RegisterBenchmark(name, [recording, options](benchmark::State& state) {
-      run(state, *recording, options);
-    })->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark(
+        name, [recording, options](benchmark::State& state) { run(state, *recording, options); })
+        ->Unit(benchmark::kMillisecond)
+        ->MeasureProcessCPUTime();
   };
   ftl::FrontEndOptions options;
   add("front_end/default", options);

@@ -258,8 +258,8 @@ std::vector<StreamFault> otherFaults() {
          const double focal = streams->calibration.focal_px;
          changePoints(streams, trouble, [random, focal](double, PointObservation* point) {
            if (uniform(random) >= 0.2) return;
-           point->bearing =
-               moved(point->bearing, 20.0 * normal(random), 20.0 * normal(random), focal);
+           const double dy = 20.0 * normal(random), dx = 20.0 * normal(random);
+           point->bearing = moved(point->bearing, dx, dy, focal);
          });
        }},
       {"tracker-mixed-lines", "ids of the lines in any order", true,

@@ -367,8 +367,43 @@ TEST_F(RosbagTest, LengthsAndPlacesOfHeadersAreChecked) {
   refused(whole, whole.rfind("type=sensor_msgs/") - 4, huge, "are left of its header");
   const std::size_t first = whole.find("op=\x02") - 4;
   refused(whole, first, huge, "are left of its header");
+  // No message where the index says so: another kind of record, and a connection.
+  for (const char op : {'\x01', '\x07', '\x00'}) {
+    refused(whole, first + 7, std::string(1, op), "not at a message");
+  }
+  // An index of a connection that is not listed.
+  refused(whole, whole.rfind("conn=", whole.find("op=\x04") + 40) + 5, "\x63",
+          "which is not listed");
   // Chunks of a connection that are not all there.
   refused(whole, whole.rfind("count=") + 6, "\x07", "entries of 8 bytes in a record of ");
+}
+
+// What the rosbag library writes otherwise: nothing, many chunks with a connection that begins
+// late, and a bag that was opened again.
+TEST_F(RosbagTest, UnusualBagsAreRead) {
+  { const rosbag::Bag bag(file(), rosbag::bagmode::Write); }
+  EXPECT_EQ(open(), nullptr);
+  EXPECT_TRUE(contains(status_.message, "topic")) << status_.message;
+  {
+    rosbag::Bag bag(file(), rosbag::bagmode::Write);
+    bag.setChunkThreshold(2000);
+    for (int k = 0; k < TinyRecording::kImuSamples; ++k) {
+      const sensor_msgs::Imu message = imuMessage(k);
+      bag.write("/imu0", message.header.stamp, message);
+    }
+  }
+  {
+    rosbag::Bag bag(file(), rosbag::bagmode::Append);
+    for (int k = 0; k < 3; ++k) {
+      const sensor_msgs::Image message =
+          imageMessage(k, cv::Mat(4, 6, CV_8UC1, cv::Scalar(7)), "mono8");
+      bag.write("/cam0/image_raw", message.header.stamp, message);
+    }
+  }
+  const auto sequence = open();
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  EXPECT_EQ(sequence->counts().imu_samples, TinyRecording::kImuSamples);
+  EXPECT_EQ(sequence->images(), 3U);
 }
 
 TEST_F(RosbagTest, WriterRefusesWhatABagCannotHold) {

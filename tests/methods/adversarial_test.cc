@@ -52,8 +52,8 @@ std::function<Vector3d(double)> sway(std::mt19937* random, double low_hz, double
   std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI), rate(low_hz, high_hz);
   std::vector<Vector3d> w, p;
   for (int k = 0; k < 3; ++k) {
-    w.push_back(2.0 * M_PI * Vector3d(rate(*random), rate(*random), rate(*random)));
-    p.push_back(Vector3d(phase(*random), phase(*random), phase(*random)));
+    w.push_back(2.0 * M_PI * Vector3d{rate(*random), rate(*random), rate(*random)});
+    p.push_back(Vector3d{phase(*random), phase(*random), phase(*random)});
   }
   return [w, p, amplitude](double t) {
     Vector3d sum = Vector3d::Zero();
@@ -132,8 +132,8 @@ class Recording {
     for (int i = 0; i < scene_.points; ++i) {
       const double share = 0.5 + 0.5 * unit(random_);
       const double depth = scene_.nearest_m + share * (scene_.farthest_m - scene_.nearest_m);
-      places.push_back(centre + R_first * Vector3d(depth * kHalfWidth * unit(random_),
-                                                   depth * kHalfHeight * unit(random_), depth));
+      places.push_back(centre + R_first * Vector3d{depth * kHalfWidth * unit(random_),
+                                                   depth * kHalfHeight * unit(random_), depth});
     }
     for (int k = 0; k / kImageRate <= kDuration; ++k) {
       FrameObservation frame;
@@ -149,7 +149,7 @@ class Recording {
         PointObservation point;
         point.id = i;
         point.bearing =
-            Vector3d(seen.x() + pixel(random_), seen.y() + pixel(random_), 1.0).normalized();
+            Vector3d{seen.x() + pixel(random_), seen.y() + pixel(random_), 1.0}.normalized();
         frame.points.push_back(point);
       }
       frames.push_back(frame);

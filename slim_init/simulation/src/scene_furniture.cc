@@ -86,10 +86,11 @@ void addTable(SceneBuilder* b, Finish finish) {
     const double y = random.uniform(place.min.y() + 0.2, place.max.y() - 0.2);
     const Vector3d half = drawSize(&random, {0.06, 0.16}, {0.05, 0.12}, {0.03, 0.18});
     const Vector3d center(x, y, place.max.z() + half.z());
+    const double turn_deg = random.uniform(-60.0, 60.0);
     b->box("thing", center - half, center + half,
            b->look(finish == Finish::kPatterned ? posterLook(&random)
                                                 : plain(random.uniform(0.15, 0.7))),
-           random.uniform(-60.0, 60.0));
+           turn_deg);
   }
 }
 

@@ -100,8 +100,8 @@ void addDoorAt(SceneBuilder* b, const Wall& wall, double u, double leaf_brightne
     Random& random = b->random;
     for (int i = 0; i < 3; ++i) {
       const double g = v + 0.03 + 0.05 * i;
-      b->onWall("sign print", wall, g, g + random.uniform(0.015, 0.04), z + 1.6,
-                z + random.uniform(1.63, 1.67), 0.0095, dark);
+      const double top = random.uniform(1.63, 1.67), width = random.uniform(0.015, 0.04);
+      b->onWall("sign print", wall, g, g + width, z + 1.6, z + top, 0.0095, dark);
     }
   }
 }

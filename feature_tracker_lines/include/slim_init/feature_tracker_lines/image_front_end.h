@@ -40,8 +40,10 @@ enum class OutlierCheck {
 
 /// Report on one tracked image.
 struct ImageReport {
-  /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points",
-  /// "lines", "vanishing_point", "gyro_bias".
+  /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points"
+  /// (followed), "segments" (detected), "new_points", "lines" (followed and new),
+  /// "vanishing_point", "gyro_bias". With two threads "segments" and "lines" are what was waited
+  /// for.
   std::vector<StageTime> stages;
   double total_ms = 0.0;
   double image_noise = kNotComputed;  ///< standard deviation of the pixel noise [grey levels]
@@ -89,7 +91,8 @@ struct FrontEndTotals {
 ///
 /// Feed the IMU up to an image's time (image stamp + Calibration::td) before the image; an image
 /// that the IMU does not cover is tracked without prediction and counted. Deterministic: equal
-/// inputs give equal frames, whatever the number of OpenCV threads. Not thread-safe.
+/// inputs give equal frames, whatever FrontEndOptions::threads and the number of OpenCV threads.
+/// Not thread-safe.
 class ImageFrontEnd {
  public:
   /// Does not check its arguments: call their validate() functions first.

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -17,7 +18,8 @@ namespace {
 constexpr char kMagic[] = "#ROSBAG V2.0\n";
 constexpr std::uint64_t kMagicLength = sizeof(kMagic) - 1;
 // Values of the field "op".
-constexpr int kFileHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6, kConnection = 7;
+constexpr int kMessage = 2, kFileHeader = 3, kIndex = 4, kChunk = 5, kChunkInfo = 6,
+              kConnection = 7;
 // Chunks hold 768 kB, or one message that is larger.
 constexpr std::uint64_t kMaxChunk = std::uint64_t{1} << 30;
 // Headers hold a topic, a type and its definition.
@@ -109,6 +111,12 @@ class BagCheck {
         throw Damage(at, "no chunk at byte " + std::to_string(position));
       }
     }
+    for (const auto& [connection, at] : indexed_connections_) {
+      if (known_connections_.count(connection) == 0) {
+        throw Damage(
+            at, "an index of connection " + std::to_string(connection) + ", which is not listed");
+      }
+    }
     followSummary();
   }
 
@@ -157,6 +165,7 @@ class BagCheck {
       case kConnection:
         if (length > kMaxHeader) throw Damage(at, "a connection of " + std::to_string(length));
         Header(read(data, length), data);
+        known_connections_.insert(header.number("conn", 4));
         break;
       default: break;
     }
@@ -238,24 +247,26 @@ class BagCheck {
                          std::to_string(chunk_.size) + " bytes");
   }
 
-  // The message at an offset of the chunk: its header, then its data. The library passes over
-  // connections there.
+  // The message at an offset of the chunk: its header, then its data. Whatever else stood there the
+  // library would take the data of for another header.
   void followEntry(std::uint64_t at, std::uint64_t offset) {
-    for (bool connection = true; connection;) {
-      const std::uint64_t header_length = lengthInChunk(at, offset);
-      if (header_length > kMaxHeader) {
-        throw Damage(at, "a message with a header of " + std::to_string(header_length) + " bytes");
-      }
-      connection = Header(inChunk(offset + 4, header_length), at).op() == kConnection;
-      offset += 4 + header_length;
-      offset += 4 + lengthInChunk(at, offset);
+    const std::uint64_t length = lengthInChunk(at, offset);
+    if (length > kMaxHeader) {
+      throw Damage(at, "a message with a header of " + std::to_string(length) + " bytes");
     }
+    const int op = Header(inChunk(offset + 4, length), at).op();
+    if (op != kMessage) {
+      throw Damage(at, "an entry of the index points at a record of kind " + std::to_string(op) +
+                           ", not at a message");
+    }
+    lengthInChunk(at, offset + 4 + length);
   }
 
   void followIndex(const Header& header, std::uint64_t at, std::uint64_t data,
                    std::uint64_t length) {
     if (chunk_.at == 0) throw Damage(at, "an index without a chunk before it");
     const std::uint64_t count = entries(header, at, length, kIndexEntry);
+    indexed_connections_[header.number("conn", 4)] = at;
     const std::string offsets = read(data, length);
     for (std::uint64_t i = 0; i < count; ++i) {
       followEntry(at, number32(&offsets[i * kIndexEntry + 8]));
@@ -266,6 +277,8 @@ class BagCheck {
   std::uint64_t size_ = 0;
   std::map<std::uint64_t, int> records_;                   // what there is at which byte
   std::map<std::uint64_t, std::uint64_t> claimed_chunks_;  // by the record that says so
+  std::set<std::uint64_t> known_connections_;
+  std::map<std::uint64_t, std::uint64_t> indexed_connections_;  // by connection: such an index
   // Of the file header: where connections and chunks are listed, and how many.
   std::uint64_t summary_at_ = 0, connections_ = 0, chunk_infos_ = 0;
   Chunk chunk_;  // the last one
