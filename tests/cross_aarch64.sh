@@ -15,7 +15,7 @@
 # on this machine, which needs g++-aarch64-linux-gnu, gcc, cmake, python3, qemu-user and, to count its
 # own instructions, valgrind. DIR is used again where it is there; remove it for newer packages.
 # SLIM_INIT_JOBS is the number of compilers (default: one per processor); BOUND the largest relative
-# difference of an answer (default: 1e-6).
+# difference of an answer (default: 1e-4).
 set -euo pipefail
 
 die() {
@@ -184,9 +184,9 @@ if [[ -n "${with_counts}" ]]; then
       --answers "${dir}/answers.here.csv"
     qemu-aarch64 -L "${sysroot}" "${build}/bin/slim_init_bench" count --methods "${methods}" --drift 0.04 \
       "${windows[@]}" --answers "${dir}/answers.aarch64.csv"
-    # ARM multiplies and adds in one rounding, so that the answers are not equal. The bound is a guess
-    # until this has been run through (docs/reliability.md).
-    python3 "${root}/tests/compare_answers.py" --bound "${BOUND:-1e-6}" "${dir}/answers.here.csv" \
+    # ARM multiplies and adds in one rounding, so that the answers are not equal; where `slim` ends its
+    # iterations a rounding becomes 2e-5 of an accelerometer bias (docs/reliability.md).
+    python3 "${root}/tests/compare_answers.py" --bound "${BOUND:-1e-4}" "${dir}/answers.here.csv" \
       "${dir}/answers.aarch64.csv" || failed=1
   else
     echo "    note: no ${bench}/bin/slim_init_bench, answers are not compared"
