@@ -181,6 +181,11 @@ class Init : public ::testing::Test {
     delete listener_;
     delete bag_;
   }
+  void SetUp() override {
+    ASSERT_FALSE(listener_->results.empty())
+        << "no result after " << listener_->features.size() << " images with points, "
+        << listener_->statuses.size() << " attempts";
+  }
 
   static Listener* listener_;
   static std::string* bag_;
