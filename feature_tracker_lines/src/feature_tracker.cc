@@ -66,6 +66,19 @@ double supportOf(const std::vector<LineSighting>& lines, const VanishingPoint& v
   return length;
 }
 
+// Work for a second thread. With one, and where no other is to be had, it is done where its result
+// is asked for.
+template <typename Work>
+auto launch(int threads, const Work& work) -> std::future<decltype(work())> {
+  if (threads > 1) {
+    try {
+      return std::async(std::launch::async, work);
+    } catch (const std::system_error&) {
+    }
+  }
+  return std::async(std::launch::deferred, work);
+}
+
 }  // namespace
 
 FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options,
@@ -95,42 +108,25 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
   report->stages.push_back({"prepare", watch.lap()});
 
   trackFeatures(t, prior, report);
-  if (options_.lines.enabled) {
-    watch.lap();
-    trackVanishingPoint(prior, report);
-    report->stages.push_back({"vanishing_point", watch.lap()});
-  }
   writeObservations(frame);
 }
 
-// In a thread of its own, or where the result is asked for; so too where there is no thread to be
-// had.
-template <typename Work>
-auto FeatureTracker::launch(Work work) const -> std::future<decltype(work())> {
-  if (options_.threads > 1) {
-    try {
-      return std::async(std::launch::async, work);
-    } catch (const std::system_error&) {
-    }
-  }
-  return std::async(std::launch::deferred, std::move(work));
-}
-
-// Points and lines. Segments are detected in the image alone and lines move as the points do that
-// were followed, so that the lines are worked on while the points are.
+// Points, lines and their vanishing point. Segments are detected in the image alone and lines move
+// as the points do that were followed, so that the lines are worked on while the points are.
 void FeatureTracker::trackFeatures(double t, const RotationPrior& prior, ImageReport* report) {
   Stopwatch watch;
   std::future<std::vector<LineSegment>> segments;
   if (options_.lines.enabled) {
-    segments = launch([this, &prior] { return lines_.detect(now_, prior); });
+    segments = launch(options_.threads, [this, &prior] { return lines_.detect(now_, prior); });
   }
   points_.follow(t, before_, now_, prior, report);
   report->stages.push_back({"points", watch.lap()});
   std::future<void> lines;
   if (options_.lines.enabled) {
-    lines = launch([this, &prior, report, points = points_.motion(), found = segments.get()] {
-      lines_.track(before_, now_, prior, found, points, report);
-    });
+    lines = launch(options_.threads,
+                   [this, &prior, report, points = points_.motion(), found = segments.get()] {
+                     lines_.track(before_, now_, prior, found, points, report);
+                   });
     report->stages.push_back({"segments", watch.lap()});
   }
   points_.refill(now_, report);
@@ -138,6 +134,8 @@ void FeatureTracker::trackFeatures(double t, const RotationPrior& prior, ImageRe
   if (options_.lines.enabled) {
     lines.get();
     report->stages.push_back({"lines", watch.lap()});
+    trackVanishingPoint(prior, report);
+    report->stages.push_back({"vanishing_point", watch.lap()});
   }
 }
 

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <future>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -42,8 +41,6 @@ class FeatureTracker {
 
  private:
   void prepare(const cv::Mat& grey);
-  template <typename Work>
-  auto launch(Work work) const -> std::future<decltype(work())>;
   void trackFeatures(double t, const RotationPrior& prior, ImageReport* report);
   void brighten(const cv::Mat& grey);
   void writeObservations(FrameObservation* frame) const;

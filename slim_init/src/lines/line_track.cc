@@ -9,14 +9,8 @@
 #include "lines/constants.h"
 
 namespace slim_init {
-namespace {
-
-// A segment shorter than this has no direction [rad]: processors that multiply and add in one
-// rounding do not give zero for the product of a vector with itself.
-constexpr double kLeastAngle = 1e-9;
-
-}  // namespace
 using lines_constants::kMaxStartInverseDistance;
+using lines_constants::kMinSquaredSine;
 
 LineParameters LineParameters::moved(const Eigen::Vector4d& step) const {
   LineParameters out = *this;
@@ -64,7 +58,7 @@ bool triangulate(const LineView* views, int count, const WindowState& state,
   line->origin = cameraCentre(state, middle.keyframe, t_b_c);
   const Eigen::Matrix3d& R_middle = state.R_b0_bk[middle.keyframe];
   const Eigen::Vector3d across = middle.start_b.cross(middle.end_b);
-  if (!(across.norm() > kLeastAngle)) return false;  // or not a number
+  if (!(across.squaredNorm() > kMinSquaredSine)) return false;  // or not a number
   const Eigen::Vector3d w = (R_middle * across).normalized();
   // The direction lies in the plane of the middle view and in all others: the least-squares null
   // direction of their normals, which are as long as the segments' angles and so weigh by them.

@@ -125,11 +125,12 @@ BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u) {
 
 LineRow lineRow(const Eigen::Vector3d& N_l, const Eigen::Vector3d& N_r,
                 const Eigen::Vector3d& N_i) {
-  // N_l and N_r span the plane across the line; the foot of N_i in it gives a and b.
-  const double lr = N_l.dot(N_r), li = N_l.dot(N_i), ri = N_r.dot(N_i);
-  const double determinant = std::max(1.0 - lr * lr, 1e-300);
-  Eigen::Vector3d abc(-(li - lr * ri) / determinant, -(ri - lr * li) / determinant, 1.0);
-  abc.normalize();
+  // N_l and N_r span the plane across the line; the foot of N_i in it gives a and b. By cross
+  // products: 1 - (N_l . N_r)^2 and its like lose the digits of a small parallax.
+  const Eigen::Vector3d along = N_l.cross(N_r);
+  const Eigen::Vector3d abc =
+      Eigen::Vector3d(N_r.cross(N_i).dot(along), N_i.cross(N_l).dot(along), along.squaredNorm())
+          .normalized();
   LineRow row;
   row.block_l = abc[0] * N_l.transpose();
   row.block_r = abc[1] * N_r.transpose();
