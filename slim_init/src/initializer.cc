@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -76,6 +77,7 @@ class Initializer : public IInitializer {
   void setKnownSensors(const KnownSensors& known) override {
     if (!known.validate().empty()) return;
     known_ = known;
+    young_answers_.clear();
     knows_ = known.calibration.has_value() || std::isfinite(known.biases.gyro_sigma) ||
              std::isfinite(known.biases.accel_sigma);
   }
@@ -166,6 +168,12 @@ class Initializer : public IInitializer {
   // A question this long after the one before is asked anew [s]: two images at 10 Hz, and a half.
   static constexpr double kSuccessive = 0.25;
 
+  // The answer of the solver to a young window, known by its keyframes [s].
+  struct YoungAnswer {
+    std::vector<double> times;
+    InitResult answer;
+  };
+
   // Young windows, of every image.
   static WindowOptions youngWindow(const InitializerOptions& options) {
     WindowOptions young = options.window;
@@ -222,16 +230,27 @@ class Initializer : public IInitializer {
 
   // What a host that takes a prior can start with. Where there is nothing, `result` keeps its own
   // reason.
-  void offerProvisional(InitResult* result) const {
+  void offerProvisional(InitResult* result) {
     const WindowCut cut = informed(young_->cut());
     if (cut.window == nullptr) return;
-    InitResult young = solver_->solveProvisional(*cut.window);
+    const InitResult young = provisionalAnswer(*cut.window);
     if (!young.provisional()) return;
     // As it was before the newest third of the data.
     const WindowCut before = informed(young_->cut(std::max(1, cut.window->size() / 3)));
     if (before.window == nullptr) return;
-    const InitResult earlier = solver_->solveProvisional(*before.window);
-    if (agrees(earlier, young)) *result = std::move(young);
+    if (agrees(provisionalAnswer(*before.window), young)) *result = young;
+  }
+
+  // A host that asks at every image has asked for the earlier window already.
+  InitResult provisionalAnswer(const InitWindow& window) {
+    for (const YoungAnswer& known : young_answers_) {
+      if (known.times == window.times()) return known.answer;
+    }
+    if (static_cast<int>(young_answers_.size()) > young_->options().keyframes / 3) {
+      young_answers_.pop_front();
+    }
+    young_answers_.push_back({window.times(), solver_->solveProvisional(window)});
+    return young_answers_.back().answer;
   }
 
   // Judged by the answers before it.
@@ -254,6 +273,7 @@ class Initializer : public IInitializer {
 
   void forgetAnswers() {
     answers_.reset();
+    young_answers_.clear();
     last_question_ = kNotComputed;
   }
 
@@ -327,6 +347,7 @@ class Initializer : public IInitializer {
   bool knows_ = false;                   // that there is something in it
   double last_question_ = kNotComputed;  // newest keyframe [s]
   std::optional<KeyframeWindow> young_;  // where provisional answers are wanted
+  std::deque<YoungAnswer> young_answers_;
 };
 
 }  // namespace

@@ -37,8 +37,8 @@ constexpr double kNear = 0.2;
 constexpr int kRefinements = 2;
 /// End of the minimisation, as RefinementOptions::tolerance: along the weakest direction steps are
 /// short, and what is left of a third of a standard deviation is many of the velocity's others.
-constexpr double kTolerance = 1e-4;
-constexpr int kMaxIterations = 50;
+constexpr double kTolerance = 1e-2;
+constexpr int kMaxIterations = 20;
 /// Speed of a start at the most, in standard deviations of the prior.
 constexpr double kUsualSpeed = 0.5;
 
@@ -110,6 +110,13 @@ void append(const std::vector<GateValue>& gates, InitResult* result) {
   result->gates.insert(result->gates.end(), gates.begin(), gates.end());
 }
 
+// Whether a gate refuses; all are enforced here.
+bool refusedByGates(GateMode mode, InitResult* result) {
+  for (GateValue& gate : result->gates) gate.enforced = mode != GateMode::kOff;
+  decide(false, result);
+  return !result->success();
+}
+
 }  // namespace
 
 ScaleMoments integrateScale(const ScaleCost& cost) {
@@ -153,7 +160,7 @@ ScaleMoments integrateScale(const ScaleCost& cost) {
 }
 
 ProvisionalEstimate estimateProvisional(const RefinementInput& input,
-                                        const std::vector<WindowState>& starts,
+                                        std::vector<WindowState> starts,
                                         const InitializerOptions& options) {
   ProvisionalEstimate out;
   MotionPrior motion;
@@ -163,18 +170,13 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
   RefinementOptions refinement = options.refinement;
   refinement.tolerance = std::min(refinement.tolerance, kTolerance);
   refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
-  // Keeps the lower cost; true where that was this one.
-  const auto refine = [&](const WindowState& start) {
-    const RefinedWindow refined =
-        refineWindow(input.tracks, {}, input.pre, input.vanishing_points, {start}, StartMode::kFine,
-                     refinement, options.inertial, input.rig, motion);
-    if (!refined.valid || (out.refined.valid && !(refined.cost < out.refined.cost))) return false;
-    out.refined = refined;
-    return true;
+  const auto refine = [&](const std::vector<WindowState>& from) {
+    return refineWindow(input.tracks, {}, input.pre, input.vanishing_points, from,
+                        StartMode::kLowest, refinement, options.inertial, input.rig, motion);
   };
-  for (const WindowState& start : starts) refine(start);
   const WindowState& last = starts.back();
-  refine(levelled(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
+  starts.push_back(levelled(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
+  out.refined = refine(starts);
   for (int round = 0; out.refined.valid; ++round) {
     const WindowState& state = out.refined.state;
     out.posterior = posteriorOf(input.tracks, out.refined);
@@ -190,7 +192,9 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
     WindowState other = state;
     other.p_b0 *= ratio;
     other.v_b0 *= ratio;
-    if (!refine(other)) break;
+    const RefinedWindow again = refine({other});
+    if (!again.valid || !(again.cost < out.refined.cost)) break;
+    out.refined = again;
   }
   out.valid = out.valid && out.posterior.valid;
   return out;
@@ -290,7 +294,12 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
       preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, seen.calibration().R_b_c);
-  const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
+  append(parallaxGates(measureMotion(tracks, pre, R_b0_bk), options.gates), &result);
+  if (refusedByGates(options.gates.mode, &result)) {
+    keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result);
+    clock.lap("verdict");
+    return result;
+  }
   const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options.alignment);
   clock.lap("translation");
 
@@ -306,7 +315,6 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   }
   clock.lap("refinement");
 
-  append(parallaxGates(motion, options.gates), &result);
   if (young.valid) {
     setStates(tracks, young, &result);
     append(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
@@ -318,9 +326,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
                             options.provisional),
            &result);
   }
-  for (GateValue& gate : result.gates) gate.enforced = options.gates.mode != GateMode::kOff;
-  decide(false, &result);
-  if (result.success() && !young.valid) {
+  if (!refusedByGates(options.gates.mode, &result) && !young.valid) {
     fail(InitStatus::kTooFewTracks, "the tracks give no estimate", &result);
   } else if (result.success()) {
     const NewestSigmas newest = newestSigmas(result);

@@ -41,7 +41,7 @@ struct ProvisionalEstimate {
 /// the lowest cost and integrates over the scale; again from the most probable scale where that is
 /// another one. Lines take no part.
 ProvisionalEstimate estimateProvisional(const RefinementInput& input,
-                                        const std::vector<WindowState>& starts,
+                                        std::vector<WindowState> starts,
                                         const InitializerOptions& options);
 
 /// Moves states and covariance of `result`, those of the refined window, to mean and covariance

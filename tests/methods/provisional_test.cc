@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -289,6 +290,57 @@ TEST(Provisional, AHostThatAsksForItGetsItFirst) {
     initializer->reset();
     EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
   }
+}
+
+// `slim`, and the windows that it was asked for provisional answers of.
+class CountedSlim : public WindowSolver {
+ public:
+  explicit CountedSlim(std::multiset<std::vector<double>>* asked)
+      : slim_(makeSlimSolver(solverOptions())), asked_(asked) {}
+  const std::string& name() const override { return slim_->name(); }
+  InitResult solve(const InitWindow& window) const override { return slim_->solve(window); }
+  InitResult solveProvisional(const InitWindow& window) const override {
+    asked_->insert(window.times());
+    return slim_->solveProvisional(window);
+  }
+
+ private:
+  std::unique_ptr<WindowSolver> slim_;
+  std::multiset<std::vector<double>>* asked_;
+};
+
+// The window that the second look needs was asked for some images before. Who asks once gets the
+// same answer.
+TEST(Provisional, AHostThatAsksAtEveryImageSolvesNoWindowTwice) {
+  const ExactWindow exact = makeExactWindow(youngOptions(2, 14));
+  std::multiset<std::vector<double>> asked;
+  const auto make = [&] {
+    auto made =
+        makeInitializer(std::make_unique<CountedSlim>(&asked), exact.calibration, solverOptions());
+    for (const ImuSample& sample : exact.imu) made->addImu(sample);
+    return made;
+  };
+  const auto initializer = make();
+  InitResult last;
+  for (const FrameObservation& frame : exact.keyframes) {
+    initializer->addFrame(frame);
+    last = initializer->initialize();
+  }
+  ASSERT_TRUE(last.provisional()) << last.message;
+  ASSERT_GE(asked.size(), 10u);
+  for (const std::vector<double>& window : asked) EXPECT_EQ(asked.count(window), 1u);
+  // What is known of the sensors changes answers: both windows are solved again.
+  const std::size_t before = asked.size();
+  initializer->setKnownSensors({});
+  EXPECT_TRUE(initializer->initialize().provisional());
+  EXPECT_EQ(asked.size(), before + 2);
+
+  const auto once = make();
+  for (const FrameObservation& frame : exact.keyframes) once->addFrame(frame);
+  const InitResult answer = once->initialize();
+  ASSERT_TRUE(answer.provisional()) << answer.message;
+  EXPECT_EQ(answer.states.back().v_w_b, last.states.back().v_w_b);
+  EXPECT_EQ(answer.covariance, last.covariance);
 }
 
 TEST(Provisional, EarlierAnswersHaveToAgree) {

@@ -31,6 +31,9 @@ inline constexpr double kNearMinimum = 4.0;
 /// A first minimisation goes on to this squared length of a step [sigma^2]: noise and outliers are
 /// told from its residuals, and a second one follows.
 inline constexpr double kRoughTolerance = 1.0;
+/// The same where starts are compared by the cost they reach [sigma^2]: with one of 1 the wrong one
+/// of two was taken now and then.
+inline constexpr double kLowestTolerance = 0.1;
 /// A cost that rises by less than this share is equal: rounding of its sum.
 inline constexpr double kCostRounding = 1e-12;
 /// Nearest point that a start may have [1/m]; nearer ones are wrong matches.

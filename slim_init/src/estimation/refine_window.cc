@@ -53,6 +53,10 @@ double medianChi2(const MapResiduals& residuals, const VisualInertialProblem& ma
 // To a minimum, roughly where that is asked and it does not look suspicious there.
 MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState* state,
                    VisualInertialProblem* map) {
+  if (mode == StartMode::kLowest) {
+    return map->minimize(options.max_iterations, std::max(kLowestTolerance, options.tolerance),
+                         state);
+  }
   if (mode != StartMode::kRough) return map->minimize(options.max_iterations, state);
   const double tolerance = std::max(kRoughTolerance, options.tolerance);
   const MapSummary rough = map->minimize(options.max_iterations, tolerance, state);
@@ -63,10 +67,10 @@ MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState
   return exact;
 }
 
-// Tries the starts in order until one leads to a minimum that is not suspicious, and keeps the
-// lowest. A wrong minimum has a chi-square of 5 to 30; after a good first start a second one found
-// nothing better in any recorded window and doubled the time. The map is left at the last one
-// tried.
+// Tries the starts in order until one leads to a minimum that is not suspicious (all of them where
+// the lowest is asked for), and keeps the lowest. A wrong minimum has a chi-square of 5 to 30;
+// after a good first start a second one found nothing better in any recorded window and doubled the
+// time. The map is left at the last one tried.
 Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
                 const RefinementOptions& options, VisualInertialProblem* map) {
   Basin best;
@@ -77,6 +81,7 @@ Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
     best.iterations += summary.iterations;
     if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
     best = {summary, state, s, s, best.iterations};
+    if (mode == StartMode::kLowest) continue;
     if (fits(chi2(best.summary, *map), medianChi2(map->residuals(), *map), options)) break;
   }
   return best;

@@ -75,6 +75,8 @@ enum class StartMode {
   /// The same, ended when the state has arrived while tracks far off may still move: `cost` is an
   /// upper bound. Where the minimum looks suspicious there it is as kFine.
   kRough,
+  /// As kFine, but every start is followed, until their costs can be compared.
+  kLowest,
   kCoarseToFine,  ///< through a widened noise of the tracks: the IMU leads, the pixels follow
 };
 
