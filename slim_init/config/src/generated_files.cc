@@ -185,8 +185,7 @@ The last column names the methods that read a key. Set for another method it has
 note says so. A value outside of the range is refused with a message that names file, key, value and
 bound.
 
-A patched host starts from other defaults for `window` and `gates.max_scale_sigma`
-([vins_mono.md](vins_mono.md)); keys in its file win.
+A patched host starts from the same defaults ([vins_mono.md](vins_mono.md)); keys in its file win.
 )";
 
 constexpr char kUserHead[] = R"(

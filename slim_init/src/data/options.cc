@@ -242,10 +242,11 @@ OptionTable motionGateTable(GateOptions* o) {
   return {
       userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
               "median over the tracks of their motion without rotation; less is no translation"),
-      advancedKey("min_least_parallax_px", &o->min_least_parallax_px, {0.0, 1e3}, "px",
-                  "the same where every other gate of slim passes: the posterior knows better "
-                  "whether a few pixels are enough, but a window without translation has a small "
-                  "and definite shape made of noise"),
+      advancedKey(
+          "min_least_parallax_px", &o->min_least_parallax_px, {0.0, 1e3}, "px",
+          "as min_parallax_px, where every other gate of slim passes: the posterior knows better "
+          "whether a few pixels are enough, but a window without translation has a small "
+          "and definite shape made of noise"),
       advancedKey(
           "min_rotation_deg", &o->min_rotation_deg, {0.0, 180.0}, "deg",
           "without translation: less rotation over the window is stationary, more a pure rotation"),
@@ -273,7 +274,8 @@ OptionTable slimGateTable(GateOptions* o) {
           kSlim),
       advancedKey(
           "max_inertial_chi2_short", &o->max_inertial_chi2_short, {0.0, 1e6}, "",
-          "the same below eight keyframes: right ones have 0.07 to 0.11 on recorded flights "
+          "as max_inertial_chi2, below eight keyframes: right ones have 0.07 to 0.11 on recorded "
+          "flights "
           "(medians; "
           "99 % have less than 0.58), up to 0.64 on hand-held images and 0.8 there with td off by "
           "20 ms. Trajectories far too small, which fit the images, are found by other_scale",
@@ -342,7 +344,8 @@ OptionTable optionTable(GateOptions* o) {
               "relative standard deviation of the scale; more is refused",
               {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
       userKey("max_scale_sigma_growing", &o->max_scale_sigma_growing, {0.0, 10.0}, "",
-              "the same of a window that is not full yet (0.9 of window.max_span_s): who asks at "
+              "as max_scale_sigma, of a window that is not full yet (0.9 of window.max_span_s): "
+              "who asks at "
               "every image gets the first yes, at a sigma just below the bound; 1.5 times this "
               "once it is full",
               {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
