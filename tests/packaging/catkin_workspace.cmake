@@ -26,8 +26,15 @@ file(CREATE_LINK ${CMAKE_CURRENT_LIST_DIR}/catkin_consumer ${WORK_DIR}/src/slim_
 set(options -DPYTHON_EXECUTABLE=${PYTHON} -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE=-O0
             -DSLIM_INIT_BUILD_EVALUATION=OFF)
 if(TOOL STREQUAL "catkin_make")
-  run(catkin_make ${options})
-  run(catkin_make ${options} install)
+  # By itself it waits while the load of the last minute is above the number of processors, and that is
+  # the load of the tests before this one.
+  include(ProcessorCount)
+  processorcount(jobs)
+  if(jobs EQUAL 0)
+    set(jobs 1)
+  endif()
+  run(catkin_make -j${jobs} ${options})
+  run(catkin_make -j${jobs} ${options} install)
   set(spaces devel install)
 elseif(TOOL STREQUAL "catkin_make_isolated")
   run(catkin_make_isolated --install --cmake-args ${options})
