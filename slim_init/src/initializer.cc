@@ -233,16 +233,16 @@ class Initializer : public IInitializer {
   void offerProvisional(InitResult* result) {
     const WindowCut cut = informed(young_->cut());
     if (cut.window == nullptr) return;
-    const InitResult young = provisionalAnswer(*cut.window);
+    const InitResult young = youngAnswer(*cut.window);
     if (!young.provisional()) return;
     // As it was before the newest third of the data.
     const WindowCut before = informed(young_->cut(std::max(1, cut.window->size() / 3)));
     if (before.window == nullptr) return;
-    if (agrees(provisionalAnswer(*before.window), young)) *result = young;
+    if (agrees(youngAnswer(*before.window), young)) *result = young;
   }
 
   // A host that asks at every image has asked for the earlier window already.
-  InitResult provisionalAnswer(const InitWindow& window) {
+  InitResult youngAnswer(const InitWindow& window) {
     for (const YoungAnswer& known : young_answers_) {
       if (known.times == window.times()) return known.answer;
     }
