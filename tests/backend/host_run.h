@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "backend/simulated_sequence.h"
+#include "backend/test_host.h"
 #include "slim_init/backend/downstream.h"
-#include "slim_init/backend/test_host.h"
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/initializer.h"
 

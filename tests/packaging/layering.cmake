@@ -103,8 +103,7 @@ layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
 # Instruments of this repository, not installed, that look into the core.
 layer("back end" FOLDERS slim_init/backend
       ROOTS slim_init/include slim_init/src slim_init/evaluation/include
-            vins_estimator_patch/include slim_init/backend/include
-            slim_init/backend/src
+            slim_init/backend/include slim_init/backend/src
       ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h")
 layer("config" FOLDERS slim_init/config
       ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include
@@ -177,8 +176,7 @@ if(LINKS_FILE)
            "${base}|${front}|slim_init(_|::)simulation|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_evaluation
            "${base}|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag|Threads::Threads")
-  may_link(slim_init_backend
-           "${base}|slim_init(_|::)(evaluation|vins_adapter)|Ceres::ceres")
+  may_link(slim_init_backend "${base}|slim_init(_|::)evaluation|Ceres::ceres")
   may_link(slim_init_baselines "${base}")
   may_link(slim_init_ceres_baselines
            "slim_init(_|::)baselines|Ceres::ceres|SlimInitOpenCV::SlimInitOpenCV")

@@ -99,6 +99,7 @@ endfunction()
 planted_link("slim_init_core:Eigen3::Eigen;opencv_core" opencv_core)
 planted_link("slim_init_vins_adapter:slim_init_core;slim_init_evaluation" slim_init_evaluation)
 planted_link("slim_init_baselines:slim_init_core;slim_init_evaluation" slim_init_evaluation)
+planted_link("slim_init_backend:slim_init_evaluation;slim_init_vins_adapter" slim_init_vins_adapter)
 planted_link("slim_init_simulation:slim_init_core;$<LINK_ONLY:slim_init_evaluation>"
              slim_init_evaluation)
 message("layering: every planted violation was found")

@@ -7,10 +7,8 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <optional>
-#include <set>
 #include <sstream>
 
 #include "anchor_cost.h"
@@ -233,7 +231,6 @@ class SlidingWindowEstimator::Implementation {
   }
 
   void optimizeAndSlide(int rounds, FrameReport* report) {
-    const auto begin = std::chrono::steady_clock::now();
     for (int round = 0; round < rounds && report->ok(); ++round) {
       updateLinks();
       points_.triangulate(frames_, calibration_, options_.default_depth_m);
@@ -246,8 +243,6 @@ class SlidingWindowEstimator::Implementation {
       unseed();
     }
     slide(report->keyframe);
-    const auto end = std::chrono::steady_clock::now();
-    report->solve_ms = std::chrono::duration<double, std::milli>(end - begin).count();
   }
 
   // ---- inertial links ----
@@ -412,7 +407,7 @@ class SlidingWindowEstimator::Implementation {
     }
   }
 
-  /// How well the window agrees with itself after the optimisation.
+  /// How well the newest frame agrees with the window after the optimisation.
   void measureFit(FrameReport* report) const {
     report->newest_views = report->newest_inliers = 0;
     const Frame& newest = *frames_.back();
@@ -426,24 +421,6 @@ class SlidingWindowEstimator::Implementation {
       ++report->newest_views;
       if (valid && r.squaredNorm() < kInlierChi2) ++report->newest_inliers;
     }
-
-    double sum = 0.0, rows = 0.0;
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      const std::unique_ptr<InertialCost> cost = inertialCost(k);
-      Eigen::Matrix<double, 15, 1> r;
-      if (cost == nullptr || !cost->Evaluate(linkBlocks(k).data(), r.data(), nullptr)) continue;
-      sum += r.squaredNorm();
-      rows += 15.0;
-    }
-    if (!prior_.empty()) {
-      std::vector<const double*> parameters;
-      for (const BlockKey& key : prior_.blocks) parameters.push_back(blockData(key, frames_));
-      Eigen::VectorXd r(prior_.r0.size());
-      PriorCost(prior_, frames_).Evaluate(parameters.data(), r.data(), nullptr);
-      sum += r.squaredNorm();
-      rows += static_cast<double>(r.size());
-    }
-    if (rows > 0.0) report->inertial_chi2 = sum / rows;
   }
 
   // ---- the window moves ----

@@ -28,9 +28,6 @@ struct FrameReport {
   /// standard deviations of where the window has them.
   int newest_views = 0;
   int newest_inliers = 0;
-  /// Squared whitened residual of the IMU factors and the prior, per degree of freedom.
-  double inertial_chi2 = kNotComputed;
-  double solve_ms = 0.0;  ///< wall time of optimisation and marginalisation
 
   bool ok() const { return problem.empty(); }
 };

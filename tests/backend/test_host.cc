@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/backend/test_host.h"
+#include "backend/test_host.h"
 
-#include <cmath>
 #include <utility>
 
 #include "data/range_check.h"
@@ -60,7 +59,7 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
   adapter_->addFrame(frame);
   const bool was_tracking = estimator_.seeded();
   const NavState before = estimator_.newest();
-  const FrameReport report = step.report = estimator_.addFrame(frame);
+  const FrameReport report = estimator_.addFrame(frame);
 
   if (!was_tracking) {
     if (static_cast<int>(estimator_.stamps().size()) >= options_.estimator.window_frames - 1) {

@@ -37,7 +37,6 @@ struct HostStep {
   bool recovered = false;  ///< .. and the initializer filled the window again at once
   bool waiting = false;    ///< .. or it needs more data: frames stay, the next one tries again
   bool reset = false;      ///< .. or it declined, and the window is empty
-  FrameReport report;      ///< of the estimator
   std::string message;     ///< why it failed, and what the initializer reported
 };
 
