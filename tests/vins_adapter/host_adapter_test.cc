@@ -11,6 +11,8 @@
 #include <thread>
 
 #include "geometry/so3.h"
+#include "slim_init/vins_adapter/host_file.h"
+#include "slim_init/vins_adapter/host_glue.h"
 #include "support/exact_window.h"
 #include "support/same_result.h"
 
@@ -390,6 +392,31 @@ TEST_F(HostAdapterTest, LinesFromAnotherThread) {
   lines.join();
   EXPECT_EQ(adapter->counts().lines_merged, 31);
   EXPECT_TRUE(adapter->seed(stamps(30)).success());
+}
+
+// An adapter of the caller's own with what a file would say: keep_heading is heeded from there too.
+TEST_F(HostAdapterTest, KeepHeadingOfACallersOwnAdapter) {
+  const Eigen::Matrix3d before = expSO3(Eigen::Vector3d(0.1, -0.2, 0.7));
+  const Eigen::Matrix3d drift = expSO3(Eigen::Vector3d(0, 0, 0.09));
+  for (const bool asked : {false, true}) {
+    HostGlue glue;
+    int reports = 0;
+    glue.listen([&reports](ReportLevel, const std::string& text) {
+      reports += text.find("keep_heading: 1") != std::string::npos;
+    });
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    glue.keepHeading(before, drift * before, &turn);
+    EXPECT_EQ(turn, Eigen::Matrix3d::Identity()) << "before open()";
+    HostFile file;
+    file.mode = HostMode::kSlim;
+    file.keep_heading = asked;
+    ASSERT_TRUE(glue.open(make(), file));
+    glue.keepHeading(before, drift * before, &turn);
+    Eigen::Matrix3d expected = Eigen::Matrix3d::Identity();
+    if (asked) expected = drift.transpose();
+    EXPECT_LT((turn - expected).norm(), 1e-12) << asked;
+    EXPECT_EQ(reports, asked ? 1 : 0);
+  }
 }
 
 // Hosts in one process share nothing that an answer depends on: each asks at every frame.

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
-#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -81,9 +80,8 @@ GlueWindow toGlueWindow(const HostAnswer& answer, const Calibration& host,
 
 struct HostGlue::State {
   std::unique_ptr<HostAdapter> adapter;
-  HostFile file;
+  HostFile file;  // its keep_heading also in a host that initializes by itself
   std::atomic<bool> active{false};
-  bool keep_heading = false;  // also in a host that initializes by itself
 
   // Touched by the processing thread alone.
   double last_imu = std::numeric_limits<double>::quiet_NaN();
@@ -119,6 +117,14 @@ struct HostGlue::State {
       to = listener;
     }
     if (to) to(level, text);
+  }
+
+  void take(const HostFile& keys) {
+    if (keys.keep_heading && !file.keep_heading) {
+      report(ReportLevel::kInfo,
+             "keep_heading: 1, the host's optimizations keep the heading of its oldest frame");
+    }
+    file = keys;
   }
 
   // Whether a window whose first frame has this stamp can continue the odometry frame from before
@@ -260,11 +266,7 @@ bool HostGlue::open(const std::string& config_file) {
     state.report(ReportLevel::kError, error + "; the host initializes by itself");
     return false;
   }
-  state.keep_heading = file.keep_heading;
-  if (state.keep_heading) {
-    state.report(ReportLevel::kInfo,
-                 "keep_heading: 1, the host's optimizations keep the heading of its oldest frame");
-  }
+  state.take(file);
   if (file.mode == HostMode::kStock && !file.reinit && !file.watchdog) return false;
   std::unique_ptr<HostAdapter> adapter = openHostFile(config_file, &file, &error);
   if (adapter == nullptr) {
@@ -277,7 +279,7 @@ bool HostGlue::open(const std::string& config_file) {
 bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) {
   State& state = *state_;
   state.adapter = std::move(adapter);
-  state.file = file;
+  state.take(file);
   if (state.file.mode == HostMode::kShadow && state.file.reinit) {
     state.file.reinit = false;
     state.file.notes.push_back("reinit is set and has no effect with initializer: shadow");
@@ -557,7 +559,7 @@ bool HostGlue::takeRequest(bool* reset_if_refused) {
 
 void HostGlue::keepHeading(const Eigen::Matrix3d& before, const Eigen::Matrix3d& optimized,
                            Eigen::Matrix3d* turn) const {
-  if (state_->keep_heading) glue_detail::turnAboutVertical(before, optimized, turn);
+  if (state_->file.keep_heading) glue_detail::turnAboutVertical(before, optimized, turn);
 }
 
 void HostGlue::requestReset() {
