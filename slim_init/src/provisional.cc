@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 #include <sstream>
-#include <utility>
 
 #include "alignment/starting_states.h"
 #include "data/with_sightings.h"
@@ -104,10 +103,6 @@ void setStates(const InitWindow& tracks, const ProvisionalEstimate& young, InitR
   result->covariance = young.posterior.covariance;
   moveToMean(young.scale, young.posterior, result);
   inflateYoung(tracks.times().back() - tracks.times().front(), result);
-}
-
-void append(const std::vector<GateValue>& gates, InitResult* result) {
-  result->gates.insert(result->gates.end(), gates.begin(), gates.end());
 }
 
 // Whether a gate refuses; all are enforced here.
@@ -294,7 +289,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
       preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, seen.calibration().R_b_c);
-  append(parallaxGates(measureMotion(tracks, pre, R_b0_bk), options.gates), &result);
+  appendGates(parallaxGates(measureMotion(tracks, pre, R_b0_bk), options.gates), &result);
   if (refusedByGates(options.gates.mode, &result)) {
     keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result);
     clock.lap("verdict");
@@ -317,14 +312,14 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
 
   if (young.valid) {
     setStates(tracks, young, &result);
-    append(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
+    appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
     PosteriorMeasures measures =
         measurePosterior(seen, tracks, young.refined, young.posterior, nullptr, result.scale);
     measures.scale_sigma = result.scale_sigma;
     const NewestSigmas newest = newestSigmas(result);
-    append(provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
-                            options.provisional),
-           &result);
+    appendGates(provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
+                                 options.provisional),
+                &result);
   }
   if (!refusedByGates(options.gates.mode, &result) && !young.valid) {
     fail(InitStatus::kTooFewTracks, "the tracks give no estimate", &result);

@@ -4,11 +4,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
-#include <utility>
 
 #include "alignment/starting_states.h"
 #include "data/with_calibration.h"
@@ -41,9 +39,7 @@ constexpr int kMaxIterations = 30;
 // The window through the extrinsics that the prior brings.
 std::shared_ptr<const InitWindow> throughCalibration(const InitWindow& window,
                                                      const OptionalCalibration& found) {
-  if (!found.has_value()) {
-    return std::shared_ptr<const InitWindow>(std::shared_ptr<const InitWindow>(), &window);
-  }
+  if (!found.has_value()) return unowned(window);
   CalibrationEstimate extrinsics = *found;
   extrinsics.covariance(6, 6) = 0.0;  // the time of the state is with the host's td
   return withCalibration(window, withFound(window.calibration(), extrinsics));

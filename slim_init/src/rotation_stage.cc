@@ -22,10 +22,6 @@ constexpr double kNearRotation = 1.0 * kRadPerDeg;  // [rad]
 constexpr double kNearTd = 3e-3;                    // [s]
 // From an error of ten degrees or 50 ms two corrections are exact to kNear*; one more to see it.
 constexpr int kMaxRounds = 4;
-// A pointer to a window that somebody else owns.
-std::shared_ptr<const InitWindow> unowned(const InitWindow& window) {
-  return std::shared_ptr<const InitWindow>(std::shared_ptr<const InitWindow>(), &window);
-}
 
 // What is known about [rotation, td] of the calibration before the data, against `seen`.
 struct PriorOfCheck {

@@ -130,10 +130,6 @@ std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& s
                         motion, gatesInForce(options.gates, seen, options.window));
 }
 
-void append(const std::vector<GateValue>& gates, InitResult* result) {
-  result->gates.insert(result->gates.end(), gates.begin(), gates.end());
-}
-
 // The scale cannot be accepted, whatever the estimate is.
 bool lacksExcitation(GateMode mode, const InitResult& result) {
   return mode != GateMode::kOff &&
@@ -191,7 +187,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options) {
 
   // [6] What the motion offers.
   const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
-  append(motionGates(motion, options.gates), &result);
+  appendGates(motionGates(motion, options.gates), &result);
 
   if (endsWithoutTranslation(options.gates.mode, &result)) {
     keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
@@ -213,8 +209,8 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options) {
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
-    append(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
-    append(gatesOf(metric, seen, tracks, motion, options, result.scale), &result);
+    appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
+    appendGates(gatesOf(metric, seen, tracks, motion, options, result.scale), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);
   }

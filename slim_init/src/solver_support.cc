@@ -29,6 +29,10 @@ void fail(InitStatus status, const std::string& message, InitResult* result) {
   result->message = message;
 }
 
+void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
+  result->gates.insert(result->gates.end(), gates.begin(), gates.end());
+}
+
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   if (window.size() >= kMinKeyframes) return true;
   std::ostringstream message;

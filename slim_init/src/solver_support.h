@@ -41,6 +41,9 @@ InitResult startResult(const InitWindow& window);
 /// Sets status and message.
 void fail(InitStatus status, const std::string& message, InitResult* result);
 
+/// Adds `gates` to those of the result.
+void appendGates(const std::vector<GateValue>& gates, InitResult* result);
+
 /// False, with status and message set, when the window has fewer than kMinKeyframes.
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
 

@@ -13,6 +13,17 @@
 #include "slim_init/simulation/trajectory.h"
 
 namespace slim_init::tools {
+
+std::string join(const std::vector<std::string>& names) {
+  std::string joined;
+  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
+  return joined;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 namespace {
 
 // What a field pointer of the table points to.
@@ -55,16 +66,6 @@ bool readNumber(const std::string& text, double min, double max, T* value) {
 }
 
 constexpr int kMaxKeyframes = 15;
-
-std::string join(const std::vector<std::string>& names) {
-  std::string joined;
-  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
-  return joined;
-}
-
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 constexpr std::pair<const char*, GateMode> kGateModes[] = {
     {"own", GateMode::kOwn}, {"on", GateMode::kOn}, {"off", GateMode::kOff}};

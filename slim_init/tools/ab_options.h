@@ -107,6 +107,11 @@ struct AbOption {
   OptionScope scope = OptionScope::kAlways;
 };
 
+/// "a, b, c", for a message.
+std::string join(const std::vector<std::string>& names);
+
+bool contains(const std::vector<std::string>& names, const std::string& name);
+
 /// All options, bound to the fields of `options`. Parsing, help, range checks and the report all go
 /// through this one table.
 std::vector<AbOption> abOptionTable(AbOptions* options);

@@ -72,7 +72,6 @@ std::string refusalsOf(const Tally& tally) {
 
 int runFaultsCommand(const std::vector<std::string>& arguments) {
   BenchWindows what;
-  what.outliers = 0.03;
   what.drift = 0.04;
   std::vector<std::string> recorded;
   std::string only;

@@ -255,7 +255,6 @@ int soak(std::vector<Flight> flights, unsigned seed, const SoakOptions& options)
 int runSoakCommand(const std::vector<std::string>& arguments) {
   BenchWindows what;
   what.duration_s = 120.0;
-  what.outliers = 0.03;
   what.drift = 0.04;
   std::vector<std::string> recorded;
   SoakOptions options;

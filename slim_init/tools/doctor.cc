@@ -15,6 +15,7 @@
 #include <opencv2/core/utility.hpp>
 #include <string>
 
+#include "load_images.h"
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
 #include "slim_init/doctor/doctor_images.h"
@@ -40,22 +41,6 @@ std::unique_ptr<evaluation::ImageSequence> openRecording(const DoctorCommand& co
   return evaluation::openRosbag(command.bag, topics, "", options, status);
 }
 
-/// Without --config: what lies beside the data.
-std::string configureFromData(const DoctorCommand& command, const evaluation::ImageSequence& images,
-                              Config* config) {
-  if (!images.calibration().has_value()) {
-    return command.asl + " has no calibration that can be used (" + images.calibrationProblem() +
-           "); give one with --config YAML";
-  }
-  config->calibration = images.calibration()->calibration;
-  config->camera = images.calibration()->camera;
-  std::string error;
-  if (!command.options_file.empty() && !loadOptions(command.options_file, config, &error)) {
-    return "--options: " + error;
-  }
-  return "";
-}
-
 int examineRecording(const DoctorCommand& command) {
   if (const std::string error = checkDoctorOptions(command); !error.empty()) return fail(error);
   Config config;
@@ -68,7 +53,8 @@ int examineRecording(const DoctorCommand& command) {
   const auto images = openRecording(command, config, &status);
   if (images == nullptr) return fail(status.message);
   if (command.config_file.empty()) {
-    if (error = configureFromData(command, *images, &config); !error.empty()) return fail(error);
+    error = configureFromData(command.asl, command.options_file, *images, &config);
+    if (!error.empty()) return fail(error);
   }
   // First: a minute of work should not end with a folder that is not there.
   if (!command.json.empty()) {

@@ -40,26 +40,6 @@ std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
   return evaluation::openRosbag(options.bag, topics, truth, read_options, status);
 }
 
-/// Camera, calibration and front end: those of --config, else those beside the data.
-std::string configure(const AbOptions& options, const evaluation::ImageSequence& images,
-                      Config* config) {
-  if (!options.config_file.empty()) {
-    *config = *options.config;
-    return "";
-  }
-  if (!images.calibration().has_value()) {
-    return options.asl + " has no calibration that can be used (" + images.calibrationProblem() +
-           "); give one with --config YAML";
-  }
-  config->calibration = images.calibration()->calibration;
-  config->camera = images.calibration()->camera;
-  std::string error;
-  if (!options.options_file.empty() && !loadOptions(options.options_file, config, &error)) {
-    return "--options: " + error;
-  }
-  return "";
-}
-
 /// Writes the debug image of one frame.
 std::string writeDebugImage(const std::string& folder, std::int64_t stamp_ns,
                             const cv::Mat& picture) {
@@ -105,12 +85,6 @@ class DebugImagePicker {
   std::size_t next_ = 0;
 };
 
-std::string makeFolder(const std::string& folder) {
-  std::error_code code;
-  fs::create_directories(folder, code);
-  return fs::is_directory(folder, code) ? "" : "--frames: folder " + folder + " cannot be made";
-}
-
 void noteTracking(const evaluation::TrackingSummary& tracking, const std::string& name,
                   std::vector<std::string>* notes) {
   const auto note = [&](int count, const std::string& what) {
@@ -128,16 +102,42 @@ void noteTracking(const evaluation::TrackingSummary& tracking, const std::string
 
 }  // namespace
 
+std::string configureFromData(const std::string& source, const std::string& options_file,
+                              const evaluation::ImageSequence& images, Config* config) {
+  if (!images.calibration().has_value()) {
+    return source + " has no calibration that can be used (" + images.calibrationProblem() +
+           "); give one with --config YAML";
+  }
+  config->calibration = images.calibration()->calibration;
+  config->camera = images.calibration()->camera;
+  std::string error;
+  if (!options_file.empty() && !loadOptions(options_file, config, &error)) {
+    return "--options: " + error;
+  }
+  return "";
+}
+
+std::string makeFolder(const std::string& option, const std::string& folder) {
+  if (folder.empty()) return "";
+  std::error_code code;
+  fs::create_directories(folder, code);
+  return fs::is_directory(folder, code) ? "" : option + ": folder " + folder + " cannot be made";
+}
+
 std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::ReadStatus status;
   const std::unique_ptr<evaluation::ImageSequence> images = openImages(options, &status);
   if (images == nullptr) return status.message;
   Config config;
-  if (std::string sentence = configure(options, *images, &config); !sentence.empty()) {
+  if (!options.config_file.empty()) {
+    config = *options.config;
+  } else if (std::string sentence =
+                 configureFromData(options.asl, options.options_file, *images, &config);
+             !sentence.empty()) {
     return sentence;
   }
-  if (!options.frames.empty()) {
-    if (std::string sentence = makeFolder(options.frames); !sentence.empty()) return sentence;
+  if (std::string sentence = makeFolder("--frames", options.frames); !sentence.empty()) {
+    return sentence;
   }
 
   evaluation::Sequence& sequence = loaded->sequence;
@@ -185,7 +185,7 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
 
   std::vector<double> times;
   for (const FrameObservation& frame : sequence.frames) times.push_back(frame.t);
-  return addTruth(images->truth(), images->hasBias(), images->name(), times, loaded);
+  return addTruth(images->truth(), images->hasVelocityAndBias(), images->name(), times, loaded);
 }
 
 }  // namespace slim_init::tools

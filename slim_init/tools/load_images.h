@@ -5,7 +5,26 @@
 
 #include "load_sequence.h"
 
+namespace slim_init {
+struct Config;
+}
+namespace slim_init::evaluation {
+class ImageSequence;
+}
+
 namespace slim_init::tools {
+
+/// Without --config: camera and calibration that lie beside the data, and the keys of --options on
+/// top (`options_file`, may be empty). `source`: the recording as the user named it. Returns an
+/// empty string, or a sentence naming what is missing or wrong. Only in a build with
+/// feature_tracker_lines.
+std::string configureFromData(const std::string& source, const std::string& options_file,
+                              const evaluation::ImageSequence& images, Config* config);
+
+/// Makes a folder for results before the work starts; none where `folder` is empty. `option` is
+/// what named it, as in "--out". Returns an empty string or a sentence. Only in a build with
+/// feature_tracker_lines.
+std::string makeFolder(const std::string& option, const std::string& folder);
 
 /// Reads --asl or --bag and tracks points and lines through its images, with a progress bar and the
 /// debug images of --frames. Returns an empty string, or a sentence naming file, line, value or

@@ -2,7 +2,6 @@
 #include "load_sequence.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -68,7 +67,6 @@ std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double 
 /// Recorded biases, or one that is fitted. Returns an empty string or a message.
 std::string settleBiases(bool has_bias, std::vector<NavState>* truth, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
-  sequence.has_gyro_bias_truth = has_bias;
   loaded->gyro_bias_truth = has_bias ? "recorded" : "fitted";
   if (has_bias) return "";
   const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(sequence.imu, *truth);
@@ -136,7 +134,7 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   sequence.t0_ns = motion.t0_ns;
   sequence.notes = motion.notes;
   sequence.imu = std::move(motion.imu);
-  if (std::string problem = settleBiases(motion.has_bias, &motion.truth, loaded);
+  if (std::string problem = settleBiases(motion.has_velocity_and_bias, &motion.truth, loaded);
       !problem.empty()) {
     return options.recorded + ": " + problem;
   }
@@ -159,7 +157,6 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::Sequence& sequence = loaded->sequence;
   sequence.name = options.builtin;
   sequence.calibration = calibrationFor(options);
-  sequence.has_gyro_bias_truth = true;
   loaded->gyro_bias_truth = "simulated";
 
   std::string error;

@@ -7,8 +7,6 @@
 
 #ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 
-#include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>

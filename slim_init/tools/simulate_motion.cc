@@ -77,7 +77,7 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
   std::string error;
   motion->trajectory = simulation::makeSampledTrajectory(recorded.truth, &error);
   if (motion->trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
-  if (!recorded.has_bias) {
+  if (!recorded.has_velocity_and_bias) {
     const evaluation::GyroBiasFit fit = evaluation::fitGyroBias(recorded.imu, recorded.truth);
     if (!fit.ok) return options.recorded + ": " + fit.message;
     motion->notes.push_back(fit.message);

@@ -1,26 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "simulate_options.h"
 
-#include <algorithm>
 #include <limits>
 
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/trajectory.h"
 
 namespace slim_init::tools {
-namespace {
-
-std::string join(const std::vector<std::string>& names) {
-  std::string joined;
-  for (const std::string& name : names) joined += (joined.empty() ? "" : ", ") + name;
-  return joined;
-}
-
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-}  // namespace
 
 std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
   SimulateOptions& o = *options;

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What goes wrong with the streams of a rig: one table of faults for `slim_init_bench faults`.
+// What goes wrong with the streams of a rig: one table of faults, for `slim_init_bench faults` and
+// `slim_init_bench soak`.
 #pragma once
 
 #include <limits>
@@ -28,7 +29,7 @@ struct Streams {
   double restart = std::numeric_limits<double>::infinity();
 };
 
-/// Half a second to two seconds of trouble [s, sequence time].
+/// When there is trouble: for 0.6 s, or the whole start for faults that last [s, sequence time].
 struct Trouble {
   double begin = 0.0;
   double end = 0.0;

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "load_images.h"
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
@@ -148,23 +149,12 @@ Json lineErrorsJson(const std::vector<simulation::LineError>& errors, double sam
 /// Camera, calibration and front end: those of --config, otherwise those beside the data.
 std::string configure(const TracksOptions& options, const evaluation::ImageSequence& images,
                       Config* config) {
+  if (options.config_file.empty()) {
+    return configureFromData(options.asl, options.options_file, images, config);
+  }
   std::string error;
-  if (!options.config_file.empty()) {
-    if (!loadConfig(options.config_file, options.options_file, config, &error)) {
-      return "--config: " + error;
-    }
-    return "";
-  }
-  if (!images.calibration().has_value()) {
-    return options.asl + " has no calibration that can be used (" + images.calibrationProblem() +
-           "); give one with --config YAML";
-  }
-  config->calibration = images.calibration()->calibration;
-  config->camera = images.calibration()->camera;
-  if (!options.options_file.empty() && !loadOptions(options.options_file, config, &error)) {
-    return "--options: " + error;
-  }
-  return "";
+  if (loadConfig(options.config_file, options.options_file, config, &error)) return "";
+  return "--config: " + error;
 }
 
 /// The scene beside the sequence; none where there is no file. `error` says why it cannot be read.
@@ -203,14 +193,6 @@ std::string openInput(const TracksOptions& options, Input* input) {
   }
   input->scene = loadScene(options.asl, &error);
   return error;
-}
-
-/// Makes --out before the work starts. Returns an empty string or a message.
-std::string makeFolder(const std::string& folder) {
-  if (folder.empty()) return "";
-  std::error_code code;
-  fs::create_directories(folder, code);
-  return fs::is_directory(folder, code) ? "" : "--out: folder " + folder + " cannot be made";
 }
 
 std::string number(double value) {
@@ -261,8 +243,7 @@ struct MeasuredTracks {
 };
 
 /// Measures the tracks in all frames that the ground truth covers, with every observation at the
-/// time of its row. Returns an empty string or a
-/// message.
+/// time of its row. Returns an empty string or a message.
 std::string measure(const TracksOptions& options, const Input& input,
                     const std::vector<FrameObservation>& frames,
                     const simulation::TrackTruthOptions& truth_options, MeasuredTracks* measured) {
@@ -426,7 +407,7 @@ int runTracks(const TracksOptions& options) {
   if (!error.empty()) return fail(kExitBadInput, error);
   Input input;
   if (error = openInput(options, &input); !error.empty()) return fail(kExitBadInput, error);
-  if (error = makeFolder(options.out); !error.empty()) return fail(kExitBadInput, error);
+  if (error = makeFolder("--out", options.out); !error.empty()) return fail(kExitBadInput, error);
 
   Subsequence images(input.images.get(), options.stride, options.limit);
   TrackedImages tracked;

@@ -43,7 +43,6 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
     times.push_back(t);
     path.push_back(state.p_w_b);
   }
-  sequence.has_gyro_bias_truth = true;
 
   simulation::WorldOptions world;
   world.kind = options.world;

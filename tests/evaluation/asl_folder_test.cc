@@ -320,8 +320,7 @@ TEST_F(AslFolderTest, TruthMayHoldPosesOnly) {
   const auto sequence = open();
   ASSERT_NE(sequence, nullptr) << status_.message;
   ASSERT_EQ(sequence->truth().size(), 10u);
-  EXPECT_FALSE(sequence->hasVelocity());
-  EXPECT_FALSE(sequence->hasBias());
+  EXPECT_FALSE(sequence->hasVelocityAndBias());
   EXPECT_EQ(sequence->truth()[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still
   EXPECT_TRUE(std::isnan(sequence->truth()[0].gyro_bias.x()));
 }

@@ -47,7 +47,6 @@ inline Sequence makeCircleSequence(double duration_s, const Circle& circle = Cir
   Sequence sequence;
   sequence.name = "circle";
   sequence.t0_ns = 1000000000000000007;
-  sequence.has_gyro_bias_truth = true;
   const int samples = static_cast<int>(std::lround(200.0 * duration_s));
   for (int k = 0; k <= samples; ++k) sequence.imu.push_back(circle.imu(k / 200.0));
   for (int k = 0; k <= samples; k += 10) {

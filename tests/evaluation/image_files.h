@@ -105,8 +105,7 @@ struct TinyRecording {
       EXPECT_EQ(cv::norm(read, image(k), cv::NORM_INF), 0.0) << k;
     }
     ASSERT_EQ(sequence->truth().size(), static_cast<std::size_t>(kTruthRows));
-    EXPECT_TRUE(sequence->hasVelocity());
-    EXPECT_TRUE(sequence->hasBias());
+    EXPECT_TRUE(sequence->hasVelocityAndBias());
     for (int k = 0; k < kTruthRows; ++k) {
       const NavState& state = sequence->truth()[static_cast<std::size_t>(k)];
       EXPECT_EQ(state.p_w_b, truth(k).p_w_b);

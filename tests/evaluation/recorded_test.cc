@@ -72,8 +72,7 @@ TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
   EXPECT_DOUBLE_EQ(motion.image_times[0], 1e-9);
   ASSERT_EQ(motion.truth.size(), 21u);
   EXPECT_EQ(motion.truth[3].p_w_b, Eigen::Vector3d(1, 2, 3));
-  EXPECT_FALSE(motion.has_velocity);
-  EXPECT_FALSE(motion.has_bias);
+  EXPECT_FALSE(motion.has_velocity_and_bias);
   EXPECT_EQ(motion.truth[0].v_w_b, Eigen::Vector3d::Zero());  // the positions stand still
   EXPECT_TRUE(std::isnan(motion.truth[0].gyro_bias.x()));
   EXPECT_EQ(motion.counts.imu_gaps, 0);
@@ -89,8 +88,7 @@ TEST(RecordedMotion, ReadsVelocityAndBiases) {
   RecordedMotion motion;
   const ReadStatus status = readFiles(files, &motion);
   ASSERT_TRUE(status.ok()) << status.message;
-  EXPECT_TRUE(motion.has_velocity);
-  EXPECT_TRUE(motion.has_bias);
+  EXPECT_TRUE(motion.has_velocity_and_bias);
   EXPECT_EQ(motion.truth[2].v_w_b, Eigen::Vector3d(0.5, 0.6, 0.7));
   EXPECT_EQ(motion.truth[2].gyro_bias, Eigen::Vector3d(-0.002, 0.02, 0.07));
   EXPECT_EQ(motion.truth[2].accel_bias, Eigen::Vector3d(-0.01, 0.1, 0.09));
@@ -365,7 +363,7 @@ TEST(RecordedMotion, ReadsRealRecordings) {
   EXPECT_EQ(motion.t0_ns, 1403715523912143104);
   EXPECT_EQ(motion.imu.size(), 17100u);
   EXPECT_EQ(motion.truth.size(), 8351u);
-  EXPECT_TRUE(motion.has_bias);
+  EXPECT_TRUE(motion.has_velocity_and_bias);
   EXPECT_EQ(motion.counts.images, 1710);
   EXPECT_EQ(motion.counts.images_outside_imu, 0);
   EXPECT_EQ(motion.counts.imu_gaps, 0);
@@ -375,7 +373,7 @@ TEST(RecordedMotion, ReadsRealRecordings) {
   EXPECT_EQ(motion.counts.images_outside_imu, 1);
   status = readRecordedMotion(data + "/MH_03", RecordedOptions(), &motion);
   ASSERT_TRUE(status.ok()) << status.message;
-  EXPECT_FALSE(motion.has_velocity);
+  EXPECT_FALSE(motion.has_velocity_and_bias);
   // Its positions jump by up to 8 cm, which made velocities of 9 m/s.
   double fastest = 0.0;
   for (const NavState& state : motion.truth) fastest = std::max(fastest, state.v_w_b.norm());

@@ -55,8 +55,7 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
   EXPECT_NEAR(static_cast<double>(sequence->imu().size()), 200 * 0.8, 2.0);
   EXPECT_LE(sequence->imu().front().t, sequence->imageTime(0));
   EXPECT_GE(sequence->imu().back().t, sequence->imageTime(6));
-  EXPECT_TRUE(sequence->hasVelocity());
-  EXPECT_TRUE(sequence->hasBias());
+  EXPECT_TRUE(sequence->hasVelocityAndBias());
 
   // The truth is the motion.
   std::string error;

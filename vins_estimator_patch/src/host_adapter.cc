@@ -99,7 +99,7 @@ std::string HostOptions::validate() const {
 }
 
 struct HostAdapter::State {
-  // Keeps the first stamp since a restart; `status` is what became of the message.
+  // A restart makes it forget the streams; `status` is what became of the message.
   AddStatus noteRestart(AddStatus status) {
     if (status == AddStatus::kRestarted) {
       forget();
@@ -140,7 +140,6 @@ struct HostAdapter::State {
   HostOptions options;
   double first_stamp = kNotComputed;
   std::map<double, double> td_of;  // by stamp [s]
-  ImuLimits limits;
   ImuScreen screen{ImuLimits()};
   double last_imu = kNotComputed;
   std::int64_t suspects = 0;            // samples within the limits that were left out
@@ -419,7 +418,6 @@ std::unique_ptr<HostAdapter> HostAdapter::create(std::unique_ptr<IInitializer> i
   state->memory = SensorMemory(initializer->calibration());
   state->initializer = std::move(initializer);
   state->options = options;
-  state->limits = options.imu;
   state->screen = ImuScreen(options.imu);
   return std::unique_ptr<HostAdapter>(new HostAdapter(std::move(state)));
 }
@@ -435,7 +433,7 @@ AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eige
   // Whether a stamp is to be believed is the initializer's to say.
   const bool regular = t > last && t - last <= StreamCheck::kJump;
   const bool finite = std::isfinite(t) && accel.allFinite() && gyro.allFinite();
-  if (!regular || !finite || state.limits.exceededBy(sample)) {
+  if (!regular || !finite || state.options.imu.exceededBy(sample)) {
     const AddStatus status = state.noteRestart(state.initializer->addImu(sample));
     if (isAdded(status) || (status == AddStatus::kGlitch && regular)) {
       state.screen.add(sample);

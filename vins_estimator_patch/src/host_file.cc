@@ -33,9 +33,7 @@ bool readHostFile(const std::string& path, HostFile* file, std::string* error) {
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error) {
   Config config;
-  if (!loadConfig(path, HostAdapter::hostDefaults(), &config, error)) {
-    return nullptr;
-  }
+  if (!loadConfig(path, &config, error)) return nullptr;
   HostFile read = toHostFile(config.host);
   read.notes = config.notes;
   read.imu_limits = config.options.imu;

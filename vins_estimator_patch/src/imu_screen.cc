@@ -7,6 +7,13 @@
 #include <utility>
 
 namespace slim_init::vins_adapter {
+
+double middle(std::vector<double> values) {
+  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), half, values.end());
+  return *half;
+}
+
 namespace {
 
 // Of the newest sample from the median of the usable ones before it.
@@ -34,12 +41,6 @@ constexpr double kLongestScatter = 3.0;
 constexpr double kCalmShare = 0.2;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
-
-double middle(std::vector<double> values) {
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  return *half;
-}
 
 template <typename Iterator>
 Eigen::Vector3d medianOf(Iterator first, Iterator last, Eigen::Vector3d ImuSample::*field) {

@@ -22,6 +22,9 @@ struct ImuDamage {
   bool gyro_known = false;
 };
 
+/// The median of one value or more; of an even number the larger of the two in the middle.
+double middle(std::vector<double> values);
+
 /// Leaves out samples that the body cannot have felt: beyond the limits of the sensor, far from the
 /// samples before them, or in a stretch where neighbouring samples differ as no vibration makes
 /// them. What is left out is replaced by interpolation, in samples(); where that took at most

@@ -2,7 +2,6 @@
 #include "start_record.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <vector>

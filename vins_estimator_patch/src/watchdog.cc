@@ -5,11 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
 #include <utility>
+
+#include "imu_screen.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -26,12 +27,6 @@ constexpr double kLeastParallaxDeg = 1.5;
 constexpr double kAnswerVelocity = 0.5;
 constexpr double kAnswerShare = 0.3;
 constexpr double kAnswerTiltDeg = 5.0;
-
-double middle(std::vector<double> values) {
-  const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), half, values.end());
-  return *half;
-}
 
 template <typename... Parts>
 std::string text(const Parts&... parts) {

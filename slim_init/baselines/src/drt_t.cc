@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <sstream>
 #include <vector>
 
 #include "alignment/gravity_constrained.h"
@@ -125,7 +124,7 @@ InitResult DrtT::solve(const InitWindow& window) const {
     const std::vector<GateValue> gates =
         alignmentGates(visual.linkage(), cameraSpread(window, state), 0.0, alignment.scale_sigma,
                        gatesInForce(options_.gates, window, options_.window));
-    result.gates.insert(result.gates.end(), gates.begin(), gates.end());
+    appendGates(gates, &result);
   }
   decide(options_.gates.mode == GateMode::kOn, &result);
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);

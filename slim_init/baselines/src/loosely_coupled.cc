@@ -68,7 +68,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
     const std::vector<GateValue> gates =
         alignmentGates(translation.linkage(), alignment.scale, alignment.residual_rms,
                        alignment.scale_sigma, gatesInForce(options.gates, window, options.window));
-    result->gates.insert(result->gates.end(), gates.begin(), gates.end());
+    appendGates(gates, result);
     WindowState state;
     state.R_b0_bk = R_b0_bk;
     state.p_b0 = alignment.positions_b0;

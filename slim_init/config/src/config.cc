@@ -131,28 +131,6 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
   return false;
 }
 
-bool loadWhole(const std::string& path, const std::string& options_path,
-               const InitializerOptions& defaults, Config* config, std::string* error) {
-  std::string file = path;
-  // A configuration is read whole: nothing of an earlier one stays.
-  Config fresh;
-  fresh.options = defaults;
-  const bool loaded = transact(&fresh, error, &file, [&](Config* result, SectionLog* log) {
-    const std::unique_ptr<cv::FileStorage> storage = openFile(path);
-    readHost(storage->root(), path, result);
-    readSection(storage->root(), path, false, result, log);
-    if (!options_path.empty()) {
-      file = options_path;
-      readSection(openFile(options_path)->root(), options_path, true, result, log);
-      file = path;
-    }
-    checkExtrinsic(*result);
-    noteNoise(storage->root(), *log, result);
-  });
-  if (loaded) *config = std::move(fresh);
-  return loaded;
-}
-
 }  // namespace
 
 OptionTable configTable(Config* config) {
@@ -201,17 +179,28 @@ std::string noteUnreadKeys(const Config& config, const std::vector<std::string>&
 }
 
 bool loadConfig(const std::string& path, Config* config, std::string* error) {
-  return loadWhole(path, "", InitializerOptions(), config, error);
-}
-
-bool loadConfig(const std::string& path, const InitializerOptions& defaults, Config* config,
-                std::string* error) {
-  return loadWhole(path, "", defaults, config, error);
+  return loadConfig(path, "", config, error);
 }
 
 bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
                 std::string* error) {
-  return loadWhole(path, options_path, InitializerOptions(), config, error);
+  std::string file = path;
+  // A configuration is read whole: nothing of an earlier one stays.
+  Config fresh;
+  const bool loaded = transact(&fresh, error, &file, [&](Config* result, SectionLog* log) {
+    const std::unique_ptr<cv::FileStorage> storage = openFile(path);
+    readHost(storage->root(), path, result);
+    readSection(storage->root(), path, false, result, log);
+    if (!options_path.empty()) {
+      file = options_path;
+      readSection(openFile(options_path)->root(), options_path, true, result, log);
+      file = path;
+    }
+    checkExtrinsic(*result);
+    noteNoise(storage->root(), *log, result);
+  });
+  if (loaded) *config = std::move(fresh);
+  return loaded;
 }
 
 bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error) {

@@ -10,6 +10,7 @@
 #include <memory>
 #include <sstream>
 
+#include "reference_so3.h"
 #include "slim_init/evaluation/metrics.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/initializer.h"
@@ -25,12 +26,6 @@ constexpr double kSameAge = 0.024;
 // How an estimator ends well: with an error of position and of the last window's scale below these.
 constexpr double kMaxAte = 0.3;  // [m]
 constexpr double kMaxScaleError = 0.1;
-
-Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d out;
-  out << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return out;
-}
 
 // Squared length of the error in its standard deviations, per degree of freedom.
 double normalized(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
@@ -162,12 +157,12 @@ NewestErrors evaluateNewest(const InitResult& answer, const std::vector<NavState
   const Eigen::Matrix<double, 9, 9> P = answer.covariance.block<9, 9>(9 * last, 9 * last);
   // R^T v and R^T e_z with the attitude R Exp(theta). Two axes across the vertical.
   Eigen::Matrix<double, 3, 9> of_velocity = Eigen::Matrix<double, 3, 9>::Zero();
-  of_velocity.leftCols<3>() = cross(v);
+  of_velocity.leftCols<3>() = reference::skew(v);
   of_velocity.rightCols<3>() = R_b_w;
   Eigen::Matrix<double, 2, 3> across;
   across.row(0) = up.unitOrthogonal();
   across.row(1) = up.cross(across.row(0).transpose());
-  const Eigen::Matrix<double, 2, 3> of_tilt = across * cross(up);
+  const Eigen::Matrix<double, 2, 3> of_tilt = across * reference::skew(up);
   out.velocity_squared = normalized(velocity, of_velocity * P * of_velocity.transpose());
   out.tilt_squared =
       normalized(across * (up - true_up), of_tilt * P.topLeftCorner<3, 3>() * of_tilt.transpose());

@@ -1,10 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/evaluation/report.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <utility>
 
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/evaluation/write_file.h"

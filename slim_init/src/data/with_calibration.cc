@@ -76,6 +76,10 @@ Calibration withFound(const Calibration& calibration, const CalibrationEstimate&
   return result;
 }
 
+std::shared_ptr<const InitWindow> unowned(const InitWindow& window) {
+  return std::shared_ptr<const InitWindow>(std::shared_ptr<const InitWindow>(), &window);
+}
+
 std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                   const Calibration& calibration) {
   if (!calibration.validate().empty()) return nullptr;

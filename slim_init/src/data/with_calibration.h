@@ -10,6 +10,9 @@
 
 namespace slim_init {
 
+/// The window itself: a pointer that does not own it.
+std::shared_ptr<const InitWindow> unowned(const InitWindow& window);
+
 /// The window as it had been cut with `calibration`: keyframe times move by the change of td, row
 /// times by that of readout_s (in proportion). Keyframes that the IMU samples do not cover there,
 /// at either end, are left out with all their sightings; a track keeps its id and needs two

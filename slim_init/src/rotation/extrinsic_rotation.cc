@@ -144,7 +144,7 @@ std::string leastTurnedAxis(const Eigen::Vector3d& weights) {
 
 ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair) {
   ExtrinsicRotation out;
-  std::shared_ptr<const InitWindow> seen(std::shared_ptr<const InitWindow>(), &window);
+  std::shared_ptr<const InitWindow> seen = unowned(window);
   std::vector<Turn> turns;
   std::ostringstream message;
   // With a rolling shutter the rows are turned to the middle one as soon as the rotation is known.
@@ -173,7 +173,6 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_po
       const RotationError error = withTdKnownTo(window.calibration().sigmas.td_s, check);
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(error.covariance);
       out.sigma_deg = kDegPerRad * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
-      out.uncertain_axis_c = axes.eigenvectors().col(2);
       if (!(error.error.norm() < kMaxHandEyeStep)) break;
       out.R_b_c = out.R_b_c * expSO3(error.error);
     }

@@ -18,9 +18,6 @@ struct ExtrinsicRotation {
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();
   /// Largest standard deviation over all axes [deg].
   double sigma_deg = kNotComputed;
-  /// About which axis of the camera it is that uncertain: the one that the camera turned about
-  /// most.
-  Eigen::Vector3d uncertain_axis_c = Eigen::Vector3d::Zero();
   int pairs = 0;  ///< keyframe pairs with a rotation from the points
   /// Where it is not valid: what is missing, and about which axis the rig has to turn.
   std::string message;

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
-#include <utility>
 
 #include "datasets/csv_table.h"
 #include "datasets/image_truth.h"
@@ -87,7 +86,6 @@ class AslFolder : public ImageSequence {
     note(disorderNote(table.path, "IMU samples", table.repeated, table.out_of_order));
     const ImuGaps gaps = findImuGaps(table.path, imu_, options.max_imu_gap_s, &table);
     counts_.imu_gaps = gaps.count;
-    counts_.largest_imu_gap_s = gaps.largest_s;
     note(gaps.note);
     return {};
   }

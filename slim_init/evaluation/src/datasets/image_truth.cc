@@ -11,16 +11,12 @@ namespace slim_init::evaluation {
 
 ReadStatus ImageSequence::readTruth(const std::string& path, int min_rows) {
   CsvTable table;
-  bool has_velocity_and_bias = false;
   ReadStatus status = readTable(path, truthFormat(RowOrder::kSort, min_rows), &table);
-  if (status.ok()) status = truthStates(table, t0_ns_, &truth_, &has_velocity_and_bias);
+  if (status.ok()) status = truthStates(table, t0_ns_, &truth_, &has_velocity_and_bias_);
   if (!status.ok()) return status;
-  has_velocity_ = has_bias_ = has_velocity_and_bias;
-  counts_.truth_samples = static_cast<int>(truth_.size());
   counts_.truth_repeated = table.repeated;
-  counts_.truth_out_of_order = table.out_of_order;
   note(disorderNote(path, "rows", table.repeated, table.out_of_order));
-  if (!has_velocity_and_bias) note(path + ": " + deriveVelocities(&truth_).note);
+  if (!has_velocity_and_bias_) note(path + ": " + deriveVelocities(&truth_).note);
   return {};
 }
 

@@ -90,12 +90,10 @@ ReadStatus readRecordedMotion(const std::string& directory, const RecordedOption
   read.counts.imu_gaps = gaps.count;
   read.counts.largest_imu_gap_s = gaps.largest_s;
   if (!gaps.note.empty()) read.notes.push_back(gaps.note);
-  status = truthStates(truth, read.t0_ns, &read.truth, &read.has_velocity);
-  read.has_bias = read.has_velocity;
-  read.counts.truth_samples = static_cast<int>(read.truth.size());
+  status = truthStates(truth, read.t0_ns, &read.truth, &read.has_velocity_and_bias);
   if (status.ok()) status = convertImages(images, &read);
   if (!status.ok()) return status;
-  if (!read.has_velocity) {
+  if (!read.has_velocity_and_bias) {
     read.notes.push_back(truth.path + ": " + deriveVelocities(&read.truth).note);
   }
   *motion = std::move(read);

@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <map>
 #include <sstream>
-#include <utility>
 
 #include "datasets/bag_check.h"
 #include "datasets/csv_table.h"
@@ -229,7 +228,6 @@ class BagFile : public ImageSequence {
     const ImuGaps gaps =
         findImuGaps(file_ + ": " + topic, imu_, options.max_imu_gap_s, /*table=*/nullptr);
     counts_.imu_gaps = gaps.count;
-    counts_.largest_imu_gap_s = gaps.largest_s;
     note(gaps.note);
     return {};
   }

@@ -110,8 +110,9 @@ struct LearnedSensors {
 /// throws, prints or exits.
 class HostAdapter {
  public:
-  /// Options for a host: a window that grows from few keyframes, so that the first answer comes as
-  /// early as the data allow it; the gates refuse the early ones that are not good enough.
+  /// Options for a host, those of everything else: a window that grows from few keyframes, so that
+  /// the first answer comes as early as the data allow it; the gates refuse the early ones that are
+  /// not good enough.
   static InitializerOptions hostDefaults();
 
   /// An adapter around `initializer`. Null initializer or invalid options: null, and a message in

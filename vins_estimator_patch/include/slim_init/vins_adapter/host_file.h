@@ -31,9 +31,8 @@ struct HostFile {
 /// `error` (may be null).
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
-/// Reads the whole file and makes the adapter, with HostAdapter::hostDefaults() where our section
-/// `slim_init:` is silent. Null and a message as above, also in a build without OpenCV. `file` may
-/// be null.
+/// Reads the whole file and makes the adapter. Null and a message as above, also in a build without
+/// OpenCV. `file` may be null.
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error);
 

@@ -103,12 +103,8 @@ std::vector<GeneratedFile> generatedFiles();
 /// `error` (may be null). Never throws.
 bool loadConfig(const std::string& path, Config* config, std::string* error);
 
-/// The same for our keys that have another default in a host: where the file is silent the values
-/// of `defaults` hold.
-bool loadConfig(const std::string& path, const InitializerOptions& defaults, Config* config,
-                std::string* error);
-
-/// The same with our section in a file of its own, which wins over the one in the host's file.
+/// The same with our section in a file of its own, which wins over the one in the host's file;
+/// empty: no such file.
 bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
                 std::string* error);
 

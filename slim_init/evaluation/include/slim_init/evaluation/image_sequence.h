@@ -28,19 +28,16 @@ struct ImageSequenceOptions {
 
 /// What was read, and what of it was dropped or moved. What is dropped is not in the sequence.
 struct ImageSequenceCounts {
-  int imu_samples = 0;             ///< kept
-  int imu_repeated = 0;            ///< same stamp as one before: dropped
-  int imu_out_of_order = 0;        ///< stamp before one before: sorted in
-  int imu_unreadable = 0;          ///< not finite, or a message that cannot be read: dropped
-  int imu_gaps = 0;                ///< steps longer than ImageSequenceOptions::max_imu_gap_s
-  double largest_imu_gap_s = 0.0;  ///< longest step between samples, gap or not
-  int images = 0;                  ///< kept; whether they can be decoded shows when they are read
-  int images_repeated = 0;         ///< same stamp as one before: dropped
-  int images_out_of_order = 0;     ///< stamp before one before: sorted in
-  int images_unreadable = 0;       ///< listed but without a file, or a message without a header
-  int truth_samples = 0;
-  int truth_repeated = 0;      ///< dropped
-  int truth_out_of_order = 0;  ///< sorted in
+  int imu_samples = 0;          ///< kept
+  int imu_repeated = 0;         ///< same stamp as one before: dropped
+  int imu_out_of_order = 0;     ///< stamp before one before: sorted in
+  int imu_unreadable = 0;       ///< not finite, or a message that cannot be read: dropped
+  int imu_gaps = 0;             ///< steps longer than ImageSequenceOptions::max_imu_gap_s
+  int images = 0;               ///< kept; whether they can be decoded shows when they are read
+  int images_repeated = 0;      ///< same stamp as one before: dropped
+  int images_out_of_order = 0;  ///< stamp before one before: sorted in
+  int images_unreadable = 0;    ///< listed but without a file, or a message without a header
+  int truth_repeated = 0;       ///< dropped
 };
 
 /// Calibration that lies beside the data.
@@ -68,10 +65,9 @@ class ImageSequence {
   void replaceImu(std::vector<ImuSample> imu) { imu_ = std::move(imu); }
 
   /// At the times of the ground truth, ascending; empty without ground truth. Without
-  /// hasVelocity() v_w_b is that of deriveVelocities(), without hasBias() the biases are NaN.
+  /// hasVelocityAndBias() v_w_b is that of deriveVelocities() and the biases are NaN.
   const std::vector<NavState>& truth() const { return truth_; }
-  bool hasVelocity() const { return has_velocity_; }  ///< recorded
-  bool hasBias() const { return has_bias_; }
+  bool hasVelocityAndBias() const { return has_velocity_and_bias_; }  ///< recorded
 
   std::size_t images() const { return image_stamps_ns_.size(); }
   /// Camera clock, ascending; before 0 when images start before the IMU.
@@ -96,7 +92,7 @@ class ImageSequence {
  protected:
   ImageSequence() = default;
 
-  /// Reads a ground truth table (8 or 17 columns) into truth(), its flags, counts() and notes().
+  /// Reads a ground truth table (8 or 17 columns) into truth(), its flag, counts() and notes().
   /// t0Ns() is known by then.
   ReadStatus readTruth(const std::string& path, int min_rows);
   /// Adds to notes(); an empty sentence is none.
@@ -106,8 +102,7 @@ class ImageSequence {
   std::int64_t t0_ns_ = 0;
   std::vector<ImuSample> imu_;
   std::vector<NavState> truth_;
-  bool has_velocity_ = false;
-  bool has_bias_ = false;
+  bool has_velocity_and_bias_ = false;
   std::vector<std::int64_t> image_stamps_ns_;
   std::optional<SequenceCalibration> calibration_;
   std::string calibration_problem_;

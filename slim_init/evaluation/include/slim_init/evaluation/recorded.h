@@ -44,10 +44,9 @@ struct RecordedCounts {
   int imu_samples = 0;
   int imu_gaps = 0;                ///< steps longer than RecordedOptions::max_imu_gap_s
   double largest_imu_gap_s = 0.0;  ///< longest step between samples, gap or not
-  int truth_samples = 0;
-  int images = 0;                ///< rows of cam0_timestamps.csv
-  int images_outside_imu = 0;    ///< before the first or after the last IMU sample
-  int images_outside_truth = 0;  ///< within the IMU data, but before or after the ground truth
+  int images = 0;                  ///< rows of cam0_timestamps.csv
+  int images_outside_imu = 0;      ///< before the first or after the last IMU sample
+  int images_outside_truth = 0;    ///< within the IMU data, but before or after the ground truth
 };
 
 /// A recording. All times are relative to the first IMU sample, [s]; the nanoseconds are subtracted
@@ -57,9 +56,9 @@ struct RecordedMotion {
   std::int64_t t0_ns = 0;  ///< stamp of the first IMU sample
   std::vector<ImuSample> imu;
   std::vector<double> image_times;  ///< those within both the IMU data and the ground truth
-  std::vector<NavState> truth;      ///< biases are NaN without has_bias
-  bool has_velocity = false;        ///< recorded; else v_w_b is that of deriveVelocities()
-  bool has_bias = false;
+  std::vector<NavState> truth;
+  /// Recorded; else v_w_b of `truth` is that of deriveVelocities() and its biases are NaN.
+  bool has_velocity_and_bias = false;
   RecordedCounts counts;
   std::vector<std::string> notes;  ///< one sentence per thing dropped or suspicious
 };

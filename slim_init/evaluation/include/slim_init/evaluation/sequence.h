@@ -52,7 +52,6 @@ struct Sequence {
   std::function<NavState(double t)> truth_between;
   /// False: there is no truth at all. Windows are solved all the same, and no error is computed.
   bool has_truth = true;
-  bool has_gyro_bias_truth = false;  ///< else truth[].gyro_bias was fitted to gyro and orientation
   std::optional<TrackingSummary> tracking;  ///< where the features come from images
   std::vector<std::string> notes;  ///< what the reader of a report must know about the data
 
