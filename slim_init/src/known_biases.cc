@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <memory>
 #include <sstream>
 
 #include "data/with_calibration.h"

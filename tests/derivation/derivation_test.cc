@@ -87,7 +87,7 @@ LineViews makeLineViews(unsigned seed, int count) {
               (out.point + along * out.direction - out.state.p_b0.col(k)))
           .normalized();
     };
-    out.views.push_back({k, k, seen(-0.5 - 0.2 * k), seen(0.7 + 0.1 * k)});
+    out.views.push_back({k, seen(-0.5 - 0.2 * k), seen(0.7 + 0.1 * k)});
   }
   return out;
 }
@@ -489,7 +489,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
     std::vector<LineView> views;
     for (int s = track.begin; s < track.end; ++s) {
       const LineSighting& line = window.lineSightings()[s];
-      views.push_back({line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
+      views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
     }
     LineParameters line;
     ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c, &line));

@@ -253,7 +253,7 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
     std::vector<LineView> views;
     for (int s = track.begin; s < track.end; ++s) {
       const LineSighting& line = window.lineSightings()[s];
-      views.push_back({line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
+      views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
     }
     LineParameters start;
     ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c, &start));

@@ -13,8 +13,6 @@
 #include <memory>
 #include <opencv2/core/utility.hpp>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "slim_init/feature_tracker_lines/image_message.h"
 #include "slim_init/ros/conversions.h"

@@ -228,7 +228,6 @@ InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Pr
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
   out.converged = summary.termination_type == ceres::CONVERGENCE;
-  out.iterations = summary.num_successful_steps;
   out.first_cost = summary.initial_cost;
   out.cost = summary.final_cost;
 

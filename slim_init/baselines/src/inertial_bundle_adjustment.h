@@ -21,7 +21,6 @@ struct MappedTrack {
 
 struct InertialAdjustment {
   bool converged = false;
-  int iterations = 0;
   double first_cost = 0.0;
   double cost = 0.0;
 };

@@ -185,7 +185,7 @@ class Reconstruction {
       const int count = fivePointPose(common, options_, &poses_[last_]);
       inliers = std::max(inliers, count);
       if (count <= options_.min_pose_inliers) continue;
-      reference_ = out->reference = l;
+      reference_ = l;
       return true;
     }
     std::ostringstream message;

@@ -20,7 +20,6 @@ struct StructureFromMotion {
   std::string message;                                ///< why it was refused
   std::vector<Eigen::Matrix3d> R_c0_ck;               ///< camera k to the first camera
   Eigen::Matrix3Xd centres_c0;                        ///< 3xN camera centres, column 0 zero
-  int reference = -1;                                 ///< keyframe paired with the newest
   int points = 0;                                     ///< in the bundle adjustment
   double rms_px = kNotComputed;                       ///< of its residuals, per coordinate
 

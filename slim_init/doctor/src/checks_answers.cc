@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // What `slim` itself says about the recording.
-#include <algorithm>
 #include <cmath>
 
 #include "checks.h"

@@ -389,14 +389,13 @@ class Aligner {
     Vector8d gradient = Vector8d::Zero();
     std::vector<Vector8d> block_gradients;  ///< of stretches of the recording
     double scale2 = 1.0;                    ///< of the chi-square of a pair
-    double residual = 0.0;                  ///< median length of the residuals [rad]
   };
   System build(const Alignment& a) {
     System system;
     std::vector<Vector3d> residuals;
     std::vector<Matrix38d> jacobians;
     std::vector<Matrix3d> information;
-    std::vector<double> chi2, lengths;
+    std::vector<double> chi2;
     for (const Pair& pair : pairs_) {
       const Matrix3d covariance = (pair.seen.information + Matrix3d::Identity()).inverse();
       information.push_back(
@@ -404,10 +403,8 @@ class Aligner {
       jacobians.emplace_back();
       residuals.push_back(linearize(pair, a, &jacobians.back()));
       chi2.push_back(residuals.back().dot(information.back() * residuals.back()));
-      lengths.push_back(residuals.back().norm());
     }
     system.scale2 = std::max(median(chi2) / kMedianChi2, 1e-3);
-    system.residual = median(lengths) / std::sqrt(kMedianChi2);
     const std::size_t blocks =
         std::clamp<std::size_t>(pairs_.size() / kMinPairsOfBlock, 2, kMaxBlocks);
     system.block_gradients.assign(blocks, Vector8d::Zero());
@@ -466,7 +463,6 @@ class Aligner {
     result_.gyro_bias = alignment->bias;
     result_.gyro_scale = alignment->scale;
     result_.gyro_scale_sigma = alignment->scale * std::sqrt(covariance(7, 7));
-    result_.residual_rad = system.residual;
   }
 
   /// r = Log(R_ci_cj^T C), C what the gyro predicts, and its derivative.

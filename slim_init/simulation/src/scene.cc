@@ -2,10 +2,8 @@
 #include "slim_init/simulation/scene.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "range_message.h"
 

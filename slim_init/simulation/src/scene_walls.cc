@@ -2,7 +2,6 @@
 //
 // Objects on the walls of the built-in scenes.
 #include <algorithm>
-#include <string>
 
 #include "scene_parts.h"
 

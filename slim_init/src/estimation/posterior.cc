@@ -102,23 +102,20 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
   for (int j = 0; j < m; ++j) L.column(j).segment(j, m - j) = information.col(j).tail(m - j);
   if (!partialCholesky(L.data(), L.stride(), m, m)) return out;
 
-  // Scale, gravity and rig: a relative change of scale moves every position along its offset from
-  // the mean.
-  constexpr int kScale = 0, kGravity = 1, kRig = 3;
+  // Scale and rig: a relative change of scale moves every position along its offset from the mean.
+  constexpr int kScale = 0, kRig = 1;
   Eigen::MatrixXd parts = Eigen::MatrixXd::Zero(kRig + (at.rigs ? StateLayout::kRig : 0), m);
   const Eigen::Matrix3Xd centred = visual.p_b0.colwise() - visual.p_b0.rowwise().mean();
   for (int k = 1; k < at.n; ++k) {
     parts.block<1, 3>(kScale, at.pose(k) + 3 - StateLayout::kGauge) =
         centred.col(k).transpose() / centred.squaredNorm();
   }
-  parts.block<2, 2>(kGravity, at.gravity() - StateLayout::kGauge).setIdentity();
   if (at.rigs) {
     parts.block<StateLayout::kRig, StateLayout::kRig>(kRig, at.rig() - StateLayout::kGauge)
         .setIdentity();
   }
   const Eigen::MatrixXd of_parts = propagatedCovariance(L, parts);
   out.scale_sigma = std::sqrt(of_parts(kScale, kScale));
-  out.gravity_sigma_rad = std::sqrt(0.5 * of_parts.block<2, 2>(kGravity, kGravity).trace());
   if (at.rigs) {
     out.rig_covariance = of_parts.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>();
   }

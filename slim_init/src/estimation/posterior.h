@@ -24,7 +24,6 @@ struct Posterior {
   /// How the errors of `covariance` follow a relative change of the scale, everything else at its
   /// most probable.
   Eigen::VectorXd by_scale;
-  double gravity_sigma_rad = kNotComputed;  ///< of the direction, root of the mean over both axes
   /// Of the rig error [rotation, translation, td, readout]; zero where it is not estimated.
   Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig> rig_covariance =
       Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig>::Zero();

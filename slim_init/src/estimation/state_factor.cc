@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 
 #include "estimation/constants.h"
 #include "geometry/so3.h"

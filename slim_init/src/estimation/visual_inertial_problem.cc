@@ -155,7 +155,6 @@ VisualInertialProblem::VisualInertialProblem(
     for (int s = track.begin; s < track.end; ++s) {
       PointView view;
       view.keyframe = window.pointSightings()[s].keyframe;
-      view.sighting = s;
       view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
       view.dt = window.pointSightings()[s].dt;
@@ -177,7 +176,7 @@ void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
     range.begin = static_cast<int>(line_views_.size());
     for (int s = track.begin; s < track.end; ++s) {
       const LineSighting& line = window_.lineSightings()[s];
-      line_views_.push_back({line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
+      line_views_.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
                              line.start_dt, line.end_dt});
     }
     range.end = static_cast<int>(line_views_.size());

@@ -104,7 +104,6 @@ class VisualInertialProblem {
   int lineTracks() const { return static_cast<int>(line_tracks_.size()); }
 
   int pointViews() const { return static_cast<int>(point_views_.size()); }
-  int lineViews() const { return static_cast<int>(line_views_.size()); }
   /// Visual residuals minus track parameters.
   int visualDof() const;
 

@@ -19,7 +19,6 @@ namespace slim_init {
 /// A point seen in keyframe k.
 struct PointView {
   int keyframe = 0;
-  int sighting = 0;  ///< index into InitWindow::pointSightings()
   Eigen::Vector3d bearing_b;
   Eigen::Matrix<double, 2, 3> tangent_b;  ///< two directions across the bearing, rows, in b
   double dt = 0.0;                        ///< exposure of its row, after that of the keyframe [s]
@@ -30,7 +29,6 @@ struct PointView {
 /// A negative inverse depth is the smooth continuation through infinity; noise of a far point puts
 /// it there, and cutting it off would bias the baseline.
 struct PointParameters {
-  static constexpr int kSize = 3;
   Eigen::Vector3d origin;     ///< in b0 [m]
   Eigen::Vector3d direction;  ///< unit, in b0
   Eigen::Matrix<double, 3, 2> tangent;
@@ -48,7 +46,6 @@ struct DirectionView {
 
 /// An axis in b0.
 struct DirectionParameters {
-  static constexpr int kSize = 2;
   Eigen::Vector3d direction;
   Eigen::Matrix<double, 3, 2> tangent;
 

@@ -101,7 +101,7 @@ AgreeingLines agreeingLineTracks(const InitWindow& window, const WindowState& mo
     views.clear();
     for (int s = track.begin; s < track.end; ++s) {
       const LineSighting& line = window.lineSightings()[s];
-      views.push_back({line.keyframe, s, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
+      views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
     }
     const Stretch stretch(views, motion, window.calibration().t_b_c);
     open.assign(1, {0, track.size()});

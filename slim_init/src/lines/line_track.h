@@ -17,7 +17,6 @@ namespace slim_init {
 /// A line segment seen in keyframe k.
 struct LineView {
   int keyframe = 0;
-  int sighting = 0;  ///< index into InitWindow::lineSightings()
   Eigen::Vector3d start_b, end_b;
   double start_dt = 0.0;  ///< exposure of the row, after that of the keyframe [s]
   double end_dt = 0.0;    ///< [s]
@@ -28,7 +27,6 @@ struct LineView {
 /// through the origin. The plane through camera centre c has the normal
 /// w + inverse_distance (origin - c) x D: at zero the same for every camera, a line at infinity.
 struct LineParameters {
-  static constexpr int kSize = 4;
   Eigen::Vector3d origin;         ///< in b0 [m]
   Eigen::Matrix3d frame;          ///< in b0
   double inverse_distance = 0.0;  ///< [1/m]

@@ -96,32 +96,16 @@ Solution solveRobust(std::vector<Row> rows) {
 
 }  // namespace
 
-double CalibrationCheck::certainExtrinsicDeg() const {
-  return std::max(0.0, extrinsic_error_deg - kConfidence * extrinsic_sigma_deg);
-}
-
-double CalibrationCheck::certainTdS() const {
-  return std::max(0.0, std::abs(td_error_s) - kConfidence * td_sigma_s);
-}
-
 CalibrationCheck checkCalibration(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                                   const std::vector<RotationCorrection>& corrections) {
   CalibrationCheck out;
-  out.pairs = static_cast<int>(corrections.size());
-  if (out.pairs < kMinPairs) return out;
+  if (static_cast<int>(corrections.size()) < kMinPairs) return out;
   const Solution solution = solveRobust(rowsOf(window, gyro_bias, corrections));
   if (!solution.x.allFinite() || !solution.covariance.allFinite()) return out;
   const Matrix7d covariance = solution.covariance * std::max(solution.scatter, 1.0);
   out.covariance = covariance.topLeftCorner<4, 4>();
   out.extrinsic_error = solution.x.head<3>();
-  const double angle = out.extrinsic_error.norm();
-  const Eigen::Vector3d axis =
-      angle > 0.0 ? Eigen::Vector3d(out.extrinsic_error / angle) : Eigen::Vector3d::UnitX();
-  out.extrinsic_error_deg = angle * kDegPerRad;
-  out.extrinsic_sigma_deg =
-      std::sqrt(axis.dot(covariance.topLeftCorner<3, 3>() * axis)) * kDegPerRad;
   out.td_error_s = solution.x[3];
-  out.td_sigma_s = std::sqrt(covariance(3, 3));
   out.valid = true;
   return out;
 }

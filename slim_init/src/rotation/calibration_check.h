@@ -17,19 +17,10 @@ struct CalibrationCheck {
   bool valid = false;  ///< the pairs determine all unknowns
   /// True extrinsic rotation: R_b_c Exp(extrinsic_error) [rad].
   Eigen::Vector3d extrinsic_error = Eigen::Vector3d::Zero();
-  double extrinsic_error_deg = 0.0;  ///< its angle
-  double extrinsic_sigma_deg = 0.0;  ///< standard deviation in the direction of the error
-  double td_error_s = 0.0;           ///< true td: Calibration::td + td_error_s [s]
-  double td_sigma_s = 0.0;
-  /// Of [extrinsic_error, td_error_s], scaled by the scatter of the pairs.
+  double td_error_s = 0.0;  ///< true td: Calibration::td + td_error_s [s]
+  /// Of [extrinsic_error, td_error_s], scaled by the scatter of the pairs. (On recorded motion the
+  /// standard deviations are half as large again as the errors.)
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
-  int pairs = 0;
-
-  /// The certain part of the error: the estimate minus this many standard deviations, not below
-  /// zero. (On recorded motion the stated deviations are half as large again as the errors.)
-  static constexpr double kConfidence = 2.5;
-  double certainExtrinsicDeg() const;
-  double certainTdS() const;
 };
 
 /// With extrinsic error delta, time offset error d and gyroscope bias error b, and w the angular

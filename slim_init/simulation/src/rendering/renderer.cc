@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <deque>
@@ -19,7 +18,6 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <thread>
-#include <utility>
 
 #include "range_message.h"
 #include "slim_init/simulation/rendering.h"

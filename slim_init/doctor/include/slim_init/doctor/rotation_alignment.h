@@ -52,7 +52,6 @@ struct RotationAlignment {
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d R_covariance = Eigen::Matrix3d::Identity();  ///< of R_b_c Exp(.) [rad^2]
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();         ///< [rad/s], after the scale
-  double residual_rad = kNotComputed;  ///< robust standard deviation of a pair's rotation
 };
 
 /// Measures the rotation of pairs of images by their common points alone and aligns it with the
