@@ -115,8 +115,7 @@ RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& l
 }
 
 WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
-                              const std::vector<WindowState>& starts,
-                              const InitializerOptions& options) {
+                              const std::vector<WindowState>& starts, InitializerOptions options) {
   WindowEstimate out;
   out.refined = searchMinimum(input, lines, starts, options);
   if (!out.refined.valid) return out;
@@ -127,6 +126,9 @@ WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
                         out.posterior.rig_covariance);
   if (wide == input.rig->sigmas) return out;
   input.rig->sigmas = wide;
+  // What no start has fitted is not searched for a second time: it takes longest where no motion
+  // explains the window.
+  if (!fits(out.refined, options)) options.slim.second_search = false;
   const RefinedWindow again = searchMinimum(input, lines, {out.refined.state}, options);
   if (!again.valid) return out;
   out.refined = again;

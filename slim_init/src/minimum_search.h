@@ -57,7 +57,6 @@ struct WindowEstimate {
 /// searchMinimum() and its posterior; once more with wider priors where the rig found lies beyond
 /// its own (widenedByEstimate()).
 WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
-                              const std::vector<WindowState>& starts,
-                              const InitializerOptions& options);
+                              const std::vector<WindowState>& starts, InitializerOptions options);
 
 }  // namespace slim_init
