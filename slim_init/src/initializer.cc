@@ -76,10 +76,11 @@ class Initializer : public IInitializer {
   }
   void setKnownSensors(const KnownSensors& known) override {
     if (!known.validate().empty()) return;
+    const bool knows = known.calibration.has_value() || std::isfinite(known.biases.gyro_sigma) ||
+                       std::isfinite(known.biases.accel_sigma);
+    if (knows || knows_) young_answers_.clear();
     known_ = known;
-    young_answers_.clear();
-    knows_ = known.calibration.has_value() || std::isfinite(known.biases.gyro_sigma) ||
-             std::isfinite(known.biases.accel_sigma);
+    knows_ = knows;
   }
   void reset() override {
     if (young_) young_->reset();
@@ -168,9 +169,24 @@ class Initializer : public IInitializer {
   // A question this long after the one before is asked anew [s]: two images at 10 Hz, and a half.
   static constexpr double kSuccessive = 0.25;
 
-  // The answer of the solver to a young window, known by its keyframes [s].
+  // What tells young windows apart while nothing is forgotten. Lines may come after their frame.
+  struct YoungKey {
+    explicit YoungKey(const InitWindow& window)
+        : times(window.times()), td(window.calibration().td) {
+      for (int k = 0; k < window.size(); ++k) lines += window.linesOfKeyframe(k).size();
+    }
+    bool operator==(const YoungKey& other) const {
+      return times == other.times && td == other.td && lines == other.lines;
+    }
+
+    std::vector<double> times;  // of the keyframes [s]
+    double td;                  // [s]
+    std::size_t lines = 0;
+  };
+
+  // The answer of the solver to a young window.
   struct YoungAnswer {
-    std::vector<double> times;
+    YoungKey key;
     InitResult answer;
   };
 
@@ -241,15 +257,16 @@ class Initializer : public IInitializer {
     if (agrees(youngAnswer(*before.window), young)) *result = young;
   }
 
-  // A host that asks at every image has asked for the earlier window already.
+  // While the window grows, a host that asks at every image has asked for the earlier one already.
   InitResult youngAnswer(const InitWindow& window) {
+    const YoungKey key(window);
     for (const YoungAnswer& known : young_answers_) {
-      if (known.times == window.times()) return known.answer;
+      if (known.key == key) return known.answer;
     }
-    if (static_cast<int>(young_answers_.size()) > young_->options().keyframes / 3) {
+    if (static_cast<int>(young_answers_.size()) >= young_->options().keyframes) {
       young_answers_.pop_front();
     }
-    young_answers_.push_back({window.times(), solver_->solveProvisional(window)});
+    young_answers_.push_back({key, solver_->solveProvisional(window)});
     return young_answers_.back().answer;
   }
 

@@ -1,5 +1,4 @@
-// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier:
-// BSD-3-Clause
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The search of the minimum around refineWindow(): which lines are believed, which starts are
 // tried, and whether the points agree with the answer (docs/derivation.md, 4.8 and 4.9).
@@ -55,7 +54,8 @@ struct WindowEstimate {
 };
 
 /// searchMinimum() and its posterior; once more with wider priors where the rig found lies beyond
-/// its own (widenedByEstimate()).
+/// its own (widenedByEstimate()), there without the second search where nothing fitted the first
+/// time.
 WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
                               const std::vector<WindowState>& starts, InitializerOptions options);
 

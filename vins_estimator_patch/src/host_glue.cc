@@ -124,7 +124,7 @@ struct HostGlue::State {
       report(ReportLevel::kInfo,
              "keep_heading: 1, the host's optimizations keep the heading of its oldest frame");
     }
-    file = keys;
+    file.keep_heading = keys.keep_heading;
   }
 
   // Whether a window whose first frame has this stamp can continue the odometry frame from before
@@ -280,6 +280,7 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
   State& state = *state_;
   state.adapter = std::move(adapter);
   state.take(file);
+  state.file = file;
   if (state.file.mode == HostMode::kShadow && state.file.reinit) {
     state.file.reinit = false;
     state.file.notes.push_back("reinit is set and has no effect with initializer: shadow");

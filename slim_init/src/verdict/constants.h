@@ -1,5 +1,4 @@
-// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier:
-// BSD-3-Clause
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Numbers of the verdict that are not options: each with its unit and why it is what it is.
 #pragma once
