@@ -275,10 +275,10 @@ OptionTable slimGateTable(GateOptions* o) {
       advancedKey(
           "max_inertial_chi2_short", &o->max_inertial_chi2_short, {0.0, 1e6}, "",
           "as max_inertial_chi2, below eight keyframes: right ones have 0.07 to 0.11 on recorded "
-          "flights "
-          "(medians; "
-          "99 % have less than 0.58), up to 0.64 on hand-held images and 0.8 there with td off by "
-          "20 ms. Trajectories far too small, which fit the images, are found by other_scale",
+          "flights (medians; 99 % have less than 0.58), up to 0.64 on hand-held images and 0.8 "
+          "there "
+          "with td off by 20 ms. Trajectories far too small, which fit the images, are found by "
+          "other_scale",
           kSlim),
       userKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
               "share of the point sightings left after pruning and rejection; less is refused",
@@ -343,12 +343,12 @@ OptionTable optionTable(GateOptions* o) {
       userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
               "relative standard deviation of the scale; more is refused",
               {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
-      userKey("max_scale_sigma_growing", &o->max_scale_sigma_growing, {0.0, 10.0}, "",
-              "as max_scale_sigma, of a window that is not full yet (0.9 of window.max_span_s): "
-              "who asks at "
-              "every image gets the first yes, at a sigma just below the bound; 1.5 times this "
-              "once it is full",
-              {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
+      userKey(
+          "max_scale_sigma_growing", &o->max_scale_sigma_growing, {0.0, 10.0}, "",
+          "as max_scale_sigma, of a window that is not full yet (0.9 of window.max_span_s): who "
+          "asks at every image gets the first yes, at a sigma just below the bound; 1.5 times "
+          "this once it is full",
+          {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
   });
   add(slimGateTable(o));
   add(alignmentGateTable(o));
