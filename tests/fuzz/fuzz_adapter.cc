@@ -47,10 +47,14 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::vector<slim_init::ImuSample> imu = flight.imu;
   if (flies) slim_init::fuzz::change(&frames, &imu, &bytes);
   std::size_t next_frame = 0, next_sample = 0;
-  const slim_init::InitializerOptions inner = HostAdapter::hostDefaults();
+  slim_init::InitializerOptions inner =
+      slim_init::fuzz::switched(HostAdapter::hostDefaults(), &bytes);
+  if (!inner.validate().empty()) inner = HostAdapter::hostDefaults();
   HostOptions options;
   options.reinit = true;
   options.watchdog = true;
+  options.estimate_td = bytes.byte() > 127;
+  options.estimate_extrinsic = bytes.byte() > 127;
   std::string error;
   const auto adapter =
       HostAdapter::create(slim_init::makeInitializer(calibration, inner), options, &error);
@@ -84,7 +88,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       case 3: adapter->addLines(t, slim_init::fuzz::frame(t, &bytes).lines); break;
       case 4: adapter->setTd(bytes.number(0.1)); break;
       case 5: check(adapter->seed(stamps)); break;
-      case 6: check(adapter->recover(stamps, state(t, &bytes))); break;
+      case 6: {
+        std::vector<HostState> healthy(1 + bytes.below(3));
+        for (HostState& one : healthy) one = state(t - 0.1 * bytes.below(20), &bytes);
+        check(adapter->recover(stamps, healthy));
+        break;
+      }
       case 7: adapter->carry(state(now - 1.0, &bytes), t); break;
       case 8: {
         window.push_back(state(t, &bytes));
@@ -100,6 +109,21 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         std::vector<double> any(bytes.below(12));
         for (double& one : any) one = now + bytes.number(3.0);
         check(adapter->seed(any));
+        break;
+      }
+      case 12: {
+        // 20 s of flight, after which the biases are known.
+        HostState healthy = state(t, &bytes);
+        for (int i = 0; i < 50; ++i, healthy.stamp += 0.5) adapter->learn(healthy);
+        break;
+      }
+      case 13: {
+        LearnedSensors learned = adapter->learned();
+        learned.known.biases.gyro += bytes.vector(0.1);
+        learned.known.biases.gyro_sigma = bytes.number(0.1);
+        learned.known.biases.accel_sigma = bytes.number(0.5);
+        if (bytes.byte() > 200) learned.stamp = bytes.number(1e3);
+        adapter->restore(learned);
         break;
       }
       default: {

@@ -1,15 +1,20 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The bytes are keyframes and samples of any content; the window, where there is one, is solved.
+// The bytes are keyframes and samples of any content; the window, where there is one, is solved: by
+// `slim` with any of its switches, provisionally, with a known state, or by a compared method.
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "observations.h"
+#include "slim_init/baselines/baselines.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/window_solver.h"
 
 using slim_init::InitResult;
 using slim_init::InitWindow;
+using slim_init::WindowSolver;
 
 namespace {
 
@@ -61,10 +66,24 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto window = InitWindow::create(input.calibration, input.frames, input.imu, &error);
   FUZZ_CHECK(window != nullptr || !error.empty(), "refused without a word");
   if (window == nullptr) return 0;
-  const slim_init::InitializerOptions options;
-  const auto solver = slim_init::makeSlimSolver(options);
-  FUZZ_CHECK(solver != nullptr, "no solver");
-  const InitResult result = solver->solve(*window);
+  slim_init::InitializerOptions options = slim_init::fuzz::switched({}, &bytes);
+  if (!options.validate().empty()) options = {};
+  const int method = bytes.byte();
+  const auto& methods = slim_init::baselines::allMethods();
+  const std::unique_ptr<WindowSolver> solver = slim_init::baselines::makeMethod(
+      methods[method < 200 ? 0 : method % methods.size()].name, options, {}, &error, methods);
+  FUZZ_CHECK(solver != nullptr, error);
+  const int question = bytes.below(8);
+  InitResult result;
+  if (question == 1) {
+    result = solver->solveProvisional(*window);
+  } else if (question == 2) {
+    slim_init::NavState first = slim_init::fuzz::flight().truth.front();
+    first.t = window->times().front();
+    result = solver->solveWithPrior(*window, slim_init::fuzz::prior(first, &bytes));
+  } else {
+    result = solver->solve(*window);
+  }
   FUZZ_CHECK(result.validate().empty(), result.validate());
   FUZZ_CHECK(result.status == slim_init::InitStatus::kSuccess || !result.message.empty(),
              "refused without a word");

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "fuzz_target.h"
+#include "slim_init/options.h"
+#include "slim_init/state_prior.h"
 #include "slim_init/types.h"
 #include "support/exact_window.h"
 
@@ -55,6 +57,44 @@ inline Calibration rig(Bytes* bytes) {
   out.sigmas.td_s = std::abs(bytes->number(0.05));
   out.readout_s = bytes->byte() < 200 ? 0.0 : std::abs(bytes->number(0.03));
   out.sigma_px = std::abs(bytes->number(2.0));
+  return out;
+}
+
+/// `options` with some of the switches that a user has turned; as they are where the bytes are
+/// zero.
+inline InitializerOptions switched(InitializerOptions options, Bytes* bytes) {
+  SlimOptions& slim = options.slim;
+  RefinementOptions& refinement = options.refinement;
+  const int which = bytes->byte() | bytes->byte() << 8;
+  int bit = 1;
+  for (bool* flag :
+       {&options.provisional.enabled, &slim.vanishing_points, &slim.prune_tracks, &slim.prune_lines,
+        &slim.reverse_start, &slim.tight_start, &slim.refine, &slim.estimate_calibration,
+        &slim.second_search, &refinement.use_lines, &refinement.use_vanishing_points,
+        &refinement.estimate_accel_bias, &options.alignment.use_line_rows}) {
+    *flag ^= (which & bit) != 0;
+    bit <<= 1;
+  }
+  if ((which & bit) != 0) options.gates.mode = GateMode::kOff;
+  return options;
+}
+
+/// Mostly what validate() accepts: a covariance made of columns.
+inline StatePrior prior(NavState state, Bytes* bytes) {
+  StatePrior out;
+  state.v_w_b += bytes->vector(1.0);
+  state.gyro_bias += bytes->vector(0.1);
+  state.accel_bias += bytes->vector(0.5);
+  out.state = state;
+  Eigen::Matrix<double, 15, 1> sigma;
+  for (int i = 0; i < 15; ++i) sigma[i] = 1e-4 + std::abs(bytes->number(0.3));
+  out.covariance = sigma.cwiseAbs2().asDiagonal();
+  for (int i = bytes->below(4); i > 0; --i) {
+    Eigen::Matrix<double, 15, 1> column;
+    for (int j = 0; j < 15; ++j) column[j] = bytes->number(0.1);
+    out.covariance += column * column.transpose();
+  }
+  if (bytes->byte() > 250) out.covariance(bytes->below(15), bytes->below(15)) = bytes->number(1.0);
   return out;
 }
 
