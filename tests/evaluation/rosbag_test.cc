@@ -378,6 +378,37 @@ TEST_F(RosbagTest, LengthsAndPlacesOfHeadersAreChecked) {
   refused(whole, whole.rfind("count=") + 6, "\x07", "entries of 8 bytes in a record of ");
 }
 
+// The message code of ROS would reserve as many bytes as the length of the pixels says.
+TEST_F(RosbagTest, TheLengthOfThePixelsIsChecked) {
+  const auto refused = [this](const std::string& before, const std::string& topic) {
+    std::string bytes = readFile(file());
+    const std::size_t at = bytes.find(before);
+    ASSERT_NE(at, std::string::npos);
+    bytes.replace(at + before.size(), 4, "\xff\xff\xff\x7f");
+    folder_.write("tiny.bag", bytes);
+    const auto sequence = open({"/imu0", topic});
+    ASSERT_NE(sequence, nullptr) << status_.message;
+    std::string error;
+    EXPECT_TRUE(sequence->image(0, &error).empty());
+    EXPECT_TRUE(contains(error, "said to have 2147483647 bytes of pixels, ")) << error;
+    EXPECT_FALSE(sequence->image(1, &error).empty()) << error;
+  };
+  writeTiny();
+  // After the encoding: the order of the bytes, and the length of a row.
+  const auto row = static_cast<char>(TinyRecording::image(0).cols);
+  refused("mono8" + std::string(1, '\0') + row + std::string(3, '\0'), "/cam0/image_raw");
+  writeBag([](rosbag::Bag& bag) {
+    for (int k = 0; k < 3; ++k) {
+      sensor_msgs::CompressedImage message;
+      message.header.stamp = rosTime(TinyRecording::kT0Ns + k * TinyRecording::kImageStepNs);
+      message.format = "png";
+      cv::imencode(".png", TinyRecording::image(k), message.data);
+      bag.write("/cam0/image_raw/compressed", message.header.stamp, message);
+    }
+  });
+  refused(std::string("\x03\0\0\0png", 7), "/cam0/image_raw/compressed");
+}
+
 // What the rosbag library writes otherwise: nothing, many chunks with a connection that begins
 // late, and a bag that was opened again.
 TEST_F(RosbagTest, UnusualBagsAreRead) {

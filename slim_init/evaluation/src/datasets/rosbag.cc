@@ -41,16 +41,41 @@ std::int64_t stampNs(const ros::Time& time) {
   return std::int64_t{1000000000} * time.sec + time.nsec;
 }
 
-/// Header of a message of any type that begins with one, as ours do. The pixels are read from the
-/// file but not taken apart.
-std::int64_t headerStampNs(const rosbag::MessageInstance& message) {
+/// A message as it was sent.
+std::vector<std::uint8_t> bytesOf(const rosbag::MessageInstance& message) {
   std::vector<std::uint8_t> bytes(message.size());
   ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   message.write(out);
-  ros::serialization::IStream in(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  return bytes;
+}
+
+ros::serialization::IStream streamOf(std::vector<std::uint8_t>* bytes) {
+  return {bytes->data(), static_cast<std::uint32_t>(bytes->size())};
+}
+
+/// Header of a message of any type that begins with one, as ours do. The pixels are read from the
+/// file but not taken apart.
+std::int64_t headerStampNs(const rosbag::MessageInstance& message) {
+  std::vector<std::uint8_t> bytes = bytesOf(message);
+  ros::serialization::IStream in = streamOf(&bytes);
   std_msgs::Header header;
   ros::serialization::deserialize(in, header);
   return stampNs(header.stamp);
+}
+
+/// Goes on to the length of the pixels.
+void skipToPixels(sensor_msgs::Image* message, ros::serialization::IStream* in) {
+  in->next(message->header);
+  in->next(message->height);
+  in->next(message->width);
+  in->next(message->encoding);
+  in->next(message->is_bigendian);
+  in->next(message->step);
+}
+
+void skipToPixels(sensor_msgs::CompressedImage* message, ros::serialization::IStream* in) {
+  in->next(message->header);
+  in->next(message->format);
 }
 
 /// Grey image of a message, or a sentence about it.
@@ -64,9 +89,21 @@ std::string decode(const sensor_msgs::CompressedImage& message, cv::Mat* grey) {
 
 template <typename Message>
 std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey) {
-  const auto message = instance.instantiate<Message>();
-  if (message == nullptr) return "is of another version of its type";
-  return decode(*message, grey);
+  if (!instance.isType<Message>()) return "is of another version of its type";
+  std::vector<std::uint8_t> bytes = bytesOf(instance);
+  ros::serialization::IStream in = streamOf(&bytes);
+  Message message;
+  skipToPixels(&message, &in);
+  // The message code reserves what the length says, up to 4 GB, before it looks what is there.
+  ros::serialization::IStream pixels = in;
+  std::uint32_t length = 0;
+  pixels.next(length);
+  if (length > pixels.getLength()) {
+    return "is said to have " + std::to_string(length) + " bytes of pixels, " +
+           std::to_string(pixels.getLength()) + " are left of its message";
+  }
+  in.next(message.data);
+  return decode(message, grey);
 }
 
 class BagFile : public ImageSequence {
