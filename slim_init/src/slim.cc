@@ -176,6 +176,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options) {
   const std::shared_ptr<const InitWindow> pruned =
       use.prune_tracks ? withSightings(seen, bias.pruning.keep) : nullptr;
   const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
+  appendStandingTracksWarning(bias.pruning.standing, result.counts.point_tracks, &result);
   clock.lap("gyro_bias");
 
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3.

@@ -147,6 +147,16 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
        kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms", "rolling_shutter_tr");
 }
 
+void appendStandingTracksWarning(int standing, int tracks, InitResult* result) {
+  if (standing == 0 || standing < kManyStanding * tracks) return;
+  std::ostringstream message;
+  message << standing << " of " << tracks
+          << " point tracks stand still in the image while the camera"
+          << " turns and are not used (a part of the vehicle in view, drops or dirt on the lens):"
+          << " mask that part of the image, the back end uses them too";
+  result->warnings.push_back(message.str());
+}
+
 WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude) {
   const NavState& first = states.front();
   const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();

@@ -35,6 +35,10 @@ class StageClock {
   Clock::time_point last_;
 };
 
+/// Share of the point tracks that stand still in the image from which on it is said: of a scene
+/// alone it is less.
+inline constexpr double kManyStanding = 0.05;
+
 /// A result with nothing but the counts of the window filled in.
 InitResult startResult(const InitWindow& window);
 
@@ -71,6 +75,10 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
 /// than kWarnSigmas of both standard deviations: value, sigma and the key to change.
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result);
+
+/// A warning where at least kManyStanding of the point tracks stand still in the image
+/// (standingTracks()): number, share and what to do.
+void appendStandingTracksWarning(int standing, int tracks, InitResult* result);
 
 /// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
 /// with gravity of this size along -z of w and the biases of the newest state.

@@ -135,6 +135,10 @@ inline constexpr int kMaxLinkGap = 4;
 /// kLongLinkInflation times the squared residual.
 inline constexpr int kLongLinkGap = 2;
 inline constexpr double kLongLinkInflation = 2.0;
+/// A track that never moves by more than the one, while the rotation of the camera moves far points
+/// where it is by at least the other, is no part of the scene [sigma].
+inline constexpr double kStandingSigmas = 3.0;
+inline constexpr double kTurnedSigmas = 15.0;
 
 // ---- Consensus (robust_bias.h)
 

@@ -71,10 +71,18 @@ void LinkTable::pruneTrack(const Track& track, TrackPruning* out) const {
   if (first != out->keep.begin() + track.end) *first = kKeepSighting;
 }
 
-TrackPruning LinkTable::prune() const {
+TrackPruning LinkTable::prune(const std::vector<char>& standing) const {
   TrackPruning out;
   out.keep.assign(window_.pointSightings().size(), kKeepSighting);
-  for (const Track& track : window_.pointTracks()) pruneTrack(track, &out);
+  for (std::size_t i = 0; i < standing.size(); ++i) {
+    const Track& track = window_.pointTracks()[i];
+    if (standing[i]) {
+      std::fill_n(out.keep.begin() + track.begin, track.size(), kDropSighting);
+      ++out.standing;
+    } else {
+      pruneTrack(track, &out);
+    }
+  }
   out.dropped = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kDropSighting));
   out.cuts = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kStartTrack));
   return out;
