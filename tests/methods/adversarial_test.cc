@@ -44,6 +44,7 @@ struct Scene {
   double nearest_m = 2.0, farthest_m = 8.0;
   Vector3d accel_bias = Vector3d(-0.02, 0.1, 0.09);
   PointMotion moved;  ///< none: the scene is rigid
+  int standing = 0;   ///< the first tracks stay where they are in the first image
 };
 
 /// Smooth irregular motion with an amplitude [m] per axis.
@@ -126,22 +127,24 @@ class Recording {
       *centre = scene_.motion.position(t) + R * calibration.t_b_c;
       return Matrix3d(R * calibration.R_b_c);
     };
-    Vector3d centre;
-    const Matrix3d R_first = cameraAt(0.0, &centre);
+    Vector3d first;
+    const Matrix3d R_first = cameraAt(0.0, &first);
     std::vector<Vector3d> places;
     for (int i = 0; i < scene_.points; ++i) {
       const double share = 0.5 + 0.5 * unit(random_);
       const double depth = scene_.nearest_m + share * (scene_.farthest_m - scene_.nearest_m);
-      places.push_back(centre + R_first * Vector3d{depth * kHalfWidth * unit(random_),
-                                                   depth * kHalfHeight * unit(random_), depth});
+      places.push_back(first + R_first * Vector3d{depth * kHalfWidth * unit(random_),
+                                                  depth * kHalfHeight * unit(random_), depth});
     }
     for (int k = 0; k / kImageRate <= kDuration; ++k) {
       FrameObservation frame;
       frame.t = k / kImageRate;
+      Vector3d centre;
       const Matrix3d R = cameraAt(frame.t, &centre);
       for (int i = 0; i < scene_.points; ++i) {
         const Vector3d at = scene_.moved ? scene_.moved(i, places[i], frame.t) : places[i];
-        const Vector3d in_c = R.transpose() * (at - centre);
+        const Vector3d in_c = i < scene_.standing ? Vector3d(R_first.transpose() * (at - first))
+                                                  : Vector3d(R.transpose() * (at - centre));
         const Eigen::Vector2d seen = in_c.head<2>() / in_c.z();
         if (in_c.z() < 0.2 || std::abs(seen.x()) > kHalfWidth || std::abs(seen.y()) > kHalfHeight) {
           continue;
@@ -164,6 +167,7 @@ struct FirstAnswer {
   bool accepted = false;
   double at_s = kNotComputed;
   double scale_error = kNotComputed;  ///< |estimated / true - 1|
+  std::vector<std::string> warnings;
 };
 
 FirstAnswer ask(const Recording& recording, const InitializerOptions& options) {
@@ -181,6 +185,7 @@ FirstAnswer ask(const Recording& recording, const InitializerOptions& options) {
     for (const NavState& state : result.states) truth.push_back(recording.truth(state.t));
     answer.accepted = true;
     answer.at_s = frame.t;
+    answer.warnings = result.warnings;
     answer.scale_error = std::abs(testing_support::scaleError(result.states, truth));
     return answer;
   }
@@ -198,6 +203,7 @@ constexpr double kWrong = 0.25;
 
 struct Tally {
   int accepted = 0, wrong = 0, wrong_if_trusted = 0;
+  int of_standing_tracks = 0;  ///< answers with that warning
 };
 
 Tally askAll(unsigned seeds, const std::function<Scene(std::mt19937*)>& make) {
@@ -210,6 +216,10 @@ Tally askAll(unsigned seeds, const std::function<Scene(std::mt19937*)>& make) {
     tally.accepted += answer.accepted ? 1 : 0;
     const bool wrong = answer.accepted && !(answer.scale_error <= kWrong);
     tally.wrong += wrong ? 1 : 0;
+    tally.of_standing_tracks += std::count_if(
+        answer.warnings.begin(), answer.warnings.end(), [](const std::string& warning) {
+          return warning.find("point tracks stand still in the image") != std::string::npos;
+        });
     EXPECT_FALSE(wrong) << "seed " << seed << ": off by " << answer.scale_error << " after "
                         << answer.at_s << " s";
     const FirstAnswer trusted = ask(recording, trusting());
@@ -229,6 +239,36 @@ TEST(Adversarial, AHandHeldCameraIsAccepted) {
   const Tally tally = askAll(4, [](std::mt19937* random) {
     Scene scene;
     scene.motion = excited(random);
+    return scene;
+  });
+  EXPECT_EQ(tally.accepted, 4);
+  EXPECT_EQ(tally.of_standing_tracks, 0);
+}
+
+TEST(Adversarial, APartOfTheVehicleInView) {
+  const Tally tally = askAll(6, [](std::mt19937* random) {
+    Scene scene;
+    scene.motion = excited(random);
+    scene.standing = 18;
+    return scene;
+  });
+  EXPECT_EQ(tally.accepted, 6);
+  EXPECT_EQ(tally.of_standing_tracks, 6);
+}
+
+// The point that the camera looks at stands still in the image although the camera turns.
+TEST(Adversarial, AnOrbitAboutAPoint) {
+  const Tally tally = askAll(4, [](std::mt19937* random) {
+    static constexpr double kRadius = 4.0, kRate = 0.5;  // [m], [rad/s]
+    Scene scene;
+    const auto shake = sway(random, 0.5, 1.5, 0.05);
+    scene.motion.position = [shake](double t) {
+      const Vector3d outward(std::cos(kRate * t), std::sin(kRate * t), 0.0);
+      return Vector3d(kRadius * (Vector3d::UnitX() - outward) + shake(t));
+    };
+    scene.motion.rotation = [](double t) { return Vector3d(0.0, 0.0, kRate * t); };
+    scene.nearest_m = 3.0;
+    scene.farthest_m = 5.0;
     return scene;
   });
   EXPECT_EQ(tally.accepted, 4);
