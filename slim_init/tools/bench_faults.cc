@@ -112,10 +112,15 @@ int runFaultsCommand(const std::vector<std::string>& arguments) {
   for (std::size_t f = 0; f < faults.size(); ++f) {
     const Tally& tally = tallies[f];
     if (tally.starts == 0) continue;
-    std::printf("| %s | %s | %d | %d | %d | %d | %.3f | %.2f | %.2f | %s |\n", faults[f].name,
-                faults[f].what, tally.starts, tally.accepted, tally.right, tally.wrong, tally.worst,
-                evaluation::median(tally.seconds), evaluation::quantile(tally.seconds, 0.9),
-                refusalsOf(tally).c_str());
+    std::printf("| %s | %s | %d | %d | %d | %d ", faults[f].name, faults[f].what, tally.starts,
+                tally.accepted, tally.right, tally.wrong);
+    if (tally.accepted > 0) {
+      std::printf("| %.3f | %.2f | %.2f ", tally.worst, evaluation::median(tally.seconds),
+                  evaluation::quantile(tally.seconds, 0.9));
+    } else {
+      std::printf("| - | - | - ");
+    }
+    std::printf("| %s |\n", refusalsOf(tally).c_str());
   }
   return 0;
 }
