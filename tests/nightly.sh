@@ -65,7 +65,7 @@ fuzz() {
     slim_init_say "${name}: ${FUZZ_SECONDS:-600} s"
     # shellcheck disable=SC2046  # a folder or nothing
     "./${target}" -max_total_time="${FUZZ_SECONDS:-600}" -timeout=60 -rss_limit_mb=4096 \
-      -malloc_limit_mb=1200 -len_control=0 -max_len=4096 \
+      -malloc_limit_mb=1200 -len_control=0 \
       -artifact_prefix="build-asan/${name}." -print_final_stats=1 \
       "build-asan/corpus/${name}" $(seeds "${name#fuzz_}")
   done

@@ -10,6 +10,7 @@
 #include "geometry/so3.h"
 #include "imu/row_compensation.h"
 #include "rotation/extrinsic_rotation.h"
+#include "rotation/standing_tracks.h"
 
 namespace slim_init {
 namespace {
@@ -65,10 +66,11 @@ bool isNear(const Eigen::Vector4d& correction) {
   return correction.head<3>().norm() < kNearRotation && std::abs(correction[3]) < kNearTd;
 }
 
-// Vanishing points and bias of one look at the window. With a rolling shutter its rows are turned
-// to the middle row by the gyroscope at a bias of zero, and again by the bias found.
-void look(const InitializerOptions& options, RotationStage* stage) {
-  const std::shared_ptr<const InitWindow> raw = stage->window;
+// Vanishing points and bias of `raw`. With a rolling shutter its rows are turned to the middle row
+// by the gyroscope at a bias of zero, and again by the bias found.
+void estimateBias(const std::shared_ptr<const InitWindow>& raw, const InitializerOptions& options,
+                  RotationStage* stage) {
+  stage->window = raw;
   const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
     if (!(raw->calibration().readout_s > 0.0)) return;
     if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
@@ -86,8 +88,19 @@ void look(const InitializerOptions& options, RotationStage* stage) {
     vps = &stage->vanishing_points;
   }
   stage->bias = estimateRobustGyroBias(window, vps, options.robust_bias, options.inertial);
-  ++stage->rounds;
   if (stage->bias.valid()) compensate(stage->bias.gyro_bias);
+}
+
+// One look at the window through a calibration; a second one without what stands in the image.
+void look(const InitializerOptions& options, RotationStage* stage) {
+  const std::shared_ptr<const InitWindow> raw = stage->window;
+  estimateBias(raw, options, stage);
+  ++stage->rounds;
+  stage->standing_tracks = 0;
+  if (!options.slim.prune_tracks || !stage->bias.gyro_bias.allFinite()) return;
+  const std::shared_ptr<const InitWindow> scene =
+      withoutStandingTracks(*raw, stage->bias.gyro_bias, &stage->standing_tracks);
+  if (scene != nullptr) estimateBias(scene, options, stage);
 }
 
 }  // namespace

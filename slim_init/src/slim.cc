@@ -176,7 +176,8 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options) {
   const std::shared_ptr<const InitWindow> pruned =
       use.prune_tracks ? withSightings(seen, bias.pruning.keep) : nullptr;
   const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
-  appendStandingTracksWarning(bias.pruning.standing, result.counts.point_tracks, &result);
+  appendStandingTracksWarning(rotation.standing_tracks, static_cast<int>(seen.pointTracks().size()),
+                              &result);
   clock.lap("gyro_bias");
 
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3.

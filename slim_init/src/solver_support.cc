@@ -148,12 +148,13 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
 }
 
 void appendStandingTracksWarning(int standing, int tracks, InitResult* result) {
-  if (standing == 0 || standing < kManyStanding * tracks) return;
+  if (standing == 0) return;
   std::ostringstream message;
-  message << standing << " of " << tracks
-          << " point tracks stand still in the image while the camera"
-          << " turns and are not used (a part of the vehicle in view, drops or dirt on the lens):"
-          << " mask that part of the image, the back end uses them too";
+  message
+      << standing << " of " << standing + tracks
+      << " point tracks stand still in the image while the camera turns and are not used (a part"
+      << " of the vehicle in view, drops or dirt on the lens): mask that part of the image, the"
+      << " back end uses them too";
   result->warnings.push_back(message.str());
 }
 

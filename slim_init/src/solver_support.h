@@ -35,10 +35,6 @@ class StageClock {
   Clock::time_point last_;
 };
 
-/// Share of the point tracks that stand still in the image from which on it is said: of a scene
-/// alone it is less.
-inline constexpr double kManyStanding = 0.05;
-
 /// A result with nothing but the counts of the window filled in.
 InitResult startResult(const InitWindow& window);
 
@@ -76,8 +72,8 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result);
 
-/// A warning where at least kManyStanding of the point tracks stand still in the image
-/// (standingTracks()): number, share and what to do.
+/// A warning where `standing` point tracks were taken out (withoutStandingTracks()), beside the
+/// `tracks` that are left: numbers and what to do. None where it is zero.
 void appendStandingTracksWarning(int standing, int tracks, InitResult* result);
 
 /// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,

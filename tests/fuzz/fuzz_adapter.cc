@@ -112,7 +112,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         break;
       }
       case 12: {
-        // 20 s of flight, after which the biases are known.
+        // 25 s of flight; after 20 the biases are known.
         HostState healthy = state(t, &bytes);
         for (int i = 0; i < 50; ++i, healthy.stamp += 0.5) adapter->learn(healthy);
         break;

@@ -61,19 +61,18 @@ Input anything(slim_init::fuzz::Bytes* bytes) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   slim_init::fuzz::Bytes bytes(data, size);
+  slim_init::InitializerOptions options = slim_init::fuzz::switched({}, &bytes);
+  if (!options.validate().empty()) options = {};
+  const int method = bytes.byte(), question = bytes.below(8);
   const Input input = bytes.byte() < 192 ? changedFlight(&bytes) : anything(&bytes);
   std::string error;
   const auto window = InitWindow::create(input.calibration, input.frames, input.imu, &error);
   FUZZ_CHECK(window != nullptr || !error.empty(), "refused without a word");
   if (window == nullptr) return 0;
-  slim_init::InitializerOptions options = slim_init::fuzz::switched({}, &bytes);
-  if (!options.validate().empty()) options = {};
-  const int method = bytes.byte();
   const auto& methods = slim_init::baselines::allMethods();
   const std::unique_ptr<WindowSolver> solver = slim_init::baselines::makeMethod(
       methods[method < 200 ? 0 : method % methods.size()].name, options, {}, &error, methods);
   FUZZ_CHECK(solver != nullptr, error);
-  const int question = bytes.below(8);
   InitResult result;
   if (question == 1) {
     result = solver->solveProvisional(*window);

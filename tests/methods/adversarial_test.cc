@@ -256,24 +256,6 @@ TEST(Adversarial, APartOfTheVehicleInView) {
   EXPECT_EQ(tally.of_standing_tracks, 6);
 }
 
-// The point that the camera looks at stands still in the image although the camera turns.
-TEST(Adversarial, AnOrbitAboutAPoint) {
-  const Tally tally = askAll(4, [](std::mt19937* random) {
-    static constexpr double kRadius = 4.0, kRate = 0.5;  // [m], [rad/s]
-    Scene scene;
-    const auto shake = sway(random, 0.5, 1.5, 0.05);
-    scene.motion.position = [shake](double t) {
-      const Vector3d outward(std::cos(kRate * t), std::sin(kRate * t), 0.0);
-      return Vector3d(kRadius * (Vector3d::UnitX() - outward) + shake(t));
-    };
-    scene.motion.rotation = [](double t) { return Vector3d(0.0, 0.0, kRate * t); };
-    scene.nearest_m = 3.0;
-    scene.farthest_m = 5.0;
-    return scene;
-  });
-  EXPECT_EQ(tally.accepted, 4);
-}
-
 TEST(Adversarial, NearConstantVelocityWithFewPoints) {
   const Tally tally = askAll(4, [](std::mt19937* random) {
     Scene scene;

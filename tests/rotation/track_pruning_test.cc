@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "rotation/constants.h"
 #include "support/exact_window.h"
@@ -93,60 +92,12 @@ TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
   EXPECT_EQ(pruning.inconsistent, 0);
   EXPECT_EQ(pruning.dropped, 0);
   EXPECT_EQ(pruning.cuts, 0);
-  EXPECT_EQ(pruning.standing, 0);
   EXPECT_EQ(pruning.pairs, 9 + 8 + 6) << "gaps 1, 2 and 4 of ten keyframes";
   // A bias that is far off contradicts most of them.
   const Vector3d wrong = ExactWindowOptions().gyro_bias + Vector3d(0.5, -0.5, 0.5);
   const TrackPruning contradicted = pruneTracks(*exact.window, wrong, RobustBiasOptions());
   EXPECT_LT(contradicted.inlierFraction(), 0.5);
   EXPECT_GT(contradicted.dropped, 0);
-}
-
-// Every fifth track stands where a drop is; the body turns as it does or not at all.
-std::shared_ptr<const InitWindow> windowWithDrops(Motion motion) {
-  ExactWindowOptions options;
-  options.motion = motion;
-  options.interval_s = 0.1;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
-  const ExactWindow exact = makeExactWindow(options);
-  std::vector<FrameObservation> frames = exact.keyframes;
-  for (FrameObservation& frame : frames) {
-    for (PointObservation& point : frame.points) {
-      if (point.id % 5 != 0) continue;
-      const double angle = static_cast<double>(point.id);
-      point.bearing = Vector3d(0.3 * std::cos(angle), 0.3 * std::sin(angle), 1.0).normalized();
-    }
-  }
-  return windowOf(exact, frames);
-}
-
-TEST(TrackPruning, TracksThatStandInATurningCameraAreDroppedWhole) {
-  const auto window = windowWithDrops(Motion::kExcited);
-  ASSERT_NE(window, nullptr);
-  const TrackPruning pruning =
-      pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
-  int drops = 0;
-  for (const Track& track : window->pointTracks()) {
-    const auto begin = pruning.keep.begin();
-    const auto dropped =
-        std::count(begin + track.begin, begin + track.end, static_cast<char>(kDropSighting));
-    if (track.id % 5 == 0) {
-      ++drops;
-      EXPECT_EQ(dropped, track.size()) << track.id;
-    } else {
-      EXPECT_LT(dropped, track.size()) << track.id;
-    }
-  }
-  EXPECT_GT(drops, 10);
-  EXPECT_EQ(pruning.standing, drops);
-  EXPECT_GT(pruning.inlierFraction(), 0.95) << "what stands is not among what was checked";
-}
-
-TEST(TrackPruning, TracksThatStandWhereTheCameraDoesNotTurnMayBeFarAway) {
-  const auto window = windowWithDrops(Motion::kConstantVelocity);
-  ASSERT_NE(window, nullptr);
-  EXPECT_EQ(pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions()).standing, 0);
 }
 
 TEST(TrackPruning, PairsWithFewPointsAreNotTested) {

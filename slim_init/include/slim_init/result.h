@@ -185,7 +185,8 @@ struct InitResult {
   OptionalCalibration calibration;
 
   /// What the user should know although the answer stands, one message each: a calibration that is
-  /// off by more than its standard deviations, with value, sigma and key.
+  /// off by more than its standard deviations, with value, sigma and key; point tracks that stand
+  /// still in the image of a turning camera, with their number.
   std::vector<std::string> warnings;
 
   /// Parts of a StatePrior that the data of the window contradict, so that they were not used:

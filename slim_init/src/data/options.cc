@@ -215,8 +215,10 @@ OptionTable optionTable(SlimOptions* o) {
   return {
       advancedKey("vanishing_points", &o->vanishing_points,
                   "vanishing points in the gyroscope bias and in the refinement (ablation)"),
-      advancedKey("prune_tracks", &o->prune_tracks,
-                  "take out tracks that contradict the consensus bias (ablation)"),
+      advancedKey(
+          "prune_tracks", &o->prune_tracks,
+          "take out tracks that contradict the consensus bias or stand still in the image of a "
+          "turning camera (ablation)"),
       advancedKey("prune_lines", &o->prune_lines,
                   "cut line tracks where they contradict the start (ablation)"),
       advancedKey("reverse_start", &o->reverse_start,

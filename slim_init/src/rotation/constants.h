@@ -135,10 +135,18 @@ inline constexpr int kMaxLinkGap = 4;
 /// kLongLinkInflation times the squared residual.
 inline constexpr int kLongLinkGap = 2;
 inline constexpr double kLongLinkInflation = 2.0;
-/// A track that never moves by more than the one, while the rotation of the camera moves far points
-/// where it is by at least the other, is no part of the scene [sigma].
+
+// ---- Standing tracks (standing_tracks.h)
+
+/// Farthest sighting of a standing track from their mean [standard deviations of a bearing].
 inline constexpr double kStandingSigmas = 3.0;
-inline constexpr double kTurnedSigmas = 15.0;
+/// Motion of a far point by the rotation alone above which a track that stays in its place stands
+/// in the image and not in the scene [standard deviations of a bearing]: 12 px.
+inline constexpr double kTurnedSigmas = 20.0;
+/// Share of the tracks from which on they are taken out. Windows of a rigid scene have less.
+inline constexpr double kFewStanding = 0.05;
+/// Share above which none stands: the gyroscope has a glitch, or the images do not change.
+inline constexpr double kMostStanding = 0.5;
 
 // ---- Consensus (robust_bias.h)
 

@@ -71,18 +71,10 @@ void LinkTable::pruneTrack(const Track& track, TrackPruning* out) const {
   if (first != out->keep.begin() + track.end) *first = kKeepSighting;
 }
 
-TrackPruning LinkTable::prune(const std::vector<char>& standing) const {
+TrackPruning LinkTable::prune() const {
   TrackPruning out;
   out.keep.assign(window_.pointSightings().size(), kKeepSighting);
-  for (std::size_t i = 0; i < standing.size(); ++i) {
-    const Track& track = window_.pointTracks()[i];
-    if (standing[i]) {
-      std::fill_n(out.keep.begin() + track.begin, track.size(), kDropSighting);
-      ++out.standing;
-    } else {
-      pruneTrack(track, &out);
-    }
-  }
+  for (const Track& track : window_.pointTracks()) pruneTrack(track, &out);
   out.dropped = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kDropSighting));
   out.cuts = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kStartTrack));
   return out;

@@ -20,9 +20,8 @@ class LinkTable {
   /// 1 <= gap <= rotation_constants::kMaxLinkGap.
   void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
 
-  /// Cuts tracks where they jump and drops what fits nowhere, and tracks that stand (one entry per
-  /// track); `pairs` is left at zero.
-  TrackPruning prune(const std::vector<char>& standing) const;
+  /// Cuts tracks where they jump and drops what fits nowhere; `pairs` is left at zero.
+  TrackPruning prune() const;
 
  private:
   enum Link : char { kUntested, kAgrees, kDisagrees };

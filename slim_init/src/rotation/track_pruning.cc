@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "rotation/track_pruning.h"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "rotation/constants.h"
@@ -12,35 +10,6 @@
 namespace slim_init {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
-
-std::vector<char> standingTracks(const InitWindow& window, const KeyframePairs& pairs,
-                                 const PairRotations& rotations) {
-  // Largest angles [rad] between two sightings of a track: as seen, and as the rotation of the
-  // camera alone makes it.
-  struct Motion {
-    double seen = 0.0, turned = 0.0;
-  };
-  std::vector<Motion> motions(window.pointTracks().size());
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const KeyframePair& pair = pairs[p];
-    if (pair.gap() > kMaxLinkGap) continue;
-    const Eigen::Matrix3d turn = rotations[p].R_ci_cj - Eigen::Matrix3d::Identity();
-    for (int k = 0; k < pair.points.count(); ++k) {
-      const Eigen::Vector3d f_i = pair.points.bearingsI().row(k).matrix();
-      const Eigen::Vector3d f_j = pair.points.bearingsJ().row(k).matrix();
-      Motion& motion = motions[pair.track[k]];
-      motion.seen = std::max(motion.seen, (f_i - f_j).squaredNorm());
-      motion.turned = std::max(motion.turned, (turn * f_j).squaredNorm());
-    }
-  }
-  const double standing = std::pow(kStandingSigmas * pairs.sigma(), 2);
-  const double turned = std::pow(kTurnedSigmas * pairs.sigma(), 2);
-  std::vector<char> out;
-  for (const Motion& motion : motions) {
-    out.push_back(motion.seen < standing && motion.turned > turned);
-  }
-  return out;
-}
 
 PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                         const PairRotations& rotations, const ConsensusOptions& consensus,
@@ -70,7 +39,7 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
       links.set(pair.sighting_i[k], pair.gap(), !(residuals.z2[k] > limit));
     }
   }
-  out.tracks = links.prune(standingTracks(window, pairs, rotations));
+  out.tracks = links.prune();
   out.tracks.pairs = tested;
   return out;
 }

@@ -24,7 +24,6 @@ struct TrackPruning {
   int inconsistent = 0;  ///< those found inconsistent
   int dropped = 0;       ///< sightings with kDropSighting
   int cuts = 0;          ///< sightings with kStartTrack
-  int standing = 0;      ///< tracks that stand still in the image, all dropped and not checked
   int pairs = 0;         ///< keyframe pairs whose translation direction was found
 
   /// Share of the checked sightings that agree; 1 when nothing could be checked.
@@ -40,13 +39,6 @@ struct TrackPruning {
 /// kept. Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                          const RobustBiasOptions& options);
-
-/// Per track of the window, whether it stands still in the image although the camera turns between
-/// its sightings (`rotations` of the pairs up to the gap that is checked): parts of the vehicle,
-/// drops and dirt on the lens. Over a short window they agree with a scene, if one that is partly
-/// behind the camera, and the epipolar residuals do not find them.
-std::vector<char> standingTracks(const InitWindow& window, const KeyframePairs& pairs,
-                                 const PairRotations& rotations);
 
 /// A pruning with the baselines that it found.
 struct PairPruning {
