@@ -221,14 +221,15 @@ std::vector<StreamFault> cameraFaults() {
        }},
       {"vehicle-in-view", "three tracks in ten stand still in the lower part of the image", true,
        [](const Trouble& trouble, Random* random, Streams* streams) {
+         // Places all over the lower part, and the noise of a tracker on them.
          const double sigma = 0.3 / streams->calibration.focal_px;
          changePoints(streams, trouble, [random, sigma](double, PointObservation* point) {
            if (!isChosen(point->id, 0.3)) return;
+           // One number after the other: compilers differ in the order of arguments.
+           const double v = sigma * normal(random), u = sigma * normal(random);
            const double x = static_cast<double>(point->id % 97) / 97.0 - 0.5;
            const double y = 0.2 + 0.2 * static_cast<double>(point->id % 31) / 31.0;
-           point->bearing =
-               Eigen::Vector3d(x + sigma * normal(random), y + sigma * normal(random), 1.0);
-           point->bearing.normalize();
+           point->bearing = Eigen::Vector3d(x + u, y + v, 1.0).normalized();
          });
        }},
       {"moving-object", "a third of the tracks moves by 60 px/s besides", true,

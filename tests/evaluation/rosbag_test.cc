@@ -47,6 +47,14 @@ sensor_msgs::Imu imuMessage(int k) {
   return message;
 }
 
+sensor_msgs::CompressedImage compressedMessage(int k) {
+  sensor_msgs::CompressedImage message;
+  message.header.stamp = rosTime(TinyRecording::kT0Ns + k * TinyRecording::kImageStepNs);
+  message.format = "mono8; png compressed";
+  cv::imencode(".png", TinyRecording::image(k), message.data);
+  return message;
+}
+
 /// A message with the pixels of `image`, rows padded by `padding` bytes.
 sensor_msgs::Image imageMessage(int k, const cv::Mat& image, const std::string& encoding,
                                 int padding = 0) {
@@ -151,10 +159,7 @@ TEST_F(RosbagTest, EncodingsBecomeTheGreyOfOpenCv) {
 TEST_F(RosbagTest, CompressedImagesAreDecodedAndFoundBesideTheRawTopic) {
   writeBag([](rosbag::Bag& bag) {
     for (int k = 0; k < 3; ++k) {
-      sensor_msgs::CompressedImage message;
-      message.header.stamp = rosTime(TinyRecording::kT0Ns + k * TinyRecording::kImageStepNs);
-      message.format = "mono8; png compressed";
-      cv::imencode(".png", TinyRecording::image(k), message.data);
+      sensor_msgs::CompressedImage message = compressedMessage(k);
       if (k == 2) message.data.resize(20);
       bag.write("/cam0/image_raw/compressed", message.header.stamp, message);
     }
@@ -399,14 +404,11 @@ TEST_F(RosbagTest, TheLengthOfThePixelsIsChecked) {
   refused("mono8" + std::string(1, '\0') + row + std::string(3, '\0'), "/cam0/image_raw");
   writeBag([](rosbag::Bag& bag) {
     for (int k = 0; k < 3; ++k) {
-      sensor_msgs::CompressedImage message;
-      message.header.stamp = rosTime(TinyRecording::kT0Ns + k * TinyRecording::kImageStepNs);
-      message.format = "png";
-      cv::imencode(".png", TinyRecording::image(k), message.data);
+      const sensor_msgs::CompressedImage message = compressedMessage(k);
       bag.write("/cam0/image_raw/compressed", message.header.stamp, message);
     }
   });
-  refused(std::string("\x03\0\0\0png", 7), "/cam0/image_raw/compressed");
+  refused("mono8; png compressed", "/cam0/image_raw/compressed");
 }
 
 // What the rosbag library writes otherwise: nothing, many chunks with a connection that begins

@@ -65,7 +65,8 @@ inline Calibration rig(Bytes* bytes) {
 inline InitializerOptions switched(InitializerOptions options, Bytes* bytes) {
   SlimOptions& slim = options.slim;
   RefinementOptions& refinement = options.refinement;
-  const int which = bytes->byte() | bytes->byte() << 8;
+  int which = bytes->byte();
+  which |= bytes->byte() << 8;
   int bit = 1;
   for (bool* flag :
        {&options.provisional.enabled, &slim.vanishing_points, &slim.prune_tracks, &slim.prune_lines,
@@ -94,7 +95,10 @@ inline StatePrior prior(NavState state, Bytes* bytes) {
     for (int j = 0; j < 15; ++j) column[j] = bytes->number(0.1);
     out.covariance += column * column.transpose();
   }
-  if (bytes->byte() > 250) out.covariance(bytes->below(15), bytes->below(15)) = bytes->number(1.0);
+  if (bytes->byte() > 250) {
+    const int row = bytes->below(15), column = bytes->below(15);
+    out.covariance(row, column) = bytes->number(1.0);
+  }
   return out;
 }
 

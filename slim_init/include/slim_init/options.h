@@ -144,7 +144,7 @@ struct RefinementOptions {
 /// the refinement are in RefinementOptions, of the bias in RobustBiasOptions.
 struct SlimOptions {
   bool vanishing_points = true;      ///< in the gyroscope bias and in the refinement
-  bool prune_tracks = true;          ///< take out tracks that contradict the bias or stand
+  bool prune_tracks = true;          ///< take out tracks that contradict the bias or stand still
   bool prune_lines = true;           ///< cut line tracks where they contradict the start
   bool reverse_start = true;         ///< start from the reverse alignment
   bool tight_start = true;           ///< start from the closed-form tight alignment

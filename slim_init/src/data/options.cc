@@ -278,9 +278,8 @@ OptionTable slimGateTable(GateOptions* o) {
           "max_inertial_chi2_short", &o->max_inertial_chi2_short, {0.0, 1e6}, "",
           "as max_inertial_chi2, below eight keyframes: right ones have 0.07 to 0.11 on recorded "
           "flights (medians; 99 % have less than 0.58), up to 0.64 on hand-held images and 0.8 "
-          "there "
-          "with td off by 20 ms. Trajectories far too small, which fit the images, are found by "
-          "other_scale",
+          "there with td off by 20 ms. Trajectories far too small, which fit the images, are found "
+          "by other_scale",
           kSlim),
       userKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
               "share of the point sightings left after pruning and rejection; less is refused",

@@ -16,7 +16,7 @@ namespace slim_init {
 
 /// One entry per point track of `window`, nonzero where no sighting is further than kStandingSigmas
 /// standard deviations of a bearing from their mean, although the rotation of the camera at
-/// `gyro_bias` [rad/s] alone moves a far point by more than kTurnedSigmas between two of them. All
+/// `gyro_bias` [rad/s] alone moves a far point by more than kTurnedSigmas after the first one. All
 /// zero where more than kMostStanding of the tracks are such: then it is the rotation that is
 /// wrong. Rows of a rolling shutter must not be compensated.
 std::vector<char> standingTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias);
