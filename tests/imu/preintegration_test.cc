@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "imu/imu_quality.h"
 #include "support/jacobian_check.h"
 
 namespace slim_init {
@@ -216,6 +217,75 @@ TEST(Preintegration, CovarianceMatchesMonteCarlo) {
   const Eigen::Matrix<double, 9, 9> whitened = L.inverse() * sampled * L.inverse().transpose();
   constexpr double kScatter = 0.10;
   EXPECT_LT((whitened - Eigen::Matrix<double, 9, 9>::Identity()).cwiseAbs().maxCoeff(), kScatter);
+}
+
+// Variances of the velocity in white noise over the same time.
+double widening(const std::vector<ImuSample>& samples, double t_i, double t_j) {
+  const ImuNoise noise{1e-4, 1e-2};
+  const auto pre =
+      preintegrate(samples, t_i, t_j, kZero, kZero, noise, PreintegrationParts::kWithCovariance);
+  return pre.covariance(3, 3) / (noise.accel_density * noise.accel_density * (t_j - t_i));
+}
+
+TEST(Preintegration, MissingSamplesWidenTheCovariance) {
+  // At rest and free of gravity, so that rotation does not come in. Samples 10 ms apart.
+  const auto still = [](double) { return kZero; };
+  const auto whole = sample(0.0, 4.0, 100.0, still, still);
+  EXPECT_NEAR(widening(whole, 1.0, 2.0), 1.0, 1e-9);
+  // The step before the sample that comes late is 14 or 16 ms; the one after it is shorter.
+  auto late = whole;
+  late[150].t += 0.004;
+  EXPECT_NEAR(widening(late, late[149].t, late[150].t), 1.0, 1e-9);
+  late[150].t += 0.002;
+  EXPECT_NEAR(widening(late, late[149].t, late[150].t), 4.5 * 1.6, 1e-3);
+  // Three are missing; what a keyframe splits is the same in sum.
+  auto gap = whole;
+  gap.erase(gap.begin() + 151, gap.begin() + 154);
+  EXPECT_NEAR(widening(gap, 1.5, 1.54), 4.5 * 4.0, 0.2);  // the mean interval is longer by 0.8 %
+  EXPECT_NEAR(widening(gap, 1.5, 1.513), widening(gap, 1.513, 1.54), 1e-9);
+  EXPECT_NEAR(widening(gap, 1.2, 1.5), 1.0, 1e-9);
+}
+
+// A vehicle that vibrates, the noise that is assumed of its samples, and some of them missing.
+TEST(Preintegration, MissingSamplesOfAVibrationAreInTheCovariance) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * M_PI);
+  double with = 0.0, before = 0.0;
+  int count = 0;
+  for (int run = 0; run < 60; ++run) {
+    std::vector<double> phases(24);
+    for (double& one : phases) one = phase(random);
+    const auto accel = [&](double t) {
+      Vector3d a(0.8 * std::sin(3.0 * t), 0.5 * std::cos(2.0 * t), 9.81);
+      for (int k = 0; k < 8; ++k) {
+        for (int axis = 0; axis < 3; ++axis) {
+          a[axis] += 0.7 * std::sin(2.0 * M_PI * (23.0 + 9.0 * k) * t + phases[3 * k + axis]);
+        }
+      }
+      return a;
+    };
+    const auto whole = sample(
+        0.0, 2.0, 200.0, [](double) { return kZero; }, accel);
+    const ImuNoise noise =
+        assumedImuNoise(ImuNoise{1.7e-4, 2e-3}, measureImuQuality(whole), InertialOptions());
+    for (int first = 110; first < 250; first += 20) {
+      auto gap = whole;
+      gap.erase(gap.begin() + first, gap.begin() + first + 5);  // 30 ms without a sample
+      const auto at = [&](const std::vector<ImuSample>& samples) {
+        return preintegrate(samples, 0.5, 1.3, kZero, kZero, noise,
+                            PreintegrationParts::kWithCovariance);
+      };
+      const Preintegration known = at(whole), bridged = at(gap);
+      const double error2 = (known.dv - bridged.dv).squaredNorm() / 3.0;
+      const double added = bridged.covariance(3, 3) - known.covariance(3, 3);
+      with += error2 / added;
+      before += error2 / (noise.accel_density * noise.accel_density * 0.03);
+      ++count;
+    }
+  }
+  EXPECT_GT(with / count, 0.2);
+  EXPECT_LT(with / count, 2.0);
+  EXPECT_GT(before / count, 5.0);
 }
 
 TEST(Preintegration, WindowChainsRotations) {

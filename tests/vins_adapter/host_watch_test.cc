@@ -82,10 +82,18 @@ TEST(ImuScreen, AGlitchIsBridgedAndAShockIsNot) {
   EXPECT_NEAR(damage.last, 2.025, 0.0051);
   EXPECT_TRUE(damage.bridged);
   EXPECT_FALSE(damage.open);
-  ASSERT_EQ(glitch.used.size(), exact.imu.size());
+  // Five samples are missing, none is made up; a host's own frames get interpolated ones.
+  ASSERT_EQ(glitch.used.size(), exact.imu.size() - 5);
+  for (std::size_t i = 0, k = 0; i < exact.imu.size(); ++i) {
+    if (exact.imu[i].t >= 2.0 && exact.imu[i].t < 2.025) continue;
+    EXPECT_EQ(glitch.used[k].t, exact.imu[i].t);
+    EXPECT_EQ(glitch.used[k++].accel, exact.imu[i].accel);
+  }
+  const auto& filled = glitch.screen.samples();
+  ASSERT_EQ(filled.size(), exact.imu.size());
   for (std::size_t i = 0; i < exact.imu.size(); ++i) {
-    EXPECT_NEAR(glitch.used[i].t, exact.imu[i].t, 1e-9);
-    EXPECT_LT((glitch.used[i].accel - exact.imu[i].accel).norm(), 1.0);
+    EXPECT_NEAR(filled[i].t, exact.imu[i].t, 1e-9);
+    EXPECT_LT((filled[i].accel - exact.imu[i].accel).norm(), 1.0);
   }
   // What EuRoC's vehicles feel when they touch the ground.
   const Screened shock = screened(disturbed(exact.imu, 2.0, 2.025, {35, 0, 0}));
@@ -103,9 +111,11 @@ TEST(ImuScreen, AGlitchOfBothSensors) {
   const Screened result = screened(samples);
   ASSERT_EQ(result.screen.damage().size(), 1u);
   EXPECT_FALSE(result.screen.damage().front().gyro_known);
-  ASSERT_EQ(result.used.size(), exact.imu.size());
+  EXPECT_EQ(result.used.size(), exact.imu.size() - 8);
+  const auto& filled = result.screen.samples();
+  ASSERT_EQ(filled.size(), exact.imu.size());
   for (std::size_t i = 0; i < exact.imu.size(); ++i) {
-    EXPECT_LT((result.used[i].gyro - exact.imu[i].gyro).norm(), 0.3);
+    EXPECT_LT((filled[i].gyro - exact.imu[i].gyro).norm(), 0.3);
   }
 }
 
@@ -232,7 +242,20 @@ TEST(ImuScreen, MissingSamples) {
   const Screened bridged = without(0.07);
   ASSERT_EQ(bridged.screen.damage().size(), 1u);
   EXPECT_TRUE(bridged.screen.damage().front().bridged);
-  EXPECT_EQ(bridged.used.size(), exact.imu.size());
+  EXPECT_EQ(bridged.screen.samples().size(), exact.imu.size());
+  // One sample in the middle, so that nowhere is a gap.
+  EXPECT_EQ(bridged.used.size(), exact.imu.size() - 14 + 1);
+  for (std::size_t i = 1; i < bridged.used.size(); ++i) {
+    EXPECT_LE(bridged.used[i].t - bridged.used[i - 1].t, 0.045);
+    EXPECT_GT(bridged.used[i].t, bridged.used[i - 1].t);
+  }
+  // The accelerometer alone: the rates are those that were measured.
+  const Screened known = screened(disturbed(exact.imu, 2.0, 2.07, {100, 0, 0}));
+  ASSERT_TRUE(known.screen.damage().front().bridged);
+  ASSERT_EQ(known.used.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_EQ(known.used[i].gyro, exact.imu[i].gyro);
+  }
   const Screened hole = without(0.5);
   ASSERT_EQ(hole.screen.damage().size(), 1u);
   EXPECT_FALSE(hole.screen.damage().front().bridged);

@@ -41,6 +41,8 @@ constexpr double kLongestScatter = 3.0;
 constexpr double kCalmShare = 0.2;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
+// Share of that between samples on a bridge.
+constexpr double kBridgeStep = 0.9;
 
 template <typename Iterator>
 Eigen::Vector3d medianOf(Iterator first, Iterator last, Eigen::Vector3d ImuSample::*field) {
@@ -131,6 +133,19 @@ void ImuScreen::fill(const ImuSample& last, const ImuDamage& damage,
   }
 }
 
+// The initializer knows what missing samples are worth, and would believe interpolated ones: it
+// gets no more of these than it takes to be no gap. Over a longer bridge rates that are known are
+// worth more.
+std::vector<ImuSample> ImuScreen::bridge(const ImuDamage& damage,
+                                         std::vector<ImuSample> filled) const {
+  const auto steps =
+      static_cast<std::size_t>(std::ceil((damage.last - damage.first) / (kBridgeStep * kMaxGap)));
+  if ((steps > 1 && damage.gyro_known) || filled.size() < steps) return filled;
+  std::vector<ImuSample> few;
+  for (std::size_t k = 1; k < steps; ++k) few.push_back(filled[k * filled.size() / steps]);
+  return few;
+}
+
 std::deque<ImuSample> ImuScreen::heldUntil(double t) const {
   std::deque<ImuSample> samples = samples_;
   if (damage_.empty() || !damage_.back().open || samples_.empty()) return samples;
@@ -184,7 +199,7 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
     fill(sample, *open, &filled);
     left_out_.clear();
     samples_.insert(samples_.end(), filled.begin(), filled.end());
-    if (open->bridged) ready = std::move(filled);
+    if (open->bridged) ready = bridge(*open, std::move(filled));
   }
   ready.push_back(sample);
   samples_.push_back(sample);

@@ -58,7 +58,9 @@ enum class PreintegrationParts {
 
 /// Integrates from t_i to t_j. `samples` ascend in time and cover [t_i, t_j]; values at t_i and t_j
 /// are interpolated linearly between the neighbouring samples, so that a keyframe between two
-/// samples is met exactly. Requires t_i < t_j; samples outside the interval are ignored.
+/// samples is met exactly. Requires t_i < t_j. Samples outside the interval say only how long an
+/// interval between samples is on average: the covariance is widened where one is longer than 1.5
+/// of it, for others are missing there.
 Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
                             const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accel_bias,
                             const ImuNoise& noise, PreintegrationParts parts);
