@@ -133,17 +133,23 @@ Eigen::MatrixXd readMatrix(const cv::FileNode& root, const char* key, int rows, 
   if (node.empty()) {
     fail(key, " is missing; it is needed unless estimate_extrinsic is 2");
   }
+  // Before the library reserves memory for a matrix of that size.
+  if (!node.isMap() || !node["rows"].isInt() || !node["cols"].isInt()) {
+    fail(key, " cannot be read as !!opencv-matrix");
+  }
+  const int rows_there = node["rows"], cols_there = node["cols"];
+  const bool transposed = cols == 1 && rows_there == 1 && cols_there == rows;
+  if (!transposed && (rows_there != rows || cols_there != cols)) {
+    fail(key, " is ", rows_there, " x ", cols_there, ", must be an !!opencv-matrix of ", rows,
+         " x ", cols);
+  }
   cv::Mat matrix;
   try {
     node >> matrix;
   } catch (const std::exception&) {
     fail(key, " cannot be read as !!opencv-matrix");
   }
-  const bool transposed = cols == 1 && matrix.rows == 1 && matrix.cols == rows;
-  if (matrix.channels() != 1 || !(transposed || (matrix.rows == rows && matrix.cols == cols))) {
-    fail(key, " is ", matrix.rows, " x ", matrix.cols, ", must be an !!opencv-matrix of ", rows,
-         " x ", cols);
-  }
+  if (matrix.channels() != 1) fail(key, " has ", matrix.channels(), " channels, must have one");
   cv::Mat_<double> values;
   matrix.convertTo(values, CV_64F);
   Eigen::MatrixXd result(rows, cols);
