@@ -426,10 +426,10 @@ TEST_F(ConfigErrors, ExtrinsicThatIsNoRotation) {
   // No memory is reserved for what the file says: to OpenCV a word is the largest integer.
   write(edited("   rows: 3\n   cols: 1\n", "   rows: 2000000000\n   cols: 100\n"));
   expectError("extrinsicTranslation is 2000000000 x 100");
-  write(edited("   rows: 3\n   cols: 1\n", "   rows: three\n   cols: 1\n"));
+  write(edited("   rows: 3\n   cols: 1\n", "   rows: \"three\"\n   cols: 1\n"));
   expectError("extrinsicTranslation cannot be read as !!opencv-matrix");
   write(edited("   cols: 1\n   dt: d\n   data: [0.1, -0.2, 0.3]",
-               "   cols: 1\n   dt: 2d\n   data: [0.1, -0.2, 0.3, 0.4, 0.5, 0.6]"));
+               "   cols: 1\n   dt: \"2d\"\n   data: [0.1, -0.2, 0.3, 0.4, 0.5, 0.6]"));
   expectError("extrinsicTranslation has 2 channels, must have one");
   write(
       edited("extrinsicTranslation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: "
