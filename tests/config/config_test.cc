@@ -413,6 +413,12 @@ TEST_F(ConfigErrors, BadHostValues) {
   expectError("equalize is 2, must be 0, 1, true or false");
 }
 
+// fuzz_config: OpenCV does not return from this one.
+TEST_F(ConfigErrors, AFileOfMoreThanOneDocument) {
+  write("%YAML:1.0\n k: x\n: 4-\n");
+  expectError("line 3 starts further left than the first key");
+}
+
 TEST_F(ConfigErrors, ExtrinsicThatIsNoRotation) {
   write(edited("[0., -1., 0., 1., 0., 0., 0., 0., 1.]", "[0., -1., 0., 1., 0., 0., 0., 0., -1.]"));
   expectError("extrinsicRotation has determinant -1");

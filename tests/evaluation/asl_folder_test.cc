@@ -146,6 +146,7 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
        {"gyro_density"}},
       {"body", "imu0/sensor.yaml", "data: [1", "data: [0.5", {"T_BS is not the identity"}},
       {"yaml", "imu0/sensor.yaml", "T_BS:", "T_BS: [", {"not YAML"}},
+      {"documents", "imu0/sensor.yaml", "T_BS:", "...\n- 4\nT_BS:", {"comes after the end"}},
   };
   for (const BadSensor& bad : cases) {
     SCOPED_TRACE(bad.name);

@@ -5,6 +5,9 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
+#include <iterator>
+
+#include "slim_init/feature_tracker_lines/yaml_document.h"
 
 namespace slim_init::config {
 namespace {
@@ -119,7 +122,14 @@ std::string lower(std::string word) {
 
 std::unique_ptr<cv::FileStorage> openFile(const std::string& path) {
   // Tried first, because OpenCV prints to the console about a file it cannot open.
-  if (!std::ifstream(path).is_open()) fail("the file cannot be opened");
+  std::ifstream file(path, std::ios::binary);
+  if (!file.is_open()) fail("the file cannot be opened");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  constexpr char kNotYaml[] =
+      "not a YAML file that OpenCV can read (the first line has to be %YAML:1.0): ";
+  if (const std::string why = feature_tracker_lines::whyNotOneDocument(text); !why.empty()) {
+    fail(kNotYaml, why);
+  }
   try {
     auto storage = std::make_unique<cv::FileStorage>(path, cv::FileStorage::READ);
     if (!storage->isOpened()) fail("the file cannot be read");
@@ -128,7 +138,7 @@ std::unique_ptr<cv::FileStorage> openFile(const std::string& path) {
     // exception.err is the parser's message, exception.func "file(line): what".
     std::string reason = exception.func + " " + exception.err;
     std::replace(reason.begin(), reason.end(), '\n', ' ');
-    fail("not a YAML file that OpenCV can read (the first line has to be %YAML:1.0): ", reason);
+    fail(kNotYaml, reason);
   }
 }
 

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <vector>
 
+#include "slim_init/feature_tracker_lines/yaml_document.h"
+
 namespace slim_init::evaluation {
 namespace {
 
@@ -45,6 +47,9 @@ class SensorFile {
     if (file && file.peek() != std::ifstream::traits_type::eof()) content << file.rdbuf();
     if (!file.is_open() || file.bad()) fail(path, " cannot be read");
     std::string text = content.str();
+    if (const std::string why = feature_tracker_lines::whyNotOneDocument(text); !why.empty()) {
+      fail(path, ": ", why);
+    }
     if (text.compare(0, 5, "%YAML") != 0) text.insert(0, "%YAML:1.0\n");
     try {
       storage_.open(text,
