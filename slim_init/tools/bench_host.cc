@@ -24,6 +24,7 @@ void sortByArrival(std::vector<Delivered<Message>>* list) {
 vins_adapter::HostOptions hostOptions() {
   vins_adapter::HostOptions options;
   options.reinit = true;
+  options.max_wait_ms = -1.0;  // equal seeds, equal results
   return options;
 }
 
@@ -100,7 +101,7 @@ bool BenchHost::recover() {
   healthy.stamp = stamp;
   healthy.Bg = started_.Bg;
   healthy.Ba = started_.Ba;
-  answer_ = adapter_->recover(stamps(), healthy);
+  answer_ = adapter_->recover(stamps(), {healthy});
   return answer_.success();
 }
 

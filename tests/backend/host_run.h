@@ -26,13 +26,13 @@ class HostRun {
   std::function<void(TestHost*, double stamp)> before_frame;
 
   HostRun(const evaluation::Sequence& sequence, std::size_t first_frame,
-          const std::string& method = "slim")
+          const std::string& method = "slim", const TestHostOptions& options = {})
       : sequence_(sequence), next_frame_(first_frame) {
     std::string error;
     host_ = TestHost::create(
         baselines::makeInitializer(method, sequence.calibration,
                                    vins_adapter::HostAdapter::hostDefaults(), {}, &error),
-        TestHostOptions(), &error);
+        options, &error);
     while (next_imu_ + 1 < sequence.imu.size() &&
            sequence.imu[next_imu_ + 1].t <= sequence.frames[first_frame].t) {
       ++next_imu_;

@@ -20,7 +20,10 @@ constexpr double kHealthyKept = 30.0;
 
 }  // namespace
 
-TestHostOptions::TestHostOptions() { adapter.reinit = adapter.watchdog = true; }
+TestHostOptions::TestHostOptions() {
+  adapter.reinit = adapter.watchdog = true;
+  adapter.max_wait_ms = -1.0;  // lock step
+}
 
 std::string TestHostOptions::validate() const {
   return RangeCheck()
@@ -93,10 +96,10 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
 
 void TestHost::seed(HostStep* step) {
   const std::vector<double> stamps = estimator_.stamps();
-  step->joined = is_lost_ && options_.adapter.reinit &&
-                 stamps.front() - lost_.stamp <= options_.adapter.max_join_s;
+  step->joined =
+      is_lost_ && options_.adapter.reinit && adapter_->carry(lost_, stamps.front()).ok;
   const HostAnswer answer =
-      step->joined ? adapter_->recover(stamps, lost_) : adapter_->seed(stamps);
+      step->joined ? adapter_->recover(stamps, {lost_}) : adapter_->seed(stamps);
   step->seeded = fillWindow(answer, step);
   step->joined = step->joined && step->seeded;
 }
@@ -116,7 +119,8 @@ void TestHost::watch(HostStep* step) {
 }
 
 void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep* step) {
-  const HostAnswer answer = adapter_->recover(estimator_.stamps(), from);
+  HostAnswer answer = adapter_->recover(estimator_.stamps(), from);
+  if (answer.pending) answer = adapter_->bridge(estimator_.stamps(), from);
   step->recovered = fillWindow(answer, step);
   if (step->recovered || !failed) return;
   lost_ = from.back();

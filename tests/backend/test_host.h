@@ -44,7 +44,7 @@ struct HostStep {
 /// the full window; then the estimator optimises, the failure detection checks the step and the
 /// watchdog the window; a window under suspicion is not remembered. After a failure the adapter is
 /// asked to recover from the states older than suspect_s; if it declines, the window is cleared,
-/// and the next seed joins the old odometry frame for HostOptions::max_join_s.
+/// and the next seed joins the old odometry frame if the IMU data reach.
 class TestHost {
  public:
   /// Around an initializer. Bad arguments: null, and a message in `error` (may be null).

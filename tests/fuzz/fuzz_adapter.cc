@@ -53,6 +53,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   HostOptions options;
   options.reinit = true;
   options.watchdog = true;
+  options.max_wait_ms = -1.0;  // an input that is found has to be found again
   options.estimate_td = bytes.byte() > 127;
   options.estimate_extrinsic = bytes.byte() > 127;
   std::string error;
@@ -92,13 +93,15 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         std::vector<HostState> healthy(1 + bytes.below(3));
         for (HostState& one : healthy) one = state(t - 0.1 * bytes.below(20), &bytes);
         check(adapter->recover(stamps, healthy));
+        check(adapter->bridge(stamps, healthy));
         break;
       }
       case 7: adapter->carry(state(now - 1.0, &bytes), t); break;
       case 8: {
         window.push_back(state(t, &bytes));
         if (window.size() > 11) window.erase(window.begin());
-        adapter->watch(window, calibration.R_b_c, calibration.t_b_c);
+        adapter->prepare(window, calibration.R_b_c, calibration.t_b_c);
+        adapter->watch(window, calibration.R_b_c, calibration.t_b_c, bytes.byte() > 127);
         break;
       }
       case 9: adapter->imuIntervals(stamps); break;

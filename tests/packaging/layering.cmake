@@ -164,7 +164,7 @@ if(LINKS_FILE)
   set(base "Eigen3::Eigen|slim_init(_|::)core")
   set(front "slim_init(_|::)feature_tracker_lines")
   may_link(slim_init_core "Eigen3::Eigen")
-  may_link(slim_init_vins_adapter "${base}|slim_init(_|::)config")
+  may_link(slim_init_vins_adapter "${base}|slim_init(_|::)config|Threads::Threads")
   may_link(slim_init_config
            "${base}|${front}|slim_init(_|::)baselines|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_doctor

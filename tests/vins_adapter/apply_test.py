@@ -333,7 +333,7 @@ class ApplyTest(unittest.TestCase):
                          r"if\(result && ok\)")
         self.assertRegex(said, r"2 TIMES   healthy      lines \d+, \d+: key_poses.clear\(\);")
         self.assertRegex(said, r"NOT FOUND member  ")
-        self.assertIn("15 of 18 anchors match; what to do", said)
+        self.assertIn("16 of 19 anchors match; what to do", said)
         # What the inserted calls use and the stand-in's header does not spell out.
         self.assertNotIn("member Ps", said)
         self.assertEqual(self.tree(path), before)
@@ -372,7 +372,7 @@ class ApplyTest(unittest.TestCase):
         pristine = self.tree(path)
         self.assertIn("holds none of the known hosts", self.refuses(path))
         self.assertEqual(self.diagnosed(path, "--host", described)[0], 0)
-        self.assertIn("my_fork: 18 insertions in 5 files", self.succeeds(path, "--host", described))
+        self.assertIn("my_fork: 19 insertions in 5 files", self.succeeds(path, "--host", described))
         source = read(os.path.join(path, "my_estimator", "src", "estimator.cpp"))
         self.assertIn(b"joinStock(*this);\n// <<< slim_init\n            if(result == true)",
                       source)

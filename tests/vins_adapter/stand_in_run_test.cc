@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
 
 #include "geometry/so3.h"
 #include "node.h"
@@ -49,7 +50,9 @@ class Finder : public IInitializer {
   void setTd(double td) override { host_.td = td; }
   void reset() override { inner_->reset(); }
   InitResult initialize() override { return with(inner_->initialize()); }
-  InitResult recover(const NavState& last) override { return with(inner_->recover(last)); }
+  InitResult recover(const std::vector<StatePrior>& healthy) override {
+    return with(inner_->recover(healthy));
+  }
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
                 std::vector<NavState>* states, std::string* error) const override {
     return inner_->statesAt(result, times, max_reach_s, states, error);
@@ -105,7 +108,8 @@ class StandInRun : public ::testing::Test {
     std::ofstream out(path);
     for (std::string line; std::getline(in, line);) {
       if (line.find("output_path:") == 0) line = "output_path: \"" + folder_ + "\"";
-      if (line.find("slim_init:") == 0) out << keys;
+      // Lock step: every frame gets the estimate of its own window.
+      if (line.find("slim_init:") == 0) out << keys << (keys.empty() ? "" : "max_wait_ms: -1\n");
       out << line << "\n";
       if (line.find("slim_init:") == 0) out << section;
     }
@@ -215,6 +219,7 @@ class StandInRun : public ::testing::Test {
     HostOptions options;
     options.estimate_td = estimate_td;
     options.estimate_extrinsic = estimate_extrinsic != 0;
+    options.max_wait_ms = -1.0;
     std::string error;
     auto adapter = HostAdapter::create(std::make_unique<Finder>(right, wrong), options, &error);
     EXPECT_NE(adapter, nullptr) << error;
@@ -251,11 +256,8 @@ TEST_F(StandInRun, AFoundCalibrationGoesIntoTheHost) {
   EXPECT_EQ(e.ric[0], exact_.calibration.R_b_c);
   EXPECT_EQ(ESTIMATE_EXTRINSIC, 1);
 
-  // Lines to paste and warnings, once.
   EXPECT_EQ(timesLogged("warn: slim_init: the right calibration was found"), 1) << logText();
-  EXPECT_EQ(timesLogged("\ntd: 0.02\n"), 1) << logText();
-  EXPECT_EQ(timesLogged("\nextrinsicRotation: !!opencv-matrix\n   rows: 3\n"), 1) << logText();
-  EXPECT_EQ(timesLogged("extrinsicTranslation"), 0) << "as in the file";
+  EXPECT_EQ(timesLogged("extrinsicRotation: "), 0) << "one window is not enough for advice";
   EXPECT_GT(newest, 0);
 }
 
@@ -286,7 +288,6 @@ TEST_F(StandInRun, AHostThatDoesNotEstimateItKeepsItsCalibration) {
   EXPECT_LT((e.ric[0] - wrong_).norm(), 1e-12);
   EXPECT_LT((RIC[0] - wrong_).norm(), 1e-12);
   EXPECT_EQ(ESTIMATE_EXTRINSIC, 0);
-  EXPECT_EQ(timesLogged("\ntd: 0.02\n"), 1) << "the user is told all the same";
 }
 
 #endif  // STAND_IN_PL_VINS
@@ -296,8 +297,6 @@ TEST_F(StandInRun, AnUnknownExtrinsicIsKnownAfterTheSeed) {
   EXPECT_EQ(ESTIMATE_EXTRINSIC, 1);
   EXPECT_LT((RIC[0] - exact_.calibration.R_b_c).norm(), 1e-12);
   EXPECT_LT((TIC[0] - exact_.calibration.t_b_c).norm(), 1e-12);
-  EXPECT_EQ(timesLogged("# rotation: standard deviation 0.2 deg"), 1) << logText();
-  EXPECT_EQ(timesLogged("td: "), 0) << logText();
 }
 
 #if defined(STAND_IN_VINS_FUSION) || defined(STAND_IN_DYNAVINS)
@@ -627,6 +626,16 @@ TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
   EXPECT_LT(logSO3(e.Rs[kNewest].transpose() * exact_.truth[k - 1].R_w_b).norm(), 0.02);
   EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
   EXPECT_EQ(timesLogged("by the IMU, standard deviation"), 1);
+  // Since the first start, with what the gap has cost.
+  const std::string frame = ros::published()["slim_init/frame"].back();
+  std::istringstream row(frame);
+  std::vector<double> values;
+  for (std::string cell; std::getline(row, cell, ',');) values.push_back(std::stod(cell));
+  ASSERT_EQ(values.size(), 4u) << frame;
+  EXPECT_LT(values[1], exact_.keyframes[30].t);
+  EXPECT_GT(values[2], 0.01);
+  EXPECT_LT(values[2], 1.0);
+  EXPECT_GT(values[3], 0.0);
 }
 
 // Hosts without a restart of the tracker have no insertion there.
@@ -656,18 +665,22 @@ TEST_F(StandInRun, AGapInTheImagesIsRiddenThrough) {
 }
 #endif
 
-// The other side: without the samples of that second nobody knows where the body went.
-TEST_F(StandInRun, AFrameThatCannotBeCarriedIsNew) {
+// The other side: without the samples of that second nobody knows where the body went. The world
+// does not turn all the same.
+TEST_F(StandInRun, WithoutImuDataPoseAndHeadingStay) {
   start("initializer: slim\nreinit: 1\n");
   Estimator& e = host();
   int k = fly(30);
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
+  const Vector3d last = e.last_P;
   samplesUntil(k + 9);
   restart({});
   for (k += 10; k < 59 && e.solver_flag == Estimator::INITIAL; ++k) frame(k);
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
-  EXPECT_EQ(timesLogged("the odometry frame is new"), 1) << logText();
-  EXPECT_EQ(timesLogged("the odometry frame is continued"), 0);
+  EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
+  EXPECT_LT((e.Ps[0] - last).norm(), 3.0);
+  const Matrix3d turn = e.Rs[0] * exact_.truth[k - 1 - kNewest].R_w_b.transpose();
+  EXPECT_LT(logSO3(turn).norm(), 1.2) << "what the body has turned in that second";
 }
 
 TEST_F(StandInRun, TheHostsOwnStartJoinsToo) {
@@ -734,7 +747,7 @@ TEST_F(StandInRun, ImuDamageDoesNotReachTheHost) {
   }
   const int first = fly(42);
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
-  ASSERT_EQ(timesLogged("the images carry the host"), 0) << logText();
+  ASSERT_EQ(timesLogged("relying on vision"), 0) << logText();
   for (int k = first; k < first + 4; ++k) {
     e.Vs[kNewest] += Vector3d(12, 0, 0);  // what the host makes of it
     frame(k);
@@ -746,7 +759,7 @@ TEST_F(StandInRun, ImuDamageDoesNotReachTheHost) {
     EXPECT_GT(newest.covariance(6, 6), 0.0);
     track(k + 1);
   }
-  EXPECT_EQ(timesLogged("the images carry the host"), 1) << logText();
+  EXPECT_EQ(timesLogged("relying on vision"), 1) << logText();
   EXPECT_EQ(timesLogged("recover"), 0) << logText();
 }
 

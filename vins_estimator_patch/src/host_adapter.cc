@@ -9,13 +9,16 @@
 #include <map>
 #include <mutex>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 #include "first_state_prior.h"
 #include "imu_carry.h"
 #include "imu_screen.h"
+#include "innovation.h"
 #include "sensor_memory.h"
 #include "slim_init/row_times.h"
+#include "solve_worker.h"
 #include "watchdog.h"
 
 namespace slim_init::vins_adapter {
@@ -25,19 +28,20 @@ namespace {
 constexpr double kTdKept = 20.0;
 // Frames kept for the watchdog [s].
 constexpr double kFramesKept = 5.0;
-// The initializer is asked about a host that seems sane [s].
-constexpr double kAskEvery = 1.0;
+// A host that seems healthy is compared with a solved window so often [s].
+constexpr double kCheckEvery = 1.0;
+// A propagated velocity that is less certain does not replace the host's own [m/s].
+constexpr double kWorstBridge = 2.0;
+// Velocities that agree [m/s], besides two standard deviations of the scale.
+constexpr double kCloseVelocity = 0.25;
+// The answer to an earlier frame is used up to this age [s].
+constexpr double kFreshSolve = 0.5;
 // Frames in a row that have to speak against a host where the initializer has no answer.
 constexpr int kSuspectFrames = 3;
 constexpr double kRadToDeg = 57.29577951308232;
-// Up to here the initializer carries the last healthy state itself [s].
-constexpr double kShortCarry = 0.1;
 // Healthy states handed to the initializer, and the time between them [s].
 constexpr std::size_t kMostPriors = 6;
 constexpr double kBetweenPriors = 0.25;
-// Standard deviations by which the velocity of a window of its own may differ from that of the
-// healthy state; the answer from both costs time, not accuracy.
-constexpr double kSameVelocity = 2.0;
 // Stamps of one frame differ by no more [s]; it has been added to td and back.
 constexpr double kSameFrame = 1e-6;
 // Rows of an image [px]; beyond is a mistake.
@@ -64,6 +68,25 @@ std::string checkStamps(const std::vector<double>& stamps) {
   return "";
 }
 
+// So near that the states can be called right: a velocity that an estimator recovers from by itself.
+bool isClose(const NavState& host, const NavState& solved, double scale_sigma) {
+  const Eigen::Vector3d v = solved.R_w_b.transpose() * solved.v_w_b;
+  const double sigma = std::isnan(scale_sigma) ? 0.0 : scale_sigma;
+  return (host.R_w_b.transpose() * host.v_w_b - v).norm() <= kCloseVelocity + 2.0 * sigma * v.norm();
+}
+
+std::string carryMessage(double seconds, const HostCarry& carried) {
+  std::ostringstream out;
+  out.precision(3);
+  out << "propagated over " << std::max(seconds, 0.0) << " s by the IMU, standard deviation "
+      << carried.position_sigma << " m and " << carried.yaw_sigma_deg << " deg of yaw";
+  return out.str();
+}
+
+double millisecondsSince(SolveWorker::Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(SolveWorker::Clock::now() - start).count();
+}
+
 }  // namespace
 
 const char* toString(HostMode mode) {
@@ -83,14 +106,12 @@ bool parseHostMode(const std::string& text, HostMode* mode) {
 }
 
 std::string HostOptions::validate() const {
-  const std::pair<const char*, double> fields[] = {{"max_reach_s", max_reach_s},
-                                                   {"max_join_s", max_join_s},
-                                                   {"max_join_sigma_m", max_join_sigma_m},
-                                                   {"max_join_sigma_deg", max_join_sigma_deg}};
-  for (const auto& [name, value] : fields) {
-    if (value >= 0.0 && value <= 60.0) continue;
+  const std::tuple<const char*, double, double, double> fields[] = {
+      {"max_reach_s", max_reach_s, 0.0, 60.0}, {"max_wait_ms", max_wait_ms, -1.0, 1000.0}};
+  for (const auto& [name, value, least, most] : fields) {
+    if (value >= least && value <= most) continue;
     std::ostringstream out;
-    out << name << " is " << value << ", must be in [0, 60]";
+    out << name << " is " << value << ", must be in [" << least << ", " << most << "]";
     return out.str();
   }
   if (image_height >= 0 && image_height <= kMaxImageHeight) return "";
@@ -112,24 +133,39 @@ struct HostAdapter::State {
     td_of.clear();
     frames.clear();
     screen.reset();
-    last_asked = -std::numeric_limits<double>::infinity();
+    worker.discard();
+    last_check = -std::numeric_limits<double>::infinity();
     contradictions = suspect_frames = 0;
     steady_biases = SteadyBiases();
+    innovations.reset();
     flown = OptionalCalibration();
   }
-  HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration);
-  std::string ask(const NavState& newest, bool* answered);
+  using Lock = std::unique_lock<std::mutex>;
+
+  HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration,
+                   bool wants_evidence, Lock* lock);
+  void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
+                         Lock* lock, HostHealth* health);
+  HostPreparation prepare(const std::vector<HostState>& window, const Calibration& calibration);
+  std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
+  CarriedState healthyStateOf(const HostState& state) const;
+  std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
   // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
   double hostTime(double stamp) const {
     const auto it = td_of.find(stamp);
     return stamp + (it == td_of.end() ? initializer->calibration().td : it->second);
   }
 
-  HostAnswer solve(const std::vector<double>& stamps, const std::vector<HostState>* healthy);
+  HostAnswer answer(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
+                    Lock* lock);
+  SolveWorker::Solve solveFor(double stamp, const std::vector<HostState>* healthy);
+  std::optional<Solved> solvedInTime(SolvePurpose purpose, double stamp, SolveWorker::Solve solve,
+                                     Lock* lock);
+  SolveWorker::Clock::time_point deadlineOf(double stamp);
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
-  InitResult recover(const HostState& last_healthy, double first_stamp_of_window);
-  InitResult recoverFrom(const std::vector<HostState>& healthy, double first_stamp_of_window);
-  bool hasVelocityOf(const HostState& healthy, const InitResult& answer) const;
+  HostAnswer bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
+  HostCarry carry(const HostState& from, double stamp) const;
+  HostCarry joinOf(const HostState& healthy, const InitResult& verdict) const;
   std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
                                    const std::vector<HostState>* healthy) const;
   bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
@@ -144,36 +180,93 @@ struct HostAdapter::State {
   double last_imu = kNotComputed;
   std::int64_t suspects = 0;            // samples within the limits that were left out
   std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
-  double last_asked = -std::numeric_limits<double>::infinity();
-  int contradictions = 0;  // answers in a row that speak against the host
+  double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
+  int contradictions = 0;  // solved windows in a row that speak against the host
   int suspect_frames = 0;
   SteadyBiases steady_biases;
+  InnovationMonitor innovations;
   SensorMemory memory{Calibration()};
   OptionalCalibration flown;  // extrinsics that the host has estimated in flight
+  double waiting_stamp = kNotComputed;  // the frame for which the host has begun to wait
+  SolveWorker::Clock::time_point wait_until;
+  SolveWorker worker;  // last, so that its thread ends first
 };
 
-// Compares with an answer of the initializer; a reason, or "".
-std::string HostAdapter::State::ask(const NavState& newest, bool* answered) {
-  *answered = false;
-  // Of the host's own biases it would not be independent.
-  initializer->setKnownSensors(KnownSensors());
-  const InitResult answer = initializer->initialize();
-  last_asked = newest.t;
-  if (!answer.success()) return "";
+// On the IMU clock, as the host has paired its frames with its samples.
+std::vector<NavState> HostAdapter::State::statesOf(const std::vector<HostState>& window,
+                                                   double td) const {
+  std::vector<NavState> states;
+  for (const HostState& state : window) {
+    states.push_back(fromHostState(state, td));
+    states.back().t = hostTime(state.stamp);
+  }
+  return states;
+}
+
+CarriedState HostAdapter::State::healthyStateOf(const HostState& state) const {
+  CarriedState healthy;
+  healthy.state = fromHostState(state, initializer->calibration().td);
+  healthy.state.t = hostTime(state.stamp);
+  healthy.covariance = healthyCovariance();
+  return healthy;
+}
+
+// Compares with a window that is solved without the host's states, which would not be independent
+// of them, nor of their biases.
+void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp, bool urgent,
+                                           bool wants_evidence, Lock* lock, HostHealth* health) {
+  const SolveWorker::Solve solve = [initializer = initializer.get()] {
+    initializer->setKnownSensors(KnownSensors());
+    return initializer->initialize();
+  };
+  const bool due = urgent || contradictions > 0 || wants_evidence ||
+                   stamp - last_check >= kCheckEvery;
+  std::optional<Solved> solved;
+  if (options.max_wait_ms < 0.0) {
+    if (due) solved = solveNow(SolvePurpose::kCheck, stamp, solve);
+  } else {
+    solved = worker.take(SolvePurpose::kCheck, SolveWorker::Clock::now());
+    // A solve that is wanted more is not put off.
+    const bool free = !worker.isBusy(SolvePurpose::kCheck) &&
+                      !worker.isBusy(SolvePurpose::kRecover) && !worker.isBusy(SolvePurpose::kSeed);
+    if (due && free) worker.post(SolvePurpose::kCheck, stamp, solve);
+    if (urgent && !solved.has_value()) {
+      const auto deadline = deadlineOf(stamp);
+      lock->unlock();
+      solved = worker.take(SolvePurpose::kCheck, deadline);
+      lock->lock();
+    }
+  }
+  if (!solved.has_value()) return;
+  last_check = solved->stamp;
+  health->calibration = solved->result.calibration;
   std::vector<NavState> at;
-  if (!initializer->statesAt(answer, {newest.t}, options.max_reach_s, &at, nullptr)) return "";
-  *answered = at.size() == 1;
-  return *answered ? compareStates(newest, at.front(), answer.scale_sigma) : "";
+  if (!solved->result.success() ||
+      !initializer->statesAt(solved->result, {newest.t}, options.max_reach_s, &at, nullptr) ||
+      at.size() != 1) {
+    return;
+  }
+  const std::string contradiction =
+      compareStates(newest, at.front(), solved->result.scale_sigma);
+  if (contradiction.empty()) {
+    contradictions = suspect_frames = 0;
+    if (isClose(newest, at.front(), solved->result.scale_sigma)) {
+      health->confirmed_stamp = solved->stamp;
+    }
+    return;
+  }
+  ++contradictions;
+  health->suspect = true;
+  health->reason += (health->reason.empty() ? "" : "; ") + contradiction;
 }
 
 HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
-                                     const Calibration& calibration) {
+                                     const Calibration& calibration, bool wants_evidence,
+                                     Lock* lock) {
   HostHealth health;
-  std::vector<NavState> states;
-  for (const HostState& state : window) {
-    states.push_back(fromHostState(state, calibration.td));
-    states.back().t = hostTime(state.stamp);
-    if (states.size() > 1 && !(states.back().t > states[states.size() - 2].t)) return health;
+  const std::vector<NavState> states = statesOf(window, calibration.td);
+  for (std::size_t i = 1; i < states.size(); ++i) {
+    if (!(states[i].t > states[i - 1].t)) return health;
   }
   WatchFinding finding = watchWindow(states, {frames.begin(), frames.end()}, screen.samples(),
                                      screen.damage(), calibration);
@@ -191,20 +284,15 @@ HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
     health.sane = states.empty();
     return health;
   }
-  const double newest = states.back().t;
-  if (finding.sane && contradictions == 0 && newest - last_asked < kAskEvery) return health;
-  bool answered = false;
-  const std::string contradiction = ask(states.back(), &answered);
-  if (!contradiction.empty()) {
-    ++contradictions;
-    health.suspect = true;
-    health.reason += (health.reason.empty() ? "" : "; ") + contradiction;
-    // One answer may be the wrong one.
+  const int contradictions_before = contradictions, suspect_before = suspect_frames;
+  checkAgainstSolve(states.back(), window.back().stamp, !finding.sane, wants_evidence, lock,
+                    &health);
+  if (contradictions > contradictions_before) {
+    // One solved window may be the wrong one.
     health.sane = finding.sane && contradictions < 2;
-  } else if (answered) {
-    contradictions = suspect_frames = 0;
-    // A bias that has moved has not been thrown off.
-    if (!finding.sane) steady_biases = SteadyBiases();
+  } else if (suspect_frames < suspect_before) {
+    // It agrees: a bias that has moved has not been thrown off.
+    steady_biases = SteadyBiases();
   } else {
     health.sane = suspect_frames < kSuspectFrames;
   }
@@ -273,16 +361,13 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
   return true;
 }
 
-// What the healthy states know, carried over what the IMU has not measured: the initializer does
+// What the healthy states know, propagated over what the IMU has not measured: the initializer does
 // not see the damage.
 std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState>& healthy) const {
   const Calibration calibration = initializer->calibration();
   std::vector<StatePrior> priors;
   for (auto state = healthy.rbegin(); state != healthy.rend(); ++state) {
-    CarriedState carried;
-    carried.state = fromHostState(*state, calibration.td);
-    carried.state.t = hostTime(state->stamp);
-    carried.covariance = healthyCovariance();
+    CarriedState carried = healthyStateOf(*state);
     // States close to each other know the same.
     if (!priors.empty() && priors.back().state.t - carried.state.t < kBetweenPriors) continue;
     double until = carried.state.t;
@@ -291,7 +376,7 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
     }
     std::string problem;
     if (until > carried.state.t &&
-        !carryState(carried, until, screen.samples(), screen.damage(),
+        !carryState(carried, until, screen.heldUntil(until), screen.damage(),
                     Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
                     calibration.imu_noise, &carried, &problem)) {
       continue;
@@ -304,65 +389,53 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
   return priors;
 }
 
-// Without a prior: the frame alone continues.
-InitResult HostAdapter::State::recover(const HostState& last_healthy,
-                                       double first_stamp_of_window) {
-  const Calibration calibration = initializer->calibration();
-  NavState last = fromHostState(last_healthy, calibration.td);
-  // Over missing data the initializer would not carry it.
-  double until = hostTime(first_stamp_of_window);
-  for (const ImuDamage& one : screen.damage()) {
-    if (!one.bridged && one.last > last.t) until = std::max(until, one.last);
+// Of copies: the streams go on while it runs.
+SolveWorker::Solve HostAdapter::State::solveFor(double stamp,
+                                                const std::vector<HostState>* healthy) {
+  IInitializer* const solver = initializer.get();
+  const KnownSensors known = memory.knownAt(stamp);
+  if (healthy == nullptr) {
+    return [solver, known] {
+      solver->setKnownSensors(known);
+      return solver->initialize();
+    };
   }
-  // Nor at the host's biases, which are better known than those of the first window after it.
-  if (until > last.t + kShortCarry) {
-    CarriedState carried;
-    carried.state = last;
-    std::string problem;
-    if (carryState(carried, until, screen.samples(), screen.damage(),
-                   Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
-                   &carried, &problem)) {
-      last = carried.state;
-    }
-  }
-  return initializer->recover(last);
+  return [solver, known, priors = priorsOf(*healthy)] {
+    solver->setKnownSensors(known);
+    return solver->recover(priors);
+  };
 }
 
-// A window that vouches for itself is longer, and better known, than what has passed since the
-// healthy state. Where it is refused, or has another velocity than that state, both together answer
-// if the data do not contradict that velocity.
-InitResult HostAdapter::State::recoverFrom(const std::vector<HostState>& healthy,
-                                           double first_stamp_of_window) {
-  InitResult own = recover(healthy.back(), first_stamp_of_window);
-  if (own.success() && hasVelocityOf(healthy.back(), own)) return own;
-  InitResult known = initializer->recoverWithPrior(priorsOf(healthy));
-  const std::vector<std::string>& dropped = known.prior_dropped;
-  if (known.success() &&
-      (!own.success() || std::count(dropped.begin(), dropped.end(), "velocity") == 0)) {
-    return known;
-  }
-  if (!own.success()) own.message += "; with a known state: " + known.message;
-  return own;
+// One for all calls about a frame.
+SolveWorker::Clock::time_point HostAdapter::State::deadlineOf(double stamp) {
+  if (stamp == waiting_stamp) return wait_until;
+  waiting_stamp = stamp;
+  const std::chrono::duration<double, std::milli> wait(std::max(options.max_wait_ms, 0.0));
+  wait_until = SolveWorker::Clock::now() +
+               std::chrono::duration_cast<SolveWorker::Clock::duration>(wait);
+  return wait_until;
 }
 
-// In the body, at the time of the healthy state. True where the answer does not reach there.
-bool HostAdapter::State::hasVelocityOf(const HostState& healthy, const InitResult& answer) const {
-  const NavState before = fromHostState(healthy, initializer->calibration().td);
-  std::vector<NavState> then;
-  if (!initializer->statesAt(answer, {hostTime(healthy.stamp)}, options.max_reach_s, &then,
-                             nullptr) ||
-      then.size() != 1) {
-    return true;
+// The newest finished solve of this purpose; begins one of the newest window unless one is at work.
+// Nothing: none has finished in time.
+std::optional<Solved> HostAdapter::State::solvedInTime(SolvePurpose purpose, double stamp,
+                                                       SolveWorker::Solve solve, Lock* lock) {
+  if (options.max_wait_ms < 0.0) return solveNow(purpose, stamp, solve);
+  std::optional<Solved> earlier = worker.take(purpose, SolveWorker::Clock::now());
+  if (earlier.has_value() && !(std::abs(stamp - earlier->stamp) <= kFreshSolve)) earlier.reset();
+  if (earlier.has_value() && earlier->result.success()) return earlier;
+  if (!worker.isBusy(purpose) && !worker.post(purpose, stamp, solve)) {
+    return solveNow(purpose, stamp, solve);
   }
-  const Eigen::Vector3d v = then.front().R_w_b.transpose() * then.front().v_w_b;
-  const double difference = (v - before.R_w_b.transpose() * before.v_w_b).norm();
-  const double scale_sigma = std::isnan(answer.scale_sigma) ? 0.0 : answer.scale_sigma;
-  const CarriedState known = {before, healthyCovariance()};
-  return difference <= kSameVelocity * std::hypot(known.velocitySigma(), scale_sigma * v.norm());
+  const auto deadline = deadlineOf(stamp);
+  lock->unlock();
+  std::optional<Solved> solved = worker.take(purpose, deadline);
+  lock->lock();
+  return solved.has_value() ? std::move(solved) : std::move(earlier);
 }
 
-HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
-                                     const std::vector<HostState>* healthy) {
+HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
+                                      const std::vector<HostState>* healthy, Lock* lock) {
   HostAnswer answer;
   const auto decline = [&answer](InitStatus status, const std::string& message) {
     answer.verdict.status = status;
@@ -381,12 +454,15 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
     return decline(InitStatus::kInvalidInput, "the host had no healthy state yet");
   }
 
-  initializer->setKnownSensors(memory.knownAt(answer.stamp));
-  if (healthy == nullptr) {
-    answer.verdict = initializer->initialize();
-  } else {
-    answer.verdict = recoverFrom(*healthy, stamps.front());
+  std::optional<Solved> solved =
+      solvedInTime(healthy == nullptr ? SolvePurpose::kSeed : SolvePurpose::kRecover, stamps.back(),
+                   solveFor(answer.stamp, healthy), lock);
+  if (!solved.has_value()) {
+    answer.pending = true;
+    return decline(InitStatus::kTimeLimit, "the solve has not finished");
   }
+  answer.verdict = std::move(solved->result);
+  answer.solve_ms = solved->solve_ms;
   answer.message = answer.verdict.message;
   if (!answer.verdict.success()) return answer;
   problem = answer.verdict.validate();
@@ -395,10 +471,159 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
   }
   InitStatus status = InitStatus::kSuccess;
   if (!fillWindow(stamps, healthy, &answer, &status, &problem)) return decline(status, problem);
-  answer.joined = healthy != nullptr;
+  if (healthy != nullptr) {
+    answer.joined = true;
+    answer.join = joinOf(healthy->back(), answer.verdict);
+  }
   steady_biases = SteadyBiases();  // the host starts with the answer's
+  innovations.reset();
+  contradictions = suspect_frames = 0;
   memory.learn(answer.verdict.calibration);
   return answer;
+}
+
+HostCarry HostAdapter::State::carry(const HostState& from, double stamp) const {
+  const Calibration calibration = initializer->calibration();
+  HostCarry result;
+  CarriedState carried = healthyStateOf(from);
+  const double t = hostTime(stamp);
+  if (!carryState(carried, t, screen.heldUntil(t), screen.damage(),
+                  Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
+                  &carried, &result.message)) {
+    return result;
+  }
+  result.ok = true;
+  result.state = toHostState(carried.state, calibration.td);
+  result.state.stamp = std::max(stamp, from.stamp);
+  result.position_sigma = carried.positionSigma();
+  result.yaw_sigma_deg = kRadToDeg * carried.yawSigma();
+  result.message = carryMessage(stamp - from.stamp, result);
+  return result;
+}
+
+// The IMU has propagated the healthy state to where the window begins; from there the window's own
+// scale counts.
+HostCarry HostAdapter::State::joinOf(const HostState& healthy, const InitResult& verdict) const {
+  const NavState &first = verdict.states.front(), &last = verdict.states.back();
+  const Calibration calibration = initializer->calibration();
+  HostCarry join = carry(healthy, std::max(healthy.stamp, calibration.imageStamp(first.t)));
+  const double scale_sigma = std::isnan(verdict.scale_sigma) ? 0.0 : verdict.scale_sigma;
+  join.position_sigma =
+      std::hypot(join.position_sigma, scale_sigma * (last.p_w_b - first.p_w_b).norm());
+  if (join.ok) join.message = carryMessage(calibration.imageStamp(first.t) - healthy.stamp, join);
+  return join;
+}
+
+// The last healthy state is at least as old as the newest damage that it could know of, so what is
+// propagated may drift; the host's tracks correct it.
+HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
+                                      const std::vector<HostState>& healthy) const {
+  HostAnswer answer;
+  answer.verdict.status = InitStatus::kInvalidInput;
+  answer.message = checkStamps(stamps);
+  if (!answer.message.empty() || healthy.empty()) return answer;
+  answer.stamp = stamps.back();
+  const Calibration calibration = initializer->calibration();
+  const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
+  const std::deque<ImuSample> samples = screen.heldUntil(hostTime(stamps.back()));
+  std::vector<NavState> window;
+  CarriedState carried;
+  auto next = healthy.begin();
+  for (const double stamp : stamps) {
+    for (; next != healthy.end() && next->stamp <= stamp + kSameFrame; ++next) {
+      carried = healthyStateOf(*next);
+    }
+    if (next == healthy.begin()) {
+      answer.message = "a frame of the host's window is older than its healthy states";
+      return answer;
+    }
+    if (!carryState(carried, hostTime(stamp), samples, screen.damage(), gravity_w,
+                    calibration.imu_noise, &carried, &answer.message)) {
+      return answer;
+    }
+    window.push_back(carried.state);
+    window.back().t = hostTime(stamp);
+  }
+  if (const double sigma = carried.velocitySigma(); sigma > kWorstBridge) {
+    std::ostringstream out;
+    out << "the IMU data leave a standard deviation of the velocity of " << sigma << " m/s (limit "
+        << kWorstBridge << ')';
+    answer.message = out.str();
+    return answer;
+  }
+  if (!toHostWindow(window, calibration.gravity_magnitude, calibration.td, HostOrigin::kKeep,
+                    &answer.window, &answer.message)) {
+    return answer;
+  }
+  for (std::size_t i = 0; i < stamps.size(); ++i) answer.window.states[i].stamp = stamps[i];
+  answer.window.prior = firstStatePrior({window.front(), healthyCovariance()},
+                                        answer.window.states.front());
+  answer.joined = true;
+  answer.verdict.status = InitStatus::kTimeLimit;
+  answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
+  return answer;
+}
+
+// Over the newest interval, with what the images say about it.
+HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window,
+                                            const Calibration& calibration) {
+  HostPreparation out;
+  std::vector<double> stamps;
+  for (const HostState& state : window) stamps.push_back(state.stamp);
+  if (window.size() < 2 || !checkStamps(stamps).empty()) return out;
+  out.newest = window.back();
+  const double t_i = hostTime(stamps[stamps.size() - 2]), t_j = hostTime(stamps.back());
+  const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
+  CarriedState predicted;
+  std::string problem;
+  if (!(t_j > t_i) ||
+      !carryState(healthyStateOf(window[window.size() - 2]), t_j, screen.heldUntil(t_j),
+                  screen.damage(), gravity_w, calibration.imu_noise, &predicted, &problem)) {
+    return out;
+  }
+  std::vector<NavState> optimized = statesOf(window, calibration.td);
+  optimized.pop_back();
+  const Innovation innovation = innovations.judge(
+      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px);
+  if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
+    screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
+  }
+  out.suspect = innovation.culprit == Culprit::kUnclear;
+  out.message = innovation.message;
+  for (const FeatureId id : innovation.moving) out.moving.push_back(id);
+  out.intervals = intervals(stamps);
+  if (out.intervals.empty() || !out.intervals.back().damaged) return out;
+  // The host has predicted through what is not to be believed.
+  const bool by_images = innovation.culprit == Culprit::kImu;
+  out.replaces_newest = true;
+  out.newest = toHostState(by_images ? innovation.images : predicted.state, calibration.td);
+  out.newest.stamp = window.back().stamp;
+  return out;
+}
+
+std::vector<HostImuInterval> HostAdapter::State::intervals(
+    const std::vector<double>& stamps) const {
+  std::vector<HostImuInterval> result;
+  if (stamps.empty()) return result;
+  const std::deque<ImuSample> samples = screen.heldUntil(hostTime(stamps.back()));
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    const double t_i = hostTime(stamps[i - 1]), t_j = hostTime(stamps[i]);
+    HostImuInterval interval;
+    double last = t_i;
+    for (const ImuSample& sample : samplesBetween(samples, t_i, t_j)) {
+      interval.dt.push_back(sample.t - last);
+      interval.accel.push_back(sample.accel);
+      interval.gyro.push_back(sample.gyro);
+      last = sample.t;
+    }
+    const ImuWidening widening = wideningOf(screen.damage(), t_i, t_j);
+    interval.damaged = widening.damaged;
+    interval.sigma_theta = widening.sigma_theta;
+    interval.sigma_v = widening.sigma_v;
+    interval.sigma_p = widening.sigma_p;
+    result.push_back(std::move(interval));
+  }
+  return result;
 }
 
 HostAdapter::HostAdapter(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -455,7 +680,8 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   const Calibration calibration = state_->initializer->calibration();
   FrameObservation copy;
   copy.t = calibration.imuTime(stamp);
-  if (state_->options.watchdog) copy.points = frame.points;
+  const bool keeps = state_->options.watchdog || state_->options.reinit;
+  if (keeps) copy.points = frame.points;
   if (state_->options.image_height > 0) {
     setRowTimes(state_->options.image_height, calibration.readout_s, &frame);
   }
@@ -464,7 +690,7 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   if (std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
   state_->td_of[stamp] = calibration.td;
   state_->td_of.erase(state_->td_of.begin(), state_->td_of.lower_bound(stamp - kTdKept));
-  if (state_->options.watchdog) {
+  if (keeps) {
     state_->frames.push_back(std::move(copy));
     while (state_->frames.front().t < state_->frames.back().t - kFramesKept) {
       state_->frames.pop_front();
@@ -489,26 +715,26 @@ void HostAdapter::setTd(double td) {
 }
 
 HostAnswer HostAdapter::seed(const std::vector<double>& stamps) {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  const auto start = std::chrono::steady_clock::now();
-  HostAnswer answer = state_->solve(stamps, nullptr);
-  answer.total_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const auto start = SolveWorker::Clock::now();
+  State::Lock lock(state_->mutex);
+  HostAnswer answer = state_->answer(stamps, nullptr, &lock);
+  answer.total_ms = millisecondsSince(start);
   return answer;
-}
-
-HostAnswer HostAdapter::recover(const std::vector<double>& stamps, const HostState& last_healthy) {
-  return recover(stamps, std::vector<HostState>{last_healthy});
 }
 
 HostAnswer HostAdapter::recover(const std::vector<double>& stamps,
                                 const std::vector<HostState>& healthy) {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  const auto start = std::chrono::steady_clock::now();
-  HostAnswer answer = state_->solve(stamps, &healthy);
-  answer.total_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const auto start = SolveWorker::Clock::now();
+  State::Lock lock(state_->mutex);
+  HostAnswer answer = state_->answer(stamps, &healthy, &lock);
+  answer.total_ms = millisecondsSince(start);
   return answer;
+}
+
+HostAnswer HostAdapter::bridge(const std::vector<double>& stamps,
+                               const std::vector<HostState>& healthy) const {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  return state_->bridge(stamps, healthy);
 }
 
 void HostAdapter::learn(const HostState& healthy) {
@@ -535,39 +761,25 @@ void HostAdapter::restore(const LearnedSensors& learned) {
 
 HostCarry HostAdapter::carry(const HostState& from, double stamp) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  const Calibration calibration = state_->initializer->calibration();
-  HostCarry result;
-  CarriedState carried;
-  carried.state = fromHostState(from, calibration.td);
-  carried.state.t = state_->hostTime(from.stamp);
-  carried.covariance = healthyCovariance();
-  const double age = stamp - from.stamp;
-  const double t = state_->hostTime(stamp);
-  if (!carryState(carried, t, state_->screen.heldUntil(t), state_->screen.damage(),
-                  Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
-                  &carried, &result.message)) {
-    return result;
-  }
-  result.ok = true;
-  result.state = toHostState(carried.state, calibration.td);
-  result.state.stamp = std::max(stamp, from.stamp);
-  result.position_sigma = carried.positionSigma();
-  result.yaw_sigma_deg = kRadToDeg * carried.yawSigma();
-  std::ostringstream out;
-  out.precision(3);
-  out << "carried over " << std::max(age, 0.0) << " s by the IMU, standard deviation "
-      << result.position_sigma << " m and " << result.yaw_sigma_deg << " deg of yaw";
-  result.message = out.str();
-  return result;
+  return state_->carry(from, stamp);
 }
 
-HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
-                              const Eigen::Vector3d& tic) {
+HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
+                                     const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   Calibration calibration = state_->initializer->calibration();
   calibration.R_b_c = ric;
   calibration.t_b_c = tic;
-  HostHealth health = state_->judge(window, calibration);
+  return state_->prepare(window, calibration);
+}
+
+HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
+                              const Eigen::Vector3d& tic, bool wants_evidence) {
+  State::Lock lock(state_->mutex);
+  Calibration calibration = state_->initializer->calibration();
+  calibration.R_b_c = ric;
+  calibration.t_b_c = tic;
+  HostHealth health = state_->judge(window, calibration, wants_evidence, &lock);
   if (state_->options.estimate_extrinsic && health.sane && !health.suspect) {
     const CalibrationSigmas sigmas;
     CalibrationEstimate flown;
@@ -582,30 +794,7 @@ HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen:
 
 std::vector<HostImuInterval> HostAdapter::imuIntervals(const std::vector<double>& stamps) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  std::vector<HostImuInterval> result;
-  if (stamps.empty()) return result;
-  const std::deque<ImuSample> samples = state_->screen.heldUntil(state_->hostTime(stamps.back()));
-  for (std::size_t i = 1; i < stamps.size(); ++i) {
-    const double t_i = state_->hostTime(stamps[i - 1]), t_j = state_->hostTime(stamps[i]);
-    HostImuInterval interval;
-    double last = t_i;
-    for (const ImuSample& sample : samplesBetween(samples, t_i, t_j)) {
-      interval.dt.push_back(sample.t - last);
-      interval.accel.push_back(sample.accel);
-      interval.gyro.push_back(sample.gyro);
-      last = sample.t;
-    }
-    for (const ImuDamage& damage : state_->screen.damage()) {
-      const double hole = std::min(damage.last, t_j) - std::max(damage.first, t_i);
-      if (hole <= 0.0) continue;
-      interval.damaged = true;
-      if (!damage.gyro_known) interval.sigma_theta += kUnknownGyro * hole;
-      interval.sigma_v += kUnknownAccel * hole;
-      interval.sigma_p += 0.5 * kUnknownAccel * hole * (t_j - t_i);
-    }
-    result.push_back(std::move(interval));
-  }
-  return result;
+  return state_->intervals(stamps);
 }
 
 double HostAdapter::lastDamage() const {

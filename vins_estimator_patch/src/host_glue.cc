@@ -12,7 +12,8 @@
 #include <sstream>
 #include <utility>
 
-#include "slim_init/calibration_lines.h"
+#include "calibration_advice.h"
+#include "flight_monitor.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"
@@ -35,8 +36,15 @@ constexpr double kShortestGap = 0.9;
 constexpr double kLongestGap = 3.0;
 // States that are wrong for so long, without a recovery: the host starts anew [s].
 constexpr double kLongestAlarm = 3.0;
-// The health of a sane host is published so often [s].
+// The health of a healthy host, and how well its odometry frame is known, are published so often
+// [s]. A refused recovery is reported no more often either.
 constexpr double kHealthEvery = 1.0;
+// Odometry that is further behind the newest image than this is reported [s], and so often.
+constexpr double kLongestDelay = 0.3;
+// After a refused recovery the next one is tried after this time, twice as long after the next
+// refusal, and at most kLongestPause [s].
+constexpr double kFirstPause = 0.1;
+constexpr double kLongestPause = 0.4;
 // What is known of the sensors is written so often [s]; not at the end, when much of a host that is
 // one global variable is gone already.
 constexpr double kSaveEvery = 10.0;
@@ -44,6 +52,9 @@ constexpr double kSaveEvery = 10.0;
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
 constexpr double kMostTdStep = 0.9;
+// Without IMU data: standard deviations of the speed [m/s], at least, and of the turning [deg/s].
+constexpr double kUnknownSpeed = 1.0;
+constexpr double kUnknownTurn = 57.3;
 
 // The shortest time between two frames [s].
 double shortestInterval(const std::vector<HostState>& states) {
@@ -76,6 +87,18 @@ GlueWindow toGlueWindow(const HostAnswer& answer, const Calibration& host,
   return result;
 }
 
+// So that its first frame has the position and the heading of `anchor`.
+void moveWindow(const HostState& anchor, HostWindow* window) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  glue_detail::turnAboutVertical(anchor.R, window->states.front().R, &R);
+  const Eigen::Vector3d origin = window->states.front().P;
+  for (HostState& state : window->states) {
+    state.P = anchor.P + R * (state.P - origin);
+    state.R = R * state.R;
+    state.V = R * state.V;
+  }
+}
+
 }  // namespace
 
 struct HostGlue::State {
@@ -91,11 +114,23 @@ struct HostGlue::State {
   std::deque<HostState> healthy;
   HostState lost;  // the last healthy state before a failure that was not recovered
   bool is_lost = false;
-  bool suspect = false;  // the watchdog does not trust the newest state
-  bool alarm = false;    // .. and has reported a failure
-  bool rides = false;    // through a gap in the images
-  double alarm_stamp = 0.0;
+  FlightMonitor monitor;
+  CalibrationAdvice advice;
+  bool rides = false;            // through a gap in the images
+  bool pending = false;          // the recovery that was wanted last has not been solved yet
+  bool frame_suspect = false;    // the newest frame was, before its optimization
+  double pause = 0.0;            // after the last refused recovery [s]
+  double next_recovery = -std::numeric_limits<double>::infinity();  // stamp [s]
+  int unreported_refusals = 0;
   double health_stamp = -std::numeric_limits<double>::infinity();
+  double delay_reported = -std::numeric_limits<double>::infinity();
+  std::atomic<double> newest_received{std::numeric_limits<double>::quiet_NaN()};
+  Clock::time_point frame_began;
+  double frame_ms = 0.0;  // from the host's frame to its health
+  // The odometry frame since the start of the run or the last one that could not be continued.
+  double frame_since = std::numeric_limits<double>::quiet_NaN();
+  double frame_variance = 0.0;      // of its position, worst axis [m^2]
+  double frame_yaw_variance = 0.0;  // [deg^2]
   Clock::time_point stock_began;
   double damage_reported = -std::numeric_limits<double>::infinity();  // begin of the damage [s]
   double saved_stamp = std::numeric_limits<double>::quiet_NaN();      // of the sensors file [s]
@@ -127,22 +162,40 @@ struct HostGlue::State {
     file.keep_heading = keys.keep_heading;
   }
 
-  // Whether a window whose first frame has this stamp can continue the odometry frame from before
-  // the reset; `carried` is the state there. Reports what is true either way.
-  bool carries(double stamp, HostCarry* carried) {
-    if (!is_lost || !file.reinit || stamp < lost.stamp) return false;
-    const HostOptions options = adapter->options();
-    *carried = adapter->carry(lost, stamp);
-    const bool near = stamp - lost.stamp <= options.max_join_s;
-    return near && carried->ok && carried->position_sigma <= options.max_join_sigma_m &&
-           carried->yaw_sigma_deg <= options.max_join_sigma_deg;
+  // The state before the failure or reset, in the odometry frame, at a stamp after it. Without IMU
+  // data it stays where it was: a new origin would turn the world of whoever uses the odometry.
+  HostCarry continued(double stamp) const {
+    HostCarry carried = adapter->carry(lost, stamp);
+    if (carried.ok) return carried;
+    const double age = std::max(stamp - lost.stamp, 0.0);
+    carried.state = lost;
+    carried.state.stamp = stamp;
+    carried.position_sigma = age * std::max(lost.V.norm(), kUnknownSpeed);
+    carried.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
+    std::ostringstream out;
+    out.precision(3);
+    out << "IMU data do not reach over " << age << " s: position and heading stay as they were,"
+        << " standard deviation " << carried.position_sigma << " m and " << carried.yaw_sigma_deg
+        << " deg of yaw";
+    carried.message = out.str();
+    return carried;
   }
-  void reportFrame(bool continued, const HostCarry& carried) {
-    if (!is_lost) return;
-    report(continued ? ReportLevel::kInfo : ReportLevel::kWarn,
-           std::string(continued ? "the odometry frame is continued: "
-                                 : "the odometry frame is new: the last healthy state ") +
-               (carried.message.empty() ? "is too old" : carried.message));
+  bool continues(double stamp) const { return is_lost && file.reinit && stamp >= lost.stamp; }
+
+  // The odometry goes on from a propagated state.
+  void continueFrame(double stamp, const HostCarry& carried) {
+    frame_variance += carried.position_sigma * carried.position_sigma;
+    frame_yaw_variance += carried.yaw_sigma_deg * carried.yaw_sigma_deg;
+    report(ReportLevel::kInfo, "the odometry frame is continued: " + carried.message);
+    publishFrame(stamp);
+  }
+  void publishFrame(double stamp) {
+    if (std::isnan(frame_since)) frame_since = stamp;
+    std::ostringstream row;
+    row.precision(4);
+    row << std::fixed << stamp << ',' << frame_since << ',' << std::sqrt(frame_variance) << ','
+        << std::min(std::sqrt(frame_yaw_variance), 180.0);
+    report(ReportLevel::kFrame, row.str());
   }
   // Healthy states up to this one.
   std::vector<HostState> healthyUntil(const HostState& last) const {
@@ -225,27 +278,56 @@ struct HostGlue::State {
 
   // Reports an answer unless it repeats the one before.
   void reportAnswer(const std::string& action, const HostAnswer& answer) {
+    if (answer.pending) return;
     const InitStatus status = answer.verdict.status;
-    const bool repeated = !answer.success() && status == reported_status &&
-                          std::abs(answer.stamp - reported_stamp) < kRepeatReport;
-    if (repeated && action != "recover") return;
+    const bool recovery = action == "recover";
+    const double every = recovery ? kHealthEvery : kRepeatReport;
+    const bool same = recovery ? !answer.success() : status == reported_status;
+    if (!answer.success() && same && std::abs(answer.stamp - reported_stamp) < every) {
+      unreported_refusals += recovery ? 1 : 0;
+      return;
+    }
     reported_status = status;
-    reported_stamp = answer.stamp;
+    reported_stamp = answer.success() ? -std::numeric_limits<double>::infinity() : answer.stamp;
     std::ostringstream out;
     out.precision(3);
     out << action << " " << (answer.success() ? "done" : toString(status)) << ": " << answer.message
-        << " (" << std::fixed << answer.data_s << " s of data, " << answer.total_ms << " ms)";
+        << " (" << std::fixed << answer.data_s << " s of data, " << answer.solve_ms << " ms";
+    if (unreported_refusals > 0) out << ", after " << unreported_refusals << " refusals";
+    out << ')';
+    unreported_refusals = 0;
     report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn, out.str());
   }
 
-  // Once per start: what the user should know, and how the file should read.
-  void reportCalibration(const InitResult& verdict) {
-    for (const std::string& warning : verdict.warnings) report(ReportLevel::kWarn, warning);
-    if (!verdict.calibration.has_value()) return;
-    const std::string lines = calibrationLines(file.rig, *verdict.calibration);
-    if (lines.empty()) return;
-    report(ReportLevel::kWarn,
-           "the calibration that was found differs from the file; lines for it:\n" + lines);
+  // What the user should know of a start; how the file should read when several windows agree.
+  void reportStart(const HostAnswer& answer) {
+    for (const std::string& warning : answer.verdict.warnings) report(ReportLevel::kWarn, warning);
+    addCalibration(answer.stamp, answer.verdict.calibration);
+  }
+  void addCalibration(double stamp, const OptionalCalibration& found) {
+    const std::string text = advice.add(stamp, found);
+    if (!text.empty()) report(ReportLevel::kWarn, text);
+  }
+
+  // How far the odometry is behind the newest image that has arrived [s]; NaN: not known.
+  double delayOf(double stamp) const { return newest_received - stamp; }
+  void reportDelay(double stamp) {
+    const double delay = delayOf(stamp);
+    if (!(delay > kLongestDelay) || stamp - delay_reported < kRepeatReport) return;
+    delay_reported = stamp;
+    std::ostringstream out;
+    out.precision(3);
+    out << "odometry is " << delay << " s behind the newest image (limit " << kLongestDelay
+        << "): the last frame took the host " << frame_ms << " ms";
+    report(ReportLevel::kWarn, out.str());
+  }
+  void publishHealth(double stamp, const HostHealth& health) {
+    std::ostringstream row;
+    row.precision(4);
+    row << std::fixed << stamp << ',' << toString(monitor.status()) << ',' << health.reprojection_px
+        << ',' << health.velocity_mps << ',' << health.rotation_deg << ',' << delayOf(stamp)
+        << ",\"" << health.reason << '"';
+    report(ReportLevel::kHealth, row.str());
   }
 };
 
@@ -292,6 +374,7 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
                                        ", method " + state.adapter->method());
   state.openCsv();
   state.restoreSensors();
+  state.advice = CalibrationAdvice(state.file.rig);
   state.active = true;
   return true;
 }
@@ -320,8 +403,13 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
                       : what + " is left out: too far from those before it, or among such samples");
 }
 
+void HostGlue::received(double stamp) {
+  if (active()) state_->newest_received = stamp;
+}
+
 void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {
   State& state = *state_;
+  state.frame_began = Clock::now();
   FrameObservation frame;
   frame.t = stamp;
   frame.points.reserve(points.size());
@@ -350,18 +438,26 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
                           bool* drop_oldest) {
   State& state = *state_;
   state.reportMissingLines();
-  // After a failure the odometry frame continues where the IMU can still carry it.
+  const bool join = state.continues(stamps.front());
   HostCarry carried;
-  const bool join = state.carries(stamps.front(), &carried);
-  const HostAnswer answer =
-      join ? state.adapter->recover(stamps, state.lost) : state.adapter->seed(stamps);
+  if (join) carried = state.continued(stamps.front());
+  // With the state from before, if the IMU has carried it; else in its place.
+  const HostAnswer answer = carried.ok ? state.adapter->recover(stamps, {state.lost})
+                                       : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";
-  state.record(action, answer, nullptr);
+  if (!answer.pending) state.record(action, answer, nullptr);
   state.reportAnswer(action, answer);
   if (answer.success()) {
     *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
-    state.reportCalibration(answer.verdict);
-    state.reportFrame(join, carried);
+    if (join && !carried.ok) moveWindow(carried.state, window);
+    state.reportStart(answer);
+    state.monitor.reset();
+    if (join) {
+      state.monitor.doubt(stamps.back());
+      state.continueFrame(stamps.back(), carried.ok ? answer.join : carried);
+    } else {
+      state.publishFrame(stamps.back());
+    }
     return true;
   }
   // At rest the host keeps its oldest frames, which no window of ours will ever reach.
@@ -369,31 +465,48 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   return false;
 }
 
+// The request is served with the next frame.
+bool HostGlue::isPending() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->requested = state_->requested || state_->pending;
+  return state_->pending;
+}
+
 bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window) {
   State& state = *state_;
+  state.pending = false;
   state.reportMissingLines();
   if (state.healthy.empty()) {
     state.report(ReportLevel::kWarn, "recover: the host had no healthy state yet");
     return false;
   }
-  failed = failed || state.alarm;
+  failed = failed || state.monitor.status() == FlightStatus::kWrong;
   const HostState last = state.healthyBefore(stamps.back(), failed);
   if (failed) {
     state.lost = last;
     state.is_lost = true;
   }
-  const HostAnswer answer = state.adapter->recover(stamps, state.healthyUntil(last));
+  const std::vector<HostState> healthy = state.healthyUntil(last);
+  const HostAnswer answer = state.adapter->recover(stamps, healthy);
+  if (answer.pending) {
+    state.pending = true;
+    if (!failed) return false;
+    const HostAnswer bridge = state.adapter->bridge(stamps, healthy);
+    static_cast<HostWindow&>(*window) = bridge.window;
+    return bridge.success();
+  }
   state.record("recover", answer, nullptr);
   state.reportAnswer("recover", answer);
-  if (!answer.success()) return false;
+  if (!answer.success()) {
+    state.pause = std::min(std::max(2.0 * state.pause, kFirstPause), kLongestPause);
+    state.next_recovery = stamps.back() + state.pause;
+    return false;
+  }
   // What the host has learned about its calibration in flight stays.
   static_cast<HostWindow&>(*window) = answer.window;
-  state.alarm = state.suspect = false;
-  if (failed) {
-    HostCarry carried;
-    const bool continued = state.carries(stamps.back(), &carried);
-    state.reportFrame(continued, carried);
-  }
+  state.pause = 0.0;
+  state.monitor.recovered(stamps.back());
+  if (failed) state.continueFrame(stamps.back(), answer.join);
   return true;
 }
 
@@ -401,41 +514,41 @@ bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Ma
                            const Eigen::Vector3d& tic) {
   State& state = *state_;
   const double stamp = window.back().stamp;
-  const HostHealth health = state.adapter->watch(window, ric, tic);
-  state.suspect = health.suspect || !health.sane;
-  if (!health.sane && !state.alarm) {
-    state.alarm = true;
-    state.alarm_stamp = stamp;
-    state.report(ReportLevel::kWarn, "watchdog: the host's states are wrong: " + health.reason);
-  } else if (state.alarm && !state.suspect) {
-    state.alarm = false;
-    state.report(ReportLevel::kInfo, "watchdog: the host's states are right again");
+  const FlightStatus before = state.monitor.status();
+  const HostHealth health =
+      state.adapter->watch(window, ric, tic, state.monitor.wantsEvidence(stamp));
+  const std::string finding = state.monitor.update(stamp, health);
+  const FlightStatus status = state.monitor.status();
+  if (!finding.empty()) {
+    state.report(status == FlightStatus::kWrong ? ReportLevel::kWarn : ReportLevel::kInfo,
+                 "watchdog: " + finding);
   }
-  if (state.suspect || stamp - state.health_stamp >= kHealthEvery) {
+  state.addCalibration(stamp, health.calibration);
+  state.frame_ms =
+      std::chrono::duration<double, std::milli>(Clock::now() - state.frame_began).count();
+  state.reportDelay(stamp);
+  if (status != FlightStatus::kGood || status != before ||
+      stamp - state.health_stamp >= kHealthEvery) {
     state.health_stamp = stamp;
-    std::ostringstream row;
-    row.precision(4);
-    row << std::fixed << stamp << ','
-        << (state.alarm     ? "wrong"
-            : state.suspect ? "suspect"
-                            : "good")
-        << ',' << health.reprojection_px << ',' << health.velocity_mps << ',' << health.rotation_deg
-        << ",\"" << health.reason << '"';
-    state.report(ReportLevel::kHealth, row.str());
+    state.publishHealth(stamp, health);
+    state.publishFrame(stamp);
   }
-  if (!state.alarm || !state.file.reinit) return false;
-  if (stamp - state.alarm_stamp > kLongestAlarm) {
-    state.alarm_stamp = stamp;
-    state.report(ReportLevel::kWarn, "watchdog: no recovery for 3 s, the host is to start anew");
+  if (status != FlightStatus::kWrong || !state.file.reinit) return false;
+  if (stamp - state.monitor.alarmStamp() > kLongestAlarm) {
+    state.monitor.restartAlarm(stamp);
+    state.report(ReportLevel::kWarn, "watchdog: recovery failed for 3 s; restarting the estimator");
     requestRecovery(true);
   }
-  return true;
+  return stamp >= state.next_recovery;
 }
 
 bool HostGlue::ridesThrough(double newest_sample) {
   if (!reinit()) return false;
   State& state = *state_;
-  if (state.healthy.empty() || state.suspect || state.alarm) return false;
+  if (state.healthy.empty() || state.monitor.suspectsFrame() ||
+      state.monitor.status() == FlightStatus::kWrong) {
+    return false;
+  }
   const double healthy = state.healthy.back().stamp;
   const double gap = std::max(newest_sample, state.last_imu) - healthy;
   // Less, and there are no samples of the gap; backwards, and the streams have begun anew.
@@ -458,49 +571,52 @@ void HostGlue::hostCleared() {
   state.rides = false;
   if (!state.is_lost && !state.healthy.empty()) {
     // A tracker's restart finds the host in good health; after a refused request nobody knows.
-    state.lost = state.healthyBefore(state.healthy.back().stamp, state.suspect);
+    const bool suspect = state.monitor.status() != FlightStatus::kGood;
+    state.lost = state.healthyBefore(state.healthy.back().stamp, suspect);
     state.is_lost = true;
   }
   state.healthy.clear();
-  state.alarm = state.suspect = false;
+  state.monitor.reset();
 }
 
-bool HostGlue::carriedTo(double stamp, HostState* anchor) {
+bool HostGlue::continuedAt(double stamp, HostState* anchor) {
   State& state = *state_;
-  HostCarry carried;
-  const bool continued = state.carries(stamp, &carried);
-  state.reportFrame(continued, carried);
-  if (continued) *anchor = carried.state;
-  return continued;
+  if (!state.continues(stamp)) return false;
+  const HostCarry carried = state.continued(stamp);
+  state.continueFrame(stamp, carried);
+  *anchor = carried.state;
+  return true;
 }
 
 std::vector<HostImuInterval> HostGlue::imuIntervals(const std::vector<double>& stamps) const {
   return state_->adapter->imuIntervals(stamps);
 }
 
-bool HostGlue::hasDamage(const std::vector<double>& stamps) {
+HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
+                                       const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) {
   State& state = *state_;
-  if (state.adapter->lastDamage() <= stamps.front()) return false;
-  const double begin = state.adapter->lastDamageBegin();
-  if (std::abs(begin - state.damage_reported) > kRepeatReport) {
-    state.damage_reported = begin;
-    std::ostringstream out;
-    out << std::fixed << "IMU data from " << begin
-        << " s on are left out or missing: the images carry the host over them";
-    state.report(ReportLevel::kWarn, out.str());
+  HostPreparation frame = state.adapter->prepare(window, ric, tic);
+  std::sort(frame.moving.begin(), frame.moving.end());
+  const double stamp = window.back().stamp;
+  const bool damaged = !frame.intervals.empty() && frame.intervals.back().damaged;
+  state.frame_suspect = damaged || frame.suspect;
+  if (state.frame_suspect) state.monitor.doubt(stamp);
+  if (frame.message.empty() && damaged) {
+    frame.message = "IMU data discarded or missing; relying on vision";
   }
-  return true;
-}
-
-bool HostGlue::predict(const HostState& before, HostState* newest) const {
-  const HostCarry carried = state_->adapter->carry(before, newest->stamp);
-  if (carried.ok) *newest = carried.state;
-  return carried.ok;
+  if (!frame.message.empty() && std::abs(stamp - state.damage_reported) > kRepeatReport) {
+    state.damage_reported = stamp;
+    state.report(ReportLevel::kWarn, frame.message);
+  }
+  return frame;
 }
 
 void HostGlue::addHealthy(const std::vector<HostState>& window) {
   State& state = *state_;
-  if (state.suspect) return;
+  if (state.monitor.suspectsFrame() || state.monitor.status() == FlightStatus::kWrong ||
+      state.frame_suspect) {
+    return;
+  }
   state.is_lost = false;
   const HostState& newest = window.back();
   state.adapter->learn(newest);
@@ -536,7 +652,7 @@ void HostGlue::recordShadow(const std::vector<HostState>& window, bool tried, bo
   const HostAnswer answer = state.adapter->seed(stamps);
   state.record("seed", answer, &stock);
   state.reportAnswer("shadow", answer);
-  if (result && answer.success()) state.reportCalibration(answer.verdict);
+  if (result && answer.success()) state.reportStart(answer);
 }
 
 void HostGlue::requestRecovery(bool reset_if_refused) {

@@ -131,6 +131,15 @@ class Estimator : public EstimatorParts<std_msgs::Header, 1, NoTimeOffset> {""")
             "vins_estimator/src/estimator.cpp": with_its_overloads,
             "vins_estimator/src/estimator_node.cpp": [
                 ("#include <mutex>\n#include <queue>\n\n", ""),
+                ("""\
+std::queue<sensor_msgs::PointCloudConstPtr> feature_buf;
+
+void feature_callback(const sensor_msgs::PointCloudConstPtr &feature_msg)
+{
+    feature_buf.push(feature_msg);
+}
+
+""", ""),
                 # Its samples come one by one, and it has no restart.
                 ("std::queue<sensor_msgs::ImuConstPtr> imu_buf;\nstd::mutex m_buf, m_estimator;", """
 void send_imu(const sensor_msgs::ImuConstPtr &imu_msg)

@@ -69,6 +69,7 @@ struct FeaturePerFrame {
 };
 
 struct Feature {
+  int feature_id = 0;
   int start_frame = 0;
   std::vector<FeaturePerFrame> feature_per_frame;
   double estimated_depth = 5.0;

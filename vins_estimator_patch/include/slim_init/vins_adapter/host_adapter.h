@@ -42,12 +42,10 @@ struct HostOptions {
   /// The host's states are watched (HostAdapter::watch()).
   bool watchdog = false;
 
-  /// After a reset the next seed joins the old odometry frame when the last healthy state is at
-  /// most this old [s] and the IMU can carry it there with these standard deviations; else the
-  /// odometry frame is new, and the message says so.
-  double max_join_s = 8.0;
-  double max_join_sigma_m = 1.0;    ///< of the carried position, worst axis [m]
-  double max_join_sigma_deg = 5.0;  ///< of the carried yaw [deg]
+  /// Solves run in a thread of the adapter. The host's thread waits at most this long per frame for
+  /// one that is nearly done [ms]; a later frame gets the answer, carried to its stamps. Negative:
+  /// every solve runs in the calling thread, so that equal calls give equal answers (lock step).
+  double max_wait_ms = 10.0;
 
   /// Samples beyond are no measurements (the initializer drops and counts them).
   ImuLimits imu;
@@ -65,19 +63,6 @@ struct HostOptions {
   std::string validate() const;
 };
 
-/// What seed() or recover() returned.
-struct HostAnswer {
-  InitResult verdict;              ///< the initializer's, in its own world and at its own keyframes
-  HostWindow window;               ///< one state per requested stamp; empty unless success()
-  std::string message;             ///< for a person: what was decided and why
-  double stamp = kNotComputed;     ///< the newest requested stamp [s], camera clock
-  double data_s = kNotComputed;    ///< from the first frame after a (re)start to `stamp` [s]
-  double total_ms = kNotComputed;  ///< wall-clock time of the call
-  bool joined = false;             ///< the window continues an earlier odometry frame
-
-  bool success() const { return !window.states.empty(); }
-};
-
 /// A host's state carried on.
 struct HostCarry {
   bool ok = false;      ///< false: the IMU data do not reach
@@ -87,12 +72,34 @@ struct HostCarry {
   double yaw_sigma_deg = kNotComputed;
 };
 
+/// What seed() or recover() returned.
+struct HostAnswer {
+  InitResult verdict;              ///< the initializer's, in its own world and at its own keyframes
+  HostWindow window;               ///< one state per requested stamp; empty unless success()
+  std::string message;             ///< for a person: what was decided and why
+  double stamp = kNotComputed;     ///< the newest requested stamp [s], camera clock
+  double data_s = kNotComputed;    ///< from the first frame after a (re)start to `stamp` [s]
+  double total_ms = kNotComputed;  ///< wall-clock time of the call
+  double solve_ms = kNotComputed;  ///< of the solve, in whichever thread it ran
+  bool joined = false;             ///< the window continues an earlier odometry frame
+  HostCarry join;                  ///< how well it does so, if joined
+  /// The solve has not finished: nothing was decided, the next frame asks again.
+  bool pending = false;
+
+  bool success() const { return !window.states.empty(); }
+};
+
 /// The watchdog's finding (HostAdapter::watch()).
 struct HostHealth {
   bool sane = true;  ///< no failure is reported
   bool suspect =
       false;           ///< something speaks against the state: not a healthy one, not yet a failure
+  /// Newest frame [s], camera clock, of a window that was solved without the host's states and
+  /// agrees with them; NaN: none has been compared for this frame, or it contradicts them.
+  double confirmed_stamp = kNotComputed;
   std::string reason;  ///< in words, with value and bound; empty while nothing is wrong
+  /// The calibration that the window solved for this frame has found, if any.
+  OptionalCalibration calibration;
   double reprojection_px = kNotComputed;  ///< median of the tracks between the host's poses
   double velocity_mps = kNotComputed;     ///< difference to what the IMU measured
   double rotation_deg = kNotComputed;     ///< likewise
@@ -106,8 +113,9 @@ struct LearnedSensors {
 
 /// Seeds and recovers a host from an initializer, of whatever kind, that buffers its own data, so
 /// that nothing is lost when the host clears its state. Adds to it the host's stamps, the host's
-/// convention and a lock: streams may come from other threads than seed() and recover(). Never
-/// throws, prints or exits.
+/// convention, a lock and a thread: streams may come from other threads than seed(), recover() and
+/// watch(), which belong to one, and solves run in a third (HostOptions::max_wait_ms). Never throws,
+/// prints or exits.
 class HostAdapter {
  public:
   /// Options for a host, those of everything else: a window that grows from few keyframes, so that
@@ -144,15 +152,17 @@ class HostAdapter {
   /// the IMU data.
   HostAnswer seed(const std::vector<double>& stamps);
 
-  /// After a failure: as seed(), but position and yaw continue from the last healthy state. Where
-  /// the window is refused, velocity, attitude and biases of that state, carried on by the IMU, are
-  /// used as a prior: a few frames since then can be enough, also at constant velocity and in hover
-  /// (IInitializer::recoverWithPrior()).
-  HostAnswer recover(const std::vector<double>& stamps, const HostState& last_healthy);
-  /// The same from several, ascending in time: the newest that the data agree with wins. Stamps
-  /// further than max_reach_s before the solved window get the states that the host had there, as
-  /// long as these are among them.
+  /// After a failure: as seed(), but position and yaw continue from healthy states of the host,
+  /// ascending in time. If the window alone is refused, velocity, attitude and biases of the newest
+  /// of them that the data agree with, propagated by the IMU, are a prior (IInitializer::recover()).
+  /// Stamps further than max_reach_s before the solved window get the states that the host had
+  /// there, as long as these are among them.
   HostAnswer recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
+
+  /// While a recovery is being solved: the healthy states (as above) at the stamps that they are of,
+  /// and the newest of them propagated by the IMU to the stamps after it. Declines if the IMU data
+  /// do not reach.
+  HostAnswer bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
 
   /// A healthy state of the host in flight. After 20 s without interruption its biases, and the
   /// calibration that it estimates or that an answer has found, are remembered for its next starts,
@@ -167,14 +177,22 @@ class HostAdapter {
   /// known there: glitches and missing samples widen it.
   HostCarry carry(const HostState& from, double stamp) const;
 
-  /// Judges the host's window by its tracks, its IMU data and, once a second and where these two
-  /// speak against it, by an answer of the initializer. One call per frame of the host in flight,
-  /// before the window slides. `ric`, `tic`: the host's present extrinsic.
+  /// Before the optimization of a frame in flight: compares the pose that the IMU predicts for it
+  /// with the pose that its tracks want (innovation.h), and says which of the two is not to be
+  /// believed. `window`: all states of the host, the newest as it has predicted it. `ric`, `tic`:
+  /// the host's present extrinsic.
+  HostPreparation prepare(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
+                          const Eigen::Vector3d& tic);
+
+  /// After it: judges the host's window by its tracks, its IMU data and by windows that are solved
+  /// without its states: once a second, with every frame if the others speak against the host, and
+  /// with `wants_evidence` as soon as the one before has finished. One call per frame of the host
+  /// in flight, before the window slides. `ric`, `tic` as above.
   HostHealth watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
-                   const Eigen::Vector3d& tic);
+                   const Eigen::Vector3d& tic, bool wants_evidence = false);
 
   /// The intervals between consecutive stamps (ascending, camera clock): one less than stamps,
-  /// empty where the buffer does not cover them.
+  /// empty if the buffer does not cover them.
   std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
 
   /// The newest instant [s, camera clock] before which IMU data are missing or cannot be believed;

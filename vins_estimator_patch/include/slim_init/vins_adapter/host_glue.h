@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -32,6 +33,7 @@ struct HostFile;
 enum class ReportLevel {
   kRow,     ///< a row of slim_init_starts.csv, for the topic and not for the console
   kHealth,  ///< health of the host's states, for its topic and not for the console
+  kFrame,   ///< how well the odometry frame is known, for its topic and not for the console
   kInfo,    ///< what was decided
   kWarn,    ///< something is missing or was refused
   kError    ///< the adapter is off
@@ -181,6 +183,21 @@ void rebuildInterval(const HostImuInterval& interval, int i, Estimator& e) {
   }
 }
 
+/// Takes features out of the host's window, whole: their views are counted from the first one on.
+/// `ids` ascend.
+template <typename Estimator>
+void forgetTracks(const std::vector<long long>& ids, Estimator& e) {
+  if (ids.empty()) return;
+  for (auto feature = e.f_manager.feature.begin(); feature != e.f_manager.feature.end();) {
+    const long long id = feature->feature_id;
+    if (std::binary_search(ids.begin(), ids.end(), id)) {
+      feature = e.f_manager.feature.erase(feature);
+    } else {
+      ++feature;
+    }
+  }
+}
+
 /// The rotation about z that brings `from` closest to `to`: the twist about z of their difference.
 /// Unlike a difference of Euler yaws it is well defined for every mounting. False, and `turn` as it
 /// was, where the difference tilts by 180 deg.
@@ -213,8 +230,9 @@ void moveWindow(const HostState& anchor, Estimator& e) {
 /// A member of the host's estimator. Until open() finds a reason to be active, and always in a host
 /// whose file has none of our keys, every call returns at once and changes nothing.
 ///
-/// All calls come from the host's processing thread, except addLines(), requestRecovery() and
-/// listen(), which may come from any.
+/// All calls come from the host's processing thread, except addLines(), received(),
+/// requestRecovery() and listen(), which may come from any. None of them waits for a solve longer
+/// than `max_wait_ms` of the host's file.
 class HostGlue {
  public:
   typedef std::function<void(ReportLevel, const std::string&)> Listener;
@@ -242,6 +260,10 @@ class HostGlue {
 
   /// As received, `t` on the IMU clock. A sample handed over twice is added once.
   void addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
+
+  /// The stamp of an image whose features have arrived and wait to be processed [s]: how far the
+  /// odometry is behind it is watched. In the thread that receives it.
+  void received(double stamp);
 
   /// The host's `image` map, its header or stamp, and its present `td`.
   template <typename Header, typename Image>
@@ -302,7 +324,7 @@ class HostGlue {
     const std::vector<double> frames = stamps(e);
     if (seedWindow(frames, &window, &drop_oldest)) {
       glue_detail::writeWindow(window, e);
-      rebuildDamaged(frames, e);
+      rebuildDamaged(imuIntervals(frames), e);
       // In flight the host may know them better by now.
       e.ric[0] = window.ric;
       e.tic[0] = window.tic;
@@ -326,12 +348,14 @@ class HostGlue {
   }
 
   /// After a start by the host's own initialization: its window continues the odometry frame from
-  /// before a reset, where the IMU can still carry it.
+  /// before a reset.
   template <typename Estimator>
   void joinStock(Estimator& e) {
     if (!joinsStock() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
     HostState anchor;
-    if (carriedTo(glue_detail::stampOf(e.Headers[0]), &anchor)) glue_detail::moveWindow(anchor, e);
+    if (continuedAt(glue_detail::stampOf(e.Headers[0]), &anchor)) {
+      glue_detail::moveWindow(anchor, e);
+    }
   }
 
   // ---------------------------------------------------------------------------------- recover
@@ -346,23 +370,26 @@ class HostGlue {
     return judgeWindow(glue_detail::windowOf(e), ric, tic) && recoverWindow(e, true);
   }
 
-  /// In flight, once per frame and before the host's optimization. What the IMU cannot have felt,
-  /// or has not sent, is left out of the host's window and of the prediction of its newest state:
-  /// the images carry the host over it, which would else take it for motion. With the first frame
-  /// after a gap that it rides through, the host's failure detection is to compare to that
-  /// prediction: the frame before the gap is far away.
+  /// In flight, once per frame and before the host's optimization. Where the tracks of the frame
+  /// contradict the IMU data, or these are missing, the data are replaced in the host's window, with
+  /// the covariance of what is not known, and so is the prediction of its newest state: the images
+  /// carry the host. Where a part of the tracks moves against the scene, that part is taken out of
+  /// the window. With the first frame after a gap that it rides through, the host's failure
+  /// detection is to compare to that prediction: the frame before the gap is far away.
   template <typename Estimator>
   void prepare(Estimator& e) {
     if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
     const int newest = e.frame_count;
-    const std::vector<double> frames = stamps(e);
-    HostState predicted = glue_detail::stateOf(e, newest);
-    if (hasDamage(frames) && rebuildDamaged(frames, e) &&
-        predict(glue_detail::stateOf(e, newest - 1), &predicted)) {
-      e.Ps[newest] = predicted.P;
-      e.Rs[newest] = predicted.R;
-      e.Vs[newest] = predicted.V;
+    const Eigen::Matrix3d ric = e.ric[0];
+    const Eigen::Vector3d tic = e.tic[0];
+    const HostPreparation frame = prepareFrame(glue_detail::windowOf(e), ric, tic);
+    rebuildDamaged(frame.intervals, e);
+    if (frame.replaces_newest) {
+      e.Ps[newest] = frame.newest.P;
+      e.Rs[newest] = frame.newest.R;
+      e.Vs[newest] = frame.newest.V;
     }
+    glue_detail::forgetTracks(frame.moving, e);
     if (endsRide()) {
       e.last_P = e.Ps[newest];
       e.last_R = e.Rs[newest];
@@ -385,7 +412,8 @@ class HostGlue {
     if (reinit()) addHealthy(glue_detail::windowOf(e));
   }
 
-  /// After a failure: fills the window so that position and yaw continue, or declines.
+  /// After a failure: fills the window so that position and yaw continue, or declines. While the
+  /// solve runs it fills it with the last healthy states, propagated by the IMU.
   template <typename Estimator>
   bool recover(Estimator& e) {
     return recoverWindow(e, true);
@@ -400,7 +428,7 @@ class HostGlue {
   bool serveRequest(Estimator& e) {
     bool reset_if_refused = false;
     if (!takeRequest(&reset_if_refused)) return false;
-    return !recoverWindow(e, false) && reset_if_refused;
+    return !recoverWindow(e, false) && !isPending() && reset_if_refused;
   }
 
   /// After each optimization the host turns its window about the vertical (z), so that its oldest
@@ -425,16 +453,13 @@ class HostGlue {
     return result;
   }
 
-  /// True where the newest interval was damaged.
   template <typename Estimator>
-  bool rebuildDamaged(const std::vector<double>& frames, Estimator& e) const {
-    const std::vector<HostImuInterval> intervals = imuIntervals(frames);
+  static void rebuildDamaged(const std::vector<HostImuInterval>& intervals, Estimator& e) {
     for (std::size_t i = 0; i < intervals.size(); ++i) {
       if (intervals[i].damaged) {
         glue_detail::rebuildInterval(intervals[i], static_cast<int>(i) + 1, e);
       }
     }
-    return !intervals.empty() && intervals.back().damaged;
   }
 
   template <typename Estimator>
@@ -444,7 +469,7 @@ class HostGlue {
     const std::vector<double> frames = stamps(e);
     if (!solveRecovery(frames, failed, &window)) return false;
     glue_detail::writeWindow(window, e);
-    rebuildDamaged(frames, e);
+    rebuildDamaged(imuIntervals(frames), e);
     return true;
   }
 
@@ -454,11 +479,10 @@ class HostGlue {
   bool joinsStock() const;
   bool judgeWindow(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                    const Eigen::Vector3d& tic);
-  bool carriedTo(double stamp, HostState* state);
+  bool continuedAt(double stamp, HostState* state);
   std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
-  /// Reports it as well.
-  bool hasDamage(const std::vector<double>& stamps);
-  bool predict(const HostState& before, HostState* newest) const;
+  HostPreparation prepareFrame(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
+                               const Eigen::Vector3d& tic);
   bool endsRide();
   void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
@@ -467,6 +491,7 @@ class HostGlue {
   void recordShadow(const std::vector<HostState>& window, bool tried, bool result);
   void addHealthy(const std::vector<HostState>& window);
   bool takeRequest(bool* reset_if_refused);
+  bool isPending();
 
   struct State;
   std::unique_ptr<State> state_;

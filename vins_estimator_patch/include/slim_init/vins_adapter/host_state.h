@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace slim_init {
@@ -47,6 +48,19 @@ struct HostImuInterval {
   double sigma_theta = 0.0;  ///< [rad]
   double sigma_v = 0.0;      ///< [m/s]
   double sigma_p = 0.0;      ///< [m]
+};
+
+/// What the newest frame of a host in flight needs before its optimization
+/// (HostAdapter::prepare()).
+struct HostPreparation {
+  /// The intervals between the frames of the window, one less than frames; empty if the buffer does
+  /// not cover them. Only the damaged ones are to be replaced.
+  std::vector<HostImuInterval> intervals;
+  bool replaces_newest = false;  ///< `newest` is better than the host's own prediction
+  HostState newest;
+  std::vector<long long> moving;  ///< ids of tracks that move against the scene
+  bool suspect = false;           ///< images and IMU contradict each other
+  std::string message;            ///< what was found, with values and limits; "": nothing
 };
 
 }  // namespace vins_adapter

@@ -72,7 +72,7 @@ inline std::map<std::string, std::string>& parameters() {
 class NodeHandle {
  public:
   template <typename Message>
-  Publisher advertise(const std::string& topic, std::uint32_t) {
+  Publisher advertise(const std::string& topic, std::uint32_t, bool /*latch*/ = false) {
     Publisher publisher;
     publisher.topic_ = topic;
     return publisher;

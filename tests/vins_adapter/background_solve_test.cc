@@ -1,0 +1,323 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Solves that take longer than the host waits: the host's thread goes on, and a later frame gets the
+// answer. The slowness is a fake; everything behind it is `slim`.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "slim_init/initializer.h"
+#include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/vins_adapter/host_convention.h"
+#include "support/exact_window.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using Clock = std::chrono::steady_clock;
+
+constexpr int kHostFrames = 11;
+constexpr int kFrames = 60;
+constexpr std::chrono::milliseconds kFrameTime(100);
+
+/// `slim`, with solves that take as long as is said here.
+class SlowInitializer : public IInitializer {
+ public:
+  SlowInitializer(const Calibration& calibration, std::atomic<int>* milliseconds,
+                  std::atomic<int>* solves)
+      : inner_(makeInitializer(calibration, HostAdapter::hostDefaults())),
+        milliseconds_(milliseconds),
+        solves_(solves) {}
+  const std::string& name() const override { return inner_->name(); }
+  AddStatus addImu(const ImuSample& sample) override { return inner_->addImu(sample); }
+  AddStatus addFrame(FrameObservation frame) override { return inner_->addFrame(std::move(frame)); }
+  void setTd(double td) override { inner_->setTd(td); }
+  void setKnownSensors(const KnownSensors& known) override { inner_->setKnownSensors(known); }
+  void reset() override { inner_->reset(); }
+  InitResult initialize() override {
+    InitResult result = inner_->initialize();
+    rest();
+    return result;
+  }
+  InitResult recover(const std::vector<StatePrior>& healthy) override {
+    InitResult result = inner_->recover(healthy);
+    rest();
+    return result;
+  }
+  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
+                std::vector<NavState>* states, std::string* error) const override {
+    return inner_->statesAt(result, times, max_reach_s, states, error);
+  }
+  Calibration calibration() const override { return inner_->calibration(); }
+  StreamCounts counts() const override { return inner_->counts(); }
+  TimeSpan bufferedImu() const override { return inner_->bufferedImu(); }
+  double maxWindowSpan() const override { return inner_->maxWindowSpan(); }
+
+ private:
+  void rest() {
+    ++*solves_;
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_->load()));
+  }
+  std::unique_ptr<IInitializer> inner_;
+  std::atomic<int>* milliseconds_;
+  std::atomic<int>* solves_;
+};
+
+class BackgroundSolve : public ::testing::Test {
+ protected:
+  BackgroundSolve() {
+    ExactWindowOptions window;
+    window.keyframes = kFrames;
+    window.interval_s = 0.1;
+    exact_ = makeExactWindow(window);
+    make(10.0);
+  }
+  void make(double max_wait_ms) {
+    HostOptions options;
+    options.reinit = options.watchdog = true;
+    options.max_wait_ms = max_wait_ms;
+    std::string error;
+    adapter_ = HostAdapter::create(
+        std::make_unique<SlowInitializer>(exact_.calibration, &milliseconds_, &solves_), options,
+        &error);
+    ASSERT_NE(adapter_, nullptr) << error;
+    next_ = 0;
+  }
+  void feed(int first, int last) {
+    for (int k = first; k <= last; ++k) {
+      const double t = exact_.truth[k].t;
+      while (next_ < exact_.imu.size() && (next_ == 0 || exact_.imu[next_ - 1].t < t)) {
+        const ImuSample& sample = exact_.imu[next_++];
+        adapter_->addImu(sample.t, sample.accel, sample.gyro);
+      }
+      adapter_->addFrame(exact_.keyframes[k]);
+    }
+  }
+  std::vector<double> stamps(int last) const {
+    std::vector<double> result;
+    for (int k = last - kHostFrames + 1; k <= last; ++k) result.push_back(exact_.keyframes[k].t);
+    return result;
+  }
+  HostState stateOf(int k) const { return toHostState(exact_.truth[k], 0.0); }
+  std::vector<HostState> window(int last) const {
+    std::vector<HostState> states;
+    for (int k = last - kHostFrames + 1; k <= last; ++k) states.push_back(stateOf(k));
+    return states;
+  }
+  HostAnswer timed(const std::function<HostAnswer()>& call) {
+    const auto begin = Clock::now();
+    HostAnswer answer = call();
+    waits_.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    return answer;
+  }
+  // The median: a machine that is busy stops any thread for a while.
+  double medianWait() {
+    std::nth_element(waits_.begin(), waits_.begin() + waits_.size() / 2, waits_.end());
+    return waits_[waits_.size() / 2];
+  }
+
+  ExactWindow exact_;
+  std::atomic<int> milliseconds_{250};
+  std::atomic<int> solves_{0};
+  std::unique_ptr<HostAdapter> adapter_;
+  std::size_t next_ = 0;
+  std::vector<double> waits_;
+};
+
+// At real time: a frame every 0.1 s. The states are those of the frame that gets the answer.
+TEST_F(BackgroundSolve, ALaterFrameGetsTheStart) {
+  feed(0, 19);
+  int pending = 0;
+  HostAnswer answer;
+  int k = 20;
+  for (auto next = Clock::now(); k < 40; ++k) {
+    feed(k, k);
+    answer = timed([&] { return adapter_->seed(stamps(k)); });
+    if (!answer.pending) break;
+    EXPECT_EQ(answer.verdict.status, InitStatus::kTimeLimit);
+    EXPECT_EQ(answer.message, "the solve has not finished");
+    ++pending;
+    std::this_thread::sleep_until(next += kFrameTime);
+  }
+  ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_GE(pending, 2) << "250 ms are more than two frames";
+  EXPECT_LE(pending, 8);
+  EXPECT_LT(medianWait(), 60.0) << "the host waits for 10 ms";
+  EXPECT_GE(answer.solve_ms, 250.0);
+  for (int i = 1; i < kHostFrames; ++i) {
+    const HostState& state = answer.window.states[i];
+    const NavState& truth = exact_.truth[k - kHostFrames + 1 + i];
+    EXPECT_EQ(state.stamp, exact_.keyframes[k - kHostFrames + 1 + i].t);
+    EXPECT_NEAR(state.V.norm(), truth.v_w_b.norm(), 0.05) << i;
+  }
+}
+
+TEST_F(BackgroundSolve, ARecoveryIsBridgedUntilItIsSolved) {
+  feed(0, 30);
+  std::vector<HostState> healthy;
+  for (int k = 15; k <= 26; ++k) healthy.push_back(stateOf(k));
+  HostAnswer answer = timed([&] { return adapter_->recover(stamps(30), healthy); });
+  ASSERT_TRUE(answer.pending) << answer.message;
+  // Four frames on by the IMU.
+  const HostAnswer bridge = adapter_->bridge(stamps(30), healthy);
+  ASSERT_TRUE(bridge.success()) << bridge.message;
+  for (int i = 0; i < kHostFrames; ++i) {
+    EXPECT_LT((bridge.window.states[i].P - exact_.truth[20 + i].p_w_b).norm(), 0.01) << i;
+    EXPECT_LT((bridge.window.states[i].V - exact_.truth[20 + i].v_w_b).norm(), 0.01) << i;
+  }
+  EXPECT_FALSE(bridge.window.prior.empty());
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  feed(31, 31);
+  answer = timed([&] { return adapter_->recover(stamps(31), healthy); });
+  ASSERT_FALSE(answer.pending);
+  ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_LT((answer.window.states.back().P - exact_.truth[31].p_w_b).norm(), 0.05);
+  EXPECT_TRUE(answer.join.ok);
+  EXPECT_LT(answer.join.position_sigma, 0.5);
+  EXPECT_LT(*std::max_element(waits_.begin(), waits_.end()), 240.0);
+}
+
+TEST_F(BackgroundSolve, WhatCannotBeBridgedIsDeclined) {
+  feed(0, 30);
+  EXPECT_FALSE(adapter_->bridge(stamps(30), {}).success());
+  const HostAnswer late = adapter_->bridge(stamps(30), {stateOf(25)});
+  EXPECT_FALSE(late.success());
+  EXPECT_EQ(late.message, "a frame of the host's window is older than its healthy states");
+  HostState old = stateOf(0);
+  old.stamp -= 30.0;
+  EXPECT_NE(adapter_->bridge(stamps(30), {old}).message.find("do not cover"), std::string::npos);
+}
+
+// The watchdog goes on with what it has; the answer counts with the frame at which it is there.
+TEST_F(BackgroundSolve, TheWatchdogDoesNotWait) {
+  feed(0, 30);
+  const Calibration& rig = exact_.calibration;
+  const auto begin = Clock::now();
+  HostHealth health = adapter_->watch(window(30), rig.R_b_c, rig.t_b_c);
+  EXPECT_LT(std::chrono::duration<double>(Clock::now() - begin).count(), 0.2);
+  EXPECT_TRUE(health.sane);
+  EXPECT_TRUE(std::isnan(health.confirmed_stamp));
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  feed(31, 31);
+  health = adapter_->watch(window(31), rig.R_b_c, rig.t_b_c);
+  EXPECT_EQ(health.confirmed_stamp, exact_.keyframes[30].t);
+}
+
+TEST_F(BackgroundSolve, AResetForgetsTheSolveThatRuns) {
+  feed(0, 30);
+  ASSERT_TRUE(adapter_->seed(stamps(30)).pending);
+  adapter_->reset();
+  next_ = 0;
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  const HostAnswer answer = adapter_->seed(stamps(30));
+  EXPECT_FALSE(answer.success());
+}
+
+TEST_F(BackgroundSolve, EndsWhileASolveRuns) {
+  feed(0, 30);
+  ASSERT_TRUE(adapter_->seed(stamps(30)).pending);
+  adapter_.reset();
+  EXPECT_EQ(solves_, 1);
+}
+
+// Lock step: whatever a solve takes, the call returns its answer.
+TEST_F(BackgroundSolve, ANegativeWaitIsSynchronous) {
+  make(-1.0);
+  milliseconds_ = 100;
+  feed(0, 30);
+  const HostAnswer answer = adapter_->seed(stamps(30));
+  EXPECT_FALSE(answer.pending);
+  EXPECT_TRUE(answer.success()) << answer.message;
+  EXPECT_GE(answer.total_ms, 100.0);
+}
+
+TEST_F(BackgroundSolve, BoundsOfTheWait) {
+  HostOptions options;
+  options.max_wait_ms = -1.0;
+  EXPECT_EQ(options.validate(), "");
+  options.max_wait_ms = -2.0;
+  EXPECT_EQ(options.validate(), "max_wait_ms is -2, must be in [-1, 1000]");
+  options.max_wait_ms = 1001.0;
+  EXPECT_NE(options.validate(), "");
+}
+
+// Streams, solves and the watchdog from three threads, with restarts in between.
+TEST_F(BackgroundSolve, StreamsGoOnWhileSolvesRun) {
+  milliseconds_ = 1;
+  std::atomic<bool> stop{false};
+  std::thread lines([&] {
+    while (!stop) {
+      adapter_->addLines(exact_.keyframes[5].t, {});
+      adapter_->counts();
+      adapter_->setTd(0.0);
+    }
+  });
+  for (int round = 0; round < 5; ++round) {
+    for (int k = 0; k < 30; ++k) {
+      feed(k, k);
+      if (k < kHostFrames) continue;
+      adapter_->seed(stamps(k));
+      adapter_->watch(window(k), exact_.calibration.R_b_c, exact_.calibration.t_b_c, true);
+      adapter_->recover(stamps(k), {stateOf(k - 5)});
+    }
+    adapter_->reset();
+    next_ = 0;
+  }
+  stop = true;
+  lines.join();
+}
+
+// Bytes of this process that are in memory.
+double residentBytes() {
+  std::ifstream file("/proc/self/statm");
+  double total = 0.0, resident = 0.0;
+  file >> total >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+// 10,000 recoveries, each solved in the other thread. Here the solve is a fake, of no time: the
+// first estimate of `slim`, again and again.
+TEST_F(BackgroundSolve, TenThousandRecoveriesDoNotGrow) {
+  class Same : public SlowInitializer {
+   public:
+    using SlowInitializer::SlowInitializer;
+    InitResult recover(const std::vector<StatePrior>& healthy) override {
+      if (!known_.success()) known_ = SlowInitializer::recover(healthy);
+      return known_;
+    }
+
+   private:
+    InitResult known_;
+  };
+  milliseconds_ = 0;
+  HostOptions options;
+  options.reinit = true;
+  options.max_wait_ms = 1000.0;
+  adapter_ = HostAdapter::create(
+      std::make_unique<Same>(exact_.calibration, &milliseconds_, &solves_), options, nullptr);
+  next_ = 0;
+  feed(0, 30);
+  std::vector<HostState> healthy;
+  for (int k = 15; k <= 26; ++k) healthy.push_back(stateOf(k));
+  double before = 0.0;
+  for (int i = 0; i < 10000; ++i) {
+    ASSERT_TRUE(adapter_->recover(stamps(30), healthy).success()) << i;
+    if (i == 1000) before = residentBytes();
+  }
+  ASSERT_GT(before, 0.0);
+  EXPECT_LT(residentBytes() - before, 2e6);
+}
+
+}  // namespace
+}  // namespace slim_init::vins_adapter

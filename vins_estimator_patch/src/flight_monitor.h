@@ -1,0 +1,57 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// What is said about a host's states, from what is found in its frames one by one.
+#pragma once
+
+#include <string>
+
+#include "slim_init/vins_adapter/host_adapter.h"
+
+namespace slim_init::vins_adapter {
+
+/// The health of a host's states.
+enum class FlightStatus {
+  kGood,
+  kSuspect,  ///< something speaks against them, or nothing has spoken for them since it did
+  kWrong     ///< a failure; recoveries are tried
+};
+
+/// "good", "suspect", "wrong".
+const char* toString(FlightStatus status);
+
+/// Turns the findings of each frame into a status. After a failure, a recovery or damaged data the
+/// states are good again only when a window of kEvidence more data, solved without them, agrees, or
+/// after kUnopposed with nothing against them: at constant velocity no window can be solved. Not
+/// thread-safe.
+class FlightMonitor {
+ public:
+  static constexpr double kEvidence = 0.5;   ///< [s]
+  static constexpr double kUnopposed = 10.0; ///< [s]
+
+  /// The states begin anew: nothing is known against them.
+  void reset();
+  /// At `stamp` [s] the data were damaged, or the states were replaced after a failure, which then
+  /// has ended.
+  void doubt(double stamp);
+  void recovered(double stamp);
+  /// The finding of the frame at `stamp` [s]; returns what a person should read, or "".
+  std::string update(double stamp, const HostHealth& health);
+
+  FlightStatus status() const;
+  /// A window solved without the host's states would decide.
+  bool wantsEvidence(double stamp) const;
+  /// The newest frame was not to be trusted.
+  bool suspectsFrame() const { return frame_suspect_; }
+  double alarmStamp() const { return alarm_stamp_; }  ///< begin of the failure [s]
+  /// The alarm is counted from here on again [s].
+  void restartAlarm(double stamp) { alarm_stamp_ = stamp; }
+
+ private:
+  bool alarm_ = false;
+  bool frame_suspect_ = false;
+  bool reported_ = false;                // a failure that has not been called off
+  double alarm_stamp_ = kNotComputed;
+  double last_trouble_ = kNotComputed;   // NaN: no doubt
+};
+
+}  // namespace slim_init::vins_adapter
