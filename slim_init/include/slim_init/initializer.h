@@ -16,8 +16,12 @@
 namespace slim_init {
 
 /// An initializer as a host holds it: data in, verdict out. A back end that holds one of these runs
-/// any method without knowing which, nor where its data is kept. Never throws, prints or exits. Not
-/// thread-safe.
+/// any method without knowing which, nor where its data is kept. Never throws, prints or exits.
+///
+/// Threads: while one thread solves (initialize(), recover()), others may call everything else. The
+/// solve sees the data as they were when it began, and holds no lock that a call which adds data
+/// waits for. There is one solve at a time. A result of streams that have been restarted or reset
+/// since is returned all the same; the next solve does not depend on it.
 class IInitializer {
  public:
   virtual ~IInitializer() = default;
