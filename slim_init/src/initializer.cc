@@ -80,11 +80,8 @@ class Initializer : public IInitializer {
   InitResult initialize() override {
     return run([](SnapshotSolve& solve) { return solve.initialize(); });
   }
-  InitResult recover(const NavState& last_healthy) override {
-    return run([&](SnapshotSolve& solve) { return solve.recover(last_healthy); });
-  }
-  InitResult recoverWithPrior(const std::vector<StatePrior>& healthy) override {
-    return run([&](SnapshotSolve& solve) { return solve.recoverWithPrior(healthy); });
+  InitResult recover(const std::vector<StatePrior>& healthy) override {
+    return run([&](SnapshotSolve& solve) { return solve.recover(healthy); });
   }
 
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,

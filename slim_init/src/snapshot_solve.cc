@@ -11,6 +11,7 @@
 #include "imu/preintegration.h"
 #include "join_frame.h"
 #include "provisional.h"
+#include "slim_init/state_at.h"
 
 namespace slim_init {
 namespace {
@@ -18,8 +19,6 @@ namespace {
 // A solve this long after the one before has none before it to be compared with [s]: two images at
 // 10 Hz, and a half.
 constexpr double kSuccessive = 0.25;
-// States of a history that are tried, the newest first.
-constexpr int kMostTries = 3;
 
 InitResult refuse(InitStatus status, const std::string& message) {
   InitResult result;
@@ -49,6 +48,16 @@ double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to)
   return largest;
 }
 
+// Whether its covariance says how far the estimate may be off: it was accepted, or refused only
+// because the motion leaves its scale uncertain.
+bool hasCovarianceOfItsErrors(const InitResult& result) {
+  if (!result.hasEstimate() || result.covariance.size() == 0) return false;
+  return std::all_of(result.gates.begin(), result.gates.end(), [](const GateValue& gate) {
+    return gate.passed || !gate.enforced || gate.name == GateName::kScaleSigma ||
+           gate.name == GateName::kExcitation;
+  });
+}
+
 }  // namespace
 
 SolveMemory::ShortKey::ShortKey(const InitWindow& window, int known)
@@ -72,55 +81,43 @@ SnapshotSolve::SnapshotSolve(const WindowSolver& solver,
       imu_(window_.imu().begin(), window_.imu().end()) {}
 
 InitResult SnapshotSolve::initialize() {
-  const WindowCut cut = informed(window_.cut());
-  InitResult result =
-      cut.window == nullptr ? refuse(cut.status, cut.message) : answer(*cut.window);
+  InitResult result = solveNewest();
   if (short_window_ && !result.success()) offerProvisional(&result);
-  if (const std::string message = result.validate(); !message.empty()) {
-    return refuse(InitStatus::kNumericalFailure, solver_.name() + " reported " + message);
-  }
-  return result;
+  return checked(std::move(result));
 }
 
-InitResult SnapshotSolve::recover(const NavState& last_healthy) {
-  const std::string problem = checkHealthy(last_healthy);
-  if (!problem.empty()) return refuse(InitStatus::kInvalidInput, problem);
-  InitResult result = initialize();
-  if (!result.success() && !result.provisional()) return result;
-  // Between the healthy state and the window the IMU alone carries the frame.
-  if (const std::string gap = checkGap(last_healthy.t, result.states.front().t); !gap.empty()) {
-    return refuse(InitStatus::kInvalidInput, gap);
+InitResult SnapshotSolve::recover(const std::vector<StatePrior>& healthy) {
+  std::string problem;
+  std::vector<HealthyState> states = usableStates(healthy, &problem);
+  if (states.empty()) return refuse(InitStatus::kInvalidInput, problem);
+  InitResult alone = checked(solveNewest());
+  for (HealthyState& state : states) state.test = compare(*state.prior, alone);
+  const bool any = std::any_of(states.begin(), states.end(),
+                               [](const HealthyState& state) { return state.agrees(); });
+  if (alone.success() && (states.front().agrees() || !any)) {
+    return continueFrame(states, std::move(alone));
   }
-  join(last_healthy, &result);
-  return result;
+  InitResult known = answerWithPrior(*bestPrior(states).prior);
+  if (known.success()) return known;
+  if (short_window_ && !alone.success()) {
+    offerProvisional(&alone);
+    alone = checked(std::move(alone));
+  }
+  if (alone.success() || alone.provisional()) return continueFrame(states, std::move(alone));
+  alone.message += "; with a known state: " + known.message;
+  return alone;
 }
 
-InitResult SnapshotSolve::recoverWithPrior(const std::vector<StatePrior>& healthy) {
-  if (healthy.empty()) {
-    return refuse(InitStatus::kInvalidInput, "there is no healthy state to recover from");
-  }
-  std::optional<InitResult> best;
-  InitResult refusal;
-  std::string reasons;
-  int tries = 0;
-  for (auto prior = healthy.rbegin(); prior != healthy.rend() && tries < kMostTries; ++prior) {
-    InitResult result = answerWithPrior(*prior);
-    if (result.status != InitStatus::kTooFewKeyframes) ++tries;
-    if (!result.success()) {
-      // Where all are too new, that of the oldest; else of those that were tried.
-      if (tries <= 1) reasons.clear();
-      reasons += (reasons.empty() ? "" : "; ") + result.message;
-      refusal = std::move(result);
-      continue;
-    }
-    if (result.prior_dropped.empty()) return result;
-    if (!best || result.prior_dropped.size() < best->prior_dropped.size()) {
-      best = std::move(result);
-    }
-  }
-  if (best) return *std::move(best);
-  refusal.message = reasons;
-  return refusal;
+// An estimate that contradicts its own status is none.
+InitResult SnapshotSolve::checked(InitResult result) const {
+  const std::string message = result.validate();
+  if (message.empty()) return result;
+  return refuse(InitStatus::kNumericalFailure, solver_.name() + " reported " + message);
+}
+
+InitResult SnapshotSolve::solveNewest() {
+  const WindowCut cut = informed(window_.cut());
+  return cut.window == nullptr ? refuse(cut.status, cut.message) : answer(*cut.window);
 }
 
 // The window with what is known of the sensors.
@@ -193,25 +190,68 @@ InitResult SnapshotSolve::shortAnswer(const InitWindow& window) {
   return known.back().answer;
 }
 
+// The newest first. If there is none, `problem` is that of the newest.
+std::vector<SnapshotSolve::HealthyState> SnapshotSolve::usableStates(
+    const std::vector<StatePrior>& healthy, std::string* problem) const {
+  std::vector<HealthyState> states;
+  *problem = "there is no healthy state to recover from";
+  for (auto prior = healthy.rbegin(); prior != healthy.rend(); ++prior) {
+    const std::string found = checkHealthy(*prior);
+    if (found.empty()) {
+      states.push_back({&*prior, StateTest()});
+    } else if (prior == healthy.rbegin()) {
+      *problem = found;
+    }
+  }
+  return states;
+}
+
+StatePrior SnapshotSolve::carried(const StatePrior& prior, double t) const {
+  const Calibration& calibration = window_.calibration();
+  return carryPrior(prior, t, imu_, calibration.gravity_magnitude, calibration.imu_noise);
+}
+
+// Both at the later of two times: that of the healthy state, and that of the first keyframe.
+// Nothing is contradicted by an estimate that is not known with a covariance.
+StateTest SnapshotSolve::compare(const StatePrior& healthy, const InitResult& alone) const {
+  if (!hasCovarianceOfItsErrors(alone)) return StateTest();
+  std::size_t k = 0;
+  for (std::size_t i = 1; i < alone.states.size(); ++i) {
+    if (alone.states[i].t <= healthy.state.t) k = i;
+  }
+  StatePrior estimate;
+  estimate.state = alone.states[k];
+  estimate.covariance = alone.stateCovariance(k);
+  const double t = std::max(estimate.state.t, healthy.state.t);
+  if (!estimate.covariance.allFinite() || !checkGap(healthy.state.t, t).empty()) return StateTest();
+  const StateFactor known = stateFactor(carried(healthy, t));
+  return testDifference(known, stateFactor(carried(estimate, t)));
+}
+
+// The newest that agrees, or else of which the velocity agrees, or else the newest; of those after
+// which there are enough frames.
+const SnapshotSolve::HealthyState& SnapshotSolve::bestPrior(
+    const std::vector<HealthyState>& states) const {
+  const HealthyState* best = nullptr;
+  int best_rank = 0;
+  for (const HealthyState& state : states) {
+    const int rank = state.agrees() ? 3 : state.test.contradicts(StatePart::kVelocity) ? 1 : 2;
+    if (rank <= best_rank || window_.cutSince(state.prior->state.t).window == nullptr) continue;
+    best = &state;
+    best_rank = rank;
+  }
+  return best == nullptr ? states.back() : *best;
+}
+
 // From the frames after a known state.
 InitResult SnapshotSolve::answerWithPrior(const StatePrior& prior) {
-  std::string problem = prior.validate();
-  if (problem.empty()) problem = checkHealthy(prior.state);
-  if (!problem.empty()) return refuse(InitStatus::kInvalidInput, problem);
   const WindowCut cut = window_.cutSince(prior.state.t);
   if (cut.window == nullptr) return refuse(cut.status, cut.message);
   const double first = cut.window->times().front();
   if (const std::string gap = checkGap(prior.state.t, first); !gap.empty()) {
     return refuse(InitStatus::kInvalidInput, gap);
   }
-  const Calibration& calibration = window_.calibration();
-  InitResult result = solver_.solveWithPrior(
-      *cut.window,
-      carryPrior(prior, first, imu_, calibration.gravity_magnitude, calibration.imu_noise));
-  if (const std::string message = result.validate(); !message.empty()) {
-    return refuse(InitStatus::kNumericalFailure, solver_.name() + " reported " + message);
-  }
-  return result;
+  return checked(solver_.solveWithPrior(*cut.window, carried(prior, first)));
 }
 
 // Where the IMU data cannot carry a state over this time, why; or "".
@@ -225,36 +265,78 @@ std::string SnapshotSolve::checkGap(double from, double to) const {
   return message.str();
 }
 
-// Why nothing can be joined to this state, or "".
-std::string SnapshotSolve::checkHealthy(const NavState& last_healthy) const {
-  StatePrior state;
-  state.state = last_healthy;
-  if (const std::string problem = state.validate(); !problem.empty()) return problem;
-  if (!imu_.empty() && last_healthy.t >= imu_.front().t && last_healthy.t <= imu_.back().t) {
-    return "";
-  }
+// Why nothing can continue this state, or "".
+std::string SnapshotSolve::checkHealthy(const StatePrior& healthy) const {
+  if (const std::string problem = healthy.validate(); !problem.empty()) return problem;
+  const double t = healthy.state.t;
+  if (!imu_.empty() && t >= imu_.front().t && t <= imu_.back().t) return "";
   std::ostringstream message;
-  message << "the last healthy state at " << std::fixed << last_healthy.t
+  message << "the last healthy state at " << std::fixed << t
           << " s lies outside the buffered IMU data";
   if (!imu_.empty()) message << " [" << imu_.front().t << ", " << imu_.back().t << "] s";
   return message.str();
 }
 
-// Moves the new solution into the old odometry frame: both describe the body at one instant, the
-// first at which both exist.
-void SnapshotSolve::join(const NavState& last_healthy, InitResult* result) const {
-  const ImuNoise& noise = window_.calibration().imu_noise;
-  NavState old_state = last_healthy;
-  // The host's biases may be what failed; the new ones carry the old state on.
-  NavState new_state = result->states.front();
-  for (const NavState& state : result->states) {
-    if (state.t <= last_healthy.t) new_state = state;
+// `alone`, a success or provisional, in the frame of the newest state that agrees, or else of the
+// newest, with the parts of it named that it contradicts.
+InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
+                                        InitResult alone) const {
+  const HealthyState* from = nullptr;
+  std::string gap;
+  for (const HealthyState& state : states) {
+    // Between the healthy state and the window the IMU alone carries the frame.
+    gap = checkGap(state.prior->state.t, alone.states.front().t);
+    if (!gap.empty()) break;
+    if (from == nullptr || (!from->agrees() && state.agrees())) from = &state;
   }
-  old_state.gyro_bias = new_state.gyro_bias;
-  old_state.accel_bias = new_state.accel_bias;
-  old_state = propagateTo(old_state, new_state.t, imu_, result->gravity_w, noise);
-  new_state = propagateTo(new_state, old_state.t, imu_, result->gravity_w, noise);
-  joinFrame(old_state, new_state, result);
+  if (from == nullptr) return refuse(InitStatus::kInvalidInput, gap);
+  join(*from, &alone);
+  if (from->agrees()) return alone;
+  for (int i = 0; i < kStateParts; ++i) {
+    const auto part = static_cast<StatePart>(i);
+    if (from->test.contradicts(part)) alone.prior_dropped.push_back(toString(part));
+  }
+  std::ostringstream message;
+  message << "; the last healthy state differs by " << std::sqrt(from->test.total)
+          << " standard deviations (limit " << std::sqrt(from->test.bound())
+          << ") and gives position and yaw alone";
+  alone.message += message.str();
+  return alone;
+}
+
+// Moves the new solution into the old odometry frame: both describe the body at one time, the
+// first at which both exist.
+void SnapshotSolve::join(const HealthyState& healthy, InitResult* result) const {
+  const ImuNoise& noise = window_.calibration().imu_noise;
+  NavState there = healthy.prior->state;
+  std::size_t k = 0;
+  for (std::size_t i = 1; i < result->states.size(); ++i) {
+    if (result->states[i].t <= there.t) k = i;
+  }
+  NavState here = result->states[k];
+  if (healthy.test.contradicts(StatePart::kVelocity) && there.t < here.t) {
+    // A wrong velocity would carry the frame away: the new one leads back.
+    StateAtOptions back;
+    back.max_reach_s = here.t - there.t;
+    back.max_imu_gap_s = window_.options().max_imu_gap_s;
+    std::vector<NavState> at;
+    if (statesAt(result->states, result->gravity_w, imu_, {there.t}, back, &at, nullptr)) {
+      joinFrame(there, at.front(), result);
+      return;
+    }
+  }
+  // The biases that are better known carry the old state on.
+  const Eigen::Matrix<double, 15, 15> P = result->stateCovariance(k);
+  const auto keepsBias = [&](int row, StatePart part) {
+    const double old_variance = healthy.prior->covariance.diagonal().segment<3>(row).sum();
+    return old_variance > 0.0 && old_variance < P.diagonal().segment<3>(row).sum() &&
+           !healthy.test.contradicts(part);
+  };
+  if (!keepsBias(9, StatePart::kGyroBias)) there.gyro_bias = here.gyro_bias;
+  if (!keepsBias(12, StatePart::kAccelBias)) there.accel_bias = here.accel_bias;
+  there = propagateTo(there, here.t, imu_, result->gravity_w, noise);
+  here = propagateTo(here, there.t, imu_, result->gravity_w, noise);
+  joinFrame(there, here, result);
 }
 
 }  // namespace slim_init

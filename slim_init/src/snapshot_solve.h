@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "estimation/state_factor.h"
 #include "slim_init/answer_sequence.h"
 #include "slim_init/init_window.h"
 #include "slim_init/keyframe_window.h"
@@ -67,20 +68,33 @@ class SnapshotSolve {
   /// IInitializer::initialize().
   InitResult initialize();
   /// IInitializer::recover().
-  InitResult recover(const NavState& last_healthy);
-  /// IInitializer::recoverWithPrior().
-  InitResult recoverWithPrior(const std::vector<StatePrior>& healthy);
+  InitResult recover(const std::vector<StatePrior>& healthy);
 
  private:
+  /// A state from before the failure against the estimate of the window alone.
+  struct HealthyState {
+    const StatePrior* prior;
+    StateTest test;  ///< nothing is contradicted if they cannot be compared
+    bool agrees() const { return !test.contradicts(); }
+  };
+
   WindowCut informed(WindowCut cut) const;
+  InitResult checked(InitResult result) const;
+  InitResult solveNewest();
   InitResult answer(const InitWindow& window);
   void answerEarlier(int keyframes, const InitResult& result);
   void offerProvisional(InitResult* result);
   InitResult shortAnswer(const InitWindow& window);
   InitResult answerWithPrior(const StatePrior& prior);
-  std::string checkHealthy(const NavState& last_healthy) const;
+  std::vector<HealthyState> usableStates(const std::vector<StatePrior>& healthy,
+                                         std::string* problem) const;
+  StateTest compare(const StatePrior& healthy, const InitResult& alone) const;
+  const HealthyState& bestPrior(const std::vector<HealthyState>& states) const;
+  StatePrior carried(const StatePrior& prior, double t) const;
+  std::string checkHealthy(const StatePrior& healthy) const;
   std::string checkGap(double from, double to) const;
-  void join(const NavState& last_healthy, InitResult* result) const;
+  InitResult continueFrame(const std::vector<HealthyState>& states, InitResult alone) const;
+  void join(const HealthyState& healthy, InitResult* result) const;
 
   const WindowSolver& solver_;
   const std::optional<WindowOptions>& short_window_;

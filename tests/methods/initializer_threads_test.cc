@@ -164,10 +164,13 @@ TEST_F(DuringASolve, StreamsAndSolvesRunAtTheSameTime) {
     }
     done = true;
   });
+  StatePrior healthy;
+  healthy.state = exact_.truth[8];
+  healthy.covariance.setIdentity();
   int solved = 0;
   while (!done) {
     const InitResult result =
-        ++solved % 2 == 0 ? initializer_->initialize() : initializer_->recover(exact_.truth[8]);
+        ++solved % 2 == 0 ? initializer_->initialize() : initializer_->recover({healthy});
     std::vector<NavState> states;
     if (result.success()) {
       initializer_->statesAt(result, {result.states.back().t}, 0.1, &states, nullptr);

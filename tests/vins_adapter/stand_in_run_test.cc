@@ -49,7 +49,9 @@ class Finder : public IInitializer {
   void setTd(double td) override { host_.td = td; }
   void reset() override { inner_->reset(); }
   InitResult initialize() override { return with(inner_->initialize()); }
-  InitResult recover(const NavState& last) override { return with(inner_->recover(last)); }
+  InitResult recover(const std::vector<StatePrior>& healthy) override {
+    return with(inner_->recover(healthy));
+  }
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
                 std::vector<NavState>* states, std::string* error) const override {
     return inner_->statesAt(result, times, max_reach_s, states, error);

@@ -30,14 +30,9 @@ constexpr double kAskEvery = 1.0;
 // Frames in a row that have to speak against a host where the initializer has no answer.
 constexpr int kSuspectFrames = 3;
 constexpr double kRadToDeg = 57.29577951308232;
-// Up to here the initializer carries the last healthy state itself [s].
-constexpr double kShortCarry = 0.1;
 // Healthy states handed to the initializer, and the time between them [s].
 constexpr std::size_t kMostPriors = 6;
 constexpr double kBetweenPriors = 0.25;
-// Standard deviations by which the velocity of a window of its own may differ from that of the
-// healthy state; the answer from both costs time, not accuracy.
-constexpr double kSameVelocity = 2.0;
 // Stamps of one frame differ by no more [s]; it has been added to td and back.
 constexpr double kSameFrame = 1e-6;
 // Rows of an image [px]; beyond is a mistake.
@@ -127,9 +122,6 @@ struct HostAdapter::State {
 
   HostAnswer solve(const std::vector<double>& stamps, const std::vector<HostState>* healthy);
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
-  InitResult recover(const HostState& last_healthy, double first_stamp_of_window);
-  InitResult recoverFrom(const std::vector<HostState>& healthy, double first_stamp_of_window);
-  bool hasVelocityOf(const HostState& healthy, const InitResult& answer) const;
   std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
                                    const std::vector<HostState>* healthy) const;
   bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
@@ -304,63 +296,6 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
   return priors;
 }
 
-// Without a prior: the frame alone continues.
-InitResult HostAdapter::State::recover(const HostState& last_healthy,
-                                       double first_stamp_of_window) {
-  const Calibration calibration = initializer->calibration();
-  NavState last = fromHostState(last_healthy, calibration.td);
-  // Over missing data the initializer would not carry it.
-  double until = hostTime(first_stamp_of_window);
-  for (const ImuDamage& one : screen.damage()) {
-    if (!one.bridged && one.last > last.t) until = std::max(until, one.last);
-  }
-  // Nor at the host's biases, which are better known than those of the first window after it.
-  if (until > last.t + kShortCarry) {
-    CarriedState carried;
-    carried.state = last;
-    std::string problem;
-    if (carryState(carried, until, screen.samples(), screen.damage(),
-                   Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
-                   &carried, &problem)) {
-      last = carried.state;
-    }
-  }
-  return initializer->recover(last);
-}
-
-// A window that vouches for itself is longer, and better known, than what has passed since the
-// healthy state. Where it is refused, or has another velocity than that state, both together answer
-// if the data do not contradict that velocity.
-InitResult HostAdapter::State::recoverFrom(const std::vector<HostState>& healthy,
-                                           double first_stamp_of_window) {
-  InitResult own = recover(healthy.back(), first_stamp_of_window);
-  if (own.success() && hasVelocityOf(healthy.back(), own)) return own;
-  InitResult known = initializer->recoverWithPrior(priorsOf(healthy));
-  const std::vector<std::string>& dropped = known.prior_dropped;
-  if (known.success() &&
-      (!own.success() || std::count(dropped.begin(), dropped.end(), "velocity") == 0)) {
-    return known;
-  }
-  if (!own.success()) own.message += "; with a known state: " + known.message;
-  return own;
-}
-
-// In the body, at the time of the healthy state. True where the answer does not reach there.
-bool HostAdapter::State::hasVelocityOf(const HostState& healthy, const InitResult& answer) const {
-  const NavState before = fromHostState(healthy, initializer->calibration().td);
-  std::vector<NavState> then;
-  if (!initializer->statesAt(answer, {hostTime(healthy.stamp)}, options.max_reach_s, &then,
-                             nullptr) ||
-      then.size() != 1) {
-    return true;
-  }
-  const Eigen::Vector3d v = then.front().R_w_b.transpose() * then.front().v_w_b;
-  const double difference = (v - before.R_w_b.transpose() * before.v_w_b).norm();
-  const double scale_sigma = std::isnan(answer.scale_sigma) ? 0.0 : answer.scale_sigma;
-  const CarriedState known = {before, healthyCovariance()};
-  return difference <= kSameVelocity * std::hypot(known.velocitySigma(), scale_sigma * v.norm());
-}
-
 HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
                                      const std::vector<HostState>* healthy) {
   HostAnswer answer;
@@ -385,7 +320,7 @@ HostAnswer HostAdapter::State::solve(const std::vector<double>& stamps,
   if (healthy == nullptr) {
     answer.verdict = initializer->initialize();
   } else {
-    answer.verdict = recoverFrom(*healthy, stamps.front());
+    answer.verdict = initializer->recover(priorsOf(*healthy));
   }
   answer.message = answer.verdict.message;
   if (!answer.verdict.success()) return answer;

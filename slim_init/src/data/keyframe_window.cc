@@ -229,8 +229,8 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
 
 WindowCut KeyframeWindow::cut(const WindowOptions& selection, int leave_out) const {
   std::string reason;
-  std::vector<int> chosen = chooseKeyframes(
-      selection, newestCovered(), -std::numeric_limits<double>::infinity(), &reason);
+  std::vector<int> chosen = chooseKeyframes(selection, newestCovered(),
+                                            -std::numeric_limits<double>::infinity(), &reason);
   int needed = selection.min_keyframes;
   if (leave_out > 0) {
     chosen.erase(chosen.begin(),

@@ -147,7 +147,7 @@ class HostAdapter {
   /// After a failure: as seed(), but position and yaw continue from the last healthy state. Where
   /// the window is refused, velocity, attitude and biases of that state, carried on by the IMU, are
   /// used as a prior: a few frames since then can be enough, also at constant velocity and in hover
-  /// (IInitializer::recoverWithPrior()).
+  /// (IInitializer::recover()).
   HostAnswer recover(const std::vector<double>& stamps, const HostState& last_healthy);
   /// The same from several, ascending in time: the newest that the data agree with wins. Stamps
   /// further than max_reach_s before the solved window get the states that the host had there, as
