@@ -29,6 +29,17 @@ InitializerOptions tenKeyframes() {
   return options;
 }
 
+// What a host knows of its own state.
+std::vector<StatePrior> healthy(const NavState& state) {
+  StatePrior prior;
+  prior.state = state;
+  Eigen::Matrix<double, 15, 1> sigma;
+  sigma << 0.01, 0.01, 0.0, Vector3d::Zero(), Vector3d::Constant(0.1), Vector3d::Constant(1e-3),
+      Vector3d::Constant(0.05);
+  prior.covariance = sigma.cwiseAbs2().asDiagonal();
+  return {prior};
+}
+
 class InitializerTest : public ::testing::Test {
  protected:
   std::unique_ptr<IInitializer> make() const {
@@ -81,7 +92,8 @@ TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
 TEST_F(InitializerTest, StatesBetweenAndBesideTheKeyframes) {
   const auto initializer = make();
   feed(*initializer, exact_);
-  const InitResult result = initializer->recover(exact_.truth[3]);  // in the frame of the truth
+  const InitResult result =
+      initializer->recover(healthy(exact_.truth[3]));  // in the frame of the truth
   ASSERT_TRUE(result.success()) << result.message;
   std::vector<NavState> states;
   std::string error;
@@ -125,7 +137,7 @@ TEST_F(InitializerTest, RecoverContinuesPositionAndYawInsideTheWindow) {
   const auto initializer = make();
   feed(*initializer, exact_);
   // The host was healthy at the fourth keyframe; its odometry frame is the truth's.
-  const InitResult result = initializer->recover(exact_.truth[3]);
+  const InitResult result = initializer->recover(healthy(exact_.truth[3]));
   ASSERT_TRUE(result.success()) << result.message;
   for (std::size_t k = 0; k < exact_.truth.size(); ++k) {
     EXPECT_LT((result.states[k].p_w_b - exact_.truth[k].p_w_b).norm(), 1e-6);
@@ -141,7 +153,7 @@ TEST_F(InitializerTest, RecoverCarriesAStateFromBeforeTheWindowByTheImu) {
   auto initializer = baselines::makeInitializer("drt-l", exact.calibration, tenKeyframes());
   feed(*initializer, exact);
   // The window is keyframes 4..13; the host failed at keyframe 2, 0.5 s before it.
-  const InitResult result = initializer->recover(exact.truth[2]);
+  const InitResult result = initializer->recover(healthy(exact.truth[2]));
   ASSERT_TRUE(result.success()) << result.message;
   ASSERT_EQ(result.states.size(), 10u);
   for (std::size_t k = 0; k < 10; ++k) {
@@ -155,7 +167,7 @@ TEST_F(InitializerTest, RecoverTakesGravityFromTheNewSolution) {
   feed(*initializer, exact_);
   NavState tilted = exact_.truth[3];
   tilted.R_w_b = expSO3(Vector3d(0.1, -0.05, 0.0)) * tilted.R_w_b;  // the host's tilt was off
-  const InitResult result = initializer->recover(tilted);
+  const InitResult result = initializer->recover(healthy(tilted));
   ASSERT_TRUE(result.success()) << result.message;
   const Vector3d down_b = result.states[0].R_w_b.transpose() * Vector3d(0, 0, -1);
   EXPECT_LT(gravityErrorRad(down_b, exact_.truth[0]), 1e-6);
@@ -166,19 +178,19 @@ TEST_F(InitializerTest, RecoverRefusesStatesItCannotJoin) {
   feed(*initializer, exact_);
   NavState state = exact_.truth[3];
   state.t = -5.0;
-  InitResult result = initializer->recover(state);
+  InitResult result = initializer->recover(healthy(state));
   EXPECT_EQ(result.status, InitStatus::kInvalidInput);
   EXPECT_NE(result.message.find("outside the buffered IMU data"), std::string::npos);
   state.t = 1e6;
-  EXPECT_EQ(initializer->recover(state).status, InitStatus::kInvalidInput);
+  EXPECT_EQ(initializer->recover(healthy(state)).status, InitStatus::kInvalidInput);
   state = exact_.truth[3];
   state.v_w_b.x() = kNotComputed;
-  result = initializer->recover(state);
+  result = initializer->recover(healthy(state));
   EXPECT_EQ(result.status, InitStatus::kInvalidInput);
   EXPECT_NE(result.message.find("not finite"), std::string::npos);
   state = exact_.truth[3];
   state.R_w_b *= 1.1;
-  result = initializer->recover(state);
+  result = initializer->recover(healthy(state));
   EXPECT_EQ(result.status, InitStatus::kInvalidInput);
   EXPECT_NE(result.message.find("not a rotation"), std::string::npos);
 }
@@ -194,7 +206,7 @@ TEST_F(InitializerTest, RecoverRefusesToIntegrateAcrossAGapOfTheImu) {
       initializer->addImu(sample);
     }
     for (const FrameObservation& frame : exact.keyframes) initializer->addFrame(frame);
-    return initializer->recover(exact.truth[2]);  // at 0.5 s; the window starts at 1 s
+    return initializer->recover(healthy(exact.truth[2]));  // at 0.5 s; the window starts at 1 s
   };
   EXPECT_TRUE(recoverWithGap(0.03).success());
   const InitResult result = recoverWithGap(0.2);
@@ -206,7 +218,7 @@ TEST_F(InitializerTest, RecoverBeforeTheWindowIsFullWaits) {
   const auto initializer = make();
   for (const ImuSample& sample : exact_.imu) initializer->addImu(sample);
   initializer->addFrame(exact_.keyframes[0]);
-  EXPECT_EQ(initializer->recover(exact_.truth[0]).status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(initializer->recover(healthy(exact_.truth[0])).status, InitStatus::kTooFewKeyframes);
 }
 
 /// Sure of a bent path, and counts how often it was asked. `scale` may change from window to

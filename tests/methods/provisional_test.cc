@@ -401,7 +401,10 @@ TEST(Provisional, RecoverJoinsItAndBadOptionsAreNamed) {
   const auto initializer = makeInitializer(exact.calibration, options, &error);
   ASSERT_NE(initializer, nullptr) << error;
   feed(*initializer, exact, exact.keyframes.size());
-  const InitResult result = initializer->recover(exact.truth[0]);
+  StatePrior healthy;  // of which nothing but the frame is known
+  healthy.state = exact.truth[0];
+  healthy.covariance.diagonal().setConstant(100.0);
+  const InitResult result = initializer->recover({healthy});
   ASSERT_TRUE(result.provisional()) << result.message;
   EXPECT_LT((result.states.front().p_w_b - exact.truth[0].p_w_b).norm(), 1e-6);
 

@@ -198,6 +198,19 @@ TEST(StateTest, IsTheDistanceBetweenPriorAndData) {
                 1e-5 * test.total);
     EXPECT_GE(test.part[i], -1e-9);
   }
+  // The same from the two estimates themselves.
+  StateFactor prior, estimate;
+  prior.covariance = P;
+  estimate.covariance = Q;
+  estimate.velocity_b = off.head<3>();
+  estimate.gyro_bias = off.segment<3>(5);
+  estimate.accel_bias = off.tail<3>();
+  StateVector level = off;
+  level.segment<2>(3).setZero();
+  const StateTest difference = testDifference(prior, estimate);
+  EXPECT_EQ(difference.freedom, kStateRows);
+  EXPECT_NEAR(difference.total, level.dot((P + Q).ldlt().solve(level)), 1e-6 * difference.total);
+  EXPECT_GE(difference.part[0], -1e-9);
   // Data that say nothing contradict nothing.
   EXPECT_EQ(testState(r, P, P).freedom, 0);
   EXPECT_FALSE(testState(1e3 * r, P, P).contradicts());
@@ -372,14 +385,13 @@ std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
   return initializer;
 }
 
-TEST(Recovery, TheWindowBeginsAtTheState) {
+TEST(Recovery, WithoutAnEstimateOfItsOwnTheWindowBeginsAtTheState) {
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kConstantVelocity, 12));
   const auto initializer = makeFed(exact);
-  // As today, there is no answer at constant velocity.
-  EXPECT_FALSE(
-      initializer->recover(exact.truth[4].t > 0.0 ? exact.truth[4] : exact.truth[0]).success());
+  // There is no start at constant velocity.
+  EXPECT_FALSE(initializer->initialize().success());
   const StatePrior prior = priorOf(exact.truth[4], 9);
-  const InitResult answer = initializer->recoverWithPrior({prior});
+  const InitResult answer = initializer->recover({prior});
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_EQ(answer.states.size(), 8u);
   EXPECT_NEAR(answer.states.front().t, exact.truth[4].t, 1e-9);
@@ -391,35 +403,86 @@ TEST(Recovery, TheWindowBeginsAtTheState) {
   between.state = carryPrior(prior, exact.truth[4].t + 0.05, exact.imu,
                              exact.calibration.gravity_magnitude, exact.calibration.imu_noise)
                       .state;
-  const InitResult later = initializer->recoverWithPrior({between});
+  const InitResult later = initializer->recover({between});
   ASSERT_TRUE(later.success()) << later.message;
   EXPECT_NEAR(later.states.front().t, exact.truth[5].t, 1e-9);
+  // Of several the newest; one that is too new for a window of its own is passed over.
+  const StatePrior older = priorOf(exact.truth[2], 3), newest = priorOf(exact.truth[10], 5);
+  EXPECT_NEAR(initializer->recover({older, prior}).states.front().t, exact.truth[4].t, 1e-9);
+  EXPECT_NEAR(initializer->recover({older, newest}).states.front().t, exact.truth[2].t, 1e-9);
 }
 
-TEST(Recovery, TheNewestStateThatAgreesWins) {
-  const ExactWindow exact = makeExactWindow(windowOptions(3, Motion::kExcited, 12));
-  const auto initializer = makeFed(exact);
-  const StatePrior good = priorOf(exact.truth[1], 3);
-  StatePrior bad = priorOf(exact.truth[3], 4);
+// A state of which everything is wrong that the data see.
+StatePrior wrongState(const NavState& truth) {
+  StatePrior bad = priorOf(truth, 4);
   bad.state.v_w_b += Eigen::Vector3d(2.0, -3.0, 1.0);
   bad.state.R_w_b = expSO3(Eigen::Vector3d(0.3, 0.0, 0.0)) * bad.state.R_w_b;
-  const InitResult answer = initializer->recoverWithPrior({good, bad});
+  return bad;
+}
+
+// Sixteen keyframes in motion: the window alone is a success.
+class RecoveryOfASuccess : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(initializer_->initialize().success()); }
+
+  const ExactWindow exact_ = makeExactWindow(windowOptions(3, Motion::kExcited, 16));
+  const std::unique_ptr<IInitializer> initializer_ = makeFed(exact_);
+  const StatePrior good_ = priorOf(exact_.truth[6], 3);
+};
+
+TEST_F(RecoveryOfASuccess, TheNewestStateAgreesAndGivesTheFrame) {
+  const InitResult alone = initializer_->initialize();
+  const InitResult answer = initializer_->recover({wrongState(exact_.truth[4]), good_});
   ASSERT_TRUE(answer.success()) << answer.message;
-  EXPECT_NEAR(answer.states.front().t, exact.truth[1].t, 1e-9);
+  EXPECT_EQ(answer.message, alone.message);
+  EXPECT_EQ(answer.scale, alone.scale);
   EXPECT_TRUE(answer.prior_dropped.empty());
-  const StatePrior newer = priorOf(exact.truth[3], 4);
-  EXPECT_NEAR(initializer->recoverWithPrior({good, newer}).states.front().t, exact.truth[3].t,
-              1e-9);
-  // Too new for a window of its own: the one before it.
-  const StatePrior newest = priorOf(exact.truth[10], 5);
-  EXPECT_NEAR(initializer->recoverWithPrior({good, newest}).states.front().t, exact.truth[1].t,
-              1e-9);
+  // In the frame of the state: the truth's, but for its tilt.
+  EXPECT_LT((answer.states.back().p_w_b - exact_.truth.back().p_w_b).norm(), 0.1);
+}
+
+TEST_F(RecoveryOfASuccess, ANewestStateThatIsWrongIsPassedOver) {
+  const InitResult answer = initializer_->recover({good_, wrongState(exact_.truth[8])});
+  ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_NE(answer.message.find("from a known state"), std::string::npos) << answer.message;
+  EXPECT_NEAR(answer.states.front().t, exact_.truth[6].t, 1e-9) << "of the one that agrees";
+  EXPECT_TRUE(answer.prior_dropped.empty());
+  EXPECT_LT((answer.states.back().p_w_b - exact_.truth.back().p_w_b).norm(), 0.1);
+}
+
+TEST_F(RecoveryOfASuccess, WhereAllStatesAreWrongTheWindowAloneWins) {
+  const InitResult alone = initializer_->initialize();
+  const StatePrior wrong = wrongState(exact_.truth[8]);
+  const InitResult answer = initializer_->recover({wrongState(exact_.truth[6]), wrong});
+  ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_EQ(answer.scale, alone.scale);
+  EXPECT_TRUE(dropped(answer, "velocity"));
+  EXPECT_NE(answer.message.find("standard deviations (limit"), std::string::npos);
+  // Position and yaw are continued all the same.
+  EXPECT_LT((answer.states.back().p_w_b - exact_.truth.back().p_w_b).norm(), 0.2);
+}
+
+// Half a second before the window a velocity that is wrong by 3.7 m/s would move the frame by more
+// than a metre.
+TEST(Recovery, AContradictedVelocityDoesNotCarryTheFrame) {
+  const ExactWindow exact = makeExactWindow(windowOptions(3, Motion::kExcited, 21));
+  InitializerOptions options = dataSheetOptions();
+  options.window.keyframes = 15;
+  options.window.max_span_s = 0.0;
+  const auto initializer = makeFed(exact, options);
+  const InitResult answer = initializer->recover({wrongState(exact.truth[1])});
+  ASSERT_TRUE(answer.success()) << answer.message;
+  ASSERT_NEAR(answer.states.front().t, exact.truth[6].t, 1e-9);
+  EXPECT_TRUE(dropped(answer, "velocity"));
+  const Eigen::Vector3d moved = answer.states.front().p_w_b - exact.truth[6].p_w_b;
+  EXPECT_LT(moved.norm(), 0.2);
 }
 
 TEST(Recovery, BadInputIsRefusedWithAReason) {
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
   const auto initializer = makeFed(exact);
-  EXPECT_EQ(initializer->recoverWithPrior({}).status, InitStatus::kInvalidInput);
+  EXPECT_EQ(initializer->recover({}).status, InitStatus::kInvalidInput);
+  EXPECT_EQ(initializer->recover({}).message, "there is no healthy state to recover from");
   const StatePrior good = priorOf(exact.truth.front(), 1);
   const auto refusal = [&](const StatePrior& prior) {
     const InitResult answer = solve(exact, prior);
@@ -454,7 +517,7 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
   EXPECT_NE(refusal(bad).find("calibration"), std::string::npos);
   bad = good;
   bad.state.t -= 5.0;
-  const InitResult answer = initializer->recoverWithPrior({bad});
+  const InitResult answer = initializer->recover({bad});
   EXPECT_FALSE(answer.success());
   EXPECT_NE(answer.message.find("outside the buffered IMU data"), std::string::npos);
 }
@@ -468,7 +531,6 @@ TEST(Recovery, AMethodWithoutItSaysSo) {
     void setTd(double) override {}
     void reset() override {}
     InitResult initialize() override { return InitResult(); }
-    InitResult recover(const NavState&) override { return InitResult(); }
     bool statesAt(const InitResult&, const std::vector<double>&, double, std::vector<NavState>*,
                   std::string*) const override {
       return false;
@@ -478,8 +540,8 @@ TEST(Recovery, AMethodWithoutItSaysSo) {
     TimeSpan bufferedImu() const override { return TimeSpan(); }
     double maxWindowSpan() const override { return 1.0; }
   } foreign;
-  EXPECT_EQ(foreign.recoverWithPrior({}).status, InitStatus::kTooFewKeyframes);
-  EXPECT_EQ(foreign.recoverWithPrior({}).message, "foreign has no answers with a prior");
+  EXPECT_EQ(foreign.recover({}).status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(foreign.recover({}).message, "foreign has no recovery");
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
   const InitResult none =
       PlainMethod().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1));

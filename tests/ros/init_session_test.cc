@@ -39,7 +39,6 @@ class ScriptedInitializer : public IInitializer {
     if (!script.empty()) script.pop_front();
     return result;
   }
-  InitResult recover(const NavState& /*last_healthy*/) override { return InitResult(); }
   bool statesAt(const InitResult& /*result*/, const std::vector<double>& /*times*/,
                 double /*max_reach_s*/, std::vector<NavState>* /*states*/,
                 std::string* /*error*/) const override {

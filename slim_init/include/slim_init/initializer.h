@@ -16,8 +16,12 @@
 namespace slim_init {
 
 /// An initializer as a host holds it: data in, verdict out. A back end that holds one of these runs
-/// any method without knowing which, nor where its data is kept. Never throws, prints or exits. Not
-/// thread-safe.
+/// any method without knowing which, nor where its data is kept. Never throws, prints or exits.
+///
+/// Threads: while one thread solves (initialize(), recover()), others may call everything else. The
+/// solve sees the data as they were when it began, and holds no lock that a call which adds data
+/// waits for. There is one solve at a time. A result of streams that have been restarted or reset
+/// since is returned all the same; the next solve does not depend on it.
 class IInitializer {
  public:
   virtual ~IInitializer() = default;
@@ -59,26 +63,26 @@ class IInitializer {
   /// yet, with a covariance to take as a prior. A host that does not do so waits on.
   virtual InitResult initialize() = 0;
 
-  /// Solves the newest window after a failure of the host and joins the answer to the host's old
-  /// odometry frame: position and yaw continue from `last_healthy` (its time must lie within the
-  /// buffered IMU data), carried on by the IMU to the window; gravity, velocities and biases are
-  /// the new ones. Refusals are as for initialize(), plus kInvalidInput when `last_healthy` is not
-  /// finite, not a rotation or outside the buffer, or when the IMU has too long a gap between it
-  /// and the window.
-  virtual InitResult recover(const NavState& last_healthy) = 0;
-
-  /// The same from what `healthy`, states of the host from before the failure (ascending in time),
-  /// know besides the frame: velocity, gravity and biases, carried to the window by the IMU, are
-  /// part of the estimate, and the answer is in their frame. The window begins at the state; four
-  /// keyframes after it can be enough, and neither constant velocity nor hover is in the way. The
-  /// newest state that the data agree with wins; of one that they do not agree with the
-  /// contradicting parts are left out and named (InitResult::prior_dropped, message). A refusal
-  /// where no state leads to an answer: recover() may still have one. An initializer without such
-  /// answers keeps this default, kTooFewKeyframes.
-  virtual InitResult recoverWithPrior(const std::vector<StatePrior>& /*healthy*/) {
+  /// Solves the newest window after a failure of the host, in the host's old odometry frame.
+  /// `healthy`: states of the host from before the failure with their covariance, ascending in
+  /// time, within the buffered IMU data. Position and yaw continue from them, by the IMU alone;
+  /// gravity, velocities and biases are those of the estimate.
+  ///
+  /// The window is solved alone first. A healthy state agrees with that estimate if velocity, tilt
+  /// and biases, carried to the same time by the IMU, differ by no more than both covariances
+  /// allow. If the newest one agrees with a success, that success is the result. Otherwise the
+  /// frames after the newest state that agrees are solved with this state as a prior: four
+  /// keyframes can be enough, at constant velocity and in hover too. If none agrees, a success of
+  /// the window alone is the result; without one the newest state is the prior. Parts of a state
+  /// that the data contradict are not used and are named (InitResult::prior_dropped, message).
+  ///
+  /// Refusals are as for initialize(), plus kInvalidInput if `healthy` is empty or no state of it
+  /// is finite, a rotation, within the buffer and without too long a gap of the IMU after it. An
+  /// initializer without recovery keeps this default, kTooFewKeyframes.
+  virtual InitResult recover(const std::vector<StatePrior>& /*healthy*/) {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
-    none.message = name() + " has no answers with a prior";
+    none.message = name() + " has no recovery";
     return none;
   }
 

@@ -27,7 +27,8 @@ struct WindowCut {
 /// message passes a StreamCheck first; lines meet their frame here, whichever comes first; the time
 /// offset td is applied here and nowhere else (Calibration::imuTime).
 ///
-/// Not thread-safe: one owner feeds and cuts. Memory is bounded by WindowOptions::buffer_s.
+/// Not thread-safe: one owner feeds and cuts; another thread cuts from a snapshot(). Memory is
+/// bounded by WindowOptions::buffer_s.
 class KeyframeWindow {
  public:
   /// Calibration and options are taken as they are; call their validate() first.
@@ -60,10 +61,17 @@ class KeyframeWindow {
   /// kTooFewKeyframes. `leave_out`: of the keyframes chosen, this many of the
   /// newest are left out again, so that the window is what it was before them; it then needs
   /// kMinKeyframes.
-  WindowCut cut(int leave_out = 0) const;
+  WindowCut cut(int leave_out = 0) const { return cut(options_, leave_out); }
+
+  /// The same with other keyframes from the same buffer: `selection` in place of the options.
+  WindowCut cut(const WindowOptions& selection, int leave_out) const;
 
   /// The same of the frames from `first` on [s, IMU clock]; kMinKeyframes are enough.
   WindowCut cutSince(double first) const;
+
+  /// The buffer as it is, to cut from while this one receives more data. Frames are shared, IMU
+  /// samples are copied. It has no counts and no waiting lines.
+  KeyframeWindow snapshot() const;
 
   /// IMU samples held, oldest first.
   const std::deque<ImuSample>& imu() const { return imu_; }
@@ -78,8 +86,9 @@ class KeyframeWindow {
 
  private:
   struct BufferedFrame {
-    double stamp = 0.0;            // camera clock [s]
-    FrameObservation observation;  // t on the IMU clock; cleaned (data/clean_frame.h)
+    double stamp = 0.0;  // camera clock [s]
+    // t on the IMU clock; cleaned (data/clean_frame.h). Shared with snapshots: never changed.
+    std::shared_ptr<const FrameObservation> observation;
   };
   struct WaitingLines {
     double stamp = 0.0;
@@ -88,14 +97,17 @@ class KeyframeWindow {
 
   void dropData();
   void trim();
-  bool merge(std::vector<LineObservation> lines, BufferedFrame* frame);
-  void mergeWaiting(BufferedFrame* frame);
+  bool merge(std::vector<LineObservation> lines, FrameObservation* observation);
+  void mergeWaiting(double stamp, FrameObservation* observation);
   void waitForFrame(double stamp, std::vector<LineObservation> lines);
   int newestCovered() const;
+  double frameTime(int i) const { return frames_[i].observation->t; }
   double imuStart(int newest) const;
-  std::vector<int> chooseKeyframes(int newest, double first, std::string* reason) const;
+  std::vector<int> chooseKeyframes(const WindowOptions& selection, int newest, double first,
+                                   std::string* reason) const;
   WindowCut makeWindow(const std::vector<int>& chosen, int needed, const std::string& reason) const;
-  std::vector<int> spreadKeyframes(const std::vector<int>& frames) const;
+  std::vector<int> spreadKeyframes(const WindowOptions& selection,
+                                   const std::vector<int>& frames) const;
   std::vector<ImuSample> samplesCovering(double t_first, double t_last) const;
 
   Calibration calibration_;

@@ -38,13 +38,11 @@ AddStatus KeyframeWindow::addFrame(FrameObservation frame) {
   const AddStatus status = check_.checkFrame(t_imu);
   if (!isAdded(status)) return status;
   if (status == AddStatus::kRestarted) dropData();
-  BufferedFrame buffered;
-  buffered.stamp = frame.t;
-  buffered.observation = std::move(frame);
-  buffered.observation.t = t_imu;
-  cleanFrame(buffered.observation, check_.counts());
-  mergeWaiting(&buffered);
-  frames_.push_back(std::move(buffered));
+  const double stamp = frame.t;
+  frame.t = t_imu;
+  cleanFrame(frame, check_.counts());
+  mergeWaiting(stamp, &frame);
+  frames_.push_back({stamp, std::make_shared<const FrameObservation>(std::move(frame))});
   trim();
   return status;
 }
@@ -61,7 +59,10 @@ AddStatus KeyframeWindow::addLines(double stamp, std::vector<LineObservation> li
   }
   for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame) {
     if (std::abs(frame->stamp - stamp) > kSameStamp) continue;
-    return merge(std::move(lines), &*frame) ? AddStatus::kAdded : AddStatus::kUnmatched;
+    FrameObservation with_lines = *frame->observation;
+    if (!merge(std::move(lines), &with_lines)) return AddStatus::kUnmatched;
+    frame->observation = std::make_shared<const FrameObservation>(std::move(with_lines));
+    return AddStatus::kAdded;
   }
   ++counts.lines_unmatched;
   return AddStatus::kUnmatched;
@@ -73,32 +74,31 @@ void KeyframeWindow::setTd(double td) {
   if (changed.validate().empty()) calibration_.td = td;
 }
 
-bool KeyframeWindow::merge(std::vector<LineObservation> lines, BufferedFrame* frame) {
+bool KeyframeWindow::merge(std::vector<LineObservation> lines, FrameObservation* observation) {
   StreamCounts& counts = check_.counts();
-  FrameObservation& observation = frame->observation;
-  if (!observation.lines.empty()) {
+  if (!observation->lines.empty()) {
     ++counts.lines_unmatched;
     return false;
   }
-  observation.lines = std::move(lines);
-  cleanLines(observation.lines, counts);
+  observation->lines = std::move(lines);
+  cleanLines(observation->lines, counts);
   ++counts.lines_merged;
   return true;
 }
 
 // Lines that were here before their frame. The frame of an older stamp does not come any more, and
 // lines so far ahead of the newest frame are of the time before a restart.
-void KeyframeWindow::mergeWaiting(BufferedFrame* frame) {
+void KeyframeWindow::mergeWaiting(double stamp, FrameObservation* observation) {
   StreamCounts& counts = check_.counts();
-  while (!waiting_.empty() && waiting_.front().stamp <= frame->stamp + kSameStamp) {
-    if (std::abs(waiting_.front().stamp - frame->stamp) <= kSameStamp) {
-      merge(std::move(waiting_.front().lines), frame);
+  while (!waiting_.empty() && waiting_.front().stamp <= stamp + kSameStamp) {
+    if (std::abs(waiting_.front().stamp - stamp) <= kSameStamp) {
+      merge(std::move(waiting_.front().lines), observation);
     } else {
       ++counts.lines_unmatched;
     }
     waiting_.pop_front();
   }
-  while (!waiting_.empty() && waiting_.back().stamp > frame->stamp + StreamCheck::kJump) {
+  while (!waiting_.empty() && waiting_.back().stamp > stamp + StreamCheck::kJump) {
     ++counts.lines_unmatched;
     waiting_.pop_back();
   }
@@ -121,14 +121,14 @@ void KeyframeWindow::waitForFrame(double stamp, std::vector<LineObservation> lin
 // Index of the newest frame that the IMU covers, or -1.
 int KeyframeWindow::newestCovered() const {
   int newest = static_cast<int>(frames_.size()) - 1;
-  while (newest >= 0 && (imu_.empty() || frames_[newest].observation.t > imu_.back().t)) --newest;
+  while (newest >= 0 && (imu_.empty() || frameTime(newest) > imu_.back().t)) --newest;
   return newest;
 }
 
 // Start of the samples without a gap that reach the frame `newest`, which the IMU covers.
 double KeyframeWindow::imuStart(int newest) const {
   // The first sample at or after the frame closes the window; it exists.
-  auto sample = std::lower_bound(imu_.begin(), imu_.end(), frames_[newest].observation.t,
+  auto sample = std::lower_bound(imu_.begin(), imu_.end(), frameTime(newest),
                                  [](const ImuSample& s, double t) { return s.t < t; });
   while (sample != imu_.begin() && sample->t - std::prev(sample)->t <= options_.max_imu_gap_s) {
     --sample;
@@ -137,26 +137,26 @@ double KeyframeWindow::imuStart(int newest) const {
 }
 
 // Indices of the keyframes, newest first; `reason` is what ended the choice.
-std::vector<int> KeyframeWindow::chooseKeyframes(int newest, double first,
-                                                 std::string* reason) const {
+std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection, int newest,
+                                                 double first, std::string* reason) const {
   std::vector<int> chosen;
   *reason = "no frame is covered by the IMU yet";
   if (newest < 0) return chosen;
   // Every frame that may be one of a window of max_span_s.
   std::vector<int> usable;
   const double t_imu_start = imuStart(newest);
-  const auto time = [this](int i) { return frames_[i].observation.t; };
+  const auto time = [this](int i) { return frameTime(i); };
   std::ostringstream out;
   const auto inSpan = [&](int i) {
-    return time(newest) - time(i) <= options_.max_span_s + kStampRounding;
+    return time(newest) - time(i) <= selection.max_span_s + kStampRounding;
   };
   for (int i = newest; i >= 0; --i) {
-    const bool wanted = static_cast<int>(chosen.size()) < options_.keyframes;
+    const bool wanted = static_cast<int>(chosen.size()) < selection.keyframes;
     if (!wanted && !inSpan(i)) break;
     *reason = "more frames are needed";
-    if (i < newest && time(i + 1) - time(i) > options_.max_frame_gap_s) {
+    if (i < newest && time(i + 1) - time(i) > selection.max_frame_gap_s) {
       out << "a gap of " << time(i + 1) - time(i) << " s between frames (bound "
-          << options_.max_frame_gap_s << " s) starts the window anew";
+          << selection.max_frame_gap_s << " s) starts the window anew";
     } else if (time(i) < first) {
       out << "the frames before are of the time before " << time(newest) - first
           << " s ago, where the window begins";
@@ -173,27 +173,28 @@ std::vector<int> KeyframeWindow::chooseKeyframes(int newest, double first,
     }
     if (inSpan(i)) usable.push_back(i);
     if (wanted && (chosen.empty() ||
-                   time(chosen.back()) - time(i) >= options_.min_interval_s - kStampRounding)) {
+                   time(chosen.back()) - time(i) >= selection.min_interval_s - kStampRounding)) {
       chosen.push_back(i);
     }
   }
   const bool longer = !usable.empty() && usable.back() < chosen.back();
-  return longer ? spreadKeyframes(usable) : chosen;
+  return longer ? spreadKeyframes(selection, usable) : chosen;
 }
 
 // As many of these frames (newest first) as a window has, first and last among them, as evenly
 // spaced as the frames allow.
-std::vector<int> KeyframeWindow::spreadKeyframes(const std::vector<int>& frames) const {
-  const auto time = [this](int i) { return frames_[i].observation.t; };
+std::vector<int> KeyframeWindow::spreadKeyframes(const WindowOptions& selection,
+                                                 const std::vector<int>& frames) const {
+  const auto time = [this](int i) { return frameTime(i); };
   std::vector<int> chosen = {frames.front()};
   std::size_t next = 1;
-  while (next < frames.size() && static_cast<int>(chosen.size()) < options_.keyframes) {
+  while (next < frames.size() && static_cast<int>(chosen.size()) < selection.keyframes) {
     const double t_last = time(chosen.back());
     // Whatever has been missed is made up for by the rest.
-    const int left = options_.keyframes - static_cast<int>(chosen.size());
+    const int left = selection.keyframes - static_cast<int>(chosen.size());
     const double target = t_last - (t_last - time(frames.back())) / left;
     const auto allowed = [&](std::size_t i) {
-      return t_last - time(frames[i]) >= options_.min_interval_s - kStampRounding;
+      return t_last - time(frames[i]) >= selection.min_interval_s - kStampRounding;
     };
     while (next < frames.size() && !allowed(next)) ++next;
     if (next == frames.size()) break;
@@ -226,11 +227,11 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
   return std::vector<ImuSample>(first, last);
 }
 
-WindowCut KeyframeWindow::cut(int leave_out) const {
+WindowCut KeyframeWindow::cut(const WindowOptions& selection, int leave_out) const {
   std::string reason;
-  std::vector<int> chosen =
-      chooseKeyframes(newestCovered(), -std::numeric_limits<double>::infinity(), &reason);
-  int needed = options_.min_keyframes;
+  std::vector<int> chosen = chooseKeyframes(selection, newestCovered(),
+                                            -std::numeric_limits<double>::infinity(), &reason);
+  int needed = selection.min_keyframes;
   if (leave_out > 0) {
     chosen.erase(chosen.begin(),
                  chosen.begin() + std::min(leave_out, static_cast<int>(chosen.size())));
@@ -241,7 +242,7 @@ WindowCut KeyframeWindow::cut(int leave_out) const {
 
 WindowCut KeyframeWindow::cutSince(double first) const {
   std::string reason;
-  const std::vector<int> chosen = chooseKeyframes(newestCovered(), first, &reason);
+  const std::vector<int> chosen = chooseKeyframes(options_, newestCovered(), first, &reason);
   return makeWindow(chosen, kMinKeyframes, reason);
 }
 
@@ -259,7 +260,7 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
   std::vector<const FrameObservation*> keyframes;
   keyframes.reserve(chosen.size());
   for (auto i = chosen.rbegin(); i != chosen.rend(); ++i) {
-    keyframes.push_back(&frames_[*i].observation);
+    keyframes.push_back(frames_[*i].observation.get());
   }
   const double t_first = keyframes.front()->t, t_last = keyframes.back()->t;
   std::string error;
@@ -275,6 +276,13 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
   message << "window of " << keyframes.size() << " keyframes over " << t_last - t_first << " s";
   result.message = message.str();
   return result;
+}
+
+KeyframeWindow KeyframeWindow::snapshot() const {
+  KeyframeWindow copy(calibration_, options_, check_.options());
+  copy.imu_ = imu_;
+  copy.frames_ = frames_;
+  return copy;
 }
 
 void KeyframeWindow::reset() {
@@ -299,7 +307,7 @@ void KeyframeWindow::trim() {
   // other grow without limit.
   while (imu_.size() > 2 && imu_[1].t < imu_.back().t - options_.buffer_s) imu_.pop_front();
   while (frames_.size() > 1 &&
-         frames_.front().observation.t < frames_.back().observation.t - options_.buffer_s) {
+         frames_.front().observation->t < frames_.back().observation->t - options_.buffer_s) {
     frames_.pop_front();
   }
 }

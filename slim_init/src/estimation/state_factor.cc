@@ -116,15 +116,42 @@ StateCovariance without(const StateCovariance& covariance, StatePart part) {
 
 bool StateTest::contradicts() const {
   if (freedom == 0) return false;
-  if (total > kStateTestMargin * kThousandth[freedom]) return true;
+  if (total > bound()) return true;
   for (int i = 0; i < kStateParts; ++i) {
-    const auto which = static_cast<StatePart>(i);
-    const double margin = which == StatePart::kGyroBias || which == StatePart::kAccelBias
-                              ? kBiasTestMargin
-                              : kStateTestMargin;
-    if (part[i] > margin * kThousandth[std::min(freedom, kRowsOf[i].size)]) return true;
+    if (contradicts(static_cast<StatePart>(i))) return true;
   }
   return false;
+}
+
+double StateTest::bound() const { return kStateTestMargin * kThousandth[freedom]; }
+
+bool StateTest::contradicts(StatePart which) const {
+  const auto i = static_cast<int>(which);
+  const double margin = which == StatePart::kGyroBias || which == StatePart::kAccelBias
+                            ? kBiasTestMargin
+                            : kStateTestMargin;
+  return part[i] > margin * kThousandth[std::min(freedom, kRowsOf[i].size)];
+}
+
+StateTest testDifference(const StateFactor& prior, const StateFactor& estimate) {
+  const Eigen::Matrix<double, 3, 2> B = tangentBasis(prior.down_b);
+  StateVector r;
+  r << estimate.velocity_b - prior.velocity_b, B.transpose() * estimate.down_b,
+      estimate.gyro_bias - prior.gyro_bias, estimate.accel_bias - prior.accel_bias;
+  // Both tilts by one basis.
+  StateCovariance turn = StateCovariance::Identity();
+  turn.block<2, 2>(3, 3) = B.transpose() * tangentBasis(estimate.down_b);
+  const StateCovariance of_estimate = turn * estimate.covariance * turn.transpose();
+  StateTest test;
+  test.freedom = kStateRows;
+  const auto distance = [&](const StateCovariance& of_prior) {
+    return r.dot((of_prior + of_estimate).ldlt().solve(r));
+  };
+  test.total = distance(prior.covariance);
+  for (int i = 0; i < kStateParts; ++i) {
+    test.part[i] = test.total - distance(without(prior.covariance, static_cast<StatePart>(i)));
+  }
+  return test;
 }
 
 // With M the information that the data have about the rows, and d their own most probable ones:

@@ -75,12 +75,18 @@ struct StateTest {
 
   /// Whether it is beyond what chance does in one of a thousand, in all or in a part.
   bool contradicts() const;
+  bool contradicts(StatePart which) const;  ///< in this part
+  double bound() const;                     ///< on `total`
 };
 
 /// `r` of the estimate that contains the prior with `covariance`; `posterior`: covariance of the
 /// rows in that estimate.
 StateTest testState(const StateVector& r, const StateCovariance& covariance,
                     const StateCovariance& posterior);
+
+/// The same of a prior against an independent estimate of the same body. The sum of both
+/// covariances has to be positive definite.
+StateTest testDifference(const StateFactor& prior, const StateFactor& estimate);
 
 /// The part without which the data agree best with the rest.
 StatePart worstPart(const StateTest& test);

@@ -1,0 +1,342 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "snapshot_solve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "data/with_calibration.h"
+#include "imu/carry_prior.h"
+#include "imu/preintegration.h"
+#include "join_frame.h"
+#include "provisional.h"
+#include "slim_init/state_at.h"
+
+namespace slim_init {
+namespace {
+
+// A solve this long after the one before has none before it to be compared with [s]: two images at
+// 10 Hz, and a half.
+constexpr double kSuccessive = 0.25;
+
+InitResult refuse(InitStatus status, const std::string& message) {
+  InitResult result;
+  result.status = status;
+  result.message = message;
+  return result;
+}
+
+// State of the body at time t, carried there from `state` by the IMU.
+NavState propagateTo(const NavState& state, double t, const std::vector<ImuSample>& imu,
+                     const Eigen::Vector3d& gravity_w, const ImuNoise& noise) {
+  if (t <= state.t) return state;
+  return propagate(state,
+                   preintegrate(imu, state.t, t, state.gyro_bias, state.accel_bias, noise,
+                                PreintegrationParts::kMean),
+                   gravity_w);
+}
+
+// Longest time between neighbouring samples that touches [t_from, t_to]; zero for an empty
+// interval.
+double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to) {
+  double largest = 0.0;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    if (imu[i].t <= t_from || imu[i - 1].t >= t_to) continue;
+    largest = std::max(largest, imu[i].t - imu[i - 1].t);
+  }
+  return largest;
+}
+
+// Whether its covariance says how far the estimate may be off: it was accepted, or refused only
+// because the motion leaves its scale uncertain.
+bool hasCovarianceOfItsErrors(const InitResult& result) {
+  if (!result.hasEstimate() || result.covariance.size() == 0) return false;
+  return std::all_of(result.gates.begin(), result.gates.end(), [](const GateValue& gate) {
+    return gate.passed || !gate.enforced || gate.name == GateName::kScaleSigma ||
+           gate.name == GateName::kExcitation;
+  });
+}
+
+}  // namespace
+
+SolveMemory::ShortKey::ShortKey(const InitWindow& window, int known)
+    : times(window.times()), td(window.calibration().td), knowledge(known) {
+  for (int k = 0; k < window.size(); ++k) lines += window.linesOfKeyframe(k).size();
+}
+
+bool SolveMemory::ShortKey::operator==(const ShortKey& other) const {
+  return times == other.times && td == other.td && lines == other.lines &&
+         knowledge == other.knowledge;
+}
+
+SnapshotSolve::SnapshotSolve(const WindowSolver& solver,
+                             const std::optional<WindowOptions>& short_window,
+                             KeyframeWindow window, SensorKnowledge known, SolveMemory* memory)
+    : solver_(solver),
+      short_window_(short_window),
+      window_(std::move(window)),
+      known_(std::move(known)),
+      memory_(*memory),
+      imu_(window_.imu().begin(), window_.imu().end()) {}
+
+InitResult SnapshotSolve::initialize() {
+  InitResult result = solveNewest();
+  if (short_window_ && !result.success()) offerProvisional(&result);
+  return checked(std::move(result));
+}
+
+InitResult SnapshotSolve::recover(const std::vector<StatePrior>& healthy) {
+  std::string problem;
+  std::vector<HealthyState> states = usableStates(healthy, &problem);
+  if (states.empty()) return refuse(InitStatus::kInvalidInput, problem);
+  InitResult alone = checked(solveNewest());
+  for (HealthyState& state : states) state.test = compare(*state.prior, alone);
+  const bool any = std::any_of(states.begin(), states.end(),
+                               [](const HealthyState& state) { return state.agrees(); });
+  if (alone.success() && (states.front().agrees() || !any)) {
+    return continueFrame(states, std::move(alone));
+  }
+  InitResult known = answerWithPrior(*bestPrior(states).prior);
+  if (known.success()) return known;
+  if (short_window_ && !alone.success()) {
+    offerProvisional(&alone);
+    alone = checked(std::move(alone));
+  }
+  if (alone.success() || alone.provisional()) return continueFrame(states, std::move(alone));
+  alone.message += "; with a known state: " + known.message;
+  return alone;
+}
+
+// An estimate that contradicts its own status is none.
+InitResult SnapshotSolve::checked(InitResult result) const {
+  const std::string message = result.validate();
+  if (message.empty()) return result;
+  return refuse(InitStatus::kNumericalFailure, solver_.name() + " reported " + message);
+}
+
+InitResult SnapshotSolve::solveNewest() {
+  const WindowCut cut = informed(window_.cut());
+  return cut.window == nullptr ? refuse(cut.status, cut.message) : answer(*cut.window);
+}
+
+// The window with what is known of the sensors.
+WindowCut SnapshotSolve::informed(WindowCut cut) const {
+  if (cut.window == nullptr || !known_.has_value) return cut;
+  Calibration calibration = cut.window->calibration();
+  if (known_.sensors.calibration) {
+    calibration = withFound(calibration, *known_.sensors.calibration);
+  }
+  calibration.imu_biases = known_.sensors.biases;
+  // A td that moves the keyframes away from the samples is none.
+  if (const auto window = withCalibration(*cut.window, calibration)) cut.window = window;
+  return cut;
+}
+
+// Judged by the answers before it.
+InitResult SnapshotSolve::answer(const InitWindow& window) {
+  InitResult result = solver_.solve(window);
+  const double newest = window.times().back();
+  if (result.success() && result.hasEstimate() &&
+      !(std::abs(newest - memory_.last_solved) <= kSuccessive)) {
+    answerEarlier(window.size(), result);
+  }
+  memory_.answers.judge(&result);
+  memory_.last_solved = newest;
+  return result;
+}
+
+// A host that solves at every image has earlier answers to agree with. One that solves now and then
+// has none: the window is solved as it was before its newest keyframes.
+void SnapshotSolve::answerEarlier(int keyframes, const InitResult& result) {
+  memory_.answers.reset();
+  const std::vector<NavState>& states = result.states;
+  if (states.back().t - states.front().t >=
+      AnswerSequence::kFullShare * window_.options().fullSpan())
+    return;
+  // Keyframes that td has moved past the IMU are in neither answer.
+  const int lost = std::max(0, keyframes - static_cast<int>(states.size()));
+  for (int earlier = AnswerSequence::kEarlierAnswers; earlier > 0; --earlier) {
+    const WindowCut before = informed(window_.cut(lost + earlier));
+    if (before.window == nullptr) continue;
+    InitResult answer = solver_.solve(*before.window);
+    memory_.answers.judge(&answer);
+  }
+}
+
+// What a host that takes a prior can start with. Where there is nothing, `result` keeps its own
+// reason.
+void SnapshotSolve::offerProvisional(InitResult* result) {
+  const WindowCut cut = informed(window_.cut(*short_window_, 0));
+  if (cut.window == nullptr) return;
+  const InitResult now = shortAnswer(*cut.window);
+  if (!now.provisional()) return;
+  // As it was before the newest third of the data.
+  const int third = std::max(1, cut.window->size() / 3);
+  const WindowCut before = informed(window_.cut(*short_window_, third));
+  if (before.window == nullptr) return;
+  if (agrees(shortAnswer(*before.window), now)) *result = now;
+}
+
+// While the window grows, a host that solves at every image has solved the earlier one already.
+InitResult SnapshotSolve::shortAnswer(const InitWindow& window) {
+  std::deque<SolveMemory::ShortAnswer>& known = memory_.short_answers;
+  const SolveMemory::ShortKey key(window, known_.version);
+  for (const SolveMemory::ShortAnswer& one : known) {
+    if (one.key == key) return one.answer;
+  }
+  if (static_cast<int>(known.size()) >= short_window_->keyframes) known.pop_front();
+  known.push_back({key, solver_.solveProvisional(window)});
+  return known.back().answer;
+}
+
+// The newest first. If there is none, `problem` is that of the newest.
+std::vector<SnapshotSolve::HealthyState> SnapshotSolve::usableStates(
+    const std::vector<StatePrior>& healthy, std::string* problem) const {
+  std::vector<HealthyState> states;
+  *problem = "there is no healthy state to recover from";
+  for (auto prior = healthy.rbegin(); prior != healthy.rend(); ++prior) {
+    const std::string found = checkHealthy(*prior);
+    if (found.empty()) {
+      states.push_back({&*prior, StateTest()});
+    } else if (prior == healthy.rbegin()) {
+      *problem = found;
+    }
+  }
+  return states;
+}
+
+StatePrior SnapshotSolve::carried(const StatePrior& prior, double t) const {
+  const Calibration& calibration = window_.calibration();
+  return carryPrior(prior, t, imu_, calibration.gravity_magnitude, calibration.imu_noise);
+}
+
+// Both at the later of two times: that of the healthy state, and that of the first keyframe.
+// Nothing is contradicted by an estimate that is not known with a covariance.
+StateTest SnapshotSolve::compare(const StatePrior& healthy, const InitResult& alone) const {
+  if (!hasCovarianceOfItsErrors(alone)) return StateTest();
+  std::size_t k = 0;
+  for (std::size_t i = 1; i < alone.states.size(); ++i) {
+    if (alone.states[i].t <= healthy.state.t) k = i;
+  }
+  StatePrior estimate;
+  estimate.state = alone.states[k];
+  estimate.covariance = alone.stateCovariance(k);
+  const double t = std::max(estimate.state.t, healthy.state.t);
+  if (!estimate.covariance.allFinite() || !checkGap(healthy.state.t, t).empty()) return StateTest();
+  const StateFactor known = stateFactor(carried(healthy, t));
+  return testDifference(known, stateFactor(carried(estimate, t)));
+}
+
+// The newest that agrees, or else of which the velocity agrees, or else the newest; of those after
+// which there are enough frames.
+const SnapshotSolve::HealthyState& SnapshotSolve::bestPrior(
+    const std::vector<HealthyState>& states) const {
+  const HealthyState* best = nullptr;
+  int best_rank = 0;
+  for (const HealthyState& state : states) {
+    const int rank = state.agrees() ? 3 : state.test.contradicts(StatePart::kVelocity) ? 1 : 2;
+    if (rank <= best_rank || window_.cutSince(state.prior->state.t).window == nullptr) continue;
+    best = &state;
+    best_rank = rank;
+  }
+  return best == nullptr ? states.back() : *best;
+}
+
+// From the frames after a known state.
+InitResult SnapshotSolve::answerWithPrior(const StatePrior& prior) {
+  const WindowCut cut = window_.cutSince(prior.state.t);
+  if (cut.window == nullptr) return refuse(cut.status, cut.message);
+  const double first = cut.window->times().front();
+  if (const std::string gap = checkGap(prior.state.t, first); !gap.empty()) {
+    return refuse(InitStatus::kInvalidInput, gap);
+  }
+  return checked(solver_.solveWithPrior(*cut.window, carried(prior, first)));
+}
+
+// Where the IMU data cannot carry a state over this time, why; or "".
+std::string SnapshotSolve::checkGap(double from, double to) const {
+  const double gap = largestGap(imu_, from, to);
+  if (!(gap > window_.options().max_imu_gap_s)) return "";
+  std::ostringstream message;
+  message << "IMU data have a gap of " << gap
+          << " s between the last healthy state and the window, must be at most "
+          << window_.options().max_imu_gap_s << " s";
+  return message.str();
+}
+
+// Why nothing can continue this state, or "".
+std::string SnapshotSolve::checkHealthy(const StatePrior& healthy) const {
+  if (const std::string problem = healthy.validate(); !problem.empty()) return problem;
+  const double t = healthy.state.t;
+  if (!imu_.empty() && t >= imu_.front().t && t <= imu_.back().t) return "";
+  std::ostringstream message;
+  message << "the last healthy state at " << std::fixed << t
+          << " s lies outside the buffered IMU data";
+  if (!imu_.empty()) message << " [" << imu_.front().t << ", " << imu_.back().t << "] s";
+  return message.str();
+}
+
+// `alone`, a success or provisional, in the frame of the newest state that agrees, or else of the
+// newest, with the parts of it named that it contradicts.
+InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
+                                        InitResult alone) const {
+  const HealthyState* from = nullptr;
+  std::string gap;
+  for (const HealthyState& state : states) {
+    // Between the healthy state and the window the IMU alone carries the frame.
+    gap = checkGap(state.prior->state.t, alone.states.front().t);
+    if (!gap.empty()) break;
+    if (from == nullptr || (!from->agrees() && state.agrees())) from = &state;
+  }
+  if (from == nullptr) return refuse(InitStatus::kInvalidInput, gap);
+  join(*from, &alone);
+  if (from->agrees()) return alone;
+  for (int i = 0; i < kStateParts; ++i) {
+    const auto part = static_cast<StatePart>(i);
+    if (from->test.contradicts(part)) alone.prior_dropped.push_back(toString(part));
+  }
+  std::ostringstream message;
+  message << "; the last healthy state differs by " << std::sqrt(from->test.total)
+          << " standard deviations (limit " << std::sqrt(from->test.bound())
+          << ") and gives position and yaw alone";
+  alone.message += message.str();
+  return alone;
+}
+
+// Moves the new solution into the old odometry frame: both describe the body at one time, the
+// first at which both exist.
+void SnapshotSolve::join(const HealthyState& healthy, InitResult* result) const {
+  const ImuNoise& noise = window_.calibration().imu_noise;
+  NavState there = healthy.prior->state;
+  std::size_t k = 0;
+  for (std::size_t i = 1; i < result->states.size(); ++i) {
+    if (result->states[i].t <= there.t) k = i;
+  }
+  NavState here = result->states[k];
+  if (healthy.test.contradicts(StatePart::kVelocity) && there.t < here.t) {
+    // A wrong velocity would carry the frame away: the new one leads back.
+    StateAtOptions back;
+    back.max_reach_s = here.t - there.t;
+    back.max_imu_gap_s = window_.options().max_imu_gap_s;
+    std::vector<NavState> at;
+    if (statesAt(result->states, result->gravity_w, imu_, {there.t}, back, &at, nullptr)) {
+      joinFrame(there, at.front(), result);
+      return;
+    }
+  }
+  // The biases that are better known carry the old state on.
+  const Eigen::Matrix<double, 15, 15> P = result->stateCovariance(k);
+  const auto keepsBias = [&](int row, StatePart part) {
+    const double old_variance = healthy.prior->covariance.diagonal().segment<3>(row).sum();
+    return old_variance > 0.0 && old_variance < P.diagonal().segment<3>(row).sum() &&
+           !healthy.test.contradicts(part);
+  };
+  if (!keepsBias(9, StatePart::kGyroBias)) there.gyro_bias = here.gyro_bias;
+  if (!keepsBias(12, StatePart::kAccelBias)) there.accel_bias = here.accel_bias;
+  there = propagateTo(there, here.t, imu_, result->gravity_w, noise);
+  here = propagateTo(here, there.t, imu_, result->gravity_w, noise);
+  joinFrame(there, here, result);
+}
+
+}  // namespace slim_init

@@ -1,0 +1,107 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// One solve of an initializer, on a snapshot of its data. Needs no lock: nothing that the
+// initializer receives meanwhile reaches it.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimation/state_factor.h"
+#include "slim_init/answer_sequence.h"
+#include "slim_init/init_window.h"
+#include "slim_init/keyframe_window.h"
+#include "slim_init/options.h"
+#include "slim_init/result.h"
+#include "slim_init/state_prior.h"
+#include "slim_init/window_solver.h"
+
+namespace slim_init {
+
+/// What is known of the sensors, and how often that has changed: estimates with other knowledge are
+/// not the same estimates.
+struct SensorKnowledge {
+  KnownSensors sensors;
+  bool has_value = false;  ///< there is something in it
+  int version = 0;
+};
+
+/// What the solves of one stream leave to the next ones.
+class SolveMemory {
+ public:
+  /// `full_span_s`: WindowOptions::fullSpan().
+  explicit SolveMemory(double full_span_s)
+      : answers(full_span_s, AnswerSequence::kMaxDisagreement) {}
+
+  /// What tells short windows apart. Lines may arrive after their frame.
+  struct ShortKey {
+    ShortKey(const InitWindow& window, int knowledge);
+    bool operator==(const ShortKey& other) const;
+
+    std::vector<double> times;  ///< of the keyframes [s]
+    double td;                  ///< [s]
+    std::size_t lines = 0;
+    int knowledge;  ///< SensorKnowledge::version
+  };
+  /// The provisional estimate of a short window.
+  struct ShortAnswer {
+    ShortKey key;
+    InitResult answer;
+  };
+
+  AnswerSequence answers;
+  double last_solved = kNotComputed;  ///< newest keyframe [s]
+  std::deque<ShortAnswer> short_answers;
+};
+
+/// Solves one snapshot.
+class SnapshotSolve {
+ public:
+  /// `short_window`: the keyframes of provisional estimates, or none. `memory`: of the solves
+  /// before; this one is added to it. References are kept.
+  SnapshotSolve(const WindowSolver& solver, const std::optional<WindowOptions>& short_window,
+                KeyframeWindow window, SensorKnowledge known, SolveMemory* memory);
+
+  /// IInitializer::initialize().
+  InitResult initialize();
+  /// IInitializer::recover().
+  InitResult recover(const std::vector<StatePrior>& healthy);
+
+ private:
+  /// A state from before the failure against the estimate of the window alone.
+  struct HealthyState {
+    const StatePrior* prior;
+    StateTest test;  ///< nothing is contradicted if they cannot be compared
+    bool agrees() const { return !test.contradicts(); }
+  };
+
+  WindowCut informed(WindowCut cut) const;
+  InitResult checked(InitResult result) const;
+  InitResult solveNewest();
+  InitResult answer(const InitWindow& window);
+  void answerEarlier(int keyframes, const InitResult& result);
+  void offerProvisional(InitResult* result);
+  InitResult shortAnswer(const InitWindow& window);
+  InitResult answerWithPrior(const StatePrior& prior);
+  std::vector<HealthyState> usableStates(const std::vector<StatePrior>& healthy,
+                                         std::string* problem) const;
+  StateTest compare(const StatePrior& healthy, const InitResult& alone) const;
+  const HealthyState& bestPrior(const std::vector<HealthyState>& states) const;
+  StatePrior carried(const StatePrior& prior, double t) const;
+  std::string checkHealthy(const StatePrior& healthy) const;
+  std::string checkGap(double from, double to) const;
+  InitResult continueFrame(const std::vector<HealthyState>& states, InitResult alone) const;
+  void join(const HealthyState& healthy, InitResult* result) const;
+
+  const WindowSolver& solver_;
+  const std::optional<WindowOptions>& short_window_;
+  KeyframeWindow window_;
+  SensorKnowledge known_;
+  SolveMemory& memory_;
+  std::vector<ImuSample> imu_;
+};
+
+}  // namespace slim_init
