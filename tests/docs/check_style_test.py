@@ -70,7 +70,7 @@ class Sentences(unittest.TestCase):
 class Style(unittest.TestCase):
     def test_plain_text_passes(self):
         for text in (SHORT, "The ground truth is recorded. At least four frames are needed.\n",
-                     "A least squares fit. The fraction of tracks. The status is `verdict`.\n",
+                     "A least squares fit of left-handed axes. The fraction of tracks. The status is `verdict`.\n",
                      "```\nthe verdict is wrong\n```\n", "| ground truth | 3 |\n|---|---|\n"):
             self.assertEqual(faults(text), [], text)
 
