@@ -129,7 +129,7 @@ def plain(text):
 
 
 def sentences(paragraph):
-    parts = re.split(r"(?<=[.!?])[)\"*]*\s+(?=[\"(*]*[A-Z0-9])", plain(paragraph))
+    parts = re.split(r"(?<=[.!?])[)\"*]*\s+(?=[\"(*]*(?:[A-Z0-9]|slim_init\b))", plain(paragraph))
     return [words_of(part) for part in parts if words_of(part)]
 
 

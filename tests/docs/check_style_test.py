@@ -63,7 +63,7 @@ class Sentences(unittest.TestCase):
                 ("One two. Three four five.", [2, 3]), ("Is it so? `x` is.", [3, 2]),
                 ("It is 0.5 m. 3 of 4 passed.", [4, 4]), ("As Burri et al. write, so.", [6]),
                 ("See [the long page](docs/x.md). End.", [4, 1]),
-                ("Here $a + b = c$ holds.", [3]), ("(One two.) Three.", [2, 1])):
+                ("Here $a + b = c$ holds.", [3]), ("So it is. slim_init is a name.", [3, 4]), ("(One two.) Three.", [2, 1])):
             self.assertEqual([len(s) for s in check_style.sentences(text)], lengths, text)
 
 
