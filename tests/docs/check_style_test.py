@@ -84,6 +84,12 @@ class Style(unittest.TestCase):
             for text in ("A %s here.\n", "| a %s |\n|---|\n", "- a %s\n", "# A %s\n"):
                 self.assertEqual(len(faults(text % word)), 1, text % word)
 
+    def test_phrases_over_two_lines_and_line_numbers(self):
+        self.assertEqual(faults("Beside the ground\ntruth. Or\n\n- the ground\n  truth\n"), [])
+        found = faults("# Title\n\nTracks that are\nleft\nout. Then `wrong`.\n\n- 2026-11-22\n")
+        self.assertEqual([fault.split(": ")[0] for fault in found],
+                         ["docs/guide.md:4", "docs/guide.md:7"])
+
     def test_a_changelog_may_have_dates(self):
         self.assertEqual(faults("Version of 2026-11-22.\n", "CHANGELOG.md"), [])
 
