@@ -25,7 +25,7 @@ RUN apt-get update \
     && bash -c '. slim_init/launch/setup.sh; slim_init_install_packages' \
     && rm -rf /var/lib/apt/lists/*
 
-# The commit that the insertions were checked at. OpenCV 4.6 and Ceres 2.1: docs/vins_mono.md.
+# The commit that the insertions were checked at. OpenCV 4.6 and Ceres 2.1: docs/hosts.md.
 RUN git clone https://github.com/HKUST-Aerial-Robotics/VINS-Mono.git \
     && git -C VINS-Mono checkout -q 90dabb5 \
     && slim_init/vins_estimator_patch/for_opencv4.sh VINS-Mono --cxx17 \

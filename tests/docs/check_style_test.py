@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+# Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+"""Planted faults: check_style.py finds each, and nothing in a page that follows the rules."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import check_style
+
+SHORT = "The node reads the file. If a key is unknown, it ends with a message.\n"
+LONG = "This sentence " + "goes on and on " * 10 + "for no reason at all.\n"
+
+
+def faults(text, page="docs/guide.md", budget=100):
+    return check_style.check_page(page, text, {page: budget})
+
+
+class Words(unittest.TestCase):
+    def test_budget_has_two_sides(self):
+        self.assertEqual(faults("word " * 9 + "word.", budget=10), [])
+        found = faults("word " * 10 + "word.", budget=10)
+        self.assertEqual(found, ["docs/guide.md: 11 words (budget 10)"])
+
+    def test_bars_and_rules_are_no_words_and_code_is(self):
+        figures = check_style.measure("| a | b |\n|---|---:|\n* c\n\n```sh\nd --e 5\n```\n")
+        self.assertEqual(figures["words"], 7)  # a b c sh d --e 5: the fence's language, too
+
+    def test_a_page_without_a_budget_is_a_fault(self):
+        self.assertEqual(len(check_style.check_page("docs/new.md", SHORT, {})), 1)
+
+    def test_total_counts_all_but_archive_and_generated_pages(self):
+        texts = {"a.md": "one two", "b.md": "three", "docs/history/x.md": "four " * 50,
+                 "docs/options.md": "five " * 50}
+        self.assertEqual(check_style.check_total(texts, 3), [])
+        self.assertEqual(check_style.check_total(texts, 2), ["all pages: 3 words (limit 2)"])
+
+    def test_budgets_name_pages_once_and_positive(self):
+        self.assertTrue(all(words > 0 for words in check_style.BUDGETS.values()))
+
+
+class Sentences(unittest.TestCase):
+    def test_mean_has_two_sides(self):
+        words = int(check_style.MEAN_SENTENCE)
+        self.assertEqual(faults("Word " + "word " * (words - 2) + "word."), [])
+        self.assertEqual(len(faults("Word " + "word " * (words - 1) + "word.")), 1)
+
+    def test_long_sentences_are_found_however_they_are_wrapped(self):
+        for text in (LONG, LONG.replace(" on and", " on\nand"), "# Title\n\n" + LONG,
+                     LONG.replace(" on and", " on: and"), LONG.replace(" on and", " on; and"),
+                     "- item\n\n" + LONG, "```\ncode\n```\n\n" + LONG):
+            self.assertEqual(len(faults(text)), 1, text)
+
+    def test_what_is_no_prose_is_not_measured(self):
+        for text in ("```\n" + LONG + "```\n", "| " + LONG.strip() + " |\n", "# " + LONG,
+                     "- " + LONG, "1. " + LONG, "    " + LONG, "<!-- " + LONG + "-->\n",
+                     "$$\n" + LONG + "$$\n"):
+            self.assertEqual(check_style.measure(SHORT + "\n" + text)["sentences"], 2, text)
+
+    def test_ends_of_sentences(self):
+        for text, lengths in (
+                ("One two. Three four five.", [2, 3]), ("Is it so? `x` is.", [3, 2]),
+                ("It is 0.5 m. 3 of 4 passed.", [4, 4]), ("As Burri et al. write, so.", [6]),
+                ("See [the long page](docs/x.md). End.", [4, 1]),
+                ("Here $a + b = c$ holds.", [3]), ("So it is. slim_init is a name.", [3, 4]), ("(One two.) Three.", [2, 1])):
+            self.assertEqual([len(s) for s in check_style.sentences(text)], lengths, text)
+
+
+class Style(unittest.TestCase):
+    def test_plain_text_passes(self):
+        for text in (SHORT, "The ground truth is recorded. At least four frames are needed.\n",
+                     "A least squares fit of left-handed axes. The fraction of tracks. The status is `verdict`.\n",
+                     "```\nthe verdict is wrong\n```\n", "| ground truth | 3 |\n|---|---|\n"):
+            self.assertEqual(faults(text), [], text)
+
+    def test_every_forbidden_word_is_found(self):
+        for word in ("answer", "Answers", "answered", "question", "asked", "asks", "verdict",
+                     "told", "handed", "the truth", "wrong", "wrongly", "rig that is off",
+                     "rigs off", "sightings", "standing tracks", "carried", "joins", "young",
+                     "growing windows", "second look", "left out", "share of", "instants",
+                     "anew", "mends", "sane", "hopeless", "least time", "nobody", "whoever",
+                     "goals missed", "on 2026-11-22"):
+            for text in ("A %s here.\n", "| a %s |\n|---|\n", "- a %s\n", "# A %s\n"):
+                self.assertEqual(len(faults(text % word)), 1, text % word)
+
+    def test_phrases_over_two_lines_and_line_numbers(self):
+        self.assertEqual(faults("Beside the ground\ntruth. Or\n\n- the ground\n  truth\n"), [])
+        found = faults("# Title\n\nTracks that are\nleft\nout. Then `wrong`.\n\n- 2026-11-22\n")
+        self.assertEqual([fault.split(": ")[0] for fault in found],
+                         ["docs/guide.md:4", "docs/guide.md:7"])
+
+    def test_a_changelog_may_have_dates(self):
+        self.assertEqual(faults("Version of 2026-11-22.\n", "CHANGELOG.md"), [])
+
+    def test_where_is_bounded(self):
+        self.assertEqual(faults("The folder where it is.\n"), [])
+        found = faults("Where it fails, stop. Where it runs, go.\n")
+        self.assertEqual(len(found), 1)
+        self.assertIn("2 times (limit 1)", found[0])
+
+    def test_archive_is_exempt_and_generated_pages_have_a_budget(self):
+        self.assertEqual(check_style.check_page("docs/history/old.md", "wrong " * 9, {}), [])
+        page = "docs/options.md"
+        self.assertEqual(check_style.check_page(page, "wrong " * 9, {page: 9}), [])
+        self.assertEqual(len(check_style.check_page(page, "wrong " * 9, {page: 8})), 1)
+
+
+class Program(unittest.TestCase):
+    def run_on(self, pages):
+        with tempfile.TemporaryDirectory() as root:
+            for path, text in pages.items():
+                os.makedirs(os.path.dirname(os.path.join(root, path)), exist_ok=True)
+                with open(os.path.join(root, path), "w", encoding="utf-8") as file:
+                    file.write(text)
+            return subprocess.run([sys.executable, check_style.__file__, root],
+                                  stdout=subprocess.PIPE, universal_newlines=True)
+
+    def test_exit_code_and_lines(self):
+        pages = {page: SHORT for page in check_style.BUDGETS}
+        run = self.run_on(pages)
+        self.assertEqual(run.returncode, 0, run.stdout)
+        self.assertTrue(run.stdout.endswith(" 0 faults\n"), run.stdout)
+        run = self.run_on({**pages, "README.md": "\nA wrong word.\n"})
+        self.assertEqual(run.returncode, 1)
+        self.assertTrue(run.stdout.startswith("README.md:2: \"wrong\": write: "), run.stdout)
+        del pages["README.md"]
+        run = self.run_on(pages)
+        self.assertEqual(run.returncode, 1)
+        self.assertIn("README.md: has a budget and does not exist", run.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
