@@ -36,7 +36,7 @@ void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   if (window.size() >= kMinKeyframes) return true;
   std::ostringstream message;
-  message << "window holds " << window.size() << " keyframes, needs " << kMinKeyframes;
+  message << "window holds " << window.size() << " keyframes (minimum " << kMinKeyframes << ")";
   fail(InitStatus::kTooFewKeyframes, message.str(), result);
   return false;
 }

@@ -788,7 +788,7 @@ TEST(ShippedConfigs, TheStrictBoundsAreTighter) {
     const double by = **value - **std::get_if<double*>(&expected[i].value);
     EXPECT_TRUE(key.rfind("gates.max_", 0) == 0 ? by < 0.0 : by > 0.0) << key;
   }
-  EXPECT_EQ(tighter, 5);
+  EXPECT_EQ(tighter, 6);
 }
 
 // The three files together hold every key once, with its default.

@@ -543,7 +543,7 @@ TEST_F(StandInRun, BoundsOfTheImuAreThoseOfTheFile) {
   exact_.imu[120].gyro.z() = 2.6;
   for (int k = 0; k < 10; ++k) frame(k);
   EXPECT_EQ(timesLogged("an IMU sample of "), 1) << logText();
-  EXPECT_EQ(timesLogged("and 2.6 rad/s on an axis (bounds 500 m/s^2, 2.5 rad/s) is dropped"), 1)
+  EXPECT_EQ(timesLogged("and 2.6 rad/s on an axis (limits 500 m/s^2, 2.5 rad/s) is dropped"), 1)
       << logText();
 }
 

@@ -223,7 +223,7 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   if (std::abs(ahead) > StreamCheck::kJump && streams_.received(kImu) > 0) {
     std::ostringstream out;
     out.precision(3);
-    out << "images are " << ahead << " s ahead of the IMU (bound " << StreamCheck::kJump << " s)";
+    out << "images are " << ahead << " s ahead of the IMU (limit " << StreamCheck::kJump << " s)";
     raise(diagnostic_msgs::DiagnosticStatus::WARN, out.str(), &streams);
   }
   addValue("images ahead of the IMU [s]", ahead, &streams);

@@ -177,8 +177,9 @@ struct GateOptions {
   double min_excitation = 0.10;           ///< rms deviation of the specific force [m/s^2]
   double min_linkage = 10.0;              ///< ratio of eigenvalues of the translation system
   double max_alignment_residual = 0.10;   ///< rms residual of the alignment [m, m/s]
-  double max_scale_sigma = 0.10;          ///< relative standard deviation of the scale
-  double max_scale_sigma_growing = 0.05;  ///< the same of a window that grows
+  double max_scale_sigma = 0.075;  ///< relative standard deviation of the scale, full window
+  double max_scale_sigma_expanding = 0.05;   ///< the same of a window that is not full yet
+  double max_scale_sigma_fixed_size = 0.10;  ///< the same of windows of one number of keyframes
   double max_chi2 = 1.5;                  ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;         ///< inertial chi-square per residual
   double max_inertial_chi2_short = 1.0;   ///< the same of windows below eight keyframes

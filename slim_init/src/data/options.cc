@@ -21,6 +21,9 @@ const std::vector<std::string> kSlimPaper = {"slim-paper"};
 // Methods with LiGT translations; the compared ones among them.
 const std::vector<std::string> kWithLigt = {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
 const std::vector<std::string> kComparedLigt = {"slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
+// Methods with a standard deviation of the scale.
+const std::vector<std::string> kWithScaleSigma = {"slim",  "slim-paper", "drt-l",
+                                                  "drt-t", "drt-vi-ba",  "vins"};
 
 // Checks a struct without cross-checks by its table.
 template <typename Options>
@@ -342,14 +345,17 @@ OptionTable optionTable(GateOptions* o) {
   add(motionGateTable(o));
   add({
       userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
-              "relative standard deviation of the scale; more is refused",
-              {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
-      userKey(
-          "max_scale_sigma_growing", &o->max_scale_sigma_growing, {0.0, 10.0}, "",
-          "as max_scale_sigma, of a window that is not full yet (0.9 of window.max_span_s): who "
-          "asks at every image gets the first yes, at a sigma just below the bound; 1.5 times "
-          "this once it is full",
-          {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
+              "maximum relative standard deviation of the scale in a full window (0.9 of "
+              "window.max_span_s or longer): an error of 25 % is beyond three of them",
+              kWithScaleSigma),
+      userKey("max_scale_sigma_expanding", &o->max_scale_sigma_expanding, {0.0, 10.0}, "",
+              "the same in a window that is not full yet; lower, because solving at every image "
+              "accepts the first estimate under the bound",
+              kWithScaleSigma),
+      advancedKey("max_scale_sigma_fixed_size", &o->max_scale_sigma_fixed_size, {0.0, 10.0}, "",
+                  "the same if window.min_keyframes equals window.keyframes: such windows are "
+                  "solved once, when they are full",
+                  kWithScaleSigma),
   });
   add(slimGateTable(o));
   add(alignmentGateTable(o));
