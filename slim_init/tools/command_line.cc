@@ -28,7 +28,7 @@ struct Subcommand {
 };
 constexpr Subcommand kSubcommands[] = {
     {"ab", "Compare initializers on identical windows", CommandLine::Action::kAb},
-    {"simulate", "Render a motion through a scene: images, IMU data, truth",
+    {"simulate", "Render a motion through a scene: images, IMU data, ground truth",
      CommandLine::Action::kSimulate},
     {"tracks", "Run the front end over images: how many features, how long, how well",
      CommandLine::Action::kTracks},

@@ -82,7 +82,7 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
     if (!fit.ok) return options.recorded + ": " + fit.message;
     motion->notes.push_back(fit.message);
     motion->notes.push_back(
-        "the accelerometer bias is not known; the written truth has zero in its place");
+        "the accelerometer bias is not known; the written ground truth has zero instead");
     for (NavState& state : recorded.truth) {
       state.gyro_bias = fit.bias;
       state.accel_bias.setZero();

@@ -38,7 +38,7 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        4000.0},
       {"imu-errors", &o.imu_errors, "MODE",
        "on: noise and biases of EuRoC's IMU, off: none; not with --recorded", ""},
-      {"vignetting", &o.vignetting, "X", "Share of the light lost in the corners", "", 0.0, 1.0},
+      {"vignetting", &o.vignetting, "X", "Fraction of the light lost in the corners", "", 0.0, 1.0},
       {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
        0.0, 100.0},
       {"shot-noise", &o.shot_noise, "X", "Variance of the noise per grey level of signal", "", 0.0,
