@@ -104,6 +104,7 @@ class StandInRun : public ::testing::Test {
     std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
     std::ofstream out(path);
     for (std::string line; std::getline(in, line);) {
+      if (line.find("initializer:") == 0 || line.find("reinit:") == 0) continue;
       if (line.find("output_path:") == 0) line = "output_path: \"" + folder_ + "\"";
       if (line.find("slim_init:") == 0) out << keys;
       out << line << "\n";
