@@ -79,7 +79,7 @@ std::string checkMethods(AbOptions* options) {
   std::istringstream list(options->methods + ",");
   for (std::string name; std::getline(list, name, ',');) {
     if (!contains(methodNames(), name)) {
-      return "--methods names '" + name + "', known are: " + join(methodNames());
+      return "--methods names '" + name + "', must be one of: " + join(methodNames());
     }
     if (contains(options->method_names, name)) return "--methods names '" + name + "' twice";
     options->method_names.push_back(name);
@@ -237,7 +237,7 @@ std::string checkSource(const AbOptions& options) {
   }
   if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
     return "--builtin is '" + o.builtin +
-           "', known are: " + join(simulation::builtinTrajectoryNames());
+           "', must be one of: " + join(simulation::builtinTrajectoryNames());
   }
   return "";
 }
@@ -375,8 +375,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"downstream-every", &o.downstream_every, "N",
        "Do so in every N-th trial only, the first one included", "downstream_every", 1, 100000},
       {"report", &o.report, "MODE",
-       "report.md and report.html: auto (where python3 has pandas, matplotlib and jinja2) or off",
-       ""},
+       "report.md and report.html: auto (if python3 has pandas, matplotlib and jinja2) or off", ""},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},
   };
 }

@@ -163,7 +163,7 @@ Period together(const std::vector<Period>& periods) {
 // Prints what was measured and its bound; false where it is beyond.
 bool holds(const char* what, double measured, double bound, const char* unit) {
   const bool ok = measured <= bound;
-  std::printf("%s: %.3f%s, at most %.3f%s%s\n", what, measured, unit, bound, unit,
+  std::printf("%s: %.3f%s (limit %.3f%s)%s\n", what, measured, unit, bound, unit,
               ok ? "" : ": TOO MUCH");
   return ok;
 }

@@ -78,10 +78,10 @@ std::string checkSimulateOptions(const SimulateOptions& o) {
   if (sources > 1) return "--csv, --builtin and --recorded exclude each other";
   if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
     return "--builtin is '" + o.builtin +
-           "', known are: " + join(simulation::builtinTrajectoryNames());
+           "', must be one of: " + join(simulation::builtinTrajectoryNames());
   }
   if (!contains(simulation::sceneNames(), o.scene)) {
-    return "--scene is '" + o.scene + "', known are: " + join(simulation::sceneNames());
+    return "--scene is '" + o.scene + "', must be one of: " + join(simulation::sceneNames());
   }
   if (o.distortion != "on" && o.distortion != "off") {
     return "--distortion is '" + o.distortion + "', must be on or off";

@@ -42,7 +42,7 @@ const std::vector<BadCommand>& badCommands() {
        {"--world is 'moon'", "room, hall or corridor"}},
       {"UnknownMethod",
        {"ab", "--builtin", "circle", "--methods", "drt-l,magic"},
-       {"'magic'", "known are", "drt-l"}},
+       {"'magic'", "must be one of", "drt-l"}},
       {"EmptyMethod", {"ab", "--builtin", "circle", "--methods", "drt-l,"}, {"--methods names ''"}},
       {"MethodTwice", {"ab", "--builtin", "circle", "--methods", "drt-l,drt-l"}, {"twice"}},
       {"UnknownGates",

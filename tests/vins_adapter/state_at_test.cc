@@ -73,7 +73,7 @@ TEST_F(StateAtTest, RefusesWithValueAndBound) {
   StateAtOptions options;
   options.max_reach_s = 0.3;
   EXPECT_EQ(sentence({}, exact_.imu, {0.0}, options), "there is no keyframe to start from");
-  EXPECT_EQ(sentence(known, exact_.imu, {kNotComputed}, options), "a time asked for is not finite");
+  EXPECT_EQ(sentence(known, exact_.imu, {kNotComputed}, options), "a requested time is not finite");
   EXPECT_EQ(sentence(known, exact_.imu, {known[0].t - 0.5}, options),
             "the requested time is 0.5 s before the window (limit 0.3 s)");
   EXPECT_EQ(sentence(known, exact_.imu, {known[1].t + 0.5}, options),

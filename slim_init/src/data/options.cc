@@ -460,7 +460,7 @@ std::string WindowOptions::validate() const {
       .ordered("min_keyframes", min_keyframes, "keyframes", keyframes)
       .ordered("max_span_s", max_span_s, "buffer_s", buffer_s)
       // Frames come at their own pace, so that keyframes lie up to twice as far apart.
-      .ordered("twice the least length of a full window", 2.0 * (keyframes - 1) * min_interval_s,
+      .ordered("twice the minimum length of a full window", 2.0 * (keyframes - 1) * min_interval_s,
                "buffer_s", buffer_s)
       .message();
 }

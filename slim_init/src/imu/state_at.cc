@@ -84,7 +84,7 @@ bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gra
   std::vector<NavState> result;
   result.reserve(times.size());
   for (const double t : times) {
-    if (!std::isfinite(t)) return refuse("a time asked for is not finite");
+    if (!std::isfinite(t)) return refuse("a requested time is not finite");
     const auto right = std::lower_bound(keyframes.begin(), keyframes.end(), t,
                                         [](const NavState& s, double time) { return s.t < time; });
     const bool before = right == keyframes.begin();
