@@ -289,8 +289,10 @@ OptionTable switchTable(HostKeys* o) {
   return {
       userKey("initializer", wordOption(&o->initializer, {"stock", "slim", "shadow"}),
               "slim: slim_init initializes; shadow: it solves and reports, the estimator "
-              "initializes itself; stock: slim_init is off"),
-      userKey("reinit", &o->reinit, "1: also reinitialize after a failure and on request"),
+              "initializes itself; stock: the estimator initializes itself, and slim_init is off "
+              "unless reinit or watchdog is 1"),
+      userKey("reinit", &o->reinit,
+              "1: slim_init also reinitializes after a failure and on request"),
       userKey("watchdog", &o->watchdog,
               "1: monitor the running estimator and reinitialize it after failures that it does "
               "not detect"),
