@@ -334,7 +334,7 @@ TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {
   EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation);
   // The message carries the measured value and the threshold.
   EXPECT_NE(result.message.find("0.0123"), std::string::npos) << result.message;
-  EXPECT_NE(result.message.find("at least 0.1"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("(minimum 0.1)"), std::string::npos) << result.message;
   result.gates = motionGates(motion, kOptions);
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kSuccess);
@@ -347,7 +347,7 @@ TEST(Decide, ANonPositiveScaleIsRefusedForEveryMethod) {
   result.gates = alignmentGates(1.0, -0.5, 0.0, 0.0, kOptions);  // linkage fails as well
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kDegenerateAlignment);
-  EXPECT_NE(result.message.find("scale is -0.5 m"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("scale -0.5 m (minimum "), std::string::npos) << result.message;
 }
 
 TEST(MotionGates, WithoutTracksNothingIsClaimedAboutTheMotion) {
