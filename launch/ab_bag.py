@@ -4,8 +4,8 @@
 
 ab_bag.py run BAG CONFIG OUT METHODS RATE HOST TRACKER
     HOST true: plays BAG twice through the patched host, which initializes by itself the first time
-    and is initialized by slim the second, and compares the two odometries, with the truth in
-    BAG.groundtruth.csv where that file is there. Then, in any case, the methods off line.
+    and is initialized by slim the second, and compares the two odometries, with the ground truth in
+    BAG.groundtruth.csv if that file exists. Then, in any case, the methods off line.
 """
 import bisect
 import csv
@@ -47,6 +47,9 @@ def with_key(text, key, value):
 
 
 def config_of(text, mode, out):
+    if mode == "stock":  # the host alone: slim_init would recover it, too
+        for key in ("reinit", "watchdog", "keep_heading"):
+            text = re.sub(r"(?m)^%s[ \t]*:.*$" % key, key + ": 0", text)
     return with_key(with_key(text, "initializer", mode), "output_path", out)
 
 

@@ -167,6 +167,10 @@ std::vector<LineSegment> LineTracker::detect(const ImagePyramid& now, const Rota
     const cv::Point2f a(s[0], s[1]), b(s[2], s[3]);
     const auto length = static_cast<float>(cv::norm(b - a));
     if (!(length * static_cast<float>(scale) >= options_.lines.min_length_px)) continue;
+    if (isMasked(Eigen::Vector2d(a.x, a.y) * scale) ||
+        isMasked(Eigen::Vector2d(b.x, b.y) * scale)) {
+      continue;
+    }
     detected_.push_back(s * static_cast<float>(scale));
     LineSegment segment;
     segment.start = lens_.bearing(Eigen::Vector2d(a.x, a.y) * scale);
@@ -386,10 +390,20 @@ bool LineTracker::follow(const ImagePyramid& now, const RotationPrior& prior,
   return true;
 }
 
+// False also for an edge that ends in the masked area.
 bool LineTracker::refit(const ImagePyramid& now, const Eigen::Vector3d& start,
                         const Eigen::Vector3d& end, double search_px, Edge* edge) const {
   return fitEdge(now.level(0), lens_, start, end, search_px, now.noise, kLeastSupport,
-                 options_.lines.max_refit_rms_px, edge);
+                 options_.lines.max_refit_rms_px, edge) &&
+         !isMasked(edge->start_pixel) && !isMasked(edge->end_pixel);
+}
+
+bool LineTracker::isMasked(const Eigen::Vector2d& pixel) const {
+  const cv::Mat& mask = options_.mask;
+  if (mask.empty()) return false;
+  const int x = std::clamp(cvRound(pixel.x()), 0, mask.cols - 1);
+  const int y = std::clamp(cvRound(pixel.y()), 0, mask.rows - 1);
+  return mask.at<uchar>(y, x) == 0;
 }
 
 bool LineTracker::isTaken(const Edge& edge, double distance_px) const {

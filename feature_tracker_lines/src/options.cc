@@ -26,25 +26,27 @@ const char* toString(TrackerProfile profile) {
 OptionTable optionTable(HostFrontEnd* o) {
   return {
       userKey("max_cnt", &o->max_cnt, {1, 10000}, "", "points tracked in one image"),
-      userKey("min_dist", &o->min_dist, {0, 1000}, "px", "least distance between two points"),
+      userKey("min_dist", &o->min_dist, {0, 1000}, "px", "minimum distance between two points"),
       userKey("freq", &o->freq, {0, 1000}, "Hz", "rate of published features; 0 is every image"),
       userKey("F_threshold", &o->F_threshold, {0.01, 100.0}, "px", "outlier threshold"),
       userKey("equalize", &o->equalize,
-              "histogram equalization; the default profile brightens dark images only"),
-      userKey("fisheye", &o->fisheye, "only the image circle is used; counts in both profiles"),
+              "1: histogram equalization; the default profile brightens dark images only"),
+      userKey("fisheye", &o->fisheye,
+              "1: only the image circle is used, or what a mask leaves; read in both profiles"),
   };
 }
 
 OptionTable optionTable(PointTrackerOptions* o) {
   return {
-      userKey("max_points", &o->max_points, {8, 10000}, "",
-              "points tracked in one image; VINS-Mono has as many. 200 cost a third more time and "
-              "gain nothing"),
+      userKey(
+          "max_points", &o->max_points, {8, 10000}, "",
+          "points tracked in one image, as many as VINS-Mono; 200 cost a third more time without "
+          "gain"),
       userKey("min_distance_px", &o->min_distance_px, {3.0, 1000.0}, "px",
-              "least distance between two points"),
+              "minimum distance between two points"),
       advancedKey("corner_noise_factor", &o->corner_noise_factor, {0.1, 1e4}, "",
                   "a corner's smaller eigenvalue has to exceed this multiple of the largest one "
-                  "that the measured image noise alone makes: blank walls give no corners"),
+                  "from image noise alone: blank walls have no corners"),
       advancedKey("window_px", &o->window_px, {5, 101}, "px",
                   "side of the tracked patch, odd; 21 as VINS-Mono"),
       advancedKey("levels", &o->levels, {0, 8}, "",
@@ -54,8 +56,8 @@ OptionTable optionTable(PointTrackerOptions* o) {
           "a point tracked back to the image before has to come within this of where it was"),
       advancedKey(
           "epipolar_px", &o->epipolar_px, {0.01, 100.0}, "px",
-          "a point further from its epipolar line is an outlier. More than twice the largest "
-          "tracking error between neighbouring images, less than half a period of common textures"),
+          "a point further from its epipolar line is an outlier; above twice the largest tracking "
+          "error between neighbouring images, below half a period of common textures"),
       advancedKey("border_px", &o->border_px, {1.0, 200.0}, "px",
                   "points closer to the edge of the image are dropped"),
   };
@@ -67,19 +69,20 @@ OptionTable optionTable(LineTrackerOptions* o) {
       userKey("max_lines", &o->max_lines, {1, 1000}, "",
               "lines tracked in one image; old and long ones are kept"),
       advancedKey("min_length_px", &o->min_length_px, {10.0, 1e4}, "px",
-                  "shorter segments are left out"),
+                  "shorter segments are discarded"),
       advancedKey("samples", &o->samples, {3, 100}, "",
                   "points per line that KLT predicts the line with"),
       advancedKey("max_distance_px", &o->max_distance_px, {0.1, 50.0}, "px",
-                  "largest distance of predicted and detected line, across"),
+                  "maximum distance of predicted and detected line, across"),
       advancedKey("max_angle_deg", &o->max_angle_deg, {0.1, 45.0}, "deg",
-                  "largest angle between predicted and detected line"),
-      advancedKey("min_overlap", &o->min_overlap, {0.01, 1.0}, "",
-                  "of predicted and detected segment, as a share of the shorter one"),
+                  "maximum angle between predicted and detected line"),
+      advancedKey(
+          "min_overlap", &o->min_overlap, {0.01, 1.0}, "",
+          "minimum overlap of predicted and detected segment, as a fraction of the shorter one"),
       advancedKey("max_missed", &o->max_missed, {0, 1000}, "images",
-                  "without a detection a line is carried on by its edge over so many"),
+                  "maximum number without a detection over which a line is tracked by its edge"),
       advancedKey("max_refit_rms_px", &o->max_refit_rms_px, {0.05, 10.0}, "px",
-                  "rms of the edge samples about the fitted line; more is no line"),
+                  "maximum rms of the edge samples about the fitted line"),
   };
 }
 
@@ -90,17 +93,18 @@ OptionTable optionTable(FrontEndOptions* o) {
   appendSection(
       "front_end",
       {userKey("profile", profile,
-               "default, or vins: points as VINS-Mono tracks them, with the host's keys max_cnt, "
-               "min_dist, freq, F_threshold and equalize"),
+               "vins: points as VINS-Mono tracks them, with its keys max_cnt, min_dist, freq, "
+               "F_threshold and equalize"),
        advancedKey("use_gyro", &o->use_gyro,
                    "predict the flow from the gyroscope (profile default); 0 for a camera alone"),
        advancedKey("estimate_gyro_bias", &o->estimate_gyro_bias,
                    "from the tracks themselves, for the prediction and the outlier check"),
-       advancedKey("max_rotation_sigma_px", &o->max_rotation_sigma_px, {1e-3, 100.0}, "px",
-                   "the rotation between two images counts as known where its standard deviation "
-                   "moves a point by less; well below points.epipolar_px"),
+       advancedKey(
+           "max_rotation_sigma_px", &o->max_rotation_sigma_px, {1e-3, 100.0}, "px",
+           "the rotation between two images is taken as known if its standard deviation moves "
+           "a point by less; well below points.epipolar_px"),
        userKey("threads", &o->threads, {1, 2}, "",
-               "2: lines are worked on while points are; the frames are the same")},
+               "2: lines and points in parallel, with the same result")},
       {}, &table);
   appendSection("points", optionTable(&o->points), {}, &table);
   appendSection("lines", optionTable(&o->lines), {}, &table);

@@ -87,11 +87,12 @@ double medianOf(std::array<float, kNeighbours>& values, int count) {
                                  values[static_cast<std::size_t>(count / 2)]);
 }
 
-cv::Mat usableArea(const Camera& camera, bool fisheye) {
+cv::Mat usableArea(const Camera& camera, const FrontEndOptions& options) {
   const CameraParameters& c = camera.parameters();
   cv::Mat usable(c.height, c.width, CV_8UC1, cv::Scalar(255));
-  if (fisheye) {
-    // The host reads a mask image here, which leaves out the corners.
+  if (!options.mask.empty()) {
+    usable.setTo(0, options.mask == 0);
+  } else if (options.host.fisheye) {
     usable.setTo(0);
     cv::circle(usable, cv::Point(cvRound(c.cx), cvRound(c.cy)), std::max(c.width, c.height) / 2,
                cv::Scalar(255), cv::FILLED);
@@ -242,7 +243,7 @@ PointTracker::PointTracker(const CameraParameters& camera, const FrontEndOptions
     : camera_(camera),
       options_(options),
       focal_px_(camera_.focalPx()),
-      usable_(usableArea(camera_, options.host.fisheye)),
+      usable_(usableArea(camera_, options)),
       corners_(cv::Size(camera.width, camera.height), options.points.min_distance_px,
                options.points.border_px) {}
 
@@ -253,6 +254,10 @@ void PointTracker::reset() {
   R_now_mark_.setIdentity();
   t_count_start_ = kNotComputed;
   published_ = 0;
+}
+
+bool PointTracker::isMasked(const cv::Point2f& pixel) const {
+  return !options_.mask.empty() && options_.mask.at<uchar>(cvRound(pixel.y), cvRound(pixel.x)) == 0;
 }
 
 bool PointTracker::isInside(const cv::Point2f& pixel, double border) const {
@@ -614,6 +619,7 @@ void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner
     if (!(cv::norm(found[k] - strongest[k]) < kMaxVertexPx)) found[k] = strongest[k];
   }
   for (const cv::Point2f& place : found) {
+    if (isMasked(place)) continue;  // moved there by cornerSubPix()
     auto anchor = std::make_shared<PatchAnchor>();
     if (!anchor->set(now.level(0), toEigen(place), now.noise, sigma * PatchAnchor::kMaxSigmaPx)) {
       continue;
@@ -656,11 +662,11 @@ std::vector<PointTrack> PointTracker::searchVins(const ImagePyramid& before,
   for (std::size_t i = 0; i < to.size(); ++i) {
     const cv::Point2f rounded(static_cast<float>(cvRound(to[i].x)),
                               static_cast<float>(cvRound(to[i].y)));
-    // The host's image border alone; its mask is applied when points are thinned out.
+    // The host's image border; its circle is applied when points are thinned out.
     const bool inside = rounded.x >= vins::kBorderPx && rounded.y >= vins::kBorderPx &&
                         rounded.x < usable_.cols - vins::kBorderPx &&
                         rounded.y < usable_.rows - vins::kBorderPx;
-    if (ok[i] == 0 || !inside) continue;
+    if (ok[i] == 0 || !inside || isMasked(to[i])) continue;
     PointTrack track = tracks_[i];
     if (!advance(to[i], from[i], &track)) continue;
     moved.push_back(track);

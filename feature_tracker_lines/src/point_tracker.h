@@ -114,6 +114,8 @@ class PointTracker {
   /// than `mask_distance` to those kept.
   void thinOut(double min_distance, double mask_distance);
   bool isInside(const cv::Point2f& pixel, double border) const;
+  /// Whether FrontEndOptions::mask leaves out a pixel inside the image.
+  bool isMasked(const cv::Point2f& pixel) const;
   bool addTrack(const cv::Point2f& pixel);
   /// Moves a track to the pixel `to` of this image; under rotation alone it would be at
   /// `without_flow`. False where the camera model has no ray for `to`.
@@ -123,7 +125,7 @@ class PointTracker {
   FrontEndOptions options_;
   double focal_px_ = 0.0;
   bool dark_ = false;
-  cv::Mat usable_;  // image circle of a fisheye, or everything
+  cv::Mat usable_;  // what the mask leaves, the image circle of a fisheye, or everything
   CornerDetector corners_;
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image

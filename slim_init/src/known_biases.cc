@@ -84,7 +84,7 @@ InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOpt
   if (!contradicted && !result.success()) return result;
   std::ostringstream message;
   message.precision(3);
-  message << "the biases known from before, gyroscope (" << known.gyro.transpose()
+  message << "the prior biases, gyroscope (" << known.gyro.transpose()
           << ") rad/s and accelerometer (" << known.accel.transpose()
           << ") m/s^2, contradict the data and are not used";
   result.warnings.push_back(message.str());

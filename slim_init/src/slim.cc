@@ -35,21 +35,21 @@ bool acceptGyroBias(const RobustBias& bias, const RobustBiasOptions& options, In
   switch (bias.status) {
     case RobustBiasStatus::kOk: result->gyro_bias = bias.gyro_bias; return true;
     case RobustBiasStatus::kTooFewPoints:
-      message << "0 keyframe pairs have at least " << options.refinement.min_points_per_pair
-              << " common points, needs 1";
+      message << "0 keyframe pairs with " << options.refinement.min_points_per_pair
+              << " or more common points (minimum 1)";
       fail(InitStatus::kTooFewTracks, message.str(), result);
       return false;
     case RobustBiasStatus::kNoConsensus:
-      message << "a share of " << bias.inlierFraction()
-              << " of the point tracks agrees with one gyroscope bias, must be at least "
-              << options.min_inlier_fraction
-              << " (a wrong extrinsic rotation or time offset causes this: run slim_init doctor)";
+      message << "fraction of the point tracks that agree with one gyroscope bias "
+              << bias.inlierFraction() << " (minimum " << options.min_inlier_fraction
+              << "); an incorrect extrinsic rotation or time offset causes this: run slim_init "
+                 "doctor";
       fail(InitStatus::kInconsistentResiduals, message.str(), result);
       return false;
     case RobustBiasStatus::kOutOfRange: break;
   }
-  message << "gyroscope bias of " << bias.gyro_bias.norm() << " rad/s, must be at most "
-          << options.refinement.max_bias;
+  message << "gyroscope bias " << bias.gyro_bias.norm() << " rad/s (limit "
+          << options.refinement.max_bias << ")";
   fail(InitStatus::kNumericalFailure, message.str(), result);
   return false;
 }
@@ -63,8 +63,8 @@ void failWithoutAnswer(const TranslationEstimate& translation, const Initializer
     return;
   }
   std::ostringstream message;
-  message << translation.tracks << " tracks over at least " << options.alignment.min_track_length
-          << " keyframes with parallax, needs " << options.alignment.min_tracks;
+  message << translation.tracks << " tracks over " << options.alignment.min_track_length
+          << " or more keyframes with parallax (minimum " << options.alignment.min_tracks << ")";
   fail(InitStatus::kTooFewTracks, message.str(), result);
 }
 

@@ -36,7 +36,7 @@ void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   if (window.size() >= kMinKeyframes) return true;
   std::ostringstream message;
-  message << "window holds " << window.size() << " keyframes, needs " << kMinKeyframes;
+  message << "window holds " << window.size() << " keyframes (minimum " << kMinKeyframes << ")";
   fail(InitStatus::kTooFewKeyframes, message.str(), result);
   return false;
 }
@@ -152,9 +152,9 @@ void appendStandingTracksWarning(int standing, int tracks, InitResult* result) {
   std::ostringstream message;
   message
       << standing << " of " << standing + tracks
-      << " point tracks stand still in the image while the camera turns and are not used (a part"
-      << " of the vehicle in view, drops or dirt on the lens): mask that part of the image, the"
-      << " back end uses them too";
+      << " point tracks are static in the image while the camera turns and are not used (a part of"
+      << " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
+      << " the key mask, the back end uses these tracks too";
   result->warnings.push_back(message.str());
 }
 

@@ -64,8 +64,8 @@ std::string noWindowMessage(const LoadedSequence& loaded, const AbOptions& optio
   out << loaded.sequence.name << " holds no window of " << options.keyframes
       << " keyframes: " << counts.trials << " trials over " << counts.frames << " usable frames, "
       << counts.ended << " met the end of the data, " << counts.interrupted << " a gap, "
-      << counts.without_truth << " had no truth, " << counts.not_evaluable
-      << " none at the times of an answer, " << counts.invalid << " were refused";
+      << counts.without_truth << " had no ground truth, " << counts.not_evaluable
+      << " none at the times of an estimate, " << counts.invalid << " were refused";
   for (const std::string& note : loaded.sequence.notes) out << "; " << note;
   return out.str();
 }

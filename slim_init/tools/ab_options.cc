@@ -79,7 +79,7 @@ std::string checkMethods(AbOptions* options) {
   std::istringstream list(options->methods + ",");
   for (std::string name; std::getline(list, name, ',');) {
     if (!contains(methodNames(), name)) {
-      return "--methods names '" + name + "', known are: " + join(methodNames());
+      return "--methods names '" + name + "', must be one of: " + join(methodNames());
     }
     if (contains(options->method_names, name)) return "--methods names '" + name + "' twice";
     options->method_names.push_back(name);
@@ -89,7 +89,7 @@ std::string checkMethods(AbOptions* options) {
 
 bool typed(const AbOptions& options, const char* name) { return options.given.count(name) > 0; }
 
-/// "10", or "4..15" for windows that grow.
+/// "10", or "4..15" for expanding windows.
 std::string checkKeyframes(AbOptions* options) {
   const auto read = [](const std::string& text, int* value) {
     const AbOption range = {"keyframes", value, "", "", "", kMinKeyframes, kMaxKeyframes};
@@ -102,7 +102,7 @@ std::string checkKeyframes(AbOptions* options) {
   std::string sentence = read(text.substr(0, dots), &options->first_keyframes);
   if (sentence.empty()) sentence = read(text.substr(dots + 2), &options->keyframes);
   if (sentence.empty() && options->first_keyframes >= options->keyframes) {
-    sentence = "--keyframes: '" + text + "' must grow, as 4..15 does";
+    sentence = "--keyframes: '" + text + "' must expand, as 4..15 does";
   }
   return sentence;
 }
@@ -138,7 +138,7 @@ std::string mergeWindow(AbOptions* options) {
     o.interval_s = growing || !typed_keyframes ? window.min_interval_s : paper.min_interval_s;
   }
   if (!growing && typed(o, "span")) {
-    return "--span is for windows that grow: --keyframes A..B";
+    return "--span is for expanding windows: --keyframes A..B";
   }
   if (!typed(o, "span")) o.span_s = growing || !typed_keyframes ? window.max_span_s : 0.0;
   window.keyframes = o.keyframes;
@@ -237,7 +237,7 @@ std::string checkSource(const AbOptions& options) {
   }
   if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
     return "--builtin is '" + o.builtin +
-           "', known are: " + join(simulation::builtinTrajectoryNames());
+           "', must be one of: " + join(simulation::builtinTrajectoryNames());
   }
   return "";
 }
@@ -274,11 +274,11 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "the section slim_init:",
        "config"},
       {"groundtruth", &o.groundtruth, "FILE",
-       "True motion of a bag, 8 or 17 columns (default: BAG.groundtruth.csv, where it is there)",
+       "Ground truth of a bag, 8 or 17 columns (default: BAG.groundtruth.csv if it exists)",
        "groundtruth", 0.0, 0.0, kImages},
       {"recorded", &o.recorded, "DIR",
        "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: real IMU data, features "
-       "simulated along the true path",
+       "simulated along the ground-truth trajectory",
        "recorded"},
       {"builtin", &o.builtin, "NAME",
        "Simulated motion: " + join(simulation::builtinTrajectoryNames()), "builtin"},
@@ -288,33 +288,34 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"methods", &o.methods, "LIST",
        "Methods, comma separated: " + join(methodNames()) + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
-       "YAML file whose section slim_init: every method is made with (`slim_init options` lists "
-       "the "
-       "keys); wins over --config",
+       "YAML file with a section slim_init: for every method (`slim_init options` lists the keys); "
+       "wins over --config",
        "options"},
       {"gates", &o.gates, "MODE",
-       "Whose checks decide: own (as published), on or off for every method; wins over --options "
-       "(default: on where windows grow, else own)",
+       "Whose gates decide: own (as published), on or off for every method; wins over --options "
+       "(default: on with expanding windows, else own)",
        "gates"},
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal windows", "seed",
        0.0, kMaxSeed, kSimulated},
       {"stride", &o.stride, "N", "Images between the starts of two windows", "stride", 1, 100000},
       {"keyframes", &o.keyframes_text, "N",
-       "A..B: windows grow from A to B keyframes (4 to 15), and a method is asked at every image "
-       "until it accepts; N: windows of N keyframes, 10 as in the paper (default: 5..15, or as in "
-       "the files)",
+       "A..B: windows expand from A to B keyframes (4 to 15) and are solved at every image until "
+       "the method accepts; N: windows of N keyframes, 10 as in the paper (default: 5..15, or as "
+       "in the files)",
        "keyframes"},
       {"interval", &o.interval_s, "X",
-       "Least time between keyframes [s]; they fall on images (default: as in the files, 0.22 with "
+       "Minimum time between keyframes [s]; they fall on images (default: as in the files, 0.22 "
+       "with "
        "--keyframes N)",
        "interval_s", 0.01, 2.0},
       {"span", &o.span_s, "X",
-       "Longest window that grows [s]: its keyframes are thinned out (default: as in the files)",
+       "Maximum length of an expanding window [s]; beyond, keyframes are thinned out (default: as "
+       "in the files)",
        "span_s", 0.0, 60.0},
       {"limit", &o.limit, "N", "Stop after this many windows (0: no limit)", "limit", 0,
        1000000000},
       {"threads", &o.threads, "N",
-       "Windows solved at the same time; answers do not depend on it, wall times do", "", 1,
+       "Windows solved at the same time; estimates do not depend on it, wall times do", "", 1,
        evaluation::kMaxThreads},
       {"points", &f.max_points, "N", "Points tracked in one image", "points", 0, 2000, kSimulated},
       {"lines", &f.max_lines, "N", "Lines tracked in one image", "lines", 0, 500, kSimulated},
@@ -322,7 +323,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        10.0, kSimulated},
       {"drift", &f.drift, "X", "Random walk of a point track, per image and axis [px]", "drift",
        0.0, 10.0, kSimulated},
-      {"outliers", &f.outlier_rate, "X", "Share of point tracks that slide off", "outliers", 0.0,
+      {"outliers", &f.outlier_rate, "X", "Fraction of point tracks that slide off", "outliers", 0.0,
        1.0, kSimulated},
       {"track-life", &f.track_life, "X", "Mean life of a track [images]", "track_life", 1.0, 1e6,
        kSimulated},
@@ -330,37 +331,33 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "Chance per line and image that its track breaks", "line_fragmentation", 0.0, 1.0,
        kSimulated},
       {"line-misassociation", &f.line_misassociation, "X",
-       "Chance per line and image that it jumps to a wrong line", "line_misassociation", 0.0, 1.0,
+       "Chance per line and image that it jumps to another line", "line_misassociation", 0.0, 1.0,
        kSimulated},
-      {"td-error", &o.rig.td_s, "S",
-       "Time offset given to the methods too small by this: true td = their td + S [s]",
-       "td_error_s", -0.5, 0.5, kRig},
+      {"td-error", &o.rig.td_s, "S", "Injected td error [s]: td_given = td_true - S", "td_error_s",
+       -0.5, 0.5, kRig},
       {"extrinsic-error", &o.rig.extrinsic_deg, "DEG",
-       "Extrinsic rotation given to the methods turned by this angle [deg] about an axis drawn "
-       "from "
-       "the seed",
+       "Injected error of the extrinsic rotation [deg], about an axis drawn from the seed",
        "extrinsic_error_deg", 0.0, 180.0, kRig},
       {"random-rig", &o.rig.random, "",
-       "Per window a time offset wrong by up to --td-error, uniform, either way, and a rotation "
-       "wrong by up to --extrinsic-error, uniform, about an axis of its own",
+       "Per window a td error of up to +- --td-error and a rotation error of up to "
+       "--extrinsic-error, uniform, about an axis of its own",
        "random_rig", 0.0, 0.0, kRig},
       {"readout", &o.readout_s, "S",
        "Rolling shutter: time from the first row to the last [s]; simulated, or what the camera of "
        "the images has (default: that of the calibration)",
        "readout_s", 0.0, 0.1, kRig},
       {"readout-error", &o.rig.readout_s, "S",
-       "Readout time given to the methods too large by this [s]", "readout_error_s", -0.1, 0.1,
-       kRig},
+       "Injected error of the readout time [s]: readout_given = readout_true + S",
+       "readout_error_s", -0.1, 0.1, kRig},
       {"no-row-times", &o.rig.ignore_rows, "",
-       "The methods are told that a rolling shutter is a global one", "no_row_times", 0.0, 0.0,
-       kRig},
+       "The methods process a rolling shutter as a global one", "no_row_times", 0.0, 0.0, kRig},
       {"imu-rate", &o.rig.imu_rate_hz, "HZ",
        "IMU at a lower rate, each sample the mean over its interval [Hz]", "imu_rate_hz", 10.0,
        10000.0, kRig},
       {"imu-jitter", &o.rig.imu_jitter_s, "S",
        "Standard deviation of the IMU's stamps, cut off at 0.45 intervals [s]", "imu_jitter_s", 0.0,
        0.05, kRig},
-      {"imu-dropout", &o.rig.imu_dropout, "X", "Share of the IMU samples that are missing",
+      {"imu-dropout", &o.rig.imu_dropout, "X", "Fraction of the IMU samples that are missing",
        "imu_dropout", 0.0, 0.9, kRig},
       {"frames", &o.frames, "DIR",
        "Folder for a debug image per tracked image: points by age, lines, vanishing point", "", 0.0,
@@ -369,17 +366,16 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
       {"provisional", &o.provisional, "",
-       "In place of the windows: `slim` asked at every image from every start until it answers, "
-       "provisional answers included",
+       "Instead of the windows: `slim` solved at every image from every start until it succeeds, "
+       "provisional estimates included",
        "provisional"},
       {"downstream", &o.downstream_s, "SECONDS",
-       "Start the back end from every accepted answer and run it for so long [s] (0: do not)",
+       "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},
       {"downstream-every", &o.downstream_every, "N",
        "Do so in every N-th trial only, the first one included", "downstream_every", 1, 100000},
       {"report", &o.report, "MODE",
-       "report.md and report.html: auto (where python3 has pandas, matplotlib and jinja2) or off",
-       ""},
+       "report.md and report.html: auto (if python3 has pandas, matplotlib and jinja2) or off", ""},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},
   };
 }
@@ -432,7 +428,7 @@ std::string checkAbOptions(AbOptions* options) {
   }
   if (std::string sentence = mergeFile(options); !sentence.empty()) return sentence;
   if (o.first_keyframes > 0 && o.gates == "off") {
-    return "--gates off: no method would ever wait while its window grows (--keyframes " +
+    return "--gates off: no method would wait for its window to expand (--keyframes " +
            o.keyframes_text + "); --keyframes 10 has windows of one size";
   }
   for (const AbOption& option : abOptionTable(options)) {

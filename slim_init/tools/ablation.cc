@@ -39,7 +39,7 @@ const std::vector<AblationVariant>& ablationVariants() {
        [](InitializerOptions* o, BaselineOptions*) { o->slim.vanishing_points = false; }},
       {"slim", "no-accel-bias", "accelerometer bias held at zero in the refinement",
        [](InitializerOptions* o, BaselineOptions*) { o->refinement.estimate_accel_bias = false; }},
-      {"slim", "no-refinement", "the first start is the answer",
+      {"slim", "no-refinement", "the first start is the estimate",
        [](InitializerOptions* o, BaselineOptions*) { o->slim.refine = false; }},
       {"slim", "no-pruning", "tracks that contradict the consensus bias stay in",
        [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_tracks = false; }},

@@ -163,7 +163,7 @@ Period together(const std::vector<Period>& periods) {
 // Prints what was measured and its bound; false where it is beyond.
 bool holds(const char* what, double measured, double bound, const char* unit) {
   const bool ok = measured <= bound;
-  std::printf("%s: %.3f%s, at most %.3f%s%s\n", what, measured, unit, bound, unit,
+  std::printf("%s: %.3f%s (limit %.3f%s)%s\n", what, measured, unit, bound, unit,
               ok ? "" : ": TOO MUCH");
   return ok;
 }
@@ -264,12 +264,12 @@ int runSoakCommand(const std::vector<std::string>& arguments) {
   const auto number = [](double* value) { return po::value(value)->default_value(*value); };
   add("hours", number(&options.hours), "simulated");
   add("every", number(&options.every), "from one start of the host to the next [s]");
-  add("ask", number(&options.ask), "from one question of the host to the next [s]");
+  add("ask", number(&options.ask), "time between two solves [s]");
   add("memory-growth", number(&options.memory_growth),
-      "of the last quarter against the first, at most [MiB]");
-  add("time-growth", number(&options.time_growth), "ratio of the time of a question, at most");
+      "maximum growth from the first quarter to the last [MiB]");
+  add("time-growth", number(&options.time_growth), "maximum ratio of the solve times");
   add("answer-growth", number(&options.answer_growth),
-      "difference of the answers, at most (share)");
+      "maximum difference of the estimates (fraction)");
   if (const auto code = readOptions(table, arguments)) return *code;
   if (!(options.hours > 0.0 && options.hours <= 1000.0) || !(options.ask > 0.0)) {
     std::cerr << "slim_init_bench: --hours is " << options.hours

@@ -298,16 +298,17 @@ int runTimesCommand(const std::vector<std::string>& arguments) {
   add("points", po::value(&windows.points)->default_value(windows.points), "per frame");
   add("lines", po::value(&windows.lines)->default_value(windows.lines), "per frame");
   add("outliers", po::value(&windows.outliers)->default_value(windows.outliers),
-      "share of the point tracks");
+      "fraction of the point tracks");
   add("drift", po::value(&windows.drift)->default_value(windows.drift),
       "random walk of a point track, per image and axis [px]");
   add("keyframes", po::value(&windows.keyframes)->default_value(windows.keyframes), "per window");
-  add("windows", po::value(&windows.limit)->default_value(windows.limit), "of a sequence, at most");
+  add("windows", po::value(&windows.limit)->default_value(windows.limit),
+      "maximum number for each sequence");
   add("rounds", po::value(&command.rounds)->default_value(command.rounds),
       "every window is solved as often as this");
   add("calibration", po::value(&command.calibration)->default_value(command.calibration),
       "slim.estimate_calibration");
-  add("answers", po::value(&command.answers), "count: file to which all answers are appended");
+  add("answers", po::value(&command.answers), "count: file to which all estimates are appended");
   const std::vector<std::string> options(arguments.begin() + 1, arguments.end());
   if (const auto code = readOptions(table, options)) return *code;
   if (command.name == "times") return runTimes(command);

@@ -28,7 +28,7 @@ struct Subcommand {
 };
 constexpr Subcommand kSubcommands[] = {
     {"ab", "Compare initializers on identical windows", CommandLine::Action::kAb},
-    {"simulate", "Render a motion through a scene: images, IMU data, truth",
+    {"simulate", "Render a motion through a scene: images, IMU data, ground truth",
      CommandLine::Action::kSimulate},
     {"tracks", "Run the front end over images: how many features, how long, how well",
      CommandLine::Action::kTracks},
@@ -222,12 +222,12 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   for (const Subcommand& candidate : kSubcommands) {
     known += (known.empty() ? "" : ", ") + std::string(candidate.name);
   }
-  if (word == arguments.end()) return "a subcommand is needed, known are: " + known;
+  if (word == arguments.end()) return "a subcommand is needed: " + known;
   const auto* subcommand =
       std::find_if(std::begin(kSubcommands), std::end(kSubcommands),
                    [&word](const Subcommand& candidate) { return *word == candidate.name; });
   if (subcommand == std::end(kSubcommands)) {
-    return "'" + *word + "' is not a subcommand, known are: " + known;
+    return "'" + *word + "' is not a subcommand, must be one of: " + known;
   }
 
   const std::vector<std::string> after(word + 1, arguments.end());

@@ -94,9 +94,9 @@ void noteTracking(const evaluation::TrackingSummary& tracking, const std::string
   };
   const std::string first =
       tracking.first_problem.empty() ? "" : "; first: " + tracking.first_problem;
-  note(tracking.outside_imu, "lie outside the IMU data and were left out");
-  note(tracking.unreadable, "cannot be read and were left out" + first);
-  note(tracking.refused, "were refused by the front end and left out" + first);
+  note(tracking.outside_imu, "lie outside the IMU data and were discarded");
+  note(tracking.unreadable, "cannot be read and were discarded" + first);
+  note(tracking.refused, "were refused by the front end and discarded" + first);
   note(tracking.images_without_gyro, "were tracked without a rotation from the gyro");
 }
 

@@ -56,7 +56,7 @@ std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double 
                                                [&](double t) { return trajectory.covers(t + td); });
   if (uncovered != times->end()) {
     notes->push_back(std::to_string(times->end() - uncovered) +
-                     " images lie in gaps of the ground truth and were left out");
+                     " images lie in gaps of the ground truth and were discarded");
     times->erase(uncovered, times->end());
   }
   std::vector<NavState> states;

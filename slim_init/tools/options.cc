@@ -18,8 +18,8 @@ std::vector<AbOption> optionsOptionTable(OptionsCommand* options) {
       {"keys", &o.keys, "WHICH", "Keys to print: user, advanced, compared or all", ""},
       {"markdown", &o.markdown, "", "Print the page docs/options.md: all keys as tables", ""},
       {"update", &o.update, "DIR",
-       "Write config/template.yaml, config/advanced.yaml, config/compared_methods.yaml and "
-       "docs/options.md of the repository DIR anew",
+       "Write config/template.yaml, user.yaml, advanced.yaml, compared_methods.yaml and "
+       "docs/options.md of the repository DIR",
        ""},
   };
 }

@@ -42,9 +42,9 @@ std::string cutImages(const SimulateOptions& options, const Calibration& calibra
                      [&](double t) { return !motion->trajectory->covers(t + calibration.td); }),
       times.end());
   if (before > times.size()) {
-    motion->notes.push_back(std::to_string(before - times.size()) + " of " +
-                            std::to_string(before) +
-                            " images lie outside or in gaps of the true motion and were left out");
+    motion->notes.push_back(
+        std::to_string(before - times.size()) + " of " + std::to_string(before) +
+        " images lie outside or in gaps of the ground truth and were discarded");
   }
   if (times.empty()) return motion->name + ": no image lies within the true motion";
   const double begin = times.front() + options.start_s;
@@ -82,7 +82,7 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
     if (!fit.ok) return options.recorded + ": " + fit.message;
     motion->notes.push_back(fit.message);
     motion->notes.push_back(
-        "the accelerometer bias is not known; the written truth has zero in its place");
+        "the accelerometer bias is not known; the written ground truth has zero instead");
     for (NavState& state : recorded.truth) {
       state.gyro_bias = fit.bias;
       state.accel_bias.setZero();

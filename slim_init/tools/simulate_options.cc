@@ -38,7 +38,7 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        4000.0},
       {"imu-errors", &o.imu_errors, "MODE",
        "on: noise and biases of EuRoC's IMU, off: none; not with --recorded", ""},
-      {"vignetting", &o.vignetting, "X", "Share of the light lost in the corners", "", 0.0, 1.0},
+      {"vignetting", &o.vignetting, "X", "Fraction of the light lost in the corners", "", 0.0, 1.0},
       {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
        0.0, 100.0},
       {"shot-noise", &o.shot_noise, "X", "Variance of the noise per grey level of signal", "", 0.0,
@@ -78,10 +78,10 @@ std::string checkSimulateOptions(const SimulateOptions& o) {
   if (sources > 1) return "--csv, --builtin and --recorded exclude each other";
   if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
     return "--builtin is '" + o.builtin +
-           "', known are: " + join(simulation::builtinTrajectoryNames());
+           "', must be one of: " + join(simulation::builtinTrajectoryNames());
   }
   if (!contains(simulation::sceneNames(), o.scene)) {
-    return "--scene is '" + o.scene + "', known are: " + join(simulation::sceneNames());
+    return "--scene is '" + o.scene + "', must be one of: " + join(simulation::sceneNames());
   }
   if (o.distortion != "on" && o.distortion != "off") {
     return "--distortion is '" + o.distortion + "', must be on or off";

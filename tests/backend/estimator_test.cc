@@ -246,16 +246,16 @@ TEST(FailureDetection, NamesRuleValueAndBound) {
   EXPECT_EQ(detectFailure(before, after, report, options), "");
   after.accel_bias.x() = 3.0;
   EXPECT_EQ(detectFailure(before, after, report, options),
-            "accelerometer bias of 3 m/s^2, may be 2.5");
+            "accelerometer bias 3 m/s^2 (limit 2.5)");
   after = before;
   after.gyro_bias.y() = -1.5;
-  EXPECT_EQ(detectFailure(before, after, report, options), "gyroscope bias of 1.5 rad/s, may be 1");
+  EXPECT_EQ(detectFailure(before, after, report, options), "gyroscope bias 1.5 rad/s (limit 1)");
   after = before;
   after.p_w_b.z() = -1.5;
   EXPECT_EQ(detectFailure(before, after, report, options),
-            "a vertical step of 1.5 m between two frames, may be 1");
+            "vertical step between two frames 1.5 m (limit 1)");
   after.p_w_b.x() = 6.0;
-  EXPECT_NE(detectFailure(before, after, report, options).find("a step of 6.18"),
+  EXPECT_NE(detectFailure(before, after, report, options).find("step between two frames 6.18"),
             std::string::npos);
   after = before;
   after.p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
@@ -264,7 +264,7 @@ TEST(FailureDetection, NamesRuleValueAndBound) {
   report.newest_views = 40;
   report.newest_inliers = 19;
   EXPECT_EQ(detectFailure(before, after, report, options),
-            "19 of 40 points are where they are expected, must be at least a share of 0.5");
+            "19 of 40 points are where they are expected (minimum fraction 0.5)");
   report.newest_views = 9;
   report.newest_inliers = 0;
   EXPECT_EQ(detectFailure(before, after, report, options), "");

@@ -206,12 +206,13 @@ TEST(OpenVinsRefusals, WithoutRotationItWaits) {
 TEST(MakeBaseline, RefusesUnknownNamesAndBadOptions) {
   std::string error;
   EXPECT_EQ(makeMethod("sfm", InitializerOptions(), {}, &error, allMethods()), nullptr);
-  EXPECT_EQ(
-      error,
-      "unknown method \"sfm\", known are: slim slim-paper drt-l drt-t drt-vi-ba vins openvins");
+  EXPECT_EQ(error,
+            "unknown method \"sfm\", must be one of: slim slim-paper drt-l drt-t drt-vi-ba vins "
+            "openvins");
   // Without Ceres.
   EXPECT_EQ(makeMethod("vins", InitializerOptions(), {}, &error), nullptr);
-  EXPECT_EQ(error, "unknown method \"vins\", known are: slim slim-paper drt-l drt-t drt-vi-ba");
+  EXPECT_EQ(error,
+            "unknown method \"vins\", must be one of: slim slim-paper drt-l drt-t drt-vi-ba");
   BaselineOptions bad;
   bad.vins.ransac_threshold_px = 0.0;
   EXPECT_EQ(makeMethod("vins", InitializerOptions(), bad, &error, allMethods()), nullptr);

@@ -9,6 +9,9 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -330,12 +333,12 @@ TEST_F(ConfigErrors, AnAbsentExtrinsicHasToBeLookedFor) {
   expectError("extrinsicRotation is missing; it is needed unless estimate_extrinsic is 2");
   write(without + "estimate_extrinsic: 2\nslim_init:\n  calibration_sigmas: {rotation_deg: 3.0}\n");
   expectError(
-      "extrinsicRotation is missing; it is needed where "
+      "extrinsicRotation is missing; it is needed if "
       "slim_init.calibration_sigmas.rotation_deg is below 90 (it is 3)");
   write(without + "estimate_extrinsic: 2\nslim_init:\n  method: drt-l\n");
   expectError("extrinsicRotation is missing; the method drt-l needs it");
   write(text + "estimate_extrinsic: 3\n");
-  expectError("estimate_extrinsic is 3, must be 0, 1 or 2");
+  expectError("estimate_extrinsic is 3, must be in [0, 2]");
   write(text + "slim_init:\n  calibration_sigmas: {td_s: 2.0}\n");
   expectError("slim_init.calibration_sigmas.td_s is 2, must be in [0, 0.5]");
 }
@@ -357,10 +360,95 @@ TEST_F(ConfigFile, RollingShutter) {
   ASSERT_TRUE(loadConfig(path_, &config, nullptr));
   EXPECT_EQ(config.calibration.readout_s, 0.0);
   ASSERT_EQ(config.notes.size(), 2u);
-  EXPECT_NE(config.notes[0].find("rolling_shutter_tr is not"), std::string::npos);
+  EXPECT_NE(config.notes[0].find("processed as global shutter"), std::string::npos);
 
   write(std::string(kHostFile) + "rolling_shutter: 1\nrolling_shutter_tr: 33\n");
   expectError("rolling_shutter_tr is 33, must be in [0, 0.2]");
+}
+
+// ------------------------------------------------------------------------------------------ masks
+
+class ConfigMask : public ConfigFile {
+ protected:
+  ~ConfigMask() override {
+    for (const std::string& file : written_) std::remove(file.c_str());
+  }
+  // An image beside the configuration file whose left half is `left` and whose right half `right`.
+  void writeMask(const std::string& name, int width, int height, int left, int right) {
+    cv::Mat mask(height, width, CV_8UC1, cv::Scalar(left));
+    mask.colRange(width / 2, width).setTo(right);
+    written_.push_back(::testing::TempDir() + name);
+    ASSERT_TRUE(cv::imwrite(written_.back(), mask));
+  }
+  // The image of the configuration whose keys are `keys`.
+  cv::Mat maskOf(const std::string& keys) {
+    write(std::string(kHostFile) + keys);
+    Config config;
+    std::string error;
+    EXPECT_TRUE(loadConfig(path_, &config, &error)) << error;
+    notes_ = config.notes;
+    return config.front_end.mask;
+  }
+  static int usedIn(const cv::Mat& mask) { return cv::countNonZero(mask); }
+
+  std::vector<std::string> written_, notes_;
+  static constexpr int kHalf = 376 * 480;
+};
+
+TEST_F(ConfigMask, AreasOfTheImageThatAreNotUsed) {
+  EXPECT_TRUE(maskOf("").empty());
+  EXPECT_TRUE(maskOf("mask: \"\"\n").empty());
+  writeMask("slim_init_mask.png", 752, 480, 0, 255);
+  cv::Mat mask = maskOf("mask: \"slim_init_mask.png\"\n");
+  ASSERT_EQ(mask.size(), cv::Size(752, 480));
+  EXPECT_EQ(mask.type(), CV_8UC1);
+  EXPECT_EQ(usedIn(mask), kHalf);
+  EXPECT_EQ(mask.at<uchar>(100, 375), 0);
+  EXPECT_NE(mask.at<uchar>(100, 376), 0);
+  // By its full name; grey levels 0 and 1 are as good.
+  writeMask("slim_init_mask.png", 752, 480, 1, 0);
+  mask = maskOf("mask: \"" + ::testing::TempDir() + "slim_init_mask.png\"\n");
+  EXPECT_NE(mask.at<uchar>(100, 375), 0);
+  EXPECT_EQ(usedIn(mask), kHalf);
+}
+
+TEST_F(ConfigMask, TheHostsMaskOfAFisheye) {
+  writeMask("slim_init_fisheye.png", 752, 480, 255, 0);
+  writeMask("slim_init_mask.png", 752, 480, 0, 255);
+  EXPECT_TRUE(maskOf("fisheye_mask: \"slim_init_fisheye.png\"\n").empty()) << "fisheye is 0";
+  EXPECT_EQ(usedIn(maskOf("fisheye: 1\nfisheye_mask: \"slim_init_fisheye.png\"\n")), kHalf);
+  EXPECT_EQ(usedIn(maskOf("fisheye: 1\nfisheye_mask: \"slim_init_fisheye.png\"\n"
+                          "mask: \"slim_init_mask.png\"\n")),
+            0)
+      << "what both leave";
+
+  // VINS-Mono's file, which no key names.
+  EXPECT_TRUE(maskOf("fisheye: 1\n").empty());
+  writeMask("fisheye_mask.jpg", 752, 480, 0, 255);
+  const cv::Mat mask = maskOf("fisheye: 1\n");
+  ASSERT_FALSE(mask.empty());
+  EXPECT_EQ(usedIn(mask), kHalf) << "the grey of the compression is not used";
+  EXPECT_TRUE(maskOf("fisheye: 0\n").empty());
+  writeMask("fisheye_mask.jpg", 512, 512, 0, 255);
+  EXPECT_TRUE(maskOf("fisheye: 1\n").empty());
+  ASSERT_FALSE(notes_.empty());
+  EXPECT_NE(notes_[0].find("fisheye_mask.jpg is 512 x 512, the camera 752 x 480: not used"),
+            std::string::npos)
+      << notes_[0];
+}
+
+TEST_F(ConfigMask, WhatCannotBeAMaskIsRefused) {
+  const std::string file = ::testing::TempDir() + "slim_init_mask.png";
+  const std::string key = "mask: \"slim_init_mask.png\"\n";
+  write(std::string(kHostFile) + key);
+  expectError("mask: " + file + " cannot be opened");
+  written_.push_back(file);
+  std::ofstream(file) << "no image";
+  expectError("mask: " + file + " cannot be read as an image");
+  writeMask("slim_init_mask.png", 640, 480, 0, 255);
+  expectError("mask: " + file + " is 640 x 480, must be 752 x 480");
+  writeMask("slim_init_mask.png", 752, 480, 0, 0);
+  expectError("mask: " + file + " is 0 everywhere");
 }
 
 TEST_F(ConfigErrors, MissingAndMalformedFiles) {
@@ -584,6 +672,10 @@ TEST(ConfigTable, FrontEndHasEveryFieldAndKeepsItsBounds) {
     appendSection("window", optionTable(&options->window), {}, &table);
     appendSection("imu", optionTable(&options->imu), {}, &table);
     appendSection("host", optionTable(&options->host), {}, &table);
+    OptionWord mask;  // read from the files that keys of the host name
+    mask.address = &options->mask;
+    mask.size = sizeof(options->mask);
+    table.push_back(userKey("mask", mask, "image"));
     return table;
   });
 }
@@ -734,7 +826,7 @@ TEST_F(ConfigFile, NotesKeysThatTheMethodDoesNotRead) {
 // A default, a range or a reason changed? `slim_init options --update .` in the repository.
 TEST(ShippedConfigs, GeneratedFilesAreUpToDate) {
   const std::vector<GeneratedFile> files = generatedFiles();
-  ASSERT_EQ(files.size(), 4u);
+  ASSERT_EQ(files.size(), 5u);
   for (const GeneratedFile& file : files) {
     EXPECT_TRUE(fileText(SLIM_INIT_SOURCE_DIR "/" + file.path) == file.text)
         << file.path << " is out of date: run `slim_init options --update .` in the repository";
@@ -788,17 +880,17 @@ TEST(ShippedConfigs, TheStrictBoundsAreTighter) {
     const double by = **value - **std::get_if<double*>(&expected[i].value);
     EXPECT_TRUE(key.rfind("gates.max_", 0) == 0 ? by < 0.0 : by > 0.0) << key;
   }
-  EXPECT_EQ(tighter, 5);
+  EXPECT_EQ(tighter, 6);
 }
 
-// The three files together hold every key once, with its default.
+// The files together hold every key once, with its default.
 TEST(ShippedConfigs, HoldEveryKeyWithItsDefault) {
   Config config;
   std::string error;
   ASSERT_TRUE(loadConfig(kConfigDir + "template.yaml", &config, &error)) << error;
   expectDefaults(&config);
   EXPECT_TRUE(config.notes.empty()) << config.notes[0];
-  for (const char* file : {"advanced.yaml", "compared_methods.yaml"}) {
+  for (const char* file : {"user.yaml", "advanced.yaml", "compared_methods.yaml"}) {
     Config options;
     ASSERT_TRUE(loadOptions(kConfigDir + file, &options, &error)) << error;
     expectDefaults(&options);
@@ -852,6 +944,103 @@ TEST(ShippedConfigs, EurocIsTheDatasetsCalibration) {
   EXPECT_NEAR(config.calibration.R_b_c(0, 1), -0.999880929698, 1e-9);
   EXPECT_EQ(config.calibration.imu_noise.gyro_density, 1.6968e-04);
   EXPECT_TRUE(config.notes.empty());
+}
+
+// A host without them runs its own initializer, silently.
+TEST(ShippedConfigs, EveryRigSwitchesUsOn) {
+  for (const char* name : {"template", "euroc", "tum_vi", "realsense_d455"}) {
+    HostKeys host;
+    std::string error;
+    ASSERT_TRUE(loadHostKeys(kConfigDir + name + ".yaml", &host, &error)) << error;
+    EXPECT_EQ(host.initializer, "slim") << name;
+    EXPECT_TRUE(host.reinit) << name;
+  }
+}
+
+// Key and value of a line "key: value" at the top level of a file.
+std::map<std::string, std::string> topLevelKeys(const std::string& text) {
+  std::map<std::string, std::string> keys;
+  std::istringstream lines(text);
+  const std::regex pattern("^([A-Za-z_0-9]+):[ ]*([^#]*[^# ])?.*$");
+  std::smatch match;
+  for (std::string line; std::getline(lines, line);) {
+    if (!std::regex_match(line, match, pattern)) continue;
+    EXPECT_TRUE(keys.insert({match[1], match[2]}).second) << match[1] << " stands twice";
+  }
+  return keys;
+}
+
+// All keys that VINS-Mono's nodes read; an absent number is 0 for them.
+TEST(ShippedConfigs, TheTemplateIsCompleteForVinsMono) {
+  const auto keys = topLevelKeys(fileText(kConfigDir + "template.yaml"));
+  for (const char* key : {"imu_topic",
+                          "image_topic",
+                          "output_path",
+                          "model_type",
+                          "camera_name",
+                          "image_width",
+                          "image_height",
+                          "distortion_parameters",
+                          "projection_parameters",
+                          "max_solver_time",
+                          "max_num_iterations",
+                          "keyframe_parallax",
+                          "acc_n",
+                          "acc_w",
+                          "gyr_n",
+                          "gyr_w",
+                          "g_norm",
+                          "estimate_extrinsic",
+                          "extrinsicRotation",
+                          "extrinsicTranslation",
+                          "td",
+                          "estimate_td",
+                          "rolling_shutter",
+                          "rolling_shutter_tr",
+                          "max_cnt",
+                          "min_dist",
+                          "freq",
+                          "F_threshold",
+                          "show_track",
+                          "equalize",
+                          "fisheye",
+                          "loop_closure",
+                          "load_previous_pose_graph",
+                          "fast_relocalization",
+                          "pose_graph_save_path",
+                          "save_image",
+                          "visualize_imu_forward",
+                          "visualize_camera_size"}) {
+    EXPECT_EQ(keys.count(key), 1u) << key;
+  }
+  EXPECT_EQ(keys.at("max_solver_time"), "0.04");
+  EXPECT_EQ(keys.at("gyr_w"), "2e-06");
+  // Ours, as the patched host reads them.
+  EXPECT_EQ(keys.at("initializer"), "slim");
+  for (const char* key : {"reinit", "watchdog", "keep_heading"}) EXPECT_EQ(keys.at(key), "1");
+  EXPECT_EQ(keys.at("sensors_file"), "\"\"");
+  EXPECT_EQ(keys.at("max_wait_ms"), "10.0");
+}
+
+// Whoever opens the page or the template sees these first.
+TEST(ShippedConfigs, EightKeysAreOnTheFirstScreen) {
+  constexpr std::size_t kScreen = 45;  // lines
+  const auto top = [](const std::string& path) {
+    std::istringstream lines(fileText(SLIM_INIT_SOURCE_DIR "/" + path));
+    std::string text, line;
+    for (std::size_t i = 0; i < kScreen && std::getline(lines, line); ++i) text += line + "\n";
+    return text;
+  };
+  const std::string page = top("docs/options.md"), yaml = top("config/template.yaml");
+  for (const std::string key :
+       {"initializer", "reinit", "estimate_extrinsic", "estimate_td", "rolling_shutter",
+        "rolling_shutter_tr", "noise.gyro_density", "noise.accel_density"}) {
+    const bool ours = key.find('.') != std::string::npos;
+    EXPECT_NE(page.find("| `" + (ours ? "slim_init." + key : key) + "` |"), std::string::npos)
+        << key;
+    EXPECT_NE(yaml.find("\n" + (ours ? "    " + key.substr(6) : key) + ": "), std::string::npos)
+        << key;
+  }
 }
 
 }  // namespace

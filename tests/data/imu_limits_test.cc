@@ -59,7 +59,7 @@ TEST(ImuLimits, NameFieldValueAndBound) {
   limits.max_gyro = kNotComputed;
   EXPECT_EQ(limits.validate(), "max_gyro is nan, must be in [2.1, inf]");
   EXPECT_EQ(ImuLimits().describe(sampleOf(Vector3d(1, -412.3, 0), Vector3d(0, 0, -0.25))),
-            "412 m/s^2 and 0.25 rad/s on an axis (bounds 160 m/s^2, 35 rad/s)");
+            "412 m/s^2 and 0.25 rad/s on an axis (limits 160 m/s^2, 35 rad/s)");
 }
 
 }  // namespace

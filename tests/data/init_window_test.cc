@@ -98,7 +98,7 @@ TEST_F(InitWindowTest, BearingsAreNormalised) {
 }
 
 TEST_F(InitWindowTest, ViolatedInvariantsAreNamed) {
-  EXPECT_NE(errorOf({exact_.keyframes[0]}, exact_.imu).find("1 keyframes, needs at least 2"),
+  EXPECT_NE(errorOf({exact_.keyframes[0]}, exact_.imu).find("1 keyframes (minimum 2)"),
             std::string::npos);
 
   std::vector<FrameObservation> swapped = exact_.keyframes;

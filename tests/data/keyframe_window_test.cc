@@ -61,7 +61,7 @@ TEST_F(KeyframeWindowTest, CutsNoSoonerThanTheWindowIsFull) {
   const WindowCut early = window.cut();
   EXPECT_EQ(early.window, nullptr);
   EXPECT_EQ(early.status, InitStatus::kTooFewKeyframes);
-  EXPECT_NE(early.message.find("9 keyframes, needs 10"), std::string::npos) << early.message;
+  EXPECT_NE(early.message.find("9 keyframes (minimum 10)"), std::string::npos) << early.message;
   window.addImu(imu(2.25));
   window.addFrame(frame(2.25));
   EXPECT_NE(window.cut().window, nullptr);
@@ -288,7 +288,7 @@ TEST_F(KeyframeWindowTest, NoWindowAcrossAGapInTheImu) {
   feed(window, 3.1, 4.0);
   const WindowCut cut = window.cut();
   EXPECT_EQ(cut.window, nullptr);
-  EXPECT_NE(cut.message.find("gap above 0.05 s"), std::string::npos) << cut.message;
+  EXPECT_NE(cut.message.find("gap (limit 0.05 s)"), std::string::npos) << cut.message;
   feed(window, 4.005, 5.5);
   ASSERT_NE(window.cut().window, nullptr);
   EXPECT_GE(window.cut().window->times().front(), 3.1 - 1e-9);

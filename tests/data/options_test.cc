@@ -122,8 +122,9 @@ TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {
 TEST(Options, BufferHasToHoldAFullWindow) {
   InitializerOptions options;
   options.window.min_interval_s = 1.0;
-  EXPECT_EQ(options.validate(),
-            "window.twice the least length of a full window is 28, must not exceed buffer_s (10)");
+  EXPECT_EQ(
+      options.validate(),
+      "window.twice the minimum length of a full window is 28, must not exceed buffer_s (10)");
   options.window.buffer_s = 28.0;
   EXPECT_EQ(options.validate(), "");
   options.window.max_span_s = 30.0;

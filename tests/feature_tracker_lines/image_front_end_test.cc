@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -635,6 +636,77 @@ TEST(FrontEndVins, BehavesAsTheHostDoes) {
   EXPECT_GE(refilled, 9);
   EXPECT_LE(refilled, 13);
   EXPECT_GT(front_end.report().points_tracked, 40);
+}
+
+// ------------------------------------------------------------------------------------------ mask
+
+// Points and ends of lines in the left and in the right half of an image, over all images.
+struct Halves {
+  int left = 0, right = 0;
+};
+struct MaskOutcome {
+  Halves points, line_ends;
+};
+
+MaskOutcome runMasked(const cv::Mat& mask, TrackerProfile profile) {
+  RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::bricks), Motion(), 2);
+  FrontEndOptions options = smallOptions();
+  options.profile = profile;
+  options.host.min_dist = 15;
+  options.mask = mask;
+  ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
+  MaskOutcome outcome;
+  const auto count = [&walk](const Eigen::Vector2d& pixel, Halves* halves) {
+    // As the mask is looked up.
+    ++(cvRound(pixel.x()) < walk.parameters.width / 2 ? halves->left : halves->right);
+  };
+  for (int k = 0; k < 20; ++k) {
+    FrameObservation frame;
+    EXPECT_EQ(walk.feed(k, walk.image(k), &front_end, &frame), ImageStatus::kTracked);
+    for (const PointObservation& point : frame.points) count(point.pixel, &outcome.points);
+    for (const LineObservation& line : frame.lines) {
+      count(line.start_pixel, &outcome.line_ends);
+      count(line.end_pixel, &outcome.line_ends);
+    }
+  }
+  return outcome;
+}
+
+TEST(FrontEndMask, NeitherPointsNorEndsOfLinesLieInTheMaskedArea) {
+  const CameraParameters camera = smallCamera();
+  cv::Mat right_only(camera.height, camera.width, CV_8UC1, cv::Scalar(0));
+  right_only.colRange(camera.width / 2, camera.width).setTo(255);
+  for (const TrackerProfile profile : {TrackerProfile::kDefault, TrackerProfile::kVins}) {
+    const MaskOutcome masked = runMasked(right_only, profile), whole = runMasked({}, profile);
+    EXPECT_EQ(masked.points.left, 0) << toString(profile);
+    EXPECT_EQ(masked.line_ends.left, 0) << toString(profile);
+    EXPECT_GT(masked.points.right, 200) << toString(profile);
+    EXPECT_GT(masked.line_ends.right, 20) << toString(profile);
+    EXPECT_GT(whole.points.left, 200) << toString(profile);
+    EXPECT_GT(whole.line_ends.left, 20) << toString(profile);
+  }
+}
+
+// The corners of a fisheye are dark; a mask says what is used in place of the circle.
+TEST(FrontEndMask, TakesThePlaceOfTheImageCircle) {
+  CameraParameters camera = smallCamera();
+  camera.width = camera.height;  // a square has large corners
+  camera.cx = camera.cy = 0.5 * camera.width;
+  RoomWalk walk(camera, BoxRoom(kRoom, textures::rich), Motion(), 2);
+  const auto pointsInCorners = [&](const cv::Mat& mask) {
+    FrontEndOptions options = smallOptions();
+    options.host.fisheye = true;
+    options.mask = mask;
+    ImageFrontEnd front_end(camera, walk.calibration, options);
+    FrameObservation frame;
+    EXPECT_EQ(front_end.addImage(0.0, walk.image(0), &frame), ImageStatus::kTracked);
+    const double radius = 0.5 * camera.width + 4.0;  // cornerSubPix() moves them
+    return std::count_if(frame.points.begin(), frame.points.end(), [&](const auto& point) {
+      return (point.pixel - Eigen::Vector2d(camera.cx, camera.cy)).norm() > radius;
+    });
+  };
+  EXPECT_EQ(pointsInCorners({}), 0);
+  EXPECT_GT(pointsInCorners(cv::Mat(camera.height, camera.width, CV_8UC1, cv::Scalar(255))), 0);
 }
 
 }  // namespace

@@ -218,7 +218,7 @@ Tally askAll(unsigned seeds, const std::function<Scene(std::mt19937*)>& make) {
     tally.wrong += wrong ? 1 : 0;
     tally.of_standing_tracks += std::count_if(
         answer.warnings.begin(), answer.warnings.end(), [](const std::string& warning) {
-          return warning.find("point tracks stand still in the image") != std::string::npos;
+          return warning.find("point tracks are static in the image") != std::string::npos;
         });
     EXPECT_FALSE(wrong) << "seed " << seed << ": off by " << answer.scale_error << " after "
                         << answer.at_s << " s";

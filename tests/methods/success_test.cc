@@ -166,7 +166,7 @@ TEST_F(ResultValidation, NamesWhatContradictsSuccess) {
   InitResult result = result_;
   result.gates[0].enforced = true;
   EXPECT_EQ(result.validate(),
-            "success although the enforced gate scale_sigma failed: 0.2, must be at most 0.1");
+            "success although the enforced gate scale_sigma failed: 0.2 (limit 0.1)");
   result = result_;
   result.states.clear();
   EXPECT_EQ(result.validate(), "success without states");

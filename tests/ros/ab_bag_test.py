@@ -120,7 +120,8 @@ class AbBag(unittest.TestCase):
                 after = file.read().splitlines()
             self.assertIn('initializer: "%s"' % mode, after)
             self.assertIn('output_path: "%s"' % os.path.join(self.out, mode), after)
-            keys = ("initializer:", "output_path:")
+            self.assertIn("reinit: %d" % (mode == "slim"), after)
+            keys = ("initializer:", "output_path:", "reinit:")
             self.assertEqual([line for line in after if not line.startswith(keys)],
                              [line for line in before if not line.startswith(keys)])
         self.assertEqual(calls[-1], "rosrun slim_init slim_init ab --bag %s --config %s --methods "

@@ -91,8 +91,8 @@ TEST(CalibrationGates, EachHasTwoSidesAndNamesTheEstimate) {
     EXPECT_EQ(gate.status_if_failed, InitStatus::kInconsistentResiduals);
   }
   EXPECT_EQ(describe(find(at(1.1), GateName::kExtrinsicRotation)),
-            "extrinsic rotation is off by about 19 deg (sigma 1 deg); its lower bound at 2.5 sigma "
-            "is 16.5 deg, must be at most 15");
+            "extrinsic rotation error about 19 deg (sigma 1 deg), less 2.5 sigma: 16.5 deg "
+            "(limit 15)");
   handed_in.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
   // No bound on a rotation that was unknown, but on how well it is known now.
   EXPECT_EQ(at(1.1).front().name, GateName::kExtrinsicSigma);
@@ -136,7 +136,7 @@ TEST(EnforceGates, WhereAllElsePassesTheLeastParallaxDecides) {
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kStationary);
   std::ostringstream bound;
-  bound << "must be at least " << kOptions.min_least_parallax_px;
+  bound << "(minimum " << kOptions.min_least_parallax_px << ")";
   EXPECT_NE(result.message.find(bound.str()), std::string::npos) << result.message;
 
   // Another gate fails, or there is no answer: the larger bound counts.
@@ -216,8 +216,8 @@ TEST(PosteriorGates, AnotherScaleIsNamedWithThatOfTheAnswer) {
   EXPECT_FALSE(gate.passed);
   EXPECT_EQ(gate.status_if_failed, InitStatus::kScaleTooUncertain);
   EXPECT_EQ(describe(gate),
-            "cost of another scale, mean baseline 1.37 m instead of 0.41 m, above that of the "
-            "answer is 2.5 sigma^2, must be at least 16");
+            "another scale (mean baseline 1.37 m instead of 0.41 m) fits nearly as well: cost "
+            "difference 2.5 sigma^2 (minimum 16)");
   // No other minimum at all.
   measures.other_scale = kNotComputed;
   measures.other_scale_rise = std::numeric_limits<double>::infinity();
@@ -244,9 +244,9 @@ TEST(PosteriorGates, TheWiderOfPosteriorAndProfileIsTheSigma) {
   EXPECT_EQ(scaleSigma(posterior, nullptr), 0.05);
 }
 
-TEST(PosteriorGates, GrowingWindowsHaveABoundOfTheirOwnThatIsNeverLooser) {
+// Each kind of window has one key, whatever the others are.
+TEST(PosteriorGates, EveryKindOfWindowHasItsBoundOnTheScale) {
   GateOptions options;
-  EXPECT_LT(options.max_scale_sigma_growing, options.max_scale_sigma);
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
   const double span = exact.window->times().back() - exact.window->times().front();
   const auto bound = [&](double full_span_s) {
@@ -254,17 +254,27 @@ TEST(PosteriorGates, GrowingWindowsHaveABoundOfTheirOwnThatIsNeverLooser) {
     window.max_span_s = full_span_s;
     return gatesInForce(options, *exact.window, window).max_scale_sigma;
   };
-  EXPECT_EQ(bound(1.001 * span / 0.9), options.max_scale_sigma_growing);
-  // Full, but asked at every image on the way there; then of one size.
-  EXPECT_EQ(bound(0.999 * span / 0.9), 1.5 * options.max_scale_sigma_growing);
-  EXPECT_LT(1.5 * options.max_scale_sigma_growing, options.max_scale_sigma);
-  WindowOptions one_size;
-  one_size.keyframes = one_size.min_keyframes = 10;
-  one_size.max_span_s = 0.999 * span / 0.9;
-  EXPECT_EQ(gatesInForce(options, *exact.window, one_size).max_scale_sigma,
-            options.max_scale_sigma);
-  options.max_scale_sigma = 0.02;
-  EXPECT_EQ(bound(100.0), 0.02);
+  EXPECT_EQ(bound(1.001 * span / 0.9), 0.05) << "expanding";
+  EXPECT_EQ(bound(0.999 * span / 0.9), 0.075) << "full";
+  WindowOptions fixed_size;
+  fixed_size.keyframes = fixed_size.min_keyframes = 10;
+  fixed_size.max_span_s = 0.999 * span / 0.9;
+  EXPECT_EQ(gatesInForce(options, *exact.window, fixed_size).max_scale_sigma, 0.10);
+  for (const double sigma : {0.01, 0.3}) {
+    options = GateOptions();
+    options.max_scale_sigma = sigma;
+    EXPECT_EQ(bound(1.001 * span / 0.9), 0.05);
+    EXPECT_EQ(bound(0.999 * span / 0.9), sigma);
+    EXPECT_EQ(gatesInForce(options, *exact.window, fixed_size).max_scale_sigma, 0.10);
+    options = GateOptions();
+    options.max_scale_sigma_expanding = sigma;
+    EXPECT_EQ(bound(1.001 * span / 0.9), sigma);
+    EXPECT_EQ(bound(0.999 * span / 0.9), 0.075);
+    options = GateOptions();
+    options.max_scale_sigma_fixed_size = sigma;
+    EXPECT_EQ(bound(0.999 * span / 0.9), 0.075);
+    EXPECT_EQ(gatesInForce(options, *exact.window, fixed_size).max_scale_sigma, sigma);
+  }
 }
 
 TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
@@ -324,7 +334,7 @@ TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {
   EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation);
   // The message carries the measured value and the threshold.
   EXPECT_NE(result.message.find("0.0123"), std::string::npos) << result.message;
-  EXPECT_NE(result.message.find("at least 0.1"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("(minimum 0.1)"), std::string::npos) << result.message;
   result.gates = motionGates(motion, kOptions);
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kSuccess);
@@ -337,7 +347,7 @@ TEST(Decide, ANonPositiveScaleIsRefusedForEveryMethod) {
   result.gates = alignmentGates(1.0, -0.5, 0.0, 0.0, kOptions);  // linkage fails as well
   decide(false, &result);
   EXPECT_EQ(result.status, InitStatus::kDegenerateAlignment);
-  EXPECT_NE(result.message.find("scale is -0.5 m"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("scale -0.5 m (minimum "), std::string::npos) << result.message;
 }
 
 TEST(MotionGates, WithoutTracksNothingIsClaimedAboutTheMotion) {
@@ -348,7 +358,7 @@ TEST(MotionGates, WithoutTracksNothingIsClaimedAboutTheMotion) {
     const GateValue gate = find(motionGates(motion, kOptions), GateName::kParallax);
     EXPECT_FALSE(gate.passed);
     EXPECT_EQ(gate.status_if_failed, InitStatus::kTooFewTracks);
-    EXPECT_NE(describe(gate).find("could not be measured"), std::string::npos);
+    EXPECT_NE(describe(gate).find("not measured (minimum "), std::string::npos);
   }
 }
 

@@ -145,7 +145,7 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
   answer = adapter->seed(old);
   EXPECT_FALSE(answer.success());
   EXPECT_EQ(answer.verdict.status, InitStatus::kTooFewKeyframes);
-  EXPECT_NE(answer.message.find("s before the window, may be 0.3 s"), std::string::npos)
+  EXPECT_NE(answer.message.find("s before the window (limit 0.3 s)"), std::string::npos)
       << answer.message;
   // A frame that the IMU does not cover yet.
   std::vector<double> early = stamps(34);
@@ -244,7 +244,7 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
   known.erase(known.begin() + 1);
   const HostAnswer refused = adapter->recover(requested, known);
   EXPECT_FALSE(refused.success());
-  EXPECT_NE(refused.message.find("s before the window, may be 0.3 s"), std::string::npos)
+  EXPECT_NE(refused.message.find("s before the window (limit 0.3 s)"), std::string::npos)
       << refused.message;
 }
 

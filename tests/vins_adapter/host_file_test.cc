@@ -21,7 +21,13 @@ class HostFileTest : public ::testing::Test {
     std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/config/euroc.yaml");
     std::ostringstream text;
     text << in.rdbuf();
-    euroc_ = text.str();
+    shipped_ = text.str();
+    euroc_ = shipped_;
+    for (const char* line : {"initializer: slim\n", "reinit: 1\n"}) {
+      const std::size_t at = euroc_.find(line);
+      EXPECT_NE(at, std::string::npos) << line;
+      if (at != std::string::npos) euroc_.erase(at, std::string(line).size());
+    }
   }
   ~HostFileTest() override {
     for (const std::string& name : written_) unlink((folder_ + "/" + name).c_str());
@@ -40,9 +46,19 @@ class HostFileTest : public ::testing::Test {
     return text.replace(at, from.size(), to);
   }
 
-  std::string folder_, euroc_;
+  std::string folder_, shipped_;
+  std::string euroc_;  // without our switches
   std::vector<std::string> written_;
 };
+
+// The default of vins_mono_slim.launch.
+TEST_F(HostFileTest, TheShippedFileSwitchesUsOn) {
+  HostFile file;
+  std::string error;
+  ASSERT_TRUE(readHostFile(write("host.yaml", shipped_), &file, &error)) << error;
+  EXPECT_EQ(file.mode, HostMode::kSlim);
+  EXPECT_TRUE(file.reinit);
+}
 
 TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
   const std::string path = write("host.yaml", euroc_);
@@ -54,6 +70,7 @@ TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
   EXPECT_FALSE(file.reinit);
   EXPECT_FALSE(file.watchdog);
   EXPECT_FALSE(file.keep_heading);
+  EXPECT_EQ(file.max_wait_ms, 10.0);
   EXPECT_FALSE(file.output_path.empty());
 }
 
@@ -229,6 +246,16 @@ TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
   path = write("host.yaml", "%YAML:1.0\nwatchdog: 3\n");
   EXPECT_FALSE(readHostFile(path, &file, &error));
   EXPECT_EQ(error, path + ": watchdog is 3, must be 0, 1, true or false");
+  for (const char* inside : {"-1", "1000.0"}) {
+    path = write("host.yaml", std::string("%YAML:1.0\nmax_wait_ms: ") + inside + "\n");
+    ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
+    EXPECT_EQ(file.max_wait_ms, std::stod(inside));
+  }
+  for (const char* outside : {"-1.5", "1000.5"}) {
+    path = write("host.yaml", std::string("%YAML:1.0\nmax_wait_ms: ") + outside + "\n");
+    EXPECT_FALSE(readHostFile(path, &file, &error));
+    EXPECT_EQ(error, path + ": max_wait_ms is " + outside + ", must be in [-1, 1000]");
+  }
   path = write("host.yaml", "%YAML:1.0\nreinit: 2\n");
   EXPECT_FALSE(readHostFile(path, &file, &error));
   EXPECT_EQ(error, path + ": reinit is 2, must be 0, 1, true or false");

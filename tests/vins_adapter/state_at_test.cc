@@ -73,11 +73,11 @@ TEST_F(StateAtTest, RefusesWithValueAndBound) {
   StateAtOptions options;
   options.max_reach_s = 0.3;
   EXPECT_EQ(sentence({}, exact_.imu, {0.0}, options), "there is no keyframe to start from");
-  EXPECT_EQ(sentence(known, exact_.imu, {kNotComputed}, options), "a time asked for is not finite");
+  EXPECT_EQ(sentence(known, exact_.imu, {kNotComputed}, options), "a requested time is not finite");
   EXPECT_EQ(sentence(known, exact_.imu, {known[0].t - 0.5}, options),
-            "a state is asked for 0.5 s before the window, may be 0.3 s");
+            "the requested time is 0.5 s before the window (limit 0.3 s)");
   EXPECT_EQ(sentence(known, exact_.imu, {known[1].t + 0.5}, options),
-            "a state is asked for 0.5 s after the window, may be 0.3 s");
+            "the requested time is 0.5 s after the window (limit 0.3 s)");
   std::vector<ImuSample> imu = exact_.imu;
   while (imu.back().t > known[1].t - 0.1) imu.pop_back();
   EXPECT_NE(sentence(known, imu, {known[1].t + 0.1}, options).find("do not cover"),
@@ -86,7 +86,7 @@ TEST_F(StateAtTest, RefusesWithValueAndBound) {
   for (const ImuSample& sample : exact_.imu) {
     if (sample.t < known[0].t + 0.1 || sample.t > known[0].t + 0.2) holed.push_back(sample);
   }
-  EXPECT_NE(sentence(known, holed, {known[0].t + 0.05}, options).find("have a gap of 0.1"),
+  EXPECT_NE(sentence(known, holed, {known[0].t + 0.05}, options).find("gap in the IMU data 0.1"),
             std::string::npos);
 }
 

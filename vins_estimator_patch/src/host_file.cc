@@ -16,6 +16,7 @@ HostFile toHostFile(const HostKeys& keys) {
   file.reinit = keys.reinit;
   file.watchdog = keys.watchdog;
   file.keep_heading = keys.keep_heading;
+  file.max_wait_ms = keys.max_wait_ms;
   file.output_path = keys.output_path;
   file.sensors_file = keys.sensors_file;
   return file;

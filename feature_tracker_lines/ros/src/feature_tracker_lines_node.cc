@@ -223,7 +223,7 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   if (std::abs(ahead) > StreamCheck::kJump && streams_.received(kImu) > 0) {
     std::ostringstream out;
     out.precision(3);
-    out << "images are " << ahead << " s ahead of the IMU (bound " << StreamCheck::kJump << " s)";
+    out << "images are " << ahead << " s ahead of the IMU (limit " << StreamCheck::kJump << " s)";
     raise(diagnostic_msgs::DiagnosticStatus::WARN, out.str(), &streams);
   }
   addValue("images ahead of the IMU [s]", ahead, &streams);
@@ -239,7 +239,7 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("images dropped: before the first IMU sample", counts.images_before_imu, &tracking);
   addValue("images dropped: refused by the front end", counts.images_refused, &tracking);
   addValue("frames published", counts.frames_published, &tracking);
-  addValue("observations left out: off axis", counts.observations_sideways, &tracking);
+  addValue("observations discarded: off axis", counts.observations_sideways, &tracking);
   addValue("time jumps", pipeline_->streamCounts().restarts, &tracking);
   addValue("restarts", counts.restarts, &tracking);
   addValue("points", report.points_tracked + report.points_new, &tracking);

@@ -112,7 +112,7 @@ void compare(const Sequence& sequence, const std::vector<NavState>& path,
   record->ate = std::sqrt(sum / static_cast<double>(true_p.size()));
   if (!record->diverged && !(largest <= options.max_error_m)) {
     std::ostringstream out;
-    out << "a position error of " << largest << " m, may be " << options.max_error_m;
+    out << "position error " << largest << " m (limit " << options.max_error_m << ")";
     diverge(out.str(), record);
   }
 }

@@ -12,21 +12,21 @@ std::string detectFailure(const NavState& previous, const NavState& current,
   const Eigen::Vector3d step = current.p_w_b - previous.p_w_b;
   // Written so that a value that is not finite fails.
   if (!(current.accel_bias.norm() <= options.max_accel_bias)) {
-    out << "accelerometer bias of " << current.accel_bias.norm() << " m/s^2, may be "
-        << options.max_accel_bias;
+    out << "accelerometer bias " << current.accel_bias.norm() << " m/s^2 (limit "
+        << options.max_accel_bias << ")";
   } else if (!(current.gyro_bias.norm() <= options.max_gyro_bias)) {
-    out << "gyroscope bias of " << current.gyro_bias.norm() << " rad/s, may be "
-        << options.max_gyro_bias;
+    out << "gyroscope bias " << current.gyro_bias.norm() << " rad/s (limit "
+        << options.max_gyro_bias << ")";
   } else if (!(step.norm() <= options.max_step_m)) {
-    out << "a step of " << step.norm() << " m between two frames, may be " << options.max_step_m;
+    out << "step between two frames " << step.norm() << " m (limit " << options.max_step_m << ")";
   } else if (!(std::abs(step.z()) <= options.max_vertical_step_m)) {
-    out << "a vertical step of " << std::abs(step.z()) << " m between two frames, may be "
-        << options.max_vertical_step_m;
+    out << "vertical step between two frames " << std::abs(step.z()) << " m (limit "
+        << options.max_vertical_step_m << ")";
   } else if (report.newest_views >= options.min_judged_points &&
              report.newest_inliers < options.min_inlier_share * report.newest_views) {
     out << report.newest_inliers << " of " << report.newest_views
-        << " points are where they are expected, must be at least a share of "
-        << options.min_inlier_share;
+        << " points are where they are expected (minimum fraction " << options.min_inlier_share
+        << ")";
   }
   return out.str();
 }

@@ -14,14 +14,14 @@ bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options
   result->counts.vp_pairs = bias.vp_pairs;
   std::ostringstream message;
   if (bias.point_pairs == 0) {
-    message << "0 keyframe pairs have at least " << options.min_points_per_pair
-            << " common points, needs 1";
+    message << "0 keyframe pairs with " << options.min_points_per_pair
+            << " or more common points (minimum 1)";
     fail(InitStatus::kTooFewTracks, message.str(), result);
     return false;
   }
   if (!bias.valid) {
-    message << "gyroscope bias of " << bias.gyro_bias.norm() << " rad/s, must be at most "
-            << options.max_bias;
+    message << "gyroscope bias " << bias.gyro_bias.norm() << " rad/s (limit " << options.max_bias
+            << ")";
     fail(InitStatus::kNumericalFailure, message.str(), result);
     return false;
   }
@@ -37,8 +37,8 @@ void failAlignment(const TranslationEstimate& translation, const AlignmentOption
     return;
   }
   std::ostringstream message;
-  message << translation.tracks << " tracks over at least " << options.min_track_length
-          << " keyframes with parallax, needs " << options.min_tracks;
+  message << translation.tracks << " tracks over " << options.min_track_length
+          << " or more keyframes with parallax (minimum " << options.min_tracks << ")";
   fail(InitStatus::kTooFewTracks, message.str(), result);
 }
 

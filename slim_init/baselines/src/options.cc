@@ -26,7 +26,7 @@ OptionTable optionTable(GyroBiasOptions* o) {
       advancedKey("min_points_per_pair", &o->min_points_per_pair, {5, 1000}, "",
                   "keyframe pairs with fewer common points are not used"),
       advancedKey("max_bias", &o->max_bias, {1e-3, 10.0}, "rad/s",
-                  "a larger answer is a numerical failure"),
+                  "a larger estimate is a numerical failure"),
   };
 }
 
@@ -77,27 +77,28 @@ OptionTable optionTable(VinsOptions* o) {
   return {
       advancedKey(
           "tracking_threshold_px", &o->tracking_threshold_px, {0.0, 1e3}, "px",
-          "fundamental matrix between consecutive keyframes; a track that disagrees starts anew. 0 "
-          "leaves it out: the release has it, at 1 px, in its tracker, and the tracks of a window "
-          "have been through a front end (docs/baselines.md measures it)"),
+          "fundamental matrix between consecutive keyframes; a track that disagrees is restarted. "
+          "0: off; the release has it, at 1 px, in its tracker, and the tracks of a window come "
+          "from "
+          "a front end (docs/baselines.md)"),
       advancedKey("min_common_points", &o->min_common_points, {5, 10000}, "",
-                  "the reference keyframe shares more points with the newest"),
+                  "minimum number of points common to the reference and the newest keyframe"),
       advancedKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e4}, "px",
-                  "mean motion of these points, rotation included, at least"),
+                  "minimum mean motion of these points, rotation included"),
       advancedKey("ransac_threshold_px", &o->ransac_threshold_px, {1e-3, 1e3}, "px",
                   "inlier threshold of the five-point pose"),
       advancedKey("ransac_confidence", &o->ransac_confidence, {0.5, 0.999999}, "",
                   "confidence of both consensus searches"),
       advancedKey("min_pose_inliers", &o->min_pose_inliers, {5, 10000}, "",
-                  "the five-point pose needs more points in front of both cameras"),
+                  "minimum number of points in front of both cameras for the five-point pose"),
       advancedKey("min_pnp_points", &o->min_pnp_points, {6, 10000}, "",
-                  "known points that a keyframe needs to be registered"),
+                  "minimum number of known points to register a keyframe"),
       advancedKey("max_iterations", &o->max_iterations, {1, 1000}, "",
                   "iterations of the bundle adjustment; the release ends it by time"),
       advancedKey("max_final_cost", &o->max_final_cost, {0.0, 1e6}, "",
                   "without convergence it may still end at this cost, on the plane z = 1"),
       advancedKey("max_gravity_residual", &o->max_gravity_residual, {0.0, 100.0}, "m/s^2",
-                  "largest difference of the unconstrained |g| from its true value"),
+                  "maximum difference of the unconstrained |g| from its true value"),
   };
 }
 
@@ -107,7 +108,7 @@ OptionTable optionTable(OpenVinsOptions* o) {
           "max_features", &o->max_features, {0, 100000}, "",
           "longest tracks used; 0 uses all. The release tracks 50 points in an image to save time"),
       advancedKey("min_features", &o->min_features, {4, 10000}, "",
-                  "least number of tracks, and of points in front of the camera"),
+                  "minimum number of tracks, and of points in front of the camera"),
       advancedKey("min_rotation_deg", &o->min_rotation_deg, {0.0, 1e4}, "deg",
                   "summed rotation of the gyroscope, bias included; less waits"),
       advancedKey("sigma_px", &o->sigma_px, {1e-3, 1e3}, "px",
@@ -122,11 +123,10 @@ OptionTable optionTable(OpenVinsOptions* o) {
                   "random walk of the bias"),
       advancedKey("accel_walk", &o->accel_walk, {1e-9, 1.0}, "m/s^3/sqrt(Hz)",
                   "random walk of the bias"),
-      advancedKey(
-          "max_iterations", &o->max_iterations, {0, 1000}, "",
-          "iterations of the refinement; 0 leaves it out, the release also ends it at 0.05 s"),
+      advancedKey("max_iterations", &o->max_iterations, {0, 1000}, "",
+                  "iterations of the refinement; 0: off, the release also ends it at 0.05 s"),
       advancedKey("relinearizations", &o->relinearizations, {0, 10}, "",
-                  "further refinements with the IMU integrated anew at the refined biases; the "
+                  "further refinements with the IMU integrated again at the refined biases; the "
                   "release has none"),
       advancedKey("function_tolerance", &o->function_tolerance, {0.0, 1.0}, "",
                   "relative decrease of the cost that ends it"),

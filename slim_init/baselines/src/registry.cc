@@ -46,7 +46,7 @@ std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const Initiali
     for (const Method& method : known) {
       if (method.name == name) return method.make(options, baseline_options);
     }
-    message = "unknown method \"" + name + "\", known are:";
+    message = "unknown method \"" + name + "\", must be one of:";
     for (const Method& method : known) message += " " + method.name;
   }
   if (error != nullptr) *error = message;

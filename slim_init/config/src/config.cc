@@ -159,6 +159,7 @@ const std::vector<RenamedKey>& renamedKeys() {
       {"refinement.vp_inflation", "vanishing_point.covariance_inflation"},
       {"robust_bias.refinement.vp_inflation", "vanishing_point.covariance_inflation"},
       {"robust_bias.pruning.min_points_per_pair", "robust_bias.refinement.min_points_per_pair"},
+      {"gates.max_scale_sigma_growing", "gates.max_scale_sigma_expanding"},
   };
   return kRenamed;
 }

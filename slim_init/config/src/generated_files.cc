@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "host_keys.h"
 #include "slim_init/config/config.h"
 #include "yaml_value.h"
 
@@ -27,11 +28,43 @@ bool belongsTo(const OptionField& option, OptionKeys keys) {
   return false;
 }
 
-OptionTable select(const OptionTable& table, OptionKeys keys) {
+template <typename Wanted>
+OptionTable select(const OptionTable& table, const Wanted& wanted) {
   OptionTable selected;
-  std::copy_if(table.begin(), table.end(), std::back_inserter(selected),
-               [keys](const OptionField& option) { return belongsTo(option, keys); });
+  std::copy_if(table.begin(), table.end(), std::back_inserter(selected), wanted);
   return selected;
+}
+
+OptionTable select(const OptionTable& table, OptionKeys keys) {
+  return select(table, [keys](const OptionField& option) { return belongsTo(option, keys); });
+}
+
+// The first screen of template.yaml and of the page: these keys of the host's file and, of our
+// section, the noise of the IMU.
+constexpr const char* kFirstKeys[] = {"initializer", "reinit",          "estimate_extrinsic",
+                                      "estimate_td", "rolling_shutter", "rolling_shutter_tr"};
+
+bool isFirst(const OptionField& option) {
+  return std::find(std::begin(kFirstKeys), std::end(kFirstKeys), option.key) !=
+         std::end(kFirstKeys);
+}
+
+bool isNoise(const OptionField& option) { return option.key.compare(0, 6, "noise.") == 0; }
+
+// In the order of kFirstKeys.
+OptionTable firstKeys(const OptionTable& host) {
+  OptionTable first;
+  for (const char* key : kFirstKeys) {
+    for (const OptionField& option : host) {
+      if (option.key == key) first.push_back(option);
+    }
+  }
+  return first;
+}
+
+OptionTable joined(OptionTable a, const OptionTable& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
 }
 
 std::string number(double value) {
@@ -45,8 +78,15 @@ std::string rangeOf(const OptionField& option) {
   if (const auto* word = std::get_if<OptionWord>(&option.value)) return listed(word->words);
   if (std::holds_alternative<bool*>(option.value)) return "0 or 1";
   if (std::holds_alternative<std::string*>(option.value)) return "";
+  if (option.range.min == option.range.max) return "";  // is not checked
   if (std::isinf(option.range.max)) return "from " + number(option.range.min);
   return number(option.range.min) + " to " + number(option.range.max);
+}
+
+// "0.01 to 5 s"
+std::string rangeWithUnit(const OptionField& option) {
+  const std::string range = rangeOf(option);
+  return range + (range.empty() || option.unit.empty() ? "" : " ") + option.unit;
 }
 
 // A comment of YAML: reason, and in brackets unit and range, in lines of kColumns.
@@ -97,16 +137,19 @@ std::string sectionYaml(const OptionTable& table) {
 // ----------------------------------------------------------------------------------- YAML files
 
 constexpr char kTemplateHead[] = R"(%YAML:1.0
-# Copy this file and fill in your rig. The upper part has the keys of a VINS-Mono configuration that
-# slim_init reads (an existing file of that host can be used as it is); the section slim_init: has
-# our keys that depend on rig, motion or application, with their defaults: any of them may be left
-# out. All keys are listed in docs/options.md. `slim_init options --update .` writes this file.
+# Copy this file and fill in your rig: a configuration of VINS-Mono with slim_init switched on. All
+# keys are listed in docs/options.md. `slim_init options --update .` writes this file.
 
-# Topics of the ROS nodes and of a bag.
-imu_topic: "/imu0"
-image_topic: "/cam0/image_raw"
+# ---- The keys that matter
 
-# Camera. PINHOLE: distortion_parameters k1 k2 p1 p2, projection_parameters fx fy cx cy.
+)";
+
+constexpr char kTemplateSection[] = R"(# Further keys of this section: config/user.yaml.
+)";
+
+constexpr char kTemplateCamera[] = R"(
+# ---- Camera
+# PINHOLE: distortion_parameters k1 k2 p1 p2, projection_parameters fx fy cx cy.
 # MEI: mirror_parameters xi, distortion_parameters k1 k2 p1 p2, projection_parameters gamma1 gamma2
 # u0 v0. KANNALA_BRANDT: projection_parameters k2 k3 k4 k5 mu mv u0 v0.
 model_type: PINHOLE
@@ -123,11 +166,9 @@ projection_parameters:
    cx: 320.0
    cy: 240.0
 
-# Camera in the IMU frame: p_imu = extrinsicRotation * p_cam + extrinsicTranslation. Here the camera
-# looks along the IMU's x axis with z up.
-# 0: measured, 1: a guess, 2: not known (both matrices may then be absent). The host keeps it,
-# improves it, finds it; slim_init takes it as that uncertain (slim_init: calibration_sigmas).
-estimate_extrinsic: 0
+# ---- Camera in the IMU frame
+# p_imu = extrinsicRotation * p_cam + extrinsicTranslation. Here the camera looks along the IMU's x
+# axis with z up.
 extrinsicRotation: !!opencv-matrix
    rows: 3
    cols: 3
@@ -141,14 +182,29 @@ extrinsicTranslation: !!opencv-matrix
    dt: d
    data: [ 0.0, 0.0, 0.0 ]  # [m]
 
-g_norm: 9.81007       # [m/s^2]
-td: 0.0               # [s], t_imu = t_image + td
-estimate_td: 0        # 1: the host estimates td, the value above is its start
-rolling_shutter: 0    # 1: rows are exposed one after the other; stamps are of the middle row
-rolling_shutter_tr: 0 # [s], from the first row to the last
+# ---- Other keys of the rig
+)";
 
-# Point tracking of the host. Ours has keys of its own (slim_init: points:) and takes only fisheye
-# from here, unless slim_init: front_end: profile: is vins.
+constexpr char kTemplateSwitches[] = R"(
+# ---- Other switches of slim_init in the estimator
+# watchdog and keep_heading are as reinit if they are absent.
+)";
+
+constexpr char kTemplateTracker[] = R"(
+# ---- Tracker of VINS-Mono
+# The tracker of slim_init has keys of its own (config/user.yaml: points) and reads fisheye and
+# equalize here, and all of them with slim_init.front_end.profile: vins.
+)";
+
+constexpr char kTemplateHost[] = R"(
+# ---- Read by VINS-Mono only
+# VINS-Mono takes an absent number as 0. These values are those of its EuRoC configuration.
+)";
+
+constexpr char kUserFileHead[] = R"(%YAML:1.0
+# Keys of the section slim_init: that depend on rig, motion or application, with their defaults.
+# Copy single keys into the section of your file. `slim_init options --update .` writes this file.
+
 )";
 
 constexpr char kAdvancedHead[] = R"(%YAML:1.0
@@ -164,60 +220,123 @@ constexpr char kComparedHead[] = R"(%YAML:1.0
 
 )";
 
-std::string templateYaml(const OptionTable& table) {
-  std::string text = kTemplateHead;
-  feature_tracker_lines::HostFrontEnd host;
-  for (const OptionField& option : optionTable(&host)) {
-    text += comment(option, "") + option.key + ": " + written(option) + "\n";
+// A text in quotes: OpenCV takes an empty one for no value at all.
+std::string writtenForHost(const OptionField& option) {
+  const std::string text = written(option);
+  return std::holds_alternative<std::string*>(option.value) ? "\"" + text + "\"" : text;
+}
+
+std::string hostYaml(const OptionTable& table) {
+  std::string text;
+  for (const OptionField& option : table) {
+    text += comment(option, "") + option.key + ": " + writtenForHost(option) + "\n";
   }
-  return text + "\n" + sectionYaml(select(table, OptionKeys::kUser));
+  return text;
+}
+
+// Switched on, with a rig whose topics are EuRoC's.
+Config templateConfig() {
+  Config config;
+  config.host.initializer = "slim";
+  config.host.reinit = config.host.watchdog = config.host.keep_heading = true;
+  config.imu_topic = "/imu0";
+  config.image_topic = "/cam0/image_raw";
+  return config;
+}
+
+std::string templateYaml() {
+  Config config = templateConfig();
+  const OptionTable switches = switchTable(&config.host), rig = rigTable(&config);
+  const auto other = [](const OptionField& option) { return !isFirst(option); };
+  VinsMonoKeys vins_mono;
+  std::string text = kTemplateHead + hostYaml(firstKeys(joined(switches, rig)));
+  text += kTemplateSection + sectionYaml(select(configTable(&config), isNoise));
+  text += kTemplateCamera + hostYaml(select(rig, other));
+  text += kTemplateSwitches + hostYaml(select(switches, other));
+  text += kTemplateTracker + hostYaml(optionTable(&config.front_end.host));
+  return text + kTemplateHost + hostYaml(vinsMonoTable(&vins_mono));
+}
+
+// Keys of our section for users that are not on the first screen.
+OptionTable otherUserKeys(const OptionTable& table) {
+  return select(select(table, OptionKeys::kUser),
+                [](const OptionField& option) { return !isNoise(option); });
+}
+
+std::string userYaml(const OptionTable& table) {
+  return kUserFileHead + sectionYaml(otherUserKeys(table));
 }
 
 // ----------------------------------------------------------------------------------- the page
 
 constexpr char kPageHead[] = R"(# Options
 
-Every key of the section `slim_init:` of a configuration file with default, range and reason. The
-format of the files is described in [config/README.md](../config/README.md). `slim_init options`
-prints the keys as YAML; `slim_init options --update .` writes this page.
+All keys of a configuration file, the most important first. Format of the files:
+[config/README.md](../config/README.md). `slim_init options --update .` writes this page.
 
-The last column names the methods that read a key. Set for another method it has no effect, and a
-note says so. A value outside of the range is refused with a message that names file, key, value and
-bound.
+## The keys that matter
 
-A patched host starts from the same defaults ([vins_mono.md](vins_mono.md)); keys in its file win.
+| key | if absent | range | what it does |
+|---|---|---|---|
+)";
+
+constexpr char kAfterFirst[] = R"(
+The files in `config` set `initializer: slim` and `reinit: 1`. A file to copy:
+[config/template.yaml](../config/template.yaml). With a new rig begin with its noise densities, then
+see [calibration.md](calibration.md).
+
+A value outside of its range is refused with a message that names file, key, value and range. An
+unknown key under `slim_init:` is an error, too.
+
+## Keys at the top level of the file
+
+Beside camera and extrinsic, which are as VINS-Mono has them.
+)";
+
+constexpr char kSwitchHead[] = R"(
+### Switches of slim_init in the estimator
+
+)";
+
+constexpr char kRigHead[] = R"(
+### Rig
+
+)";
+
+constexpr char kTrackerHead[] = R"(
+### Tracker of VINS-Mono
+
+The tracker of slim_init reads `fisheye` and `equalize`, and all of them with
+`slim_init.front_end.profile: vins`.
+
+)";
+
+constexpr char kVinsMonoHead[] = R"(
+### Read by VINS-Mono only
+
+VINS-Mono takes an absent number as 0.
+
 )";
 
 constexpr char kUserHead[] = R"(
-## Keys for users
+## Keys of the section `slim_init:` for users
 
-They depend on rig, motion or application. The file to copy is
-[config/template.yaml](../config/template.yaml).
-
+They depend on rig, motion or application. As a file: [config/user.yaml](../config/user.yaml). A key
+has no effect on methods that do not read it, and a note says so.
 )";
 
 constexpr char kAdvancedPageHead[] = R"(
 ## Advanced keys
 
-Parts of the method, with the defaults that were measured; what is marked as ablation is there to be
-switched off for comparison. As a file: [config/advanced.yaml](../config/advanced.yaml).
-
+Parts of the method with measured defaults; those marked as ablation are switched off for
+comparisons only. As a file: [config/advanced.yaml](../config/advanced.yaml).
 )";
 
 constexpr char kComparedPageHead[] = R"(
 ## Keys of the compared methods
 
-`slim` reads none of them. As a file:
-[config/compared_methods.yaml](../config/compared_methods.yaml). The methods are described in
-[baselines.md](baselines.md).
-
-)";
-
-constexpr char kHostPageHead[] = R"(
-## The host's keys for its tracker
-
-At the top level of the file, beside camera and extrinsic, as VINS-Mono has them.
-
+Not read by `slim`. As a file: [config/compared_methods.yaml](../config/compared_methods.yaml). The
+methods: [baselines.md](baselines.md).
 )";
 
 constexpr char kRenamedHead[] = R"(
@@ -229,19 +348,74 @@ The old name is read in this release with a note, and refused in the next.
 |---|---|
 )";
 
-std::string markdownTable(const OptionTable& table) {
-  std::ostringstream out;
-  out << "| key | default | range | unit | what it does | methods |\n|---|---|---|---|---|---|\n";
-  for (const OptionField& option : table) {
-    std::string methods;
-    for (const std::string& method : option.methods) {
-      methods += (methods.empty() ? "" : ", ") + method;
-    }
-    out << "| `" << option.key << "` | " << written(option) << " | " << rangeOf(option) << " | "
-        << option.unit << " | " << option.reason << " | " << (methods.empty() ? "all" : methods)
-        << " |\n";
+// What the host does without the key.
+std::string ifAbsent(const OptionField& option) {
+  if (followsReinit(option.key)) return "as `reinit`";
+  const std::string text = written(option);
+  return text.empty() ? "none" : text;
+}
+
+std::string firstTable(const OptionTable& host, const OptionTable& ours) {
+  std::string text;
+  for (OptionField& option : joined(firstKeys(host), select(ours, isNoise))) {
+    if (isNoise(option)) option.key = "slim_init." + option.key;
+    text += "| `" + option.key + "` | " + ifAbsent(option) + " | " + rangeWithUnit(option) + " | " +
+            option.reason + " |\n";
   }
-  return out.str();
+  return text;
+}
+
+// The keys of the host's file but those of the first screen.
+std::string hostTable(const OptionTable& table, const char* column) {
+  std::string text = std::string("| key | ") + column + " | range | what it does |\n";
+  text += "|---|---|---|---|\n";
+  for (const OptionField& option : table) {
+    if (isFirst(option)) continue;
+    text += "| `" + option.key + "` | " + ifAbsent(option) + " | " + rangeWithUnit(option) + " | " +
+            option.reason + " |\n";
+  }
+  return text;
+}
+
+// Rows of one section. A column names the methods unless they are those of all rows.
+std::string sectionTable(const OptionTable& rows) {
+  const bool mixed = std::any_of(rows.begin(), rows.end(), [&](const OptionField& option) {
+    return option.methods != rows.front().methods;
+  });
+  const auto methods = [](const OptionField& option) {
+    return option.methods.empty() ? std::string("all") : listed(option.methods, " and ");
+  };
+  std::string text;
+  if (!mixed && !rows.front().methods.empty()) text += "Read by " + methods(rows.front()) + ".\n\n";
+  text += std::string("| key | default | range | what it does |") +
+          (mixed ? " methods |\n|---|---|---|---|---|\n" : "\n|---|---|---|---|\n");
+  for (const OptionField& option : rows) {
+    text += "| `" + option.key + "` | " + written(option) + " | " + rangeWithUnit(option) + " | " +
+            option.reason + (mixed ? " | " + methods(option) : "") + " |\n";
+  }
+  return text;
+}
+
+// A table for each section of keys, below a heading.
+std::string sectionTables(const OptionTable& table) {
+  const auto sectionOf = [](const OptionField& option) {
+    const std::size_t dot = option.key.find('.');
+    return dot == std::string::npos ? std::string() : option.key.substr(0, dot);
+  };
+  std::vector<std::string> sections;
+  for (const OptionField& option : table) {
+    const std::string section = sectionOf(option);
+    if (std::find(sections.begin(), sections.end(), section) == sections.end()) {
+      sections.push_back(section);
+    }
+  }
+  std::string text;
+  for (const std::string& section : sections) {
+    text += "\n### " + (section.empty() ? "General" : "`" + section + "`") + "\n\n";
+    text += sectionTable(
+        select(table, [&](const OptionField& option) { return sectionOf(option) == section; }));
+  }
+  return text;
 }
 
 }  // namespace
@@ -249,12 +423,16 @@ std::string markdownTable(const OptionTable& table) {
 std::string optionsPage() {
   Config defaults;
   const OptionTable table = configTable(&defaults);
-  std::string text = kPageHead;
-  text += kUserHead + markdownTable(select(table, OptionKeys::kUser));
-  text += kAdvancedPageHead + markdownTable(select(table, OptionKeys::kAdvanced));
-  text += kComparedPageHead + markdownTable(select(table, OptionKeys::kCompared));
-  feature_tracker_lines::HostFrontEnd host;
-  text += kHostPageHead + markdownTable(optionTable(&host));
+  const OptionTable switches = switchTable(&defaults.host), rig = rigTable(&defaults);
+  VinsMonoKeys vins_mono;
+  std::string text = kPageHead + firstTable(joined(switches, rig), table) + kAfterFirst;
+  text += kSwitchHead + hostTable(switches, "if absent");
+  text += kRigHead + hostTable(rig, "if absent");
+  text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host), "if absent");
+  text += kVinsMonoHead + hostTable(vinsMonoTable(&vins_mono), "template");
+  text += kUserHead + sectionTables(otherUserKeys(table));
+  text += kAdvancedPageHead + sectionTables(select(table, OptionKeys::kAdvanced));
+  text += kComparedPageHead + sectionTables(select(table, OptionKeys::kCompared));
   text += kRenamedHead;
   for (const RenamedKey& renamed : renamedKeys()) {
     text += "| `" + renamed.old_key + "` | `" + renamed.key + "` |\n";
@@ -271,7 +449,8 @@ std::vector<GeneratedFile> generatedFiles() {
   Config defaults;
   const OptionTable table = configTable(&defaults);
   return {
-      {"config/template.yaml", templateYaml(table)},
+      {"config/template.yaml", templateYaml()},
+      {"config/user.yaml", userYaml(table)},
       {"config/advanced.yaml", kAdvancedHead + sectionYaml(select(table, OptionKeys::kAdvanced))},
       {"config/compared_methods.yaml",
        kComparedHead + sectionYaml(select(table, OptionKeys::kCompared))},

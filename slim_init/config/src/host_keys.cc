@@ -15,8 +15,8 @@ using namespace feature_tracker_lines;  // cameras and front-end options
 
 namespace {
 
-// How far the values of a file may be off where its switches say that they are starting values only
-// (standard deviations before any data). Our section calibration_sigmas wins.
+// Errors assumed of the values of a file that its switches declare to be initial guesses (standard
+// deviations before any data). Our section calibration_sigmas wins.
 
 // estimate_td: 1. Camera and IMU are not synchronised: drivers stamp an image up to an exposure and
 // a transfer late, some tens of milliseconds [s].
@@ -44,6 +44,37 @@ template <typename T>
 void readOptional(const cv::FileNode& root, const char* key, T* value) {
   const cv::FileNode node = root[key];
   if (!node.empty()) read(key, node, value);
+}
+
+void checkRange(const OptionField& option) {
+  const auto check = [&option](auto value) {
+    if (value >= option.range.min && value <= option.range.max) return;
+    fail(option.key, " is ", value, ", must be in [", option.range.min, ", ", option.range.max,
+         "]");
+  };
+  if (const auto* whole = std::get_if<int*>(&option.value)) check(**whole);
+  if (const auto* real = std::get_if<double*>(&option.value)) check(**real);
+}
+
+// The keys of `table` that the file has.
+void readTable(const cv::FileNode& root, const OptionTable& table) {
+  for (const OptionField& option : table) {
+    const cv::FileNode node = root[option.key];
+    if (node.empty()) continue;
+    read(option.key, node, option);
+    checkRange(option);
+  }
+}
+
+// A text that takes one of `words`.
+OptionWord wordOption(std::string* text, const std::vector<std::string>& words) {
+  OptionWord option;
+  option.words = words;
+  option.get = [text] { return *text; };
+  option.set = [text](const std::string& word) { *text = word; };
+  option.address = text;
+  option.size = sizeof(*text);
+  return option;
 }
 
 // Names of the intrinsics of each model, in the order of CameraParameters.
@@ -170,7 +201,8 @@ Eigen::Matrix3d nearestRotation(const char* key, const Eigen::Matrix3d& R) {
          ", must be a rotation (+1): one axis is mirrored");
   }
   if ((R - nearest).norm() > kLargest) {
-    fail(key, " is ", (R - nearest).norm(), " away from the nearest rotation, may be ", kLargest);
+    fail(key, " is ", (R - nearest).norm(), " away from the nearest rotation (limit ", kLargest,
+         ")");
   }
   return nearest;
 }
@@ -214,21 +246,18 @@ void readSigmas(Config* config) {
         &sigmas.translation_m);
   if (host.estimate_extrinsic != 2) return;
   config->notes.push_back(
-      "estimate_extrinsic is 2: the rotation between camera and IMU is found from the motion; turn "
-      "the rig about at least two axes");
+      "estimate_extrinsic is 2: the rotation between camera and IMU is estimated from the motion; "
+      "turn the rig about at least two axes");
 }
 
-void readRollingShutter(const cv::FileNode& root, Config* config) {
-  int rolling_shutter = 0;
-  double readout_s = 0.0;
-  readOptional(root, "rolling_shutter", &rolling_shutter);
-  readOptional(root, "rolling_shutter_tr", &readout_s);
-  if (rolling_shutter == 0) return;
-  config->calibration.readout_s = readout_s;
-  if (readout_s != 0.0) return;
+void applyRollingShutter(Config* config) {
+  const HostKeys& host = config->host;
+  if (!host.rolling_shutter) return;
+  config->calibration.readout_s = host.rolling_shutter_tr;
+  if (host.rolling_shutter_tr != 0.0) return;
   config->notes.push_back(
-      "rolling_shutter is set and rolling_shutter_tr is not: every image is taken as exposed at "
-      "one instant");
+      "rolling_shutter is 1 and rolling_shutter_tr is not set: images are processed as global "
+      "shutter");
 }
 
 // The host's folder for results. GVINS calls it output_dir and puts $HOME in place of a ~ in front.
@@ -256,64 +285,119 @@ CameraParameters readHostCamera(const cv::FileNode& root, const std::string& pat
 
 }  // namespace
 
+OptionTable switchTable(HostKeys* o) {
+  return {
+      userKey("initializer", wordOption(&o->initializer, {"stock", "slim", "shadow"}),
+              "slim: slim_init initializes; shadow: it solves and reports, the estimator "
+              "initializes itself; stock: the estimator initializes itself, and slim_init is off "
+              "unless reinit or watchdog is 1"),
+      userKey("reinit", &o->reinit,
+              "1: slim_init also reinitializes after a failure and on request"),
+      userKey("watchdog", &o->watchdog,
+              "1: monitor the running estimator and reinitialize it after failures that it does "
+              "not detect"),
+      userKey("keep_heading", &o->keep_heading,
+              "1: after each optimization keep the heading of the oldest frame, in place of its "
+              "Euler yaw"),
+      userKey("sensors_file", &o->sensors_file,
+              "file that keeps biases and calibration from run to run, relative to output_path; "
+              "empty: none"),
+      userKey("max_wait_ms", &o->max_wait_ms, {-1.0, 1000.0}, "ms",
+              "maximum time that an image waits for a solve, which otherwise continues in the "
+              "background; negative: wait until it ends"),
+  };
+}
+
+bool followsReinit(const std::string& key) { return key == "watchdog" || key == "keep_heading"; }
+
+OptionTable rigTable(Config* c) {
+  return {
+      userKey("imu_topic", &c->imu_topic, "topic of the IMU: ROS nodes and bags"),
+      userKey("image_topic", &c->image_topic, "topic of the camera"),
+      userKey("estimate_extrinsic", &c->host.estimate_extrinsic, {0, 2}, "",
+              "0: extrinsicRotation and extrinsicTranslation are measured; 1: an initial guess "
+              "(5 deg, 5 cm), refined by the estimator; 2: unknown, both may be absent"),
+      userKey("td", &c->calibration.td, {-1.0, 1.0}, "s", "time offset, t_imu = t_image + td"),
+      userKey("estimate_td", &c->estimate_td,
+              "1: td is an initial guess (30 ms), refined by the estimator"),
+      userKey("rolling_shutter", &c->host.rolling_shutter,
+              "1: rows are exposed one after the other; image stamps are of the middle row"),
+      userKey("rolling_shutter_tr", &c->host.rolling_shutter_tr, {0.0, 0.2}, "s",
+              "readout time from the first row to the last; read if rolling_shutter is 1"),
+      userKey("g_norm", &c->calibration.gravity_magnitude, {9.7, 9.9}, "m/s^2", "local gravity"),
+      userKey(
+          "mask", &c->host.mask,
+          "8-bit image of the camera's size: points and ends of lines in its dark areas (0) are "
+          "not used, for parts of the vehicle in view. Relative to this file; empty: none"),
+      userKey("fisheye_mask", &c->host.fisheye_mask,
+              "the same, read if fisheye is 1; empty: fisheye_mask.jpg beside this file or one "
+              "folder up, otherwise the image circle"),
+  };
+}
+
+OptionTable vinsMonoTable(VinsMonoKeys* o) {
+  return {
+      userKey("acc_n", &o->acc_n, "accelerometer noise per sample, a tuning value"),
+      userKey("gyr_n", &o->gyr_n, "gyroscope noise per sample"),
+      userKey("acc_w", &o->acc_w, "random walk of the accelerometer bias"),
+      userKey("gyr_w", &o->gyr_w, "random walk of the gyroscope bias"),
+      userKey("max_solver_time", &o->max_solver_time, {}, "s", "limit of one optimization"),
+      userKey("max_num_iterations", &o->max_num_iterations, "limit of one optimization"),
+      userKey("keyframe_parallax", &o->keyframe_parallax, {}, "px",
+              "mean parallax that makes a keyframe"),
+      userKey("output_path", &o->output_path, "folder for results; sensors_file is relative to it"),
+      userKey("camera_name", &o->camera_name, "name of the camera model"),
+      userKey("show_track", &o->show_track, "1: publish the image with the tracks"),
+      userKey("loop_closure", &o->loop_closure, "1: run the pose graph"),
+      userKey("load_previous_pose_graph", &o->load_previous_pose_graph,
+              "1: load it from pose_graph_save_path"),
+      userKey("fast_relocalization", &o->fast_relocalization, "1: relocalize in the estimator"),
+      userKey("pose_graph_save_path", &o->pose_graph_save_path, "folder of the pose graph"),
+      userKey("save_image", &o->save_image, "1: save images with the pose graph"),
+      userKey("visualize_imu_forward", &o->visualize_imu_forward, "1: draw the predicted pose"),
+      userKey("visualize_camera_size", &o->visualize_camera_size, {}, "m",
+              "size of the drawn camera"),
+  };
+}
+
 void readHostKeys(const cv::FileNode& root, HostKeys* host) {
-  readOptional(root, "initializer", &host->initializer);
-  if (host->initializer != "stock" && host->initializer != "slim" &&
-      host->initializer != "shadow") {
-    fail("initializer is \"", host->initializer, "\", must be stock, slim or shadow");
+  const OptionTable table = switchTable(host);
+  readTable(root, table);
+  for (const OptionField& option : table) {
+    if (!followsReinit(option.key) || !root[option.key].empty()) continue;
+    *std::get<bool*>(option.value) = host->reinit;
   }
-  readOptional(root, "reinit", &host->reinit);
-  host->watchdog = host->reinit;
-  readOptional(root, "watchdog", &host->watchdog);
-  host->keep_heading = host->reinit;
-  readOptional(root, "keep_heading", &host->keep_heading);
   readOutputFolder(root, &host->output_path);
-  readOptional(root, "sensors_file", &host->sensors_file);
   if (!host->sensors_file.empty() && host->sensors_file.front() != '/' &&
       !host->output_path.empty()) {
     host->sensors_file = host->output_path + "/" + host->sensors_file;
   }
-  readOptional(root, "estimate_extrinsic", &host->estimate_extrinsic);
 }
 
 void readHost(const cv::FileNode& root, const std::string& path, Config* config) {
   config->camera = readHostCamera(root, path);
   config->calibration.focal_px = Camera(config->camera).focalPx();
   readHostKeys(root, &config->host);
-  const int estimate_extrinsic = config->host.estimate_extrinsic;
-  if (estimate_extrinsic < 0 || estimate_extrinsic > 2) {
-    fail("estimate_extrinsic is ", estimate_extrinsic, ", must be 0, 1 or 2");
-  }
-  readExtrinsic(root, config);
-
-  readOptional(root, "imu_topic", &config->imu_topic);
   readOptional(root, "image0_topic", &config->image_topic);
-  readOptional(root, "image_topic", &config->image_topic);
-  readOptional(root, "g_norm", &config->calibration.gravity_magnitude);
-  readOptional(root, "td", &config->calibration.td);
-  readOptional(root, "estimate_td", &config->estimate_td);
+  readTable(root, rigTable(config));
+  readExtrinsic(root, config);
   readSigmas(config);
-  readRollingShutter(root, config);
-
-  for (const OptionField& option : optionTable(&config->front_end.host)) {
-    const cv::FileNode node = root[option.key];
-    if (!node.empty()) read(option.key, node, option);
-  }
-  const std::string message = config->front_end.host.validate();
-  if (!message.empty()) fail(message);
+  applyRollingShutter(config);
+  readTable(root, optionTable(&config->front_end.host));
+  readMask(path, config);
 }
 
 void checkExtrinsic(const Config& config) {
   if (config.host.has_rotation) return;
   if (config.method != "slim") {
     fail("extrinsicRotation is missing; the method ", config.method,
-         " needs it, only slim finds it (estimate_extrinsic: 2)");
+         " needs it, only slim estimates it (estimate_extrinsic: 2)");
   }
   const double sigma = config.calibration.sigmas.rotation_deg;
   if (sigma >= CalibrationSigmas::kUnknownRotationDeg) return;
   fail(
-      "extrinsicRotation is missing; it is needed where slim_init.calibration_sigmas.rotation_deg "
-      "is below ",
+      "extrinsicRotation is missing; it is needed if slim_init.calibration_sigmas.rotation_deg is "
+      "below ",
       CalibrationSigmas::kUnknownRotationDeg, " (it is ", sigma, ")");
 }
 

@@ -41,20 +41,20 @@ void checkDensity(const char* check, const char* sensor, const char* unit, const
   }
   f.min = data_sheet / ratio;
   f.max = data_sheet * ratio;
-  f.message = std::string("The ") + sensor + " scatters like white noise of " + number(measured) +
-              " " + unit + ", where " + key + " has " + number(data_sheet) +
-              "; with the motion slim takes it as " + number(assumed);
+  f.message = std::string("White noise of the ") + sensor + " " + number(measured) + " " + unit +
+              " (" + key + " " + number(data_sheet) + "); with the motion slim assumes " +
+              number(assumed);
   if (measured > f.max) {
     f.severity = Severity::kNote;
     f.message += ". It vibrates";
     f.advice =
-        "This is measured and taken into account. A softer mount of the IMU makes answers earlier; "
-        "its own low-pass filter has to be below half of its rate.";
+        "slim measures this and accounts for it. A softer mount of the IMU makes initialization "
+        "earlier; the IMU's low-pass filter has to be below half of its rate.";
   } else if (measured < f.min) {
     f.severity = Severity::kNote;
     f.message += ". The configured density seems to be inflated";
     f.advice = std::string("Give the data sheet's value for slim_init.noise.") + key +
-               ": with a larger one the answers come later.";
+               ": a larger one delays initialization.";
   }
 }
 
@@ -64,7 +64,7 @@ void checkAnswers(const WindowAnswers& answers, const DoctorOptions& options, Fi
   Finding& f = add(findings, "starts", Severity::kNotChecked, kNotComputed, "%");
   if (answers.windows == 0) {
     f.message = "No window of " + std::to_string(options.initializer.window.keyframes) +
-                " keyframes to try slim on";
+                " keyframes that slim can solve";
     f.advice = "Record 20 s or more; images and IMU have to be there at the same time.";
     return;
   }

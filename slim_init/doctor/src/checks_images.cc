@@ -46,7 +46,7 @@ void checkImages(const DoctorData& data, const DoctorOptions& options, Findings*
   const int total = static_cast<int>(data.images.size());
   check("image_size", wrong_size, total, {0.0, 0.0}, "do not have the configured size",
         "image_width and image_height belong to another camera or another binning; the "
-        "intrinsics are then wrong as well.");
+        "intrinsics are then incorrect as well.");
   check("image_black", black, read, options.black,
         "are black (99 % of the pixels at grey level " + number(options.black_level) + " or less)",
         "Check lens cap, exposure, trigger and light; a recording may also have lost the pixels.");

@@ -113,7 +113,7 @@ void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
     u.severity = Severity::kError;
     u.message += ", far less than gravity";
     u.advice =
-        "Gravity has been removed from the data, or the unit is wrong: use the raw "
+        "Gravity has been removed from the data, or the unit is another one: use the raw "
         "accelerometer in m/s^2.";
   } else if (norm > 2.0 * g) {
     u.severity = Severity::kError;
@@ -130,7 +130,7 @@ void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
       "The measured gravity is " + number(measured) + " m/s^2, the configured one " + number(g);
   if (f.severity != Severity::kOk) {
     f.advice =
-        "Calibrate the accelerometer's scale and bias at rest; if gravity is right at rest, "
+        "Calibrate the accelerometer's scale and bias at rest; if gravity is correct at rest, "
         "check that gyro and accelerometer have the same axes.";
   }
 }
@@ -158,7 +158,7 @@ void checkGyroBias(const RotationAlignment& alignment, const DoctorOptions& opti
   Finding& f = add(findings, "gyro_bias", Severity::kNotChecked, kNotComputed, "rad/s");
   f.max = options.gyro_still.warn;
   if (!still && !solved) {
-    f.message = "Gyro bias not checked: the rotation of the camera is not known from the images";
+    f.message = "Gyro bias not checked: the images do not determine the rotation of the camera";
     return;
   }
   f.value = still ? alignment.gyro_mean.norm() : alignment.gyro_bias.norm();
@@ -223,7 +223,7 @@ void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
   a.message +=
       " and the image moves by " + number(alignment.flow_px_per_s) + " px/s: the rig stands still";
   a.advice =
-      "This is no fault, but no monocular initializer can determine the scale before the rig "
+      "This is no fault, but no monocular initializer can determine the scale until the rig "
       "moves: lift it and move it back and forth.";
 }
 

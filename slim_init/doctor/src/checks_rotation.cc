@@ -85,7 +85,7 @@ void checkScale(const RotationAlignment& a, const DoctorOptions& options, Findin
     f.advice = "Multiply angular_velocity by 0.0174533 in the driver or its settings.";
   } else {
     f.advice =
-        "Check the focal length (a wrong one changes how far the camera seems to turn), the "
+        "Check the focal length (an incorrect one scales the rotation of the camera), the "
         "image size at which it was calibrated, and the unit and range of the gyro.";
   }
 }
@@ -93,7 +93,7 @@ void checkScale(const RotationAlignment& a, const DoctorOptions& options, Findin
 /// What `slim` makes of a calibration that is off.
 const char* consequence(Severity severity) {
   return severity == Severity::kError ? ", beyond what slim estimates"
-                                      : "; slim estimates it, and a right value is worth more";
+                                      : "; slim estimates it, but a correct value is better";
 }
 
 /// True where the file has to be changed.
@@ -212,7 +212,7 @@ bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
   Finding& f = add(findings, "extrinsic_translation", Severity::kNotChecked, kNotComputed, "mm");
   f.max = kMmPerM * options.max_translation_m;
   if (!a.all) {
-    f.message = "Extrinsic translation not checked: too few windows that slim can use";
+    f.message = "Extrinsic translation not checked: too few windows that slim can solve";
     f.advice = kHowToTurn;
     return false;
   }
@@ -220,7 +220,7 @@ bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
   if (std::any_of(findings->begin(), findings->end(), [](const Finding& other) {
         return other.check == "gravity" && other.severity >= Severity::kWarning;
       })) {
-    f.message = "Extrinsic translation not checked: the measured gravity is off";
+    f.message = "Extrinsic translation not checked: the measured gravity is incorrect";
     f.advice = "Correct the accelerometer first.";
     return false;
   }
@@ -270,7 +270,7 @@ void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Fin
   f.message = "Tracked points scatter by " + number(a.residual_px, 2) +
               " px about their epipolar lines (median)";
   if (f.severity != Severity::kOk) {
-    f.advice = "Possible causes: wrong intrinsics, a rolling shutter, a moving scene.";
+    f.advice = "Possible causes: incorrect intrinsics, a rolling shutter, a moving scene.";
   }
 }
 
@@ -284,8 +284,8 @@ bool isNotComparable(const RotationAlignment& a, const DoctorOptions& options, F
   }
   if (a.status == AlignmentStatus::kTooLittleTurn) {
     f->message = "Rotation of camera against gyro not checked: the camera turns at " +
-                 number(kDegPerRad * a.camera_rate, 2) + " deg/s (rms), at least " +
-                 number(kDegPerRad * options.alignment.min_rate, 2) + " is needed";
+                 number(kDegPerRad * a.camera_rate, 2) + " deg/s (rms, minimum " +
+                 number(kDegPerRad * options.alignment.min_rate, 2) + ")";
     f->advice = kHowToTurn;
     return true;
   }
@@ -303,7 +303,7 @@ bool rotationsAgree(const RotationAlignment& a, const DoctorOptions& options, Fi
     f->severity = Severity::kError;
     f->message += ", but " + number(a.mirrored_correlation) + " with an axis reversed";
     f->advice =
-        "Axes of the IMU are left-handed (one sign is wrong, or two axes are swapped), or "
+        "Axes of the IMU are left-handed (one sign is reversed, or two axes are swapped), or "
         "the images are mirrored.";
     return false;
   }

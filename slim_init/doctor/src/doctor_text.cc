@@ -23,8 +23,8 @@ std::string withUnit(const std::string& text, const std::string& unit) {
 std::string boundText(const Finding& f) {
   const bool min = std::isfinite(f.min), max = std::isfinite(f.max);
   if (min && max) return withUnit(number(f.min) + " to " + number(f.max), f.unit);
-  if (min) return withUnit(">= " + number(f.min), f.unit);
-  if (max) return withUnit("<= " + number(f.max), f.unit);
+  if (min) return withUnit("minimum " + number(f.min), f.unit);
+  if (max) return withUnit("limit " + number(f.max), f.unit);
   return "";
 }
 

@@ -169,26 +169,27 @@ const char* toString(GateMode mode);
 
 /// Thresholds of the verdict (src/verdict).
 struct GateOptions {
-  GateMode mode = GateMode::kOwn;         ///< whose gates decide
-  double min_parallax_px = 3.0;           ///< median motion of the tracks without rotation [px]
-  double min_least_parallax_px = 1.5;     ///< the same where every other gate passes [px]
-  double min_rotation_deg = 2.0;          ///< stationary or pure rotation [deg]
-  double max_rest_deviation = 0.5;        ///< rms deviation of the specific force at rest [m/s^2]
-  double min_excitation = 0.10;           ///< rms deviation of the specific force [m/s^2]
-  double min_linkage = 10.0;              ///< ratio of eigenvalues of the translation system
-  double max_alignment_residual = 0.10;   ///< rms residual of the alignment [m, m/s]
-  double max_scale_sigma = 0.10;          ///< relative standard deviation of the scale
-  double max_scale_sigma_growing = 0.05;  ///< the same of a window that grows
-  double max_chi2 = 1.5;                  ///< visual chi-square per degree of freedom
-  double max_inertial_chi2 = 1.0;         ///< inertial chi-square per residual
-  double max_inertial_chi2_short = 1.0;   ///< the same of windows below eight keyframes
-  double min_inlier_fraction = 0.6;       ///< share of the point sightings left
-  double min_point_spread_deg = 2.0;      ///< rms angle over which the points are spread [deg]
-  double max_extrinsic_error_deg = 15.0;  ///< certain error of the extrinsic rotation [deg]
-  double max_td_error_s = 0.08;           ///< certain error of the time offset [s]
-  double max_extrinsic_sigma_deg = 0.5;   ///< of an extrinsic rotation that was unknown [deg]
-  double max_mean_acceleration = 8.0;     ///< over the window, gravity taken off [m/s^2]
-  double max_behind_fraction = 0.2;       ///< share of the point tracks behind the camera
+  GateMode mode = GateMode::kOwn;        ///< whose gates decide
+  double min_parallax_px = 3.0;          ///< median motion of the tracks without rotation [px]
+  double min_least_parallax_px = 1.5;    ///< the same where every other gate passes [px]
+  double min_rotation_deg = 2.0;         ///< stationary or pure rotation [deg]
+  double max_rest_deviation = 0.5;       ///< rms deviation of the specific force at rest [m/s^2]
+  double min_excitation = 0.10;          ///< rms deviation of the specific force [m/s^2]
+  double min_linkage = 10.0;             ///< ratio of eigenvalues of the translation system
+  double max_alignment_residual = 0.10;  ///< rms residual of the alignment [m, m/s]
+  double max_scale_sigma = 0.075;        ///< relative standard deviation of the scale, full window
+  double max_scale_sigma_expanding = 0.05;   ///< the same of a window that is not full yet
+  double max_scale_sigma_fixed_size = 0.10;  ///< the same of windows of one number of keyframes
+  double max_chi2 = 1.5;                     ///< visual chi-square per degree of freedom
+  double max_inertial_chi2 = 1.0;            ///< inertial chi-square per residual
+  double max_inertial_chi2_short = 1.0;      ///< the same of windows below eight keyframes
+  double min_inlier_fraction = 0.6;          ///< share of the point sightings left
+  double min_point_spread_deg = 2.0;         ///< rms angle over which the points are spread [deg]
+  double max_extrinsic_error_deg = 15.0;     ///< certain error of the extrinsic rotation [deg]
+  double max_td_error_s = 0.08;              ///< certain error of the time offset [s]
+  double max_extrinsic_sigma_deg = 0.5;      ///< of an extrinsic rotation that was unknown [deg]
+  double max_mean_acceleration = 8.0;        ///< over the window, gravity taken off [m/s^2]
+  double max_behind_fraction = 0.2;          ///< share of the point tracks behind the camera
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;

@@ -76,7 +76,7 @@ void StreamMonitor::report(const StreamCounts& counts, DiagnosticStatus* status)
   if (required_ && silent > kSilence) {
     std::ostringstream out;
     out.precision(3);
-    out << "no " << name_ << " message for " << silent << " s (bound " << kSilence << " s)";
+    out << "no " << name_ << " message for " << silent << " s (limit " << kSilence << " s)";
     raise(DiagnosticStatus::ERROR, out.str(), status);
   }
   if (dropped > dropped_before_) {

@@ -295,7 +295,7 @@ bool makeScene(const SceneOptions& options, const std::vector<Vector3d>& path_w,
   if (std::find(names.begin(), names.end(), options.kind) == names.end()) {
     std::string known;
     for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-    return refuse("scene is '" + options.kind + "', known are: " + known);
+    return refuse("scene is '" + options.kind + "', must be one of: " + known);
   }
   if (std::none_of(path_w.begin(), path_w.end(), [](const Vector3d& p) { return p.allFinite(); })) {
     return refuse("the path has no finite position to build a scene around");

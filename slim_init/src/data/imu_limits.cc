@@ -18,7 +18,7 @@ std::string ImuLimits::describe(const ImuSample& sample) const {
   std::ostringstream out;
   out.precision(3);
   out << sample.accel.cwiseAbs().maxCoeff() << " m/s^2 and " << sample.gyro.cwiseAbs().maxCoeff()
-      << " rad/s on an axis (bounds " << max_accel << " m/s^2, " << max_gyro << " rad/s)";
+      << " rad/s on an axis (limits " << max_accel << " m/s^2, " << max_gyro << " rad/s)";
   return out.str();
 }
 

@@ -114,7 +114,7 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     return fail(error, "calibration: " + message);
   }
   if (keyframes.size() < 2) {
-    out << "window has " << keyframes.size() << " keyframes, needs at least 2";
+    out << "window has " << keyframes.size() << " keyframes (minimum 2)";
     return fail(error, out.str());
   }
   if (const std::string message = checkTimes(keyframes); !message.empty()) {

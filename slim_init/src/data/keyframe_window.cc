@@ -140,7 +140,7 @@ double KeyframeWindow::imuStart(int newest) const {
 std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection, int newest,
                                                  double first, std::string* reason) const {
   std::vector<int> chosen;
-  *reason = "no frame is covered by the IMU yet";
+  *reason = "the IMU data cover no frame yet";
   if (newest < 0) return chosen;
   // Every frame that may be one of a window of max_span_s.
   std::vector<int> usable;
@@ -155,16 +155,15 @@ std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection,
     if (!wanted && !inSpan(i)) break;
     *reason = "more frames are needed";
     if (i < newest && time(i + 1) - time(i) > selection.max_frame_gap_s) {
-      out << "a gap of " << time(i + 1) - time(i) << " s between frames (bound "
-          << selection.max_frame_gap_s << " s) starts the window anew";
+      out << "a gap of " << time(i + 1) - time(i) << " s between frames (limit "
+          << selection.max_frame_gap_s << " s) restarts the window";
     } else if (time(i) < first) {
-      out << "the frames before are of the time before " << time(newest) - first
-          << " s ago, where the window begins";
+      out << "the window begins " << time(newest) - first << " s ago, earlier frames are not used";
     } else if (time(i) < t_imu_start && t_imu_start > time(newest)) {
-      out << "the newest frame lies in a gap of the IMU data above " << options_.max_imu_gap_s
-          << " s";
+      out << "the newest frame lies in a gap of the IMU data (limit " << options_.max_imu_gap_s
+          << " s)";
     } else if (time(i) < t_imu_start) {
-      out << "IMU data start or have a gap above " << options_.max_imu_gap_s << " s "
+      out << "the IMU data begin, or end a gap (limit " << options_.max_imu_gap_s << " s), "
           << time(newest) - t_imu_start << " s before the newest frame";
     }
     if (!out.str().empty()) {
@@ -252,7 +251,8 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
   WindowCut result;
   if (static_cast<int>(chosen.size()) < needed) {
     std::ostringstream message;
-    message << "window holds " << chosen.size() << " keyframes, needs " << needed << ": " << reason;
+    message << "window holds " << chosen.size() << " keyframes (minimum " << needed
+            << "): " << reason;
     result.message = message.str();
     return result;
   }

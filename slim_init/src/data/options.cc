@@ -21,6 +21,9 @@ const std::vector<std::string> kSlimPaper = {"slim-paper"};
 // Methods with LiGT translations; the compared ones among them.
 const std::vector<std::string> kWithLigt = {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
 const std::vector<std::string> kComparedLigt = {"slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
+// Methods with a standard deviation of the scale.
+const std::vector<std::string> kWithScaleSigma = {"slim",  "slim-paper", "drt-l",
+                                                  "drt-t", "drt-vi-ba",  "vins"};
 
 // Checks a struct without cross-checks by its table.
 template <typename Options>
@@ -42,16 +45,17 @@ const char* toString(GateMode mode) {
 OptionTable optionTable(WindowOptions* o) {
   return {
       userKey("keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
-              "most keyframes of a window; the paper has 10 (V-D)"),
-      userKey("min_keyframes", &o->min_keyframes, {kMinKeyframes, 50}, "",
-              "a window with fewer is answered with too_few_keyframes"),
-      userKey("min_interval_s", &o->min_interval_s, {0.01, 5.0}, "s",
-              "least time between keyframes: every image of a host at 10 Hz, every second one at "
-              "20 Hz; the paper's windows have 0.22 as in DRT's release"),
+              "maximum number of keyframes in a window; the paper has 10 (V-D)"),
+      advancedKey("min_keyframes", &o->min_keyframes, {kMinKeyframes, 50}, "",
+                  "a window with fewer has the status too_few_keyframes"),
+      userKey(
+          "min_interval_s", &o->min_interval_s, {0.01, 5.0}, "s",
+          "minimum time between keyframes: every image at 10 Hz, every second one at 20 Hz; the "
+          "paper's windows have 0.22 as in DRT's release"),
       userKey("max_span_s", &o->max_span_s, {0.0, 60.0}, "s",
-              "longest time from the first to the last keyframe: a window that grows past "
-              "`keyframes` times min_interval_s has its keyframes spread over its length up to "
-              "this; 0: it does not grow past that"),
+              "maximum time from the first to the last keyframe: beyond `keyframes` times "
+              "min_interval_s the keyframes are spread over the window up to this length; 0: the "
+              "window does not expand beyond that"),
       userKey("max_frame_gap_s", &o->max_frame_gap_s, {0.05, 10.0}, "s",
               "a longer gap between images ends the window (blackout)"),
       userKey("max_imu_gap_s", &o->max_imu_gap_s, {0.001, 1.0}, "s",
@@ -62,14 +66,14 @@ OptionTable optionTable(WindowOptions* o) {
 
 OptionTable optionTable(InertialOptions* o) {
   return {
-      userKey(
+      advancedKey(
           "accel_noise_factor", &o->accel_noise_factor, {0.0, 100.0}, "",
-          "factor on noise.accel_density; 0: the noise is measured from the samples of the "
-          "window (vibration) and its motion, with the data sheet as floor. Recorded EuRoC "
-          "flights come to 9 to 12 (medians), hand-held recordings and simulated IMUs to 2 to 4"),
-      userKey("gyro_noise_factor", &o->gyro_noise_factor, {0.0, 100.0}, "",
-              "factor on noise.gyro_density; 0: measured, as that of the accelerometer. Recorded "
-              "EuRoC flights come to 2 to 3 (medians), simulated IMUs to 1 to 1.5"),
+          "factor on noise.accel_density; 0: measured from the samples of the window (vibration) "
+          "and its motion, at least 1. Recorded EuRoC flights have 9 to 12 (medians), hand-held "
+          "recordings and simulated IMUs 2 to 4"),
+      advancedKey("gyro_noise_factor", &o->gyro_noise_factor, {0.0, 100.0}, "",
+                  "factor on noise.gyro_density; 0: measured, at least 1. Recorded EuRoC flights "
+                  "have 2 to 3 (medians), simulated IMUs 1 to 1.5"),
       userKey("accel_bias_prior", &o->accel_bias_prior, {1e-6, 10.0}, "m/s^2",
               "standard deviation of the accelerometer bias before any data; 0.1 is the turn-on "
               "bias of a MEMS sensor"),
@@ -81,7 +85,7 @@ OptionTable optionTable(InertialOptions* o) {
 OptionTable optionTable(MultiGapBiasOptions* o) {
   return {
       advancedKey("max_gap", &o->max_gap, {1, 8}, "keyframes",
-                  "largest gap between the keyframes of a pair; gaps are 1, 2, 4 and 8, and 1 "
+                  "maximum gap between the keyframes of a pair; gaps are 1, 2, 4 and 8, and 1 "
                   "leaves consecutive pairs only (ablation)"),
       advancedKey("min_points_per_pair", &o->min_points_per_pair, {5, 1000}, "",
                   "keyframe pairs with fewer common points are neither used nor tested"),
@@ -90,7 +94,7 @@ OptionTable optionTable(MultiGapBiasOptions* o) {
       advancedKey("cauchy_sigmas", &o->cauchy_sigmas, {0.1, 1e6}, "sigma",
                   "vanishing-point residual beyond which it loses weight"),
       advancedKey("max_bias", &o->max_bias, {1e-3, 10.0}, "rad/s",
-                  "a larger answer is a numerical failure"),
+                  "a larger estimate is a numerical failure"),
   };
 }
 
@@ -107,14 +111,14 @@ OptionTable optionTable(RobustBiasOptions* o) {
   OptionTable table = {
       advancedKey(
           "candidates", &o->candidates, {0, kMaxBiasCandidates}, "",
-          "further starts tried, at most, where the first solution is not clean; there are three"),
+          "maximum number of further starts if the first solution is not clean; there are three"),
       advancedKey("clean_inlier_fraction", &o->clean_inlier_fraction, kShare, "",
-                  "share of agreeing sightings from which a solution is clean and taken as it is"),
+                  "fraction of agreeing observations above which a solution is clean and kept"),
       advancedKey("clean_cost", &o->clean_cost, {0.0, 10.0}, "sigma^2",
-                  "mean truncated squared residual up to which it is. Right solutions of clean "
-                  "windows have 0.9, one in ten 1.1; wrong minima mostly 1.2 to 2.4"),
+                  "mean truncated squared residual below which it is. Correct solutions of clean "
+                  "windows have 0.9, one in ten 1.1; incorrect minima mostly 1.2 to 2.4"),
       advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
-                  "a smaller share of agreeing sightings is no consensus"),
+                  "a smaller fraction of agreeing observations is no consensus"),
   };
   appendSection("refinement", optionTable(&o->refinement), {}, &table);
   appendSection("pruning", optionTable(&o->pruning), {}, &table);
@@ -136,16 +140,16 @@ OptionTable optionTable(VanishingPointOptions* o) {
                   "fewer lines make no vanishing point. Among 25 lines without a common direction "
                   "four meet by chance nine times in ten, eight once in thirty"),
       advancedKey("match_threshold_deg", &o->match_threshold_deg, {0.1, 45.0}, "deg",
-                  "largest angle between the direction predicted by the gyroscope and the observed "
-                  "one, to be the same vanishing point"),
+                  "maximum angle between the direction predicted by the gyroscope and the observed "
+                  "one of the same vanishing point"),
       advancedKey("covariance_inflation", &o->covariance_inflation, {0.1, 1e4}, "",
                   "on the covariance of a direction: clutter among the inliers is not in it",
                   kSlim),
       advancedKey("min_track_age", &o->min_track_age, {1, 100}, "keyframes",
                   "younger vanishing points are not used (A_min of the paper)", kSlimPaper),
       advancedKey("consistency_threshold_deg", &o->consistency_threshold_deg, {0.01, 20.0}, "deg",
-                  "largest rms of the inliers (t_vp of the paper). Lines spread evenly up to t_in "
-                  "have 0.58 t_in, so this tells a bundle that is no vanishing point",
+                  "maximum rms of the inliers (t_vp of the paper). Lines spread evenly up to t_in "
+                  "have 0.58 t_in, so this rejects a bundle that is no vanishing point",
                   kSlimPaper),
   };
 }
@@ -153,9 +157,9 @@ OptionTable optionTable(VanishingPointOptions* o) {
 OptionTable optionTable(AlignmentOptions* o) {
   return {
       advancedKey("min_track_length", &o->min_track_length, {3, 50}, "keyframes",
-                  "shorter tracks are not used: two views say nothing about relative scale"),
+                  "shorter tracks are not used: two views do not determine the relative scale"),
       advancedKey("min_tracks", &o->min_tracks, {1, 10000}, "",
-                  "fewer tracks of that length are answered with too_few_tracks"),
+                  "fewer tracks of that length have the status too_few_tracks"),
       advancedKey("min_parallax_rad", &o->min_parallax_rad, {0.0, 0.1}, "rad",
                   "tracks with less rotation-compensated parallax are not used"),
       advancedKey("use_line_rows", &o->use_line_rows,
@@ -165,8 +169,8 @@ OptionTable optionTable(AlignmentOptions* o) {
 
 OptionTable optionTable(ReverseAlignmentOptions* o) {
   return {
-      advancedKey("min_scale", &o->min_scale, {1e-6, 1e3}, "m", "smallest scale searched"),
-      advancedKey("max_scale", &o->max_scale, {1e-3, 1e6}, "m", "largest scale searched"),
+      advancedKey("min_scale", &o->min_scale, {1e-6, 1e3}, "m", "minimum scale searched"),
+      advancedKey("max_scale", &o->max_scale, {1e-3, 1e6}, "m", "maximum scale searched"),
       advancedKey("grid", &o->grid, {3, 10000}, "", "points of the logarithmic grid between them"),
       advancedKey("length_weight", &o->length_weight, {1.0, 1e9}, "",
                   "weight of the length of the trajectory (kappa), in units of the mean diagonal "
@@ -191,23 +195,23 @@ OptionTable optionTable(RefinementOptions* o) {
       advancedKey("cauchy_sigmas", &o->cauchy_sigmas, {0.5, 1e6}, "sigma",
                   "residual beyond which it loses weight"),
       advancedKey("min_sigma_px", &o->min_sigma_px, {0.01, 10.0}, "px",
-                  "floor of the estimated noise of a point: tracks drift together, which their "
-                  "scatter does not show. The front end's are 0.13 to 0.22 px off between "
-                  "keyframes (docs/benchmark.md)"),
+                  "minimum of the estimated noise of a point: tracks drift together, which their "
+                  "scatter does not show. Those of the front end have errors of 0.13 to 0.22 px "
+                  "between keyframes"),
       advancedKey("reject_sigmas", &o->reject_sigmas, {1.0, 100.0}, "sigma",
-                  "observations beyond are taken out before the second solve"),
+                  "observations beyond are removed before the second solve"),
       advancedKey("min_reject_px", &o->min_reject_px, {0.01, 100.0}, "px",
-                  "observations below are never taken out"),
+                  "observations below are never removed"),
       advancedKey(
           "min_line_views", &o->min_line_views, {2, 15}, "keyframes",
-          "a line seen in fewer is not used: two views of a line say nothing about the motion"),
+          "a line seen in fewer is not used: two views of a line do not constrain the motion"),
       advancedKey(
           "line_agreement_sigmas", &o->line_agreement_sigmas, {1.0, 1e3}, "sigma",
           "departure from one line in space, seen from the start, at which a line track is cut, in "
           "standard deviations of an end point; leaves a margin for the error of the start"),
       advancedKey("suspicious_chi2", &o->suspicious_chi2, {0.0, 1e6}, "",
-                  "visual chi-square per degree of freedom above which a minimum is searched for "
-                  "again. Right ones have 0.6 to 1.1, and a search in vain costs little"),
+                  "visual chi-square per degree of freedom above which other minima are searched. "
+                  "Correct ones have 0.6 to 1.1"),
   };
 }
 
@@ -215,25 +219,25 @@ OptionTable optionTable(SlimOptions* o) {
   return {
       advancedKey("vanishing_points", &o->vanishing_points,
                   "vanishing points in the gyroscope bias and in the refinement (ablation)"),
-      advancedKey(
-          "prune_tracks", &o->prune_tracks,
-          "take out tracks that contradict the consensus bias or stand still in the image of a "
-          "turning camera (ablation)"),
+      advancedKey("prune_tracks", &o->prune_tracks,
+                  "remove tracks that contradict the consensus bias or are static in the image of "
+                  "a turning "
+                  "camera (ablation)"),
       advancedKey("prune_lines", &o->prune_lines,
-                  "cut line tracks where they contradict the start (ablation)"),
+                  "cut line tracks that contradict the start (ablation)"),
       advancedKey("reverse_start", &o->reverse_start,
                   "start from the reverse alignment (ablation)"),
       advancedKey("tight_start", &o->tight_start,
                   "start from the closed-form tight alignment (ablation)"),
-      advancedKey("refine", &o->refine, "0: the first start is the answer (ablation)"),
+      advancedKey("refine", &o->refine, "0: the first start is the estimate (ablation)"),
       advancedKey("estimate_calibration", &o->estimate_calibration,
                   "extrinsics, td and readout time are estimated within calibration_sigmas; off: "
                   "they are taken as exact"),
       advancedKey("second_search", &o->second_search,
-                  "search for a lower minimum where the first looks wrong (ablation)"),
+                  "search for a lower minimum if the first is suspicious (ablation)"),
       advancedKey("few_tracks", &o->few_tracks, {0, 100000}, "",
-                  "with fewer point tracks it is searched for in any case: one bad track among a "
-                  "dozen bends the minimum without showing, and the search is cheap"),
+                  "with fewer point tracks that search always runs: one bad track among a dozen "
+                  "biases the minimum without a larger residual"),
   };
 }
 
@@ -243,73 +247,71 @@ namespace {
 OptionTable motionGateTable(GateOptions* o) {
   return {
       userKey("min_parallax_px", &o->min_parallax_px, {0.0, 1e3}, "px",
-              "median over the tracks of their motion without rotation; less is no translation"),
+              "minimum of the median track motion after the rotation is removed: translation"),
       advancedKey(
           "min_least_parallax_px", &o->min_least_parallax_px, {0.0, 1e3}, "px",
-          "as min_parallax_px, where every other gate of slim passes: the posterior knows better "
-          "whether a few pixels are enough, but a window without translation has a small "
-          "and definite shape made of noise"),
-      advancedKey(
-          "min_rotation_deg", &o->min_rotation_deg, {0.0, 180.0}, "deg",
-          "without translation: less rotation over the window is stationary, more a pure rotation"),
+          "as min_parallax_px if every other gate of slim passes: the posterior decides better "
+          "whether a few pixels are enough, but without translation noise alone makes a small "
+          "definite shape"),
+      advancedKey("min_rotation_deg", &o->min_rotation_deg, {0.0, 180.0}, "deg",
+                  "without translation: less rotation over the window is stationary, more is pure "
+                  "rotation"),
       advancedKey("max_rest_deviation", &o->max_rest_deviation, {0.0, 100.0}, "m/s^2",
-                  "without translation: deviation as of min_excitation up to which the window is "
-                  "at rest; above it the vehicle accelerates and the scene is too far to show it"),
+                  "without translation: maximum deviation (as min_excitation) of a window at rest; "
+                  "above it the vehicle accelerates and the scene is too far away"),
       userKey("min_excitation", &o->min_excitation, {0.0, 100.0}, "m/s^2",
-              "rms deviation of the specific force from its mean over the window; less is motion "
-              "at constant velocity, in which the scale is not observable"),
+              "minimum rms deviation of the specific force from its mean over the window; at "
+              "constant velocity the scale is not observable"),
   };
 }
 
 // Gates on the estimate and the calibration that `slim` has.
 OptionTable slimGateTable(GateOptions* o) {
   return {
-      userKey("max_chi2", &o->max_chi2, {0.1, 1e6}, "",
-              "visual chi-square per degree of freedom at the calibration's noise, before "
-              "rejection; more is refused. Wrong minima have 1.5 to 30",
-              kSlim),
-      userKey(
+      advancedKey("max_chi2", &o->max_chi2, {0.1, 1e6}, "",
+                  "maximum visual chi-square per degree of freedom at the configured noise, before "
+                  "rejection. Incorrect minima have 1.5 to 30",
+                  kSlim),
+      advancedKey(
           "max_inertial_chi2", &o->max_inertial_chi2, {0.0, 1e6}, "",
-          "cost of IMU factors and bias priors per residual row; more is refused. 1 is what the "
-          "assumed noise predicts; right windows of ten keyframes have 0.16 on recorded EuRoC "
-          "flights (median; 99 % of them less than 0.66) and 0.38 on hand-held images (0.64)",
+          "maximum cost of IMU factors and bias priors per residual row; the assumed noise "
+          "predicts 1. Correct windows of ten keyframes have 0.16 on recorded EuRoC flights "
+          "(median; 99 % below 0.66) and 0.38 on hand-held images (0.64)",
           kSlim),
       advancedKey(
           "max_inertial_chi2_short", &o->max_inertial_chi2_short, {0.0, 1e6}, "",
-          "as max_inertial_chi2, below eight keyframes: right ones have 0.07 to 0.11 on recorded "
-          "flights (medians; 99 % have less than 0.58), up to 0.64 on hand-held images and 0.8 "
-          "there with td off by 20 ms. Trajectories far too small, which fit the images, are found "
-          "by other_scale",
+          "as max_inertial_chi2, below eight keyframes: correct windows have 0.07 to 0.11 on "
+          "recorded flights (medians; 99 % below 0.58), up to 0.64 on hand-held images and 0.8 "
+          "with a td error of 20 ms. The gate other_scale rejects trajectories that are far too "
+          "small",
           kSlim),
-      userKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
-              "share of the point sightings left after pruning and rejection; less is refused",
-              kSlim),
-      advancedKey("min_point_spread_deg", &o->min_point_spread_deg, {0.0, 90.0}, "deg",
-                  "rms angle over which the points of an image are spread; less is refused, "
-                  "because points in one spot are one point",
+      advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
+                  "minimum fraction of the point observations left after pruning and rejection",
                   kSlim),
+      advancedKey("min_point_spread_deg", &o->min_point_spread_deg, {0.0, 90.0}, "deg",
+                  "minimum rms angle over which the points of an image are spread", kSlim),
       userKey("max_extrinsic_error_deg", &o->max_extrinsic_error_deg, {0.0, 180.0}, "deg",
-              "estimated error of the extrinsic rotation less 2.5 standard deviations; more is "
-              "refused. Ten degrees are estimated reliably",
+              "maximum estimated error of the extrinsic rotation, less 2.5 standard deviations; "
+              "errors up to 10 deg are estimated reliably",
               kSlim),
       userKey("max_td_error_s", &o->max_td_error_s, {0.0, 1.0}, "s",
-              "the same of the time offset between camera and IMU. 50 ms are estimated reliably",
+              "the same of the time offset between camera and IMU; errors up to 50 ms are "
+              "estimated reliably",
               kSlim),
       advancedKey("max_extrinsic_sigma_deg", &o->max_extrinsic_sigma_deg, {0.01, 180.0}, "deg",
-                  "standard deviation of an extrinsic rotation that was unknown; more is "
-                  "answered with too_little_excitation. With 2, one answer in four was off by more "
-                  "than 1 deg; with 0.5, one in twenty",
+                  "maximum standard deviation of an extrinsic rotation that was unknown; above it "
+                  "the status is too_little_excitation. With 2, one estimate in four has an error "
+                  "above 1 deg; with 0.5, one in twenty",
                   kSlim),
       advancedKey(
           "max_mean_acceleration", &o->max_mean_acceleration, {0.1, 1000.0}, "m/s^2",
-          "change of the velocity over the window by its length; more is refused. A quiet "
-          "motion far from everything fits a fall along a tilted gravity as well: 11 there; "
-          "recorded flights have 4 at most",
+          "maximum change of the velocity over the window by its length. A quiet motion far from "
+          "everything also fits a fall along a tilted gravity, with 11; recorded flights have up "
+          "to 4",
           kSlim),
-      advancedKey(
-          "max_behind_fraction", &o->max_behind_fraction, kShare, "",
-          "share of the point tracks behind the camera by over three sigma; more is refused",
-          kSlim),
+      advancedKey("max_behind_fraction", &o->max_behind_fraction, kShare, "",
+                  "maximum fraction of the point tracks behind the camera by more than three sigma",
+                  kSlim),
   };
 }
 
@@ -317,11 +319,11 @@ OptionTable slimGateTable(GateOptions* o) {
 OptionTable alignmentGateTable(GateOptions* o) {
   return {
       advancedKey("min_linkage", &o->min_linkage, {1.0, 1e12}, "",
-                  "ratio of the second to the first eigenvalue of the translation system; less "
-                  "means that the tracks do not link the window",
+                  "minimum ratio of the second to the first eigenvalue of the translation system: "
+                  "the tracks link the window",
                   kComparedLigt),
       advancedKey("max_alignment_residual", &o->max_alignment_residual, {0.0, 1e3}, "m, m/s",
-                  "rms residual of the velocity and position rows over the window; more is refused",
+                  "maximum rms residual of the velocity and position rows over the window",
                   {"slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
   };
 }
@@ -332,9 +334,10 @@ OptionTable optionTable(GateOptions* o) {
   const OptionWord mode =
       wordOption<GateMode>(&o->mode, {GateMode::kOwn, GateMode::kOn, GateMode::kOff});
   OptionTable table = {
-      userKey("mode", mode,
-              "own: as the method was published, on for slim and off for methods that have none; "
-              "on: enforced for every method; off: only reported"),
+      advancedKey(
+          "mode", mode,
+          "own: as the method was published, on for slim and off for methods without gates; "
+          "on: enforced for every method; off: only reported"),
   };
   const auto add = [&table](const OptionTable& rows) {
     table.insert(table.end(), rows.begin(), rows.end());
@@ -342,14 +345,18 @@ OptionTable optionTable(GateOptions* o) {
   add(motionGateTable(o));
   add({
       userKey("max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
-              "relative standard deviation of the scale; more is refused",
-              {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
-      userKey(
-          "max_scale_sigma_growing", &o->max_scale_sigma_growing, {0.0, 10.0}, "",
-          "as max_scale_sigma, of a window that is not full yet (0.9 of window.max_span_s): who "
-          "asks at every image gets the first yes, at a sigma just below the bound; 1.5 times "
-          "this once it is full",
-          {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
+              "maximum relative standard deviation of the scale in a full window (0.9 of "
+              "window.max_span_s or longer): an error of 25 % is beyond three of them",
+              kWithScaleSigma),
+      userKey("max_scale_sigma_expanding", &o->max_scale_sigma_expanding, {0.0, 10.0}, "",
+              "the same in a window that is not full yet; lower, because solving at every image "
+              "accepts the first estimate under the bound",
+              kWithScaleSigma),
+      advancedKey(
+          "max_scale_sigma_fixed_size", &o->max_scale_sigma_fixed_size, {0.0, 10.0}, "",
+          "as max_scale_sigma if window.min_keyframes equals window.keyframes: such windows "
+          "are solved once, when they are full",
+          kWithScaleSigma),
   });
   add(slimGateTable(o));
   add(alignmentGateTable(o));
@@ -359,22 +366,22 @@ OptionTable optionTable(GateOptions* o) {
 OptionTable optionTable(ProvisionalOptions* o) {
   return {
       userKey("enabled", &o->enabled,
-              "offer states with a covariance before the scale is known, from 0.2 s on: status "
-              "provisional. For hosts that take them as a prior; others wait on"),
-      advancedKey("keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
-                  "most keyframes of a young window: half a second of images at 20 Hz"),
+              "1: also return provisional states with a covariance before the scale is known, from "
+              "0.2 s on (status provisional), for estimators that take a prior"),
+      advancedKey(
+          "keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
+          "maximum number of keyframes of the short window: half a second of images at 20 Hz"),
       advancedKey("min_interval_s", &o->min_interval_s, {0.005, 1.0}, "s",
-                  "least time between its keyframes: every image at 20 Hz"),
+                  "minimum time between its keyframes: every image at 20 Hz"),
       advancedKey("max_velocity_sigma", &o->max_velocity_sigma, {0.0, 100.0}, "m/s",
-                  "standard deviation of the newest velocity along its worst axis; more is not "
-                  "offered. An estimator started with a velocity wrong by less than 1 m/s ends "
-                  "well"),
+                  "maximum standard deviation of the newest velocity along its worst axis. An "
+                  "estimator recovers from initial velocity errors below 1 m/s"),
       advancedKey("max_tilt_sigma_deg", &o->max_tilt_sigma_deg, {0.0, 90.0}, "deg",
                   "the same of the newest attitude against gravity"),
       advancedKey(
           "max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
-          "standard deviation of the logarithm of the scale. Beyond, the density is that of "
-          "the priors, and its mean is drawn to zero"),
+          "maximum standard deviation of the logarithm of the scale; beyond, the priors dominate "
+          "and draw the mean to zero"),
       advancedKey("speed_prior", &o->speed_prior, {0.01, 1e3}, "m/s",
                   "standard deviation of a velocity before any data, per axis; raise it for fast "
                   "vehicles"),
@@ -411,29 +418,25 @@ OptionTable optionTable(Calibration* c) {
 
 OptionTable optionTable(CalibrationSigmas* s) {
   return {
-      advancedKey(
-          "rotation_deg", &s->rotation_deg, {0.0, 180.0}, "deg",
-          "how far extrinsicRotation may be off, per axis (standard deviation); 90 or more: it "
-          "is unknown. estimate_extrinsic of the host's file raises it to 5 and 180"),
-      advancedKey(
-          "translation_m", &s->translation_m, {0.0, 1.0}, "m",
-          "how far extrinsicTranslation may be off, per axis; estimate_extrinsic raises it to "
-          "0.05"),
-      advancedKey("td_s", &s->td_s, {0.0, 0.5}, "s",
-                  "how far td may be off; estimate_td of the host's file raises it to 0.03"),
-      advancedKey("readout_s", &s->readout_s, {0.0, 0.1}, "s",
-                  "how far rolling_shutter_tr may be off; used for a rolling shutter only"),
+      userKey("rotation_deg", &s->rotation_deg, {0.0, 180.0}, "deg",
+              "standard deviation of extrinsicRotation, per axis; 90 or more: unknown. "
+              "estimate_extrinsic 1 and 2 set it to 5 and 180; a value here replaces theirs"),
+      userKey("translation_m", &s->translation_m, {0.0, 1.0}, "m",
+              "the same of extrinsicTranslation; estimate_extrinsic sets it to 0.05"),
+      userKey("td_s", &s->td_s, {0.0, 0.5}, "s", "the same of td; estimate_td sets it to 0.03"),
+      userKey("readout_s", &s->readout_s, {0.0, 0.1}, "s",
+              "the same of rolling_shutter_tr; used with a rolling shutter only"),
   };
 }
 
 OptionTable optionTable(ImuNoise* n) {
   return {
       userKey("gyro_density", &n->gyro_density, {1e-8, 1.0}, "rad/s/sqrt(Hz)",
-              "white noise of the gyroscope from its data sheet, not the host's gyr_n; the default "
-              "is EuRoC's ADIS16448"),
+              "white noise of the gyroscope from its data sheet, not gyr_n; the default is EuRoC's "
+              "ADIS16448"),
       userKey(
           "accel_density", &n->accel_density, {1e-7, 10.0}, "m/s^2/sqrt(Hz)",
-          "white noise of the accelerometer from its data sheet, not the host's acc_n; likewise"),
+          "white noise of the accelerometer from its data sheet, not acc_n; the default likewise"),
   };
 }
 
@@ -441,8 +444,8 @@ OptionTable optionTable(ImuLimits* l) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {
       userKey("max_accel", &l->max_accel, {19.6, kInfinity}, "m/s^2",
-              "a sample with more on an axis is a glitch and dropped; 160 is just above 16 g. "
-              "No MEMS sensor's range ends below 2 g: a limit given in g is refused"),
+              "samples with more on an axis are discarded and counted; 160 is just above 16 g. "
+              "Values below 2 g are refused: such a limit was given in g"),
       userKey("max_gyro", &l->max_gyro, {2.1, kInfinity}, "rad/s",
               "the same; 35 is just above 2000 deg/s"),
   };
@@ -457,7 +460,7 @@ std::string WindowOptions::validate() const {
       .ordered("min_keyframes", min_keyframes, "keyframes", keyframes)
       .ordered("max_span_s", max_span_s, "buffer_s", buffer_s)
       // Frames come at their own pace, so that keyframes lie up to twice as far apart.
-      .ordered("twice the least length of a full window", 2.0 * (keyframes - 1) * min_interval_s,
+      .ordered("twice the minimum length of a full window", 2.0 * (keyframes - 1) * min_interval_s,
                "buffer_s", buffer_s)
       .message();
 }

@@ -125,8 +125,8 @@ std::string InitResult::validate() const {
     if (!gate.enforced || gate.passed) continue;
     std::ostringstream out;
     out << verdict << " although the enforced gate " << toString(gate.name)
-        << " failed: " << gate.value << ", must be at " << (gate.upper_bound ? "most " : "least ")
-        << gate.threshold;
+        << " failed: " << gate.value << (gate.upper_bound ? " (limit " : " (minimum ")
+        << gate.threshold << ")";
     return out.str();
   }
   return "";

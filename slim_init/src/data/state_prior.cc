@@ -39,7 +39,7 @@ std::string StatePrior::validate() const {
   if (const double least = covariance.diagonal().minCoeff(); least < 0.0) {
     std::ostringstream message;
     message << "the covariance of the last healthy state has " << least
-            << " on its diagonal, must be at least 0";
+            << " on its diagonal (minimum 0)";
     return message.str();
   }
   if (!((covariance - covariance.transpose()).norm() <= kSymmetry * covariance.norm())) {

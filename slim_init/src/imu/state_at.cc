@@ -64,7 +64,7 @@ std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double 
   for (; sample != imu.end() && std::prev(sample)->t < t_to; ++sample) {
     const double gap = sample->t - std::prev(sample)->t;
     if (gap > max_gap_s) {
-      out << "the IMU data have a gap of " << gap << " s, may be " << max_gap_s << " s";
+      out << "gap in the IMU data " << gap << " s (limit " << max_gap_s << " s)";
       return out.str();
     }
   }
@@ -84,7 +84,7 @@ bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gra
   std::vector<NavState> result;
   result.reserve(times.size());
   for (const double t : times) {
-    if (!std::isfinite(t)) return refuse("a time asked for is not finite");
+    if (!std::isfinite(t)) return refuse("a requested time is not finite");
     const auto right = std::lower_bound(keyframes.begin(), keyframes.end(), t,
                                         [](const NavState& s, double time) { return s.t < time; });
     const bool before = right == keyframes.begin();
@@ -97,8 +97,8 @@ bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gra
     const double reach = before ? b.t - t : after ? t - a.t : 0.0;
     if (reach > options.max_reach_s) {
       std::ostringstream out;
-      out << "a state is asked for " << reach << " s " << (before ? "before" : "after")
-          << " the window, may be " << options.max_reach_s << " s";
+      out << "the requested time is " << reach << " s " << (before ? "before" : "after")
+          << " the window (limit " << options.max_reach_s << " s)";
       return refuse(out.str());
     }
     const std::string problem =

@@ -154,8 +154,8 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_po
     turns = turnsOf(*seen, pairs);
     out.pairs = static_cast<int>(turns.size());
     if (out.pairs < kMinPairs) {
-      message << "the extrinsic rotation is unknown, and " << out.pairs
-              << " keyframe pairs have enough points to measure it, needs " << kMinPairs;
+      message << "the extrinsic rotation is unknown: " << out.pairs
+              << " keyframe pairs with enough points to measure it (minimum " << kMinPairs << ")";
       out.message = message.str();
       return out;
     }
@@ -186,13 +186,13 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_po
   }
   out.valid = out.sigma_deg <= kMaxHandEyeSigmaDeg;
   if (out.valid) return out;
-  message << "the extrinsic rotation is unknown, and the motion determines it to ";
+  message << "the extrinsic rotation is unknown: its standard deviation from the motion ";
   if (std::isfinite(out.sigma_deg)) {
     message << std::lround(std::min(out.sigma_deg, 180.0)) << " deg";
   } else {
-    message << "nothing";
+    message << "not measured";
   }
-  message << ", needs " << kMaxHandEyeSigmaDeg << " deg: rotate about "
+  message << " (limit " << kMaxHandEyeSigmaDeg << "): rotate about "
           << leastTurnedAxis(squaredTurns(turns));
   out.message = message.str();
   return out;

@@ -41,10 +41,6 @@ inline constexpr double kGolden = 0.6180339887498949;
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
 inline constexpr double kMinOtherScaleRise = 16.0;
 
-/// Bound on the relative standard deviation of the scale of a full window that has grown, over that
-/// of a growing one: an error of 25 % is beyond three standard deviations.
-inline constexpr double kFullOverGrowing = 1.5;
-
 // ---- Agreement of successive answers (slim_init/answer_sequence.h)
 
 /// Two instants are the same when they are this close [s]: nearer than two images.

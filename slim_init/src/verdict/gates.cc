@@ -154,8 +154,8 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
   const auto explain = [](const char* what, double error, double sigma, const char* unit) {
     std::ostringstream out;
     out.precision(2);
-    out << what << " is off by about " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
-        << "); its lower bound at " << kCertainSigmas << " sigma";
+    out << what << " error about " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
+        << "), less " << kCertainSigmas << " sigma:";
     return out.str();
   };
   const auto certain = [](double error, double sigma) {
@@ -171,8 +171,8 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                              InitStatus::kInconsistentResiduals));
   } else {
     gates.push_back(makeGate(GateName::kExtrinsicSigma,
-                             "standard deviation of the unknown extrinsic rotation (rotate about "
-                             "another axis, too)",
+                             "standard deviation of the unknown extrinsic rotation (also rotate "
+                             "about another axis)",
                              "deg", found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg,
                              true, InitStatus::kTooLittleExcitation));
   }
@@ -205,12 +205,12 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options) {
   GateOptions gates = options;
-  const bool grows = window_options.min_keyframes < window_options.keyframes;
   const bool is_full = spanOf(window) >= AnswerSequence::kFullShare * window_options.fullSpan();
-  if (is_full && !grows) return gates;
-  const double share = is_full ? kFullOverGrowing : 1.0;
-  gates.max_scale_sigma =
-      std::min(options.max_scale_sigma, share * options.max_scale_sigma_growing);
+  if (!is_full) {
+    gates.max_scale_sigma = options.max_scale_sigma_expanding;
+  } else if (window_options.min_keyframes == window_options.keyframes) {
+    gates.max_scale_sigma = options.max_scale_sigma_fixed_size;
+  }
   return gates;
 }
 
@@ -219,12 +219,12 @@ namespace {
 std::string explainOtherScale(const PosteriorMeasures& measures) {
   std::ostringstream out;
   out.precision(3);
-  out << "cost of another scale";
+  out << "another scale";
   if (std::isfinite(measures.other_scale)) {
-    out << ", mean baseline " << measures.other_scale << " m instead of " << measures.scale
-        << " m,";
+    out << " (mean baseline " << measures.other_scale << " m instead of " << measures.scale
+        << " m)";
   }
-  out << " above that of the answer";
+  out << " fits nearly as well: cost difference";
   return out.str();
 }
 
@@ -243,10 +243,10 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                measures.keyframes < kShortWindow ? options.max_inertial_chi2_short
                                                  : options.max_inertial_chi2,
                true, InitStatus::kInconsistentResiduals),
-      makeGate(GateName::kInlierFraction, "share of the point observations kept", "",
+      makeGate(GateName::kInlierFraction, "fraction of the point observations kept", "",
                measures.inlier_fraction, options.min_inlier_fraction, false,
                InitStatus::kInconsistentResiduals),
-      makeGate(GateName::kBehindFraction, "share of the points behind the camera", "",
+      makeGate(GateName::kBehindFraction, "fraction of the points behind the camera", "",
                measures.behind_fraction, options.max_behind_fraction, true,
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kMeanAcceleration, "mean acceleration over the window", "m/s^2",
@@ -282,9 +282,9 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, doubl
 
 GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
   const char* what = std::isfinite(disagreement_sigmas)
-                         ? "difference of the scale from that of the answer before"
-                         : "difference of the scale from that of an answer before, of which there "
-                           "is none,";
+                         ? "difference of the scale from the earlier solves"
+                         : "consistency check not possible yet: too few earlier solves to compare "
+                           "the scale with";
   return makeGate(GateName::kAgreement, what, "sigma", disagreement_sigmas, max_disagreement, true,
                   InitStatus::kScaleTooUncertain);
 }
@@ -293,13 +293,15 @@ std::string describe(const GateValue& gate) {
   std::ostringstream out;
   out.precision(3);
   out << gate.explanation;
+  // Says all there is to say.
+  if (gate.name == GateName::kAgreement && !std::isfinite(gate.value)) return out.str();
   if (std::isfinite(gate.value)) {
-    out << " is " << gate.value;
+    out << ' ' << gate.value;
     if (!gate.unit.empty()) out << ' ' << gate.unit;
   } else {
-    out << " could not be measured";
+    out << " not measured";
   }
-  out << ", must be at " << (gate.upper_bound ? "most " : "least ") << gate.threshold;
+  out << (gate.upper_bound ? " (limit " : " (minimum ") << gate.threshold << ')';
   return out.str();
 }
 

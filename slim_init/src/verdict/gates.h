@@ -65,10 +65,9 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options);
 
-/// The bounds in force for a window: `options` with max_scale_sigma replaced, where that is
-/// tighter, by max_scale_sigma_growing for a window that is not full (AnswerSequence::kFullShare),
-/// and by one and a half times that (kFullOverGrowing) for a full one that has grown: it is asked
-/// at every image as well.
+/// The bounds in force for a window: `options` with max_scale_sigma replaced by
+/// max_scale_sigma_expanding if the window is not full (AnswerSequence::kFullShare), and by
+/// max_scale_sigma_fixed_size if it is and all windows have one number of keyframes.
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options);
 
@@ -116,11 +115,11 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, doubl
                                         double tilt_sigma_deg, GateOptions options,
                                         const ProvisionalOptions& provisional);
 
-/// Gate "agreement" (scale too uncertain): difference of the log scale from the answer before, in
-/// its standard deviations; NaN where there is none (AnswerSequence).
+/// Gate "agreement" (scale too uncertain): difference of the log scale from the earlier solves, in
+/// its standard deviations; NaN if there are too few of them (AnswerSequence).
 GateValue agreementGate(double disagreement_sigmas, double max_disagreement);
 
-/// Message with what the gate measured and what it needs.
+/// "EXPLANATION VALUE UNIT (limit BOUND)", "(minimum BOUND)" for a lower bound.
 std::string describe(const GateValue& gate);
 
 /// Enforces the gates of `slim`: all of them unless `mode` is kOff, with one exception. Where every

@@ -4,6 +4,7 @@
 // bounds and reasons stand in the table in src/options.cc.
 #pragma once
 
+#include <opencv2/core/mat.hpp>
 #include <string>
 
 #include "slim_init/imu_limits.h"
@@ -20,7 +21,7 @@ struct HostFrontEnd {
   int freq = 10;             ///< rate of published features; 0 is every image [Hz]
   double F_threshold = 1.0;  ///< of the host's outlier rejection [px]
   bool equalize = true;      ///< `vins`: histogram; default: dark images
-  bool fisheye = false;      ///< only the image circle is used
+  bool fisheye = false;      ///< only the image circle is used, or FrontEndOptions::mask
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -84,6 +85,10 @@ struct FrontEndOptions {
   WindowOptions window;
   ImuLimits imu;
   HostFrontEnd host;  ///< the host's own keys
+  /// Where points and ends of lines may be: not zero (CV_8UC1 of the camera's size), in place of
+  /// the image circle of HostFrontEnd::fisheye. Empty: no mask. Read by loadConfig() from the files
+  /// that `mask` and `fisheye_mask` name.
+  cv::Mat mask;
 
   /// Returns an empty string, or a message naming the field (with its section: "points.levels"),
   /// its value and the violated bound.

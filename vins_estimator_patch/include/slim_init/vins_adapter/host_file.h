@@ -20,15 +20,16 @@ struct HostFile {
   bool keep_heading = false;  ///< HostGlue::keepHeading() acts; absent: as `reinit`
   ImuLimits imu_limits;       ///< samples beyond are dropped; for messages about them
   FileCalibration rig;
-  std::string sensors_file;        ///< what is known of the sensors goes from run to run, or ""
-  std::string output_path;         ///< the host's folder for results, or ""
+  double max_wait_ms = 10.0;  ///< an image waits so long for a solve [ms]; negative: until it ends
+  std::string sensors_file;   ///< what is known of the sensors goes from run to run, or ""
+  std::string output_path;    ///< the host's folder for results, or ""
   std::vector<std::string> notes;  ///< what a person should know
 };
 
-/// Reads `initializer`, `reinit`, `watchdog`, `keep_heading`, `sensors_file` and `output_path`
-/// (without it GVINS' `output_dir`); absent keys are those of an unpatched host. On a problem
-/// returns false, leaves `file` as it was and puts a message naming file, key, value and bound into
-/// `error` (may be null).
+/// Reads `initializer`, `reinit`, `watchdog`, `keep_heading`, `sensors_file`, `max_wait_ms` and
+/// `output_path` (without it GVINS' `output_dir`); absent keys are those of an unpatched host. On a
+/// problem returns false, leaves `file` as it was and puts a message naming file, key, value and
+/// bound into `error` (may be null).
 bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 
 /// Reads the whole file and makes the adapter. Null and a message as above, also in a build without

@@ -15,21 +15,29 @@
 
 namespace slim_init {
 
-/// What a patched host finds in its own file beside our section; absent keys leave it as it was
-/// (docs/vins_mono.md).
+/// What a patched host finds in its own file beside our section; without these keys it runs as it
+/// did unpatched (docs/vins_mono.md). Ranges and reasons: docs/options.md.
 struct HostKeys {
   std::string initializer = "stock";  ///< who initializes: stock, slim or shadow
-  bool reinit = false;                ///< re-initialize on a failure and on request
-  bool watchdog = false;              ///< watch the host in flight; absent: as `reinit`
+  bool reinit = false;                ///< reinitialize on a failure and on request
+  bool watchdog = false;              ///< monitor the running host; absent: as `reinit`
   /// After each of its optimizations the host keeps the heading of its oldest frame, in place of
   /// that frame's Euler yaw; absent: as `reinit`.
   bool keep_heading = false;
-  /// What a flight teaches about the sensors is kept there for the next run; empty: nowhere. In the
-  /// file relative to output_path, here as it is opened.
+  /// Biases and calibration are kept there for the next run; empty: nowhere. In the file relative
+  /// to output_path, here as it is opened.
   std::string sensors_file;
+  /// Maximum time that an image waits for a solve [ms]; negative: until it ends.
+  double max_wait_ms = 10.0;
   std::string output_path;  ///< the host's folder for results
   /// 0: the file's extrinsic is exact for the host, 1: a guess that it improves, 2: not known.
   int estimate_extrinsic = 0;
+  bool rolling_shutter = false;     ///< rows are exposed one after the other
+  double rolling_shutter_tr = 0.0;  ///< from the first row to the last [s]
+  /// Image files that leave out parts of the image, as the file has them; empty: none. What they
+  /// leave is in FrontEndOptions::mask.
+  std::string mask;
+  std::string fisheye_mask;              ///< read with fisheye: 1
   bool extrinsic_in_one_matrix = false;  ///< body_T_cam0, as VINS-Fusion has it
   bool has_rotation = true;              ///< may be absent with estimate_extrinsic: 2 only
   bool has_translation = true;           ///< likewise
@@ -84,14 +92,16 @@ struct GeneratedFile {
   std::string text;
 };
 
-/// config/template.yaml (the host's keys that are read, and ours for users), config/advanced.yaml,
-/// config/compared_methods.yaml, docs/options.md.
+/// config/template.yaml (a rig: the host's keys, our switches and the noise of the IMU),
+/// config/user.yaml (our other keys for users), config/advanced.yaml, config/compared_methods.yaml,
+/// docs/options.md.
 std::vector<GeneratedFile> generatedFiles();
 
 /// Reads the host's configuration file: camera (model_type, image_width, image_height,
 /// projection_parameters, distortion_parameters, mirror_parameters), extrinsicRotation and
 /// extrinsicTranslation (camera to IMU), g_norm, td, rolling_shutter_tr, topics, front-end keys,
-/// and our section `slim_init:`. estimate_td and estimate_extrinsic raise Calibration::sigmas.
+/// masks, and our section `slim_init:`. estimate_td and estimate_extrinsic raise
+/// Calibration::sigmas.
 /// `acc_n` and `gyr_n` are per-sample tuning values of the host and never become our noise
 /// densities; a note says so. Keys of the host that we do not use are left alone. VINS-Fusion
 /// writes some of them otherwise, and both ways are read: cam0_calib names a file beside this one
@@ -108,7 +118,8 @@ bool loadConfig(const std::string& path, Config* config, std::string* error);
 bool loadConfig(const std::string& path, const std::string& options_path, Config* config,
                 std::string* error);
 
-/// Reads only the keys of HostKeys, whatever else the file holds. Errors as above.
+/// Reads only our switches and the folder for results (`initializer` to `output_path`), whatever
+/// else the file holds. Errors as above.
 bool loadHostKeys(const std::string& path, HostKeys* keys, std::string* error);
 
 /// Reads only the section `slim_init:` of a file onto `config`; it has to be there. Errors as
