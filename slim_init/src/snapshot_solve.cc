@@ -259,9 +259,8 @@ std::string SnapshotSolve::checkGap(double from, double to) const {
   const double gap = largestGap(imu_, from, to);
   if (!(gap > window_.options().max_imu_gap_s)) return "";
   std::ostringstream message;
-  message << "IMU data have a gap of " << gap
-          << " s between the last healthy state and the window, must be at most "
-          << window_.options().max_imu_gap_s << " s";
+  message << "gap in the IMU data between the last healthy state and the window " << gap
+          << " s (limit " << window_.options().max_imu_gap_s << " s)";
   return message.str();
 }
 

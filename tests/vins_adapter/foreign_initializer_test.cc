@@ -157,6 +157,7 @@ class ForeignInitializer : public ::testing::Test {
     oracle_ = oracle.get();
     HostOptions host;
     host.reinit = true;
+    host.max_wait_ms = -1.0;
     std::string error;
     adapter_ = HostAdapter::create(std::move(oracle), host, &error);
     EXPECT_NE(adapter_, nullptr) << error;
@@ -204,7 +205,7 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
 
   // The host flies in the true frame and fails.
   for (int k = 21; k <= 30; ++k) feed(k);
-  const HostAnswer again = adapter_->recover(stamps(30), toHostState(exact_.truth[24], 0.0));
+  const HostAnswer again = adapter_->recover(stamps(30), {toHostState(exact_.truth[24], 0.0)});
   ASSERT_TRUE(again.success()) << again.message;
   EXPECT_TRUE(again.joined);
   for (int i = 0; i < kHostFrames; ++i) {
@@ -218,14 +219,14 @@ TEST_F(ForeignInitializer, ReceivesTheHealthyStates) {
   for (int k = 0; k <= 30; ++k) feed(k);
   std::vector<HostState> healthy;
   for (int k = 20; k <= 24; ++k) healthy.push_back(toHostState(exact_.truth[k], 0.0));
-  ASSERT_TRUE(adapter_->recover(stamps(30), healthy).success());
+  ASSERT_TRUE(adapter_->recover(stamps(30), {healthy}).success());
   ASSERT_EQ(oracle_->given.size(), 2u) << "at least a quarter of a second apart";
   EXPECT_NEAR(oracle_->given[0].state.t, exact_.truth[21].t, 1e-9);
   EXPECT_NEAR(oracle_->given[1].state.t, exact_.truth[24].t, 1e-9);
   EXPECT_EQ(oracle_->given[1].state.v_w_b, exact_.truth[24].v_w_b);
   EXPECT_GT(oracle_->given[1].covariance.diagonal().tail<9>().minCoeff(), 0.0);
   oracle_->recovers = false;
-  EXPECT_EQ(adapter_->recover(stamps(30), healthy).message, "oracle has no recovery");
+  EXPECT_EQ(adapter_->recover(stamps(30), {healthy}).message, "oracle has no recovery");
 }
 
 TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
@@ -257,7 +258,7 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
     adapter_->learn(healthy);
   }
   EXPECT_EQ(adapter_->learned().known.biases.accel, healthy.Ba);
-  ASSERT_TRUE(adapter_->recover(stamps(20), healthy).success());
+  ASSERT_TRUE(adapter_->recover(stamps(20), {healthy}).success());
   EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
   EXPECT_LT(oracle_->known_sensors.biases.accel_sigma, 0.05);
   std::vector<HostState> window;

@@ -36,6 +36,7 @@ class HostAdapterTest : public ::testing::Test {
   std::unique_ptr<HostAdapter> make(const Calibration& calibration, HostOptions options = {},
                                     const ImuLimits& limits = {}) {
     options.reinit = true;
+    options.max_wait_ms = -1.0;
     InitializerOptions defaults = HostAdapter::hostDefaults();
     defaults.imu = limits;
     std::string error;
@@ -211,7 +212,7 @@ TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
   // Tilt and velocity of the failed host do not matter, position and yaw do.
   HostState last = healthy(24);
   last.V += Eigen::Vector3d(3.0, -2.0, 1.0);
-  const HostAnswer answer = adapter->recover(stamps(30), last);
+  const HostAnswer answer = adapter->recover(stamps(30), {last});
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_TRUE(answer.joined);
   expectTruth(answer, exact_.truth, 20, false, 2e-3);
@@ -251,15 +252,15 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
 TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
   const auto adapter = make();
   feed(*adapter, 0, 3);
-  EXPECT_EQ(adapter->recover(stamps(3, 4), healthy(2)).verdict.status,
+  EXPECT_EQ(adapter->recover(stamps(3, 4), {healthy(2)}).verdict.status,
             InitStatus::kTooFewKeyframes);
   HostState bad = healthy(2);
   bad.P.x() = kNotComputed;
-  EXPECT_EQ(adapter->recover(stamps(3, 4), bad).verdict.status, InitStatus::kInvalidInput);
+  EXPECT_EQ(adapter->recover(stamps(3, 4), {bad}).verdict.status, InitStatus::kInvalidInput);
   std::string error;
   const auto off = HostAdapter::create(
       makeInitializer(exact_.calibration, HostAdapter::hostDefaults()), HostOptions(), &error);
-  EXPECT_NE(off->recover(stamps(3, 4), healthy(2)).message.find("reinit: 0"), std::string::npos);
+  EXPECT_NE(off->recover(stamps(3, 4), {healthy(2)}).message.find("reinit: 0"), std::string::npos);
 }
 
 TEST_F(HostAdapterTest, LateLinesGiveTheSameAnswer) {
@@ -427,8 +428,10 @@ TEST(HostAdapterThreads, EightHostsAtOnceGiveTheAnswersOfOne) {
   const ExactWindow flight = makeExactWindow(noisy);
   const auto fly = [&flight] {
     std::vector<InitResult> answers;
+    HostOptions synchronous;
+    synchronous.max_wait_ms = -1.0;
     const auto adapter = HostAdapter::create(
-        makeInitializer(flight.calibration, HostAdapter::hostDefaults()), {}, nullptr);
+        makeInitializer(flight.calibration, HostAdapter::hostDefaults()), synchronous, nullptr);
     std::size_t next = 0;
     std::vector<double> stamps;
     for (std::size_t k = 0; k < flight.keyframes.size(); ++k) {

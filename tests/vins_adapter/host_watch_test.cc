@@ -486,6 +486,7 @@ class AdapterInFlight : public ::testing::Test {
   void fly(std::vector<ImuSample> imu, int frames = kFrames) {
     HostOptions options;
     options.reinit = options.watchdog = true;
+    options.max_wait_ms = -1.0;
     std::string error;
     adapter_ = HostAdapter::create(makeInitializer(exact_.calibration, HostAdapter::hostDefaults()),
                                    options, &error);

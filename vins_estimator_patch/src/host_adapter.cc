@@ -459,7 +459,7 @@ HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
                    solveFor(answer.stamp, healthy), lock);
   if (!solved.has_value()) {
     answer.pending = true;
-    return decline(InitStatus::kTimeLimit, "the solve has not finished");
+    return decline(InitStatus::kTooFewKeyframes, "the solve has not finished");
   }
   answer.verdict = std::move(solved->result);
   answer.solve_ms = solved->solve_ms;
@@ -559,7 +559,7 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
   answer.window.prior = firstStatePrior({window.front(), healthyCovariance()},
                                         answer.window.states.front());
   answer.joined = true;
-  answer.verdict.status = InitStatus::kTimeLimit;
+  answer.verdict.status = InitStatus::kTooFewKeyframes;
   answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
   return answer;
 }

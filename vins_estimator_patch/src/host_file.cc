@@ -46,6 +46,7 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   options.mode = read.mode;
   options.reinit = read.reinit;
   options.watchdog = read.watchdog;
+  options.max_wait_ms = read.max_wait_ms;
   options.imu = config.options.imu;
   options.estimate_td = config.estimate_td;
   options.estimate_extrinsic = config.host.estimate_extrinsic != 0;
