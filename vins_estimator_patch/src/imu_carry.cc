@@ -80,6 +80,19 @@ std::vector<ImuSample> samplesBetween(const std::deque<ImuSample>& samples, doub
   return result;
 }
 
+ImuWidening wideningOf(const std::deque<ImuDamage>& damage, double t_i, double t_j) {
+  ImuWidening result;
+  for (const ImuDamage& d : damage) {
+    const double hole = std::min(d.last, t_j) - std::max(d.first, t_i);
+    if (hole <= 0.0) continue;
+    result.damaged = true;
+    result.sigma_theta = std::hypot(result.sigma_theta, d.gyroSigma() * hole);
+    result.sigma_v = std::hypot(result.sigma_v, d.accel_sigma * hole);
+    result.sigma_p = std::hypot(result.sigma_p, 0.5 * d.accel_sigma * hole * (t_j - t_i));
+  }
+  return result;
+}
+
 bool carryState(const CarriedState& from, double t, const std::deque<ImuSample>& samples,
                 const std::deque<ImuDamage>& damage, const Eigen::Vector3d& gravity_w,
                 const ImuNoise& noise, CarriedState* result, std::string* error) {
@@ -128,10 +141,8 @@ bool carryState(const CarriedState& from, double t, const std::deque<ImuSample>&
       // Constant over the interval, so that its parts add up and not their squares.
       const double first = std::max(d.first, from.state.t);
       const double grown = (end - first) * (end - first) - (begin - first) * (begin - first);
-      const double accel = kUnknownAccel * kUnknownAccel * grown;
-      if (!d.gyro_known) {
-        c.covariance.diagonal().segment<3>(0).array() += kUnknownGyro * kUnknownGyro * grown;
-      }
+      const double accel = d.accel_sigma * d.accel_sigma * grown;
+      c.covariance.diagonal().segment<3>(0).array() += d.gyroSigma() * d.gyroSigma() * grown;
       c.covariance.diagonal().segment<3>(3).array() += accel;
       c.covariance.diagonal().segment<3>(6).array() += 0.25 * accel * (end - first) * (end - first);
     }

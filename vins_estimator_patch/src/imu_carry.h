@@ -14,10 +14,6 @@
 
 namespace slim_init::vins_adapter {
 
-/// What a body may do while the IMU says nothing, standard deviations.
-constexpr double kUnknownAccel = 3.0;  ///< [m/s^2]
-constexpr double kUnknownGyro = 1.0;   ///< [rad/s]
-
 /// The matrix S with S w = v x w for every w.
 Eigen::Matrix3d skewOf(const Eigen::Vector3d& v);
 
@@ -42,12 +38,23 @@ CarryCovariance healthyCovariance();
 StatePrior toStatePrior(const CarriedState& carried);
 
 /// Carries `from` to time `t` [s] through `samples`, whose neighbours' difference is taken as noise
-/// besides the calibration's: a glitch that was not left out widens the result. Over `damage` the
-/// body is believed to have gone on as before and after it, to within 3 m/s^2 and 1 rad/s. `t` must
-/// lie within the samples, else false and a message in `error`, which is not null.
+/// besides the calibration's: a glitch that was not discarded widens the result. Over `damage` the
+/// error of the samples is constant, with the standard deviations of the damage. `t` must lie
+/// within the samples, else false and a message in `error`, which is not null.
 bool carryState(const CarriedState& from, double t, const std::deque<ImuSample>& samples,
                 const std::deque<ImuDamage>& damage, const Eigen::Vector3d& gravity_w,
                 const ImuNoise& noise, CarriedState* result, std::string* error);
+
+/// Standard deviations per axis of a preintegration over an interval, from damage alone.
+struct ImuWidening {
+  double sigma_p = 0.0;      ///< [m]
+  double sigma_v = 0.0;      ///< [m/s]
+  double sigma_theta = 0.0;  ///< [rad]
+  bool damaged = false;
+};
+
+/// Widening of the interval from t_i to t_j [s]. Intervals of damage are independent of each other.
+ImuWidening wideningOf(const std::deque<ImuDamage>& damage, double t_i, double t_j);
 
 /// The samples from t_i to t_j, both ends interpolated. Empty where the samples do not cover it.
 std::vector<ImuSample> samplesBetween(const std::deque<ImuSample>& samples, double t_i, double t_j);

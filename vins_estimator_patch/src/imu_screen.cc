@@ -27,18 +27,28 @@ double stepAllowed(double step, double limit, double default_limit) {
 
 // Between neighbours; beside an accelerometer that is wrong, more says that the gyroscope is too.
 constexpr double kMaxGyroJump = 2.0;  // [rad/s]
-// Median distance between neighbours.
-constexpr double kMaxAccelScatter = 25.0;  // [m/s^2]
-constexpr double kMaxGyroScatter = 1.5;    // [rad/s]
-constexpr std::size_t kJudged = 20;        // samples
-// A motion that stays different is a motion, and neighbours that stay different are those of a
-// frame that vibrates: after these times the samples are believed again [s]. The second is three
-// times the longest damage that was tried in a host: what is taken for vibration too early is flown
-// into.
+constexpr std::size_t kJudged = 20;   // samples
+// A motion that stays different is a motion: after this time the samples are believed again [s].
 constexpr double kLongestStep = 0.5;
-constexpr double kLongestScatter = 3.0;
-// Calm time takes so much of that back: a vibration about the bound passes it now and then.
-constexpr double kCalmShare = 0.2;
+// Noise of one axis of a sample; EuRoC's rotors make 0.4 to 1.9 m/s^2 and 0.04 to 0.08 rad/s. A
+// sensor at rest becomes a vibrating one without being broken.
+constexpr double kUsualAccelNoise = 1.5;  // [m/s^2]
+constexpr double kUsualGyroNoise = 0.1;   // [rad/s]
+// Blocks of samples whose median is the usual noise: 5 s at 200 Hz, so that a vibration that begins
+// is usual after 2.5 s.
+constexpr std::size_t kBlocks = 50;
+constexpr std::size_t kLeastBlocks = 5;
+// Noise above the usual by these factors widens, and is not for the initializer.
+constexpr double kWidens = 3.0;
+constexpr double kBreaks = 4.0;
+// Noise from one stretch of this length to the next is independent [s].
+constexpr double kNoiseStretch = 0.1;
+// Variance of third differences of white noise, and the median of chi-square with three degrees of
+// freedom.
+constexpr double kThirdDifference = 20.0;
+constexpr double kMedianOfThree = 2.366;
+// Equal samples in a row of a frozen sensor. Drivers repeat single ones.
+constexpr int kFrozenRepeats = 4;
 // Samples that are missing for longer are damage [s].
 constexpr double kMaxGap = 0.05;
 // Share of that between samples on a bridge.
@@ -55,41 +65,139 @@ Eigen::Vector3d medianOf(Iterator first, Iterator last, Eigen::Vector3d ImuSampl
   return result;
 }
 
-double scatterOf(const std::deque<ImuSample>& samples, Eigen::Vector3d ImuSample::*field) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    steps.push_back((samples[i].*field - samples[i - 1].*field).norm());
+double noiseOf(const std::deque<ImuSample>& samples, Eigen::Vector3d ImuSample::*field) {
+  std::vector<double> squares;
+  for (std::size_t i = 3; i < samples.size(); ++i) {
+    squares.push_back((samples[i].*field - 3.0 * (samples[i - 1].*field) +
+                       3.0 * (samples[i - 2].*field) - samples[i - 3].*field)
+                          .squaredNorm());
   }
-  return middle(steps);
+  return std::sqrt(middle(std::move(squares)) / (kThirdDifference * kMedianOfThree));
 }
 
 }  // namespace
+
+ImuSampleNoise noiseOf(const std::deque<ImuSample>& samples) {
+  if (samples.size() < 5) return {};
+  return {noiseOf(samples, &ImuSample::accel), noiseOf(samples, &ImuSample::gyro)};
+}
 
 void ImuScreen::reset() {
   samples_.clear();
   recent_.clear();
   damage_.clear();
   left_out_.clear();
-  believed_since_ = -1e300;
-  scattered_ = 0.0;
+  noise_.clear();
+  in_block_ = 0;
+  repeats_ = 0;
+  noise_end_ = believed_since_ = -1e300;
+}
+
+void ImuScreen::insertDamage(const ImuDamage& damage) {
+  auto at = damage_.end();
+  while (at != damage_.begin() && (std::prev(at)->open || std::prev(at)->last > damage.last)) --at;
+  damage_.insert(at, damage);
+}
+
+void ImuScreen::addDamage(double first, double last, double accel_sigma, double gyro_sigma) {
+  if (!(first < last) || !(accel_sigma >= 0.0) || !(gyro_sigma >= 0.0) ||
+      !std::isfinite(last - first + accel_sigma + gyro_sigma)) {
+    return;
+  }
+  for (ImuDamage& known : damage_) {
+    if (!known.measured || known.first != first || known.last != last) continue;
+    known.accel_sigma = std::max(known.accel_sigma, accel_sigma);
+    known.gyro_sigma = std::max(known.gyro_sigma, gyro_sigma);
+    known.gyro_known = !(known.gyro_sigma > 0.0);
+    return;
+  }
+  ImuDamage damage;
+  damage.first = first;
+  damage.last = last;
+  damage.measured = true;
+  damage.gyro_known = !(gyro_sigma > 0.0);
+  damage.accel_sigma = accel_sigma;
+  damage.gyro_sigma = gyro_sigma;
+  insertDamage(damage);
+}
+
+ImuSampleNoise ImuScreen::usualNoise() const {
+  std::vector<double> accel, gyro;
+  for (const ImuSampleNoise& block : noise_) {
+    accel.push_back(block.accel);
+    gyro.push_back(block.gyro);
+  }
+  return {std::max(kUsualAccelNoise, middle(std::move(accel))),
+          std::max(kUsualGyroNoise, middle(std::move(gyro)))};
+}
+
+// White noise of the samples grows with the root of the time: stretches of damage, each with the
+// constant error that has the same effect on the velocity.
+void ImuScreen::widenByNoise(double begin, double end, const ImuSampleNoise& excess) {
+  auto stretch = std::find_if(damage_.rbegin(), damage_.rend(), [this](const ImuDamage& damage) {
+    return damage.measured && damage.last == noise_end_;
+  });
+  ImuDamage damage;
+  damage.measured = true;
+  damage.first = begin;
+  if (stretch != damage_.rend() && stretch->first > end - kNoiseStretch) {
+    damage = *stretch;
+    damage_.erase(std::prev(stretch.base()));
+  } else if (stretch != damage_.rend()) {
+    damage.first = std::max(begin, noise_end_);
+  }
+  damage.last = noise_end_ = end;
+  if (!(damage.first < damage.last)) return;
+  const double share = std::sqrt(std::min(1.0, period_ / (damage.last - damage.first)));
+  damage.accel_sigma = share * excess.accel;
+  damage.gyro_sigma = share * excess.gyro;
+  damage.gyro_known = !(excess.gyro > 0.0);
+  insertDamage(damage);
+}
+
+bool ImuScreen::isNoisy() {
+  if (recent_.size() < kJudged || repeats_ > 0) return false;
+  const ImuSampleNoise noise = noiseOf(recent_);
+  if (++in_block_ >= kJudged) {
+    in_block_ = 0;
+    noise_.push_back(noise);
+    if (noise_.size() > kBlocks) noise_.pop_front();
+  }
+  if (noise_.size() < kLeastBlocks) return false;
+  const ImuSampleNoise usual = usualNoise();
+  const auto excess = [](double measured, double bound) {
+    return std::sqrt(std::max(0.0, measured * measured - bound * bound));
+  };
+  const ImuSampleNoise above = {excess(noise.accel, kWidens * usual.accel),
+                                excess(noise.gyro, kWidens * usual.gyro)};
+  if (above.accel > 0.0 || above.gyro > 0.0) {
+    // It took half of them to notice.
+    widenByNoise(recent_[kJudged / 2].t, recent_.back().t, above);
+  }
+  return noise.accel > kBreaks * usual.accel || noise.gyro > kBreaks * usual.gyro;
+}
+
+// `sample` is not yet among the recent ones.
+bool ImuScreen::isFrozen(const ImuSample& sample) {
+  const bool repeats = !recent_.empty() && sample.accel == recent_.back().accel &&
+                       sample.gyro == recent_.back().gyro;
+  repeats_ = repeats ? repeats_ + 1 : 0;
+  // Noise of zero is that of a simulation, or of a driver that repeats most samples.
+  return repeats_ >= kFrozenRepeats && !noise_.empty() && noise_.back().accel > 0.0 &&
+         noise_.back().gyro > 0.0;
 }
 
 bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
   *gyro_usable = false;
+  const bool frozen = isFrozen(sample);
   recent_.push_back(sample);
   if (recent_.size() > kJudged) recent_.pop_front();
-  const bool within = !limits_.exceededBy(sample);
-  const bool scatters =
-      recent_.size() == kJudged && (scatterOf(recent_, &ImuSample::accel) > kMaxAccelScatter ||
-                                    scatterOf(recent_, &ImuSample::gyro) > kMaxGyroScatter);
-  scattered_ = std::clamp(scattered_ + (scatters ? period_ : -kCalmShare * period_), 0.0,
-                          2.0 * kLongestScatter);
-  if (scatters && scattered_ <= kLongestScatter) {
-    // It took half of them to notice.
-    const double noticed = sample.t - 0.5 * static_cast<double>(kJudged) * period_;
-    while (samples_.size() > 1 && samples_.back().t > noticed) samples_.pop_back();
+  if (frozen) {
+    const double since = sample.t - repeats_ * period_;
+    while (samples_.size() > 1 && samples_.back().t > since) samples_.pop_back();
     return false;
   }
+  const bool within = !limits_.exceededBy(sample);
   if (!within && samples_.empty()) return false;
   if (within && !samples_.empty() && sample.t - samples_.back().t > kLongestStep) {
     believed_since_ = sample.t;
@@ -169,6 +277,7 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   }
   bool gyro_usable = false;
   const bool usable = isUsable(sample, &gyro_usable);
+  const bool noisy = isNoisy();
   if (samples_.empty()) {
     if (usable) samples_.push_back(sample);
     return usable ? std::vector<ImuSample>{sample} : std::vector<ImuSample>{};
@@ -203,6 +312,7 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   }
   ready.push_back(sample);
   samples_.push_back(sample);
+  if (noisy) ready.clear();
   while (samples_.front().t < sample.t - kKept) samples_.pop_front();
   while (!damage_.empty() && damage_.front().last < sample.t - kKept) damage_.pop_front();
   return ready;

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// IMU data as they were measured, judged sample by sample: what may be integrated, and over which
-// intervals nobody knows what the body did.
+// IMU data judged sample by sample, before the next image: which samples may be integrated, and
+// over which intervals the motion of the body is not known.
 #pragma once
 
 #include <deque>
@@ -12,28 +12,54 @@
 
 namespace slim_init::vins_adapter {
 
-/// An interval without a usable sample.
+/// Motion of a body while the IMU says nothing, standard deviations.
+constexpr double kUnknownAccel = 3.0;  ///< [m/s^2]
+constexpr double kUnknownGyro = 1.0;   ///< [rad/s]
+
+/// An interval without a usable sample, or with samples that are worth less than others.
 struct ImuDamage {
-  double first = 0.0;    ///< the last usable sample before [s]
-  double last = 0.0;     ///< the first usable one after; the newest sample while it goes on [s]
+  double first = 0.0;    ///< the last good sample before [s]
+  double last = 0.0;     ///< the first good one after; the newest sample while it goes on [s]
   bool open = false;     ///< it still goes on
   bool bridged = false;  ///< short enough to be used all the same
   /// Only the accelerometer was wrong: the rates in it are as measured.
   bool gyro_known = false;
+  /// The samples are used as measured: the innovation test or their noise speaks against them.
+  bool measured = false;
+  /// Error of the samples in use, constant over the interval, standard deviation per axis.
+  double accel_sigma = kUnknownAccel;  ///< [m/s^2]
+  double gyro_sigma = kUnknownGyro;    ///< [rad/s], unless gyro_known
+
+  double gyroSigma() const { return gyro_known ? 0.0 : gyro_sigma; }
 };
+
+/// Standard deviation of one axis of one sample.
+struct ImuSampleNoise {
+  double accel = 0.0;  ///< [m/s^2]
+  double gyro = 0.0;   ///< [rad/s]
+};
+
+/// Noise of samples from their third differences, which motion hardly enters; robust against
+/// glitches. Zero for fewer than five samples.
+ImuSampleNoise noiseOf(const std::deque<ImuSample>& samples);
 
 /// The median of one value or more; of an even number the larger of the two in the middle.
 double middle(std::vector<double> values);
 
-/// Leaves out samples that the body cannot have felt: beyond the limits of the sensor, far from the
-/// samples before them, or in a stretch where neighbouring samples differ as no vibration makes
-/// them. What is left out is replaced by interpolation, in samples(). Where that took at most
-/// kBridge it is bridged for use as well, with interpolated samples 0.045 s apart, or all of them
-/// where rates are known for longer. Missing samples are treated alike. What goes on for longer,
-/// 0.5 s of a step or 3 s of such a stretch, is how this body moves and vibrates. Not thread-safe.
+/// Discards samples that the body cannot have felt: beyond the limits of the sensor or far from the
+/// samples before them, and samples that repeat, all six values, after others that did not: the
+/// sensor is frozen. Discarded samples are replaced by interpolation, in samples(). If that took at
+/// most kBridge it is bridged for use as well, with interpolated samples 0.045 s apart, or all of
+/// them if rates are known for longer. Missing samples are treated alike. A step that goes on for
+/// longer than 0.5 s is a motion. Errors that single samples do not show are left to the innovation
+/// test (innovation.h), which reports them to addDamage().
 ///
-/// The bounds are twice what 470 s of EuRoC flight show: 38 m/s^2 and 3.4 rad/s from the median of
-/// the 0.1 s before, and a median step of 12 m/s^2 and 0.6 rad/s between neighbours.
+/// Noise above three times the median noise of the last 5 s is damage with the size of that noise;
+/// the samples stay in samples(), and above four times it they are not returned for use.
+/// Not thread-safe.
+///
+/// The bounds of a step are twice those of 470 s of EuRoC flight, 38 m/s^2 and 3.4 rad/s from the
+/// median of the 0.1 s before.
 class ImuScreen {
  public:
   static constexpr double kBridge = 0.1;  ///< [s]
@@ -41,21 +67,31 @@ class ImuScreen {
 
   explicit ImuScreen(const ImuLimits& limits) : limits_(limits) {}
 
-  /// Returns the samples to be used, oldest first: none, or `sample` with what bridges the interval
-  /// before it. `sample` is finite and after the one before it.
+  /// Returns the samples to be used, oldest first: none, or `sample` after those that bridge the
+  /// interval before it. `sample` is finite and after the one before it.
   std::vector<ImuSample> add(const ImuSample& sample);
 
   /// Usable samples, and interpolated ones over the damage that has ended.
   const std::deque<ImuSample>& samples() const { return samples_; }
   /// samples(), and while damage goes on the last usable sample held up to `t` [s].
   std::deque<ImuSample> heldUntil(double t) const;
-  /// Oldest first.
+  /// Ascending by their ends; damage that goes on is the last.
   const std::deque<ImuDamage>& damage() const { return damage_; }
+  /// Records damage from outside: samples from `first` to `last` [s] have errors of these sizes
+  /// (standard deviation per axis, constant over the interval) [m/s^2, rad/s]; zero: none. The same
+  /// interval again: the larger sizes hold. Nothing is recorded for an empty interval or a size
+  /// that is negative or not finite.
+  void addDamage(double first, double last, double accel_sigma, double gyro_sigma);
 
   void reset();
 
  private:
   bool isUsable(const ImuSample& sample, bool* gyro_usable);
+  bool isFrozen(const ImuSample& sample);
+  bool isNoisy();
+  ImuSampleNoise usualNoise() const;
+  void widenByNoise(double begin, double end, const ImuSampleNoise& excess);
+  void insertDamage(const ImuDamage& damage);
   void fill(const ImuSample& last, const ImuDamage& damage, std::vector<ImuSample>* filled) const;
   std::vector<ImuSample> bridge(const ImuDamage& damage, std::vector<ImuSample> filled) const;
 
@@ -63,10 +99,13 @@ class ImuScreen {
   std::deque<ImuSample> samples_;
   std::deque<ImuSample> recent_;  // as measured, good or bad
   std::deque<ImuDamage> damage_;
-  std::vector<ImuSample> left_out_;  // of the open damage
-  double believed_since_ = -1e300;   // samples from before are of another motion [s]
-  double scattered_ = 0.0;           // neighbours have differed by too much for so long [s]
-  double period_ = 0.005;            // between samples [s]
+  std::vector<ImuSample> left_out_;   // of the open damage
+  std::deque<ImuSampleNoise> noise_;  // of blocks of samples
+  std::size_t in_block_ = 0;
+  int repeats_ = 0;                 // samples in a row that equal the one before
+  double noise_end_ = -1e300;       // of the damage by noise that may go on [s]
+  double believed_since_ = -1e300;  // samples from before are of another motion [s]
+  double period_ = 0.005;           // between samples [s]
 };
 
 }  // namespace slim_init::vins_adapter

@@ -1,0 +1,544 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "innovation.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <utility>
+
+#include "imu_screen.h"
+
+namespace slim_init::vins_adapter {
+namespace {
+
+using innovation_detail::PoseResidual;
+using innovation_detail::poseResidual;
+using innovation_detail::PoseTrack;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kDeg = 57.29577951308232;
+constexpr std::size_t kLeastTracks = 8;
+constexpr std::size_t kLeastStates = 3;
+// Chi-square of two degrees of freedom that one in a thousand exceeds.
+constexpr double kAgrees = 13.8;
+// Of the pose innovation, six degrees of freedom; one in 10^5 exceeds it.
+constexpr double kLargestMahalanobis = 5.6;
+// Fractions of the tracks.
+constexpr double kNearlyAll = 0.7;
+constexpr double kPart = 0.25;
+constexpr double kHealthy = 0.8;
+// Of the tracks that tell two poses apart.
+constexpr double kDecides = 0.2;
+// Geman-McClure: a residual of this chi-square has a quarter of its weight.
+constexpr double kKernel = 6.0;
+constexpr int kMaxIterations = 12;
+// The host's own poses and the tracker add to the noise of a track, by no more than this factor.
+constexpr double kMostNoise = 3.0;
+// A track that has moved: its chi-square over the largest of one that has not.
+constexpr double kMoved = 4.0;
+// Pose of the newest frame and of the last optimized one against places that share errors.
+constexpr double kBothPoses = 3.0;
+// Pose of the newest optimized frame against the places, besides the noise of the tracks.
+constexpr double kFrameTheta = 5e-4;     // [rad]
+constexpr double kFramePosition = 1e-3;  // [m]
+// Scale error and time offset of the gyroscope, of the angle that the body has turned by.
+constexpr double kGyroScale = 0.01;
+// A pose of which the tracks say nothing.
+constexpr double kWeakTheta = 1.0;      // [rad]
+constexpr double kWeakPosition = 10.0;  // [m]
+// Damage that begins within an interval changes the velocity more than damage of the same effect
+// on the position over all of it; root mean square over onsets in its first four fifths.
+constexpr double kOnset = 2.2;
+// Velocities of a healthy host and of two poses differ by no more [m/s].
+constexpr double kSameVelocity = 0.4;
+constexpr double kSameTime = 1e-4;  // [s]
+
+Eigen::Matrix3d expOf(const Eigen::Vector3d& v) {
+  const double angle = v.norm();
+  if (angle < 1e-12) return Eigen::Matrix3d::Identity() + skewOf(v);
+  return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
+}
+
+Eigen::Vector3d logOf(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
+// Errors [theta, p] in the world that lead from `from` to `to`.
+Vector6d difference(const NavState& to, const NavState& from) {
+  Vector6d d;
+  d << logOf(to.R_w_b * from.R_w_b.transpose()), to.p_w_b - from.p_w_b;
+  return d;
+}
+
+double mahalanobis(const Vector6d& d, const Matrix6d& covariance) {
+  return std::sqrt(std::max(0.0, d.dot(covariance.ldlt().solve(d))));
+}
+
+std::string rounded(double value) {
+  std::ostringstream out;
+  out.precision(3);
+  out << value;
+  return out.str();
+}
+
+const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, double t) {
+  for (const FrameObservation& frame : frames) {
+    if (std::abs(frame.t - t) < kSameTime) return &frame;
+  }
+  return nullptr;
+}
+
+// The tracks of the newest frame that have a place.
+struct Scene {
+  std::vector<PoseTrack> tracks;
+  std::vector<FeatureId> placeless;  // their older views contradict any place: they have moved
+  double sigma = 0.0;                // of a bearing, as these tracks have it [rad]
+};
+
+// The tracks' own noise: what the places of the best quarter do not explain.
+double noiseFactor(const std::vector<PoseTrack>& tracks) {
+  std::vector<double> ratios;
+  for (const PoseTrack& track : tracks) {
+    if (track.place.dof >= 3) ratios.push_back(track.place.chi_square / track.place.dof);
+  }
+  if (ratios.size() < kLeastTracks) return 1.0;
+  const auto quarter = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 4);
+  std::nth_element(ratios.begin(), quarter, ratios.end());
+  // Of chi-squares over their 3 to 17 degrees of freedom the lower quartile is 0.4 to 0.75.
+  return std::clamp(std::sqrt(*quarter / 0.6), 1.0, kMostNoise);
+}
+
+// Wilson and Hilferty's quantile of one in a thousand.
+double largestChiSquare(int dof) {
+  const double a = 2.0 / (9.0 * dof);
+  return dof * std::pow(1.0 - a + 3.09 * std::sqrt(a), 3);
+}
+
+Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& newest,
+              const std::vector<FrameObservation>& frames, const Calibration& calibration,
+              double sigma) {
+  Scene scene;
+  std::vector<CameraPose> cameras(optimized.size());
+  std::map<FeatureId, std::size_t> index;
+  for (std::size_t k = 0; k < newest.points.size(); ++k) index[newest.points[k].id] = k;
+  std::vector<std::vector<TrackView>> views(newest.points.size());
+  for (std::size_t i = 0; i < optimized.size(); ++i) {
+    cameras[i] = cameraOf(optimized[i], calibration);
+    const FrameObservation* frame = frameAt(frames, optimized[i].t);
+    if (frame == nullptr) continue;
+    for (const PointObservation& point : frame->points) {
+      const auto found = index.find(point.id);
+      if (found == index.end()) continue;
+      views[found->second].push_back({&cameras[i], point.bearing.normalized()});
+    }
+  }
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    if (views[k].size() < 2) continue;
+    PoseTrack track;
+    track.id = newest.points[k].id;
+    track.bearing = newest.points[k].bearing.normalized();
+    if (!track.bearing.allFinite()) continue;
+    track.basis = tangentOf(track.bearing);
+    if (findPlace(views[k], sigma, kFramePosition, &track.place)) {
+      scene.tracks.push_back(track);
+    } else {
+      scene.placeless.push_back(track.id);
+    }
+  }
+  const double factor = noiseFactor(scene.tracks);
+  scene.sigma = factor * sigma;
+  const auto ratio = [factor](const PoseTrack& track) {
+    return track.place.chi_square / (factor * factor * largestChiSquare(track.place.dof));
+  };
+  // In between tracks are poor, and neither judge nor are judged.
+  for (const PoseTrack& track : scene.tracks) {
+    if (ratio(track) > kMoved) scene.placeless.push_back(track.id);
+  }
+  scene.tracks.erase(
+      std::remove_if(scene.tracks.begin(), scene.tracks.end(),
+                     [&ratio](const PoseTrack& track) { return ratio(track) > 1.0; }),
+      scene.tracks.end());
+  for (PoseTrack& track : scene.tracks) track.place.covariance *= factor * factor;
+  return scene;
+}
+
+// A pose from the tracks, and which of them agree with it.
+struct PoseFit {
+  NavState pose;
+  Matrix6d covariance = Matrix6d::Zero();  // of the tracks alone
+  std::vector<char> agrees;
+  int count = 0;
+  double cost = 0.0;  // chi-squares, each truncated
+  double fraction() const {
+    return static_cast<double>(count) / static_cast<double>(agrees.size());
+  }
+};
+
+class PoseSolver {
+ public:
+  PoseSolver(const Scene& scene, const Calibration& calibration)
+      : scene_(scene), calibration_(calibration) {}
+
+  // From `start`, with a kernel that begins at the median residual there or at one. `prior`: the
+  // covariance of the start; null: none.
+  PoseFit fit(const NavState& start, bool wide, const Matrix6d* prior) const {
+    NavState pose = start;
+    const Matrix6d prior_information =
+        prior == nullptr ? Matrix6d::Zero() : Matrix6d(prior->inverse());
+    double scale = wide ? widestKernel(pose) : 1.0;
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+      Matrix6d H = weak() + prior_information;
+      Vector6d g = prior_information * difference(pose, start);
+      accumulate(pose, scale, &H, &g);
+      const Vector6d step = -H.ldlt().solve(g);
+      pose.R_w_b = expOf(step.head<3>()) * pose.R_w_b;
+      pose.p_w_b += step.tail<3>();
+      const bool last_scale = scale <= 1.0;
+      scale = std::max(1.0, scale / 3.0);
+      if (last_scale && step.head<3>().norm() < 1e-5 && step.tail<3>().norm() < 1e-4) break;
+    }
+    return finish(pose);
+  }
+
+ private:
+  static Matrix6d weak() {
+    Vector6d information;
+    information << Eigen::Vector3d::Constant(1.0 / (kWeakTheta * kWeakTheta)),
+        Eigen::Vector3d::Constant(1.0 / (kWeakPosition * kWeakPosition));
+    return information.asDiagonal();
+  }
+
+  double widestKernel(const NavState& pose) const {
+    std::vector<double> squares;
+    PoseResidual residual;
+    for (const PoseTrack& track : scene_.tracks) {
+      if (!poseResidual(track, pose, calibration_, scene_.sigma, &residual)) continue;
+      squares.push_back(residual.r.dot(residual.information * residual.r));
+    }
+    return squares.empty() ? 1.0 : std::max(1.0, std::sqrt(middle(std::move(squares)) / kKernel));
+  }
+
+  void accumulate(const NavState& pose, double scale, Matrix6d* H, Vector6d* g) const {
+    const double kernel = scale * scale * kKernel;
+    PoseResidual residual;
+    for (const PoseTrack& track : scene_.tracks) {
+      if (!poseResidual(track, pose, calibration_, scene_.sigma, &residual)) continue;
+      const Eigen::Vector2d weighted = residual.information * residual.r;
+      const double root = 1.0 / (1.0 + residual.r.dot(weighted) / kernel);
+      const Eigen::Matrix<double, 2, 6> WJ = residual.information * residual.J;
+      H->noalias() += root * root * residual.J.transpose() * WJ;
+      g->noalias() += root * root * residual.J.transpose() * weighted;
+    }
+  }
+
+  PoseFit finish(const NavState& pose) const {
+    PoseFit fit;
+    fit.pose = pose;
+    Matrix6d H = weak();
+    PoseResidual residual;
+    for (const PoseTrack& track : scene_.tracks) {
+      double square = kAgrees;
+      if (poseResidual(track, pose, calibration_, scene_.sigma, &residual)) {
+        square = residual.r.dot(residual.information * residual.r);
+      }
+      const bool agrees = square < kAgrees;
+      fit.agrees.push_back(agrees ? 1 : 0);
+      fit.count += agrees ? 1 : 0;
+      fit.cost += std::min(square, kAgrees);
+      if (agrees) H.noalias() += residual.J.transpose() * residual.information * residual.J;
+    }
+    fit.covariance = H.inverse();
+    return fit;
+  }
+
+  const Scene& scene_;
+  const Calibration& calibration_;
+};
+
+// The prediction with the covariance of its pose.
+struct Prediction {
+  NavState state;
+  Matrix6d covariance;
+};
+
+// The direction of gravity is not exact in the host's world, but the attitude of its last state is:
+// the tilt of healthyCovariance() moves the prediction and does not turn it.
+Prediction predictionOf(const CarriedState& carried, const NavState& last) {
+  Prediction prediction;
+  prediction.state = carried.state;
+  const Eigen::Vector3d tilt = healthyCovariance().diagonal().head<3>();
+  const Eigen::Vector3d theta = carried.covariance.diagonal().head<3>();
+  const double turned = logOf(last.R_w_b.transpose() * carried.state.R_w_b).norm();
+  prediction.covariance.setZero();
+  prediction.covariance.diagonal().head<3>() = (theta - tilt).cwiseMax(0.0).array() +
+                                               kFrameTheta * kFrameTheta +
+                                               std::pow(kGyroScale * turned, 2);
+  prediction.covariance.bottomRightCorner<3, 3>() = carried.covariance.block<3, 3>(6, 6);
+  prediction.covariance.diagonal().tail<3>().array() += kFramePosition * kFramePosition;
+  return prediction;
+}
+
+// The motion of before goes on.
+NavState constantMotion(const std::vector<NavState>& optimized, double t) {
+  const NavState& last = optimized.back();
+  const NavState& before = optimized[optimized.size() - 2];
+  const double share = (t - last.t) / (last.t - before.t);
+  NavState state = last;
+  state.R_w_b = expOf(share * logOf(last.R_w_b * before.R_w_b.transpose())) * last.R_w_b;
+  state.p_w_b += share * (last.p_w_b - before.p_w_b);
+  return state;
+}
+
+// Which tracks one of two poses explains and the other does not.
+struct Split {
+  int only_first = 0, only_second = 0;
+};
+
+Split splitOf(const PoseFit& first, const PoseFit& second) {
+  Split split;
+  for (std::size_t i = 0; i < first.agrees.size(); ++i) {
+    if (first.agrees[i] && !second.agrees[i]) ++split.only_first;
+    if (!first.agrees[i] && second.agrees[i]) ++split.only_second;
+  }
+  return split;
+}
+
+// Both sides of the test.
+struct Fits {
+  PoseFit imu;                           // the pose that the IMU allows
+  PoseFit images;                        // the pose that most tracks want
+  Matrix6d expected = Matrix6d::Zero();  // covariance of the innovation
+  bool allowed = false;  // the IMU allows its pose indeed: a robust fit may leave it
+};
+
+Fits fitBoth(const PoseSolver& solver, const Prediction& prediction,
+             const std::vector<NavState>& optimized) {
+  Fits fits;
+  fits.imu = solver.fit(prediction.state, false, &prediction.covariance);
+  fits.images = solver.fit(fits.imu.pose, false, nullptr);
+  const auto expected = [&prediction](const PoseFit& fit) {
+    return Matrix6d(prediction.covariance + kBothPoses * fit.covariance);
+  };
+  if (fits.imu.fraction() < kHealthy) {
+    // Without the tracks of both the search ends where it begins.
+    for (const NavState& start :
+         {prediction.state, optimized.back(), constantMotion(optimized, prediction.state.t)}) {
+      PoseFit other = solver.fit(start, true, nullptr);
+      if (other.cost < fits.images.cost) fits.images = std::move(other);
+    }
+  }
+  fits.expected = expected(fits.images);
+  fits.allowed = mahalanobis(difference(fits.imu.pose, prediction.state), expected(fits.imu)) <
+                 kLargestMahalanobis;
+  return fits;
+}
+
+void setMoving(const PoseFit& fit, const Scene& scene, Innovation* result) {
+  for (std::size_t i = 0; i < fit.agrees.size(); ++i) {
+    if (!fit.agrees[i]) result->moving.push_back(scene.tracks[i].id);
+  }
+  result->moving.insert(result->moving.end(), scene.placeless.begin(), scene.placeless.end());
+  std::sort(result->moving.begin(), result->moving.end());
+}
+
+// `static_part`: fraction of the tracks that have a place.
+Culprit culpritOf(const Fits& fits, double distance, double static_part) {
+  const double a = fits.imu.fraction(), b = fits.images.fraction();
+  const Split split = splitOf(fits.imu, fits.images);
+  const double apart = split.only_first + split.only_second;
+  const bool distinct = apart > 0.1 * static_cast<double>(fits.imu.agrees.size());
+  if (fits.allowed && distinct && a >= kPart && split.only_first >= kDecides * apart) {
+    return a * static_part >= kHealthy ? Culprit::kNone : Culprit::kImages;
+  }
+  if (distance < kLargestMahalanobis) {
+    if (b * static_part >= kHealthy) return Culprit::kNone;
+    return b >= kPart ? Culprit::kImages : Culprit::kUnclear;
+  }
+  return b >= kNearlyAll ? Culprit::kImu : Culprit::kUnclear;
+}
+
+// The error of constant size over the interval that has the innovation's effect on the pose, or
+// what a body may do while nothing is known.
+void setSizes(const Vector6d& d, double interval, Innovation* result) {
+  result->accel_sigma = kOnset * 2.0 * d.tail<3>().norm() / (interval * interval);
+  result->gyro_sigma = kOnset * d.head<3>().norm() / interval;
+  if (result->culprit == Culprit::kUnclear) {
+    result->accel_sigma = std::max(result->accel_sigma, kUnknownAccel);
+    result->gyro_sigma = std::max(result->gyro_sigma, kUnknownGyro);
+  }
+}
+
+std::string sentenceOf(const Innovation& result) {
+  const auto percent = [](double fraction) {
+    return std::to_string(static_cast<int>(std::lround(100.0 * fraction))) + " %";
+  };
+  const std::string pose = "the pose of the images is " + rounded(result.position_m) + " m and " +
+                           rounded(result.rotation_deg) + " deg from the IMU's prediction, " +
+                           rounded(result.mahalanobis) + " standard deviations (limit " +
+                           rounded(kLargestMahalanobis) + ")";
+  const std::string tracks = percent(result.agree_images) + " of " + std::to_string(result.tracks) +
+                             " tracks agree with it (limit " + percent(kNearlyAll) + ")";
+  switch (result.culprit) {
+    case Culprit::kNone: return "images and IMU agree: " + pose;
+    case Culprit::kImu: return "the IMU data are wrong: " + pose + ", and " + tracks;
+    case Culprit::kImages:
+      return "a part of the image moves: " + percent(result.agree_imu) + " of " +
+             std::to_string(result.tracks) + " tracks with a place agree with the IMU, " +
+             std::to_string(result.moving.size()) + " tracks move";
+    case Culprit::kUnclear:
+      return "images and IMU contradict each other: " + pose + ", and " + tracks;
+    case Culprit::kNotJudged: break;
+  }
+  return std::to_string(result.tracks) + " tracks have a known place (limit " +
+         std::to_string(kLeastTracks) + ")";
+}
+
+bool areFinite(const std::vector<NavState>& states) {
+  return std::all_of(states.begin(), states.end(),
+                     [](const NavState& state) { return state.isFinite(); });
+}
+
+}  // namespace
+
+namespace innovation_detail {
+
+bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibration& calibration,
+                  double sigma, PoseResidual* residual) {
+  PlaceResidual place;
+  if (!residualOf(track.place, cameraOf(pose, calibration), track.bearing, track.basis, &place)) {
+    return false;
+  }
+  residual->r = place.r;
+  // The ray turns about the body, which carries the camera.
+  const double rho = track.place.inverse_depth;
+  const Eigen::Vector3d from_body = place.ray + rho * (pose.R_w_b * calibration.t_b_c);
+  residual->J.leftCols<3>() = place.by_expected * skewOf(from_body);
+  residual->J.rightCols<3>() = -rho * place.by_expected;
+  Eigen::Matrix2d S = place.by_place * track.place.covariance * place.by_place.transpose();
+  S.diagonal().array() += sigma * sigma;
+  residual->information = S.inverse();
+  return true;
+}
+
+}  // namespace innovation_detail
+
+const char* toString(Culprit culprit) {
+  switch (culprit) {
+    case Culprit::kNone: return "none";
+    case Culprit::kImu: return "imu";
+    case Culprit::kImages: return "images";
+    case Culprit::kUnclear: return "unclear";
+    case Culprit::kNotJudged: return "not_judged";
+  }
+  return "unknown";
+}
+
+Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedState& predicted,
+                        const std::vector<FrameObservation>& frames, const Calibration& calibration,
+                        double sigma_px) {
+  Innovation result;
+  result.images = predicted.state;
+  const FrameObservation* newest = frameAt(frames, predicted.state.t);
+  if (optimized.size() < kLeastStates || newest == nullptr || !areFinite(optimized) ||
+      !predicted.state.isFinite() || !predicted.covariance.allFinite() ||
+      !(predicted.state.t > optimized.back().t) || !(sigma_px > 0.0)) {
+    result.message = "the window, the prediction or the newest frame is missing or not finite";
+    return result;
+  }
+  const Scene scene =
+      sceneOf(optimized, *newest, frames, calibration, sigma_px / calibration.focal_px);
+  result.tracks = static_cast<int>(scene.tracks.size());
+  if (scene.tracks.size() < kLeastTracks) {
+    result.message = sentenceOf(result);
+    return result;
+  }
+  const Prediction prediction = predictionOf(predicted, optimized.back());
+  const Fits fits = fitBoth(PoseSolver(scene, calibration), prediction, optimized);
+  const Vector6d d = difference(fits.images.pose, prediction.state);
+  const double interval = predicted.state.t - optimized.back().t;
+  result.agree_imu = fits.allowed ? fits.imu.fraction() : 0.0;
+  result.agree_images = fits.images.fraction();
+  result.rotation_deg = kDeg * d.head<3>().norm();
+  result.position_m = d.tail<3>().norm();
+  result.mahalanobis = mahalanobis(d, fits.expected);
+  const double n = static_cast<double>(scene.tracks.size());
+  const double static_part = n / (n + static_cast<double>(scene.placeless.size()));
+  result.culprit = culpritOf(fits, result.mahalanobis, static_part);
+  result.images = fits.images.pose;
+  result.images.v_w_b += d.tail<3>() / interval;
+  result.covariance = fits.images.covariance;
+  if (result.culprit == Culprit::kImages) {
+    const bool imu = fits.allowed && fits.imu.fraction() >= kPart;
+    setMoving(imu ? fits.imu : fits.images, scene, &result);
+  }
+  if (result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear) {
+    setSizes(d, interval, &result);
+    result.damaged_since = optimized.back().t;
+  }
+  result.message = sentenceOf(result);
+  return result;
+}
+
+// That of the last two poses, if the IMU data between them are clean.
+bool InnovationMonitor::velocityOfPoses(const std::vector<NavState>& optimized,
+                                        Eigen::Vector3d* velocity) const {
+  if (optimized.size() < kLeastStates || std::isnan(before_.first) ||
+      std::abs(optimized.back().t - before_.last) > kSameTime) {
+    return false;
+  }
+  Eigen::Vector3d start = before_.start;
+  for (const NavState& state : optimized) {
+    if (std::abs(state.t - before_.first) < kSameTime) start = state.p_w_b;
+  }
+  *velocity = (optimized.back().p_w_b - start - before_.position) / (before_.last - before_.first) +
+              before_.velocity;
+  return velocity->allFinite();
+}
+
+Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
+                                    const CarriedState& predicted,
+                                    const std::vector<FrameObservation>& frames,
+                                    const Calibration& calibration, double sigma_px) {
+  if (optimized.empty()) return innovationOf(optimized, predicted, frames, calibration, sigma_px);
+  const NavState& last = optimized.back();
+  const double interval = predicted.state.t - last.t;
+  CarriedState other = predicted;
+  Eigen::Vector3d velocity;
+  const bool known = velocityOfPoses(optimized, &velocity);
+  if (known) {
+    other.state.v_w_b += velocity - last.v_w_b;
+    other.state.p_w_b += (velocity - last.v_w_b) * interval;
+  }
+  const bool doubted = suspicious_ && known;
+  Innovation result =
+      innovationOf(optimized, doubted ? other : predicted, frames, calibration, sigma_px);
+  const bool wrong = result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear;
+  if (!suspicious_ && wrong && known) {
+    const Innovation poses = innovationOf(optimized, other, frames, calibration, sigma_px);
+    if (poses.culprit == Culprit::kNone) {
+      result.culprit = Culprit::kUnclear;
+      result.message = "the host's velocity is " + rounded((velocity - last.v_w_b).norm()) +
+                       " m/s from that of its last two poses: " + result.message;
+    }
+  }
+  // Too little of it may have been in the interval before to be seen there.
+  if (wrong && known) result.damaged_since = before_.first;
+  suspicious_ = wrong || (doubted && result.culprit != Culprit::kNotJudged &&
+                          (velocity - last.v_w_b).norm() > kSameVelocity);
+  before_.first = last.t;
+  before_.last = predicted.state.t;
+  before_.start = last.p_w_b;
+  before_.position = predicted.state.p_w_b - last.p_w_b - last.v_w_b * interval;
+  before_.velocity = predicted.state.v_w_b - last.v_w_b;
+  return result;
+}
+
+void InnovationMonitor::reset() { *this = InnovationMonitor(); }
+
+}  // namespace slim_init::vins_adapter

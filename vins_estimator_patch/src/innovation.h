@@ -1,0 +1,122 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// One test of a new frame: does the pose that the IMU predicts agree with the pose that the tracks
+// want, and if not, which of the two is wrong?
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "imu_carry.h"
+#include "slim_init/types.h"
+#include "track_place.h"
+
+namespace slim_init::vins_adapter {
+
+/// What is wrong with a frame.
+enum class Culprit {
+  kNone,
+  kImu,       ///< nearly all tracks agree on a pose that the IMU data contradict
+  kImages,    ///< a part of the tracks agrees with the IMU, the others move
+  kUnclear,   ///< neither; or the host's velocity is wrong
+  kNotJudged  ///< fewer than eight tracks have a known place, or input is missing
+};
+
+/// "none", "imu", ...
+const char* toString(Culprit culprit);
+
+/// Outcome of the test for one frame.
+struct Innovation {
+  Culprit culprit = Culprit::kNotJudged;
+  int tracks = 0;             ///< of the newest frame with a known place
+  double agree_imu = 0.0;     ///< fraction of them that agrees with a pose that the IMU allows
+  double agree_images = 0.0;  ///< .. with the best pose of the images
+  /// The best pose of the images against the IMU's prediction.
+  double position_m = kNotComputed;
+  double rotation_deg = kNotComputed;
+  double mahalanobis = kNotComputed;  ///< the same in standard deviations, six degrees of freedom
+  /// Pose from the tracks; velocity: the prediction, changed by the mean error of the prediction
+  /// over the interval; biases as predicted.
+  NavState images;
+  /// Of its errors [theta, p], both in the world, from the noise of tracks and places.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  /// Tracks to keep out of the host's window (kImages): those of the newest frame that do not agree
+  /// with the pose that the IMU allows.
+  std::vector<FeatureId> moving;
+  /// Size of the error that the IMU data have had since `damaged_since`, for
+  /// ImuScreen::addDamage(); zero unless kImu or kUnclear.
+  double accel_sigma = 0.0;             ///< [m/s^2]
+  double gyro_sigma = 0.0;              ///< [rad/s]
+  double damaged_since = kNotComputed;  ///< [s]
+  std::string message;                  ///< one sentence with values and limits
+};
+
+/// Compares the tracks of the newest frame to the pose that the IMU predicts for it.
+///
+/// `optimized` are the states of the host's window except for the newest, ascending in time;
+/// `predicted` is the last of them carried to the newest frame by carryState(), from
+/// healthyCovariance(); `frames` have their stamps on the IMU clock, those of other times are
+/// skipped; `sigma_px` is the standard deviation of an observation [px]. Fewer than three optimized
+/// states, a value that is not finite, a missing newest frame: kNotJudged.
+///
+/// Tracks of the newest frame are triangulated between the optimized poses, each with its own
+/// covariance. A robust fit (Geman-McClure, graduated) finds the pose that the IMU allows and the
+/// pose that most tracks want; a track agrees with a pose if its chi-square, with the covariance of
+/// pixel and place, is below 13.8 (0.1 %).
+Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedState& predicted,
+                        const std::vector<FrameObservation>& frames, const Calibration& calibration,
+                        double sigma_px);
+
+/// innovationOf() for each frame of a host in flight, in order. While IMU data are damaged the
+/// velocity of a host is not known; until an interval is found to be clean, the velocity of the
+/// prediction is that of the last two poses, so that damage which goes on is found in each frame.
+/// Not thread-safe.
+class InnovationMonitor {
+ public:
+  /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
+  /// velocity.
+  Innovation judge(const std::vector<NavState>& optimized, const CarriedState& predicted,
+                   const std::vector<FrameObservation>& frames, const Calibration& calibration,
+                   double sigma_px);
+  /// The streams or the host have restarted.
+  void reset();
+
+ private:
+  // What the IMU measured between two frames, besides the velocity at the first.
+  struct Step {
+    double first = kNotComputed, last = kNotComputed;    // [s]
+    Eigen::Vector3d start = Eigen::Vector3d::Zero();     // position at the first [m]
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m]
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // [m/s]
+  };
+  bool velocityOfPoses(const std::vector<NavState>& optimized, Eigen::Vector3d* velocity) const;
+
+  Step before_;
+  bool suspicious_ = false;
+};
+
+namespace innovation_detail {
+
+/// A track of the newest frame with a known place.
+struct PoseTrack {
+  FeatureId id = -1;
+  TrackPlace place;
+  Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();  ///< in c
+  Eigen::Matrix<double, 3, 2> basis;                   ///< tangentOf(bearing)
+};
+
+/// Residual of a track at a pose of the body.
+struct PoseResidual {
+  Eigen::Vector2d r = Eigen::Vector2d::Zero();  ///< [rad]
+  Eigen::Matrix<double, 2, 6> J;                ///< by errors [theta, p] of the body in the world
+  Eigen::Matrix2d information;                  ///< inverse covariance of pixel and place
+};
+
+/// False if the place is behind the camera. `sigma` of a bearing [rad].
+bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibration& calibration,
+                  double sigma, PoseResidual* residual);
+
+}  // namespace innovation_detail
+
+}  // namespace slim_init::vins_adapter
