@@ -11,6 +11,7 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "imu_carry.h"
@@ -174,27 +175,110 @@ TEST(ImuScreen, WhileDamageGoesOnTheLastSampleIsHeld) {
   EXPECT_EQ(both.screen.heldUntil(until).back().t, until);
 }
 
+// Noise of `accel` and `gyro` from 1.5 to 2.5 s.
+Screened noisy(const ExactWindow& exact, double accel, double gyro) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<ImuSample> samples = exact.imu;
+  for (ImuSample& sample : samples) {
+    if (sample.t < 1.5 || sample.t >= 2.5) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      sample.accel[axis] += accel * normal(random);
+      sample.gyro[axis] += gyro * normal(random);
+    }
+  }
+  return screened(samples);
+}
+
+// The host keeps the samples, with the size of their noise; the initializer does not get them.
 TEST(ImuScreen, NoiseOfABrokenSensorIsDamageAndVibrationIsNot) {
   const ExactWindow exact = flight();
-  const auto noisy = [&exact](double sigma_a, double sigma_g) {
-    std::mt19937 random(3);
-    std::normal_distribution<double> normal;
-    std::vector<ImuSample> samples = exact.imu;
-    for (ImuSample& sample : samples) {
-      if (sample.t < 1.5 || sample.t >= 2.5) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        sample.accel[axis] += sigma_a * normal(random);
-        sample.gyro[axis] += sigma_g * normal(random);
-      }
+  for (const auto& [accel, gyro] : {std::pair(20.0, 3.0), std::pair(8.0, 0.5)}) {
+    const Screened broken = noisy(exact, accel, gyro);
+    double hole = 0.0, accel_size = 0.0, gyro_size = 0.0;
+    for (const ImuDamage& damage : broken.screen.damage()) {
+      if (!damage.measured) continue;
+      EXPECT_GT(damage.first, 1.45);
+      EXPECT_LT(damage.last, 2.57);
+      hole += damage.last - damage.first;
+      accel_size = std::hypot(accel_size, damage.accel_sigma * (damage.last - damage.first));
+      gyro_size = std::hypot(gyro_size, damage.gyroSigma() * (damage.last - damage.first));
     }
-    return screened(samples);
-  };
-  const Screened broken = noisy(20.0, 3.0);
-  double hole = 0.0;
-  for (const ImuDamage& damage : broken.screen.damage()) hole += damage.last - damage.first;
-  EXPECT_NEAR(hole, 1.0, 0.15);
-  const Screened vibration = noisy(5.0, 0.3);
-  EXPECT_TRUE(vibration.screen.damage().empty());
+    EXPECT_NEAR(hole, 1.0, 0.15) << accel;
+    // White noise of 5 ms over a second.
+    EXPECT_NEAR(accel_size / (accel * std::sqrt(0.005)), 1.0, 0.3) << accel;
+    EXPECT_NEAR(gyro_size / (gyro * std::sqrt(0.005)), 1.0, 0.3) << accel;
+    EXPECT_LT(broken.used.size(), exact.imu.size() - 50) << accel;
+    EXPECT_EQ(broken.screen.samples().size(), exact.imu.size()) << accel;
+  }
+  const Screened vibration = noisy(exact, 5.0, 0.3);
+  EXPECT_EQ(vibration.used.size(), exact.imu.size());
+  const ImuWidening widening = wideningOf(vibration.screen.damage(), 2.0, 2.1);
+  EXPECT_LT(widening.sigma_v, 0.15);
+  EXPECT_LT(widening.sigma_theta, 0.01);
+  EXPECT_FALSE(wideningOf(noisy(exact, 3.0, 0.2).screen.damage(), 2.0, 2.1).damaged);
+}
+
+TEST(ImuScreen, AFrozenSensorIsMissing) {
+  const ExactWindow exact = flight(true);
+  std::vector<ImuSample> samples = exact.imu;
+  const ImuSample held = samples[400];
+  for (std::size_t i = 401; i < 500; ++i) {
+    samples[i].accel = held.accel;
+    samples[i].gyro = held.gyro;
+  }
+  const Screened frozen = screened(samples);
+  ASSERT_EQ(frozen.screen.damage().size(), 1u);
+  const ImuDamage damage = frozen.screen.damage().front();
+  EXPECT_NEAR(damage.first, held.t, 0.0051);
+  EXPECT_NEAR(damage.last, exact.imu[500].t, 1e-9);
+  EXPECT_FALSE(damage.gyro_known || damage.bridged || damage.open);
+  EXPECT_EQ(damage.gyroSigma(), kUnknownGyro);
+  // A driver that sends each sample twice is not frozen, nor is a simulation without noise at rest.
+  samples = exact.imu;
+  for (std::size_t i = 1; i < samples.size(); i += 2) {
+    samples[i].accel = samples[i - 1].accel;
+    samples[i].gyro = samples[i - 1].gyro;
+  }
+  EXPECT_TRUE(screened(samples).screen.damage().empty());
+  for (ImuSample& sample : samples) {
+    sample.accel = held.accel;
+    sample.gyro = held.gyro;
+  }
+  EXPECT_TRUE(screened(samples).screen.damage().empty());
+}
+
+TEST(ImuScreen, DamageFromOutside) {
+  const ExactWindow exact = flight();
+  Screened data = screened(exact.imu);
+  data.screen.addDamage(2.0, 2.1, 15.0, 0.0);
+  data.screen.addDamage(1.0, 1.1, 4.0, 2.0);
+  data.screen.addDamage(2.0, 2.1, 10.0, 0.5);
+  data.screen.addDamage(2.1, 2.1, 10.0, 0.5);
+  data.screen.addDamage(2.1, 2.2, -1.0, 0.5);
+  data.screen.addDamage(2.1, 2.2, 1.0, std::numeric_limits<double>::quiet_NaN());
+  ASSERT_EQ(data.screen.damage().size(), 2u);
+  EXPECT_EQ(data.screen.damage().front().first, 1.0);
+  const ImuDamage damage = data.screen.damage().back();
+  EXPECT_TRUE(damage.measured && !damage.open && !damage.bridged && !damage.gyro_known);
+  EXPECT_EQ(damage.accel_sigma, 15.0);
+  EXPECT_EQ(damage.gyroSigma(), 0.5);
+  // The samples stay.
+  EXPECT_EQ(data.screen.samples().size(), exact.imu.size());
+  const ImuWidening widening = wideningOf(data.screen.damage(), 2.05, 2.15);
+  EXPECT_TRUE(widening.damaged);
+  EXPECT_NEAR(widening.sigma_v, 15.0 * 0.05, 1e-9);
+  EXPECT_NEAR(widening.sigma_theta, 0.5 * 0.05, 1e-9);
+  EXPECT_NEAR(widening.sigma_p, 0.5 * 15.0 * 0.05 * 0.1, 1e-9);
+  EXPECT_FALSE(wideningOf(data.screen.damage(), 2.1, 2.2).damaged);
+  // Beside damage that goes on, which stays the last.
+  std::vector<ImuSample> samples = disturbed(exact.imu, 2.0, 9.0, {120, 0, 0});
+  samples.resize(420);
+  Screened open = screened(samples);
+  ASSERT_TRUE(open.screen.damage().back().open);
+  open.screen.addDamage(1.9, 2.09, 1.0, 0.0);
+  EXPECT_TRUE(open.screen.damage().back().open);
+  EXPECT_EQ(open.screen.damage().size(), 2u);
 }
 
 // A frame that vibrates by so much, or by about so much, all the time: the samples are all there
@@ -325,6 +409,44 @@ TEST(ImuCarry, CovarianceFits) {
   // 600 values: their mean has a standard deviation of 0.06.
   EXPECT_NEAR(position, 1.0, 0.25);
   EXPECT_NEAR(velocity, 1.0, 0.25);
+}
+
+// Errors of the sizes that addDamage() is given have the covariance that carryState() reports.
+TEST(ImuCarry, DamageFromOutsideIsHonest) {
+  const ExactWindow exact = flight();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  double position = 0.0, velocity = 0.0, attitude = 0.0;
+  const int draws = 200;
+  for (int k = 0; k < draws; ++k) {
+    Eigen::Vector3d accel, gyro;
+    for (int axis = 0; axis < 3; ++axis) {
+      accel[axis] = 10.0 * normal(random);
+      gyro[axis] = 0.5 * normal(random);
+    }
+    std::vector<ImuSample> samples = disturbed(exact.imu, 2.0, 2.2, accel);
+    for (ImuSample& sample : samples) {
+      if (sample.t >= 2.0 && sample.t < 2.2) sample.gyro += gyro;
+    }
+    Screened data = screened(samples);
+    data.screen.addDamage(2.0, 2.2, 10.0, 0.5);
+    CarriedState from;
+    from.state = exact.truth[18];
+    const Carry end = carried(exact, from, 23, data);
+    ASSERT_TRUE(end.ok);
+    const Eigen::Vector3d dp = end.state.state.p_w_b - exact.truth[23].p_w_b;
+    const Eigen::Vector3d dv = end.state.state.v_w_b - exact.truth[23].v_w_b;
+    const Eigen::AngleAxisd turn(end.state.state.R_w_b * exact.truth[23].R_w_b.transpose());
+    const Eigen::Vector3d dr = turn.angle() * turn.axis();
+    const Eigen::Matrix<double, 15, 15>& C = end.state.covariance;
+    position += dp.dot(C.block<3, 3>(6, 6).ldlt().solve(dp)) / (3 * draws);
+    velocity += dv.dot(C.block<3, 3>(3, 3).ldlt().solve(dv)) / (3 * draws);
+    attitude += dr.dot(C.block<3, 3>(0, 0).ldlt().solve(dr)) / (3 * draws);
+  }
+  for (const double square : {position, velocity, attitude}) {
+    EXPECT_GT(std::sqrt(square), 0.7);
+    EXPECT_LT(std::sqrt(square), 1.5);
+  }
 }
 
 TEST(ImuCarry, DamageWidens) {

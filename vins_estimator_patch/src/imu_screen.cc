@@ -40,7 +40,7 @@ constexpr std::size_t kBlocks = 50;
 constexpr std::size_t kLeastBlocks = 5;
 // Noise above the usual by these factors widens, and is not for the initializer.
 constexpr double kWidens = 3.0;
-constexpr double kBreaks = 4.0;
+constexpr double kBreaks = 5.0;
 // Noise from one stretch of this length to the next is independent [s].
 constexpr double kNoiseStretch = 0.1;
 // Variance of third differences of white noise, and the median of chi-square with three degrees of
@@ -140,18 +140,22 @@ void ImuScreen::widenByNoise(double begin, double end, const ImuSampleNoise& exc
   ImuDamage damage;
   damage.measured = true;
   damage.first = begin;
+  ImuSampleNoise of_samples = excess;
   if (stretch != damage_.rend() && stretch->first > end - kNoiseStretch) {
     damage = *stretch;
     damage_.erase(std::prev(stretch.base()));
+    const double root = std::sqrt((damage.last - damage.first) / period_);
+    of_samples.accel = std::max(excess.accel, root * damage.accel_sigma);
+    of_samples.gyro = std::max(excess.gyro, root * damage.gyro_sigma);
   } else if (stretch != damage_.rend()) {
     damage.first = std::max(begin, noise_end_);
   }
   damage.last = noise_end_ = end;
   if (!(damage.first < damage.last)) return;
   const double share = std::sqrt(std::min(1.0, period_ / (damage.last - damage.first)));
-  damage.accel_sigma = share * excess.accel;
-  damage.gyro_sigma = share * excess.gyro;
-  damage.gyro_known = !(excess.gyro > 0.0);
+  damage.accel_sigma = share * of_samples.accel;
+  damage.gyro_sigma = share * of_samples.gyro;
+  damage.gyro_known = !(of_samples.gyro > 0.0);
   insertDamage(damage);
 }
 

@@ -55,7 +55,7 @@ double middle(std::vector<double> values);
 /// test (innovation.h), which reports them to addDamage().
 ///
 /// Noise above three times the median noise of the last 5 s is damage with the size of that noise;
-/// the samples stay in samples(), and above four times it they are not returned for use.
+/// the samples stay in samples(), and above five times it they are not returned for use.
 /// Not thread-safe.
 ///
 /// The bounds of a step are twice those of 470 s of EuRoC flight, 38 m/s^2 and 3.4 rad/s from the
