@@ -151,9 +151,20 @@ class StandInRun : public ::testing::Test {
   // What the host's optimization would make of its newest frame.
   void track(int k) {
     Estimator& e = host();
-    e.Ps[kNewest] = exact_.truth[k].p_w_b;
-    e.Rs[kNewest] = exact_.truth[k].R_w_b;
-    e.Vs[kNewest] = exact_.truth[k].v_w_b;
+    // The whole window in the frame of the truth: the start had one of its own.
+    for (int i = 0; i < kNewest; ++i) {
+      const double stamp = glue_detail::stampOf(e.Headers[i]);
+      for (std::size_t f = 0; f < exact_.keyframes.size(); ++f) {
+        if (std::abs(exact_.keyframes[f].t - stamp) < 1e-6) setState(exact_.truth[f], i);
+      }
+    }
+    setState(exact_.truth[k], kNewest);
+  }
+  void setState(const NavState& truth, int i) {
+    Estimator& e = host();
+    e.Ps[i] = truth.p_w_b;
+    e.Rs[i] = truth.R_w_b;
+    e.Vs[i] = truth.v_w_b;
   }
   // So many frames from the start on; the host tracks once it is started. Returns the next one.
   int fly(int frames) {
@@ -595,7 +606,7 @@ TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
   EXPECT_LT((e.Ps[kNewest] - exact_.truth[k].p_w_b).norm(), 0.05);
   EXPECT_LT((e.Vs[kNewest] - exact_.truth[k].v_w_b).norm(), 0.05);
   EXPECT_LT(logSO3(e.Rs[kNewest].transpose() * exact_.truth[k].R_w_b).norm(), 0.01);
-  EXPECT_EQ(e.f_manager.feature.front().estimated_depth, -1.0);
+  EXPECT_EQ(e.f_manager.feature.front().estimated_depth, -1.0) << logText();
   EXPECT_EQ(e.ric[0], Matrix3d(2.0 * Matrix3d::Identity()));
   EXPECT_NE(logText().find("recover done"), std::string::npos) << logText();
 
@@ -636,7 +647,6 @@ TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
   EXPECT_LT(values[1], exact_.keyframes[30].t);
   EXPECT_GT(values[2], 0.01);
   EXPECT_LT(values[2], 1.0);
-  EXPECT_GT(values[3], 0.0);
 }
 
 // Hosts without a restart of the tracker have no insertion there.

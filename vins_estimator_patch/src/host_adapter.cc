@@ -589,7 +589,9 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
     screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
   }
   out.suspect = innovation.culprit == Culprit::kUnclear;
-  out.message = innovation.message;
+  if (innovation.culprit != Culprit::kNone && innovation.culprit != Culprit::kNotJudged) {
+    out.message = innovation.message;
+  }
   for (const FeatureId id : innovation.moving) out.moving.push_back(id);
   out.intervals = intervals(stamps);
   if (out.intervals.empty() || !out.intervals.back().damaged) return out;
