@@ -26,8 +26,8 @@ constexpr std::size_t kLeastTracks = 8;
 constexpr std::size_t kLeastStates = 3;
 // Chi-square of two degrees of freedom that one in a thousand exceeds.
 constexpr double kAgrees = 13.8;
-// Of the pose innovation, six degrees of freedom; one in 10^5 exceeds it.
-constexpr double kLargestMahalanobis = 5.6;
+// Of the pose innovation, six degrees of freedom; three in 10^6 exceed it.
+constexpr double kLargestMahalanobis = 5.8;
 // Fractions of the tracks.
 constexpr double kNearlyAll = 0.7;
 constexpr double kPart = 0.25;
@@ -37,12 +37,16 @@ constexpr double kDecides = 0.2;
 // Geman-McClure: a residual of this chi-square has a quarter of its weight.
 constexpr double kKernel = 6.0;
 constexpr int kMaxIterations = 12;
+constexpr double kLeastInverseDepth = 1e-6;  // [1/m]
 // The host's own poses and the tracker add to the noise of a track, by no more than this factor.
 constexpr double kMostNoise = 3.0;
 // A track that has moved: its chi-square over the largest of one that has not.
 constexpr double kMoved = 4.0;
-// Pose of the newest frame and of the last optimized one against places that share errors.
-constexpr double kBothPoses = 3.0;
+// Pose of the newest frame and of the last optimized one against places that share errors; these
+// come from two poses of the window, and grow with the step beyond it.
+constexpr double kBothPoses = 6.0;
+constexpr double kSharedErrors = 4.0;
+constexpr double kLeastReach = 1e-3;  // [m]
 // Pose of the newest optimized frame against the places, besides the noise of the tracks.
 constexpr double kFrameTheta = 5e-4;     // [rad]
 constexpr double kFramePosition = 1e-3;  // [m]
@@ -180,6 +184,15 @@ struct PoseFit {
   }
 };
 
+// An inverse depth with an error of its own size would draw the pose towards the last one: the
+// noise of the place is in residual and Jacobian alike. That of all views, the newest included,
+// does not.
+void useBothDepths(const PoseTrack& track, PoseResidual* residual) {
+  const double before = track.place.inverse_depth;
+  if (std::abs(before) < kLeastInverseDepth) return;
+  residual->J.rightCols<3>() *= residual->inverse_depth / before;
+}
+
 class PoseSolver {
  public:
   PoseSolver(const Scene& scene, const Calibration& calibration)
@@ -231,6 +244,7 @@ class PoseSolver {
       if (!poseResidual(track, pose, calibration_, scene_.sigma, &residual)) continue;
       const Eigen::Vector2d weighted = residual.information * residual.r;
       const double root = 1.0 / (1.0 + residual.r.dot(weighted) / kernel);
+      useBothDepths(track, &residual);
       const Eigen::Matrix<double, 2, 6> WJ = residual.information * residual.J;
       H->noalias() += root * root * residual.J.transpose() * WJ;
       g->noalias() += root * root * residual.J.transpose() * weighted;
@@ -251,7 +265,9 @@ class PoseSolver {
       fit.agrees.push_back(agrees ? 1 : 0);
       fit.count += agrees ? 1 : 0;
       fit.cost += std::min(square, kAgrees);
-      if (agrees) H.noalias() += residual.J.transpose() * residual.information * residual.J;
+      if (!agrees) continue;
+      useBothDepths(track, &residual);
+      H.noalias() += residual.J.transpose() * residual.information * residual.J;
     }
     fit.covariance = H.inverse();
     return fit;
@@ -311,20 +327,28 @@ Split splitOf(const PoseFit& first, const PoseFit& second) {
 
 // Both sides of the test.
 struct Fits {
-  PoseFit imu;                           // the pose that the IMU allows
-  PoseFit images;                        // the pose that most tracks want
-  Matrix6d expected = Matrix6d::Zero();  // covariance of the innovation
+  PoseFit imu;           // the pose that the IMU allows
+  PoseFit images;        // the pose that most tracks want
   bool allowed = false;  // the IMU allows its pose indeed: a robust fit may leave it
 };
+
+// Covariance of an innovation, but for that of the prediction. `pose` has `covariance` from tracks.
+Matrix6d ofImages(const NavState& pose, const Matrix6d& covariance,
+                  const std::vector<NavState>& optimized) {
+  const NavState& last = optimized.back();
+  double reach = kLeastReach;
+  for (const NavState& state : optimized) {
+    reach = std::max(reach, (state.p_w_b - last.p_w_b).norm());
+  }
+  const double step = (pose.p_w_b - last.p_w_b).norm() / reach;
+  return (kBothPoses + kSharedErrors * step * step) * covariance;
+}
 
 Fits fitBoth(const PoseSolver& solver, const Prediction& prediction,
              const std::vector<NavState>& optimized) {
   Fits fits;
   fits.imu = solver.fit(prediction.state, false, &prediction.covariance);
   fits.images = solver.fit(fits.imu.pose, false, nullptr);
-  const auto expected = [&prediction](const PoseFit& fit) {
-    return Matrix6d(prediction.covariance + kBothPoses * fit.covariance);
-  };
   if (fits.imu.fraction() < kHealthy) {
     // Without the tracks of both the search ends where it begins.
     for (const NavState& start :
@@ -333,9 +357,10 @@ Fits fitBoth(const PoseSolver& solver, const Prediction& prediction,
       if (other.cost < fits.images.cost) fits.images = std::move(other);
     }
   }
-  fits.expected = expected(fits.images);
-  fits.allowed = mahalanobis(difference(fits.imu.pose, prediction.state), expected(fits.imu)) <
-                 kLargestMahalanobis;
+  const Matrix6d expected =
+      prediction.covariance + ofImages(fits.imu.pose, fits.imu.covariance, optimized);
+  fits.allowed =
+      mahalanobis(difference(fits.imu.pose, prediction.state), expected) < kLargestMahalanobis;
   return fits;
 }
 
@@ -347,17 +372,24 @@ void setMoving(const PoseFit& fit, const Scene& scene, Innovation* result) {
   std::sort(result->moving.begin(), result->moving.end());
 }
 
-// `static_part`: fraction of the tracks that have a place.
-Culprit culpritOf(const Fits& fits, double distance, double static_part) {
+// Whether so many of the tracks move that they are more than a few poor ones.
+bool moves(const PoseFit& fit, std::size_t placeless) {
+  const std::size_t others = fit.agrees.size() - static_cast<std::size_t>(fit.count) + placeless;
+  const double all = static_cast<double>(fit.agrees.size() + placeless);
+  return others >= kLeastTracks && static_cast<double>(others) > (1.0 - kHealthy) * all;
+}
+
+// `placeless`: tracks besides those of the fits that have moved before.
+Culprit culpritOf(const Fits& fits, double distance, std::size_t placeless) {
   const double a = fits.imu.fraction(), b = fits.images.fraction();
   const Split split = splitOf(fits.imu, fits.images);
   const double apart = split.only_first + split.only_second;
   const bool distinct = apart > 0.1 * static_cast<double>(fits.imu.agrees.size());
   if (fits.allowed && distinct && a >= kPart && split.only_first >= kDecides * apart) {
-    return a * static_part >= kHealthy ? Culprit::kNone : Culprit::kImages;
+    return moves(fits.imu, placeless) ? Culprit::kImages : Culprit::kNone;
   }
   if (distance < kLargestMahalanobis) {
-    if (b * static_part >= kHealthy) return Culprit::kNone;
+    if (!moves(fits.images, placeless)) return Culprit::kNone;
     return b >= kPart ? Culprit::kImages : Culprit::kUnclear;
   }
   return b >= kNearlyAll ? Culprit::kImu : Culprit::kUnclear;
@@ -399,6 +431,31 @@ std::string sentenceOf(const Innovation& result) {
          std::to_string(kLeastTracks) + ")";
 }
 
+bool isWrong(const Innovation& result) {
+  return result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear;
+}
+
+// Whether the pose of the images agrees with another prediction. If nearly all tracks agree with
+// that pose and nothing was found, the other prediction decides: damage that is small against what
+// is known of the host's velocity.
+bool compareTo(const CarriedState& predicted, const std::vector<NavState>& optimized,
+               Innovation* result) {
+  const NavState& last = optimized.back();
+  const Prediction prediction = predictionOf(predicted, last);
+  const Vector6d d = difference(result->images, prediction.state);
+  const double distance = mahalanobis(
+      d, prediction.covariance + ofImages(result->images, result->covariance, optimized));
+  if (distance < kLargestMahalanobis) return true;
+  if (result->culprit != Culprit::kNone) return false;
+  result->culprit = Culprit::kImu;
+  result->mahalanobis = distance;
+  result->rotation_deg = kDeg * d.head<3>().norm();
+  result->position_m = d.tail<3>().norm();
+  setSizes(d, predicted.state.t - last.t, result);
+  result->message = sentenceOf(*result);
+  return false;
+}
+
 bool areFinite(const std::vector<NavState>& states) {
   return std::all_of(states.begin(), states.end(),
                      [](const NavState& state) { return state.isFinite(); });
@@ -420,9 +477,11 @@ bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibratio
   const Eigen::Vector3d from_body = place.ray + rho * (pose.R_w_b * calibration.t_b_c);
   residual->J.leftCols<3>() = place.by_expected * skewOf(from_body);
   residual->J.rightCols<3>() = -rho * place.by_expected;
-  Eigen::Matrix2d S = place.by_place * track.place.covariance * place.by_place.transpose();
+  const Eigen::Matrix<double, 3, 2> CJ = track.place.covariance * place.by_place.transpose();
+  Eigen::Matrix2d S = place.by_place * CJ;
   S.diagonal().array() += sigma * sigma;
   residual->information = S.inverse();
+  residual->inverse_depth = rho - CJ.row(2).dot(residual->information * residual->r);
   return true;
 }
 
@@ -466,13 +525,12 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedSta
   result.agree_images = fits.images.fraction();
   result.rotation_deg = kDeg * d.head<3>().norm();
   result.position_m = d.tail<3>().norm();
-  result.mahalanobis = mahalanobis(d, fits.expected);
-  const double n = static_cast<double>(scene.tracks.size());
-  const double static_part = n / (n + static_cast<double>(scene.placeless.size()));
-  result.culprit = culpritOf(fits, result.mahalanobis, static_part);
+  result.covariance = fits.images.covariance;
+  result.mahalanobis = mahalanobis(
+      d, prediction.covariance + ofImages(fits.images.pose, result.covariance, optimized));
+  result.culprit = culpritOf(fits, result.mahalanobis, scene.placeless.size());
   result.images = fits.images.pose;
   result.images.v_w_b += d.tail<3>() / interval;
-  result.covariance = fits.images.covariance;
   if (result.culprit == Culprit::kImages) {
     const bool imu = fits.allowed && fits.imu.fraction() >= kPart;
     setMoving(imu ? fits.imu : fits.images, scene, &result);
@@ -501,41 +559,70 @@ bool InnovationMonitor::velocityOfPoses(const std::vector<NavState>& optimized,
   return velocity->allFinite();
 }
 
-Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
-                                    const CarriedState& predicted,
-                                    const std::vector<FrameObservation>& frames,
-                                    const Calibration& calibration, double sigma_px) {
-  if (optimized.empty()) return innovationOf(optimized, predicted, frames, calibration, sigma_px);
+CarriedState InnovationMonitor::withVelocityOf(const Eigen::Vector3d& velocity,
+                                               const NavState& last,
+                                               const CarriedState& predicted) const {
+  const double interval = predicted.state.t - last.t;
+  const double share = interval / (before_.last - before_.first);
+  CarriedState result = predicted;
+  result.state.v_w_b += velocity - last.v_w_b;
+  result.state.p_w_b += (velocity - last.v_w_b) * interval;
+  // Errors e of the two poses move the prediction by e_1 + share (e_1 - e_0), and the velocity of
+  // healthyCovariance() is not used.
+  const double of_pose =
+      std::pow((1.0 + share) * kFramePosition, 2) + std::pow(share, 2) * before_.variance;
+  const double of_velocity = healthyCovariance()(3, 3) * interval * interval;
+  Eigen::Matrix3d position = result.covariance.block<3, 3>(6, 6);
+  position.diagonal().array() -= of_velocity;
+  position.diagonal() = position.diagonal().cwiseMax(0.0);
+  position.diagonal().array() += of_pose;
+  result.covariance.block<3, 3>(6, 6) = position;
+  return result;
+}
+
+void InnovationMonitor::keep(const std::vector<NavState>& optimized, const CarriedState& predicted,
+                             const Innovation& result) {
   const NavState& last = optimized.back();
   const double interval = predicted.state.t - last.t;
-  CarriedState other = predicted;
-  Eigen::Vector3d velocity;
-  const bool known = velocityOfPoses(optimized, &velocity);
-  if (known) {
-    other.state.v_w_b += velocity - last.v_w_b;
-    other.state.p_w_b += (velocity - last.v_w_b) * interval;
-  }
-  const bool doubted = suspicious_ && known;
-  Innovation result =
-      innovationOf(optimized, doubted ? other : predicted, frames, calibration, sigma_px);
-  const bool wrong = result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear;
-  if (!suspicious_ && wrong && known) {
-    const Innovation poses = innovationOf(optimized, other, frames, calibration, sigma_px);
-    if (poses.culprit == Culprit::kNone) {
-      result.culprit = Culprit::kUnclear;
-      result.message = "the host's velocity is " + rounded((velocity - last.v_w_b).norm()) +
-                       " m/s from that of its last two poses: " + result.message;
-    }
-  }
-  // Too little of it may have been in the interval before to be seen there.
-  if (wrong && known) result.damaged_since = before_.first;
-  suspicious_ = wrong || (doubted && result.culprit != Culprit::kNotJudged &&
-                          (velocity - last.v_w_b).norm() > kSameVelocity);
   before_.first = last.t;
   before_.last = predicted.state.t;
   before_.start = last.p_w_b;
   before_.position = predicted.state.p_w_b - last.p_w_b - last.v_w_b * interval;
   before_.velocity = predicted.state.v_w_b - last.v_w_b;
+  before_.variance =
+      ofImages(result.images, result.covariance, optimized).diagonal().tail<3>().maxCoeff();
+}
+
+Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
+                                    const CarriedState& predicted,
+                                    const std::vector<FrameObservation>& frames,
+                                    const Calibration& calibration, double sigma_px) {
+  Eigen::Vector3d velocity;
+  const bool known = velocityOfPoses(optimized, &velocity);
+  if (!known) {
+    Innovation result = innovationOf(optimized, predicted, frames, calibration, sigma_px);
+    suspicious_ = isWrong(result);
+    if (!optimized.empty()) keep(optimized, predicted, result);
+    return result;
+  }
+  const NavState& last = optimized.back();
+  const CarriedState other = withVelocityOf(velocity, last, predicted);
+  Innovation result =
+      innovationOf(optimized, suspicious_ ? other : predicted, frames, calibration, sigma_px);
+  const std::string off = "the host's velocity is " + rounded((velocity - last.v_w_b).norm()) +
+                          " m/s from that of its last two poses: ";
+  if (!suspicious_ && (result.culprit == Culprit::kNone || isWrong(result))) {
+    const bool same = compareTo(other, optimized, &result);
+    if (isWrong(result) && same) {
+      result.culprit = Culprit::kUnclear;
+      result.message = off + result.message;
+    }
+  }
+  // Too little of it may have been in the interval before to be seen there.
+  if (isWrong(result)) result.damaged_since = before_.first;
+  suspicious_ = isWrong(result) || (suspicious_ && result.culprit != Culprit::kNotJudged &&
+                                    (velocity - last.v_w_b).norm() > kSameVelocity);
+  keep(optimized, predicted, result);
   return result;
 }
 

@@ -39,7 +39,8 @@ struct Innovation {
   /// Pose from the tracks; velocity: the prediction, changed by the mean error of the prediction
   /// over the interval; biases as predicted.
   NavState images;
-  /// Of its errors [theta, p], both in the world, from the noise of tracks and places.
+  /// Of its errors [theta, p], both in the world, from the noise of tracks and places; the last
+  /// optimized pose is exact.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   /// Tracks to keep out of the host's window (kImages): those of the newest frame that do not agree
   /// with the pose that the IMU allows.
@@ -68,10 +69,11 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedSta
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
                         double sigma_px);
 
-/// innovationOf() for each frame of a host in flight, in order. While IMU data are damaged the
-/// velocity of a host is not known; until an interval is found to be clean, the velocity of the
-/// prediction is that of the last two poses, so that damage which goes on is found in each frame.
-/// Not thread-safe.
+/// innovationOf() for each frame of a host in flight, in order, and the same test with the velocity
+/// of the host's last two poses, which does not depend on what the host has made of its IMU data.
+/// That finds damage too small for the other test, tells a host with an incorrect velocity
+/// (kUnclear) from damage, and finds damage that goes on in each frame: until an interval is clean
+/// the velocity of the poses alone is used. Not thread-safe.
 class InnovationMonitor {
  public:
   /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
@@ -89,8 +91,13 @@ class InnovationMonitor {
     Eigen::Vector3d start = Eigen::Vector3d::Zero();     // position at the first [m]
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m]
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // [m/s]
+    double variance = 0.0;  // of the difference of its poses, from their tracks [m^2]
   };
   bool velocityOfPoses(const std::vector<NavState>& optimized, Eigen::Vector3d* velocity) const;
+  CarriedState withVelocityOf(const Eigen::Vector3d& velocity, const NavState& last,
+                              const CarriedState& predicted) const;
+  void keep(const std::vector<NavState>& optimized, const CarriedState& predicted,
+            const Innovation& result);
 
   Step before_;
   bool suspicious_ = false;
@@ -111,6 +118,7 @@ struct PoseResidual {
   Eigen::Vector2d r = Eigen::Vector2d::Zero();  ///< [rad]
   Eigen::Matrix<double, 2, 6> J;                ///< by errors [theta, p] of the body in the world
   Eigen::Matrix2d information;                  ///< inverse covariance of pixel and place
+  double inverse_depth = 0.0;                   ///< with this observation [1/m]
 };
 
 /// False if the place is behind the camera. `sigma` of a bearing [rad].

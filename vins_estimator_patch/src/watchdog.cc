@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "imu_screen.h"
+#include "track_place.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -22,7 +23,10 @@ constexpr double kLongest = 1.2;
 // Frames at the end of the window that are judged and not used for triangulation.
 constexpr std::size_t kJudgedFrames = 2;
 constexpr std::size_t kLeastViews = 3;
-constexpr double kLeastParallaxDeg = 1.5;
+// Relative standard deviation of a distance that is known well enough.
+constexpr double kMostDepthError = 0.1;
+// Error of a track whose place is behind the camera, or far outside its view [px].
+constexpr double kBehindPx = 1e4;
 // Of the initializer's answer: velocity [m/s] and share of it, tilt.
 constexpr double kAnswerVelocity = 0.5;
 constexpr double kAnswerShare = 0.3;
@@ -38,44 +42,17 @@ std::string text(const Parts&... parts) {
 
 double angleOf(const Eigen::Matrix3d& R) { return std::abs(Eigen::AngleAxisd(R).angle()); }
 
-struct Ray {
-  Eigen::Vector3d origin, direction;  // in w
-};
-
-Ray rayOf(const NavState& state, const Eigen::Vector3d& bearing, const Calibration& calibration) {
-  return {state.p_w_b + state.R_w_b * calibration.t_b_c,
-          (state.R_w_b * (calibration.R_b_c * bearing)).normalized()};
-}
-
-// The point closest to all rays; false where they are too parallel.
-bool triangulate(const std::vector<Ray>& rays, Eigen::Vector3d* point) {
-  double parallax = 0.0;
-  for (const Ray& ray : rays) {
-    parallax = std::max(parallax,
-                        std::acos(std::min(1.0, std::abs(ray.direction.dot(rays[0].direction)))));
-  }
-  if (parallax * kDeg < kLeastParallaxDeg) return false;
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Ray& ray : rays) {
-    const Eigen::Matrix3d P =
-        Eigen::Matrix3d::Identity() - ray.direction * ray.direction.transpose();
-    A += P;
-    b += P * ray.origin;
-  }
-  *point = A.ldlt().solve(b);
-  return point->allFinite();
-}
-
 double reprojection(const std::vector<NavState>& states,
                     const std::vector<const FrameObservation*>& frames,
                     const Calibration& calibration, int least_tracks) {
-  std::map<FeatureId, std::vector<Ray>> rays;
+  std::vector<CameraPose> cameras;
+  for (const NavState& state : states) cameras.push_back(cameraOf(state, calibration));
+  std::map<FeatureId, std::vector<TrackView>> views;
   const std::size_t judged = states.size() - kJudgedFrames;
   for (std::size_t i = 0; i < judged; ++i) {
     if (frames[i] == nullptr) continue;
     for (const PointObservation& point : frames[i]->points) {
-      rays[point.id].push_back(rayOf(states[i], point.bearing, calibration));
+      views[point.id].push_back({&cameras[i], point.bearing.normalized()});
     }
   }
   std::vector<double> errors;
@@ -83,17 +60,18 @@ double reprojection(const std::vector<NavState>& states,
   for (std::size_t i = judged; i < states.size(); ++i) {
     if (frames[i] == nullptr) continue;
     for (const PointObservation& point : frames[i]->points) {
-      const auto track = rays.find(point.id);
-      Eigen::Vector3d place;
-      if (track == rays.end() || track->second.size() < kLeastViews ||
-          !triangulate(track->second, &place)) {
+      const auto track = views.find(point.id);
+      TrackPlace place;
+      if (track == views.end() || track->second.size() < kLeastViews ||
+          !findPlace(track->second, calibration.sigmaBearing(), 0.0, &place) ||
+          std::sqrt(place.covariance(2, 2)) > kMostDepthError * place.inverse_depth) {
         continue;
       }
       tracks.insert(point.id);
-      const Ray seen = rayOf(states[i], point.bearing, calibration);
-      const Eigen::Vector3d expected = (place - seen.origin).normalized();
-      errors.push_back(calibration.focal_px * std::atan2(expected.cross(seen.direction).norm(),
-                                                         expected.dot(seen.direction)));
+      const Eigen::Vector3d bearing = point.bearing.normalized();
+      PlaceResidual residual;
+      const bool seen = residualOf(place, cameras[i], bearing, tangentOf(bearing), &residual);
+      errors.push_back(seen ? calibration.focal_px * std::atan(residual.r.norm()) : kBehindPx);
     }
   }
   if (static_cast<int>(tracks.size()) < least_tracks) return kNotComputed;
