@@ -147,7 +147,7 @@ const std::vector<BadCommand>& badCommands() {
       {"KeyframesHalf", {"ab", "--builtin", "circle", "--keyframes", "4.."}, {"''", "[4, 15]"}},
       {"GrowingWithoutGates",
        {"ab", "--builtin", "circle", "--keyframes", "4..9", "--gates", "off"},
-       {"--gates off: no method would ever wait"}},
+       {"--gates off: no method would wait"}},
       {"SpanOfOneSize",
        {"ab", "--builtin", "circle", "--keyframes", "10", "--span", "2"},
        {"--span is for expanding windows"}},
