@@ -40,6 +40,7 @@ class Initializer : public IInitializer {
       : solver_(std::move(solver)),
         short_window_(shortWindow(options)),
         options_(options.window),
+        limits_(options.limits),
         window_(calibration, options.window, StreamOptions::liveData(options.imu)),
         memory_(options.window.fullSpan()) {}
 
@@ -123,7 +124,7 @@ class Initializer : public IInitializer {
     lock.unlock();
     InitResult result;
     {
-      SnapshotSolve solve(*solver_, short_window_, std::move(snapshot), known, &memory);
+      SnapshotSolve solve(*solver_, short_window_, limits_, std::move(snapshot), known, &memory);
       result = question(solve);
     }
     lock.lock();
@@ -150,6 +151,7 @@ class Initializer : public IInitializer {
   const std::unique_ptr<WindowSolver> solver_;
   const std::optional<WindowOptions> short_window_;  // if provisional estimates are wanted
   const WindowOptions options_;
+  const WorkLimits limits_;
 
   std::mutex solving_;
   mutable std::mutex mutex_;  // of all below
@@ -176,6 +178,8 @@ std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solv
     message = "imu." + message;
   } else if (message = options.provisional.validate(); !message.empty()) {
     message = "provisional." + message;
+  } else if (message = options.limits.validate(); !message.empty()) {
+    message = "limits." + message;
   }
   if (!message.empty()) {
     if (error != nullptr) *error = message;

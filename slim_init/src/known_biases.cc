@@ -8,6 +8,7 @@
 #include "data/with_calibration.h"
 #include "estimation/constants.h"
 #include "estimation/state_factor.h"
+#include "solver_support.h"
 
 namespace slim_init {
 namespace {
@@ -68,19 +69,26 @@ bool contradicts(const InitResult& result, const InertialOptions& priors) {
 }  // namespace
 
 InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOptions& options,
-                                  InitResult (*solve)(const InitWindow&,
-                                                      const InitializerOptions&)) {
+                                  WorkBudget* budget,
+                                  InitResult (*solve)(const InitWindow&, const InitializerOptions&,
+                                                      WorkBudget*)) {
   const ImuBiases known = usefulBiases(window.calibration().imu_biases, options.inertial);
-  if (isEmpty(known)) return solve(window, options);
+  if (isEmpty(known)) return solve(window, options, budget);
   const InitializerOptions informed = withPriors(options, known);
-  InitResult result = solve(*withoutBiases(window, known), informed);
+  InitResult result = solve(*withoutBiases(window, known), informed, budget);
   const bool contradicted = result.hasEstimate() && result.covariance.size() > 0 &&
                             contradicts(result, informed.inertial);
   if (!contradicted && result.status != InitStatus::kInconsistentResiduals) {
     addBiases(known, &result);
     return result;
   }
-  result = solve(window, options);
+  if (!budget->allows(
+          "the solve without the biases known from before, which the data contradict")) {
+    addBiases(known, &result);
+    failAtLimit(budget, &result);
+    return result;
+  }
+  result = solve(window, options, budget);
   if (!contradicted && !result.success()) return result;
   std::ostringstream message;
   message.precision(3);

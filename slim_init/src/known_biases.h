@@ -6,6 +6,7 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
@@ -15,7 +16,8 @@ namespace slim_init {
 /// `solve` is asked as it is where nothing is known beyond the priors of `options`; and again where
 /// the data contradict what is known, or nothing fits it: that answer says so in its warnings.
 InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOptions& options,
-                                  InitResult (*solve)(const InitWindow&,
-                                                      const InitializerOptions&));
+                                  WorkBudget* budget,
+                                  InitResult (*solve)(const InitWindow&, const InitializerOptions&,
+                                                      WorkBudget*));
 
 }  // namespace slim_init

@@ -15,13 +15,6 @@ constexpr double kDoubtfulLines = 0.2;
 // and scale are what lines and points can disagree about.
 constexpr double kLineConflict = 28.0;
 
-RefinedWindow refine(const RefinementInput& input, const std::vector<Track>& lines,
-                     const std::vector<WindowState>& starts, StartMode mode,
-                     const InitializerOptions& options) {
-  return refineWindow(input.tracks, lines, input.pre, input.vanishing_points, starts, mode,
-                      options.refinement, options.inertial, input.rig);
-}
-
 // A wrong minimum shows in its chi-square, over all views and over the better half of them; with
 // gross errors among the tracks the right one shows in the first alone.
 bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
@@ -33,6 +26,15 @@ bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& option
   return !fits(refined, options) || refined.point_tracks < options.slim.few_tracks;
 }
 
+// Minimises again from `refined` if its cost is an upper bound (StartMode::kRough), so that it can
+// be compared with others. `lines` as it was refined with.
+void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines,
+                   RefinedWindow* refined) {
+  if (!refined->valid || !refined->cost_is_bound) return;
+  const RefinedWindow exact = refineWindow(input, lines, {refined->state}, StartMode::kFine);
+  if (exact.valid) *refined = exact;
+}
+
 // Starts from the tracks that agree with one inertial trajectory; and where that does not help,
 // from all of them coarse to fine. The lowest cost over all tracks wins.
 void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
@@ -41,26 +43,30 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
   const auto keepLower = [refined](const RefinedWindow& other) {
     if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
   };
+  if (!input.budget.allows("the search of another minimum")) return;
+  const std::vector<Eigen::Matrix3d> R_c0_ck =
+      cameraRotations(chainRotations(input.pre), input.tracks.calibration().R_b_c);
   const std::vector<WindowState> agreeing =
-      consistentStartingStates(input.tracks, input.pre, input.R_c0_ck, options.slim,
-                               options.alignment, options.reverse_alignment, options.inertial);
-  makeCostExact(input, lines, options, refined);
-  if (!agreeing.empty()) keepLower(refine(input, lines, agreeing, StartMode::kFine, options));
+      consistentStartingStates(input.tracks, input.pre, R_c0_ck, options.slim, options.alignment,
+                               options.reverse_alignment, options.inertial);
+  makeCostExact(input, lines, refined);
+  if (!agreeing.empty()) keepLower(refineWindow(input, lines, agreeing, StartMode::kFine));
   if (fits(*refined, options)) return;
-  keepLower(refine(input, lines, agreeing.empty() ? starts : agreeing, StartMode::kCoarseToFine,
-                   options));
+  if (!input.budget.allows("the search from coarse to fine")) return;
+  keepLower(
+      refineWindow(input, lines, agreeing.empty() ? starts : agreeing, StartMode::kCoarseToFine));
 }
 
 // Many cut tracks are a sign of a line tracker that confuses lines, and what remains of them may be
 // wrong as well. Then the points decide: lines are left out that raise the cost of the points by
 // more than an independent measurement of the same motion would.
 void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines,
-                        std::vector<WindowState> starts, const InitializerOptions& options,
-                        RefinedWindow* refined) {
+                        std::vector<WindowState> starts, RefinedWindow* refined) {
   if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.sightings)) return;
-  makeCostExact(input, lines.tracks, options, refined);
+  if (!input.budget.allows("the check of the lines against the points")) return;
+  makeCostExact(input, lines.tracks, refined);
   if (refined->valid) starts.insert(starts.begin(), refined->state);
-  const RefinedWindow points = refine(input, {}, starts, StartMode::kFine, options);
+  const RefinedWindow points = refineWindow(input, {}, starts, StartMode::kFine);
   if (!points.valid) return;
   const bool conflict =
       !refined->valid || refined->cost - refined->line_cost > points.cost + kLineConflict;
@@ -68,13 +74,6 @@ void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines
 }
 
 }  // namespace
-
-void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines,
-                   const InitializerOptions& options, RefinedWindow* refined) {
-  if (!refined->valid || !refined->cost_is_bound) return;
-  const RefinedWindow exact = refine(input, lines, {refined->state}, StartMode::kFine, options);
-  if (exact.valid) *refined = exact;
-}
 
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
   const WindowState& state = refined.state;
@@ -105,11 +104,11 @@ AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowSt
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
                             const std::vector<WindowState>& starts,
                             const InitializerOptions& options) {
-  RefinedWindow refined = refine(input, lines.tracks, starts, StartMode::kRough, options);
+  RefinedWindow refined = refineWindow(input, lines.tracks, starts, StartMode::kRough);
   if (options.slim.second_search && isSuspicious(refined, options)) {
     searchAgain(input, lines.tracks, starts, options, &refined);
   }
-  checkAgainstPoints(input, lines, starts, options, &refined);
+  checkAgainstPoints(input, lines, starts, &refined);
   return refined;
 }
 
@@ -124,6 +123,7 @@ WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
       widenedByEstimate(input.rig->sigmas, rigBetween(input.rig->mean, out.refined.state.rig),
                         out.posterior.rig_covariance);
   if (wide == input.rig->sigmas) return out;
+  if (!input.budget.allows("the estimate with a wider prior of the calibration")) return out;
   input.rig->sigmas = wide;
   // What no start has fitted is not searched for a second time: it takes longest where no motion
   // explains the window.

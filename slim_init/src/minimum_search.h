@@ -4,8 +4,6 @@
 // tried, and whether the points agree with the answer (docs/derivation.md, 4.8 and 4.9).
 #pragma once
 
-#include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "estimation/posterior.h"
@@ -19,30 +17,17 @@
 
 namespace slim_init {
 
-/// What every refinement of a window shares. Keeps references: the arguments outlive it.
-struct RefinementInput {
-  const InitWindow& tracks;                             ///< points pruned
-  const std::vector<Preintegration>& pre;               ///< by preintegrateInflated()
-  const std::vector<Eigen::Matrix3d>& R_c0_ck;          ///< camera k to the first camera
-  const std::vector<VanishingPoint>* vanishing_points;  ///< or null
-  std::optional<RigPrior> rig;                          ///< or the calibration is exact
-};
-
 /// The line tracks that agree with the one of `starts` that more of them agree with; all of them
 /// where lines are not pruned or not used.
 AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowState>& starts,
                             const InitializerOptions& options);
 
-/// Maximum a posteriori estimate from `starts` (at least one). A second search follows where the
-/// first answer looks wrong, and lines that contradict the points are left out.
+/// Maximum a posteriori estimate from `starts` (at least one). A second search follows if the first
+/// minimum looks wrong, and lines that contradict the points are left out, both within the budget
+/// (WorkBudget::hasLeftOut()).
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
                             const std::vector<WindowState>& starts,
                             const InitializerOptions& options);
-
-/// Minimises again from `refined` where its cost is an upper bound (StartMode::kRough), so that it
-/// can be compared with others. `lines` as it was refined with.
-void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines,
-                   const InitializerOptions& options, RefinedWindow* refined);
 
 /// Posterior of a refined window, of the rig as well where that was estimated.
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined);

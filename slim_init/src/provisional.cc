@@ -167,8 +167,9 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
   refinement.tolerance = std::min(refinement.tolerance, kTolerance);
   refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
   const auto refine = [&](const std::vector<WindowState>& from) {
-    return refineWindow(input.tracks, {}, input.pre, input.vanishing_points, from,
-                        StartMode::kLowest, refinement, options.inertial, input.rig, motion);
+    return refineWindow({input.tracks, input.pre, input.vanishing_points, refinement,
+                         options.inertial, input.budget, input.rig, motion},
+                        {}, from, StartMode::kLowest);
   };
   const WindowState& last = starts.back();
   starts.push_back(levelled(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
@@ -184,6 +185,7 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
         ScaleCost(out.refined, pre, input.tracks.calibration(), options.inertial, motion));
     out.valid = out.scale.valid;
     if (!out.valid || round == kRefinements || std::abs(out.scale.log_best) < kNear) break;
+    if (!input.budget.allows("the search of the most probable scale")) break;
     const double ratio = std::exp(out.scale.log_best);
     WindowState other = state;
     other.p_b0 *= ratio;
@@ -265,12 +267,13 @@ bool agrees(const InitResult& earlier, const InitResult& now) {
 }
 
 // The stages of Slim::solve() up to the starts.
-InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options) {
+InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options,
+                             WorkBudget* budget) {
   const SlimOptions& use = options.slim;
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
-  const RotationStage rotation = estimateRotations(window, options);
+  const RotationStage rotation = estimateRotations(window, options, budget);
   if (!rotation.message.empty() || !rotation.bias.valid()) {
     fail(InitStatus::kTooFewTracks,
          rotation.message.empty() ? "the tracks give no gyroscope bias" : rotation.message,
@@ -303,7 +306,8 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   if (use.estimate_calibration) rig = rotation.prior;
   ProvisionalEstimate young;
   if (translation.valid) {
-    const RefinementInput input = {tracks, pre, R_c0_ck, vps, rig};
+    const RefinementInput input = {tracks,           pre,     vps, options.refinement,
+                                   options.inertial, *budget, rig};
     const std::vector<WindowState> starts =
         startingStates(tracks, pre, translation, use, options.reverse_alignment, options.inertial);
     // Without lines: which of them are believed depends on the start, so that costs do not compare.
@@ -332,6 +336,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
             << newest.tilt_deg << " deg, scale " << 100.0 * result.scale_sigma << " %";
     fail(InitStatus::kProvisional, message.str(), &result);
   }
+  failAtLimit(budget, &result);
   keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result);
   clock.lap("verdict");
   return result;

@@ -62,6 +62,7 @@ NewestSigmas newestSigmas(const InitResult& result);
 bool agrees(const InitResult& earlier, const InitResult& now);
 
 /// WindowSolver::solveProvisional() of `slim`.
-InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options);
+InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options,
+                             WorkBudget* budget);
 
 }  // namespace slim_init

@@ -99,8 +99,8 @@ class Refiner {
  public:
   Refiner(const InitWindow& tracks, const std::vector<Preintegration>& pre,
           const std::vector<VanishingPoint>* vps, const std::optional<RigPrior>& rig,
-          const InitializerOptions& options)
-      : tracks_(tracks), pre_(pre), vps_(vps), rig_(rig), options_(options) {}
+          const InitializerOptions& options, WorkBudget* budget)
+      : tracks_(tracks), pre_(pre), vps_(vps), rig_(rig), options_(options), budget_(*budget) {}
 
   Recovery run(const StateFactor& known, InitResult* result) {
     Recovery out;
@@ -133,7 +133,9 @@ class Refiner {
       // The known state may have led astray: starts of the window's own.
       const std::vector<WindowState>& own = ownStarts();
       starts.insert(starts.end(), own.begin(), own.end());
-      if (!own.empty()) out->refined = refineFrom(starts, out->factor);
+      if (!own.empty() && budget_.allows("starts of the window's own")) {
+        out->refined = refineFrom(starts, out->factor);
+      }
     }
     return out->refined.valid && knownStateOf(tracks_, out->refined, out->factor, &out->known);
   }
@@ -142,8 +144,9 @@ class Refiner {
     RefinementOptions refinement = options_.refinement;
     refinement.tolerance = std::min(refinement.tolerance, kTolerance);
     refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
-    return refineWindow(tracks_, {}, pre_, vps_, starts, StartMode::kFine, refinement,
-                        options_.inertial, rig_, std::nullopt, known);
+    return refineWindow(
+        {tracks_, pre_, vps_, refinement, options_.inertial, budget_, rig_, std::nullopt, known},
+        {}, starts, StartMode::kFine);
   }
 
   bool hasParallax() const {
@@ -170,6 +173,7 @@ class Refiner {
   const std::vector<VanishingPoint>* vps_;
   const std::optional<RigPrior>& rig_;
   const InitializerOptions& options_;
+  WorkBudget& budget_;
   std::optional<std::vector<WindowState>> own_;
 };
 
@@ -232,7 +236,7 @@ WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegrat
 }
 
 InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
-                           const InitializerOptions& options) {
+                           const InitializerOptions& options, WorkBudget* budget) {
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
@@ -264,7 +268,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   // with.
   InitializerOptions as_flown = options;
   as_flown.slim.estimate_calibration = false;
-  const RotationStage rotation = estimateRotations(*through, as_flown);
+  const RotationStage rotation = estimateRotations(*through, as_flown, budget);
   const bool consensus = rotation.message.empty() && rotation.bias.valid();
   const std::vector<VanishingPoint>* vps =
       consensus && options.slim.vanishing_points ? &rotation.vanishing_points : nullptr;
@@ -282,10 +286,11 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
     rig.emplace();
     rig->sigmas = tracks.calibration().sigmas;
   }
-  const Recovery recovery = Refiner(tracks, pre, vps, rig, options).run(known, &result);
+  const Recovery recovery = Refiner(tracks, pre, vps, rig, options, budget).run(known, &result);
   clock.lap("refinement");
   if (!recovery.valid) {
     fail(InitStatus::kNumericalFailure, "no estimate with the last healthy state", &result);
+    failAtLimit(budget, &result);
     return result;
   }
   const Posterior posterior = posteriorOf(tracks, recovery.refined);
@@ -320,6 +325,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   } else if (result.success()) {
     setMessage(&result);
   }
+  failAtLimit(budget, &result);
   clock.lap("verdict");
   return result;
 }

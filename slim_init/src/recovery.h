@@ -12,6 +12,7 @@
 #include "slim_init/options.h"
 #include "slim_init/result.h"
 #include "slim_init/state_prior.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
@@ -21,6 +22,6 @@ WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegrat
 
 /// WindowSolver::solveWithPrior() of `slim`.
 InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
-                           const InitializerOptions& options);
+                           const InitializerOptions& options, WorkBudget* budget);
 
 }  // namespace slim_init

@@ -23,6 +23,8 @@ constexpr double kNearRotation = 1.0 * kRadPerDeg;  // [rad]
 constexpr double kNearTd = 3e-3;                    // [s]
 // From an error of ten degrees or 50 ms two corrections are exact to kNear*; one more to see it.
 constexpr int kMaxRounds = 4;
+// Without the steps that follow there is no estimate at all: they have the rest.
+constexpr double kShareOfRotations = 0.5;
 
 // What is known about [rotation, td] of the calibration before the data, against `seen`.
 struct PriorOfCheck {
@@ -69,7 +71,7 @@ bool isNear(const Eigen::Vector4d& correction) {
 // Vanishing points and bias of `raw`. With a rolling shutter its rows are turned to the middle row
 // by the gyroscope at a bias of zero, and again by the bias found.
 void estimateBias(const std::shared_ptr<const InitWindow>& raw, const InitializerOptions& options,
-                  RotationStage* stage) {
+                  WorkBudget* budget, RotationStage* stage) {
   stage->window = raw;
   const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
     if (!(raw->calibration().readout_s > 0.0)) return;
@@ -87,25 +89,27 @@ void estimateBias(const std::shared_ptr<const InitWindow>& raw, const Initialize
     }
     vps = &stage->vanishing_points;
   }
-  stage->bias = estimateRobustGyroBias(window, vps, options.robust_bias, options.inertial);
+  stage->bias = estimateRobustGyroBias(window, vps, options.robust_bias, options.inertial, budget);
   if (stage->bias.valid()) compensate(stage->bias.gyro_bias);
 }
 
 // One look at the window through a calibration; a second one without what stands in the image.
-void look(const InitializerOptions& options, RotationStage* stage) {
+void look(const InitializerOptions& options, WorkBudget* budget, RotationStage* stage) {
   const std::shared_ptr<const InitWindow> raw = stage->window;
-  estimateBias(raw, options, stage);
+  estimateBias(raw, options, budget, stage);
   ++stage->rounds;
   stage->standing_tracks = 0;
   if (!options.slim.prune_tracks || !stage->bias.gyro_bias.allFinite()) return;
   const std::shared_ptr<const InitWindow> scene =
       withoutStandingTracks(*raw, stage->bias.gyro_bias, &stage->standing_tracks);
-  if (scene != nullptr) estimateBias(scene, options, stage);
+  if (scene != nullptr) estimateBias(scene, options, budget, stage);
 }
 
 }  // namespace
 
-RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options) {
+RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
+                                WorkBudget* budget) {
+  const WorkBudget::Share share(kShareOfRotations, budget);
   const Calibration& handed_in = window.calibration();
   RotationStage stage;
   stage.window = unowned(window);
@@ -119,21 +123,21 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     better.R_b_c = found.R_b_c;
     stage.window = withCalibration(window, better);
   }
-  look(options, &stage);
+  look(options, budget, &stage);
   CalibrationCheck check;
   while (options.slim.estimate_calibration && stage.bias.point_pairs > 0) {
     check = checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
     if (!check.valid || stage.rounds >= kMaxRounds) break;
     const Eigen::Vector4d correction =
         correctionOf(check, priorOfCheck(handed_in, stage.window->calibration()));
-    if (isNear(correction)) break;
+    if (isNear(correction) || !budget->allows("a better calibration of the rotations")) break;
     Calibration better = stage.window->calibration();
     better.R_b_c = better.R_b_c * expSO3(correction.head<3>());
     better.td += correction[3];
     const std::shared_ptr<const InitWindow> seen = withCalibration(window, better);
     if (seen == nullptr || seen->size() < kMinKeyframes) break;
     stage.window = seen;
-    look(options, &stage);
+    look(options, budget, &stage);
   }
   const Calibration& found = stage.window->calibration();
   stage.prior.mean.dR = found.R_b_c.transpose() * handed_in.R_b_c;

@@ -14,6 +14,7 @@
 #include "rotation/robust_bias.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
@@ -39,6 +40,9 @@ struct RotationStage {
 /// alone (checkCalibration()) say that extrinsic rotation or td are off by more than
 /// kNearRotation or kNearTd, the window is seen through the better calibration and the bias
 /// estimated again.
-RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options);
+/// `budget` counts the work; at kShareOfRotations of it no further start and no further calibration
+/// is tried.
+RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
+                                WorkBudget* budget);
 
 }  // namespace slim_init

@@ -14,7 +14,6 @@
 #include "imu/preintegration.h"
 #include "known_biases.h"
 #include "minimum_search.h"
-#include "other_scale.h"
 #include "provisional.h"
 #include "recovery.h"
 #include "rotation/robust_bias.h"
@@ -78,6 +77,24 @@ struct MetricEstimate {
   const ScaleProfile* profileOrNull() const { return profile ? &*profile : nullptr; }
 };
 
+// About the biases of the estimate: chained over the window, first order is not exact enough.
+// Between the exposures, td as estimated.
+ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refined) {
+  const InitWindow& window = input.tracks;
+  const WindowState& state = refined.state;
+  const double shift = coveredShift(window, state.rig.dtd);
+  std::vector<Preintegration> pre;
+  pre.reserve(input.pre.size());
+  for (std::size_t k = 0; k < input.pre.size(); ++k) {
+    pre.push_back(preintegrate(window.imu(), window.times()[k] + shift,
+                               window.times()[k + 1] + shift, state.gyro_bias, state.accel_bias,
+                               ImuNoise(), PreintegrationParts::kMean));
+    // The covariance depends on the biases by a hundredth of itself.
+    pre.back().covariance = input.pre[k].covariance;
+  }
+  return profileScale(ScaleCost(refined, pre, window.calibration(), input.inertial));
+}
+
 // Searches of other minima are for answers that can be accepted: `hopeless` ones go without.
 MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
                               InitializerOptions options, bool hopeless, StageClock* clock) {
@@ -101,9 +118,7 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   clock->lap("refinement");
 
   // [5.1] The cost over the scale: is another one as good?
-  if (out.posterior.valid && !hopeless) {
-    out.profile = searchOtherScale(input, lines, options, &out.refined, &out.posterior);
-  }
+  if (out.posterior.valid && !hopeless) out.profile = profileOf(input, out.refined);
   clock->lap("other_scale");
   return out;
 }
@@ -154,7 +169,7 @@ bool endsWithoutTranslation(GateMode mode, InitResult* result) {
 }
 
 // Numbers in brackets are the sections of docs/derivation.md.
-InitResult answer(const InitWindow& window, const InitializerOptions& options) {
+InitResult answer(const InitWindow& window, const InitializerOptions& options, WorkBudget* budget) {
   const SlimOptions& use = options.slim;
   InitResult result = startResult(window);
   StageClock clock(&result);
@@ -162,7 +177,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options) {
 
   // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
   // calibration that the rotations agree with; sightings that contradict it are pruned.
-  const RotationStage rotation = estimateRotations(window, options);
+  const RotationStage rotation = estimateRotations(window, options, budget);
   if (!rotation.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
     return result;
@@ -205,8 +220,8 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options) {
   std::optional<RigPrior> rig;
   if (use.estimate_calibration) rig = rotation.prior;
   const MetricEstimate metric =
-      estimateMetric({tracks, pre, R_c0_ck, vps, rig}, translation, options,
-                     lacksExcitation(options.gates.mode, result), &clock);
+      estimateMetric({tracks, pre, vps, options.refinement, options.inertial, *budget, rig},
+                     translation, options, lacksExcitation(options.gates.mode, result), &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
@@ -221,6 +236,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options) {
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
   if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, options, &result);
+  failAtLimit(budget, &result);
   return result;
 }
 
@@ -232,15 +248,21 @@ const std::string& Slim::name() const {
 }
 
 InitResult Slim::solve(const InitWindow& window) const {
-  return answerAboutKnownBiases(window, options_, answer);
+  WorkBudget budget(options_.limits);
+  return solveWithin(window, &budget);
 }
 
-InitResult Slim::solveProvisional(const InitWindow& window) const {
-  return answerAboutKnownBiases(window, options_, provisionalAnswer);
+InitResult Slim::solveWithin(const InitWindow& window, WorkBudget* budget) const {
+  return answerAboutKnownBiases(window, options_, budget, answer);
 }
 
-InitResult Slim::solveWithPrior(const InitWindow& window, const StatePrior& prior) const {
-  return recoveredAnswer(window, prior, options_);
+InitResult Slim::solveProvisional(const InitWindow& window, WorkBudget* budget) const {
+  return answerAboutKnownBiases(window, options_, budget, provisionalAnswer);
+}
+
+InitResult Slim::solveWithPrior(const InitWindow& window, const StatePrior& prior,
+                                WorkBudget* budget) const {
+  return recoveredAnswer(window, prior, options_, budget);
 }
 
 std::unique_ptr<WindowSolver> makeSlimSolver(const InitializerOptions& options,

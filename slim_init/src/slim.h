@@ -16,8 +16,10 @@ class Slim : public WindowSolver {
   explicit Slim(const InitializerOptions& options) : options_(options) {}
   const std::string& name() const override;
   InitResult solve(const InitWindow& window) const override;
-  InitResult solveProvisional(const InitWindow& window) const override;
-  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior) const override;
+  InitResult solveWithin(const InitWindow& window, WorkBudget* budget) const override;
+  InitResult solveProvisional(const InitWindow& window, WorkBudget* budget) const override;
+  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior,
+                            WorkBudget* budget) const override;
 
  private:
   InitializerOptions options_;

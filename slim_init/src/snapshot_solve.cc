@@ -12,6 +12,7 @@
 #include "join_frame.h"
 #include "provisional.h"
 #include "slim_init/state_at.h"
+#include "solver_support.h"
 
 namespace slim_init {
 namespace {
@@ -19,6 +20,11 @@ namespace {
 // A solve this long after the one before has none before it to be compared with [s]: two images at
 // 10 Hz, and a half.
 constexpr double kSuccessive = 0.25;
+// What a growing window has to agree with.
+constexpr char kEarlier[] = "the window as it was before its newest keyframes";
+// In a recovery the window alone has this share of the work; the rest is for a solve with a known
+// state, which needs less data.
+constexpr double kShareOfWindowAlone = 0.6;
 
 InitResult refuse(InitStatus status, const std::string& message) {
   InitResult result;
@@ -72,13 +78,15 @@ bool SolveMemory::ShortKey::operator==(const ShortKey& other) const {
 
 SnapshotSolve::SnapshotSolve(const WindowSolver& solver,
                              const std::optional<WindowOptions>& short_window,
-                             KeyframeWindow window, SensorKnowledge known, SolveMemory* memory)
+                             const WorkLimits& limits, KeyframeWindow window, SensorKnowledge known,
+                             SolveMemory* memory)
     : solver_(solver),
       short_window_(short_window),
       window_(std::move(window)),
       known_(std::move(known)),
       memory_(*memory),
-      imu_(window_.imu().begin(), window_.imu().end()) {}
+      imu_(window_.imu().begin(), window_.imu().end()),
+      budget_(limits) {}
 
 InitResult SnapshotSolve::initialize() {
   InitResult result = solveNewest();
@@ -90,7 +98,11 @@ InitResult SnapshotSolve::recover(const std::vector<StatePrior>& healthy) {
   std::string problem;
   std::vector<HealthyState> states = usableStates(healthy, &problem);
   if (states.empty()) return refuse(InitStatus::kInvalidInput, problem);
-  InitResult alone = checked(solveNewest());
+  InitResult alone;
+  {
+    const WorkBudget::Share share(kShareOfWindowAlone, &budget_);
+    alone = checked(solveNewest());
+  }
   for (HealthyState& state : states) state.test = compare(*state.prior, alone);
   const bool any = std::any_of(states.begin(), states.end(),
                                [](const HealthyState& state) { return state.agrees(); });
@@ -135,7 +147,7 @@ WindowCut SnapshotSolve::informed(WindowCut cut) const {
 
 // Judged by the answers before it.
 InitResult SnapshotSolve::answer(const InitWindow& window) {
-  InitResult result = solver_.solve(window);
+  InitResult result = solver_.solveWithin(window, &budget_);
   const double newest = window.times().back();
   if (result.success() && result.hasEstimate() &&
       !(std::abs(newest - memory_.last_solved) <= kSuccessive)) {
@@ -143,6 +155,7 @@ InitResult SnapshotSolve::answer(const InitWindow& window) {
   }
   memory_.answers.judge(&result);
   memory_.last_solved = newest;
+  failAtLimit(&budget_, &result);
   return result;
 }
 
@@ -159,8 +172,10 @@ void SnapshotSolve::answerEarlier(int keyframes, const InitResult& result) {
   for (int earlier = AnswerSequence::kEarlierAnswers; earlier > 0; --earlier) {
     const WindowCut before = informed(window_.cut(lost + earlier));
     if (before.window == nullptr) continue;
-    InitResult answer = solver_.solve(*before.window);
+    if (!budget_.allows(kEarlier)) return;
+    InitResult answer = solver_.solveWithin(*before.window, &budget_);
     memory_.answers.judge(&answer);
+    if (answer.status == InitStatus::kTimeLimit) budget_.leaveOut(kEarlier);
   }
 }
 
@@ -185,8 +200,10 @@ InitResult SnapshotSolve::shortAnswer(const InitWindow& window) {
   for (const SolveMemory::ShortAnswer& one : known) {
     if (one.key == key) return one.answer;
   }
+  InitResult result = solver_.solveProvisional(window, &budget_);
+  if (result.status == InitStatus::kTimeLimit) return result;  // not the answer of another call
   if (static_cast<int>(known.size()) >= short_window_->keyframes) known.pop_front();
-  known.push_back({key, solver_.solveProvisional(window)});
+  known.push_back({key, std::move(result)});
   return known.back().answer;
 }
 
@@ -251,7 +268,7 @@ InitResult SnapshotSolve::answerWithPrior(const StatePrior& prior) {
   if (const std::string gap = checkGap(prior.state.t, first); !gap.empty()) {
     return refuse(InitStatus::kInvalidInput, gap);
   }
-  return checked(solver_.solveWithPrior(*cut.window, carried(prior, first)));
+  return checked(solver_.solveWithPrior(*cut.window, carried(prior, first), &budget_));
 }
 
 // Where the IMU data cannot carry a state over this time, why; or "".

@@ -18,6 +18,7 @@
 #include "slim_init/result.h"
 #include "slim_init/state_prior.h"
 #include "slim_init/window_solver.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
@@ -60,10 +61,11 @@ class SolveMemory {
 /// Solves one snapshot.
 class SnapshotSolve {
  public:
-  /// `short_window`: the keyframes of provisional estimates, or none. `memory`: of the solves
-  /// before; this one is added to it. References are kept.
+  /// `short_window`: the keyframes of provisional estimates, or none. `limits`: of all that the one
+  /// call solves. `memory`: of the solves before; this one is added to it. References are kept.
   SnapshotSolve(const WindowSolver& solver, const std::optional<WindowOptions>& short_window,
-                KeyframeWindow window, SensorKnowledge known, SolveMemory* memory);
+                const WorkLimits& limits, KeyframeWindow window, SensorKnowledge known,
+                SolveMemory* memory);
 
   /// IInitializer::initialize().
   InitResult initialize();
@@ -102,6 +104,7 @@ class SnapshotSolve {
   SensorKnowledge known_;
   SolveMemory& memory_;
   std::vector<ImuSample> imu_;
+  WorkBudget budget_;
 };
 
 }  // namespace slim_init

@@ -29,6 +29,14 @@ void fail(InitStatus status, const std::string& message, InitResult* result) {
   result->message = message;
 }
 
+void failAtLimit(WorkBudget* budget, InitResult* result) {
+  const std::string left_out = budget->takeLeftOut();
+  const bool waits = isWait(result->status) && !result->provisional();
+  if (left_out.empty() || waits || result->status == InitStatus::kInvalidInput) return;
+  const bool had_reason = !result->success() && !result->provisional();
+  fail(InitStatus::kTimeLimit, had_reason ? left_out + "; " + result->message : left_out, result);
+}
+
 void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
   result->gates.insert(result->gates.end(), gates.begin(), gates.end());
 }

@@ -14,6 +14,7 @@
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
+#include "slim_init/work_budget.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
@@ -40,6 +41,10 @@ InitResult startResult(const InitWindow& window);
 
 /// Sets status and message.
 void fail(InitStatus status, const std::string& message, InitResult* result);
+
+/// A success, a provisional estimate or a refusal that a search might have changed which the budget
+/// has left out becomes kTimeLimit, with both reasons. The budget forgets it.
+void failAtLimit(WorkBudget* budget, InitResult* result);
 
 /// Adds `gates` to those of the result.
 void appendGates(const std::vector<GateValue>& gates, InitResult* result);

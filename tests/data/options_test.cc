@@ -164,7 +164,7 @@ TEST(Calibration, RefusesWhatCannotBe) {
 
 TEST(Status, NamesAreDistinctAndClassesDisjoint) {
   std::vector<std::string> names;
-  for (int s = 0; s <= static_cast<int>(InitStatus::kProvisional); ++s) {
+  for (int s = 0; s <= static_cast<int>(InitStatus::kTimeLimit); ++s) {
     const InitStatus status = static_cast<InitStatus>(s);
     names.push_back(toString(status));
     EXPECT_FALSE(isWait(status) && isRefused(status));
@@ -175,6 +175,7 @@ TEST(Status, NamesAreDistinctAndClassesDisjoint) {
   EXPECT_FALSE(isWait(InitStatus::kSuccess));
   EXPECT_TRUE(isWait(InitStatus::kStationary));
   EXPECT_TRUE(isWait(InitStatus::kProvisional));
+  EXPECT_TRUE(isWait(InitStatus::kTimeLimit));
   EXPECT_TRUE(isRefused(InitStatus::kScaleTooUncertain));
 }
 

@@ -15,6 +15,7 @@
 #include "geometry/so3.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
+#include "support/unlimited_budget.h"
 
 namespace slim_init {
 namespace {
@@ -58,9 +59,12 @@ std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
 RefinedWindow refine(const InitWindow& window, const std::vector<WindowState>& starts,
                      const RefinementOptions& options, StartMode mode = StartMode::kFine) {
   const Eigen::Vector3d bias = starts.empty() ? Eigen::Vector3d::Zero() : starts[0].gyro_bias;
-  return refineWindow(window, window.lineTracks(),
-                      preintegrateInflated(window, bias, Eigen::Vector3d::Zero(), dataSheetNoise()),
-                      nullptr, starts, mode, options, dataSheetNoise());
+  const InertialOptions inertial = dataSheetNoise();
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(window, bias, Eigen::Vector3d::Zero(), inertial);
+  WorkBudget budget = testing_support::unlimitedBudget();
+  return refineWindow({window, pre, nullptr, options, inertial, budget}, window.lineTracks(),
+                      starts, mode);
 }
 
 double spread(const WindowState& state) {
@@ -372,13 +376,12 @@ TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
     std::vector<Preintegration> pre =
         preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
     const auto lines = exact.window->lineTracks();
-    EXPECT_TRUE(
-        refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options, dataSheetNoise())
-            .valid);
+    const InertialOptions inertial = dataSheetNoise();
+    WorkBudget budget = testing_support::unlimitedBudget();
+    const RefinementInput input = {*exact.window, pre, nullptr, options, inertial, budget};
+    EXPECT_TRUE(refineWindow(input, lines, {truth}, mode).valid);
     pre[4].covariance.setZero();
-    EXPECT_FALSE(
-        refineWindow(*exact.window, lines, pre, nullptr, {truth}, mode, options, dataSheetNoise())
-            .valid);
+    EXPECT_FALSE(refineWindow(input, lines, {truth}, mode).valid);
   }
 }
 

@@ -74,12 +74,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       methods[method < 200 ? 0 : method % methods.size()].name, options, {}, &error, methods);
   FUZZ_CHECK(solver != nullptr, error);
   InitResult result;
+  slim_init::WorkBudget budget(options.limits);
   if (question == 1) {
-    result = solver->solveProvisional(*window);
+    result = solver->solveProvisional(*window, &budget);
   } else if (question == 2) {
     slim_init::NavState first = slim_init::fuzz::flight().truth.front();
     first.t = window->times().front();
-    result = solver->solveWithPrior(*window, slim_init::fuzz::prior(first, &bytes));
+    result = solver->solveWithPrior(*window, slim_init::fuzz::prior(first, &bytes), &budget);
   } else {
     result = solver->solve(*window);
   }

@@ -49,8 +49,9 @@ class Held : public WindowSolver {
     ++solves;
     return inner_->solve(window);
   }
-  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior) const override {
-    return inner_->solveWithPrior(window, prior);
+  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior,
+                            WorkBudget* budget) const override {
+    return inner_->solveWithPrior(window, prior, budget);
   }
   void hold() {
     const std::lock_guard<std::mutex> lock(mutex_);

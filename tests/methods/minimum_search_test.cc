@@ -7,6 +7,7 @@
 
 #include "support/exact_window.h"
 #include "support/true_state.h"
+#include "support/unlimited_budget.h"
 
 namespace slim_init {
 namespace {
@@ -26,12 +27,16 @@ struct Search {
       : exact(std::move(window)),
         truth(trueState(exact)),
         pre(preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias,
-                                 options.inertial)),
-        R_c0_ck(cameraRotations(truth.R_b0_bk, exact.window->calibration().R_b_c)) {}
+                                 options.inertial)) {}
 
+  RefinedWindow run(const std::vector<WindowState>& starts, WorkBudget* budget) const {
+    return searchMinimum(
+        {*exact.window, pre, nullptr, options.refinement, options.inertial, *budget},
+        believedLines(*exact.window, starts, options), starts, options);
+  }
   RefinedWindow run(const std::vector<WindowState>& starts) const {
-    return searchMinimum({*exact.window, pre, R_c0_ck, nullptr, std::nullopt},
-                         believedLines(*exact.window, starts, options), starts, options);
+    WorkBudget budget = unlimitedBudget();
+    return run(starts, &budget);
   }
 
   // The noise of a vibrating IMU: the way from a mirrored start leads over costs that a quiet one
@@ -47,7 +52,6 @@ struct Search {
   ExactWindow exact;
   WindowState truth;
   std::vector<Preintegration> pre;
-  std::vector<Eigen::Matrix3d> R_c0_ck;
 };
 
 // Two lines that change places in the middle of the window.
@@ -121,6 +125,78 @@ TEST(SearchMinimum, TheSecondSearchOnlyLowersTheCost) {
   }
   const RefinedWindow right = search.run({search.truth});
   EXPECT_LT(twice.cost, 1.01 * right.cost);
+}
+
+// A limit in units of work.
+WorkBudget budgetOf(double units) {
+  WorkLimits limits;
+  limits.max_solve_ms = 1.0;
+  limits.work_per_ms = units;
+  return WorkBudget(limits);
+}
+
+// A mirrored start needs the second search; with the work of the first one it is left out, and said
+// so. Equal work gives equal results, to the last bit.
+TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
+  Search search(noisyWindow());
+  WindowState wrong = search.truth;
+  wrong.p_b0 = -wrong.p_b0;
+  wrong.v_b0 = -wrong.v_b0;
+  WorkBudget all = unlimitedBudget();
+  const RefinedWindow found = search.run({wrong}, &all);
+  ASSERT_TRUE(found.valid);
+  EXPECT_FALSE(all.hasLeftOut());
+  search.options.slim.second_search = false;
+  WorkBudget first = unlimitedBudget();
+  const RefinedWindow once = search.run({wrong}, &first);
+  search.options.slim.second_search = true;
+  ASSERT_LT(found.cost, 0.9 * once.cost) << "this window needs the second search";
+
+  WorkBudget enough = budgetOf(1.01 * all.used());
+  EXPECT_EQ(search.run({wrong}, &enough).cost, found.cost);
+  EXPECT_FALSE(enough.hasLeftOut());
+
+  WorkBudget little = budgetOf(first.used());
+  const RefinedWindow limited = search.run({wrong}, &little);
+  EXPECT_EQ(limited.cost, once.cost) << "the first minimum";
+  EXPECT_EQ(
+      little.takeLeftOut(),
+      "the time limit of 1 ms (limits.max_solve_ms) leaves out the search of another minimum");
+  EXPECT_FALSE(little.hasLeftOut()) << "said once";
+  EXPECT_LT(little.used(), 1.1 * first.used());
+
+  for (const double share : {0.2, 0.5, 0.9}) {
+    WorkBudget a = budgetOf(share * all.used()), b = budgetOf(share * all.used());
+    const RefinedWindow one = search.run({wrong}, &a), two = search.run({wrong}, &b);
+    ASSERT_EQ(one.valid, two.valid);
+    EXPECT_EQ(a.used(), b.used());
+    EXPECT_TRUE(a.hasLeftOut());
+    if (one.valid) {
+      EXPECT_EQ(one.state.p_b0, two.state.p_b0);
+    }
+  }
+}
+
+TEST(WorkBudget, SharesAreOfWhatIsLeft) {
+  WorkBudget budget = budgetOf(100.0);
+  budget.spend(20.0);
+  {
+    const WorkBudget::Share share(0.5, &budget);
+    budget.spend(39.0);
+    EXPECT_TRUE(budget.allows("nothing"));
+    budget.spend(1.0);
+    EXPECT_FALSE(budget.allows("the first"));
+    EXPECT_FALSE(budget.allows("the second"));
+  }
+  EXPECT_TRUE(budget.allows("nothing"));
+  EXPECT_NE(budget.takeLeftOut().find("leaves out the first"), std::string::npos);
+  budget.spend(40.0);
+  EXPECT_TRUE(budget.isUsedUp());
+  WorkBudget unlimited = unlimitedBudget();
+  unlimited.spend(1e300);
+  EXPECT_FALSE(unlimited.isUsedUp());
+  EXPECT_GT(measuredWorkPerMs(), 1.0);
+  EXPECT_EQ(measuredWorkPerMs(), measuredWorkPerMs());
 }
 
 }  // namespace

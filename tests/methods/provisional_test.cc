@@ -20,6 +20,7 @@
 #include "support/exact_window.h"
 #include "support/plain_method.h"
 #include "support/true_state.h"
+#include "support/unlimited_budget.h"
 
 namespace slim_init {
 namespace {
@@ -53,7 +54,8 @@ InitResult solve(const ExactWindow& exact, const InitializerOptions& options) {
   std::string error;
   const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
   EXPECT_NE(solver, nullptr) << error;
-  return solver->solveProvisional(*exact.window);
+  WorkBudget budget = unlimitedBudget();
+  return solver->solveProvisional(*exact.window, &budget);
 }
 
 // Errors of the newest state in the body: velocity, and the vertical.
@@ -113,8 +115,10 @@ Refined refineYoung(unsigned seed, const MotionPrior& motion) {
   refinement.use_vanishing_points = false;
   refinement.tolerance = 1e-8;
   refinement.max_iterations = 50;
-  out.window = refineWindow(*out.exact.window, {}, out.pre, nullptr, {state}, StartMode::kFine,
-                            refinement, inertial, std::nullopt, motion);
+  WorkBudget budget = unlimitedBudget();
+  out.window = refineWindow(
+      {*out.exact.window, out.pre, nullptr, refinement, inertial, budget, std::nullopt, motion}, {},
+      {state}, StartMode::kFine);
   EXPECT_TRUE(out.window.valid);
   out.pre = preintegrateInflated(*out.exact.window, out.window.state.gyro_bias,
                                  out.window.state.accel_bias, inertial);
@@ -256,8 +260,9 @@ TEST(Provisional, SaysWhyThereIsNone) {
   options.points = 3;
   const InitResult answer = solve(makeExactWindow(options), solverOptions());
   EXPECT_EQ(answer.status, InitStatus::kTooFewTracks) << answer.message;
+  WorkBudget budget = unlimitedBudget();
   const InitResult none =
-      PlainMethod().solveProvisional(*makeExactWindow(youngOptions(1, 7)).window);
+      PlainMethod().solveProvisional(*makeExactWindow(youngOptions(1, 7)).window, &budget);
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no provisional answers");
 }
@@ -299,9 +304,9 @@ class CountedSlim : public WindowSolver {
       : slim_(makeSlimSolver(solverOptions())), asked_(asked) {}
   const std::string& name() const override { return slim_->name(); }
   InitResult solve(const InitWindow& window) const override { return slim_->solve(window); }
-  InitResult solveProvisional(const InitWindow& window) const override {
+  InitResult solveProvisional(const InitWindow& window, WorkBudget* budget) const override {
     asked_->insert(window.times());
-    return slim_->solveProvisional(window);
+    return slim_->solveProvisional(window, budget);
   }
 
  private:

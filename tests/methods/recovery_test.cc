@@ -27,6 +27,7 @@
 #include "support/jacobian_check.h"
 #include "support/plain_method.h"
 #include "support/true_state.h"
+#include "support/unlimited_budget.h"
 
 namespace slim_init {
 namespace {
@@ -101,7 +102,8 @@ InitResult solve(const ExactWindow& exact, const StatePrior& prior,
   std::string error;
   const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options, &error);
   EXPECT_NE(solver, nullptr) << error;
-  InitResult result = solver->solveWithPrior(*exact.window, prior);
+  WorkBudget budget = unlimitedBudget();
+  InitResult result = solver->solveWithPrior(*exact.window, prior, &budget);
   EXPECT_EQ(result.validate(), "");
   return result;
 }
@@ -543,8 +545,9 @@ TEST(Recovery, AMethodWithoutItSaysSo) {
   EXPECT_EQ(foreign.recover({}).status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(foreign.recover({}).message, "foreign has no recovery");
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
+  WorkBudget budget = unlimitedBudget();
   const InitResult none =
-      PlainMethod().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1));
+      PlainMethod().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1), &budget);
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no answers with a prior");
 }

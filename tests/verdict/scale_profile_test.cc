@@ -17,7 +17,6 @@
 #include "estimation/posterior.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/so3.h"
-#include "other_scale.h"
 #include "slim_init/window_solver.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
@@ -326,31 +325,6 @@ TEST(ScaleProfile, FindsTheScaleFromAStateOfAnotherSize) {
   EXPECT_NEAR(profile.other_log_ratio, profile.log_ratio, 1e-12);
   EXPECT_LT(profile.other_rise, -100.0);
   EXPECT_GT(profile.sigma(), 0.7);
-}
-
-TEST(OtherScale, TheWindowIsRefinedAgainFromTheBetterScale) {
-  Minimum at = minimumOf(Motion::kExcited, 10, 2, widenedNoise());
-  InitializerOptions options;
-  options.refinement = leastSquares();
-  options.inertial = widenedNoise();
-  const WindowState right = at.refined.state;
-  const std::vector<Eigen::Matrix3d> R_c0_ck =
-      cameraRotations(right.R_b0_bk, at.exact.calibration.R_b_c);
-  const RefinementInput input = {*at.exact.window, at.pre, R_c0_ck, nullptr, std::nullopt};
-  resize(-1.5, &at);
-  at.refined.cost = 1e6;
-  RefinedWindow refined = at.refined;
-  Posterior posterior;
-  const ScaleProfile profile = searchOtherScale(input, {}, options, &refined, &posterior);
-  EXPECT_TRUE(posterior.valid);
-  EXPECT_LT((refined.state.p_b0 - right.p_b0).norm(), 0.02 * right.p_b0.norm());
-  EXPECT_LT(std::abs(profile.log_ratio), 0.02);
-  EXPECT_GT(profile.other_rise, verdict_constants::kMinOtherScaleRise);
-  // Where the full problem does not confirm it, the answer stays, and the profile says what it saw.
-  at.refined.cost = 0.0;
-  refined = at.refined;
-  EXPECT_LT(searchOtherScale(input, {}, options, &refined, &posterior).other_rise, -100.0);
-  EXPECT_EQ(refined.state.p_b0, at.refined.state.p_b0);
 }
 
 TEST(OtherScale, AWindowWithoutAScaleIsRefusedWithAWideSigma) {

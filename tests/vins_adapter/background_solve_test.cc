@@ -145,7 +145,7 @@ TEST_F(BackgroundSolve, ALaterFrameGetsTheStart) {
     feed(k, k);
     answer = timed([&] { return adapter_->seed(stamps(k)); });
     if (!answer.pending) break;
-    EXPECT_EQ(answer.verdict.status, InitStatus::kTooFewKeyframes);
+    EXPECT_EQ(answer.verdict.status, InitStatus::kTimeLimit);
     EXPECT_EQ(answer.message, "the solve has not finished");
     ++pending;
     std::this_thread::sleep_until(next += kFrameTime);

@@ -30,6 +30,8 @@ constexpr double kTdKept = 20.0;
 constexpr double kFramesKept = 5.0;
 // A host that seems healthy is compared with a solved window so often [s].
 constexpr double kCheckEvery = 1.0;
+// One that has to be confirmed [s].
+constexpr double kEvidenceEvery = 0.3;
 // A propagated velocity that is less certain does not replace the host's own [m/s].
 constexpr double kWorstBridge = 2.0;
 // Velocities that agree [m/s], besides two standard deviations of the scale.
@@ -219,8 +221,8 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
     initializer->setKnownSensors(KnownSensors());
     return initializer->initialize();
   };
-  const bool due = urgent || contradictions > 0 || wants_evidence ||
-                   stamp - last_check >= kCheckEvery;
+  const double every = wants_evidence ? kEvidenceEvery : kCheckEvery;
+  const bool due = urgent || contradictions > 0 || !(stamp - last_check < every);
   std::optional<Solved> solved;
   if (options.max_wait_ms < 0.0) {
     if (due) solved = solveNow(SolvePurpose::kCheck, stamp, solve);
@@ -459,7 +461,7 @@ HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
                    solveFor(answer.stamp, healthy), lock);
   if (!solved.has_value()) {
     answer.pending = true;
-    return decline(InitStatus::kTooFewKeyframes, "the solve has not finished");
+    return decline(InitStatus::kTimeLimit, "the solve has not finished");
   }
   answer.verdict = std::move(solved->result);
   answer.solve_ms = solved->solve_ms;
@@ -559,7 +561,7 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
   answer.window.prior = firstStatePrior({window.front(), healthyCovariance()},
                                         answer.window.states.front());
   answer.joined = true;
-  answer.verdict.status = InitStatus::kTooFewKeyframes;
+  answer.verdict.status = InitStatus::kTimeLimit;
   answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
   return answer;
 }

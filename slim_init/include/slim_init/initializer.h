@@ -114,8 +114,8 @@ std::unique_ptr<IInitializer> makeInitializer(const Calibration& calibration,
                                               const InitializerOptions& options,
                                               std::string* error = nullptr);
 
-/// Pairs a keyframe window with any solver, which must not be null. Of `options`, `window`,
-/// `imu` and `provisional` are used: the solver has its own. Invalid calibration or options: as
+/// Pairs a keyframe window with any solver, which must not be null. Of `options`, `window`, `imu`,
+/// `provisional` and `limits` are used: the solver has its own. Invalid calibration or options: as
 /// above.
 std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solver,
                                               const Calibration& calibration,

@@ -105,6 +105,7 @@ OptionTable optionTable(RefinementOptions* options);
 OptionTable optionTable(SlimOptions* options);
 OptionTable optionTable(GateOptions* options);
 OptionTable optionTable(ProvisionalOptions* options);
+OptionTable optionTable(WorkLimits* options);
 OptionTable optionTable(InitializerOptions* options);
 
 /// Of the calibration only what has a key of ours: noise of points and lines.

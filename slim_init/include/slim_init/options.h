@@ -210,6 +210,16 @@ struct ProvisionalOptions {
   std::string validate() const;
 };
 
+/// How much one solve may compute: a call of IInitializer::initialize() or recover(), with all that
+/// belongs to it.
+struct WorkLimits {
+  double max_solve_ms = 50.0;  ///< processor time of one solve [ms]; 0: no limit
+  double work_per_ms = 0.0;    ///< units of work in a millisecond (WorkBudget); 0: measured
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
 /// All options of an initializer.
 struct InitializerOptions {
   ImuLimits imu;                              ///< of the IMU stream
@@ -223,6 +233,7 @@ struct InitializerOptions {
   SlimOptions slim;                           ///< switches of `slim`
   GateOptions gates;                          ///< verdict
   ProvisionalOptions provisional;             ///< answers before the scale is known
+  WorkLimits limits;                          ///< how long one solve may take
 
   /// Returns an empty string, or the first message of a nested validate(), prefixed with the
   /// section ("window.keyframes is 1, must be in [4, 50]").

@@ -36,16 +36,20 @@ enum class InitStatus {
   /// wrong by half. `covariance` says how well velocity, attitude and biases are known; a host that
   /// takes it as a prior can start with it.
   kProvisional,
+
+  /// Wait: a search that the data need was left out or ended (WorkLimits); `message` says which.
+  /// An estimate may be present for diagnosis.
+  kTimeLimit,
 };
 
 /// Stable lower-case name, used in files and messages: "success", "too_few_keyframes",
 /// "too_few_tracks", "stationary", "too_little_excitation", "pure_rotation",
 /// "degenerate_alignment", "inconsistent_residuals", "scale_too_uncertain", "invalid_input",
-/// "numerical_failure", "provisional".
+/// "numerical_failure", "provisional", "time_limit".
 const char* toString(InitStatus status);
 
 /// True for the statuses that more data may cure (kTooFewKeyframes .. kPureRotation,
-/// kProvisional).
+/// kProvisional, kTimeLimit).
 bool isWait(InitStatus status);
 
 /// True where an estimate was computed and then rejected by a gate.

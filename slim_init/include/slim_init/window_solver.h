@@ -11,11 +11,13 @@
 #include "slim_init/options.h"
 #include "slim_init/result.h"
 #include "slim_init/state_prior.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
 /// A method that turns one window into one answer. Pure and deterministic: equal windows give equal
-/// results (wall-clock times excepted), whatever was solved before. Never throws, prints or exits;
+/// results (wall-clock times excepted), whatever was solved before, as far as the budget is counted
+/// equally (WorkLimits::work_per_ms). Never throws, prints or exits;
 /// const calls may run in parallel.
 class WindowSolver {
  public:
@@ -23,10 +25,15 @@ class WindowSolver {
   /// Name of the method, e.g. "slim".
   virtual const std::string& name() const = 0;
   virtual InitResult solve(const InitWindow& window) const = 0;
+  /// The same as a part of the work of one call, whose other solves share `budget` (not null). A
+  /// method that does not bound its work keeps this default.
+  virtual InitResult solveWithin(const InitWindow& window, WorkBudget* /*budget*/) const {
+    return solve(window);
+  }
   /// An answer for a host that takes a prior, from a window that is too young to know its scale:
   /// kProvisional with the covariance of the states, or a refusal. A method without one keeps this
   /// default, kTooFewKeyframes.
-  virtual InitResult solveProvisional(const InitWindow& /*window*/) const {
+  virtual InitResult solveProvisional(const InitWindow& /*window*/, WorkBudget* /*budget*/) const {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
     none.message = name() + " has no provisional answers";
@@ -37,8 +44,8 @@ class WindowSolver {
   /// too. Parts of the prior that the data contradict are not used and named in
   /// InitResult::prior_dropped; without the velocity it is a refusal. A method without such answers
   /// keeps this default, kTooFewKeyframes.
-  virtual InitResult solveWithPrior(const InitWindow& /*window*/,
-                                    const StatePrior& /*prior*/) const {
+  virtual InitResult solveWithPrior(const InitWindow& /*window*/, const StatePrior& /*prior*/,
+                                    WorkBudget* /*budget*/) const {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
     none.message = name() + " has no answers with a prior";

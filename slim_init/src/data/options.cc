@@ -390,6 +390,18 @@ OptionTable optionTable(ProvisionalOptions* o) {
   };
 }
 
+OptionTable optionTable(WorkLimits* o) {
+  return {
+      userKey("max_solve_ms", &o->max_solve_ms, {0.0, 1e6}, "ms",
+              "processor time of one solve, all of its searches together; at the limit it returns "
+              "what is certain by then, else the status time_limit. 0: no limit"),
+      advancedKey(
+          "work_per_ms", &o->work_per_ms, {0.0, 1e9}, "",
+          "units of work that the processor does in a millisecond, about 1000 on a desktop; "
+          "0: measured once per process. With a fixed value equal data give equal results"),
+  };
+}
+
 OptionTable optionTable(InitializerOptions* o) {
   OptionTable table;
   appendSection("imu", optionTable(&o->imu), {}, &table);
@@ -404,6 +416,7 @@ OptionTable optionTable(InitializerOptions* o) {
   appendSection("refinement", optionTable(&o->refinement), kSlim, &table);
   appendSection("slim", optionTable(&o->slim), kSlim, &table);
   appendSection("provisional", optionTable(&o->provisional), kSlim, &table);
+  appendSection("limits", optionTable(&o->limits), kSlim, &table);
   return table;
 }
 
@@ -511,6 +524,8 @@ std::string GateOptions::validate() const { return checkTable(*this).message(); 
 
 std::string ProvisionalOptions::validate() const { return checkTable(*this).message(); }
 
+std::string WorkLimits::validate() const { return checkTable(*this).message(); }
+
 std::string InitializerOptions::validate() const {
   return RangeCheck()
       .nested("imu", imu.validate())
@@ -524,6 +539,7 @@ std::string InitializerOptions::validate() const {
       .nested("slim", slim.validate())
       .nested("gates", gates.validate())
       .nested("provisional", provisional.validate())
+      .nested("limits", limits.validate())
       .message();
 }
 

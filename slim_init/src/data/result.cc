@@ -22,6 +22,7 @@ const char* toString(InitStatus status) {
     case InitStatus::kInvalidInput: return "invalid_input";
     case InitStatus::kNumericalFailure: return "numerical_failure";
     case InitStatus::kProvisional: return "provisional";
+    case InitStatus::kTimeLimit: return "time_limit";
   }
   return "unknown";
 }
@@ -60,7 +61,8 @@ bool isWait(InitStatus status) {
     case InitStatus::kStationary:
     case InitStatus::kTooLittleExcitation:
     case InitStatus::kPureRotation:
-    case InitStatus::kProvisional: return true;
+    case InitStatus::kProvisional:
+    case InitStatus::kTimeLimit: return true;
     default: return false;
   }
 }

@@ -178,18 +178,16 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
   return pre;
 }
 
-RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
-                           std::vector<Preintegration> pre,
-                           const std::vector<VanishingPoint>* vanishing_points,
-                           const std::vector<WindowState>& starts, StartMode mode,
-                           const RefinementOptions& options, const InertialOptions& inertial,
-                           const std::optional<RigPrior>& rig,
-                           const std::optional<MotionPrior>& motion,
-                           const std::optional<StateFactor>& known) {
+RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
+                           const std::vector<WindowState>& starts, StartMode mode) {
   RefinedWindow out;
+  const InitWindow& window = input.tracks;
+  const RefinementOptions& options = input.options;
+  std::vector<Preintegration> pre = input.pre;
   const double focal = window.calibration().focal_px;
-  VisualInertialProblem map(window, lines, pre, vanishing_points, options, inertial, rig, motion,
-                            known);
+  VisualInertialProblem map(window, lines, pre, input.vanishing_points, options, input.inertial,
+                            input.rig, input.motion, input.known);
+  map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 
   Basin basin = mode == StartMode::kCoarseToFine ? descendFromCoarse(starts, options, &map)
@@ -201,7 +199,7 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
     basin.iterations += basin.summary.iterations;
   }
   if (!basin.summary.valid) return out;
-  out.with_rig = rig.has_value();
+  out.with_rig = input.rig.has_value();
   out.state = basin.state;
   out.chosen_start = basin.start;
   out.iterations = basin.iterations;
@@ -221,8 +219,8 @@ RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& l
   const double td_shift = coveredShift(window, out.state.rig.dtd);
   if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro ||
       std::abs(td_shift) > kRelinearizeTd) {
-    pre =
-        preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, inertial, td_shift);
+    pre = preintegrateInflated(window, out.state.gyro_bias, out.state.accel_bias, input.inertial,
+                               td_shift);
     map.setPreintegrated(td_shift);
   }
   const MapSummary summary = map.resume(options.max_iterations, &out.state);

@@ -16,6 +16,7 @@
 #include "lines/vanishing_point.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
@@ -80,17 +81,24 @@ enum class StartMode {
   kCoarseToFine,  ///< through a widened noise of the tracks: the IMU leads, the pixels follow
 };
 
+/// What every refinement of a window shares. Keeps references: the arguments outlive it.
+struct RefinementInput {
+  const InitWindow& tracks;                             ///< points pruned
+  const std::vector<Preintegration>& pre;               ///< by preintegrateInflated()
+  const std::vector<VanishingPoint>* vanishing_points;  ///< or null
+  const RefinementOptions& options;
+  const InertialOptions& inertial;
+  WorkBudget& budget;  ///< counts its work; used up, a minimisation ends
+  std::optional<RigPrior> rig =
+      std::nullopt;  ///< the rig error is estimated too; else the calibration is exact
+  std::optional<MotionPrior> motion = std::nullopt;
+  std::optional<StateFactor> known = std::nullopt;  ///< in place of the priors of the biases
+};
+
 /// Refines from `starts` (at least one) and keeps the lowest cost. `lines` as the constructor of
-/// VisualInertialProblem takes them, `pre` made by
-/// preintegrateInflated() at the starts' gyroscope bias. With a `rig` prior the rig error is
-/// estimated too; a `known` state of the first body takes the place of the priors of the biases.
-RefinedWindow refineWindow(const InitWindow& window, const std::vector<Track>& lines,
-                           std::vector<Preintegration> pre,
-                           const std::vector<VanishingPoint>* vanishing_points,
-                           const std::vector<WindowState>& starts, StartMode mode,
-                           const RefinementOptions& options, const InertialOptions& inertial,
-                           const std::optional<RigPrior>& rig = std::nullopt,
-                           const std::optional<MotionPrior>& motion = std::nullopt,
-                           const std::optional<StateFactor>& known = std::nullopt);
+/// VisualInertialProblem takes them, `input.pre` made at the starts' gyroscope bias. If the budget
+/// ends a minimisation, the result is not valid.
+RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
+                           const std::vector<WindowState>& starts, StartMode mode);
 
 }  // namespace slim_init

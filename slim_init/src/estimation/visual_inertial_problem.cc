@@ -540,9 +540,28 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
   return c2 * cost.value();
 }
 
+double VisualInertialProblem::workOfLinearization() const {
+  const auto ofTracks = [](const std::vector<TrackRange>& tracks) {
+    double pairs = 0.0;
+    for (const TrackRange& track : tracks) {
+      const double views = track.end - track.begin;
+      pairs += views * (views + 1.0) / 2.0;
+    }
+    return pairs;
+  };
+  const double views =
+      static_cast<double>(point_views_.size() + line_views_.size() + direction_views_.size());
+  const double pairs =
+      ofTracks(point_tracks_) + ofTracks(line_tracks_) + ofTracks(direction_tracks_);
+  const double m = layout_.size();
+  return kWorkPerView * views + (rolling_ ? kWorkPerRollingPair : kWorkPerPairOfViews) * pairs +
+         kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
+}
+
 void VisualInertialProblem::linearize(const WindowState& state, const Structure& structure,
                                       System* system) {
   const int n = layout_.n;
+  if (budget_ != nullptr) budget_->spend(workOfLinearization());
   system->H.setZero(layout_.size(), layout_.size());
   system->g.setZero(layout_.size());
   pose_blocks_.assign(n * n, Eigen::Matrix<double, 6, 6>::Zero());
@@ -627,7 +646,9 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
   double damping = kFirstDamping;
   bool refused = false;  // the step before
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size()), undamped;
-  while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping) {
+  const auto isCut = [this] { return budget_ != nullptr && budget_->isUsedUp(); };
+  while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping &&
+         !isCut()) {
     if (!solver_.solve(system_.H, system_.g, damping, &step)) {
       damping = std::max(100.0 * damping, kDampingAfterFailure);
       continue;
@@ -676,7 +697,9 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
   // The step that was not worth a linearisation.
   if (summary.converged) visual_gradient_ += visual_information_ * step.head(6 * layout_.n);
   final_state_ = *state;
-  summary.valid = std::isfinite(summary.cost) && information_.allFinite();
+  const bool ended = !summary.converged && isCut();
+  if (ended) budget_->leaveOut("the end of a minimisation");
+  summary.valid = std::isfinite(summary.cost) && information_.allFinite() && !ended;
   return summary;
 }
 

@@ -28,6 +28,7 @@
 #include "lines/vanishing_point.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
@@ -66,6 +67,10 @@ class VisualInertialProblem {
                         const std::optional<RigPrior>& rig = std::nullopt,
                         const std::optional<MotionPrior>& motion = std::nullopt,
                         const std::optional<StateFactor>& known = std::nullopt);
+
+  /// Counts the work of what follows; a minimisation ends where it is used up, and is not valid.
+  /// Null: nothing is counted.
+  void setBudget(WorkBudget* budget) { budget_ = budget; }
 
   /// To be called after the caller has changed the preintegrations: they are now between the
   /// keyframe times moved by `td_shift` [s].
@@ -158,6 +163,7 @@ class VisualInertialProblem {
     Elimination<2> directions;
   };
 
+  double workOfLinearization() const;
   void addLineTracks(const std::vector<Track>& lines);
   void addDirectionTracks(const std::vector<VanishingPoint>& vanishing_points);
   void triangulateAll(const WindowState& state);
@@ -194,6 +200,7 @@ class VisualInertialProblem {
   bool holdTracks(const WindowState& trial_state, Structure* trial_structure);
 
   const InitWindow& window_;
+  WorkBudget* budget_ = nullptr;
   const std::vector<Preintegration>& pre_;
   RefinementOptions options_;
   InertialOptions inertial_;

@@ -181,4 +181,13 @@ inline constexpr CutoffSchedule kFreeFromClean = {{3.0}, 1};
 inline constexpr CutoffSchedule kFreeFromFar = {{40.0, 12.0, 4.0, 3.0}, 4};
 
 }  // namespace rotation_constants
+// ---- Work (WorkBudget)
+
+/// Work of one bias per keyframe; of one pass per common point of a pair, without and with
+/// directions drawn for the baseline; and of one iteration per pair [units].
+inline constexpr double kWorkPerKeyframe = 30.0;
+inline constexpr double kWorkPerPoint = 0.07;
+inline constexpr double kWorkPerPointDrawn = 0.27;
+inline constexpr double kWorkPerPair = 0.35;
+
 }  // namespace slim_init

@@ -74,14 +74,22 @@ struct Candidate {
 class ConsensusSearch {
  public:
   ConsensusSearch(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                  const RobustBiasOptions& options, const InertialOptions& inertial)
-      : options_(options), problem_(window, vanishing_points, options.refinement, inertial) {}
+                  const RobustBiasOptions& options, const InertialOptions& inertial,
+                  WorkBudget* budget)
+      : options_(options),
+        problem_(window, vanishing_points, options.refinement, inertial),
+        budget_(budget) {
+    for (const KeyframePair& pair : problem_.pairs()) points_ += pair.points.count();
+    if (budget_ != nullptr) budget_->spend(kWorkPerKeyframe * window.size());
+  }
 
   MultiGapProblem& problem() { return problem_; }
   int iterations() const { return iterations_; }
+  bool mayGoOn() const { return budget_ == nullptr || !budget_->isUsedUp(); }
 
   // A bias from short gaps. No track is pruned yet.
   BiasMinimum start(const Approach& approach, ConsecutivePairs consecutive) {
+    spend(BaselineSearch::kUnlessGood);
     const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
     const ConsensusOptions draw = {*approach.schedule.begin(), hypotheses(),
                                    BaselineSearch::kAlways};
@@ -119,6 +127,7 @@ class ConsensusSearch {
                                std::move(pruning.baselines))
                 .baselines;
       }
+      spend(schedule.search);
       out.pruning = std::move(pruning.tracks);
       out.minimum =
           minimize(bias, gaps, pass.schedule, masks(out.pruning), std::move(pruning.baselines));
@@ -160,11 +169,22 @@ class ConsensusSearch {
                        Baselines baselines) {
     BiasMinimum out = problem_.minimize(start, gaps, schedule, masks, std::move(baselines));
     iterations_ += out.iterations;
+    if (budget_ != nullptr) {
+      budget_->spend(kWorkPerPair * static_cast<double>(problem_.pairs().size()) * out.iterations);
+    }
     return out;
+  }
+  // Pruning, baselines and weights of one pass.
+  void spend(BaselineSearch search) {
+    if (budget_ == nullptr) return;
+    budget_->spend((search == BaselineSearch::kAlways ? kWorkPerPointDrawn : kWorkPerPoint) *
+                   points_);
   }
 
   const RobustBiasOptions& options_;
   MultiGapProblem problem_;
+  WorkBudget* budget_;
+  double points_ = 0.0;  // of all pairs
   int iterations_ = 0;
 };
 
@@ -177,10 +197,10 @@ bool looksClean(const Candidate& candidate, const RobustBiasOptions& options) {
 
 RobustBias estimateRobustGyroBias(const InitWindow& window,
                                   const std::vector<VanishingPoint>* vanishing_points,
-                                  const RobustBiasOptions& options,
-                                  const InertialOptions& inertial) {
+                                  const RobustBiasOptions& options, const InertialOptions& inertial,
+                                  WorkBudget* budget) {
   RobustBias out;
-  ConsensusSearch search(window, vanishing_points, options, inertial);
+  ConsensusSearch search(window, vanishing_points, options, inertial, budget);
   MultiGapProblem& problem = search.problem();
   out.point_pairs = problem.pointPairs();
   out.vp_pairs = problem.vpPairs();
@@ -191,11 +211,12 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
   out.candidates = 1;
   GapRange gaps = search.gapsOf(kQuick);
   const bool clean = looksClean(best, options);
-  if (!clean && options.candidates > 0) {
+  if (!clean && options.candidates > 0 && search.mayGoOn()) {
     gaps = search.gapsOf(kThorough);
     best = search.refine(best.minimum, kThorough);
     for (const Approach& approach : kRivalApproaches) {
       if (out.candidates > options.candidates || best.inlier_cost <= kFittingInliers) break;
+      if (!search.mayGoOn()) break;
       ++out.candidates;
       std::optional<Candidate> next =
           search.refineRival(search.start(approach, ConsecutivePairs::kUse), kThorough, &best);

@@ -12,6 +12,7 @@
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init {
 
@@ -49,10 +50,11 @@ struct RobustBias {
 };
 
 /// Estimates the bias of a window of two or more keyframes. `vanishing_points` may be null, else
-/// one per keyframe. Deterministic.
+/// one per keyframe. Deterministic. `budget` (null: none) counts the work; used up, no further
+/// start is tried: a wrong bias shows in the fit of everything after it.
 RobustBias estimateRobustGyroBias(const InitWindow& window,
                                   const std::vector<VanishingPoint>* vanishing_points,
-                                  const RobustBiasOptions& options,
-                                  const InertialOptions& inertial);
+                                  const RobustBiasOptions& options, const InertialOptions& inertial,
+                                  WorkBudget* budget = nullptr);
 
 }  // namespace slim_init

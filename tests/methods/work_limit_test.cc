@@ -1,0 +1,119 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// The limit on the work of one solve, as a host sees it. A fixed work_per_ms makes a limit in time
+// one of counted work, so that nothing here depends on the machine.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slim_init/initializer.h"
+#include "support/data_sheet_options.h"
+#include "support/exact_window.h"
+#include "support/same_result.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+ExactWindow exactWindow(Motion motion) {
+  ExactWindowOptions options = drawnFromTheModel(3, 0.05);
+  options.motion = motion;
+  options.keyframes = 16;
+  options.interval_s = 0.1;
+  return makeExactWindow(options);
+}
+
+std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact, double units) {
+  InitializerOptions options = dataSheetOptions();
+  options.limits.max_solve_ms = units > 0.0 ? 1.0 : 0.0;
+  options.limits.work_per_ms = units;
+  std::string error;
+  auto initializer = makeInitializer(exact.calibration, options, &error);
+  EXPECT_NE(initializer, nullptr) << error;
+  for (const ImuSample& sample : exact.imu) initializer->addImu(sample);
+  for (const FrameObservation& frame : exact.keyframes) initializer->addFrame(frame);
+  return initializer;
+}
+
+StatePrior healthyState(const NavState& truth) {
+  StatePrior prior;
+  prior.state = truth;
+  Eigen::Matrix<double, 15, 1> sigma;
+  sigma << Eigen::Vector3d::Constant(0.01), Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.1),
+      Eigen::Vector3d::Constant(2e-3), Eigen::Vector3d::Constant(0.05);
+  prior.covariance = sigma.cwiseAbs2().asDiagonal();
+  return prior;
+}
+
+TEST(WorkLimit, ALimitThatIsNotReachedChangesNothing) {
+  const ExactWindow exact = exactWindow(Motion::kExcited);
+  const InitResult unlimited = makeFed(exact, 0.0)->initialize();
+  ASSERT_TRUE(unlimited.success()) << unlimited.message;
+  EXPECT_TRUE(sameBytes(makeFed(exact, 1e6)->initialize(), unlimited));
+}
+
+TEST(WorkLimit, AtTheLimitTheMessageSaysWhatWasLeftOut) {
+  const ExactWindow exact = exactWindow(Motion::kExcited);
+  const InitResult result = makeFed(exact, 100.0)->initialize();
+  EXPECT_EQ(result.status, InitStatus::kTimeLimit) << result.message;
+  EXPECT_TRUE(isWait(result.status));
+  EXPECT_EQ(result.message.find("the time limit of 1 ms (limits.max_solve_ms) leaves out "), 0u)
+      << result.message;
+}
+
+// From no work at all to all of it: a solve ends with the right estimate, or with the limit. Never
+// is an estimate accepted that the whole solve would not give, and equal work gives equal bytes.
+TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
+  const ExactWindow exact = exactWindow(Motion::kExcited);
+  const InitResult whole = makeFed(exact, 0.0)->initialize();
+  ASSERT_TRUE(whole.success()) << whole.message;
+  int limited = 0, accepted = 0;
+  for (double units = 10.0; units < 1e6; units *= 1.5) {
+    const InitResult result = makeFed(exact, units)->initialize();
+    EXPECT_TRUE(sameBytes(result, makeFed(exact, units)->initialize())) << units;
+    if (result.success()) {
+      ++accepted;
+      EXPECT_EQ(result.scale, whole.scale) << units;
+    } else {
+      ++limited;
+      EXPECT_EQ(result.status, InitStatus::kTimeLimit) << units << ": " << result.message;
+      EXPECT_EQ(accepted, 0) << "more work, less certain: " << units;
+    }
+  }
+  EXPECT_GT(limited, 3);
+  EXPECT_GT(accepted, 3);
+}
+
+// At constant velocity the window alone has no estimate; what it may cost is bounded, so that there
+// is work left for the known state.
+TEST(WorkLimit, ARecoveryKeepsWorkForTheKnownState) {
+  const ExactWindow exact = exactWindow(Motion::kConstantVelocity);
+  const std::vector<StatePrior> healthy = {healthyState(exact.truth[8])};
+  const InitResult whole = makeFed(exact, 0.0)->recover(healthy);
+  ASSERT_TRUE(whole.success()) << whole.message;
+  int accepted = 0;
+  for (double units = 10.0; units < 1e6; units *= 1.5) {
+    const InitResult result = makeFed(exact, units)->recover(healthy);
+    if (!result.success()) {
+      EXPECT_EQ(accepted, 0) << units << ": " << result.message;
+      continue;
+    }
+    ++accepted;
+    EXPECT_EQ(result.states.back().v_w_b, whole.states.back().v_w_b) << units;
+  }
+  EXPECT_GT(accepted, 3);
+}
+
+TEST(WorkLimit, BadLimitsAreNamed) {
+  InitializerOptions options;
+  options.limits.max_solve_ms = -1.0;
+  std::string error;
+  EXPECT_EQ(makeInitializer(Calibration(), options, &error), nullptr);
+  EXPECT_NE(error.find("limits.max_solve_ms is -1"), std::string::npos) << error;
+}
+
+}  // namespace
+}  // namespace slim_init
