@@ -6,8 +6,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <sstream>
+#include <unordered_map>
 #include <utility>
 
 #include "imu_screen.h"
@@ -16,7 +16,6 @@ namespace slim_init::vins_adapter {
 namespace {
 
 using innovation_detail::PoseResidual;
-using innovation_detail::poseResidual;
 using innovation_detail::PoseTrack;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -44,8 +43,8 @@ constexpr double kMostNoise = 3.0;
 constexpr double kMoved = 4.0;
 // Pose of the newest frame and of the last optimized one against places that share errors; these
 // come from two poses of the window, and grow with the step beyond it.
-constexpr double kBothPoses = 6.0;
-constexpr double kSharedErrors = 4.0;
+constexpr double kBothPoses = 4.0;
+constexpr double kSharedErrors = 2.0;
 constexpr double kLeastReach = 1e-3;  // [m]
 // Pose of the newest optimized frame against the places, besides the noise of the tracks.
 constexpr double kFrameTheta = 5e-4;     // [rad]
@@ -129,9 +128,10 @@ Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& ne
               double sigma) {
   Scene scene;
   std::vector<CameraPose> cameras(optimized.size());
-  std::map<FeatureId, std::size_t> index;
+  std::unordered_map<FeatureId, std::size_t> index;
   for (std::size_t k = 0; k < newest.points.size(); ++k) index[newest.points[k].id] = k;
   std::vector<std::vector<TrackView>> views(newest.points.size());
+  for (std::vector<TrackView>& of_track : views) of_track.reserve(optimized.size());
   for (std::size_t i = 0; i < optimized.size(); ++i) {
     cameras[i] = cameraOf(optimized[i], calibration);
     const FrameObservation* frame = frameAt(frames, optimized[i].t);
@@ -184,6 +184,25 @@ struct PoseFit {
   }
 };
 
+// `arm`: from the body to the camera, in w.
+bool residualAt(const PoseTrack& track, const CameraPose& camera, const Eigen::Vector3d& arm,
+                double sigma, PoseResidual* residual) {
+  PlaceResidual place;
+  if (!residualOf(track.place, camera, track.bearing, track.basis, &place)) return false;
+  residual->r = place.r;
+  // The ray turns about the body, which carries the camera.
+  const double rho = track.place.inverse_depth;
+  const Eigen::Vector3d from_body = place.ray + rho * arm;
+  residual->J.leftCols<3>() = place.by_expected * skewOf(from_body);
+  residual->J.rightCols<3>() = -rho * place.by_expected;
+  const Eigen::Matrix<double, 3, 2> CJ = track.place.covariance * place.by_place.transpose();
+  Eigen::Matrix2d S = place.by_place * CJ;
+  S.diagonal().array() += sigma * sigma;
+  residual->information = S.inverse();
+  residual->inverse_depth = rho - CJ.row(2).dot(residual->information * residual->r);
+  return true;
+}
+
 // An inverse depth with an error of its own size would draw the pose towards the last one: the
 // noise of the place is in residual and Jacobian alike. That of all views, the newest included,
 // does not.
@@ -228,20 +247,24 @@ class PoseSolver {
   }
 
   double widestKernel(const NavState& pose) const {
+    const CameraPose camera = cameraOf(pose, calibration_);
+    const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     std::vector<double> squares;
     PoseResidual residual;
     for (const PoseTrack& track : scene_.tracks) {
-      if (!poseResidual(track, pose, calibration_, scene_.sigma, &residual)) continue;
+      if (!residualAt(track, camera, arm, scene_.sigma, &residual)) continue;
       squares.push_back(residual.r.dot(residual.information * residual.r));
     }
     return squares.empty() ? 1.0 : std::max(1.0, std::sqrt(middle(std::move(squares)) / kKernel));
   }
 
   void accumulate(const NavState& pose, double scale, Matrix6d* H, Vector6d* g) const {
+    const CameraPose camera = cameraOf(pose, calibration_);
+    const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     const double kernel = scale * scale * kKernel;
     PoseResidual residual;
     for (const PoseTrack& track : scene_.tracks) {
-      if (!poseResidual(track, pose, calibration_, scene_.sigma, &residual)) continue;
+      if (!residualAt(track, camera, arm, scene_.sigma, &residual)) continue;
       const Eigen::Vector2d weighted = residual.information * residual.r;
       const double root = 1.0 / (1.0 + residual.r.dot(weighted) / kernel);
       useBothDepths(track, &residual);
@@ -254,11 +277,13 @@ class PoseSolver {
   PoseFit finish(const NavState& pose) const {
     PoseFit fit;
     fit.pose = pose;
+    const CameraPose camera = cameraOf(pose, calibration_);
+    const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     Matrix6d H = weak();
     PoseResidual residual;
     for (const PoseTrack& track : scene_.tracks) {
       double square = kAgrees;
-      if (poseResidual(track, pose, calibration_, scene_.sigma, &residual)) {
+      if (residualAt(track, camera, arm, scene_.sigma, &residual)) {
         square = residual.r.dot(residual.information * residual.r);
       }
       const bool agrees = square < kAgrees;
@@ -467,22 +492,8 @@ namespace innovation_detail {
 
 bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibration& calibration,
                   double sigma, PoseResidual* residual) {
-  PlaceResidual place;
-  if (!residualOf(track.place, cameraOf(pose, calibration), track.bearing, track.basis, &place)) {
-    return false;
-  }
-  residual->r = place.r;
-  // The ray turns about the body, which carries the camera.
-  const double rho = track.place.inverse_depth;
-  const Eigen::Vector3d from_body = place.ray + rho * (pose.R_w_b * calibration.t_b_c);
-  residual->J.leftCols<3>() = place.by_expected * skewOf(from_body);
-  residual->J.rightCols<3>() = -rho * place.by_expected;
-  const Eigen::Matrix<double, 3, 2> CJ = track.place.covariance * place.by_place.transpose();
-  Eigen::Matrix2d S = place.by_place * CJ;
-  S.diagonal().array() += sigma * sigma;
-  residual->information = S.inverse();
-  residual->inverse_depth = rho - CJ.row(2).dot(residual->information * residual->r);
-  return true;
+  return residualAt(track, cameraOf(pose, calibration), pose.R_w_b * calibration.t_b_c, sigma,
+                    residual);
 }
 
 }  // namespace innovation_detail

@@ -12,8 +12,8 @@ namespace {
 // Inverse depth of a point of which nothing is known [1/m].
 constexpr double kInverseDepth = 0.3;
 constexpr double kInverseDepthSigma = 1.0;
-// Gauss-Newton converges in two from the linear depth.
-constexpr int kIterations = 2;
+// Steps of Gauss-Newton from the linear depth, which is that of exact bearings.
+constexpr int kIterations = 1;
 // Cosine of the largest angle between what is expected and what is seen.
 constexpr double kLeastCosine = 0.17;
 
@@ -71,6 +71,9 @@ bool findPlace(const std::vector<TrackView>& views, double sigma, double sigma_p
   const double moved = sigma_position * place->inverse_depth;
   const double weight = 1.0 / (sigma * sigma + moved * moved);
   const double depth_weight = 1.0 / (kInverseDepthSigma * kInverseDepthSigma);
+  std::vector<Eigen::Matrix<double, 3, 2>> bases;
+  bases.reserve(views.size());
+  for (const TrackView& view : views) bases.push_back(tangentOf(view.bearing));
   PlaceResidual residual;
   Eigen::Matrix3d H;
   for (int iteration = 0; iteration <= kIterations; ++iteration) {
@@ -78,8 +81,8 @@ bool findPlace(const std::vector<TrackView>& views, double sigma, double sigma_p
     H(2, 2) = depth_weight;
     Eigen::Vector3d g(0.0, 0.0, depth_weight * (place->inverse_depth - kInverseDepth));
     place->chi_square = 0.0;
-    for (const TrackView& view : views) {
-      if (!residualOf(*place, *view.camera, view.bearing, tangentOf(view.bearing), &residual)) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (!residualOf(*place, *views[i].camera, views[i].bearing, bases[i], &residual)) {
         return false;
       }
       const Eigen::Matrix<double, 3, 2> J = weight * residual.by_place.transpose();
