@@ -387,6 +387,15 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
     priors.back().calibration = flown;
     if (priors.size() == kMostPriors) break;
   }
+  // None reaches the end of the damage: the frame of the newest continues inside the window.
+  if (priors.empty() && !healthy.empty()) {
+    CarriedState newest;
+    newest.state = fromHostState(healthy.back(), calibration.td);
+    newest.state.t = hostTime(healthy.back().stamp);
+    newest.covariance = healthyCovariance();
+    priors.push_back(toStatePrior(newest));
+    priors.back().calibration = flown;
+  }
   std::reverse(priors.begin(), priors.end());
   return priors;
 }

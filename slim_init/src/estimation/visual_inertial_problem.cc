@@ -697,7 +697,8 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
   // The step that was not worth a linearisation.
   if (summary.converged) visual_gradient_ += visual_information_ * step.head(6 * layout_.n);
   final_state_ = *state;
-  const bool ended = !summary.converged && isCut();
+  const bool ended = !summary.converged && summary.iterations < max_iterations &&
+                     damping < kLargestDamping && isCut();
   if (ended) budget_->leaveOut("the end of a minimisation");
   summary.valid = std::isfinite(summary.cost) && information_.allFinite() && !ended;
   return summary;
