@@ -138,7 +138,7 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
     message.precision(3);
     message << what << " is off by " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
             << "), more than its standard deviation of " << prior << ' ' << unit
-            << " allows: correct " << key;
+            << " allows: if several windows agree, correct " << key;
     result->warnings.push_back(message.str());
   };
   if (known.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {

@@ -25,7 +25,7 @@ constexpr double kWorstLatency = 0.3;   // [s]
 constexpr double kVelocityError = 0.3;  // [m/s]
 
 struct Flight {
-  std::vector<double> late;  // from the time of a frame to its odometry [s]
+  std::vector<double> late;               // from the time of a frame to its odometry [s]
   std::vector<double> wrong_since_event;  // longest time with a wrong velocity per event [s]
   int failed = 0, recovered = 0, started = 0;
 };
@@ -63,8 +63,8 @@ Flight fly() {
   for (;;) {
     // The next frame is there when its time has come.
     const double due = static_cast<double>(flight.late.size()) * 0.1;
-    std::this_thread::sleep_until(begin + std::chrono::duration_cast<Clock::duration>(
-                                              std::chrono::duration<double>(due)));
+    std::this_thread::sleep_until(
+        begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(due)));
     const HostStep* step = run.next();
     if (step == nullptr) break;
     const double now = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -74,9 +74,9 @@ Flight fly() {
     flight.started += step->seeded ? 1 : 0;
     if (!step->tracking || flight.started == 0) continue;
     const NavState& truth = run.truth();
-    const double error = (step->state.R_w_b.transpose() * step->state.v_w_b -
-                          truth.R_w_b.transpose() * truth.v_w_b)
-                             .norm();
+    const double error =
+        (step->state.R_w_b.transpose() * step->state.v_w_b - truth.R_w_b.transpose() * truth.v_w_b)
+            .norm();
     if (error < kVelocityError) {
       wrong_since = kNotComputed;
     } else if (std::isnan(wrong_since)) {

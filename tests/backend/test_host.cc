@@ -96,8 +96,7 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
 
 void TestHost::seed(HostStep* step) {
   const std::vector<double> stamps = estimator_.stamps();
-  step->joined =
-      is_lost_ && options_.adapter.reinit && adapter_->carry(lost_, stamps.front()).ok;
+  step->joined = is_lost_ && options_.adapter.reinit && adapter_->carry(lost_, stamps.front()).ok;
   const HostAnswer answer =
       step->joined ? adapter_->recover(stamps, {lost_}) : adapter_->seed(stamps);
   step->seeded = fillWindow(answer, step);

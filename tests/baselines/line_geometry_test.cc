@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What lines do and do not say about the motion: the identities behind docs/method_slim_paper.md.
+// What lines do and do not say about the motion: the identities behind docs/baselines.md.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>

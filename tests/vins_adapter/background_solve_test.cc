@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Solves that take longer than the host waits: the host's thread goes on, and a later frame gets the
-// answer. The slowness is a fake; everything behind it is `slim`.
+// Solves that take longer than the host waits: the host's thread goes on, and a later frame gets
+// the answer. The slowness is a fake; everything behind it is `slim`.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -13,8 +13,8 @@
 namespace slim_init::vins_adapter {
 
 /// Collects the calibrations that windows without common data have found. Their scatter says how
-/// sure the mean is: errors that a window does not know of (motion, IMU scale) differ from window to
-/// window. Not thread-safe.
+/// sure the mean is: errors that a window does not know of (motion, IMU scale) differ from window
+/// to window. Not thread-safe.
 class CalibrationAdvice {
  public:
   static constexpr int kWindows = 8;       ///< fewer say nothing: 25 s of flight

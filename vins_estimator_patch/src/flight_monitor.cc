@@ -51,8 +51,6 @@ FlightStatus FlightMonitor::status() const {
                                                       : FlightStatus::kSuspect;
 }
 
-bool FlightMonitor::wantsEvidence(double stamp) const {
-  return stamp - last_trouble_ >= kEvidence;
-}
+bool FlightMonitor::wantsEvidence(double stamp) const { return stamp - last_trouble_ >= kEvidence; }
 
 }  // namespace slim_init::vins_adapter

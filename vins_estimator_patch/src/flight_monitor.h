@@ -25,8 +25,8 @@ const char* toString(FlightStatus status);
 /// thread-safe.
 class FlightMonitor {
  public:
-  static constexpr double kEvidence = 0.5;   ///< [s]
-  static constexpr double kUnopposed = 10.0; ///< [s]
+  static constexpr double kEvidence = 0.5;    ///< [s]
+  static constexpr double kUnopposed = 10.0;  ///< [s]
 
   /// The states begin anew: nothing is known against them.
   void reset();
@@ -49,9 +49,9 @@ class FlightMonitor {
  private:
   bool alarm_ = false;
   bool frame_suspect_ = false;
-  bool reported_ = false;                // a failure that has not been called off
+  bool reported_ = false;  // a failure that has not been called off
   double alarm_stamp_ = kNotComputed;
-  double last_trouble_ = kNotComputed;   // NaN: no doubt
+  double last_trouble_ = kNotComputed;  // NaN: no doubt
 };
 
 }  // namespace slim_init::vins_adapter

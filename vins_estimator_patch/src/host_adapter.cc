@@ -70,11 +70,13 @@ std::string checkStamps(const std::vector<double>& stamps) {
   return "";
 }
 
-// So near that the states can be called right: a velocity that an estimator recovers from by itself.
+// So near that the states can be called right: a velocity that an estimator recovers from by
+// itself.
 bool isClose(const NavState& host, const NavState& solved, double scale_sigma) {
   const Eigen::Vector3d v = solved.R_w_b.transpose() * solved.v_w_b;
   const double sigma = std::isnan(scale_sigma) ? 0.0 : scale_sigma;
-  return (host.R_w_b.transpose() * host.v_w_b - v).norm() <= kCloseVelocity + 2.0 * sigma * v.norm();
+  return (host.R_w_b.transpose() * host.v_w_b - v).norm() <=
+         kCloseVelocity + 2.0 * sigma * v.norm();
 }
 
 std::string carryMessage(double seconds, const HostCarry& carried) {
@@ -188,7 +190,7 @@ struct HostAdapter::State {
   SteadyBiases steady_biases;
   InnovationMonitor innovations;
   SensorMemory memory{Calibration()};
-  OptionalCalibration flown;  // extrinsics that the host has estimated in flight
+  OptionalCalibration flown;            // extrinsics that the host has estimated in flight
   double waiting_stamp = kNotComputed;  // the frame for which the host has begun to wait
   SolveWorker::Clock::time_point wait_until;
   SolveWorker worker;  // last, so that its thread ends first
@@ -248,8 +250,7 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
       at.size() != 1) {
     return;
   }
-  const std::string contradiction =
-      compareStates(newest, at.front(), solved->result.scale_sigma);
+  const std::string contradiction = compareStates(newest, at.front(), solved->result.scale_sigma);
   if (contradiction.empty()) {
     contradictions = suspect_frames = 0;
     if (isClose(newest, at.front(), solved->result.scale_sigma)) {
@@ -422,8 +423,8 @@ SolveWorker::Clock::time_point HostAdapter::State::deadlineOf(double stamp) {
   if (stamp == waiting_stamp) return wait_until;
   waiting_stamp = stamp;
   const std::chrono::duration<double, std::milli> wait(std::max(options.max_wait_ms, 0.0));
-  wait_until = SolveWorker::Clock::now() +
-               std::chrono::duration_cast<SolveWorker::Clock::duration>(wait);
+  wait_until =
+      SolveWorker::Clock::now() + std::chrono::duration_cast<SolveWorker::Clock::duration>(wait);
   return wait_until;
 }
 
@@ -567,8 +568,8 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
     return answer;
   }
   for (std::size_t i = 0; i < stamps.size(); ++i) answer.window.states[i].stamp = stamps[i];
-  answer.window.prior = firstStatePrior({window.front(), healthyCovariance()},
-                                        answer.window.states.front());
+  answer.window.prior =
+      firstStatePrior({window.front(), healthyCovariance()}, answer.window.states.front());
   answer.joined = true;
   answer.verdict.status = InitStatus::kTimeLimit;
   answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";

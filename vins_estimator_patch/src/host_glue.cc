@@ -120,10 +120,10 @@ struct HostGlue::State {
   bool is_lost = false;
   FlightMonitor monitor;
   CalibrationAdvice advice;
-  bool rides = false;            // through a gap in the images
-  bool pending = false;          // the recovery that was wanted last has not been solved yet
-  bool frame_suspect = false;    // the newest frame was, before its optimization
-  double pause = 0.0;            // after the last refused recovery [s]
+  bool rides = false;          // through a gap in the images
+  bool pending = false;        // the recovery that was wanted last has not been solved yet
+  bool frame_suspect = false;  // the newest frame was, before its optimization
+  double pause = 0.0;          // after the last refused recovery [s]
   double next_recovery = -std::numeric_limits<double>::infinity();  // stamp [s]
   int unreported_refusals = 0;
   double health_stamp = -std::numeric_limits<double>::infinity();
@@ -446,8 +446,8 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   HostCarry carried;
   if (join) carried = state.continued(stamps.front());
   // With the state from before, if the IMU has carried it; else in its place.
-  const HostAnswer answer = carried.ok ? state.adapter->recover(stamps, {state.lost})
-                                       : state.adapter->seed(stamps);
+  const HostAnswer answer =
+      carried.ok ? state.adapter->recover(stamps, {state.lost}) : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";
   if (!answer.pending) state.record(action, answer, nullptr);
   state.reportAnswer(action, answer);

@@ -42,8 +42,8 @@ class SolveWorker {
   /// thread to give.
   bool post(SolvePurpose purpose, double stamp, Solve solve);
 
-  /// The newest finished solve if it is of `purpose`, once; waits until `deadline` as long as one of
-  /// `purpose` runs or is to begin. Nothing: none has finished.
+  /// The newest finished solve if it is of `purpose`, once; waits until `deadline` as long as one
+  /// of `purpose` runs or is to begin. Nothing: none has finished.
   std::optional<Solved> take(SolvePurpose purpose, Clock::time_point deadline);
 
   /// A solve of this purpose runs or is to begin.

@@ -97,10 +97,10 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   }
   const NavState& newest = states.back();
   if (const double bias = newest.accel_bias.norm(); bias > bounds.accel_bias) {
-    wrong(text("accelerometer bias ", bias, " m/s^2, may be ", bounds.accel_bias));
+    wrong(text("accelerometer bias ", bias, " m/s^2 (limit ", bounds.accel_bias, ")"));
   }
   if (const double bias = newest.gyro_bias.norm(); bias > bounds.gyro_bias) {
-    wrong(text("gyroscope bias ", bias, " rad/s, may be ", bounds.gyro_bias));
+    wrong(text("gyroscope bias ", bias, " rad/s (limit ", bounds.gyro_bias, ")"));
   }
 
   // The IMU alone from the oldest state that it may reach from.
@@ -122,11 +122,11 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
                          3.0 * kDeg * std::sqrt(carried.covariance.diagonal().head<3>().maxCoeff());
     if (finding.velocity_mps > may_v) {
       wrong(text("velocity changed by ", finding.velocity_mps,
-                 " m/s more than the IMU measured in ", age, " s, may be ", may_v));
+                 " m/s more than the IMU measured in ", age, " s (limit ", may_v, ")"));
     }
     if (finding.rotation_deg > may_r) {
       wrong(text("attitude changed by ", finding.rotation_deg,
-                 " deg more than the IMU measured in ", age, " s, may be ", may_r));
+                 " deg more than the IMU measured in ", age, " s (limit ", may_r, ")"));
     }
     break;
   }
@@ -140,7 +140,8 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   finding.reprojection_px = reprojection(states, at, calibration, bounds.tracks);
   if (finding.reprojection_px > bounds.reprojection_px) {
     wrong(text("tracks are ", finding.reprojection_px,
-               " px off where the poses have them (median), may be ", bounds.reprojection_px));
+               " px from where the poses have them (median, limit ",
+               bounds.reprojection_px, ")"));
   }
   return finding;
 }
@@ -153,11 +154,11 @@ std::string SteadyBiases::judge(const NavState& state) {
   }
   const Eigen::Vector3d accel = state.accel_bias - accel_bias_, gyro = state.gyro_bias - gyro_bias_;
   if (accel.norm() > kAccelStep) {
-    return text("accelerometer bias has moved by ", accel.norm(), " m/s^2, may move by ",
-                kAccelStep);
+    return text("accelerometer bias has moved by ", accel.norm(), " m/s^2 (limit ",
+                kAccelStep, ")");
   }
   if (gyro.norm() > kGyroStep) {
-    return text("gyroscope bias has moved by ", gyro.norm(), " rad/s, may move by ", kGyroStep);
+    return text("gyroscope bias has moved by ", gyro.norm(), " rad/s (limit ", kGyroStep, ")");
   }
   accel_bias_ += kShare * accel;
   gyro_bias_ += kShare * gyro;
@@ -172,13 +173,13 @@ std::string compareStates(const NavState& host, const NavState& answer, double s
   const double sigma = std::isnan(scale_sigma) ? 0.0 : scale_sigma;
   const double may = kAnswerVelocity + (kAnswerShare + 3.0 * sigma) * v_answer.norm();
   if (off > may) {
-    return text("velocity is ", off, " m/s off that of a window solved anew, may be ", may);
+    return text("velocity is ", off, " m/s from that of an independent window (limit ", may, ")");
   }
   const Eigen::Vector3d up_host = host.R_w_b.row(2), up = answer.R_w_b.row(2);
   const double tilt = kDeg * std::atan2(up_host.cross(up).norm(), up_host.dot(up));
   if (tilt > kAnswerTiltDeg) {
-    return text("attitude is ", tilt, " deg off the gravity of a window solved anew, may be ",
-                kAnswerTiltDeg);
+    return text("attitude is ", tilt, " deg from the gravity of an independent window (limit ",
+                kAnswerTiltDeg, ")");
   }
   return "";
 }

@@ -23,7 +23,7 @@ class ComparedMethod : public WindowSolver {
 
 /// `slim-paper`: SLIM-init as written in section IV of the paper, each term with its switch
 /// (SlimPaperOptions). With all switches off it differs from drt-l in the robust cost of step 1
-/// only. What its line terms are worth: docs/method_slim_paper.md.
+/// only. What its line terms are worth: docs/baselines.md.
 class SlimPaper : public ComparedMethod {
  public:
   using ComparedMethod::ComparedMethod;

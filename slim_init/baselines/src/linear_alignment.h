@@ -61,7 +61,7 @@ AlignmentEstimate alignLinear(const AlignmentProblem& problem);
 
 /// Eq. (9) for t = t_ij^ci: n_i^T [t]x R_ci_cj n_j. Equals -t . (n_i x R n_j), the baseline along
 /// the 3D line's own direction times the sine between the planes: not a constraint on the motion
-/// (docs/method_slim_paper.md).
+/// (docs/baselines.md).
 double lineEpipolarResidual(const Eigen::Vector3d& n_i, const Eigen::Vector3d& n_j,
                             const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& t_ci_cj);
 

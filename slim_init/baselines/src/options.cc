@@ -50,7 +50,7 @@ OptionTable optionTable(SlimPaperOptions* o) {
           "vp_weight", &o->vp_weight, {0.0, 1e6}, "",
           "factor on lambda_vp, the ratio of point to vanishing-point residuals. At 1 the "
           "vanishing points dominate and the error of the bias grows several times, because a "
-          "vanishing point is about ten times noisier than a point (docs/method_slim_paper.md)"),
+          "vanishing point is about ten times noisier than a point (docs/baselines.md)"),
       advancedKey("vp_cauchy_scale", &o->vp_cauchy_scale, {1e-9, 10.0}, "rad",
                   "vanishing-point residual beyond which it loses weight"),
       advancedKey("line_epipolar_weight", &o->line_epipolar_weight, {0.0, 1e6}, "",

@@ -13,7 +13,7 @@ namespace {
 // A value further from the file's than so many standard deviations is not the file's any more.
 constexpr double kContradiction = 2.0;
 // And from so much on it matters to a host. Below it are what recordings with a good calibration
-// show from window to window (docs/benchmark.md, "Rigs that are off": td drifts by up to 2.2 ms
+// show from window to window (docs/benchmark.md, "Miscalibrated rigs": td drifts by up to 2.2 ms
 // within V1_01 and V1_02, the rotation of MH_01 is 0.4 deg from its file, a window knows it to 0.4
 // to 1 deg and the lever arm to a centimetre at best), and an error that moves points by less than
 // the 1.5 px of 460 px focal length that the hosts of the VINS family count on: 3.3 ms at 1 rad/s.

@@ -36,7 +36,7 @@ struct HostOptions {
   /// A stamp of the host may lie this long before the first or after the last keyframe of the
   /// solved window [s]; the IMU alone carries the state there, and the host's next optimization
   /// refines it. In slow motion the keyframes of a host lie far apart and reach further back than
-  /// our window (about 2 s); a recovery refused for that would be a reset (docs/backend.md).
+  /// our window (about 2 s); a recovery refused for that would be a reset (docs/history/guides.md).
   double max_reach_s = 2.5;
 
   /// The host's states are watched (HostAdapter::watch()).
@@ -93,7 +93,7 @@ struct HostAnswer {
 struct HostHealth {
   bool sane = true;  ///< no failure is reported
   bool suspect =
-      false;           ///< something speaks against the state: not a healthy one, not yet a failure
+      false;  ///< something speaks against the state: not a healthy one, not yet a failure
   /// Newest frame [s], camera clock, of a window that was solved without the host's states and
   /// agrees with them; NaN: none has been compared for this frame, or it contradicts them.
   double confirmed_stamp = kNotComputed;
@@ -114,8 +114,8 @@ struct LearnedSensors {
 /// Seeds and recovers a host from an initializer, of whatever kind, that buffers its own data, so
 /// that nothing is lost when the host clears its state. Adds to it the host's stamps, the host's
 /// convention, a lock and a thread: streams may come from other threads than seed(), recover() and
-/// watch(), which belong to one, and solves run in a third (HostOptions::max_wait_ms). Never throws,
-/// prints or exits.
+/// watch(), which belong to one, and solves run in a third (HostOptions::max_wait_ms). Never
+/// throws, prints or exits.
 class HostAdapter {
  public:
   /// Options for a host, those of everything else: a window that grows from few keyframes, so that
@@ -154,14 +154,14 @@ class HostAdapter {
 
   /// After a failure: as seed(), but position and yaw continue from healthy states of the host,
   /// ascending in time. If the window alone is refused, velocity, attitude and biases of the newest
-  /// of them that the data agree with, propagated by the IMU, are a prior (IInitializer::recover()).
-  /// Stamps further than max_reach_s before the solved window get the states that the host had
-  /// there, as long as these are among them.
+  /// of them that the data agree with, propagated by the IMU, are a prior
+  /// (IInitializer::recover()). Stamps further than max_reach_s before the solved window get the
+  /// states that the host had there, as long as these are among them.
   HostAnswer recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
 
-  /// While a recovery is being solved: the healthy states (as above) at the stamps that they are of,
-  /// and the newest of them propagated by the IMU to the stamps after it. Declines if the IMU data
-  /// do not reach.
+  /// While a recovery is being solved: the healthy states (as above) at the stamps that they are
+  /// of, and the newest of them propagated by the IMU to the stamps after it. Declines if the IMU
+  /// data do not reach.
   HostAnswer bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
 
   /// A healthy state of the host in flight. After 20 s without interruption its biases, and the

@@ -371,10 +371,10 @@ class HostGlue {
   }
 
   /// In flight, once per frame and before the host's optimization. Where the tracks of the frame
-  /// contradict the IMU data, or these are missing, the data are replaced in the host's window, with
-  /// the covariance of what is not known, and so is the prediction of its newest state: the images
-  /// carry the host. Where a part of the tracks moves against the scene, that part is taken out of
-  /// the window. With the first frame after a gap that it rides through, the host's failure
+  /// contradict the IMU data, or these are missing, the data are replaced in the host's window,
+  /// with the covariance of what is not known, and so is the prediction of its newest state: the
+  /// images carry the host. Where a part of the tracks moves against the scene, that part is taken
+  /// out of the window. With the first frame after a gap that it rides through, the host's failure
   /// detection is to compare to that prediction: the frame before the gap is far away.
   template <typename Estimator>
   void prepare(Estimator& e) {

@@ -33,7 +33,7 @@ struct LineSelectionOptions {
 };
 
 /// The switches of `slim-paper`, one per term, and the proportionality constants that the paper
-/// leaves open (docs/method_slim_paper.md measures them).
+/// leaves open (docs/baselines.md measures them).
 struct SlimPaperOptions {
   bool use_vp = true;                  ///< VP residual in step 1, eq. (4)
   bool use_line_epipolar = true;       ///< eq. (11)
