@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <set>
 #include <sstream>
 #include <tuple>
 #include <utility>
@@ -34,6 +35,12 @@ constexpr double kCheckEvery = 1.0;
 constexpr double kEvidenceEvery = 0.3;
 // A propagated velocity that is less certain does not replace the host's own [m/s].
 constexpr double kWorstBridge = 2.0;
+// Between two frames over which tracks are followed [s]: as VINS-Mono's tracker has it.
+constexpr double kLongestTracked = 1.0;
+// With fewer tracks from the frame before the IMU alone carries a host.
+constexpr int kLeastTracks = 8;
+// Of the tracks that move against the scene more are not outliers of the tracker.
+constexpr double kMovingShare = 0.3;
 // Velocities that agree [m/s], besides two standard deviations of the scale.
 constexpr double kCloseVelocity = 0.25;
 // The answer to an earlier frame is used up to this age [s].
@@ -151,6 +158,7 @@ struct HostAdapter::State {
   void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
                          Lock* lock, HostHealth* health);
   HostPreparation prepare(const std::vector<HostState>& window, const Calibration& calibration);
+  std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
   std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
   CarriedState healthyStateOf(const HostState& state) const;
   std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
@@ -576,6 +584,26 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
   return answer;
 }
 
+// Tracks of the frame at `end` that the frame at `begin`, or one before it, has too [s, IMU clock];
+// `tracks`: all of that frame.
+std::vector<long long> HostAdapter::State::tracksOverGap(double begin, double end,
+                                                         int* tracks) const {
+  std::set<FeatureId> before;
+  std::vector<long long> over;
+  *tracks = 0;
+  for (const FrameObservation& frame : frames) {
+    if (frame.t <= begin + kSameFrame) {
+      for (const PointObservation& point : frame.points) before.insert(point.id);
+    } else if (std::abs(frame.t - end) <= kSameFrame) {
+      *tracks = static_cast<int>(frame.points.size());
+      for (const PointObservation& point : frame.points) {
+        if (before.count(point.id) > 0) over.push_back(point.id);
+      }
+    }
+  }
+  return over;
+}
+
 // Over the newest interval, with what the images say about it.
 HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window,
                                             const Calibration& calibration) {
@@ -595,18 +623,33 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   }
   std::vector<NavState> optimized = statesOf(window, calibration.td);
   optimized.pop_back();
+  // What a tracker carries over a gap in the images are other points.
+  int tracks = 0;
+  const std::vector<long long> known = tracksOverGap(t_i, t_j, &tracks);
+  for (auto state = optimized.end(); state != optimized.begin();) {
+    const double next = state == optimized.end() ? t_j : state->t;
+    if (next - (--state)->t <= kLongestTracked) continue;
+    optimized.erase(optimized.begin(), state + 1);
+    break;
+  }
+  if (t_j - t_i > kLongestTracked) out.moving = known;
+  const bool blind = static_cast<int>(known.size()) < kLeastTracks;
   const Innovation innovation = innovations.judge(
       optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px);
   if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
     screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
   }
   out.suspect = innovation.culprit == Culprit::kUnclear;
-  if (innovation.culprit != Culprit::kNone && innovation.culprit != Culprit::kNotJudged) {
-    out.message = innovation.message;
-  }
-  for (const FeatureId id : innovation.moving) out.moving.push_back(id);
+  out.moving.insert(out.moving.end(), innovation.moving.begin(), innovation.moving.end());
+  // A few are outliers of the tracker.
+  const bool moves = static_cast<double>(innovation.moving.size()) > kMovingShare * tracks;
+  const bool contradicts =
+      innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear;
+  if (contradicts || moves) out.message = innovation.message;
   out.intervals = intervals(stamps);
-  if (out.intervals.empty() || !out.intervals.back().damaged) return out;
+  const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
+  if (damaged || moves || blind || t_j - t_i > kLongestTracked) out.bridged_s = t_j - t_i;
+  if (!damaged) return out;
   // The host has predicted through what is not to be believed.
   const bool by_images = innovation.culprit == Culprit::kImu;
   out.replaces_newest = true;

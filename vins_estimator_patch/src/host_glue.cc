@@ -52,10 +52,10 @@ constexpr double kSaveEvery = 10.0;
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
 constexpr double kMostTdStep = 0.9;
-// What a frame costs the odometry frame while only one of IMU and images carries the host, as
-// measured in VINS-Mono: standard deviations of position [m] and heading [deg].
-constexpr double kBridgedPosition = 0.03;
-constexpr double kBridgedYaw = 0.3;
+// What it costs the odometry frame that only one of IMU and images carries the host, as measured in
+// VINS-Mono: random walk of position [m/sqrt(s)] and heading [deg/sqrt(s)].
+constexpr double kBridgedPosition = 0.1;
+constexpr double kBridgedYaw = 1.0;
 // Without IMU data: standard deviations of the speed [m/s], at least, and of the turning [deg/s].
 constexpr double kUnknownSpeed = 1.0;
 constexpr double kUnknownTurn = 57.3;
@@ -604,11 +604,9 @@ HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
   const double stamp = window.back().stamp;
   const bool damaged = !frame.intervals.empty() && frame.intervals.back().damaged;
   state.frame_suspect = damaged || frame.suspect;
-  if (state.frame_suspect) state.monitor.doubt(stamp);
-  if (state.frame_suspect || !frame.moving.empty()) {
-    state.frame_variance += kBridgedPosition * kBridgedPosition;
-    state.frame_yaw_variance += kBridgedYaw * kBridgedYaw;
-  }
+  if (state.frame_suspect || frame.bridged_s > 0.0) state.monitor.doubt(stamp);
+  state.frame_variance += frame.bridged_s * kBridgedPosition * kBridgedPosition;
+  state.frame_yaw_variance += frame.bridged_s * kBridgedYaw * kBridgedYaw;
   if (frame.message.empty() && damaged) {
     frame.message = "IMU data discarded or missing; relying on vision";
   }
