@@ -11,6 +11,8 @@
 namespace slim_init {
 namespace {
 
+// Of a desktop processor: a unit is about a microsecond there.
+constexpr double kDesktopWorkPerMs = 1000.0;
 // Share of the time for the work that is counted; the rest is for what is not, and for the error of
 // this measurement.
 constexpr double kCountedShare = 0.8;
@@ -55,11 +57,16 @@ double measuredWorkPerMs() {
   return kMeasured;
 }
 
+WorkLimits liveLimits(WorkLimits limits) {
+  if (limits.work_per_ms == 0.0) limits.work_per_ms = -1.0;
+  return limits;
+}
+
 WorkBudget::WorkBudget(const WorkLimits& limits)
     : max_solve_ms_(limits.max_solve_ms), limit_(std::numeric_limits<double>::infinity()) {
   if (!(limits.max_solve_ms > 0.0)) return;
-  limit_ =
-      limits.max_solve_ms * (limits.work_per_ms > 0.0 ? limits.work_per_ms : measuredWorkPerMs());
+  const double rate = limits.work_per_ms == 0.0 ? kDesktopWorkPerMs : limits.work_per_ms;
+  limit_ = limits.max_solve_ms * (rate > 0.0 ? rate : measuredWorkPerMs());
 }
 
 bool WorkBudget::allows(const char* search) {

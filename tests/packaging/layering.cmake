@@ -108,7 +108,7 @@ layer("back end" FOLDERS slim_init/backend
 layer("config" FOLDERS slim_init/config
       ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include
             slim_init/config/include
-      ANGLE "${std}|${eigen}|opencv2/core\\.hpp")
+      ANGLE "${std}|${eigen}|opencv2/(core|imgcodecs)\\.hpp")
 # It judges with the solver's own parts.
 layer("doctor" FOLDERS slim_init/doctor
       ROOTS slim_init/include slim_init/src feature_tracker_lines/include slim_init/reference

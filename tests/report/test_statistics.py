@@ -103,7 +103,7 @@ class Special(unittest.TestCase):
         names = statistics.WAITING + statistics.REFUSED + statistics.FAILED
         rows = [row(i, "m", None, name) for i, name in enumerate(names)]
         s = statistics.summarize(load(rows).windows).loc["m"]
-        self.assertEqual((s["windows"], s["waiting"], s["refused"], s["failed"]), (11, 6, 3, 2))
+        self.assertEqual((s["windows"], s["waiting"], s["refused"], s["failed"]), (12, 7, 3, 2))
         self.assertEqual(s["success_rate"], 0.0)
 
     def test_statuses_are_those_of_the_library(self):

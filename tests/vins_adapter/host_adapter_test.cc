@@ -162,9 +162,11 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
 TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
   InitializerOptions shorter = HostAdapter::hostDefaults();
   shorter.window.max_span_s = 2.2;
+  HostOptions synchronous;
+  synchronous.max_wait_ms = -1.0;
   std::string error;
   const auto adapter =
-      HostAdapter::create(makeInitializer(exact_.calibration, shorter), HostOptions(), &error);
+      HostAdapter::create(makeInitializer(exact_.calibration, shorter), synchronous, &error);
   ASSERT_NE(adapter, nullptr) << error;
   feed(*adapter, 0, 34);
   std::vector<double> requested;

@@ -387,7 +387,7 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
     }
     std::string problem;
     if (until > carried.state.t &&
-        !carryState(carried, until, screen.heldUntil(until), screen.damage(),
+        !carryState(carried, until, screen.samples(), screen.damage(),
                     Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
                     calibration.imu_noise, &carried, &problem)) {
       continue;

@@ -56,6 +56,10 @@ constexpr double kMostTdStep = 0.9;
 // VINS-Mono: random walk of position [m/sqrt(s)] and heading [deg/sqrt(s)].
 constexpr double kBridgedPosition = 0.1;
 constexpr double kBridgedYaw = 1.0;
+// A heading that is less certain has not been measured, and the position neither [deg].
+constexpr double kMostTurned = 30.0;
+// An odometry frame that is less certain is reported as a warning [m].
+constexpr double kUncertainFrame = 1.0;
 // Without IMU data: standard deviations of the speed [m/s], at least, and of the turning [deg/s].
 constexpr double kUnknownSpeed = 1.0;
 constexpr double kUnknownTurn = 57.3;
@@ -170,7 +174,8 @@ struct HostGlue::State {
   // data it stays where it was: a new origin would turn the world of whoever uses the odometry.
   HostCarry continued(double stamp) const {
     HostCarry carried = adapter->carry(lost, stamp);
-    if (carried.ok) return carried;
+    if (carried.ok && carried.yaw_sigma_deg <= kMostTurned) return carried;
+    carried.ok = false;
     const double age = std::max(stamp - lost.stamp, 0.0);
     carried.state = lost;
     carried.state.stamp = stamp;
@@ -190,7 +195,8 @@ struct HostGlue::State {
   void continueFrame(double stamp, const HostCarry& carried) {
     frame_variance += carried.position_sigma * carried.position_sigma;
     frame_yaw_variance += carried.yaw_sigma_deg * carried.yaw_sigma_deg;
-    report(ReportLevel::kInfo, "the odometry frame is continued: " + carried.message);
+    report(carried.position_sigma > kUncertainFrame ? ReportLevel::kWarn : ReportLevel::kInfo,
+           "the odometry frame is continued: " + carried.message);
     publishFrame(stamp);
   }
   void publishFrame(double stamp) {

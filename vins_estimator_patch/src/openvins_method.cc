@@ -4,6 +4,7 @@
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"
 #include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init::vins_adapter {
 
@@ -14,6 +15,7 @@ std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibrat
   config.calibration = rig;
   if (!file.empty() && !loadOptions(file, &config, error)) return nullptr;
   *notes = config.notes;
+  config.options.limits = liveLimits(config.options.limits);
   return baselines::makeInitializer(config.method, config.calibration, config.options,
                                     config.baselines, error);
 }

@@ -3,12 +3,15 @@
 // In place of openvins_method.cc in a build without feature_tracker_lines, which reads the files.
 #include "openvins_method.h"
 #include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init::vins_adapter {
 
 std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibration& rig,
                                          std::vector<std::string>* /*notes*/, std::string* error) {
-  if (file.empty()) return makeInitializer(rig, HostAdapter::hostDefaults(), error);
+  InitializerOptions options = HostAdapter::hostDefaults();
+  options.limits = liveLimits(options.limits);
+  if (file.empty()) return makeInitializer(rig, options, error);
   *error = file + ": this build of slim_init cannot read configuration files";
   return nullptr;
 }

@@ -140,8 +140,7 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   finding.reprojection_px = reprojection(states, at, calibration, bounds.tracks);
   if (finding.reprojection_px > bounds.reprojection_px) {
     wrong(text("tracks are ", finding.reprojection_px,
-               " px from where the poses have them (median, limit ",
-               bounds.reprojection_px, ")"));
+               " px from where the poses have them (median, limit ", bounds.reprojection_px, ")"));
   }
   return finding;
 }
@@ -154,8 +153,8 @@ std::string SteadyBiases::judge(const NavState& state) {
   }
   const Eigen::Vector3d accel = state.accel_bias - accel_bias_, gyro = state.gyro_bias - gyro_bias_;
   if (accel.norm() > kAccelStep) {
-    return text("accelerometer bias has moved by ", accel.norm(), " m/s^2 (limit ",
-                kAccelStep, ")");
+    return text("accelerometer bias has moved by ", accel.norm(), " m/s^2 (limit ", kAccelStep,
+                ")");
   }
   if (gyro.norm() > kGyroStep) {
     return text("gyroscope bias has moved by ", gyro.norm(), " rad/s (limit ", kGyroStep, ")");

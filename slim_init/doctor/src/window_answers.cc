@@ -195,7 +195,9 @@ OptionalCalibration combinedCalibration(const std::vector<CalibrationEstimate>& 
 WindowAnswers solveWindows(const DoctorData& data, const RotationAlignment& alignment,
                            const DoctorOptions& options) {
   WindowAnswers answers;
-  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(options.initializer);
+  InitializerOptions unlimited = options.initializer;
+  unlimited.limits.max_solve_ms = 0.0;  // a cause is looked for, and nobody flies
+  const std::unique_ptr<WindowSolver> solver = makeSlimSolver(unlimited);
   if (solver == nullptr || !data.calibration.validate().empty()) return answers;
   const auto configured = cutWindows(data, data.calibration, options.initializer);
   measureNoise(configured, options.initializer.inertial, &answers);

@@ -214,7 +214,7 @@ struct ProvisionalOptions {
 /// belongs to it.
 struct WorkLimits {
   double max_solve_ms = 50.0;  ///< processor time of one solve [ms]; 0: no limit
-  double work_per_ms = 0.0;    ///< units of work in a millisecond (WorkBudget); 0: measured
+  double work_per_ms = 0.0;    ///< units of work in a millisecond (WorkBudget); 0: of a desktop
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;

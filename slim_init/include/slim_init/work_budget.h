@@ -50,6 +50,9 @@ class WorkBudget {
   std::string left_out_;
 };
 
+/// The limits of a host that runs in real time: without a given rate, that of this processor.
+WorkLimits liveLimits(WorkLimits limits);
+
 /// Units of work that this processor does in a millisecond, from a short fixed computation;
 /// measured at the first call of a process.
 double measuredWorkPerMs();

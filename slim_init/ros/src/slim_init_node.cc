@@ -20,6 +20,7 @@
 #include "slim_init/ros/run_node.h"
 #include "slim_init/ros/stream_monitor.h"
 #include "slim_init/vins_adapter/feature_message.h"
+#include "slim_init/work_budget.h"
 
 namespace slim_init::node {
 namespace {
@@ -82,6 +83,7 @@ std::string SlimInitNode::start() {
   if (std::string problem = parameters.check(); !problem.empty()) return problem;
   if (std::string problem = options.validate(); !problem.empty()) return "~" + problem;
   options.image_height = config.camera.height;
+  config.options.limits = liveLimits(config.options.limits);
   std::string error;
   std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
       config.method, config.calibration, config.options, config.baselines, &error);

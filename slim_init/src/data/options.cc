@@ -396,9 +396,10 @@ OptionTable optionTable(WorkLimits* o) {
               "processor time of one solve, all of its searches together; at the limit it returns "
               "what is certain by then, else the status time_limit. 0: no limit"),
       advancedKey(
-          "work_per_ms", &o->work_per_ms, {0.0, 1e9}, "",
-          "units of work that the processor does in a millisecond, about 1000 on a desktop; "
-          "0: measured once per process. With a fixed value equal data give equal results"),
+          "work_per_ms", &o->work_per_ms, {-1.0, 1e9}, "",
+          "units of work that the processor does in a millisecond; 0: 1000, as a desktop does, so "
+          "that equal data give equal results; negative: measured once per process, which patched "
+          "hosts and nodes do in place of 0"),
   };
 }
 

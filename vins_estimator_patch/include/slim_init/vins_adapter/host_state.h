@@ -62,7 +62,7 @@ struct HostPreparation {
   bool suspect = false;           ///< images and IMU contradict each other
   /// For this long [s] only one of images and IMU has carried the host; zero: both do.
   double bridged_s = 0.0;
-  std::string message;            ///< what was found, with values and limits; "": nothing
+  std::string message;  ///< what was found, with values and limits; "": nothing
 };
 
 }  // namespace vins_adapter
