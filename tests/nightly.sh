@@ -126,7 +126,7 @@ quick() {
 "$tests"/estimation/arrow_solver_test
 "$tests"/vins_adapter/feature_message_test
 --tool=drd "$tests"/lines/icosphere_test
---tool=drd "$tests"/vins_adapter/host_adapter_test --gtest_filter=*AnotherThread
+--tool=drd --suppressions=tests/drd.supp "$tests"/vins_adapter/host_adapter_test --gtest_filter=*AnotherThread
 END
   [[ ${status} -eq 0 ]] || slim_init_die "Valgrind found the above, or a test failed under it"
 }
