@@ -490,7 +490,11 @@ HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
     return decline(InitStatus::kNumericalFailure, initializer->name() + " reported " + problem);
   }
   InitStatus status = InitStatus::kSuccess;
-  if (!fillWindow(stamps, healthy, &answer, &status, &problem)) return decline(status, problem);
+  if (!fillWindow(stamps, healthy, &answer, &status, &problem)) {
+    // The newest samples may still be held back by the screen.
+    answer.pending = healthy != nullptr && status == InitStatus::kTooFewKeyframes;
+    return decline(status, problem);
+  }
   if (healthy != nullptr) {
     answer.joined = true;
     answer.join = joinOf(healthy->back(), answer.verdict);

@@ -83,7 +83,9 @@ struct HostAnswer {
   double solve_ms = kNotComputed;  ///< of the solve, in whichever thread it ran
   bool joined = false;             ///< the window continues an earlier odometry frame
   HostCarry join;                  ///< how well it does so, if joined
-  /// The solve has not finished: nothing was decided, the next frame asks again.
+  /// Of recover(): the solve has not finished, or IMU samples that it needs to reach the newest
+  /// frame are still held back. Nothing was decided; bridge() fills the window until the next
+  /// frame.
   bool pending = false;
 
   bool success() const { return !window.states.empty(); }
