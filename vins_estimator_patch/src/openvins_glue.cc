@@ -208,7 +208,7 @@ void OpenVinsGlue::compare(bool success, double timestamp, const std::vector<dou
   std::string text =
       "shadow: OpenVINS starts after " + inShort(state.last_stamp - state.first_stamp, 2) + " s";
   text += std::isnan(state.own_start)
-              ? ", slim would not have yet"
+              ? ", slim has not started yet"
               : ", slim after " + inShort(state.own_start - state.first_stamp, 2) + " s";
   std::vector<NavState> at;
   if (!own.empty() &&

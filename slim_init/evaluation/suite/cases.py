@@ -142,7 +142,7 @@ def _recorded(config, notes):
         files = [os.path.join(path, file)
                  for file in ("imu0.csv", "cam0_timestamps.csv", "groundtruth.csv")]
         if not os.path.exists(files[0]):
-            notes.append("recorded: %s has no imu0.csv and was left out" % name)
+            notes.append("recorded: %s has no imu0.csv and was skipped" % name)
             continue
         found += 1
         world = "hall" if name.startswith("MH_") else "room"

@@ -36,7 +36,7 @@ class WindowSolver {
   virtual InitResult solveProvisional(const InitWindow& /*window*/, WorkBudget* /*budget*/) const {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
-    none.message = name() + " has no provisional answers";
+    none.message = name() + " has no provisional estimates";
     return none;
   }
   /// An answer from a window whose first keyframe's state is known (`prior.state.t` is its time),
@@ -48,7 +48,7 @@ class WindowSolver {
                                     WorkBudget* /*budget*/) const {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
-    none.message = name() + " has no answers with a prior";
+    none.message = name() + " cannot use a prior";
     return none;
   }
 };

@@ -150,7 +150,7 @@ void SlimInitNode::onRestart(const std_msgs::Bool& message) {
     jumps_seen_ = jumps;
     return;
   }
-  ROS_WARN("the tracker has restarted: all data is dropped");
+  ROS_WARN("the tracker has restarted: all data are discarded");
   session_->restart();
 }
 
@@ -165,7 +165,8 @@ bool SlimInitNode::onInitialize(std_srvs::Trigger::Request& /*request*/,
 
 // After every message: `status` is what became of it.
 void SlimInitNode::use(AddStatus status) {
-  if (status == AddStatus::kRestarted) ROS_WARN("time has jumped: all data before it is dropped");
+  if (status == AddStatus::kRestarted)
+    ROS_WARN("time has jumped: all data before it are discarded");
   while (std::optional<Attempt> attempt = session_->poll()) publish(*attempt);
 }
 
@@ -235,7 +236,7 @@ Diagnostics::Statuses SlimInitNode::diagnostics() {
                                                            : "waiting: " + last_status_);
   addValue("attempts", counts.attempts, &state);
   addValue("successes", counts.successes, &state);
-  addValue("last verdict", last_status_, &state);
+  addValue("last status", last_status_, &state);
   addValue("last attempt [ms]", last_attempt_ms_, &state);
   addValue("frames", streams.frames_added, &state);
   addValue("line messages", counts.line_messages, &state);

@@ -517,7 +517,7 @@ std::string AlignmentOptions::validate() const { return checkTable(*this).messag
 
 std::string SlimOptions::validate() const {
   if (!reverse_start && !tight_start)
-    return "reverse_start and tight_start are both off, needs one";
+    return "reverse_start and tight_start are both off: switch one on";
   return checkTable(*this).message();
 }
 
