@@ -123,7 +123,7 @@ def moved(fit, p):
 
 
 def measured(odometry, truth, began):
-    """What is known of a run. Times from `began` [s]; without truth there are times alone."""
+    """What is known of a run. Times from `began` [s]; without ground truth there are times alone."""
     result = {"frames": len(odometry), "first_s": None, "scale": None, "scale_run": None,
               "ate_m": None, "drift_m": None, "path_m": None, "errors": [], "aligned": []}
     if not odometry:

@@ -329,7 +329,7 @@ class SuiteReport(Folder):
         os.makedirs(out)
         markdown, _, _ = check(self, suite_report.write([right] + rigs, out))
         self.assertIn("## Miscalibrated rigs", markdown)
-        self.assertIn("What the methods were told", markdown)
+        self.assertIn("The calibration given to the methods", markdown)
         for text in ("| none | slim |", "| td 20 ms, rotation 4 deg | drt-l |",
                      "| up to td 50 ms, up to rotation 10 deg | slim |",
                      "| readout 33 ms, ignored | slim |",

@@ -208,7 +208,7 @@ def _rigs(plain):
 
 
 def _growing(plain):
-    """Every method asked at every image until it accepts; named growing/SEQUENCE."""
+    """Every method solving at every image until it accepts; named growing/SEQUENCE."""
     for name, arguments, files, _ in plain:
         yield "growing/" + name.replace("/", "-"), arguments, files
 

@@ -150,10 +150,10 @@ def solve_time(windows, path):
 
 def waiting_times(rows, growing):
     """Per window of one method [s]: the data from its first keyframe to the end of the first
-    accepted answer, and whether that is right (|s - 1| < RIGHT_SCALE_ERROR); infinity and False
-    where none is accepted.
+    accepted estimate, and whether that is correct (|s - 1| < RIGHT_SCALE_ERROR); infinity and False
+    if none is accepted.
 
-    growing: windows that grow until the method accepts one, so that each has its own answer. Else
+    growing: windows that expand until the method accepts, so that each has its own estimate. Else
     a user is taken to start at each window and to be given one window after the other."""
     rows = rows.sort_values("t_start_s")
     start, accepted = rows["t_start_s"].to_numpy(), (rows["status"] == "success").to_numpy()

@@ -34,7 +34,7 @@ def percent(title, key, best="highest", needs_truth=True):
 
 
 def plain(title, key, pattern="%d"):
-    """A figure of which none is better, known without truth."""
+    """A figure of which none is better, known without ground truth."""
     return Column(title, key, pattern, best="", needs_truth=False)
 
 
