@@ -137,7 +137,7 @@ std::string sectionYaml(const OptionTable& table) {
 // ----------------------------------------------------------------------------------- YAML files
 
 constexpr char kTemplateHead[] = R"(%YAML:1.0
-# Copy this file and fill in your rig: a configuration of VINS-Mono with slim_init switched on. All
+# Copy this file and fill in your rig: a configuration of VINS-Mono with slim_init switched on. The
 # keys are listed in docs/options.md. `slim_init options --update .` writes this file.
 
 # ---- The keys that matter
@@ -271,7 +271,7 @@ std::string userYaml(const OptionTable& table) {
 
 constexpr char kPageHead[] = R"(# Options
 
-All keys of a configuration file, the most important first. Format of the files:
+The keys of a configuration file, the most important first. Format of the files:
 [config/README.md](../config/README.md). `slim_init options --update .` writes this page.
 
 ## The keys that matter
@@ -325,18 +325,15 @@ They depend on rig, motion or application. As a file: [config/user.yaml](../conf
 has no effect on methods that do not read it, and a note says so.
 )";
 
-constexpr char kAdvancedPageHead[] = R"(
-## Advanced keys
+constexpr char kOtherFiles[] = R"(
+## Other keys of `slim_init:`
 
-Parts of the method with measured defaults; those marked as ablation are switched off for
-comparisons only. As a file: [config/advanced.yaml](../config/advanced.yaml).
-)";
+These files list them with default, range and reason, as above:
 
-constexpr char kComparedPageHead[] = R"(
-## Keys of the compared methods
-
-Not read by `slim`. As a file: [config/compared_methods.yaml](../config/compared_methods.yaml). The
-methods: [baselines.md](baselines.md).
+| file | keys |
+|---|---|
+| [config/advanced.yaml](../config/advanced.yaml) | parts of `slim` with measured defaults; those marked as ablation are for comparisons only |
+| [config/compared_methods.yaml](../config/compared_methods.yaml) | parameters of the compared methods ([baselines.md](baselines.md)) |
 )";
 
 constexpr char kRenamedHead[] = R"(
@@ -431,9 +428,7 @@ std::string optionsPage() {
   text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host), "if absent");
   text += kVinsMonoHead + hostTable(vinsMonoTable(&vins_mono), "template");
   text += kUserHead + sectionTables(otherUserKeys(table));
-  text += kAdvancedPageHead + sectionTables(select(table, OptionKeys::kAdvanced));
-  text += kComparedPageHead + sectionTables(select(table, OptionKeys::kCompared));
-  text += kRenamedHead;
+  text += std::string(kOtherFiles) + kRenamedHead;
   for (const RenamedKey& renamed : renamedKeys()) {
     text += "| `" + renamed.old_key + "` | `" + renamed.key + "` |\n";
   }

@@ -36,7 +36,7 @@ struct HostOptions {
   /// A stamp of the host may lie this long before the first or after the last keyframe of the
   /// solved window [s]; the IMU alone carries the state there, and the host's next optimization
   /// refines it. In slow motion the keyframes of a host lie far apart and reach further back than
-  /// our window (about 2 s); a recovery refused for that would be a reset (docs/history/guides.md).
+  /// our window (about 2 s). With 1 s a recovery in slow motion is refused, and the host resets.
   double max_reach_s = 2.5;
 
   /// The host's states are watched (HostAdapter::watch()).

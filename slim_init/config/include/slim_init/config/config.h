@@ -83,7 +83,7 @@ enum class OptionKeys { kUser, kAdvanced, kCompared, kAll };
 /// A section `slim_init:` with these keys, their defaults, units, ranges and reasons.
 std::string optionsYaml(OptionKeys keys);
 
-/// docs/options.md: all keys as tables.
+/// docs/options.md: the keys for users as tables.
 std::string optionsPage();
 
 /// A file of this repository that is written from configTable().
