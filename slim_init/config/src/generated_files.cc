@@ -334,15 +334,8 @@ These files list them with default, range and reason, as above:
 |---|---|
 | [config/advanced.yaml](../config/advanced.yaml) | parts of `slim` with measured defaults; those marked as ablation are for comparisons only |
 | [config/compared_methods.yaml](../config/compared_methods.yaml) | parameters of the compared methods ([baselines.md](baselines.md)) |
-)";
 
-constexpr char kRenamedHead[] = R"(
-## Renamed keys
-
-The old name is read in this release with a note, and refused in the next.
-
-| old | now |
-|---|---|
+Renamed keys are read under the old name in this release, with a note that has the new one.
 )";
 
 // What the host does without the key.
@@ -428,11 +421,7 @@ std::string optionsPage() {
   text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host), "if absent");
   text += kVinsMonoHead + hostTable(vinsMonoTable(&vins_mono), "template");
   text += kUserHead + sectionTables(otherUserKeys(table));
-  text += std::string(kOtherFiles) + kRenamedHead;
-  for (const RenamedKey& renamed : renamedKeys()) {
-    text += "| `" + renamed.old_key + "` | `" + renamed.key + "` |\n";
-  }
-  return text;
+  return text + kOtherFiles;
 }
 
 std::string optionsYaml(OptionKeys keys) {

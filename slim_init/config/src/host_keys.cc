@@ -288,23 +288,18 @@ CameraParameters readHostCamera(const cv::FileNode& root, const std::string& pat
 OptionTable switchTable(HostKeys* o) {
   return {
       userKey("initializer", wordOption(&o->initializer, {"stock", "slim", "shadow"}),
-              "slim: slim_init initializes; shadow: it solves and reports, the estimator "
-              "initializes itself; stock: the estimator initializes itself, and slim_init is off "
-              "unless reinit or watchdog is 1"),
-      userKey("reinit", &o->reinit,
-              "1: slim_init also reinitializes after a failure and on request"),
+              "slim: slim_init initializes; shadow: it only solves and reports; stock: off, unless "
+              "reinit or watchdog is 1"),
+      userKey("reinit", &o->reinit, "1: recovery after a failure and on request"),
       userKey("watchdog", &o->watchdog,
-              "1: monitor the running estimator and reinitialize it after failures that it does "
-              "not detect"),
+              "1: monitor the estimator for failures that it does not detect"),
       userKey("keep_heading", &o->keep_heading,
               "1: after each optimization keep the heading of the oldest frame, in place of its "
               "Euler yaw"),
       userKey("sensors_file", &o->sensors_file,
-              "file that keeps biases and calibration from run to run, relative to output_path; "
-              "empty: none"),
+              "file that keeps biases and calibration across runs, relative to output_path"),
       userKey("max_wait_ms", &o->max_wait_ms, {-1.0, 1000.0}, "ms",
-              "maximum time that an image waits for a solve, which otherwise continues in the "
-              "background; negative: wait until it ends"),
+              "maximum time that an image waits for a solve; negative: until it ends"),
   };
 }
 
