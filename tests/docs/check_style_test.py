@@ -51,6 +51,15 @@ class Sentences(unittest.TestCase):
                      "- item\n\n" + LONG, "```\ncode\n```\n\n" + LONG):
             self.assertEqual(len(faults(text)), 1, text)
 
+    def test_longest_sentence_of_a_guide_has_two_sides(self):
+        short = "Word. " * 9
+        longest = "Word " + "word " * (check_style.LONGEST_SENTENCE - 2) + "word."
+        page = sorted(check_style.GUIDES)[0]
+        self.assertEqual(faults(short + longest, page), [])
+        found = faults(short + "Word " + longest, page)
+        self.assertEqual(found, [page + ": 26 words (limit 25): Word Word word word word word..."])
+        self.assertEqual(faults(short + "Word " + longest), [])
+
     def test_what_is_no_prose_is_not_measured(self):
         for text in ("```\n" + LONG + "```\n", "| " + LONG.strip() + " |\n", "# " + LONG,
                      "- " + LONG, "1. " + LONG, "    " + LONG, "<!-- " + LONG + "-->\n",

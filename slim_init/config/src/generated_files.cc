@@ -314,8 +314,8 @@ The tracker of slim_init reads `fisheye` and `equalize`, and all of them with
 constexpr char kVinsMonoHead[] = R"(
 ### Read by VINS-Mono only
 
-VINS-Mono takes an absent number as 0.
-
+VINS-Mono takes an absent number as 0. [config/template.yaml](../config/template.yaml) explains these
+keys and has their values for EuRoC:
 )";
 
 constexpr char kUserHead[] = R"(
@@ -356,13 +356,20 @@ std::string firstTable(const OptionTable& host, const OptionTable& ours) {
 }
 
 // The keys of the host's file but those of the first screen.
-std::string hostTable(const OptionTable& table, const char* column) {
-  std::string text = std::string("| key | ") + column + " | range | what it does |\n";
-  text += "|---|---|---|---|\n";
+std::string hostTable(const OptionTable& table) {
+  std::string text = "| key | if absent | range | what it does |\n|---|---|---|---|\n";
   for (const OptionField& option : table) {
     if (isFirst(option)) continue;
     text += "| `" + option.key + "` | " + ifAbsent(option) + " | " + rangeWithUnit(option) + " | " +
             option.reason + " |\n";
+  }
+  return text;
+}
+
+std::string keyList(const OptionTable& table) {
+  std::string text;
+  for (const OptionField& option : table) {
+    text += (text.empty() ? "`" : ", `") + option.key + "`";
   }
   return text;
 }
@@ -416,10 +423,10 @@ std::string optionsPage() {
   const OptionTable switches = switchTable(&defaults.host), rig = rigTable(&defaults);
   VinsMonoKeys vins_mono;
   std::string text = kPageHead + firstTable(joined(switches, rig), table) + kAfterFirst;
-  text += kSwitchHead + hostTable(switches, "if absent");
-  text += kRigHead + hostTable(rig, "if absent");
-  text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host), "if absent");
-  text += kVinsMonoHead + hostTable(vinsMonoTable(&vins_mono), "template");
+  text += kSwitchHead + hostTable(switches);
+  text += kRigHead + hostTable(rig);
+  text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host));
+  text += kVinsMonoHead + keyList(vinsMonoTable(&vins_mono)) + ".\n";
   text += kUserHead + sectionTables(otherUserKeys(table));
   return text + kOtherFiles;
 }
