@@ -14,6 +14,7 @@
 
 #include "calibration_advice.h"
 #include "flight_monitor.h"
+#include "slim_init/remedy.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"
@@ -300,8 +301,9 @@ struct HostGlue::State {
     reported_stamp = answer.success() ? -std::numeric_limits<double>::infinity() : answer.stamp;
     std::ostringstream out;
     out.precision(3);
-    out << action << " " << (answer.success() ? "done" : toString(status)) << ": " << answer.message
-        << " (" << std::fixed << answer.data_s << " s of data, " << answer.solve_ms << " ms";
+    out << action << " " << (answer.success() ? "done" : toString(status)) << ": "
+        << withRemedy(answer.message, status) << " (" << std::fixed << answer.data_s
+        << " s of data, " << answer.solve_ms << " ms";
     if (unreported_refusals > 0) out << ", after " << unreported_refusals << " refusals";
     out << ')';
     unreported_refusals = 0;

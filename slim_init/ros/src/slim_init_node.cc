@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "slim_init/baselines/baselines.h"
+#include "slim_init/remedy.h"
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/init_session.h"
 #include "slim_init/ros/node_parameters.h"
@@ -183,7 +184,7 @@ void SlimInitNode::log(const Attempt& attempt) {
   // Once per change: there may be ten attempts a second.
   if (status != last_status_ || attempt.requested) {
     ROS_INFO_STREAM("attempt " << attempt.number << ": " << status << ": "
-                               << attempt.result.message);
+                               << withRemedy(attempt.result.message, attempt.result.status));
   }
   last_status_ = status;
 }
