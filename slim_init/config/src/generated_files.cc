@@ -366,12 +366,19 @@ std::string hostTable(const OptionTable& table) {
   return text;
 }
 
+// The keys of a table as a sentence, in lines of kColumns.
 std::string keyList(const OptionTable& table) {
-  std::string text;
+  std::string text, line;
   for (const OptionField& option : table) {
-    text += (text.empty() ? "`" : ", `") + option.key + "`";
+    const bool last = &option == &table.back();
+    const std::string word = "`" + option.key + (last ? "`." : "`,");
+    if (line.size() + 1 + word.size() > kColumns) {
+      text += line + "\n";
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
   }
-  return text;
+  return text + line + "\n";
 }
 
 // Rows of one section. A column names the methods unless they are those of all rows.
@@ -426,7 +433,7 @@ std::string optionsPage() {
   text += kSwitchHead + hostTable(switches);
   text += kRigHead + hostTable(rig);
   text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host));
-  text += kVinsMonoHead + keyList(vinsMonoTable(&vins_mono)) + ".\n";
+  text += kVinsMonoHead + keyList(vinsMonoTable(&vins_mono));
   text += kUserHead + sectionTables(otherUserKeys(table));
   return text + kOtherFiles;
 }
