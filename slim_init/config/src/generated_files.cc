@@ -314,8 +314,8 @@ The tracker of slim_init reads `fisheye` and `equalize`, and all of them with
 constexpr char kVinsMonoHead[] = R"(
 ### Read by VINS-Mono only
 
-VINS-Mono takes an absent number as 0. [config/template.yaml](../config/template.yaml) explains these
-keys and has their values for EuRoC:
+VINS-Mono takes an absent number as 0. [config/template.yaml](../config/template.yaml) explains
+these keys and has their values for EuRoC:
 )";
 
 constexpr char kUserHead[] = R"(
