@@ -23,7 +23,7 @@ TITLES = {"stock": "stock", "slim": "slim"}
 ODOMETRY = "vins_result_no_loop.csv"  # VINS-Mono writes it into output_path, a row a frame
 EARLY_S = 2.0  # of odometry, over which the scale at the start is fitted
 QUIET_S = 2.0  # without a new row, and the host has worked off what was played
-OFF_SCALE = 0.25  # a start that is off by more is called wrong
+OFF_SCALE = 0.25  # a start that is off by more counts as incorrect
 DRIFTED_M = 1.0
 
 
@@ -123,7 +123,7 @@ def moved(fit, p):
 
 
 def measured(odometry, truth, began):
-    """What is known of a run. Times from `began` [s]; without truth there are times alone."""
+    """What is known of a run. Times from `began` [s]; without ground truth there are times alone."""
     result = {"frames": len(odometry), "first_s": None, "scale": None, "scale_run": None,
               "ate_m": None, "drift_m": None, "path_m": None, "errors": [], "aligned": []}
     if not odometry:
@@ -170,7 +170,7 @@ def shown(value, form):
 
 
 def verdict(results, has_truth):
-    """Who is right, in sentences."""
+    """The comparison in sentences."""
     lines = []
     for mode in MODES:
         r = results[mode]
@@ -179,25 +179,25 @@ def verdict(results, has_truth):
         elif not has_truth:
             lines.append("%s gave odometry after %.2f s." % (TITLES[mode], r["first_s"]))
         elif r["scale"] is None:
-            lines.append("%s: the truth does not cover its first seconds." % TITLES[mode])
+            lines.append("%s: the ground truth does not cover its first seconds." % TITLES[mode])
         else:
             off = abs(r["scale"] - 1.0)
             words = "%s started after %.2f s with a scale of %.3f, %s" % (
                 TITLES[mode], r["first_s"], r["scale"],
-                "wrong" if off > OFF_SCALE else "%.0f %% off" % (100.0 * off))
+                "incorrect" if off > OFF_SCALE else "%.0f %% off" % (100.0 * off))
             if r["drift_m"] is not None:
                 words += ", and %s (largest error %.2f m)" % (
-                    "drifted" if r["drift_m"] > DRIFTED_M else "stayed on its way", r["drift_m"])
+                    "drifted" if r["drift_m"] > DRIFTED_M else "did not drift", r["drift_m"])
             lines.append(words + ".")
     if not has_truth:
-        lines.append("There is no truth beside the bag (BAG.groundtruth.csv), so nobody can be "
-                     "called right.")
+        lines.append("No ground truth beside the bag (BAG.groundtruth.csv): only start times are "
+                     "reported.")
         return lines
     known = {mode: results[mode]["ate_m"] for mode in MODES}
     if None not in known.values():
         better = min(MODES, key=lambda mode: known[mode])
         other = [mode for mode in MODES if mode != better][0]
-        lines.append("%s was closer to the truth: ATE %.3f m, %s %.3f m." % (
+        lines.append("%s was closer to the ground truth: ATE %.3f m, %s %.3f m." % (
             TITLES[better], known[better], TITLES[other], known[other]))
     return lines
 
@@ -210,7 +210,7 @@ def table(results):
 
 
 def draw(results, truth, path):
-    """A picture of ways and errors; False without matplotlib."""
+    """A picture of trajectories and errors; False without matplotlib."""
     try:
         import matplotlib
         matplotlib.use("Agg")
@@ -219,15 +219,15 @@ def draw(results, truth, path):
         return False
     figure, (above, errors) = plt.subplots(1, 2, figsize=(12, 5))
     if truth:
-        above.plot([row[1] for row in truth], [row[2] for row in truth], color="0.6", label="truth")
+        above.plot([row[1] for row in truth], [row[2] for row in truth], color="0.6", label="ground truth")
     for mode, colour in zip(MODES, ("tab:orange", "tab:blue")):
         r = results[mode]
         above.plot([p[0] for p in r["aligned"]], [p[1] for p in r["aligned"]], color=colour,
                    label=TITLES[mode])
         errors.plot([t for t, _ in r["errors"]], [error for _, error in r["errors"]], color=colour,
                     label=TITLES[mode])
-    above.set(xlabel="x [m]", ylabel="y [m]", title="from above", aspect="equal")
-    errors.set(xlabel="since the bag's start [s]", ylabel="[m]", title="distance from the truth")
+    above.set(xlabel="x [m]", ylabel="y [m]", title="top view", aspect="equal")
+    errors.set(xlabel="since the bag's start [s]", ylabel="[m]", title="position error")
     above.legend()
     errors.legend()
     figure.tight_layout()

@@ -53,7 +53,7 @@ render() {
 }
 
 compare() {
-  slim_init_say "A/B from the images of ${*: -1}: points and lines are tracked, the truth is known"
+  slim_init_say "A/B from the images of ${*: -1}: points and lines are tracked, with ground truth"
   "${program}" ab "$@" --methods slim,vins,openvins --gates own --stride "${stride}" \
     --out "${out}/report" </dev/null ||
     slim_init_die "the comparison failed; its message is above"

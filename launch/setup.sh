@@ -290,9 +290,9 @@ slim_init_summary() {
   fi
   [[ ${#SLIM_INIT_NOTES[@]} -eq 0 ]] || printf '\n==> %s\n' "${SLIM_INIT_NOTES[@]}"
   if [[ -s "${SLIM_INIT_BUILD_DIR}/left_out.txt" ]]; then
-    slim_init_say "Left out of this build:"
+    slim_init_say "Not part of this build:"
     sed 's/^/    /' "${SLIM_INIT_BUILD_DIR}/left_out.txt"
   else
-    slim_init_say "Nothing was left out of this build."
+    slim_init_say "This build is complete."
   fi
 }

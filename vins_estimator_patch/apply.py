@@ -142,7 +142,7 @@ def shifted(line, columns):
 
 
 def description(path):
-    """Name and raw data of a host; everything that a JSON file can have wrong is a Problem."""
+    """Name and raw data of a host; every fault of the JSON file is a Problem."""
     try:
         data = json.loads(read(path), object_pairs_hook=collections.OrderedDict)
     except OSError as problem:

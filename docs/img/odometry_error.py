@@ -2,9 +2,9 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """Draws odometry_error.png: position error of the odometry of VINS-Mono over time.
 
-    odometry_error.py TRUTH.csv EVENT_S OUT.png NAME=ODOMETRY.csv...
+    odometry_error.py GROUNDTRUTH.csv EVENT_S OUT.png NAME=ODOMETRY.csv...
 
-TRUTH.csv as state_groundtruth_estimate0/data.csv of an ASL folder. ODOMETRY.csv: stamp [ns] and
+GROUNDTRUTH.csv as state_groundtruth_estimate0/data.csv of an ASL folder. ODOMETRY.csv: stamp [ns] and
 position x, y, z [m] in columns 2 to 5. Each odometry is aligned (position and heading) by its part
 before the event, EVENT_S seconds after its first stamp.
 """
@@ -17,7 +17,7 @@ import numpy as np
 
 
 def aligned(t, p, truth, event):
-    """Positions [m] in the frame of the truth, after a fit of position and heading before `event`."""
+    """Positions [m] in the frame of the ground truth, after a fit of position and heading before `event`."""
     q = np.stack([np.interp(t, truth[:, 0] * 1e-9, truth[:, k]) for k in (1, 2, 3)], axis=1)
     before = t < event
     a, b = p[before] - p[before].mean(0), q[before] - q[before].mean(0)

@@ -81,8 +81,7 @@ void WorkBudget::leaveOut(const char* search) {
 std::string WorkBudget::takeLeftOut() {
   if (left_out_.empty()) return "";
   std::ostringstream out;
-  out << "the time limit of " << max_solve_ms_ << " ms (limits.max_solve_ms) leaves out "
-      << left_out_;
+  out << "the time limit of " << max_solve_ms_ << " ms (limits.max_solve_ms) skipped " << left_out_;
   left_out_.clear();
   return out.str();
 }

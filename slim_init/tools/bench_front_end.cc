@@ -98,7 +98,7 @@ void run(benchmark::State& state, const Recording& recording, const ftl::FrontEn
 
 bool registerFrontEndBenchmarks(const char* folder) {
   if (folder == nullptr || folder[0] == '\0') {
-    std::cerr << "slim_init_bench: the image front end is left out: set SLIM_INIT_BENCH_SEQUENCE "
+    std::cerr << "slim_init_bench: the image front end is omitted: set SLIM_INIT_BENCH_SEQUENCE "
                  "to a folder in ASL layout\n";
     return true;
   }

@@ -175,13 +175,12 @@ bool isWithoutDrift(const Period& first, const Period& last, const SoakOptions& 
   // All are printed, whatever becomes of the first.
   int beyond = 0;
   beyond += !holds("resident memory", last.memory - first.memory, options.memory_growth, " MiB");
+  beyond += !holds("mean of a solve, ratio", last.mean_ms / first.mean_ms, options.time_growth, "");
   beyond +=
-      !holds("mean of a question, ratio", last.mean_ms / first.mean_ms, options.time_growth, "");
-  beyond += !holds("median of a question, ratio", last.median_ms / first.median_ms,
-                   options.time_growth, "");
-  beyond += !holds("p99 of a question, ratio", last.p99_ms / first.p99_ms, options.time_growth, "");
-  beyond +=
-      !holds("answers, difference", apart(first.answers, last.answers), options.answer_growth, "");
+      !holds("median of a solve, ratio", last.median_ms / first.median_ms, options.time_growth, "");
+  beyond += !holds("p99 of a solve, ratio", last.p99_ms / first.p99_ms, options.time_growth, "");
+  beyond += !holds("estimates, difference", apart(first.answers, last.answers),
+                   options.answer_growth, "");
   beyond += !holds("recoveries, difference", apart(first.recovered, last.recovered),
                    options.answer_growth, "");
   return beyond == 0;
@@ -206,7 +205,7 @@ int soak(std::vector<Flight> flights, unsigned seed, const SoakOptions& options)
       kQuarters * std::max(1, static_cast<int>(std::lround(options.hours / kQuarters)));
   const int starts = std::max(1, static_cast<int>(options.hours * 3600.0 / options.every / rows));
   std::printf(
-      "| hour | starts | samples | images | questions | answers | beyond %.0f %% | failures | "
+      "| hour | starts | samples | images | solves | estimates | beyond %.0f %% | failures | "
       "recoveries | mean ms | median ms | p99 ms | MiB "
       "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       100.0 * kWrongScale);

@@ -189,7 +189,7 @@ int runTimes(const Command& command) {
   }
   std::printf("\n");
   for (const MethodTimes& method : methods) {
-    std::printf("%s answered %zu of %zu\n", method.name.c_str(),
+    std::printf("%s solved %zu of %zu\n", method.name.c_str(),
                 method.answered / static_cast<std::size_t>(std::max(command.rounds, 1)),
                 windows.size());
   }
@@ -274,7 +274,7 @@ int runCount(const Command& command) {
       }
     }
     solver->solve(*windows.front());
-    std::printf("%s %zu solves %zu answered\n", name.c_str(), windows.size(),
+    std::printf("%s %zu windows %zu solved\n", name.c_str(), windows.size(),
                 countedSolves(*solver, windows));
   }
   return 0;

@@ -16,7 +16,7 @@ std::vector<AbOption> optionsOptionTable(OptionsCommand* options) {
   OptionsCommand& o = *options;
   return {
       {"keys", &o.keys, "WHICH", "Keys to print: user, advanced, compared or all", ""},
-      {"markdown", &o.markdown, "", "Print the page docs/options.md: all keys as tables", ""},
+      {"markdown", &o.markdown, "", "Print the page docs/options.md: keys for users as tables", ""},
       {"update", &o.update, "DIR",
        "Write config/template.yaml, user.yaml, advanced.yaml, compared_methods.yaml and "
        "docs/options.md of the repository DIR",

@@ -68,7 +68,7 @@ void solve(benchmark::State& state, const std::string& method) {
     i = (i + 1) % input.size();
   }
   // A fast refusal is no solve.
-  if (answered < solved) state.SkipWithError("a window was not answered");
+  if (answered < solved) state.SkipWithError("a window was not solved");
   state.counters["tracks"] = tracks / static_cast<double>(std::max<std::size_t>(solved, 1));
 }
 

@@ -112,7 +112,7 @@ std::vector<StreamFault> imuFaults() {
            std::swap(sample->accel.x(), sample->accel.y());
          });
        }},
-      {"imu-scale", "forces 1.05 of what they are", true,
+      {"imu-scale", "forces times 1.05", true,
        [](const Trouble& trouble, Random*, Streams* streams) {
          changeImu(streams, trouble, [](ImuSample* sample) { sample->accel *= 1.05; });
        }},
@@ -266,7 +266,7 @@ std::vector<StreamFault> otherFaults() {
                moved(point->bearing, px * std::cos(angle), px * std::sin(angle), focal);
          });
        }},
-      {"tracker-gross-errors", "one sighting in five is off by 20 px", true,
+      {"tracker-gross-errors", "one observation in five displaced by 20 px", true,
        [](const Trouble& trouble, Random* random, Streams* streams) {
          const double focal = streams->calibration.focal_px;
          changePoints(streams, trouble, [random, focal](double, PointObservation* point) {
@@ -303,15 +303,15 @@ std::vector<StreamFault> otherFaults() {
            points.resize(std::min<std::size_t>(points.size(), 12));
          }
        }},
-      {"host-td", "td wrong by 20 ms", true,
+      {"host-td", "td error of 20 ms", true,
        [](const Trouble&, Random*, Streams* streams) { streams->calibration.td += 0.02; }},
-      {"host-extrinsic", "extrinsic rotation wrong by 3 deg", true,
+      {"host-extrinsic", "extrinsic rotation error of 3 deg", true,
        [](const Trouble&, Random*, Streams* streams) {
          streams->calibration.R_b_c *=
              Eigen::AngleAxisd(3.0 * kRadPerDeg, Eigen::Vector3d(1, 2, -1).normalized())
                  .toRotationMatrix();
        }},
-      {"host-lever-arm", "lever arm wrong by 5 cm", true,
+      {"host-lever-arm", "lever arm error of 5 cm", true,
        [](const Trouble&, Random*, Streams* streams) {
          streams->calibration.t_b_c += Eigen::Vector3d(0.03, -0.03, 0.03);
        }},

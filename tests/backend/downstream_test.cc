@@ -61,7 +61,7 @@ TEST(Downstream, SaysWhyItDidNotRun) {
 
   answer.states.front().t += 0.03;
   record = runDownstream(sequence, answer, DownstreamOptions());
-  EXPECT_EQ(record.message, "a state of the answer belongs to no frame of the sequence");
+  EXPECT_EQ(record.message, "a state of the estimate belongs to no frame of the sequence");
 }
 
 // The world of the answer is its own: shifted and turned about the vertical it gives the same.

@@ -64,12 +64,12 @@ TEST(StructureFromMotion, NamesWhatIsMissing) {
   few.points = 15;
   StructureFromMotion sfm = reconstruct(*makeExactWindow(few).window, VinsOptions());
   EXPECT_EQ(sfm.status, InitStatus::kTooFewTracks);
-  EXPECT_NE(sfm.message.find("need more than 20"), std::string::npos) << sfm.message;
+  EXPECT_NE(sfm.message.find("(minimum 21)"), std::string::npos) << sfm.message;
   VinsOptions demanding;
   demanding.min_parallax_px = 1e4;
   sfm = reconstruct(*makeExactWindow(ExactWindowOptions()).window, demanding);
   EXPECT_EQ(sfm.status, InitStatus::kTooLittleExcitation);
-  EXPECT_NE(sfm.message.find("must be more than 10000"), std::string::npos) << sfm.message;
+  EXPECT_NE(sfm.message.find("(minimum 10000)"), std::string::npos) << sfm.message;
   demanding = VinsOptions();
   demanding.min_pose_inliers = 10000;
   sfm = reconstruct(*makeExactWindow(ExactWindowOptions()).window, demanding);

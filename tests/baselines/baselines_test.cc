@@ -188,7 +188,7 @@ TEST(VinsRefusals, HoverHasTooLittleParallax) {
   const InitResult result = makeMethod("vins", InitializerOptions(), {}, nullptr, allMethods())
                                 ->solve(*makeExactWindow(options).window);
   EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation) << result.message;
-  EXPECT_NE(result.message.find("must be more than 30"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("(minimum 30)"), std::string::npos) << result.message;
   EXPECT_FALSE(result.hasEstimate());
 }
 
@@ -199,7 +199,7 @@ TEST(OpenVinsRefusals, WithoutRotationItWaits) {
   const InitResult result = makeMethod("openvins", InitializerOptions(), {}, nullptr, allMethods())
                                 ->solve(*makeExactWindow(options).window);
   EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation) << result.message;
-  EXPECT_NE(result.message.find("must be at least 10"), std::string::npos) << result.message;
+  EXPECT_NE(result.message.find("(minimum 10)"), std::string::npos) << result.message;
   EXPECT_FALSE(result.hasEstimate());
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/remedy.h"
 #include "slim_init/result.h"
 #include "slim_init/types.h"
 #include "support/option_checks.h"
@@ -160,6 +161,19 @@ TEST(Calibration, RefusesWhatCannotBe) {
   calibration = Calibration();
   calibration.td = kNotComputed;
   EXPECT_NE(calibration.validate().find("td"), std::string::npos);
+}
+
+// A console says what to do unless waiting is enough, or the message itself says it.
+TEST(Status, EveryStatusButThoseWithNothingToDoHasARemedy) {
+  const auto has = [](InitStatus status) { return withRemedy("0.1 m", status) != "0.1 m"; };
+  for (int s = 0; s <= static_cast<int>(InitStatus::kTimeLimit); ++s) {
+    const InitStatus status = static_cast<InitStatus>(s);
+    const bool nothing_to_do =
+        status == InitStatus::kSuccess || status == InitStatus::kTooFewKeyframes ||
+        status == InitStatus::kInvalidInput || status == InitStatus::kProvisional;
+    EXPECT_EQ(has(status), !nothing_to_do) << toString(status);
+  }
+  EXPECT_EQ(withRemedy("no parallax", InitStatus::kPureRotation), "no parallax; translate");
 }
 
 TEST(Status, NamesAreDistinctAndClassesDisjoint) {

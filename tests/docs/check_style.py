@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""Checks that the documents are short and plain.
+"""Checks that the documents are short, and that documents, messages and public headers are plain.
 
     check_style.py [REPOSITORY] [--report]
 
@@ -12,28 +12,37 @@ Of every Markdown file of the repository:
     fenced and indented code, tables, headings, list items, HTML comments and displayed formulas are
     excluded, because they hold fragments. A code span, a link target and a formula
     in a line are one word. A sentence ends with . ! or ?, not with a colon or a semicolon.
+  - length of each sentence of a GUIDE: at most LONGEST_SENTENCE words.
   - words and dates that the style rules replace (FORBIDDEN), in all prose, tables and lists, not
     in code. A changelog may have dates.
+  - the same words in messages (string literals with a space) of C++ and Python, in shell strings,
+    templates of reports, launch and message files, and in the comments of public headers. Tests may
+    use them, and so may identifiers: text in backticks and words with ( ) :: _ are not read.
   - "where": at most one, and one more per WORDS_PER_WHERE words. It is a good word for a place and
     a bad one for a condition ("if", "when"); no pattern tells them apart, so its density is bounded.
 
-Two kinds of pages are exempt, each for one reason: docs/history/ is an archive, which no reader
-needs; the texts of docs/options.md are in the option tables of the code, so its length and words
-are checked there and it has a budget of its own outside the total.
+docs/options.md is generated from the option tables of the code: its words are checked there and its
+sentences are fragments. It counts for the total as every page does.
 Prints one line per fault and ends with 1 if there is any; --report prints the figures of every page.
 Needs python3's standard library only.
 """
 import bisect
+import io
 import os
 import re
 import sys
+import tokenize
 
 from check_documents import files_of, read, without_fences
 
 TOTAL_WORDS = 30000
 MEAN_SENTENCE = 18.0
+LONGEST_SENTENCE = 25
 WORDS_PER_WHERE = 400
-ARCHIVE = "docs/history/"
+# Pages for users; the others hold definitions and lists that are one sentence.
+GUIDES = {"README.md", "config/README.md", "docs/README.md", "docs/calibration.md",
+          "docs/does_not_initialize.md", "docs/hosts.md", "docs/openvins.md", "docs/own_rig.md",
+          "docs/port_to_your_fork.md", "docs/recovery.md", "docs/ros.md", "docs/vins_mono.md"}
 GENERATED = {"docs/options.md"}
 
 BUDGETS = {
@@ -58,7 +67,7 @@ BUDGETS = {
     "docs/img/README.md": 150,
     "docs/notation.md": 600,
     "docs/openvins.md": 600,
-    "docs/options.md": 5100,
+    "docs/options.md": 1800,
     "docs/own_rig.md": 1200,
     "docs/port_to_your_fork.md": 900,
     "docs/recovery.md": 1200,
@@ -144,27 +153,84 @@ def measure(text):
             "if": len(re.findall(r"\b(?:if|when)\b", prose, re.IGNORECASE))}
 
 
-def check_words(page, text):
-    """Faults of words and dates, with their lines; a phrase may be broken over two lines."""
-    lines = [plain(line).strip() for line in without_fences(text)[0].split("\n")]
+def hits_of(text, patterns):
+    """(line, words found, advice) in text; a phrase may be broken over two lines."""
+    lines = [plain(line).strip() for line in text.split("\n")]
     joined = " ".join(lines)
     starts = [0]
     for line in lines:
         starts.append(starts[-1] + len(line) + 1)
-    patterns = [(r"\b(?:%s)\b" % words, "write: " + instead) for words, instead in FORBIDDEN]
+    return sorted((bisect.bisect_right(starts, hit.start()), hit.group(0), advice)
+                  for pattern, advice in patterns
+                  for hit in re.finditer(pattern, joined, re.IGNORECASE))
+
+
+def forbidden_patterns():
+    return [(r"\b(?:%s)\b" % words, "write: " + instead) for words, instead in FORBIDDEN]
+
+
+def check_words(page, text):
+    """Faults of words and dates, with their lines."""
+    patterns = forbidden_patterns()
     if page != "CHANGELOG.md":
         patterns.append((DATE, "dates are for the changelog"))
-    hits = [(bisect.bisect_right(starts, hit.start()), hit.group(0), advice)
-            for pattern, advice in patterns
-            for hit in re.finditer(pattern, joined, re.IGNORECASE)]
-    return ["%s:%d: \"%s\": %s" % ((page,) + hit) for hit in sorted(hits)]
+    return ["%s:%d: \"%s\": %s" % ((page,) + hit)
+            for hit in hits_of(without_fences(text)[0], patterns)]
+
+
+CPP_TOKEN = re.compile(r"//[^\n]*|/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'", re.DOTALL)
+
+
+def cpp_texts(text, comments):
+    """(line, text) of adjacent string literals that hold a space, and of blocks of comments."""
+    found, end, last = [], 0, ""
+    for token in CPP_TOKEN.finditer(text):
+        kind, body = token.group(0)[0], token.group(0)
+        line = text.count("\n", 0, token.start()) + 1
+        if kind == '"' or (kind == "/" and comments):
+            body = body[1:-1] if kind == '"' else re.sub(r"^/[/*]+!?<?|\*/$", "", body)
+            joins = last == kind and not text[end:token.start()].strip()
+            if joins:
+                body = found[-1][1] + ("" if kind == '"' else "\n") + body
+                line = found.pop()[0]
+            found.append((line, body))
+        end, last = token.end(), kind
+    return [(line, body) for line, body in found if re.search(r"\s", body.strip())]
+
+
+def code_texts(path, text):
+    """What a user or host author reads of a file of code: (line, text)."""
+    if path.endswith((".cc", ".h", ".cpp")):
+        public = path.endswith(".h") and "/include/" in path
+        return [(line, re.sub(r"[\w.]*(?:\(\)|::|_)[\w.:]*", "CODE", body))
+                for line, body in cpp_texts(text, public)]
+    if path.endswith(".py"):
+        tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+        return [(token.start[0], token.string) for token in tokens
+                if token.type == tokenize.STRING and " " in token.string]
+    if path.endswith(".sh"):
+        return [(text.count("\n", 0, hit.start()) + 1, hit.group(0))
+                for hit in re.finditer(r'"[^"\n]* [^"\n]*"', text)]
+    if path.endswith(".j2"):
+        return [(1, re.sub(r"\{[{%#].*?[}%#]\}", lambda hit: "\n" * hit.group(0).count("\n"), text,
+                           flags=re.DOTALL))]
+    if path.endswith(".launch"):
+        return [(1, text)]
+    if path.endswith(".msg"):
+        return [(1, "\n".join(line.partition("#")[2] for line in text.split("\n")))]
+    return []
+
+
+def check_code(path, text):
+    """Forbidden words in messages, templates and public headers."""
+    return ["%s:%d: \"%s\": %s" % (path, line + number - 1, words, advice)
+            for line, body in code_texts(path, text)
+            for number, words, advice in hits_of(body, forbidden_patterns())]
 
 
 def check_page(page, text, budgets=None):
     """Faults of one page."""
     budgets = BUDGETS if budgets is None else budgets
-    if page.startswith(ARCHIVE):
-        return []
     if page not in budgets:
         return ["%s: no budget of words; add a row to BUDGETS" % page]
     figures, faults = measure(text), []
@@ -175,6 +241,10 @@ def check_page(page, text, budgets=None):
     if figures["mean"] > MEAN_SENTENCE:
         faults.append("%s: sentences of %.1f words in the mean (limit %g)"
                       % (page, figures["mean"], MEAN_SENTENCE))
+    if page in GUIDES:
+        faults += ["%s: %d words (limit %d): %s..." % (page, len(s), LONGEST_SENTENCE, " ".join(s[:6]))
+                   for paragraph in paragraphs(text) for s in sentences(paragraph)
+                   if len(s) > LONGEST_SENTENCE]
     allowed = 1 + figures["words"] // WORDS_PER_WHERE
     if figures["where"] > allowed:
         faults.append("%s: \"where\" %d times (limit %d); a condition begins with if or when"
@@ -183,8 +253,7 @@ def check_page(page, text, budgets=None):
 
 
 def check_total(texts, limit=TOTAL_WORDS):
-    total = sum(len(words_of(text)) for page, text in texts.items()
-                if page not in GENERATED and not page.startswith(ARCHIVE))
+    total = sum(len(words_of(text)) for text in texts.values())
     return ["all pages: %d words (limit %d)" % (total, limit)] if total > limit else []
 
 
@@ -199,14 +268,17 @@ def main(arguments):
     folders = [a for a in arguments if a != "--report"]
     root = os.path.abspath(folders[0] if folders
                            else os.path.join(os.path.dirname(__file__), "..", ".."))
-    texts = {page: read(os.path.join(root, page)) for page in files_of(root)
-             if page.endswith(".md")}
+    files = files_of(root)
+    texts = {page: read(os.path.join(root, page)) for page in files if page.endswith(".md")}
+    codes = [path for path in files if not path.startswith("tests/")]
     if "--report" in arguments:
         report(texts)
     faults = [fault for page, text in sorted(texts.items()) for fault in check_page(page, text)]
     faults += ["%s: has a budget and does not exist" % page
                for page in sorted(set(BUDGETS) - set(texts))]
     faults += check_total(texts)
+    faults += [fault for path in codes
+               for fault in check_code(path, read(os.path.join(root, path)))]
     total = sum(len(words_of(t)) for t in texts.values())
     print("\n".join(faults + ["%d documents, %d words, %d faults" % (len(texts), total, len(faults))]))
     return 1 if faults or not texts else 0

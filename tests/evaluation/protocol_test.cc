@@ -192,7 +192,7 @@ TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
   const FakeSolver waits("waits", [](const InitWindow&) {
     InitResult result;
     result.status = InitStatus::kTooFewTracks;
-    result.message = "2 tracks, needs 8";
+    result.message = "2 tracks (minimum 8)";
     return result;
   });
   ProtocolResult result;
@@ -206,7 +206,7 @@ TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
   const MethodRecord& waiting = result.windows[0].methods[1];
   EXPECT_FALSE(waiting.attempted);
   EXPECT_FALSE(waiting.metrics.success());
-  EXPECT_EQ(waiting.message, "2 tracks, needs 8");
+  EXPECT_EQ(waiting.message, "2 tracks (minimum 8)");
 }
 
 TEST(Protocol, ReportsProgressToTheEnd) {
@@ -283,7 +283,7 @@ TEST(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
   EXPECT_FALSE(result.has_truth);
   ASSERT_EQ(result.windows.size(), 8u);
   for (const WindowRecord& window : result.windows) {
-    EXPECT_EQ(window.methods[0].metrics.failure, "no truth");
+    EXPECT_EQ(window.methods[0].metrics.failure, "no ground truth");
     EXPECT_TRUE(window.methods[0].accepted());
     EXPECT_TRUE(std::isnan(window.p_w_b.x()));
   }

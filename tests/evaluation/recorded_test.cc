@@ -77,7 +77,7 @@ TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
   EXPECT_TRUE(std::isnan(motion.truth[0].gyro_bias.x()));
   EXPECT_EQ(motion.counts.imu_gaps, 0);
   ASSERT_EQ(motion.notes.size(), 1u);
-  EXPECT_TRUE(contains(motion.notes[0], "velocities are not recorded")) << motion.notes[0];
+  EXPECT_TRUE(contains(motion.notes[0], "ground truth has no velocities")) << motion.notes[0];
 }
 
 TEST(RecordedMotion, ReadsVelocityAndBiases) {

@@ -382,7 +382,7 @@ TEST(Report, WithoutTruthThereAreNoErrorColumns) {
   result.has_truth = false;
   for (WindowRecord& window : result.windows) {
     window.methods[0].metrics = WindowMetrics();
-    window.methods[0].metrics.failure = "no truth";
+    window.methods[0].metrics.failure = "no ground truth";
   }
   const std::vector<MethodSummary> summaries = summarize(result);
   EXPECT_TRUE(std::isnan(summaries[0].all.success_rate));

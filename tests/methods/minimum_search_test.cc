@@ -159,8 +159,7 @@ TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
   WorkBudget little = budgetOf(1.001 * first.used());
   const RefinedWindow limited = search.run({wrong}, &little);
   EXPECT_EQ(limited.cost, once.cost) << "the first minimum";
-  EXPECT_EQ(little.takeLeftOut().find("the time limit of 1 ms (limits.max_solve_ms) leaves out "),
-            0u);
+  EXPECT_EQ(little.takeLeftOut().find("the time limit of 1 ms (limits.max_solve_ms) skipped "), 0u);
   EXPECT_FALSE(little.hasLeftOut()) << "said once";
   EXPECT_LT(little.used(), 1.3 * first.used());
 
@@ -188,7 +187,7 @@ TEST(WorkBudget, SharesAreOfWhatIsLeft) {
     EXPECT_FALSE(budget.allows("the second"));
   }
   EXPECT_TRUE(budget.allows("nothing"));
-  EXPECT_NE(budget.takeLeftOut().find("leaves out the first"), std::string::npos);
+  EXPECT_NE(budget.takeLeftOut().find("skipped the first"), std::string::npos);
   budget.spend(40.0);
   EXPECT_TRUE(budget.isUsedUp());
   WorkBudget unlimited = unlimitedBudget();

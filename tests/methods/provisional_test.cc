@@ -264,7 +264,7 @@ TEST(Provisional, SaysWhyThereIsNone) {
   const InitResult none =
       PlainMethod().solveProvisional(*makeExactWindow(youngOptions(1, 7)).window, &budget);
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
-  EXPECT_EQ(none.message, "other has no provisional answers");
+  EXPECT_EQ(none.message, "other has no provisional estimates");
 }
 
 // ---- what a host sees

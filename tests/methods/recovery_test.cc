@@ -549,7 +549,7 @@ TEST(Recovery, AMethodWithoutItSaysSo) {
   const InitResult none =
       PlainMethod().solveWithPrior(*exact.window, priorOf(exact.truth.front(), 1), &budget);
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
-  EXPECT_EQ(none.message, "other has no answers with a prior");
+  EXPECT_EQ(none.message, "other cannot use a prior");
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ TEST(WorkLimit, AtTheLimitTheMessageSaysWhatWasLeftOut) {
   const InitResult result = makeFed(exact, 100.0)->initialize();
   EXPECT_EQ(result.status, InitStatus::kTimeLimit) << result.message;
   EXPECT_TRUE(isWait(result.status));
-  EXPECT_EQ(result.message.find("the time limit of 1 ms (limits.max_solve_ms) leaves out "), 0u)
+  EXPECT_EQ(result.message.find("the time limit of 1 ms (limits.max_solve_ms) skipped "), 0u)
       << result.message;
 }
 

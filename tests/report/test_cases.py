@@ -123,7 +123,7 @@ class Cases(unittest.TestCase):
         found, notes = self.cases(recorded=self.scratch.name)
         self.assertEqual(list(found)[:2], ["recorded/MH_03", "recorded/V1_01"])
         self.assertIn("ablation/recorded/MH_03", found)
-        self.assertEqual(notes, ["recorded: papers has no imu0.csv and was left out"])
+        self.assertEqual(notes, ["recorded: papers has no imu0.csv and was skipped"])
         hall = found["recorded/MH_03"]
         self.assertEqual(option(hall, "recorded"), os.path.dirname(imu))
         self.assertEqual(option(hall, "world"), "hall")

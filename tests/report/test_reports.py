@@ -122,7 +122,7 @@ class RunReport(Folder):
         self.assertNotIn("Differences", markdown)
 
     def test_what_was_found_of_a_wrong_rig(self):
-        title = "## Errors of the rig, and what was found of them"
+        title = "## Injected calibration errors and their estimates"
         rows = [row(i, "slim", 1.02, scale_sigma=0.02, td_error_ms=2.0, td_sigma_ms=1.0,
                     rotation_error_deg=0.25, rotation_over_sigma=1.5) for i in range(4)]
         self.assertNotIn(title, self.report(rows)[0])
@@ -182,12 +182,12 @@ class RunReport(Folder):
             rows, first_keyframes=4, tracking=tracking,
             method_notes={"slim[no-lines]": "without <lines>"},
             options={"asl": "DIR", "downstream_s": 5.0})
-        for part in ("Accepted answers, windows growing from 4 keyframes",
+        for part in ("Accepted estimates, windows expanding from 4 keyframes",
                      "| slim | 100.0 | 1.00 | 1.25 | 5 |", "- `slim[no-lines]`: without <lines>",
                      "65 of 70 images tracked", "5 unreadable", "Line detector: EDLines.",
                      "| points | 123 | - | 100 |", "median 6.25", "points 2.50, lines 3.50.",
-                     "The back end started from the accepted answers", "| slim | 8 | 0.0 |",
-                     "windows growing until the method accepts", "(images.png)"):
+                     "The back end started from the accepted estimates", "| slim | 8 | 0.0 |",
+                     "windows expanding until the method accepts", "(images.png)"):
             self.assertIn(part, markdown)
         self.assertEqual(page.pictures, 5)
 
@@ -278,7 +278,7 @@ class SuiteReport(Folder):
                      "## Ablation: recorded motion and IMU, simulated features",
                      "## Fig. 6, solve time", "(4.150)", "## Differences to slim",
                      "## Where slim is not first", "## Accuracy per sequence",
-                     "## Verdicts (all windows)", "| circle | drt-l | 60 | 0 | 0 | 0 | 60 |", "| circle | drt-l | 0 | 0 | 0 | 0 | - |",
+                     "## Statuses (all windows)", "| circle | drt-l | 60 | 0 | 0 | 0 | 60 |", "| circle | drt-l | 0 | 0 | 0 | 0 | - |",
                      "V1_01: True path", "recorded_error_cdf.png", "images_solve_time.png",
                      "degenerate_first_answer.png", "How to read this"):
             self.assertIn(part, markdown)
@@ -301,17 +301,17 @@ class SuiteReport(Folder):
         out = os.path.join(self.folder, "out")
         os.makedirs(out)
         markdown, _, _ = check(self, suite_report.write(runs, out))
-        self.assertIn("## Time to the first right answer", markdown)
-        answers = markdown[markdown.index("## Time to the first right answer"):]
+        self.assertIn("## Time to the first estimate within 10 %", markdown)
+        answers = markdown[markdown.index("## Time to the first estimate within 10 %"):]
         answers = answers[:answers.index("\n## ", 3)]
         # Right, wrong by more than a quarter.
         self.assertIn("| simulated-circle | slim | **100.0** | 0 |", answers)
         self.assertIn("| simulated-circle | drt-l | 0.0 | 60 |", answers)
         # And they are in no other table, where there are others.
-        verdicts = markdown[markdown.index("## Verdicts"):markdown.index("## Pictures")]
+        verdicts = markdown[markdown.index("## Statuses"):markdown.index("## Pictures")]
         self.assertNotIn("simulated-circle", verdicts)
         markdown, _, _ = check(self, suite_report.write(runs[1:], out))
-        self.assertIn("simulated-circle", markdown[markdown.index("## Verdicts"):])
+        self.assertIn("simulated-circle", markdown[markdown.index("## Statuses"):])
 
     def test_wrong_rigs_have_a_table_of_their_own(self):
         both = {"slim": 0.02, "drt-l": 0.1}
@@ -328,8 +328,8 @@ class SuiteReport(Folder):
         out = os.path.join(self.folder, "out")
         os.makedirs(out)
         markdown, _, _ = check(self, suite_report.write([right] + rigs, out))
-        self.assertIn("## Wrong rigs", markdown)
-        self.assertIn("What the methods were told", markdown)
+        self.assertIn("## Miscalibrated rigs", markdown)
+        self.assertIn("The calibration given to the methods", markdown)
         for text in ("| none | slim |", "| td 20 ms, rotation 4 deg | drt-l |",
                      "| up to td 50 ms, up to rotation 10 deg | slim |",
                      "| readout 33 ms, ignored | slim |",
@@ -339,7 +339,7 @@ class SuiteReport(Folder):
         table = suite_tables.rig_table(rigs)
         self.assertEqual(len(table.rows), 5 * 2)
         # And they are in no other table.
-        verdicts = markdown[markdown.index("## Verdicts"):markdown.index("## Pictures")]
+        verdicts = markdown[markdown.index("## Statuses"):markdown.index("## Pictures")]
         self.assertIn("circle", verdicts)
         self.assertNotIn("td20_rot4", verdicts)
         # They may be all there is.

@@ -256,14 +256,13 @@ TEST_F(Init, NothingIsLostAndEveryFrameHasItsLines) {
   for (std::size_t i = 0; i < listener_->lines.size(); ++i) {
     EXPECT_EQ(listener_->lines[i].header.stamp, listener_->features[i].header.stamp);
   }
-  EXPECT_EQ(listener_->fresh("slim_init: streams/imu dropped: garbage"), 0);
+  EXPECT_EQ(listener_->fresh("slim_init: streams/imu discarded: malformed"), 0);
   for (const char* name :
-       {"slim_init: streams/imu lost on the way", "slim_init: streams/feature lost on the way",
-        "slim_init: streams/imu dropped: late",
+       {"slim_init: streams/imu lost", "slim_init: streams/feature lost",
+        "slim_init: streams/imu discarded: late",
         "slim_init: initialization/line messages without frame",
-        "feature_tracker_lines: streams/image lost on the way",
-        "feature_tracker_lines: streams/imu lost on the way",
-        "feature_tracker_lines: tracking/images dropped: queue full",
+        "feature_tracker_lines: streams/image lost", "feature_tracker_lines: streams/imu lost",
+        "feature_tracker_lines: tracking/images discarded: queue full",
         "feature_tracker_lines: tracking/images tracked without IMU",
         "feature_tracker_lines: tracking/restarts"}) {
     EXPECT_EQ(listener_->value(name), 0) << name;
@@ -354,19 +353,21 @@ TEST_F(Init, GarbageIsCountedAndTheNodesLiveOn) {
 
     EXPECT_TRUE(listener_->wait(
         [&] {
-          return listener_->value("slim_init: streams/feature dropped: garbage") >= 4 &&
-                 listener_->value("slim_init: streams/feature dropped: late") >= 1 &&
-                 listener_->value("slim_init: streams/line dropped: garbage") >= 1 &&
-                 listener_->value("slim_init: streams/imu dropped: garbage") >= 2 &&
-                 listener_->value("slim_init: streams/imu dropped: glitch") >= 1 &&
-                 listener_->value("slim_init: streams/imu dropped: stray stamp") >= 1 &&
-                 listener_->value("feature_tracker_lines: streams/imu dropped: garbage") >= 2 &&
-                 listener_->value("feature_tracker_lines: streams/imu dropped: glitch") >= 1 &&
-                 listener_->value("feature_tracker_lines: streams/imu dropped: stray stamp") >= 1 &&
-                 listener_->value("feature_tracker_lines: streams/image dropped: garbage") >= 3 &&
+          return listener_->value("slim_init: streams/feature discarded: malformed") >= 4 &&
+                 listener_->value("slim_init: streams/feature discarded: late") >= 1 &&
+                 listener_->value("slim_init: streams/line discarded: malformed") >= 1 &&
+                 listener_->value("slim_init: streams/imu discarded: malformed") >= 2 &&
+                 listener_->value("slim_init: streams/imu discarded: glitch") >= 1 &&
+                 listener_->value("slim_init: streams/imu discarded: stray stamp") >= 1 &&
+                 listener_->value("feature_tracker_lines: streams/imu discarded: malformed") >= 2 &&
+                 listener_->value("feature_tracker_lines: streams/imu discarded: glitch") >= 1 &&
+                 listener_->value("feature_tracker_lines: streams/imu discarded: stray stamp") >=
+                     1 &&
+                 listener_->value("feature_tracker_lines: streams/image discarded: malformed") >=
+                     3 &&
                  listener_->value(
-                     "feature_tracker_lines: tracking/images dropped: refused by the front end") >=
-                     1;
+                     "feature_tracker_lines: tracking/images discarded: refused by the front "
+                     "end") >= 1;
         },
         15.0))
         << "not all garbage was counted";
@@ -393,11 +394,11 @@ TEST(Loop, EveryRoundOfTheBagInitializesAnew) {
   }
   EXPECT_GE(listener.restarts.size(), 2u);
   // The nodes came while the bag was running, and the answers are of different rounds.
-  EXPECT_EQ(listener.fresh("slim_init: streams/imu dropped: garbage"), 0);
+  EXPECT_EQ(listener.fresh("slim_init: streams/imu discarded: malformed"), 0);
   const double jumps = listener.value("slim_init: initialization/time jumps");
   EXPECT_GE(jumps, 2);
   EXPECT_NEAR(listener.value("feature_tracker_lines: tracking/time jumps"), jumps, 1);
-  EXPECT_EQ(listener.value("feature_tracker_lines: tracking/images dropped: queue full"), 0);
+  EXPECT_EQ(listener.value("feature_tracker_lines: tracking/images discarded: queue full"), 0);
 }
 
 }  // namespace

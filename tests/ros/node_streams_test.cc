@@ -56,7 +56,7 @@ TEST_F(NodeStreamsTest, DropsAndCountsWhatCannotBeUsed) {
   EXPECT_FALSE(streams_.accept(0, std_msgs::Header(), "", &t_));
   EXPECT_EQ(t_, 0.0) << "of the only message in use";
   EXPECT_EQ(streams_.received(0), 3);
-  EXPECT_EQ(valuesOf(streams_.report(counts))["imu last dropped"], "the header has no stamp");
+  EXPECT_EQ(valuesOf(streams_.report(counts))["imu last discarded"], "the header has no stamp");
 
   // What StreamCheck has dropped since.
   EXPECT_TRUE(streams_.accept(0, header(0.2, 5), "", &t_));
@@ -70,16 +70,16 @@ TEST_F(NodeStreamsTest, DropsAndCountsWhatCannotBeUsed) {
   EXPECT_EQ(status.level, DiagnosticStatus::WARN);
   auto values = valuesOf(status);
   EXPECT_EQ(values["imu received"], "4");
-  EXPECT_EQ(values["imu dropped: garbage"], "2");
-  EXPECT_EQ(values["imu dropped: glitch"], "1");
-  EXPECT_EQ(values["imu dropped: late"], "2");
-  EXPECT_EQ(values["imu dropped: stray stamp"], "3");
-  EXPECT_EQ(values["imu dropped: before a time jump"], "4");
-  EXPECT_EQ(values["imu last dropped"], "400 m/s^2 on an axis");
+  EXPECT_EQ(values["imu discarded: malformed"], "2");
+  EXPECT_EQ(values["imu discarded: glitch"], "1");
+  EXPECT_EQ(values["imu discarded: late"], "2");
+  EXPECT_EQ(values["imu discarded: stray stamp"], "3");
+  EXPECT_EQ(values["imu discarded: before a time jump"], "4");
+  EXPECT_EQ(values["imu last discarded"], "400 m/s^2 on an axis");
   EXPECT_EQ(values["image received"], "0");
-  EXPECT_EQ(values["image dropped: late"], "5");
+  EXPECT_EQ(values["image discarded: late"], "5");
   // The warning replaces the message of level OK until nothing more is dropped.
-  EXPECT_NE(status.message.find("5 image messages lost or dropped"), std::string::npos)
+  EXPECT_NE(status.message.find("5 image messages lost or discarded"), std::string::npos)
       << status.message;
   EXPECT_EQ(streams_.report(counts).message, "data is coming");
 }
@@ -88,8 +88,8 @@ TEST_F(NodeStreamsTest, LostMessagesAreThoseMissingInTheirNumbers) {
   streams_.accept(0, header(0.0, 1), "", &t_);
   streams_.accept(0, header(0.1, 4), "", &t_);
   const DiagnosticStatus status = streams_.report(StreamCounts());
-  EXPECT_EQ(valuesOf(status)["imu lost on the way"], "2");
-  EXPECT_EQ(status.message, "2 imu messages lost or dropped");
+  EXPECT_EQ(valuesOf(status)["imu lost"], "2");
+  EXPECT_EQ(status.message, "2 imu messages lost or discarded");
 }
 
 TEST(Diagnostics, RaisingNeverLowersAndKeepsEverySentence) {

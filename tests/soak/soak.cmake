@@ -14,7 +14,7 @@ endfunction()
 
 # Times of a few questions beside other tests say little: what is looked at here are the answers,
 # which are the same ones, and memory, with room for that of a machine which runs other tests.
-soak(0 "answers, difference: 0.000" --hours 0.027 --every 12 --ask 1 --time-growth 100)
+soak(0 "estimates, difference: 0.000" --hours 0.027 --every 12 --ask 1 --time-growth 100)
 soak(1 "ratio: [0-9.]+ \\(limit 0.010\\): TOO MUCH" --hours 0.0134 --every 12 --ask 2 --time-growth 0.01)
 soak(2 "--hours is 0" --hours 0)
 soak(2 "--every is 60 s, must be from 8 to" --every 60)

@@ -22,7 +22,7 @@ function(instructions method result)
             --collect-atstart=no "--toggle-collect=*countedSolves*" ${BENCH} count --methods ${method}
             --duration 12 --windows 8
     RESULT_VARIABLE code OUTPUT_VARIABLE output ERROR_VARIABLE log)
-  if(NOT code EQUAL 0 OR NOT output MATCHES "8 solves 8 answered")
+  if(NOT code EQUAL 0 OR NOT output MATCHES "8 windows 8 solved")
     message(FATAL_ERROR "${method} did not answer all windows:\n${output}\n${log}")
   endif()
   if(NOT log MATCHES "Collected : ([0-9]+)")

@@ -26,7 +26,7 @@ TEST(AbDownstream, ReportsTheRuns) {
   const ProgramRun run = runAb(folder, {"--downstream", "3"});
 #ifdef SLIM_INIT_HAS_BACKEND
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(contains(run.out, "Back end from the accepted answers")) << run.out;
+  EXPECT_TRUE(contains(run.out, "Back end from the accepted estimates")) << run.out;
   const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
   const auto& all = json["methods"]["drt-l"]["all"];
   EXPECT_EQ(json["options"]["downstream_s"], 3.0);

@@ -109,7 +109,7 @@ const std::vector<BadCommand>& badCommands() {
        {"--readout: '0.2' is not a number in [0, 0.1]"}},
       {"ReadoutErrorOfAGlobalShutter",
        {"ab", "--builtin", "circle", "--readout-error", "0.005"},
-       {"circle: the camera has a global shutter", "cannot be wrong"}},
+       {"circle: the camera has a global shutter", "cannot be incorrect"}},
       {"ReadoutErrorTooLarge",
        {"ab", "--builtin", "circle", "--readout", "0.01", "--readout-error", "-0.02"},
        {"readout_s is -0.02, must be above -0.01"}},
@@ -311,7 +311,7 @@ TEST(Ab, WindowsGrowByDefaultAndEveryMethodHasGates) {
       folder, {"ab", "--builtin", "figure-eight", "--duration", "5", "--methods", "drt-l",
                "--options", folder.file("o.yaml"), "--out", folder.file("out")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(contains(run.out, "First answers, asked at every image")) << run.out;
+  EXPECT_TRUE(contains(run.out, "First estimates, solved at every image")) << run.out;
   const auto json = nlohmann::json::parse(readFile(folder.file("out/summary.json")));
   EXPECT_EQ(json["options"]["keyframes"], "5..15");
   EXPECT_EQ(json["options"]["interval_s"], 0.09);

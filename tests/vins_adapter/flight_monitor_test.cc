@@ -35,7 +35,7 @@ TEST(FlightMonitor, AHealthyFlightSaysNothing) {
 
 TEST(FlightMonitor, AFailureIsReportedOnceAndEndsWithEvidence) {
   FlightMonitor monitor;
-  EXPECT_EQ(monitor.update(1.0, failed()), "the host's states are wrong: velocity");
+  EXPECT_EQ(monitor.update(1.0, failed()), "the host's states are inconsistent: velocity");
   EXPECT_EQ(monitor.update(1.1, failed()), "");
   EXPECT_EQ(monitor.status(), FlightStatus::kWrong);
   EXPECT_EQ(monitor.alarmStamp(), 1.0);

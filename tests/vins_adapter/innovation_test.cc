@@ -307,7 +307,7 @@ TEST(Innovation, EachKindOfDamageIsFound) {
           // Of the effect on the velocity of the interval.
           EXPECT_GT(result.accel_sigma * (end - begin), 0.4 * one.accel * damaged) << k;
           EXPECT_GT(result.gyro_sigma * (end - begin), 0.7 * one.gyro * damaged) << k;
-          EXPECT_NE(result.message.find("the IMU data are wrong"), std::string::npos);
+          EXPECT_NE(result.message.find("the IMU data are inconsistent"), std::string::npos);
         }
         if (end < first || begin > last + 0.11) {
           EXPECT_EQ(result.culprit, Culprit::kNone) << k << ": " << result.message;

@@ -32,7 +32,7 @@ std::string FlightMonitor::update(double stamp, const HostHealth& health) {
   if (!health.sane && !alarm_) {
     alarm_ = reported_ = true;
     alarm_stamp_ = stamp;
-    return "the host's states are wrong: " + health.reason;
+    return "the host's states are inconsistent: " + health.reason;
   }
   if (std::isnan(last_trouble_) || frame_suspect_) return "";
   const bool confirmed = health.confirmed_stamp - last_trouble_ >= kEvidence;
@@ -40,8 +40,8 @@ std::string FlightMonitor::update(double stamp, const HostHealth& health) {
   last_trouble_ = kNotComputed;
   alarm_ = false;
   if (!std::exchange(reported_, false)) return "";
-  return confirmed ? "the host's states are healthy again: a window solved without them agrees"
-                   : "nothing has spoken against the host's states for 10 s; the motion does not "
+  return confirmed ? "the host's states are healthy again: an independent solve agrees"
+                   : "no check has failed for 10 s; the motion does not "
                      "show whether their scale is correct";
 }
 

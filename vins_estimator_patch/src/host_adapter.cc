@@ -471,7 +471,7 @@ HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
     return decline(InitStatus::kInvalidInput, "recovery is switched off (reinit: 0)");
   }
   if (healthy != nullptr && healthy->empty()) {
-    return decline(InitStatus::kInvalidInput, "the host had no healthy state yet");
+    return decline(InitStatus::kInvalidInput, "the host has had no healthy state yet");
   }
 
   std::optional<Solved> solved =

@@ -33,8 +33,8 @@ std::string checkStates(const std::vector<NavState>& states, double gravity_magn
         (state.R_w_b.transpose() * state.R_w_b - Eigen::Matrix3d::Identity()).norm() +
         std::abs(state.R_w_b.determinant() - 1.0);
     if (error > kRotationTolerance) {
-      out << "R_w_b of state " << i << " is " << error << " away from a rotation, may be "
-          << kRotationTolerance;
+      out << "R_w_b of state " << i << " is " << error << " away from a rotation (limit "
+          << kRotationTolerance << ')';
       return out.str();
     }
     if (i > 0 && !(state.t > states[i - 1].t)) {

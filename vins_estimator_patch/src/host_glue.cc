@@ -14,6 +14,7 @@
 
 #include "calibration_advice.h"
 #include "flight_monitor.h"
+#include "slim_init/remedy.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"
@@ -183,7 +184,7 @@ struct HostGlue::State {
     carried.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
     std::ostringstream out;
     out.precision(3);
-    out << "IMU data do not reach over " << age << " s: position and heading stay as they were,"
+    out << "IMU data do not cover " << age << " s: position and heading are held,"
         << " standard deviation " << carried.position_sigma << " m and " << carried.yaw_sigma_deg
         << " deg of yaw";
     carried.message = out.str();
@@ -258,8 +259,7 @@ struct HostGlue::State {
       report(ReportLevel::kInfo, out.str());
     } else {
       const bool exists = std::ifstream(file.sensors_file).is_open();
-      report(exists ? ReportLevel::kWarn : ReportLevel::kInfo,
-             error + "; nothing is known of the sensors yet");
+      report(exists ? ReportLevel::kWarn : ReportLevel::kInfo, error + "; no warm start");
     }
   }
   void saveSensors() {
@@ -283,7 +283,7 @@ struct HostGlue::State {
   // Once, before the first attempt: after it the host may have been seeded already.
   void reportMissingLines() {
     if (std::exchange(lines_reported, true) || adapter->counts().lines_merged > 0) return;
-    report(ReportLevel::kWarn, "no line message has met a frame: initializing on points alone");
+    report(ReportLevel::kWarn, "no line features received; using points only");
   }
 
   // Reports an answer unless it repeats the one before.
@@ -301,8 +301,9 @@ struct HostGlue::State {
     reported_stamp = answer.success() ? -std::numeric_limits<double>::infinity() : answer.stamp;
     std::ostringstream out;
     out.precision(3);
-    out << action << " " << (answer.success() ? "done" : toString(status)) << ": " << answer.message
-        << " (" << std::fixed << answer.data_s << " s of data, " << answer.solve_ms << " ms";
+    out << action << " " << (answer.success() ? "done" : toString(status)) << ": "
+        << withRemedy(answer.message, status) << " (" << std::fixed << answer.data_s
+        << " s of data, " << answer.solve_ms << " ms";
     if (unreported_refusals > 0) out << ", after " << unreported_refusals << " refusals";
     out << ')';
     unreported_refusals = 0;
@@ -409,8 +410,9 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
   if (std::exchange(beyond ? state.glitch_reported : state.suspect_reported, true)) return;
   const std::string what = "an IMU sample of " + state.file.imu_limits.describe(glitch);
   state.report(ReportLevel::kWarn,
-               beyond ? what + " is dropped, and so are all others beyond these bounds"
-                      : what + " is left out: too far from those before it, or among such samples");
+               beyond
+                   ? what + " is discarded, as all others beyond these limits"
+                   : what + " is discarded: too far from those before it, or among such samples");
 }
 
 void HostGlue::received(double stamp) {
@@ -440,7 +442,7 @@ void HostGlue::addLineCloud(const GlueCloud& cloud) {
   if (readLineMessage(cloud, &frame, &error)) {
     state_->adapter->addLines(frame.t, std::move(frame.lines));
   } else {
-    state_->report(ReportLevel::kWarn, error + "; the message is dropped");
+    state_->report(ReportLevel::kWarn, error + "; the message is discarded");
   }
 }
 
@@ -487,7 +489,7 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
   state.pending = false;
   state.reportMissingLines();
   if (state.healthy.empty()) {
-    state.report(ReportLevel::kWarn, "recover: the host had no healthy state yet");
+    state.report(ReportLevel::kWarn, "recover: the host has had no healthy state yet");
     return false;
   }
   failed = failed || state.monitor.status() == FlightStatus::kWrong;
@@ -566,8 +568,8 @@ bool HostGlue::ridesThrough(double newest_sample) {
   if (state.adapter->lastDamage() > healthy) return false;
   std::ostringstream out;
   out.precision(3);
-  out << "the tracker has begun anew after " << gap
-      << " s without images; the host goes on by its IMU";
+  out << "the tracker was restarted after " << gap
+      << " s without images; the host continues by its IMU";
   state.report(ReportLevel::kInfo, out.str());
   state.rides = true;
   return true;
@@ -669,7 +671,7 @@ void HostGlue::recordShadow(const std::vector<HostState>& window, bool tried, bo
 
 void HostGlue::requestRecovery(bool reset_if_refused) {
   if (!reinit()) {
-    state_->report(ReportLevel::kWarn, "a recovery was requested and reinit is 0");
+    state_->report(ReportLevel::kWarn, "a recovery was requested and is off: set reinit: 1");
     return;
   }
   const std::lock_guard<std::mutex> lock(state_->mutex);

@@ -104,7 +104,7 @@ bool carryState(const CarriedState& from, double t, const std::deque<ImuSample>&
   if (path.empty()) {
     std::ostringstream out;
     out << "the IMU data do not cover the " << t - from.state.t
-        << " s over which a state is to be carried";
+        << " s over which a state is to be propagated";
     *error = out.str();
     return false;
   }

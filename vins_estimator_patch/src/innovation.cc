@@ -443,7 +443,7 @@ std::string sentenceOf(const Innovation& result) {
                              " tracks agree with it (limit " + percent(kNearlyAll) + ")";
   switch (result.culprit) {
     case Culprit::kNone: return "images and IMU agree: " + pose;
-    case Culprit::kImu: return "the IMU data are wrong: " + pose + ", and " + tracks;
+    case Culprit::kImu: return "the IMU data are inconsistent: " + pose + ", and " + tracks;
     case Culprit::kImages:
       return "a part of the image moves: " + percent(result.agree_imu) + " of " +
              std::to_string(result.tracks) + " tracks with a place agree with the IMU, " +

@@ -33,15 +33,15 @@ bool toMsckfState(const InitResult& result, double td, MsckfState* state, std::s
     if (error != nullptr) *error = message;
     return false;
   };
-  if (result.states.empty()) return fail("the answer has no states");
+  if (result.states.empty()) return fail("the estimate has no states");
   const auto size = static_cast<Eigen::Index>(9 * result.states.size() + 6);
   if (result.covariance.rows() != size || result.covariance.cols() != size) {
-    return fail("the answer has no covariance, which the filter begins with; slim has one");
+    return fail("the estimate has no covariance, which the filter needs; use the method slim");
   }
   if (!std::isfinite(td)) return fail("td is not finite");
   const NavState& newest = result.states.back();
   const Matrix15d P = inOwnWorld(newest, result.stateCovariance(result.states.size() - 1));
-  if (!newest.isFinite() || !P.allFinite()) return fail("the answer is not finite");
+  if (!newest.isFinite() || !P.allFinite()) return fail("the estimate is not finite");
 
   const Eigen::Quaterniond q = Eigen::Quaterniond(newest.R_w_b).normalized();
   const double sign = q.w() < 0.0 ? -1.0 : 1.0;

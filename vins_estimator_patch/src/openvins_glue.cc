@@ -12,6 +12,7 @@
 
 #include "openvins_method.h"
 #include "slim_init/initializer.h"
+#include "slim_init/remedy.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 
 namespace slim_init::vins_adapter {
@@ -109,7 +110,7 @@ struct OpenVinsGlue::State {
     reported_status = answer.status;
     reported_stamp = last_stamp;
     report(std::string(taken ? "seed done" : toString(answer.status)) + ": " +
-           (problem.empty() ? answer.message : problem) + " (" +
+           (problem.empty() ? withRemedy(answer.message, answer.status) : problem) + " (" +
            inShort(std::isnan(first_stamp) ? 0.0 : last_stamp - first_stamp, 2) + " s of data, " +
            inShort(ms, 1) + " ms)");
     if (!taken) return;
@@ -208,7 +209,7 @@ void OpenVinsGlue::compare(bool success, double timestamp, const std::vector<dou
   std::string text =
       "shadow: OpenVINS starts after " + inShort(state.last_stamp - state.first_stamp, 2) + " s";
   text += std::isnan(state.own_start)
-              ? ", slim would not have yet"
+              ? ", slim has not started yet"
               : ", slim after " + inShort(state.own_start - state.first_stamp, 2) + " s";
   std::vector<NavState> at;
   if (!own.empty() &&

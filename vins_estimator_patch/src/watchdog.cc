@@ -140,7 +140,7 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   finding.reprojection_px = reprojection(states, at, calibration, bounds.tracks);
   if (finding.reprojection_px > bounds.reprojection_px) {
     wrong(text("tracks are ", finding.reprojection_px,
-               " px from where the poses have them (median, limit ", bounds.reprojection_px, ")"));
+               " px from their predicted places (median, limit ", bounds.reprojection_px, ")"));
   }
   return finding;
 }

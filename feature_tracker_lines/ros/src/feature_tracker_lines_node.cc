@@ -147,7 +147,7 @@ void FeatureTrackerLinesNode::onCompressed(const sensor_msgs::CompressedImage& m
 // After every message: `status` is what became of it.
 void FeatureTrackerLinesNode::use(AddStatus status) {
   if (status == AddStatus::kRestarted) {
-    ROS_WARN("time has jumped: all data before it is dropped");
+    ROS_WARN("time has jumped: all data before it are discarded");
     publishRestart();
   }
   bool worked = true;
@@ -235,9 +235,9 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("images waiting", pipeline_->waiting(), &tracking);
   addValue("images tracked", counts.images_tracked, &tracking);
   addValue("images tracked without IMU", counts.images_without_imu, &tracking);
-  addValue("images dropped: queue full", counts.images_overrun, &tracking);
-  addValue("images dropped: before the first IMU sample", counts.images_before_imu, &tracking);
-  addValue("images dropped: refused by the front end", counts.images_refused, &tracking);
+  addValue("images discarded: queue full", counts.images_overrun, &tracking);
+  addValue("images discarded: before the first IMU sample", counts.images_before_imu, &tracking);
+  addValue("images discarded: refused by the front end", counts.images_refused, &tracking);
   addValue("frames published", counts.frames_published, &tracking);
   addValue("observations discarded: off axis", counts.observations_sideways, &tracking);
   addValue("time jumps", pipeline_->streamCounts().restarts, &tracking);
@@ -249,7 +249,7 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("front end [ms]", report.total_ms, &tracking);
   if (counts.images_overrun + counts.images_refused > 0) {
     raise(diagnostic_msgs::DiagnosticStatus::WARN,
-          std::to_string(counts.images_overrun + counts.images_refused) + " images dropped",
+          std::to_string(counts.images_overrun + counts.images_refused) + " images discarded",
           &tracking);
   }
   return {streams, tracking};

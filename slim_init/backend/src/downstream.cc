@@ -165,7 +165,7 @@ DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer
   const NavState& newest = answer.states.back();
   const int frame = frameAt(sequence, calibration.td, newest.t);
   if (frame < 0) {
-    record.message = "the newest state of the answer belongs to no frame of the sequence";
+    record.message = "the newest state of the estimate belongs to no frame of the sequence";
     return record;
   }
   feed.start(frame);
@@ -247,7 +247,7 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
   for (const NavState& state : seed) {
     frame = frameAt(sequence, calibration.td, state.t);
     if (frame < 0) {
-      record.message = "a state of the answer belongs to no frame of the sequence";
+      record.message = "a state of the estimate belongs to no frame of the sequence";
       return record;
     }
     if (&state == &seed.front()) feed.start(frame);

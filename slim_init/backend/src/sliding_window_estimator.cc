@@ -101,7 +101,7 @@ class SlidingWindowEstimator::Implementation {
     if (states.size() != frames_.size() || frames_.size() < 2) {
       std::ostringstream out;
       out << states.size() << " states for a window of " << frames_.size()
-          << " frames, needs as many and at least 2";
+          << " frames (must be equal, minimum 2)";
       report.problem = out.str();
       return report;
     }

@@ -56,9 +56,9 @@ bool hasEnoughTracks(const InitWindow& window, const std::vector<int>& tracks,
   const int unknowns = 3 * static_cast<int>(tracks.size()) + 6;
   std::ostringstream message;
   if (tracks.size() < static_cast<std::size_t>(options.min_features)) {
-    message << tracks.size() << " tracks, needs " << options.min_features;
+    message << tracks.size() << " tracks (minimum " << options.min_features << ')';
   } else if (equations < unknowns) {
-    message << "the tracks give " << equations << " equations, needs " << unknowns;
+    message << "the tracks give " << equations << " equations (minimum " << unknowns << ')';
   } else {
     return true;
   }
@@ -147,8 +147,8 @@ InitResult OpenVins::solve(const InitWindow& window) const {
   const double turned_deg = turnedDeg(window);
   if (turned_deg < options_.min_rotation_deg) {
     std::ostringstream message;
-    message << "the gyroscope turned by " << turned_deg << " deg, must be at least "
-            << options_.min_rotation_deg;
+    message << "the gyroscope turned by " << turned_deg << " deg (minimum "
+            << options_.min_rotation_deg << ')';
     fail(InitStatus::kTooLittleExcitation, message.str(), &result);
     return result;
   }
@@ -170,8 +170,8 @@ InitResult OpenVins::solve(const InitWindow& window) const {
   std::vector<MappedTrack> points = pointsInFront(window, tracks, solution);
   if (points.size() < static_cast<std::size_t>(options_.min_features)) {
     std::ostringstream message;
-    message << points.size() << " points of the closed form lie in front of the camera, needs "
-            << options_.min_features;
+    message << points.size() << " points of the closed form lie in front of the camera (minimum "
+            << options_.min_features << ')';
     fail(InitStatus::kNumericalFailure, message.str(), &result);
     return result;
   }

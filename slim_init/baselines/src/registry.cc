@@ -19,7 +19,7 @@ std::unique_ptr<WindowSolver> makeSlim(const InitializerOptions& options, const 
 
 const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = {
-      {"slim", "this project's pipeline: reverse alignment, structureless refinement, own verdict",
+      {"slim", "this project's pipeline: reverse alignment, structureless refinement, own gates",
        &makeSlim},
       {"slim-paper", "SLIM-init as its paper writes it: points, vanishing points and lines",
        &make<SlimPaper>},

@@ -190,17 +190,17 @@ class Reconstruction {
     }
     std::ostringstream message;
     if (inliers >= 0) {
-      message << "the five-point pose has at most " << inliers << " inliers, needs more than "
-              << options_.min_pose_inliers;
+      message << "the five-point pose has at most " << inliers << " inliers (minimum "
+              << options_.min_pose_inliers + 1 << ')';
       return refuse(InitStatus::kTooFewTracks, message.str(), out);
     }
     if (most <= static_cast<std::size_t>(options_.min_common_points)) {
-      message << "keyframes share at most " << most << " points with the newest, need more than "
-              << options_.min_common_points;
+      message << "keyframes share at most " << most << " points with the newest (minimum "
+              << options_.min_common_points + 1 << ')';
       return refuse(InitStatus::kTooFewTracks, message.str(), out);
     }
     message << "mean motion of the tracks to the newest keyframe is at most " << largest_px
-            << " px, must be more than " << options_.min_parallax_px;
+            << " px (minimum " << options_.min_parallax_px << ')';
     return refuse(InitStatus::kTooLittleExcitation, message.str(), out);
   }
 
@@ -263,8 +263,8 @@ class Reconstruction {
         !(summary.final_cost < options_.max_final_cost)) {
       std::ostringstream message;
       message << "the bundle adjustment has not converged after " << options_.max_iterations
-              << " iterations and ends at a cost of " << summary.final_cost << ", must be below "
-              << options_.max_final_cost;
+              << " iterations and ends at a cost of " << summary.final_cost << " (limit "
+              << options_.max_final_cost << ')';
       return refuse(InitStatus::kNumericalFailure, message.str(), out);
     }
     for (std::size_t k = 0; k < poses_.size(); ++k) {
@@ -320,8 +320,8 @@ class Reconstruction {
     }
     std::ostringstream message;
     if (points.size() < static_cast<std::size_t>(options_.min_pnp_points)) {
-      message << "keyframe " << k << " sees " << points.size() << " reconstructed points, needs "
-              << options_.min_pnp_points;
+      message << "keyframe " << k << " sees " << points.size() << " reconstructed points (minimum "
+              << options_.min_pnp_points << ')';
       return refuse(InitStatus::kTooFewTracks, message.str(), out);
     }
     const Eigen::Vector3d w = logSO3(neighbour.R);

@@ -61,10 +61,10 @@ bool accept(const FreeAlignment& alignment, double gravity_magnitude, const Vins
             InitResult* result) {
   std::ostringstream message;
   if (!(std::abs(alignment.gravity - gravity_magnitude) <= options.max_gravity_residual)) {
-    message << "free gravity of the alignment is " << alignment.gravity << " m/s^2, must be within "
-            << options.max_gravity_residual << " of " << gravity_magnitude;
+    message << "free gravity of the alignment is " << alignment.gravity << " m/s^2 (limit "
+            << gravity_magnitude << " +- " << options.max_gravity_residual << ')';
   } else if (!(alignment.scale >= 0.0)) {
-    message << "free scale of the alignment is " << alignment.scale << ", must be at least 0";
+    message << "free scale of the alignment is " << alignment.scale << " (minimum 0)";
   } else {
     return true;
   }

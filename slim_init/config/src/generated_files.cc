@@ -137,7 +137,7 @@ std::string sectionYaml(const OptionTable& table) {
 // ----------------------------------------------------------------------------------- YAML files
 
 constexpr char kTemplateHead[] = R"(%YAML:1.0
-# Copy this file and fill in your rig: a configuration of VINS-Mono with slim_init switched on. All
+# Copy this file and fill in your rig: a configuration of VINS-Mono with slim_init switched on. The
 # keys are listed in docs/options.md. `slim_init options --update .` writes this file.
 
 # ---- The keys that matter
@@ -271,7 +271,7 @@ std::string userYaml(const OptionTable& table) {
 
 constexpr char kPageHead[] = R"(# Options
 
-All keys of a configuration file, the most important first. Format of the files:
+The keys of a configuration file, the most important first. Format of the files:
 [config/README.md](../config/README.md). `slim_init options --update .` writes this page.
 
 ## The keys that matter
@@ -314,8 +314,8 @@ The tracker of slim_init reads `fisheye` and `equalize`, and all of them with
 constexpr char kVinsMonoHead[] = R"(
 ### Read by VINS-Mono only
 
-VINS-Mono takes an absent number as 0.
-
+VINS-Mono takes an absent number as 0. [config/template.yaml](../config/template.yaml) explains
+these keys and has their values for EuRoC:
 )";
 
 constexpr char kUserHead[] = R"(
@@ -325,27 +325,17 @@ They depend on rig, motion or application. As a file: [config/user.yaml](../conf
 has no effect on methods that do not read it, and a note says so.
 )";
 
-constexpr char kAdvancedPageHead[] = R"(
-## Advanced keys
+constexpr char kOtherFiles[] = R"(
+## Other keys of `slim_init:`
 
-Parts of the method with measured defaults; those marked as ablation are switched off for
-comparisons only. As a file: [config/advanced.yaml](../config/advanced.yaml).
-)";
+These files list them with default, range and reason, as above:
 
-constexpr char kComparedPageHead[] = R"(
-## Keys of the compared methods
-
-Not read by `slim`. As a file: [config/compared_methods.yaml](../config/compared_methods.yaml). The
-methods: [baselines.md](baselines.md).
-)";
-
-constexpr char kRenamedHead[] = R"(
-## Renamed keys
-
-The old name is read in this release with a note, and refused in the next.
-
-| old | now |
+| file | keys |
 |---|---|
+| [config/advanced.yaml](../config/advanced.yaml) | parts of `slim` with measured defaults; those marked as ablation are for comparisons only |
+| [config/compared_methods.yaml](../config/compared_methods.yaml) | parameters of the compared methods ([baselines.md](baselines.md)) |
+
+Renamed keys are read under the old name in this release, with a note that has the new one.
 )";
 
 // What the host does without the key.
@@ -366,15 +356,29 @@ std::string firstTable(const OptionTable& host, const OptionTable& ours) {
 }
 
 // The keys of the host's file but those of the first screen.
-std::string hostTable(const OptionTable& table, const char* column) {
-  std::string text = std::string("| key | ") + column + " | range | what it does |\n";
-  text += "|---|---|---|---|\n";
+std::string hostTable(const OptionTable& table) {
+  std::string text = "| key | if absent | range | what it does |\n|---|---|---|---|\n";
   for (const OptionField& option : table) {
     if (isFirst(option)) continue;
     text += "| `" + option.key + "` | " + ifAbsent(option) + " | " + rangeWithUnit(option) + " | " +
             option.reason + " |\n";
   }
   return text;
+}
+
+// The keys of a table as a sentence, in lines of kColumns.
+std::string keyList(const OptionTable& table) {
+  std::string text, line;
+  for (const OptionField& option : table) {
+    const bool last = &option == &table.back();
+    const std::string word = "`" + option.key + (last ? "`." : "`,");
+    if (line.size() + 1 + word.size() > kColumns) {
+      text += line + "\n";
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+  }
+  return text + line + "\n";
 }
 
 // Rows of one section. A column names the methods unless they are those of all rows.
@@ -426,18 +430,12 @@ std::string optionsPage() {
   const OptionTable switches = switchTable(&defaults.host), rig = rigTable(&defaults);
   VinsMonoKeys vins_mono;
   std::string text = kPageHead + firstTable(joined(switches, rig), table) + kAfterFirst;
-  text += kSwitchHead + hostTable(switches, "if absent");
-  text += kRigHead + hostTable(rig, "if absent");
-  text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host), "if absent");
-  text += kVinsMonoHead + hostTable(vinsMonoTable(&vins_mono), "template");
+  text += kSwitchHead + hostTable(switches);
+  text += kRigHead + hostTable(rig);
+  text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host));
+  text += kVinsMonoHead + keyList(vinsMonoTable(&vins_mono));
   text += kUserHead + sectionTables(otherUserKeys(table));
-  text += kAdvancedPageHead + sectionTables(select(table, OptionKeys::kAdvanced));
-  text += kComparedPageHead + sectionTables(select(table, OptionKeys::kCompared));
-  text += kRenamedHead;
-  for (const RenamedKey& renamed : renamedKeys()) {
-    text += "| `" + renamed.old_key + "` | `" + renamed.key + "` |\n";
-  }
-  return text;
+  return text + kOtherFiles;
 }
 
 std::string optionsYaml(OptionKeys keys) {

@@ -288,23 +288,18 @@ CameraParameters readHostCamera(const cv::FileNode& root, const std::string& pat
 OptionTable switchTable(HostKeys* o) {
   return {
       userKey("initializer", wordOption(&o->initializer, {"stock", "slim", "shadow"}),
-              "slim: slim_init initializes; shadow: it solves and reports, the estimator "
-              "initializes itself; stock: the estimator initializes itself, and slim_init is off "
-              "unless reinit or watchdog is 1"),
-      userKey("reinit", &o->reinit,
-              "1: slim_init also reinitializes after a failure and on request"),
+              "slim: slim_init initializes; shadow: it only solves and reports; stock: off, unless "
+              "reinit or watchdog is 1"),
+      userKey("reinit", &o->reinit, "1: recovery after a failure and on request"),
       userKey("watchdog", &o->watchdog,
-              "1: monitor the running estimator and reinitialize it after failures that it does "
-              "not detect"),
+              "1: monitor the estimator for failures that it does not detect"),
       userKey("keep_heading", &o->keep_heading,
               "1: after each optimization keep the heading of the oldest frame, in place of its "
               "Euler yaw"),
       userKey("sensors_file", &o->sensors_file,
-              "file that keeps biases and calibration from run to run, relative to output_path; "
-              "empty: none"),
+              "file that keeps biases and calibration across runs, relative to output_path"),
       userKey("max_wait_ms", &o->max_wait_ms, {-1.0, 1000.0}, "ms",
-              "maximum time that an image waits for a solve, which otherwise continues in the "
-              "background; negative: wait until it ends"),
+              "maximum time that an image waits for a solve; negative: until it ends"),
   };
 }
 
@@ -319,7 +314,8 @@ OptionTable rigTable(Config* c) {
               "(5 deg, 5 cm), refined by the estimator; 2: unknown, both may be absent"),
       userKey("td", &c->calibration.td, {-1.0, 1.0}, "s", "time offset, t_imu = t_image + td"),
       userKey("estimate_td", &c->estimate_td,
-              "1: td is an initial guess (30 ms), refined by the estimator"),
+              "1: td is an initial guess (standard deviation 30 ms): each solve estimates it and "
+              "passes it to the estimator; 0: measured (1 ms)"),
       userKey("rolling_shutter", &c->host.rolling_shutter,
               "1: rows are exposed one after the other; image stamps are of the middle row"),
       userKey("rolling_shutter_tr", &c->host.rolling_shutter_tr, {0.0, 0.2}, "s",

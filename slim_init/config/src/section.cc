@@ -85,7 +85,7 @@ class SectionReader {
     if (nearest != nullptr) {
       fail(fullName(key), " is not a known key; did you mean ", nearest->key, "?");
     }
-    fail(fullName(key), " is not a known key; `slim_init options` and docs/options.md list them");
+    fail(fullName(key), " is not a known key; `slim_init options --keys all` lists them");
   }
 
   struct Given {

@@ -83,8 +83,9 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
                              : "An image has " + number(count) + " points (median)";
   if (p.severity != Severity::kOk) {
     p.advice =
-        "Too little texture: check light, focus, exposure and blank walls, and whether a mask or a "
-        "wrong image size hides most of the image.";
+        "Too little texture: check light, focus, exposure and blank walls, and whether a mask or "
+        "an "
+        "incorrect image size hides most of the image.";
   }
 
   if (survival.empty()) {

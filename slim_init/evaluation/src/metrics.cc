@@ -55,10 +55,10 @@ std::string findNotFinite(const InitResult& result, const std::vector<NavState>&
       return "estimate at keyframe " + std::to_string(k) + " is not finite";
     }
     if (std::abs(result.states[k].t - truth[k].t) > kSameTime) {  // false without times
-      return "truth at keyframe " + std::to_string(k) + " is that of another time";
+      return "ground truth at keyframe " + std::to_string(k) + " is that of another time";
     }
     if (!finite(truth[k]) || !truth[k].gyro_bias.allFinite()) {
-      return "truth at keyframe " + std::to_string(k) + " is not finite";
+      return "ground truth at keyframe " + std::to_string(k) + " is not finite";
     }
   }
   if (!result.gravity_b0.allFinite()) return "estimated gravity is not finite";
@@ -99,7 +99,7 @@ std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
   if (n != target.size()) {
     return "alignment of " + std::to_string(n) + " points to " + std::to_string(target.size());
   }
-  if (n < 2) return "alignment of " + std::to_string(n) + " points, needs at least 2";
+  if (n < 2) return "alignment of " + std::to_string(n) + " points (minimum 2)";
   Eigen::Vector3d source_mean = Eigen::Vector3d::Zero();
   Eigen::Vector3d target_mean = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < n; ++i) {
@@ -126,7 +126,7 @@ std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
   if (!(std::sqrt(source_variance) > kMinSpread)) {
     std::ostringstream out;
     out << "estimated positions are spread over " << std::sqrt(source_variance)
-        << " m, needs more than " << kMinSpread << " m for an alignment";
+        << " m (minimum for an alignment " << kMinSpread << " m)";
     return out.str();
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,

@@ -37,7 +37,7 @@ std::string checkSequence(const Sequence& sequence) {
     return "calibration." + sentence;
   }
   if (sequence.truth.size() != sequence.frames.size()) {
-    return "sequence has " + std::to_string(sequence.truth.size()) + " truth entries for " +
+    return "sequence has " + std::to_string(sequence.truth.size()) + " ground-truth entries for " +
            std::to_string(sequence.frames.size()) + " frames";
   }
   for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
@@ -169,9 +169,9 @@ WindowMetrics evaluateAnswer(const Sequence& sequence, const InitWindow& window,
     if (std::isfinite(truth.back().t)) continue;
     *without_truth = state.t > window.times().front() - InitWindow::kImuMargin &&
                      state.t < window.times().back() + InitWindow::kImuMargin;
-    metrics.failure = std::isfinite(state.t)
-                          ? "no truth at " + std::to_string(state.t) + " s, the time of a state"
-                          : "the time of a state is not finite";
+    metrics.failure = std::isfinite(state.t) ? "no ground truth at " + std::to_string(state.t) +
+                                                   " s, the time of a state"
+                                             : "the time of a state is not finite";
     return metrics;
   }
   return evaluateWindow(answer, truth);
@@ -197,7 +197,7 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   record.message = answer.message;
   record.attempted = answer.hasEstimate();
   if (truth.empty()) {
-    record.metrics.failure = "no truth";
+    record.metrics.failure = "no ground truth";
   } else {
     record.metrics = evaluateAnswer(sequence, window, answer, &record.without_truth);
     record.partial = evaluatePartial(answer, truth);

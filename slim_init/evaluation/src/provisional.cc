@@ -122,7 +122,7 @@ void describe(const char* title, const std::vector<const ProvisionalRecord*>& re
     return;
   }
   const auto of = [&](auto value) { return collect(records, value); };
-  *out << "; velocity error " << medianOf(errors) << " m/s median, " << largest << " largest, "
+  *out << "; velocity error " << medianOf(errors) << " m/s median, " << largest << " maximum, "
        << beyond << " beyond 1, " << 100.0 * medianOf(of([](const ProvisionalRecord& r) {
                                        return r.errors.velocity / r.errors.speed;
                                      }))
@@ -243,17 +243,17 @@ std::string provisionalTable(const std::vector<ProvisionalRecord>& records, doub
   std::ostringstream out;
   out << std::setprecision(3);
   std::sort(times.begin(), times.end());
-  describe("first answers", first, trials, &out);
+  describe("first estimates", first, trials, &out);
   if (!times.empty()) {
-    out << "time to the first answer: " << medianOf(times) << " s median, "
+    out << "time to the first estimate: " << medianOf(times) << " s median, "
         << times[static_cast<std::size_t>(0.9 * static_cast<double>(times.size() - 1))]
         << " s p90\n";
   }
   std::ostringstream title;
-  title << "answers at " << look_s << " s";
+  title << "estimates at " << look_s << " s";
   describe(title.str().c_str(), young, trials, &out);
   if (ran > 0) {
-    out << "estimator started from the first answer: " << well << " of " << ran
+    out << "estimator started from the first estimate: " << well << " of " << ran
         << " end well (ATE below " << kMaxAte << " m, scale within " << 100.0 * kMaxScaleError
         << " %)\n";
   }

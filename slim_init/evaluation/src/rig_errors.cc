@@ -145,7 +145,7 @@ std::string checkRows(const RigErrors& errors, const Calibration& truth) {
   std::ostringstream out;
   if (!(truth.readout_s > 0.0)) {
     out << "the camera has a global shutter (a readout time of 0 s), so that its readout time "
-        << (errors.ignore_rows ? "cannot be ignored" : "cannot be wrong");
+        << (errors.ignore_rows ? "cannot be ignored" : "cannot be incorrect");
   } else if (!errors.ignore_rows && !(truth.readout_s + errors.readout_s > 0.0)) {
     out << "readout_s is " << errors.readout_s << ", must be above " << -truth.readout_s
         << ", the camera's own readout time with its sign turned";

@@ -41,10 +41,10 @@ constexpr Column kAccuracy[] = {
     {"|s-1|<0.1 %", true, Best::kHighest, "%.1f", &S::accepted_within_0_1_rate, nullptr, 100.0},
     {"solve ms", false, Best::kNone, "%.3f", &S::solve_cpu_ms_median}};
 constexpr Column kFirstAnswer[] = {
-    {"right, % of all", true, Best::kHighest, "%.1f", &S::right_rate, nullptr, 100.0},
-    {"wrong > 0.25", true, Best::kLowest, "%.0f", nullptr, &S::accepted_beyond_0_25},
+    {"within 10 %, % of all", true, Best::kHighest, "%.1f", &S::right_rate, nullptr, 100.0},
+    {"beyond 25 %", true, Best::kLowest, "%.0f", nullptr, &S::accepted_beyond_0_25},
     {"largest", true, Best::kLowest, "%.3f", &S::accepted_scale_error_max},
-    {"right s, median", true, Best::kLowest, "%.2f", &S::right_s_median},
+    {"time s, median", true, Best::kLowest, "%.2f", &S::right_s_median},
     {"p90", true, Best::kLowest, "%.2f", &S::right_s_p90},
     {"accepted %", false, Best::kNone, "%.1f", &S::accepted_rate, nullptr, 100.0},
     {"s, median", false, Best::kNone, "%.2f", &S::accept_s_median},
@@ -160,19 +160,19 @@ std::string summaryTable(const ProtocolResult& result,
             (windows == 1 ? " window" : " windows") + (excited ? "" : " in all") + "\n";
     if (windows > 0) text += tableText(kAccuracy, summaries, subset, result.has_truth);
     if (windows > 0 && result.first_keyframes > 0) {
-      text += "  First answers, asked at every image; right within 10 %\n" +
+      text += "  First estimates, solved at every image; times of those within 10 %\n" +
               tableText(kFirstAnswer, summaries, subset, result.has_truth);
     }
   }
   if (result.shows_calibration) {
-    text += "\nCalibration, rms errors of the accepted answers, all windows\n" +
+    text += "\nCalibration, rms errors of the accepted estimates, all windows\n" +
             tableText(kCalibration, summaries, &MethodSummary::all, result.has_truth);
   }
   if (result.has_downstream) {
-    text += "\nBack end from the accepted answers, all windows\n" +
+    text += "\nBack end from the accepted estimates, all windows\n" +
             tableText(kDownstream, summaries, &MethodSummary::all, result.has_truth);
   }
-  return text + "\nVerdicts, all windows\n" + verdictText(summaries);
+  return text + "\nStatuses, all windows\n" + verdictText(summaries);
 }
 
 }  // namespace slim_init::evaluation

@@ -142,7 +142,7 @@ def _recorded(config, notes):
         files = [os.path.join(path, file)
                  for file in ("imu0.csv", "cam0_timestamps.csv", "groundtruth.csv")]
         if not os.path.exists(files[0]):
-            notes.append("recorded: %s has no imu0.csv and was left out" % name)
+            notes.append("recorded: %s has no imu0.csv and was skipped" % name)
             continue
         found += 1
         world = "hall" if name.startswith("MH_") else "room"
@@ -208,7 +208,7 @@ def _rigs(plain):
 
 
 def _growing(plain):
-    """Every method asked at every image until it accepts; named growing/SEQUENCE."""
+    """Every method solving at every image until it accepts; named growing/SEQUENCE."""
     for name, arguments, files, _ in plain:
         yield "growing/" + name.replace("/", "-"), arguments, files
 

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Answers to one question asked again and again while a window grows.
+// Successive estimates of an expanding window.
 #pragma once
 
 #include <deque>
@@ -10,30 +10,30 @@
 
 namespace slim_init {
 
-/// Judges each answer by those before it.
+/// Compares each estimate with those before it (consistency check).
 ///
-/// Whoever asks at every frame until the answer is a yes gets the first yes, and with it the one
-/// whose errors happen to look most certain: the chance of a wrong yes is that of the whole
-/// sequence. A right answer, however, changes little as data are added. Where the second answer
-/// rests on the data of the first and more, the difference of both has the variance
-/// sigma_1^2 - sigma_2^2; wrong minima, and scales that follow the noise, move by more
-/// (docs/derivation.md, 6.3). So a window that is still growing needs earlier answers, and they
+/// Solving at every frame until an estimate is accepted gives the first one under the bound, the
+/// one whose errors happen to look most certain: the probability of an incorrect one is that of the
+/// whole sequence. A correct estimate, however, changes little as data are added. If the second
+/// estimate rests on the data of the first and more, the difference of both has the variance
+/// sigma_1^2 - sigma_2^2; incorrect minima, and scales that follow the noise, move by more
+/// (docs/derivation.md, 6.3). So an expanding window needs earlier estimates, and they
 /// have to agree with it. The gate is GateName::kAgreement.
 class AnswerSequence {
  public:
-  /// Largest disagreement that is accepted, in standard deviations. Between 1 and 3 the share of
-  /// wrong answers changes little; a right one is refused for one more keyframe now and then.
+  /// Largest disagreement that is accepted, in standard deviations. Between 1 and 3 the fraction of
+  /// incorrect estimates changes little; a correct one is sometimes refused for one more keyframe.
   static constexpr double kMaxDisagreement = 2.0;
 
-  /// Earlier answers that a growing window needs.
+  /// Earlier estimates that an expanding window needs.
   static constexpr int kEarlierAnswers = 2;
 
-  /// Share of `full_span_s` from which a window does not grow any more: keyframes fall on images.
+  /// Fraction of `full_span_s` from which a window is full: keyframes fall on images.
   static constexpr double kFullShare = 0.9;
 
   /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullShare of it are growing.
   /// `max_disagreement`: bound on the difference of the log scales in standard deviations; zero:
-  /// nothing is asked. `earlier_answers`: of a growing window, at least 1.
+  /// no check. `earlier_answers`: of an expanding window, at least 1.
   AnswerSequence(double full_span_s, double max_disagreement, int earlier_answers = kEarlierAnswers)
       : full_span_s_(full_span_s),
         max_disagreement_(max_disagreement),
@@ -46,7 +46,7 @@ class AnswerSequence {
   /// not be the same.
   void judge(InitResult* result);
 
-  /// Forgets all answers: the stream has begun anew.
+  /// Forgets all estimates: the stream was restarted.
   void reset();
 
  private:

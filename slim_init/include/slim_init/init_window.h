@@ -12,14 +12,14 @@
 
 namespace slim_init {
 
-/// One sighting of a point track.
+/// One observation of a point track.
 struct PointSighting {
   int keyframe = 0;         ///< index into InitWindow::times()
   Eigen::Vector3d bearing;  ///< unit, in c
   double dt = 0.0;          ///< PointObservation::dt [s]
 };
 
-/// One sighting of a line track.
+/// One observation of a line track.
 struct LineSighting {
   int keyframe = 0;
   Eigen::Vector3d start_bearing;  ///< unit, in c
@@ -32,7 +32,7 @@ struct LineSighting {
   double end_dt = 0.0;    ///< [s]
 };
 
-/// A contiguous range [begin, end) of sightings of one track, ascending in keyframe.
+/// A contiguous range [begin, end) of observations of one track, ascending in keyframe.
 struct Track {
   FeatureId id = -1;
   int begin = 0;
@@ -41,8 +41,8 @@ struct Track {
 };
 
 /// N keyframes with their tracks and the inertial data between them. Immutable after creation, so
-/// every solver sees the same bytes. Tracks are sorted by id; tracks with one sighting are left
-/// out.
+/// every solver sees the same bytes. Tracks are sorted by id; tracks with one observation are
+/// discarded.
 class InitWindow {
  public:
   /// Builds a window. `keyframes` ascending in time on the IMU clock, `imu` ascending and covering
@@ -68,7 +68,7 @@ class InitWindow {
   const std::vector<PointSighting>& pointSightings() const { return point_sightings_; }
   const std::vector<Track>& lineTracks() const { return common_->line_tracks; }
   const std::vector<LineSighting>& lineSightings() const { return common_->line_sightings; }
-  /// Every line of one keyframe, single sightings included: a vanishing point needs no track.
+  /// Every line of one keyframe, single observations included: a vanishing point needs no track.
   const std::vector<LineSighting>& linesOfKeyframe(int k) const {
     return common_->keyframe_lines[k];
   }

@@ -15,7 +15,7 @@
 
 namespace slim_init {
 
-/// An initializer as a host holds it: data in, verdict out. A back end that holds one of these runs
+/// An initializer as a host holds it: data in, result out. A back end that holds one of these runs
 /// any method without knowing which, nor where its data is kept. Never throws, prints or exits.
 ///
 /// Threads: while one thread solves (initialize(), recover()), others may call everything else. The
@@ -46,7 +46,7 @@ class IInitializer {
   /// online. A value that Calibration::validate() refuses is ignored.
   virtual void setTd(double td) = 0;
 
-  /// What the answers of initialize() and recover() may use of a time before their data; without
+  /// Prior sensor knowledge for initialize() and recover(); without
   /// this, and with an empty one, nothing. Kept by reset(). Where the data contradict the biases,
   /// these are not used, and InitResult::warnings says so. One that KnownSensors::validate()
   /// refuses is ignored. An initializer without use for it keeps this default.
@@ -55,7 +55,7 @@ class IInitializer {
   /// Forgets all data and counts.
   virtual void reset() = 0;
 
-  // ----------------------------------------------------------------------------------- answer out
+  // ----------------------------------------------------------------------------------- result out
 
   /// Solves the newest window. The data stays, so it may be called again at any time. kSuccess
   /// means that there is an estimate and that every enforced gate passed (InitResult::validate()).
@@ -69,7 +69,7 @@ class IInitializer {
   /// gravity, velocities and biases are those of the estimate.
   ///
   /// The window is solved alone first. A healthy state agrees with that estimate if velocity, tilt
-  /// and biases, carried to the same time by the IMU, differ by no more than both covariances
+  /// and biases, propagated to the same time by the IMU, differ by no more than both covariances
   /// allow. If the newest one agrees with a success, that success is the result. Otherwise the
   /// frames after the newest state that agrees are solved with this state as a prior: four
   /// keyframes can be enough, at constant velocity and in hover too. If none agrees, a success of
@@ -86,7 +86,7 @@ class IInitializer {
     return none;
   }
 
-  /// States of a successful `result` of this initializer at other instants: `times` ascend [s, IMU
+  /// States of a successful `result` of this initializer at other times: `times` ascend [s, IMU
   /// clock] and lie at most `max_reach_s` before the first or after the last keyframe; the IMU
   /// alone carries the state there. Where it cannot, returns false, leaves `states` as it was and
   /// puts a message with value and bound into `error` (may be null). slim_init/state_at.h does this
@@ -104,7 +104,7 @@ class IInitializer {
   virtual TimeSpan bufferedImu() const = 0;
   /// The time that a full window spans [s] where every frame can be a keyframe; without max_span_s
   /// and with slow frames it is up to twice as long. Frames far older than this do not influence
-  /// the next answer.
+  /// the next estimate.
   virtual double maxWindowSpan() const = 0;
 };
 

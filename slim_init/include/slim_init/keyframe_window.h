@@ -56,10 +56,10 @@ class KeyframeWindow {
   /// Cuts the newest window. Keyframes are chosen backwards from the newest frame that the IMU
   /// covers, each at least `min_interval_s` before the next, up to `keyframes` of them, and never
   /// across a gap in frames (`max_frame_gap_s`) or IMU samples (`max_imu_gap_s`). Where there are
-  /// more, and max_span_s asks for a longer window, `keyframes` of them are spread over it: a
+  /// more, and max_span_s allows a longer window, `keyframes` of them are spread over it: a
   /// window that grows keeps its length and thins out. Fewer than `min_keyframes` is
   /// kTooFewKeyframes. `leave_out`: of the keyframes chosen, this many of the
-  /// newest are left out again, so that the window is what it was before them; it then needs
+  /// newest are removed again, so that the window is what it was before them; it then needs
   /// kMinKeyframes.
   WindowCut cut(int leave_out = 0) const { return cut(options_, leave_out); }
 

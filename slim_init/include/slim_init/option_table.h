@@ -2,7 +2,7 @@
 //
 // The one description of every option: validate(), the reader of configuration files, the shipped
 // YAML files and docs/options.md are made from it. A struct's table stands in the source file
-// beside its validate(); sections are joined by the key's prefix.
+// beside its validate(); sections are linked by the key's prefix.
 #pragma once
 
 #include <cstddef>

@@ -12,7 +12,8 @@
 
 namespace slim_init {
 
-/// With three keyframes the alignment has as many rows as unknowns; four are the least for a check.
+/// With three keyframes the alignment has as many rows as unknowns; four are the minimum for a
+/// check.
 inline constexpr int kMinKeyframes = 4;
 
 /// Further starts that the gyroscope bias knows (src/rotation/robust_bias.cc).
@@ -21,8 +22,8 @@ inline constexpr int kMaxBiasCandidates = 3;
 /// KeyframeWindow: which frames become keyframes and what is kept.
 struct WindowOptions {
   int keyframes = 15;            ///< most keyframes of a window
-  int min_keyframes = 5;         ///< least number of keyframes to answer with
-  double min_interval_s = 0.09;  ///< least time between keyframes [s]
+  int min_keyframes = 5;         ///< minimum number of keyframes of a solve
+  double min_interval_s = 0.09;  ///< minimum time between keyframes [s]
   /// A window that grows past its keyframes at min_interval_s has them spread over its length, up
   /// to this; 0: it does not grow past them.
   double max_span_s = 3.0;       ///< longest time from the first to the last keyframe [s]
@@ -52,10 +53,10 @@ struct InertialOptions {
 /// apart.
 struct MultiGapBiasOptions {
   int max_gap = 8;              ///< largest gap between the keyframes of a pair [keyframes]
-  int min_points_per_pair = 6;  ///< least number of common points of a pair
+  int min_points_per_pair = 6;  ///< minimum number of common points of a pair
   int max_iterations = 10;      ///< Levenberg-Marquardt iterations per round
   double cauchy_sigmas = 3.0;   ///< Cauchy scale of a VP residual [sigma]
-  double max_bias = 1.0;        ///< largest valid answer [rad/s]
+  double max_bias = 1.0;        ///< maximum valid estimate [rad/s]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -75,9 +76,9 @@ struct RobustBiasOptions {
   MultiGapBiasOptions refinement;       ///< minimisation over keyframe pairs
   TrackPruningOptions pruning;          ///< removal of tracks that disagree
   int candidates = kMaxBiasCandidates;  ///< further starts where the first is not clean
-  double clean_inlier_fraction = 0.97;  ///< least share of agreeing sightings of a clean solution
+  double clean_inlier_fraction = 0.97;  ///< minimum inliers, clean solution
   double clean_cost = 1.15;             ///< largest cost of a clean solution [sigma^2]
-  double min_inlier_fraction = 0.3;     ///< least share of agreeing sightings of any solution
+  double min_inlier_fraction = 0.3;     ///< minimum inliers, any solution
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -88,7 +89,7 @@ struct VanishingPointOptions {
   int icosphere_subdivisions = 4;          ///< levels of the grid of directions voted for
   double vote_threshold_deg = 3.0;         ///< a line votes for directions this close [deg]
   double inlier_threshold_deg = 1.0;       ///< a line this close is an inlier; t_in [deg]
-  int min_inliers = 8;                     ///< least number of lines of a vanishing point
+  int min_inliers = 8;                     ///< minimum number of lines of a vanishing point
   double match_threshold_deg = 6.0;        ///< predicted to observed direction [deg]
   int min_track_age = 2;                   ///< A_min of the paper [keyframes]
   double consistency_threshold_deg = 0.5;  ///< largest rms of the inliers; t_vp [deg]
@@ -100,9 +101,9 @@ struct VanishingPointOptions {
 
 /// Step 2, LiGT translations (Cai et al. 2021) and linear alignment.
 struct AlignmentOptions {
-  int min_track_length = 3;        ///< least length of a track [keyframes]
-  int min_tracks = 8;              ///< least number of tracks of that length
-  double min_parallax_rad = 1e-4;  ///< least rotation-compensated parallax of a track [rad]
+  int min_track_length = 3;        ///< minimum length of a track [keyframes]
+  int min_tracks = 8;              ///< minimum number of tracks of that length
+  double min_parallax_rad = 1e-4;  ///< minimum rotation-compensated parallax of a track [rad]
   bool use_line_rows = false;      ///< three-view rows of line tracks as well
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
@@ -132,7 +133,7 @@ struct RefinementOptions {
   double min_sigma_px = 0.2;           ///< floor of the estimated noise of a point [px]
   double reject_sigmas = 3.5;          ///< largest residual kept [sigma]
   double min_reject_px = 0.5;          ///< smaller residuals are always kept [px]
-  int min_line_views = 3;              ///< least length of a line track [keyframes]
+  int min_line_views = 3;              ///< minimum length of a line track [keyframes]
   double line_agreement_sigmas = 6.0;  ///< departure from one line [sigma]
   double suspicious_chi2 = 1.0;        ///< chi-square per degree of freedom to search again from
 
@@ -148,9 +149,9 @@ struct SlimOptions {
   bool prune_lines = true;           ///< cut line tracks where they contradict the start
   bool reverse_start = true;         ///< start from the reverse alignment
   bool tight_start = true;           ///< start from the closed-form tight alignment
-  bool refine = true;                ///< off: the first start is the answer
+  bool refine = true;                ///< off: the first start is the estimate
   bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
-  bool second_search = true;         ///< search for a lower minimum where the first looks wrong
+  bool second_search = true;         ///< search for a lower minimum if the first is suspicious
   int few_tracks = 50;               ///< with fewer point tracks it is searched for in any case
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
@@ -167,7 +168,7 @@ enum class GateMode {
 /// The name in a configuration file: "own", "on", "off".
 const char* toString(GateMode mode);
 
-/// Thresholds of the verdict (src/verdict).
+/// Thresholds of the gates.
 struct GateOptions {
   GateMode mode = GateMode::kOwn;        ///< whose gates decide
   double min_parallax_px = 3.0;          ///< median motion of the tracks without rotation [px]
@@ -183,23 +184,23 @@ struct GateOptions {
   double max_chi2 = 1.5;                     ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;            ///< inertial chi-square per residual
   double max_inertial_chi2_short = 1.0;      ///< the same of windows below eight keyframes
-  double min_inlier_fraction = 0.6;          ///< share of the point sightings left
+  double min_inlier_fraction = 0.6;          ///< fraction of the point observations left
   double min_point_spread_deg = 2.0;         ///< rms angle over which the points are spread [deg]
   double max_extrinsic_error_deg = 15.0;     ///< certain error of the extrinsic rotation [deg]
   double max_td_error_s = 0.08;              ///< certain error of the time offset [s]
   double max_extrinsic_sigma_deg = 0.5;      ///< of an extrinsic rotation that was unknown [deg]
   double max_mean_acceleration = 8.0;        ///< over the window, gravity taken off [m/s^2]
-  double max_behind_fraction = 0.2;          ///< share of the point tracks behind the camera
+  double max_behind_fraction = 0.2;          ///< fraction of the point tracks behind the camera
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
-/// Answers before the scale is known (InitStatus::kProvisional), for hosts that take a prior.
+/// Estimates before the scale is known (InitStatus::kProvisional), for hosts that take a prior.
 struct ProvisionalOptions {
   bool enabled = false;             ///< offer one where there is no success
-  int keyframes = 11;               ///< most keyframes of a young window
-  double min_interval_s = 0.045;    ///< least time between them [s]
+  int keyframes = 11;               ///< maximum number of keyframes of a short window
+  double min_interval_s = 0.045;    ///< minimum time between them [s]
   double max_velocity_sigma = 0.4;  ///< of the newest velocity, along its worst axis [m/s]
   double max_tilt_sigma_deg = 3.0;  ///< of the newest attitude against gravity [deg]
   double max_scale_sigma = 0.4;     ///< of the logarithm of the scale
@@ -231,8 +232,8 @@ struct InitializerOptions {
   ReverseAlignmentOptions reverse_alignment;  ///< metric start of `slim`
   RefinementOptions refinement;               ///< refinement of `slim`
   SlimOptions slim;                           ///< switches of `slim`
-  GateOptions gates;                          ///< verdict
-  ProvisionalOptions provisional;             ///< answers before the scale is known
+  GateOptions gates;                          ///< gates
+  ProvisionalOptions provisional;             ///< estimates before the scale is known
   WorkLimits limits;                          ///< how long one solve may take
 
   /// Returns an empty string, or the first message of a nested validate(), prefixed with the

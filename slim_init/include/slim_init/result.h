@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What comes out of an initializer: a verdict with its evidence, and the states.
+// The result of an initializer: a status with its evidence, and the states.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,18 +12,18 @@
 
 namespace slim_init {
 
-/// The verdict on one window. The comments name the fields of InitResult that are valid.
+/// The status of one window. The comments name the fields of InitResult that are valid.
 enum class InitStatus {
   kSuccess,  ///< everything; every enforced gate passed
 
-  // Wait: the data does not determine the answer yet. What is observable is returned.
+  // Wait: the data do not determine the estimate yet. What is observable is returned.
   kTooFewKeyframes,      ///< nothing
   kTooFewTracks,         ///< gyro_bias, where the points sufficed for it
   kStationary,           ///< gravity_w, gravity_b0 and gyro_bias
   kTooLittleExcitation,  ///< estimate present, its scale is not reliable
   kPureRotation,         ///< gyro_bias
 
-  // Refused: an answer was computed and failed a check. The estimate is present for diagnosis.
+  // Refused: an estimate failed a check. The estimate is present for diagnosis.
   kDegenerateAlignment,
   kInconsistentResiduals,
   kScaleTooUncertain,
@@ -32,12 +32,12 @@ enum class InitStatus {
   kInvalidInput,      ///< nothing; `message` names the offending field
   kNumericalFailure,  ///< nothing
 
-  /// Wait, for hosts that know no better: everything as with kSuccess, but the scale may still be
-  /// wrong by half. `covariance` says how well velocity, attitude and biases are known; a host that
-  /// takes it as a prior can start with it.
+  /// Wait; a provisional estimate for hosts without a better prior: everything as with kSuccess,
+  /// but the scale may still be off by half. `covariance` says how well velocity, attitude and
+  /// biases are known; a host that takes it as a prior can start with it.
   kProvisional,
 
-  /// Wait: a search that the data need was left out or ended (WorkLimits); `message` says which.
+  /// Wait: a search that the data need was skipped or ended (WorkLimits); `message` says which.
   /// An estimate may be present for diagnosis.
   kTimeLimit,
 };
@@ -55,7 +55,7 @@ bool isWait(InitStatus status);
 /// True where an estimate was computed and then rejected by a gate.
 bool isRefused(InitStatus status);
 
-/// The checks of the verdict (docs/derivation.md, 6).
+/// The gates (docs/derivation.md, 6).
 enum class GateName {
   kParallax,           ///< track motion without rotation, where another gate fails as well
   kLeastParallax,      ///< the same where every other gate passes
@@ -74,9 +74,9 @@ enum class GateName {
   kPointSpread,
   kOtherScale,  ///< cost of another scale
   kScaleSigma,
-  kVelocitySigma,  ///< of the newest keyframe (provisional answers)
+  kVelocitySigma,  ///< of the newest keyframe (provisional estimates)
   kTiltSigma,      ///< the same
-  kAgreement,      ///< with the answers before (AnswerSequence)
+  kAgreement,      ///< with earlier estimates (AnswerSequence)
   kOther,          ///< of a method from elsewhere: GateValue::explanation says what
 };
 
@@ -107,7 +107,7 @@ struct StageTime {
   double ms = 0.0;
 };
 
-/// How much data the answer rests on.
+/// Amount of data behind an estimate.
 struct SolveCounts {
   int keyframes = 0;
   int point_tracks = 0;  ///< tracks seen in >= 2 keyframes
@@ -158,7 +158,7 @@ class OptionalCalibration {
   CalibrationEstimate value_;
 };
 
-/// The answer of a WindowSolver. World frame w: z up (gravity_w = (0, 0, -g)), origin at the first
+/// The result of a WindowSolver. World frame w: z up (gravity_w = (0, 0, -g)), origin at the first
 /// keyframe's body, and the first body's x axis has zero yaw.
 struct InitResult {
   InitStatus status = InitStatus::kInvalidInput;
@@ -166,7 +166,7 @@ struct InitResult {
   std::string message = "solve() was not called";
 
   /// One per keyframe of the window, or empty. Keyframes that the IMU does not cover after the
-  /// correction of td are left out; NavState::t says which are there.
+  /// correction of td are discarded; NavState::t says which are there.
   std::vector<NavState> states;
   Eigen::Vector3d gravity_w = Eigen::Vector3d::Constant(kNotComputed);   ///< [m/s^2]
   Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Constant(kNotComputed);  ///< in first body [m/s^2]
@@ -178,7 +178,7 @@ struct InitResult {
   /// consecutive keyframe camera centres are one unit apart on average. So it is the mean baseline
   /// between consecutive keyframes [m]: an up-to-scale reconstruction of the same keyframes with
   /// mean baseline d becomes metric when multiplied by scale / d. Present with `states`, whatever
-  /// the method. Negative where a refused answer has mirrored the trajectory.
+  /// the method. Negative where a refused estimate has mirrored the trajectory.
   double scale = kNotComputed;
   /// Standard deviation of `scale` divided by it (0.05: 5 %), or NaN where the method has none. It
   /// does not depend on the choice of the unit.
@@ -188,9 +188,9 @@ struct InitResult {
   /// states are those of the body at stamp + td of this estimate (NavState::t).
   OptionalCalibration calibration;
 
-  /// What the user should know although the answer stands, one message each: a calibration that is
-  /// off by more than its standard deviations, with value, sigma and key; point tracks that stand
-  /// still in the image of a turning camera, with their number.
+  /// Warnings beside a valid estimate, one message each: a calibration that is
+  /// outside its standard deviations, with value, sigma and key; point tracks that are
+  /// static in the image of a turning camera, with their number.
   std::vector<std::string> warnings;
 
   /// Parts of a StatePrior that the data of the window contradict, so that they were not used:

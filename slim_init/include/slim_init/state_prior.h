@@ -17,7 +17,7 @@ struct StatePrior {
   /// In a gravity-aligned world w of any origin and heading, z up; time on the IMU clock.
   NavState state;
   /// Of the errors [theta, p, v, b_g, b_a]: theta on the right of R_w_b [rad], p [m] and v [m/s] in
-  /// w, b_g [rad/s], b_a [m/s^2], each the truth minus the estimate; the order of
+  /// w, b_g [rad/s], b_a [m/s^2], each the ground truth minus the estimate; the order of
   /// InitResult::covariance. Position and heading may be exact (zero): they define w. The rest has
   /// to be positive definite.
   Eigen::Matrix<double, 15, 15> covariance = Eigen::Matrix<double, 15, 15>::Zero();
@@ -30,7 +30,7 @@ struct StatePrior {
   std::string validate() const;
 };
 
-/// What an estimator had learned of its sensors before it was started anew: a warm start. The state
+/// Sensor knowledge from before a restart: a warm start. The state
 /// of the body is not known.
 struct KnownSensors {
   ImuBiases biases;

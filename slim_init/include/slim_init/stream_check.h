@@ -24,7 +24,7 @@ enum class AddStatus {
   kBeforeJump,   ///< from before a jump in time that another stream has made: dropped and counted
   kWaiting,      ///< lines whose frame has not come yet: kept for it
   kUnmatched,    ///< lines whose frame is unknown or has lines already: dropped and counted
-  kNotSupported  ///< lines, handed to an initializer without use for them
+  kNotSupported  ///< lines, passed to an initializer that does not use them
 };
 
 /// True where the message is data now.
@@ -89,10 +89,10 @@ struct StreamOptions {
 ///
 /// Live streams: a stamp more than kJump from the previous one of its stream is believed when a
 /// second message agrees: the next one of the stream or, for a gap, the newest one of the other
-/// stream. So a wrong stamp (but a stream's first) costs one message, as does a bag's restart. Time
-/// that went back is a restart for both streams. After it the other stream's messages of the old
-/// time are dropped for kPatience of their time: a sender that lags is still in the old time, but a
-/// stream that goes on for longer has a clock of its own.
+/// stream. So an incorrect stamp (but a stream's first) costs one message, as does a bag's restart.
+/// Time that went back is a restart for both streams. After it the other stream's messages of the
+/// old time are dropped for kPatience of their time: a sender that lags is still in the old time,
+/// but a stream that goes on for longer has a clock of its own.
 class StreamCheck {
  public:
   static constexpr double kJump = 1.0;      ///< [s]; VINS-Mono's own bound for images

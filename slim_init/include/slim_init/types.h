@@ -131,7 +131,7 @@ inline double rowTime(double v, int height, double readout_s) {
   return height > 0 ? (v / height - 0.5) * readout_s : 0.0;
 }
 
-/// Navigation state of the body at one instant, in a gravity-aligned world (z up).
+/// Navigation state of the body at one time, in a gravity-aligned world (z up).
 struct NavState {
   double t = kNotComputed;                               ///< [s], IMU clock
   Eigen::Matrix3d R_w_b = Eigen::Matrix3d::Identity();   ///< body to world

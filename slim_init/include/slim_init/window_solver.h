@@ -15,7 +15,7 @@
 
 namespace slim_init {
 
-/// A method that turns one window into one answer. Pure and deterministic: equal windows give equal
+/// A method that turns one window into one result. Pure and deterministic: equal windows give equal
 /// results (wall-clock times excepted), whatever was solved before, as far as the budget is counted
 /// equally (WorkLimits::work_per_ms). Never throws, prints or exits;
 /// const calls may run in parallel.
@@ -30,25 +30,25 @@ class WindowSolver {
   virtual InitResult solveWithin(const InitWindow& window, WorkBudget* /*budget*/) const {
     return solve(window);
   }
-  /// An answer for a host that takes a prior, from a window that is too young to know its scale:
+  /// An estimate for a host that takes a prior, from a window that is too short to know its scale:
   /// kProvisional with the covariance of the states, or a refusal. A method without one keeps this
   /// default, kTooFewKeyframes.
   virtual InitResult solveProvisional(const InitWindow& /*window*/, WorkBudget* /*budget*/) const {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
-    none.message = name() + " has no provisional answers";
+    none.message = name() + " has no provisional estimates";
     return none;
   }
-  /// An answer from a window whose first keyframe's state is known (`prior.state.t` is its time),
+  /// An estimate from a window whose first keyframe's state is known (`prior.state.t` is its time),
   /// in the world of the prior: four keyframes can be enough, at constant velocity and in hover
   /// too. Parts of the prior that the data contradict are not used and named in
-  /// InitResult::prior_dropped; without the velocity it is a refusal. A method without such answers
-  /// keeps this default, kTooFewKeyframes.
+  /// InitResult::prior_dropped; without the velocity it is a refusal. A method without such
+  /// estimates keeps this default, kTooFewKeyframes.
   virtual InitResult solveWithPrior(const InitWindow& /*window*/, const StatePrior& /*prior*/,
                                     WorkBudget* /*budget*/) const {
     InitResult none;
     none.status = InitStatus::kTooFewKeyframes;
-    none.message = name() + " has no answers with a prior";
+    none.message = name() + " cannot use a prior";
     return none;
   }
 };

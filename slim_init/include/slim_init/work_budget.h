@@ -21,16 +21,16 @@ class WorkBudget {
   double used() const { return used_; }  ///< units
   bool isUsedUp() const { return used_ >= limit_; }
 
-  /// False if the budget is used up; then `search` is noted as left out.
+  /// False if the budget is used up; then `search` is noted as skipped.
   bool allows(const char* search);
-  /// Notes that a search was left out, or ended before its time. The first one counts.
+  /// Notes that a search was skipped, or ended before its time. The first one counts.
   void leaveOut(const char* search);
   bool hasLeftOut() const { return !left_out_.empty(); }
-  /// What was left out and why, as a sentence; forgotten from then on. "" if there is nothing.
+  /// The skipped searches and the reason, as a sentence; then forgotten. "" if there is nothing.
   std::string takeLeftOut();
 
-  /// Restricts a budget to a share of what is left of it, for as long as it lives: what follows has
-  /// the rest.
+  /// Restricts a budget to a fraction of what is left of it, for as long as it lives: what follows
+  /// has the rest.
   class Share {
    public:
     Share(double share, WorkBudget* budget);

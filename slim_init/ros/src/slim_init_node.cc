@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "slim_init/baselines/baselines.h"
+#include "slim_init/remedy.h"
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/init_session.h"
 #include "slim_init/ros/node_parameters.h"
@@ -150,7 +151,7 @@ void SlimInitNode::onRestart(const std_msgs::Bool& message) {
     jumps_seen_ = jumps;
     return;
   }
-  ROS_WARN("the tracker has restarted: all data is dropped");
+  ROS_WARN("the tracker has restarted: all data are discarded");
   session_->restart();
 }
 
@@ -165,7 +166,8 @@ bool SlimInitNode::onInitialize(std_srvs::Trigger::Request& /*request*/,
 
 // After every message: `status` is what became of it.
 void SlimInitNode::use(AddStatus status) {
-  if (status == AddStatus::kRestarted) ROS_WARN("time has jumped: all data before it is dropped");
+  if (status == AddStatus::kRestarted)
+    ROS_WARN("time has jumped: all data before it are discarded");
   while (std::optional<Attempt> attempt = session_->poll()) publish(*attempt);
 }
 
@@ -182,7 +184,7 @@ void SlimInitNode::log(const Attempt& attempt) {
   // Once per change: there may be ten attempts a second.
   if (status != last_status_ || attempt.requested) {
     ROS_INFO_STREAM("attempt " << attempt.number << ": " << status << ": "
-                               << attempt.result.message);
+                               << withRemedy(attempt.result.message, attempt.result.status));
   }
   last_status_ = status;
 }
@@ -235,7 +237,7 @@ Diagnostics::Statuses SlimInitNode::diagnostics() {
                                                            : "waiting: " + last_status_);
   addValue("attempts", counts.attempts, &state);
   addValue("successes", counts.successes, &state);
-  addValue("last verdict", last_status_, &state);
+  addValue("last status", last_status_, &state);
   addValue("last attempt [ms]", last_attempt_ms_, &state);
   addValue("frames", streams.frames_added, &state);
   addValue("line messages", counts.line_messages, &state);

@@ -61,7 +61,7 @@ void StreamMonitor::garbage(const std::string& reason) {
 
 void StreamMonitor::explain(const std::string& reason) {
   last_reason_ = reason;
-  ROS_WARN_STREAM_THROTTLE(5.0, name_ << " message dropped: " << reason);
+  ROS_WARN_STREAM_THROTTLE(5.0, name_ << " message discarded: " << reason);
 }
 
 void StreamMonitor::report(const StreamCounts& counts, DiagnosticStatus* status) {
@@ -81,15 +81,16 @@ void StreamMonitor::report(const StreamCounts& counts, DiagnosticStatus* status)
   }
   if (dropped > dropped_before_) {
     raise(DiagnosticStatus::WARN,
-          std::to_string(dropped - dropped_before_) + " " + name_ + " messages lost or dropped",
+          std::to_string(dropped - dropped_before_) + " " + name_ + " messages lost or discarded",
           status);
   }
   addValue(name_ + " received", received_, status);
   addValue(name_ + " rate [Hz]", std::round(10.0 * rate) / 10.0, status);
-  addValue(name_ + " lost on the way", gaps_.lost(), status);
-  addValue(name_ + " dropped: garbage", garbage_, status);
-  for (const auto& [reason, count] : drops) addValue(name_ + " dropped: " + reason, count, status);
-  if (!last_reason_.empty()) addValue(name_ + " last dropped", last_reason_, status);
+  addValue(name_ + " lost", gaps_.lost(), status);
+  addValue(name_ + " discarded: malformed", garbage_, status);
+  for (const auto& [reason, count] : drops)
+    addValue(name_ + " discarded: " + reason, count, status);
+  if (!last_reason_.empty()) addValue(name_ + " last discarded", last_reason_, status);
   received_before_ = received_;
   dropped_before_ = dropped;
   reported_ = now;

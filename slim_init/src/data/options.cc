@@ -45,17 +45,14 @@ const char* toString(GateMode mode) {
 OptionTable optionTable(WindowOptions* o) {
   return {
       userKey("keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
-              "maximum number of keyframes in a window; the paper has 10 (V-D)"),
+              "maximum number of keyframes in a window"),
       advancedKey("min_keyframes", &o->min_keyframes, {kMinKeyframes, 50}, "",
                   "a window with fewer has the status too_few_keyframes"),
-      userKey(
-          "min_interval_s", &o->min_interval_s, {0.01, 5.0}, "s",
-          "minimum time between keyframes: every image at 10 Hz, every second one at 20 Hz; the "
-          "paper's windows have 0.22 as in DRT's release"),
+      userKey("min_interval_s", &o->min_interval_s, {0.01, 5.0}, "s",
+              "minimum time between keyframes: every image at 10 Hz, every second one at 20 Hz"),
       userKey("max_span_s", &o->max_span_s, {0.0, 60.0}, "s",
-              "maximum time from the first to the last keyframe: beyond `keyframes` times "
-              "min_interval_s the keyframes are spread over the window up to this length; 0: the "
-              "window does not expand beyond that"),
+              "maximum length of a window: beyond `keyframes` times min_interval_s the keyframes "
+              "are spread over it; 0: no expansion"),
       userKey("max_frame_gap_s", &o->max_frame_gap_s, {0.05, 10.0}, "s",
               "a longer gap between images ends the window (blackout)"),
       userKey("max_imu_gap_s", &o->max_imu_gap_s, {0.001, 1.0}, "s",
@@ -517,7 +514,7 @@ std::string AlignmentOptions::validate() const { return checkTable(*this).messag
 
 std::string SlimOptions::validate() const {
   if (!reverse_start && !tight_start)
-    return "reverse_start and tight_start are both off, needs one";
+    return "reverse_start and tight_start are both off: switch one on";
   return checkTable(*this).message();
 }
 

@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/result.h"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+
+#include "slim_init/remedy.h"
 
 namespace slim_init {
 
@@ -25,6 +25,34 @@ const char* toString(InitStatus status) {
     case InitStatus::kTimeLimit: return "time_limit";
   }
   return "unknown";
+}
+
+namespace {
+
+const char* remedy(InitStatus status) {
+  switch (status) {
+    case InitStatus::kTooFewTracks: return "more texture or light";
+    case InitStatus::kStationary: return "move";
+    case InitStatus::kTooLittleExcitation: return "accelerate: move back and forth";
+    case InitStatus::kPureRotation: return "translate";
+    case InitStatus::kDegenerateAlignment: return "more texture, in all parts of the image";
+    case InitStatus::kInconsistentResiduals: return "check extrinsic and td: slim_init doctor";
+    case InitStatus::kScaleTooUncertain: return "move more, with changes of velocity";
+    case InitStatus::kNumericalFailure: return "if repeated, check the extrinsic: slim_init doctor";
+    case InitStatus::kTimeLimit: return "if frequent, raise limits.max_solve_ms";
+    case InitStatus::kSuccess:
+    case InitStatus::kTooFewKeyframes:
+    case InitStatus::kInvalidInput:
+    case InitStatus::kProvisional: break;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string withRemedy(const std::string& message, InitStatus status) {
+  const std::string action = remedy(status);
+  return action.empty() ? message : message + "; " + action;
 }
 
 const char* toString(GateName name) {

@@ -49,7 +49,7 @@ struct ImageReport {
   double image_noise = kNotComputed;  ///< standard deviation of the pixel noise [grey levels]
   OutlierCheck outlier_check = OutlierCheck::kNone;
   bool rotation_from_gyro = false;  ///< the IMU covers the time since the previous image
-  bool rotation_missing = false;  ///< a gyro rotation was asked for, but the IMU does not cover it
+  bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
   /// The known rotation explained far fewer points than a free one and was not used.
   bool rotation_overruled = false;
   int points_before = 0;    ///< tracked in the previous image
@@ -125,7 +125,7 @@ class ImageFrontEnd {
   /// Name of the line detector, as reports state it; empty with lines switched off.
   std::string lineDetector() const;
 
-  /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue young to red old; lines
+  /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue new to red old; lines
   /// grey detected, blue matched, green on the dominant vanishing point; that point marked. Empty
   /// before the first image.
   cv::Mat debugImage() const;

@@ -120,8 +120,8 @@ class BlockDraws:
 
 
 def compare(windows, reference, block_s=None, replicates=REPLICATES, seed=SEED, subset=None):
-    """Every method but `reference` compared with it, in order of occurrence; [] where no sequence
-    with truth has the reference. Sequences (column `run`) without truth are left out, and a method
+    """Every method but `reference` compared with it, in order of occurrence; [] if no sequence
+    with ground truth has the reference. Sequences (column `run`) without it are skipped, and a method
     that did not run on a sequence is compared on the others. subset: name of a column of
     windows.csv that must be true ("excited"), or None for all windows."""
     sequences = []

@@ -55,17 +55,17 @@ class Run:
 
     @property
     def has_downstream(self):
-        """The back end was started from the accepted answers."""
+        """The back end was started from the accepted estimates."""
         return float(self.options.get("downstream_s") or 0.0) > 0.0
 
     @property
     def has_rig_errors(self):
-        """Something was wrong with the rig on purpose."""
+        """The calibration had injected errors."""
         return any(key in self.options for key in RIG_OPTIONS)
 
     @property
     def is_growing(self):
-        """Methods were asked at every image until they accepted."""
+        """Methods solved at every image until they accepted."""
         return "first_keyframes" in self.info
 
     @property

@@ -98,7 +98,7 @@ def trajectory(windows, path):
 
 
 def error_cdf(windows, path):
-    """Share of all windows with an error below x: a curve ends at the share with an estimate."""
+    """Fraction of all windows with an error below x: a curve ends at the fraction with an estimate."""
     panels = (("scale_error", "|s - 1|"), ("gravity_error_deg", "gravity error [deg]"),
               ("velocity_vec_rmse", "velocity error [m/s]"),
               ("gyro_bias_err_pct", "gyro bias error [%]"))
@@ -125,7 +125,7 @@ def error_cdf(windows, path):
         return ""
     _legend(figure, axes.flat)
     _save(figure, path)
-    return "Share of all windows with an error below x"
+    return "Fraction of all windows with an error below x"
 
 
 def solve_time(windows, path):
@@ -150,10 +150,10 @@ def solve_time(windows, path):
 
 def waiting_times(rows, growing):
     """Per window of one method [s]: the data from its first keyframe to the end of the first
-    accepted answer, and whether that is right (|s - 1| < RIGHT_SCALE_ERROR); infinity and False
-    where none is accepted.
+    accepted estimate, and whether that is correct (|s - 1| < RIGHT_SCALE_ERROR); infinity and False
+    if none is accepted.
 
-    growing: windows that grow until the method accepts one, so that each has its own answer. Else
+    growing: windows that expand until the method accepts, so that each has its own estimate. Else
     a user is taken to start at each window and to be given one window after the other."""
     rows = rows.sort_values("t_start_s")
     start, accepted = rows["t_start_s"].to_numpy(), (rows["status"] == "success").to_numpy()
@@ -169,7 +169,7 @@ def waiting_times(rows, growing):
 
 
 def first_answer(windows, path, growing):
-    """Share of the starts after which a method has accepted an answer within x seconds; dashed: a
+    """Fraction of the starts after which a method has accepted an estimate within x seconds; dashed: a
     right one."""
     colors = _colors(methods_of(windows))
     answers = {}
@@ -194,14 +194,14 @@ def first_answer(windows, path, growing):
                       where="post", color=colors[method], label=label, linewidth=1.3)
     axis.set_xlim(0.0, right_end)
     axis.set_ylim(0.0, 101.0)
-    axis.set_xlabel("time to the first accepted answer [s]; dashed: and |s - 1| < %g" %
+    axis.set_xlabel("time to the first accepted estimate [s]; dashed: and |s - 1| < %g" %
                     RIGHT_SCALE_ERROR)
     axis.set_ylabel("starts [%]")
     axis.grid(True, alpha=0.25)
     _legend(figure, [axis])
     _save(figure, path)
-    return ("Time to the first accepted answer, " +
-            ("windows growing until the method accepts" if growing else
+    return ("Time to the first accepted estimate, " +
+            ("windows expanding until the method accepts" if growing else
              "from a start at any window, one window after the other") +
             "; dashed: accepted and |s - 1| < 0.1")
 

@@ -15,7 +15,7 @@ class Column:
     pattern: str = "%.4f"
     factor: float = 1.0
     best: str = "lowest"      # "lowest", "highest" or "" (none is better)
-    needs_truth: bool = True  # left out of the tables of a sequence without truth
+    needs_truth: bool = True  # omitted from the tables of a sequence without ground truth
     dagger: bool = False      # marked where fewer than half of the windows are successful
 
     def cell(self, summary):
@@ -34,7 +34,7 @@ def percent(title, key, best="highest", needs_truth=True):
 
 
 def plain(title, key, pattern="%d"):
-    """A figure of which none is better, known without truth."""
+    """A figure of which none is better, known without ground truth."""
     return Column(title, key, pattern, best="", needs_truth=False)
 
 
@@ -59,10 +59,10 @@ ACCEPTED = [percent("accepted %", "accepted_rate", "", False),
             Column("gravity deg", "accepted_gravity_rmse_deg", "%.3f"),
             Column("speed m/s", "accepted_velocity_rmse")]
 
-FIRST_ANSWER = [percent("right, % of all", "right_rate"),
-                plain("wrong by > 0.25", "accepted_beyond_0_25"),
-                plain("time to right answer s, median", "right_s_median", "%.2f"),
-                plain("time to right answer s, p90", "right_s_p90", "%.2f"),
+FIRST_ANSWER = [percent("within 10 %, % of all", "right_rate"),
+                plain("beyond 25 %", "accepted_beyond_0_25"),
+                plain("time to estimate within 10 % s, median", "right_s_median", "%.2f"),
+                plain("time to estimate within 10 % s, p90", "right_s_p90", "%.2f"),
                 percent("accepted %", "accepted_rate", "", False),
                 plain("time to accept s, median", "accept_s_median", "%.2f"),
                 plain("time to accept s, p90", "accept_s_p90", "%.2f"),

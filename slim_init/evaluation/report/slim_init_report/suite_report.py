@@ -39,7 +39,7 @@ class Group:
 
 def group_runs(runs):
     """Runs by where their features come from and what kind of motion it is, ablations apart; those
-    of wrong rigs are in none of them, nor those of growing windows beside others."""
+    of miscalibrated rigs are in none of them, nor those of expanding windows beside others."""
     runs = [run for run in runs if not run.has_rig_errors]
     runs = [run for run in runs if not run.is_growing] or runs
     kinds = (("EuRoC, from images", "images_", lambda run: run.kind == "images"),
@@ -90,7 +90,7 @@ def _details(groups):
 
 
 def _pictures(groups, runs, out):
-    """Errors, times and first answers of every group; one path, and one strip of images."""
+    """Errors, times and first estimates of every group; one path, and one strip of images."""
     drawn = []
     for group in groups:
         growing = all("first_keyframes" in run.info for run in group.runs)
@@ -120,7 +120,7 @@ def _rigs(runs):
 
 
 def _first_answers(runs):
-    """What methods that were asked at every image said first: a table per kind of sequence."""
+    """First estimates of methods that solve at every image: a table per kind of sequence."""
     growing = [run for run in runs if run.is_growing and not run.has_rig_errors]
     return [run_method_table([run for run in growing if run.kind == kind], FIRST_ANSWER, subset,
                              "%s, %s" % (title, name))

@@ -149,7 +149,7 @@ def ablation_table(runs, degenerate):
 
 
 def rig_text(run):
-    """What is wrong with the rig of a run, in words."""
+    """Calibration errors of a run, in words."""
     o = run.options
     within = "up to " if o.get("random_rig") else ""
     parts = [within + pattern % (factor * float(o[key])) for key, pattern, factor in (
@@ -168,7 +168,7 @@ def rig_table(runs, title=""):
     for run in runs:
         rigs.setdefault(rig_text(run), []).append(run)
     blocks = [((text,), summarize(pool(members))) for text, members in rigs.items()]
-    return named_table(CALIBRATION, blocks, ["wrong with the rig", "method"],
+    return named_table(CALIBRATION, blocks, ["calibration error", "method"],
                        any(run.has_truth for run in runs), title)
 
 

@@ -58,7 +58,7 @@ class Table:
             cell.best = True
 
     def width(self, column):
-        """Least width of a column in characters: names and headers wrap, numbers do not."""
+        """Minimum width of a column in characters: names and headers wrap, numbers do not."""
         header = max([len(word) for word in self.columns[column].split()] or [0])
         if column < self.names:
             longest = max([len(row[column].text) for row in self.rows] or [0])

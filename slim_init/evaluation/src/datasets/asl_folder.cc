@@ -119,8 +119,8 @@ class AslFolder : public ImageSequence {
     }
     if (counts_.images < min_images) {
       std::ostringstream out;
-      out << table.path << " names " << counts_.images << " images that are there, needs at least "
-          << min_images;
+      out << table.path << " names " << counts_.images << " images that exist (minimum "
+          << min_images << ')';
       if (!first_missing.empty()) out << "; " << first_missing << " does not exist";
       return error(ReadError::kTooFewRows, out.str());
     }

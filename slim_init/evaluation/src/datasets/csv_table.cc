@@ -191,8 +191,8 @@ ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable*
   std::tie(table->repeated, table->out_of_order) = sortByStamp(&table->rows);
   if (static_cast<int>(table->rows.size()) < format.min_rows) {
     std::ostringstream out;
-    out << path << " has " << table->rows.size() << " rows of data, needs at least "
-        << format.min_rows;
+    out << path << " has " << table->rows.size() << " rows of data (minimum " << format.min_rows
+        << ')';
     return error(ReadError::kTooFewRows, out.str());
   }
   return {};

@@ -30,7 +30,7 @@ std::string disorderNote(const std::string& source, const std::string& things, i
   std::ostringstream out;
   out << source << ": ";
   if (repeated > 0) {
-    out << repeated << " " << things << " with the stamp of another one were dropped";
+    out << repeated << " " << things << " with the stamp of another one were discarded";
   }
   if (out_of_order > 0) {
     out << (repeated > 0 ? ", " : "") << out_of_order << " " << things

@@ -49,9 +49,9 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
         << "; the images span " << first << " s to " << last << " s, so none can be used";
     return error(ReadError::kNoOverlap, out.str());
   }
-  if (counts.images_outside_imu > 0) motion->notes.push_back(outside_imu + " and were left out");
+  if (counts.images_outside_imu > 0) motion->notes.push_back(outside_imu + " and were discarded");
   if (counts.images_outside_truth > 0) {
-    motion->notes.push_back(outside_truth + " and were left out");
+    motion->notes.push_back(outside_truth + " and were discarded");
   }
   return {};
 }

@@ -245,7 +245,7 @@ class BagFile : public ImageSequence {
     }
     if (counts_.imu_unreadable > 0) {
       note(file_ + ": " + std::to_string(counts_.imu_unreadable) + " messages of " + topic +
-           " cannot be read or hold a value that is not finite, and were dropped");
+           " cannot be read or hold a value that is not finite, and were discarded");
     }
     std::tie(counts_.imu_repeated, counts_.imu_out_of_order) = sortByStamp(&samples);
     note(disorderNote(file_, "IMU messages", counts_.imu_repeated, counts_.imu_out_of_order));
@@ -253,8 +253,8 @@ class BagFile : public ImageSequence {
     if (counts_.imu_samples < options.min_imu_samples) {
       return error(ReadError::kTooFewRows, file_ + ": " + topic + " has " +
                                                std::to_string(counts_.imu_samples) +
-                                               " usable messages, needs at least " +
-                                               std::to_string(options.min_imu_samples));
+                                               " usable messages (minimum " +
+                                               std::to_string(options.min_imu_samples) + ")");
     }
     t0_ns_ = samples.front().stamp_ns;
     imu_.reserve(samples.size());
@@ -286,7 +286,7 @@ class BagFile : public ImageSequence {
     }
     if (counts_.images_unreadable > 0) {
       note(file_ + ": " + std::to_string(counts_.images_unreadable) + " messages of " + topic +
-           " cannot be read and were dropped");
+           " cannot be read and were discarded");
     }
     std::tie(counts_.images_repeated, counts_.images_out_of_order) = sortByStamp(&images);
     note(disorderNote(file_, "images", counts_.images_repeated, counts_.images_out_of_order));
@@ -294,7 +294,7 @@ class BagFile : public ImageSequence {
     if (counts_.images < min_images) {
       return error(ReadError::kTooFewRows,
                    file_ + ": " + topic + " has " + std::to_string(counts_.images) +
-                       " usable messages, needs at least " + std::to_string(min_images));
+                       " usable messages (minimum " + std::to_string(min_images) + ")");
     }
     for (const Stamped& image : images) {
       image_stamps_ns_.push_back(image.stamp_ns);

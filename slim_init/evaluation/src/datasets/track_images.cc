@@ -141,7 +141,7 @@ std::string trackImages(ImageSequence* images,
   if (summary->tracked >= 2) return "";
   std::ostringstream out;
   out << images->name() << ": " << summary->tracked << " of " << total
-      << " images could be tracked, needs at least 2: " << summary->outside_imu
+      << " images could be tracked (minimum 2): " << summary->outside_imu
       << " lie outside the IMU data, " << summary->unreadable << " cannot be read, "
       << summary->refused << " were refused";
   if (!summary->first_problem.empty()) out << "; first: " << summary->first_problem;

@@ -134,7 +134,7 @@ DerivedVelocities deriveVelocities(std::vector<NavState>* truth) {
     result.largest_jump_m = std::max(result.largest_jump_m, jump);
   }
   std::ostringstream out;
-  out << "true velocities are not recorded; they are medians of the steps between the positions";
+  out << "ground truth has no velocities; used are medians of the steps between the positions";
   if (result.jumps > 0) {
     out.precision(2);
     out << ", which jump " << result.jumps << " time" << (result.jumps > 1 ? "s" : "")
@@ -151,7 +151,7 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
   if (static_cast<int>(spans.size()) < kMinSpans) {
     std::ostringstream out;
     out << "gyro bias cannot be fitted: " << spans.size() << " spans of " << options.span_s
-        << " s have both gyro and true orientation, needs at least " << kMinSpans;
+        << " s have both gyro and ground-truth orientation (minimum " << kMinSpans << ')';
     result.message = out.str();
     return result;
   }
@@ -182,9 +182,10 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
   result.ok = true;
   std::ostringstream out;
   out.precision(4);
-  out << "the true gyro bias is not recorded; one constant was fitted to gyro and true orientation"
+  out << "ground truth has no gyro bias; one constant was fitted to gyro and ground-truth "
+         "orientation"
       << " over " << result.spans << " spans of " << options.span_s << " s ("
-      << result.spans_rejected << " left out as outliers, residual " << result.rms_rad
+      << result.spans_rejected << " discarded as outliers, residual " << result.rms_rad
       << " rad rms per span): [" << bias.x() << ", " << bias.y() << ", " << bias.z() << "] rad/s";
   result.message = out.str();
   return result;

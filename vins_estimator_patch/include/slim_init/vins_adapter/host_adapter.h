@@ -31,27 +31,28 @@ bool parseHostMode(const std::string& text, HostMode* mode);
 /// Options of the adapter; those of the method are InitializerOptions.
 struct HostOptions {
   HostMode mode = HostMode::kSlim;
-  bool reinit = false;  ///< recover() answers; off: it declines and the host resets itself
+  bool reinit = false;  ///< recover() solves; off: it declines and the host resets itself
 
   /// A stamp of the host may lie this long before the first or after the last keyframe of the
   /// solved window [s]; the IMU alone carries the state there, and the host's next optimization
   /// refines it. In slow motion the keyframes of a host lie far apart and reach further back than
-  /// our window (about 2 s); a recovery refused for that would be a reset (docs/history/guides.md).
+  /// our window (about 2 s). With 1 s a recovery in slow motion is refused, and the host resets.
   double max_reach_s = 2.5;
 
   /// The host's states are watched (HostAdapter::watch()).
   bool watchdog = false;
 
   /// Solves run in a thread of the adapter. The host's thread waits at most this long per frame for
-  /// one that is nearly done [ms]; a later frame gets the answer, carried to its stamps. Negative:
-  /// every solve runs in the calling thread, so that equal calls give equal answers (lock step).
+  /// one that is nearly done [ms]; a later frame gets the estimate, propagated to its stamps.
+  /// Negative: every solve runs in the calling thread, so that equal calls give equal estimates
+  /// (lock step).
   double max_wait_ms = 10.0;
 
   /// Samples beyond are no measurements (the initializer drops and counts them).
   ImuLimits imu;
 
   /// The host estimates td, or the extrinsic, itself: what the initializer has found is its
-  /// starting value (HostAnswer::verdict.calibration). Where it does not, its own stays.
+  /// starting value (`HostAnswer::verdict.calibration`). Where it does not, its own stays.
   bool estimate_td = false;
   bool estimate_extrinsic = false;
 
@@ -63,7 +64,7 @@ struct HostOptions {
   std::string validate() const;
 };
 
-/// A host's state carried on.
+/// A host's state, propagated.
 struct HostCarry {
   bool ok = false;      ///< false: the IMU data do not reach
   std::string message;  ///< what it is worth, or why there is none
@@ -82,7 +83,7 @@ struct HostAnswer {
   double total_ms = kNotComputed;  ///< wall-clock time of the call
   double solve_ms = kNotComputed;  ///< of the solve, in whichever thread it ran
   bool joined = false;             ///< the window continues an earlier odometry frame
-  HostCarry join;                  ///< how well it does so, if joined
+  HostCarry join;                  ///< its uncertainty, if continued
   /// Of recover(): the solve has not finished, or IMU samples that it needs to reach the newest
   /// frame are still held back. Nothing was decided; bridge() fills the window until the next
   /// frame.
@@ -99,7 +100,7 @@ struct HostHealth {
   /// Newest frame [s], camera clock, of a window that was solved without the host's states and
   /// agrees with them; NaN: none has been compared for this frame, or it contradicts them.
   double confirmed_stamp = kNotComputed;
-  std::string reason;  ///< in words, with value and bound; empty while nothing is wrong
+  std::string reason;  ///< in words, with value and bound; empty while healthy
   /// The calibration that the window solved for this frame has found, if any.
   OptionalCalibration calibration;
   double reprojection_px = kNotComputed;  ///< median of the tracks between the host's poses
@@ -121,8 +122,8 @@ struct LearnedSensors {
 class HostAdapter {
  public:
   /// Options for a host, those of everything else: a window that grows from few keyframes, so that
-  /// the first answer comes as early as the data allow it; the gates refuse the early ones that are
-  /// not good enough.
+  /// the first estimate comes as early as the data allow it; the gates refuse the early ones that
+  /// are not good enough.
   static InitializerOptions hostDefaults();
 
   /// An adapter around `initializer`. Null initializer or invalid options: null, and a message in
@@ -167,9 +168,9 @@ class HostAdapter {
   HostAnswer bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
 
   /// A healthy state of the host in flight. After 20 s without interruption its biases, and the
-  /// calibration that it estimates or that an answer has found, are remembered for its next starts,
-  /// each as well as it is known by then. Kept by reset(). Only answers to seed() and recover() use
-  /// it: watch() asks without.
+  /// calibration that it estimates or that an estimate has found, are remembered for its next
+  /// starts, each as well as it is known by then. Kept by reset(). Only seed() and
+  /// recover() use it: watch() solves without.
   void learn(const HostState& healthy);
   LearnedSensors learned() const;
   /// The same from an earlier run: biases change from one to the next, which is allowed for.
@@ -197,7 +198,7 @@ class HostAdapter {
   /// empty if the buffer does not cover them.
   std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
 
-  /// The newest instant [s, camera clock] before which IMU data are missing or cannot be believed;
+  /// The newest time [s, camera clock] before which IMU data are missing or are implausible;
   /// minus infinity: all that is buffered is usable.
   double lastDamage() const;
   /// The beginning of that interval.

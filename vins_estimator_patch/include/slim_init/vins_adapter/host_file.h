@@ -38,7 +38,7 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
                                           std::string* error);
 
 /// What an earlier run has learned of its sensors, from its `sensors_file`. A calibration that
-/// belongs to another configuration of the rig than `configured` is left out. False and a message
+/// belongs to another configuration of the rig than `configured` is discarded. False and a message
 /// in `error` where there is no such file, it is damaged, or this build has no OpenCV.
 bool readSensorsFile(const std::string& path, const Calibration& configured,
                      LearnedSensors* learned, std::string* error);

@@ -150,7 +150,7 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
   e.failure_occur = false;
 }
 
-/// The interval of the host before frame `i` measured anew: its own samples hold a glitch, which
+/// The interval of the host before frame `i` measured again: its own samples hold a glitch, which
 /// would throw off the optimization that follows, or have a hole.
 template <typename Estimator>
 void rebuildInterval(const HostImuInterval& interval, int i, Estimator& e) {
@@ -253,12 +253,12 @@ class HostGlue {
   /// what a file would say.
   bool open(std::unique_ptr<HostAdapter> adapter, const HostFile& file);
 
-  /// False: the adapter does not take part, and data need not be handed over.
+  /// False: the adapter does not take part, and data need not be passed.
   bool active() const;
 
   // ------------------------------------------------------------------------------------ streams
 
-  /// As received, `t` on the IMU clock. A sample handed over twice is added once.
+  /// As received, `t` on the IMU clock. A sample passed twice is added once.
   void addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
 
   /// The stamp of an image whose features have arrived and wait to be processed [s]: how far the
@@ -337,7 +337,7 @@ class HostGlue {
   }
 
   /// Shadow mode: before the host's own attempt, and after it with its `result`. The second call
-  /// solves the same window and records both answers; the host is not touched.
+  /// solves the same window and records both estimates; the host is not touched.
   void timeStock();
   template <typename Estimator>
   void recordStock(const Estimator& e, bool result) {
@@ -361,7 +361,8 @@ class HostGlue {
   // ---------------------------------------------------------------------------------- recover
 
   /// In flight, once per frame and before the window slides: judges the host's states. When they
-  /// are wrong, it fills the window anew, and returns true when it did: the host is to optimize it.
+  /// are inconsistent, it fills the window again, and returns true when it did: the host is to
+  /// optimize it.
   template <typename Estimator>
   bool watch(Estimator& e) {
     if (!watches() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
@@ -396,13 +397,13 @@ class HostGlue {
     }
   }
 
-  /// The tracker has begun anew after a gap in the images, and asks the host to start anew: true
+  /// The tracker was restarted after a gap in the images and requests a restart of the host: true
   /// where that is not needed, because the state before the gap was healthy and the IMU data since
   /// are whole. `newest_sample`: stamp of the last IMU sample that waits to be processed [s];
   /// negative: none.
   bool ridesThrough(double newest_sample);
 
-  /// The host forgets its states, for whatever reason: the next start joins its odometry frame.
+  /// The host forgets its states, for whatever reason: the next start continues its odometry frame.
   void hostCleared();
 
   /// After every frame that went well: the newest state may be needed, and of the first such frame

@@ -60,7 +60,7 @@ struct HostPreparation {
   HostState newest;
   std::vector<long long> moving;  ///< ids of tracks that move against the scene
   bool suspect = false;           ///< images and IMU contradict each other
-  /// For this long [s] only one of images and IMU has carried the host; zero: both do.
+  /// For this long [s] only one of images and IMU has supported the host; zero: both do.
   double bridged_s = 0.0;
   std::string message;  ///< what was found, with values and limits; "": nothing
 };

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// From our answers to the state and the covariance with which a filter of OpenVINS' kind begins.
+// From our estimates to the state and the covariance with which a filter of OpenVINS' kind begins.
 // The only place where its convention appears. Compiled into the host as well (openvins_glue.h),
 // hence C++11, and only plain numbers.
 #pragma once
@@ -32,8 +32,8 @@ struct MsckfState {
 /// The state of the newest keyframe of `result`, in a world in which its position is zero: position
 /// and heading at that time are what the world is defined by, and therefore known. In their place
 /// the covariance has standard deviations of kHeldPosition and kHeldHeading, since the filter
-/// inverts it; everything else is carried over to that world. `td` [s]: the host's own, as in
-/// Calibration. On an answer without states or without a covariance returns false, leaves `state`
+/// inverts it; everything else is transformed to that world. `td` [s]: the host's own, as in
+/// Calibration. On an estimate without states or without a covariance returns false, leaves `state`
 /// as it was and puts a message into `error` (may be null).
 bool toMsckfState(const InitResult& result, double td, MsckfState* state, std::string* error);
 

@@ -137,7 +137,7 @@ class OpenVinsGlue {
     return true;
   }
 
-  /// Shadow mode, after each attempt of the host: `success` is its answer, and then `timestamp` and
+  /// Shadow mode, after each attempt of the host: `success` is its result, and then `timestamp` and
   /// `imu` are its state. Solves the same data and reports both; the host is not touched.
   template <typename ImuPointer>
   void recordStock(bool success, double timestamp, const ImuPointer& imu) {

@@ -40,7 +40,7 @@ struct ImagePipelineCounts {
   std::int64_t images_tracked = 0;
   std::int64_t images_without_imu = 0;  ///< of these, tracked without IMU
   std::int64_t frames_published = 0;
-  std::int64_t observations_sideways = 0;  ///< left out of the messages: 89.4 deg or more off axis
+  std::int64_t observations_sideways = 0;  ///< not in the messages: 89.4 deg or more off axis
   std::int64_t restarts = 0;               ///< jumps in time and calls of restart()
 };
 

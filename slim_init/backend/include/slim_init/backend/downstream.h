@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The estimator started from a method's answer, over the seconds that follow it.
+// The estimator started from a method's estimate, over the seconds that follow it.
 #pragma once
 
 #include "slim_init/backend/options.h"
@@ -24,16 +24,17 @@ struct DownstreamOptions {
 
 /// Seeds the estimator with the states of `answer` at their frames of `sequence` (the newest ten of
 /// them where there are more), runs it over the frames that follow, the same for every method, and
-/// compares the newest states, as they came out, with the truth at their times. It goes on with
-/// answer.calibration where there is one, else with sequence.calibration; td is not estimated any
-/// more. A provisional answer seeds its newest state alone, with its covariance as prior. An answer
-/// without states does not run. A run that ends early because the data end counts as far as it got,
-/// when at least half of the seconds were there.
+/// compares the newest states, as they came out, with the ground truth at their times. It goes on
+/// with `answer.calibration` if there is one, else with sequence.calibration; td is not estimated
+/// any more. A provisional estimate seeds its newest state alone, with its covariance as prior. An
+/// estimate without states does not run. A run that ends early because the data end counts as far
+/// as it got, when at least half of the seconds were there.
 evaluation::DownstreamRecord runDownstream(const evaluation::Sequence& sequence,
                                            const InitResult& answer,
                                            const DownstreamOptions& options);
 
-/// |s - 1| with truth = s R states + t; NaN where the truth moved less than `min_spread_m`.
+/// |s - 1| with ground truth = s R states + t; NaN where the ground truth moved less than
+/// `min_spread_m`.
 double windowScaleError(const std::vector<NavState>& states, const std::vector<NavState>& truth,
                         double min_spread_m);
 

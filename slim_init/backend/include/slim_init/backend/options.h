@@ -14,7 +14,7 @@ struct EstimatorOptions {
   /// Mean rotation-compensated motion of the tracks between the last keyframe and the frame after
   /// it, above which that frame becomes a keyframe [px].
   double min_parallax_px = 10.0;
-  int min_tracked = 20;  ///< fewer tracks carried on make a keyframe as well
+  int min_tracked = 20;  ///< fewer continued tracks make a keyframe as well
 
   double visual_noise_factor =
       1.5;                     ///< on Calibration::sigma_px; a track's first view is noisy too
@@ -48,8 +48,8 @@ struct FailureOptions {
   double max_step_m = 5.0;           ///< between two newest states
   double max_vertical_step_m = 1.0;  ///< likewise, along gravity
 
-  /// Least share of the newest frame's known points that are where the window has them; a frame
-  /// with fewer than min_judged_points of them is not judged.
+  /// Minimum fraction of the newest frame's known points that are where the window predicts them; a
+  /// frame with fewer than min_judged_points of them is not judged.
   double min_inlier_share = 0.5;
   int min_judged_points = 10;
 

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // A compact sliding-window visual-inertial estimator in the manner of VINS-Mono (Qin et al. 2018),
-// written from the papers: what an initializer's answer is worth is what becomes of it here.
+// written from the papers: the worth of an initial estimate shows here.
 #pragma once
 
 #include <Eigen/Core>
@@ -54,7 +54,7 @@ class SlidingWindowEstimator {
   /// reason; the estimate then stays as it was.
   FrameReport addFrame(const FrameObservation& frame);
 
-  /// Starts, or starts anew, from states of the frames in the window, in the order of stamps(), on
+  /// Starts, or restarts, from states of the frames in the window, in the order of stamps(), on
   /// the IMU clock. The prior and the points' depths are forgotten; then as addFrame().
   FrameReport seed(const std::vector<NavState>& states);
 

@@ -15,8 +15,8 @@ struct GyroBiasOptions {
   int max_iterations = 30;       ///< Levenberg-Marquardt iterations per linearisation of the IMU
   int max_relinearizations = 4;  ///< integrations of the gyroscope at a new bias
   double cauchy_scale = 1e-5;    ///< Cauchy scale of a pair's residual [rad^2]
-  int min_points_per_pair = 6;   ///< least number of common points of a keyframe pair
-  double max_bias = 1.0;         ///< largest valid answer [rad/s]
+  int min_points_per_pair = 6;   ///< minimum number of common points of a keyframe pair
+  double max_bias = 1.0;         ///< maximum valid estimate [rad/s]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -24,7 +24,7 @@ struct GyroBiasOptions {
 
 /// Which lines enter the alignment and how they are weighted (paper IV-C-4).
 struct LineSelectionOptions {
-  int min_keyframes = 3;          ///< least length of a line track [keyframes]
+  int min_keyframes = 3;          ///< minimum length of a line track [keyframes]
   int max_lines_per_pair = 10;    ///< best lines by score for each residual type
   double full_length_px = 200.0;  ///< length at which the length part of q^n reaches 1 [px]
 
@@ -63,7 +63,7 @@ struct DrtViBaOptions {
 struct VinsOptions {
   double tracking_threshold_px = 0.0;  ///< fundamental matrix between keyframes; 0: none [px]
   int min_common_points = 20;          ///< the reference keyframe shares more with the newest
-  double min_parallax_px = 30.0;       ///< least mean motion of these points [px]
+  double min_parallax_px = 30.0;       ///< minimum mean motion of these points [px]
   double ransac_threshold_px = 0.3;    ///< of the five-point pose [px]
   double ransac_confidence = 0.99;     ///< of both consensus searches
   int min_pose_inliers = 12;           ///< points in front of both cameras of the five-point pose
@@ -88,7 +88,7 @@ struct OpenVinsOptions {
   double gyro_walk = 1.9393e-5;      ///< random walk of the bias [rad/s^2/sqrt(Hz)]
   double accel_walk = 3.0e-3;        ///< random walk of the bias [m/s^3/sqrt(Hz)]
   int max_iterations = 50;           ///< of the refinement; 0: none
-  int relinearizations = 1;          ///< further refinements with the IMU integrated anew
+  int relinearizations = 1;          ///< further refinements with the IMU integrated again
   double function_tolerance = 1e-5;  ///< relative decrease of the cost that ends it
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.

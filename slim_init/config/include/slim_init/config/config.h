@@ -83,7 +83,7 @@ enum class OptionKeys { kUser, kAdvanced, kCompared, kAll };
 /// A section `slim_init:` with these keys, their defaults, units, ranges and reasons.
 std::string optionsYaml(OptionKeys keys);
 
-/// docs/options.md: all keys as tables.
+/// docs/options.md: the keys for users as tables.
 std::string optionsPage();
 
 /// A file of this repository that is written from configTable().
@@ -108,7 +108,7 @@ std::vector<GeneratedFile> generatedFiles();
 /// that holds the camera, body_T_cam0 is the extrinsic, image0_topic the topic.
 ///
 /// Everything else is an error: a missing or malformed file, a missing camera or extrinsic key, a
-/// value of the wrong kind, an unknown key in our section, a value out of range. Then returns
+/// value of another type, an unknown key in our section, a value out of range. Then returns
 /// false, leaves `config` as it was and puts a message that names file, key, value and bound into
 /// `error` (may be null). Never throws.
 bool loadConfig(const std::string& path, Config* config, std::string* error);

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What "did you mean ...?" asks, about keys of files and options of programs.
+// The distance behind "did you mean ...?", for keys of files and options of programs.
 #pragma once
 
 #include <cstddef>

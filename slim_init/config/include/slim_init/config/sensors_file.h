@@ -17,7 +17,7 @@ bool saveSensorsFile(const std::string& path, const Calibration& configured, dou
                      const KnownSensors& known, std::string* error);
 
 /// The inverse. Where the file belongs to another rig than `configured` (another extrinsic or td),
-/// the calibration is left out. False, everything as it was, and a message naming file, key, value
+/// the calibration is discarded. False, everything as it was, and a message naming file, key, value
 /// and bound in `error` (may be null) where it cannot be read or says what cannot be.
 bool loadSensorsFile(const std::string& path, const Calibration& configured, double* stamp,
                      KnownSensors* known, std::string* error);

@@ -50,7 +50,7 @@ struct StreamCounts {
 struct ImageFacts {
   double t = 0.0;                 ///< stamp [s], camera clock
   double p99 = kNotComputed;      ///< 99 % quantile of the grey levels, [0, 255]; NaN: unreadable
-  double saturated = 0.0;         ///< share of pixels at 250 or more
+  double saturated = 0.0;         ///< fraction of pixels at 250 or more
   double blur_px = kNotComputed;  ///< width of the sharpest edges as sigma [px]; NaN: no edges
   bool repeats = false;           ///< equal to the previous image in every pixel
   bool right_size = true;         ///< the configured one
@@ -79,7 +79,7 @@ struct WindowAnswers {
   int accepted = 0;                             ///< with the calibration as configured
   int refused = 0;                              ///< neither accepted nor for want of motion
   std::map<std::string, int> statuses;          ///< windows by name of their status
-  std::map<std::string, std::string> messages;  ///< first message by status, success left out
+  std::map<std::string, std::string> messages;  ///< first message by status, without success
   int with_warnings = 0;                        ///< accepted ones with InitResult::warnings
   std::string warning;                          ///< the first of these
   /// What all windows together say about the calibration, solved with wide priors; its sigmas are
@@ -94,14 +94,14 @@ struct WindowAnswers {
 
 /// Bounds. A finding beyond `warn` is a warning, beyond `fail` an error.
 struct DoctorOptions {
-  /// A value on the wrong side of `warn` is a warning, of `fail` an error.
+  /// A value beyond `warn` is a warning, of `fail` an error.
   struct Bound {
     double warn = 0.0;
     double fail = 0.0;
   };
-  Bound disorder = {0.0, 0.01};     ///< share of messages repeated, out of order or unreadable
+  Bound disorder = {0.0, 0.01};     ///< fraction of messages repeated, out of order or unreadable
   Bound imu_rate = {90.0, 50.0};    ///< [Hz] at least; 100 Hz IMUs run a little slow
-  Bound imu_lost = {0.005, 0.05};   ///< share of samples that are missing
+  Bound imu_lost = {0.005, 0.05};   ///< fraction of samples that are missing
   double max_imu_gap_s = 0.05;      ///< no window is cut across a longer step
   double max_imu_jitter = 0.3;      ///< 90 % quantile of the steps' deviation, in periods
   Bound image_rate = {9.0, 4.0};    ///< [Hz] at least; the host publishes features at 10 Hz
@@ -110,10 +110,9 @@ struct DoctorOptions {
   Bound gravity = {0.04, 0.15};           ///< |measured / configured - 1| of the specific force
   Bound gyro_still = {0.2, 1.0};          ///< [rad/s] mean rate at rest; MEMS gyros are below 0.1
   double max_gyro_rate = 35.0;            ///< [rad/s]; MEMS gyros end at 2000 deg/s
-  Bound gyro_scale = {0.05,
-                      0.2};  ///< |gyro over camera - 1|; a wrong focal length has the same effect
-  double min_correlation = 0.8;   ///< of the rates of camera and gyro; 0.97 and more where right
-  double mirrored_margin = 0.02;  ///< a mirrored gyro has to fit better by this
+  Bound gyro_scale = {0.05, 0.2};  ///< |gyro over camera - 1|; so is an error of the focal length
+  double min_correlation = 0.8;    ///< of the rates of camera and gyro; 0.97 and more where right
+  double mirrored_margin = 0.02;   ///< a mirrored gyro has to fit better by this
   /// To the configured calibration. `slim` estimates it, so that a difference costs accuracy and
   /// time; an error is what is beyond the range in which it does (GateOptions).
   Bound time_offset_s = {0.006, GateOptions().max_td_error_s};
@@ -123,22 +122,22 @@ struct DoctorOptions {
   /// Standard deviations beyond the scatter of windows or pairs: lens model, errors of the IMU.
   double extrinsic_floor_deg = 0.2;
   double translation_floor_m = 0.01;
-  /// Share of the windows that `slim` refuses as configured; one window beside three or more that
-  /// it accepts does not count.
+  /// Fraction of the windows that `slim` refuses as configured; one window beside three or more
+  /// that it accepts does not count.
   Bound refused = {0.1, 0.5};
   /// Ratio of the measured noise of the IMU to the data sheet's, or its inverse: a note.
   double noise_ratio = 10.0;
   Bound epipolar_px = {1.0, 3.0};  ///< median scale of points about their epipolar lines [px]
-  Bound black = {0.01, 0.5};       ///< share of images without light
+  Bound black = {0.01, 0.5};       ///< fraction of images without light
   double black_level = 16.0;       ///< grey level that 1 % of the pixels of an image must exceed
-  Bound saturated = {0.1, 0.6};    ///< share of images with more than half of their pixels white
-  Bound blurred = {0.3, 0.9};      ///< share of images whose sharpest edges are wider than:
+  Bound saturated = {0.1, 0.6};    ///< fraction of images with more than half of their pixels white
+  Bound blurred = {0.3, 0.9};      ///< fraction of images whose sharpest edges are wider than:
   double blur_px = 3.0;            ///< sigma of an edge [px]
-  Bound repeated_images = {0.02, 0.5};  ///< share of images equal to the one before
+  Bound repeated_images = {0.02, 0.5};  ///< fraction of images equal to the one before
   Bound points = {40.0, 15.0};          ///< median in an image, at least
-  Bound survival = {0.7, 0.4};          ///< median share of points found again in the next image
-  /// Least scatter of the specific force over a window, after averaging over 0.2 s [m/s^2]. At rest
-  /// with running motors it is 0.04, in the slowest EuRoC flight 0.14.
+  Bound survival = {0.7, 0.4};          ///< median fraction of points found again in the next image
+  /// Minimum scatter of the specific force over a window, after averaging over 0.2 s [m/s^2]. At
+  /// rest with running motors it is 0.04, in the slowest EuRoC flight 0.14.
   double min_acceleration = 0.1;
   double window_s = 2.25;  ///< of that scatter: ten keyframes
   RotationAlignmentOptions alignment;

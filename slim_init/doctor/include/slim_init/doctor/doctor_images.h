@@ -17,10 +17,10 @@ namespace slim_init::evaluation {
 /// may be empty; `size`: that of the configuration.
 ImageFacts imageFacts(double t, const cv::Mat& image, const cv::Mat& before, cv::Size size);
 
-/// Reads and tracks the images. The tracker does not use the gyro, so that a wrong extrinsic, unit
-/// or offset cannot spoil the tracks that it is measured with. `limit`: images from the start, with
-/// the IMU data of their time; 0: all. Images that cannot be read or tracked are counted in the
-/// data: nothing here is an error.
+/// Reads and tracks the images. The tracker does not use the gyro, so that an incorrect extrinsic,
+/// unit or offset cannot spoil the tracks that it is measured with. `limit`: images from the start,
+/// with the IMU data of their time; 0: all. Images that cannot be read or tracked are counted in
+/// the data: nothing here is an error.
 DoctorData readDoctorData(ImageSequence* images,
                           const feature_tracker_lines::CameraParameters& camera,
                           const Calibration& calibration,

@@ -17,7 +17,7 @@ struct RotationAlignmentOptions {
   double pair_spacing_s = 0.1;    ///< from the start of a pair to that of the next
   double max_frame_gap_s = 0.35;  ///< images further apart make no pair
   int min_points = 15;            ///< common points of a pair
-  double max_imu_gap_s = 0.06;    ///< a pair over a longer step between samples is left out
+  double max_imu_gap_s = 0.06;    ///< a pair over a longer step between samples is discarded
   double max_offset_s = 0.3;      ///< offsets are searched this far from the configured one
   double offset_step_s = 0.005;   ///< grid of that search, finer than any rotation changes
   double min_rate = 0.05;         ///< rms [rad/s]; slower rotation does not determine anything

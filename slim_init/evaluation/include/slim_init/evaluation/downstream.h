@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// How an estimator fares that was started from a method's answer.
+// The run of an estimator that was started from a method's estimate.
 #pragma once
 
 #include <functional>
@@ -13,17 +13,17 @@
 
 namespace slim_init::evaluation {
 
-/// The end of one run. NaN where there is no truth or the run never began.
+/// The end of one run. NaN where there is no ground truth or the run never began.
 struct DownstreamRecord {
-  bool ran = false;       ///< the answer held states to start from, and the data reached far enough
-  bool diverged = false;  ///< the estimator's own failure detection, or an error above a bound
-  std::string message;    ///< of a run that diverged or never began: one sentence
-  double seconds = 0.0;   ///< from the last keyframe of the seed to the last state
-  double ate = kNotComputed;          ///< positions after alignment by position and heading [m]
+  bool ran = false;  ///< the estimate has states to start from, and the data reached far enough
+  bool diverged = false;      ///< the estimator's own failure detection, or an error above a bound
+  std::string message;        ///< of a run that diverged or never began: one sentence
+  double seconds = 0.0;       ///< from the last keyframe of the seed to the last state
+  double ate = kNotComputed;  ///< positions after alignment by position and heading [m]
   double scale_error = kNotComputed;  ///< |s - 1| of the last window
 };
 
-/// Starts an estimator from an answer and the keyframes it belongs to. Called once per method and
+/// Starts an estimator from an estimate and the keyframes it belongs to. Called once per method and
 /// window; has no memory.
 using DownstreamRunner =
     std::function<DownstreamRecord(const Sequence& sequence, const InitResult& answer)>;

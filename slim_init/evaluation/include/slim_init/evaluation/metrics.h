@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Errors of one answer against the truth. Formulas: docs/evaluation.md.
+// Errors of one estimate against the ground truth. Formulas: docs/evaluation.md.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct Similarity {
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
 };
 
-/// Least-squares similarity from `source` to `target` (Umeyama 1991). Works for collinear points,
+/// Least squares similarity from `source` to `target` (Umeyama 1991). Works for collinear points,
 /// where R is one of many and s is still unique. Returns an empty string, or a sentence where s
 /// does not exist: sizes differ, fewer than two points, a coordinate that is not finite, all source
 /// points in one place.
@@ -32,8 +32,8 @@ inline constexpr double kSuccessScaleError = 0.5;
 /// Errors of one window. Either all fields are finite (gyro_bias_err_pct excepted, which does not
 /// exist for a zero true bias), or `failure` says why none is.
 struct WindowMetrics {
-  /// s of truth = s R estimate + t; negative where the estimate runs the wrong way, seen from the
-  /// first body (R would hide that on a path that is nearly planar).
+  /// s of ground truth = s R estimate + t; negative where the estimate runs the other way, seen
+  /// from the first body (R would hide that on a path that is nearly planar).
   double scale = kNotComputed;
   double scale_error = kNotComputed;        ///< |s - 1|
   double pose_rmse = kNotComputed;          ///< positions after the Sim(3) alignment [m]
@@ -56,13 +56,13 @@ struct PartialMetrics {
   double gyro_bias_vec_err = kNotComputed;  ///< [rad/s]
 };
 
-/// Gravity and gyro bias of an answer without states; as in WindowMetrics. Nothing for an answer
-/// with states, nor without truth.
+/// Gravity and gyro bias of an estimate without states; as in WindowMetrics. Nothing for an
+/// estimate with states, nor without ground truth.
 PartialMetrics evaluatePartial(const InitResult& result, const std::vector<NavState>& truth);
 
-/// Compares an estimate with the truth at the times of its states; the true gyro bias is the mean
-/// over them. A value that is not finite on either side, or a truth of another time than its state,
-/// makes the whole window fail.
+/// Compares an estimate with the ground truth at the times of its states; the true gyro bias is the
+/// mean over them. A value that is not finite on either side, or ground truth of another time than
+/// its state, makes the whole window fail.
 WindowMetrics evaluateWindow(const InitResult& result, const std::vector<NavState>& truth);
 
 /// One calibration minus another.
@@ -78,7 +78,7 @@ CalibrationDifference calibrationDifference(const Calibration& calibration,
 /// Errors of a calibration that a method has estimated, and its own opinion on them. NaN where it
 /// estimates none, a standard deviation also where it holds the value as exact.
 struct CalibrationErrors {
-  double td_s = kNotComputed;          ///< estimate minus truth
+  double td_s = kNotComputed;          ///< estimate minus ground truth
   double td_sigma_s = kNotComputed;    ///< standard deviation stated
   double rotation_deg = kNotComputed;  ///< angle between estimated and true R_b_c
   /// The same about the axes of the camera: true R_b_c Exp(.) is the estimated one [deg].
@@ -109,12 +109,12 @@ struct Excitation {
 /// as zero; dt_ij the time between the keyframes.
 Excitation measureExcitation(const InitWindow& window);
 
-/// How far the truth of a window is from its own IMU: the largest jump of velocity [m/s] at a
-/// keyframe between the motion before and after it, both from the true positions and attitudes with
-/// the IMU integrated between them. A truth without accelerometer bias leaves that of a tenth of a
-/// m/s^2 in it, some 0.03 m/s at keyframes 0.25 s apart; a tracking system that jumps by 5 cm
-/// leaves 0.2 m/s. Features simulated or rendered along such a truth jump with it. NaN with fewer
-/// than three keyframes or without truth.
+/// How far the ground truth of a window is from its own IMU: the largest jump of velocity [m/s] at
+/// a keyframe between the motion before and after it, both from the true positions and attitudes
+/// with the IMU integrated between them. Ground truth without accelerometer bias leaves that of a
+/// tenth of a m/s^2 in it, some 0.03 m/s at keyframes 0.25 s apart; a tracking system that jumps by
+/// 5 cm leaves 0.2 m/s. Features simulated or rendered along such a ground truth jump with it. NaN
+/// with fewer than three keyframes or without ground truth.
 double truthMismatch(const InitWindow& window, const std::vector<NavState>& truth);
 
 }  // namespace slim_init::evaluation

@@ -37,11 +37,11 @@ struct ProtocolOptions {
   ImuLimits imu;        ///< samples beyond are dropped, as in a running system
   /// A window counts when it is full: window.keyframes keyframes that span window.max_span_s.
   WindowOptions window = paperWindow();
-  /// Protocol of the first answer: in every trial a method is asked at every image, from
-  /// first_keyframes keyframes until the window is full, until it accepts; that answer counts, or
+  /// Protocol of the first estimate: in every trial a method solves at every image, from
+  /// first_keyframes keyframes until the window is full, until it accepts; that estimate counts, or
   /// else the last. 0: full windows only.
   int first_keyframes = 0;
-  /// Runs an estimator from every answer that a method accepts; empty: none.
+  /// Runs an estimator from every estimate that a method accepts; empty: none.
   DownstreamRunner downstream;
   /// The estimator is run from every n-th trial only: those with trial % downstream_every == 0.
   int downstream_every = 1;
@@ -49,7 +49,7 @@ struct ProtocolOptions {
   /// other errors of a rig are in the sequence already (applyRigErrors()).
   RigErrors rig;
   bool shows_calibration = false;  ///< summaryTable() shows what was found of the calibration
-  /// Windows solved at the same time. Answers and their order do not depend on it; wall times do.
+  /// Windows solved at the same time. Estimates and their order do not depend on it; wall times do.
   int threads = 1;
 
   /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
@@ -60,14 +60,14 @@ struct ProtocolOptions {
 struct MethodRecord {
   InitStatus status = InitStatus::kInvalidInput;
   std::string message;
-  bool attempted = false;  ///< an estimate was returned, whatever its verdict
-  int keyframes = 0;       ///< of the window answered; fewer than WindowRecord's where it accepted
+  bool attempted = false;  ///< an estimate was returned, whatever its status
+  int keyframes = 0;       ///< of the window solved; fewer than WindowRecord's where it accepted
   double data_s = 0.0;     ///< first to last keyframe of that window [s]
   WindowMetrics metrics;
-  /// The answer has a state where there is no truth, as near to the window as a correction of td
-  /// may take it: it cannot be judged.
+  /// The result has a state where there is no ground truth, as near to the window as a correction
+  /// of td may take it: it cannot be judged.
   bool without_truth = false;
-  PartialMetrics partial;  ///< of an answer without an estimate
+  PartialMetrics partial;  ///< of a result without an estimate
   double scale_sigma = kNotComputed;
   CalibrationErrors calibration;      ///< of a method that estimates it
   std::vector<std::string> warnings;  ///< InitResult::warnings
@@ -78,12 +78,12 @@ struct MethodRecord {
   /// CPU time of the calling thread over the same call: what the machine does besides is not in it.
   double solve_cpu_ms = kNotComputed;
   std::vector<StageTime> stages;  ///< as the method reports them, wall times
-  DownstreamRecord downstream;    ///< of an accepted answer, where an estimator was run
+  DownstreamRecord downstream;    ///< of an accepted estimate, where an estimator was run
 
   bool accepted() const { return status == InitStatus::kSuccess; }
 };
 
-/// One window (the longest of its trial) and every method's answer, in the order of
+/// One window (the longest of its trial) and every method's estimate, in the order of
 /// ProtocolResult::methods.
 struct WindowRecord {
   int trial = 0;                ///< the trial starts at image trial * stride
@@ -93,9 +93,9 @@ struct WindowRecord {
   int keyframes = 0;
   Excitation excitation;
   double truth_mismatch = kNotComputed;  ///< truthMismatch() [m/s]
-  /// True position of the body at the first keyframe [m]; NaN without truth.
+  /// True position of the body at the first keyframe [m]; NaN without ground truth.
   Eigen::Vector3d p_w_b = Eigen::Vector3d::Constant(kNotComputed);
-  CalibrationDifference rig;  ///< what the methods were told minus what is true
+  CalibrationDifference rig;  ///< calibration given to the methods minus the true one
   std::vector<MethodRecord> methods;
 };
 
@@ -104,15 +104,15 @@ struct ProtocolCounts {
   int frames = 0;
   int trials = 0;
   int windows = 0;
-  int without_truth = 0;  ///< a keyframe has no truth; not solved
-  int not_evaluable = 0;  ///< solved, and an answer has a state without truth; in no table
+  int without_truth = 0;  ///< a keyframe has no ground truth; not solved
+  int not_evaluable = 0;  ///< solved, and an estimate has a state without ground truth; in no table
   int ended = 0;          ///< the data end before the window is full
   int interrupted = 0;    ///< no full window within twice its nominal length: a gap
   int repeated = 0;       ///< same keyframes as the window before (trials that start in a gap)
   int invalid = 0;        ///< KeyframeWindow refused the data
 };
 
-/// Every window with every method's answer, and the account of all trials.
+/// Every window with every method's estimate, and the account of all trials.
 struct ProtocolResult {
   std::vector<std::string> methods;
   std::vector<WindowRecord> windows;
@@ -120,7 +120,7 @@ struct ProtocolResult {
   std::string first_refusal;       ///< sentence of the first trial counted as invalid
   int first_keyframes = 0;         ///< of the anytime protocol; 0 without it
   bool has_truth = true;           ///< false: no error of any window was computed
-  bool has_downstream = false;     ///< an estimator was run from the accepted answers
+  bool has_downstream = false;     ///< an estimator was run from the accepted estimates
   bool shows_calibration = false;  ///< ProtocolOptions::shows_calibration
   StreamCounts dropped;  ///< messages and observations rejected on the way, over all windows
 };
@@ -130,7 +130,7 @@ struct ProtocolResult {
 using ProgressCallback = std::function<void(int done, int total)>;
 
 /// Runs every solver on the windows of a sequence: a trial every `stride` images, each cut once
-/// from a fresh KeyframeWindow and handed to every solver in turn, on one thread. A trial whose
+/// from a fresh KeyframeWindow and given to every solver in turn, on one thread. A trial whose
 /// data end before its longest window is full does not count, for any method. With several threads
 /// different windows are solved at the same time, so solvers and options.downstream must allow
 /// parallel calls (WindowSolver promises that). Returns an empty string, or a message when options

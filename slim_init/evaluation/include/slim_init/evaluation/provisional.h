@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What a host gets that asks at every image from its start on and takes provisional answers.
+// First estimates of a host that solves at every image and takes provisional ones.
 #pragma once
 
 #include <string>
@@ -14,8 +14,9 @@
 
 namespace slim_init::evaluation {
 
-/// Errors of the newest state of an answer against the truth, and their squares over the covariance
-/// that the answer states, per degree of freedom. NaN without truth or without a covariance.
+/// Errors of the newest state of an estimate against the ground truth, and their squares over the
+/// covariance that the estimate states, per degree of freedom. NaN without ground truth or without
+/// a covariance.
 struct NewestErrors {
   double speed = kNotComputed;              ///< true [m/s]
   double velocity = kNotComputed;           ///< length of the error, in the body frame [m/s]
@@ -26,12 +27,12 @@ struct NewestErrors {
   double log_scale_squared = kNotComputed;  ///< one
 };
 
-/// `truth` at the times of answer.states.
+/// `truth` at the times of `answer.states`.
 NewestErrors evaluateNewest(const InitResult& answer, const std::vector<NavState>& truth);
 
-/// One question.
+/// One solve.
 struct ProvisionalRecord {
-  int trial = 0;         ///< of the question: begins at image trial * stride
+  int trial = 0;         ///< of the solve: begins at image trial * stride
   double t_start = 0.0;  ///< first image [s]
   double data_s = 0.0;   ///< first image to the newest one [s]
   InitStatus status = InitStatus::kInvalidInput;
@@ -40,8 +41,8 @@ struct ProvisionalRecord {
   double velocity_sigma = kNotComputed;  ///< gate of that name [m/s]
   double scale_sigma = kNotComputed;
   double solve_ms = kNotComputed;
-  bool first = false;           ///< the first answer of the trial: provisional or success
-  DownstreamRecord downstream;  ///< of a first answer
+  bool first = false;           ///< the first estimate of the trial: provisional or success
+  DownstreamRecord downstream;  ///< of a first estimate
 
   bool answered() const {
     return status == InitStatus::kProvisional || status == InitStatus::kSuccess;
@@ -52,20 +53,20 @@ struct ProvisionalRecord {
 struct ProvisionalRun {
   int stride = 20;              ///< images between the starts
   int max_trials = 0;           ///< 0: no limit
-  double last_s = 2.0;          ///< a trial without an answer by then has none [s]
-  double look_s = 0.5;          ///< every trial is asked up to here, whatever came before [s]
-  DownstreamRunner downstream;  ///< from the first answer; empty: none
+  double last_s = 2.0;          ///< a trial without an estimate by then has none [s]
+  double look_s = 0.5;          ///< every trial is solved up to here, whatever came before [s]
+  DownstreamRunner downstream;  ///< from the first estimate; empty: none
 };
 
 /// A fresh initializer of `options`, which should have provisional.enabled, per trial, fed as a
-/// host feeds it and asked at every image. Returns an empty string, or a message when the options
+/// host feeds it and solved at every image. Returns an empty string, or a message when the options
 /// cannot be used.
 std::string runProvisional(const Sequence& sequence, const InitializerOptions& initializer,
                            const ProvisionalRun& options, std::vector<ProvisionalRecord>* records);
 
 /// The figures of a run, one per line.
 std::string provisionalTable(const std::vector<ProvisionalRecord>& records, double look_s);
-/// One line per question, with a header.
+/// One line per solve, with a header.
 std::string provisionalCsv(const std::vector<ProvisionalRecord>& records);
 
 }  // namespace slim_init::evaluation

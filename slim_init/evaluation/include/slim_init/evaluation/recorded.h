@@ -15,7 +15,7 @@ namespace slim_init::evaluation {
 enum class ReadError {
   kNone,
   kMissingFile,  ///< not there, not a regular file, or not readable
-  kMalformed,    ///< wrong number of columns, not a number, empty line between rows
+  kMalformed,    ///< incorrect number of columns, not a number, empty line between rows
   kBadValue,     ///< NaN or infinity, quaternion that is no rotation
   kOutOfOrder,   ///< time not after the one before (duplicates included)
   kTooFewRows,

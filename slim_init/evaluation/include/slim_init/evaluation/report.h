@@ -31,10 +31,10 @@ struct PartialSummary {
 /// One method over one set of windows. A number that does not exist (no successful window, say) is
 /// NaN here and null or empty in the files.
 struct SubsetSummary {
-  int windows = 0;    ///< windows with truth
-  int attempted = 0;  ///< windows with an estimate, whatever its verdict
-  int success = 0;    ///< attempted windows with |s - 1| < 0.5, whatever the verdict
-  double success_rate = kNotComputed;  ///< success / windows; NaN without truth
+  int windows = 0;    ///< windows with ground truth
+  int attempted = 0;  ///< windows with an estimate, whatever its status
+  int success = 0;    ///< attempted windows with |s - 1| < 0.5, whatever the status
+  double success_rate = kNotComputed;  ///< success / windows; NaN without ground truth
 
   // Over successful windows.
   double scale_rmse = kNotComputed;
@@ -66,7 +66,7 @@ struct SubsetSummary {
   double accepted_scale_median = kNotComputed;      ///< likewise
   double accepted_gravity_rmse_deg = kNotComputed;  ///< likewise
   double accepted_velocity_rmse = kNotComputed;     ///< likewise [m/s]
-  // Root mean squares over the accepted answers that have the number.
+  // Root mean squares over the accepted estimates that have the number.
   double accepted_scale_over_sigma = kNotComputed;     ///< |s - 1| over the stated scale_sigma
   double accepted_td_rmse_ms = kNotComputed;           ///< td estimated minus true [ms]
   double accepted_td_over_sigma = kNotComputed;        ///< over its stated standard deviation
@@ -76,12 +76,12 @@ struct SubsetSummary {
   double accept_s_median = kNotComputed;  ///< data from first to last keyframe at acceptance [s]
   double accept_s_p90 = kNotComputed;     ///< likewise, 90 % quantile
   double accept_keyframes_median = kNotComputed;
-  /// Accepted answers with |s - 1| < 0.1: their share of all windows, and accept_s over them.
+  /// Accepted estimates with |s - 1| < 0.1: their fraction of all windows, and accept_s over them.
   double right_rate = kNotComputed;
   double right_s_median = kNotComputed;  ///< [s]
   double right_s_p90 = kNotComputed;     ///< [s]
 
-  // Over accepted answers from which an estimator was run.
+  // Over accepted estimates from which an estimator was run.
   int downstream_runs = 0;
   int downstream_diverged = 0;
   double downstream_divergence_rate = kNotComputed;  ///< of the runs
@@ -142,7 +142,7 @@ std::string summaryCsv(const RunInfo& info, const std::vector<MethodSummary>& su
 std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
                         const std::vector<MethodSummary>& summaries);
 
-/// The main table for a terminal, one block per subset, and the verdicts.
+/// The main table for a terminal, one block per subset, and the statuses.
 std::string summaryTable(const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
 
 /// Makes `directory` with its parents. Returns an empty string, or a message naming the path.

@@ -17,9 +17,9 @@ namespace slim_init::evaluation {
 struct TrackingSummary {
   int images = 0;               ///< of the recording
   int tracked = 0;              ///< a frame came out
-  int outside_imu = 0;          ///< before the first or after the last IMU sample: left out
+  int outside_imu = 0;          ///< before the first or after the last IMU sample: discarded
   int unreadable = 0;           ///< could not be read or decoded
-  int refused = 0;              ///< the front end did not take them: wrong size
+  int refused = 0;              ///< refused by the front end: incorrect size
   std::string first_problem;    ///< sentence of the first image unreadable or refused
   int images_without_gyro = 0;  ///< tracked without a rotation from the gyro
   int images_with_vp = 0;       ///< a dominant vanishing point was found
@@ -44,13 +44,14 @@ struct Sequence {
   std::int64_t t0_ns = 0;                ///< stamp of t = 0 in the recording [ns]
   std::vector<ImuSample> imu;            ///< ascending in time
   std::vector<FrameObservation> frames;  ///< ascending in time
-  /// Truth at the instant of frames[i] (frames[i].t + td on the IMU clock, td that of the true
+  /// Ground truth at the time of frames[i] (frames[i].t + td on the IMU clock, td that of the true
   /// calibration), one entry per frame; t is NaN where there is none.
   std::vector<NavState> truth;
-  /// Truth at any time on the IMU clock [s]; t is NaN where there is none. Empty: truthAt()
+  /// Ground truth at any time on the IMU clock [s]; t is NaN where there is none. Empty: truthAt()
   /// interpolates between the frames.
   std::function<NavState(double t)> truth_between;
-  /// False: there is no truth at all. Windows are solved all the same, and no error is computed.
+  /// False: there is no ground truth at all. Windows are solved all the same, and no error is
+  /// computed.
   bool has_truth = true;
   std::optional<TrackingSummary> tracking;  ///< where the features come from images
   std::vector<std::string> notes;  ///< what the reader of a report must know about the data
@@ -60,10 +61,10 @@ struct Sequence {
   }
 };
 
-/// True state at time t on the IMU clock [s]: that of the frame there is at that instant (to a
+/// True state at time t on the IMU clock [s]: that of the frame there is at that time (to a
 /// nanosecond), else Sequence::truth_between, or without it interpolated between the two frames
 /// around it: position by the cubic of both positions and velocities, rotation along the geodesic,
-/// velocity linearly, biases of the nearer one. `t` of the answer is NaN where there is no truth.
+/// velocity linearly, biases of the nearer one. `t` of the result is NaN without ground truth.
 NavState truthAt(const Sequence& sequence, double t);
 
 }  // namespace slim_init::evaluation

@@ -51,8 +51,8 @@ std::unique_ptr<SequenceWriter> makeAslWriter(const std::string& directory, cons
                                               std::string* error);
 
 /// Writes a bag (not compressed) with sensor_msgs/Imu and sensor_msgs/Image (mono8), header stamp
-/// and record time alike, and the truth beside it as groundtruthFileOf(file). Stamps must fit
-/// ros::Time: whole seconds below 2^32. Null and a sentence in `error` when the file cannot be
+/// and record time alike, and the ground truth beside it as groundtruthFileOf(file). Stamps must
+/// fit ros::Time: whole seconds below 2^32. Null and a sentence in `error` when the file cannot be
 /// made, in a build without rosbag always.
 std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& topics,
                                               std::string* error);

@@ -30,7 +30,7 @@ struct TrackingHooks {
 
 /// Runs one ImageFrontEnd over all images that the IMU data cover, in order, the IMU fed up to each
 /// of them: tracks run through the whole recording, as in flight. An image that cannot be read or
-/// that the front end refuses is counted and left out. `frames` gets one observation per tracked
+/// that the front end refuses is counted and discarded. `frames` gets one observation per tracked
 /// image. Returns an empty string, or a sentence when fewer than two images could be tracked, or
 /// that of a hook.
 std::string trackImages(ImageSequence* images,

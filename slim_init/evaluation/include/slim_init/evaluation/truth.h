@@ -13,9 +13,9 @@ namespace slim_init::evaluation {
 /// Which spans of a recording the gyroscope bias is fitted to.
 struct GyroBiasFitOptions {
   double span_s = 1.0;  ///< length of the spans over which gyro and orientation are compared
-  double max_imu_gap_s = 0.05;    ///< a span with a longer step between samples is left out
+  double max_imu_gap_s = 0.05;    ///< a span with a longer step between samples is discarded
   double max_truth_step_s = 0.5;  ///< so is one whose ends are off span_s by more than this
-  /// Spans whose residual is above this many medians are left out of the second pass: single
+  /// Spans whose residual is above this many medians are excluded from the second pass: single
   /// glitches of a motion capture system must not move the mean.
   double outlier_medians = 5.0;
 };
@@ -26,7 +26,7 @@ struct GyroBiasFit {
   std::string message;  ///< one sentence: what was fitted, or why not
   Eigen::Vector3d bias = Eigen::Vector3d::Constant(kNotComputed);  ///< [rad/s]
   int spans = 0;                                                   ///< used in the last pass
-  int spans_rejected = 0;                                          ///< left out as outliers
+  int spans_rejected = 0;                                          ///< discarded as outliers
   double rms_rad = kNotComputed;  ///< residual rotation per span, root mean square [rad]
 };
 

@@ -39,7 +39,7 @@ struct InitSessionCounts {
   std::int64_t restarts = 0;  ///< calls of restart()
 };
 
-/// One call of IInitializer::initialize() and its answer.
+/// One call of IInitializer::initialize() and its result.
 struct Attempt {
   std::int64_t number = 0;  ///< since the start, from 1
   double t = kNotComputed;  ///< newest frame that the IMU covers, camera clock [s]; NaN: none
@@ -49,7 +49,7 @@ struct Attempt {
 };
 
 /// Feeds an initializer from message streams. Stamps are those of the caller's clock; the
-/// initializer checks them. When it reports that time has jumped, the session starts anew as well.
+/// initializer checks them. When it reports that time has jumped, the session restarts as well.
 /// Not thread-safe.
 class InitSession {
  public:
@@ -73,7 +73,7 @@ class InitSession {
   /// attempt, also where there was a success before.
   Attempt initialize();
 
-  /// Forgets all data and the answer.
+  /// Forgets all data and the estimate.
   void restart();
 
   bool initialized() const { return initialized_; }

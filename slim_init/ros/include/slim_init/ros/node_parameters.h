@@ -34,8 +34,8 @@ class NodeParameters {
   /// Reads ~config_file (required) and ~options_file into `config`.
   void readConfig(Config* config);
 
-  /// After the last read(): an empty string, or a message about the first problem: a wrong type, a
-  /// file that cannot be used, a private parameter that was not read.
+  /// After the last read(): an empty string, or a message about the first problem: an incorrect
+  /// type, a file that cannot be used, a private parameter that was not read.
   std::string check();
 
   /// Logs all values, one line each, and the notes of the configuration.

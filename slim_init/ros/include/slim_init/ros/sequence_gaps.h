@@ -10,7 +10,7 @@ namespace slim_init::node {
 class SequenceGaps {
  public:
   void add(std::uint32_t sequence) {
-    constexpr std::uint32_t kNoCount = 10000;  // a step as large is a publisher started anew
+    constexpr std::uint32_t kNoCount = 10000;  // a step as large is a restarted publisher
     const std::uint32_t step = sequence - last_;
     if (started_ && step > 1 && step < kNoCount) lost_ += step - 1;
     started_ = true;

@@ -52,7 +52,7 @@ class StreamMonitor {
   /// Why a message was dropped that is counted elsewhere.
   void explain(const std::string& reason);
 
-  /// Values and verdict since the last call: silence of a required stream is an error, messages
+  /// Values and status since the last call: silence of a required stream is an error, messages
   /// lost or dropped are a warning. `counts`: of what was not garbage.
   void report(const StreamCounts& counts, diagnostic_msgs::DiagnosticStatus* status);
 

@@ -28,12 +28,13 @@ struct FeatureSimulationOptions {
   double pixel_noise = 0.6;          ///< point observation, standard deviation per axis [px]
   double line_noise = 0.7;           ///< line end point, standard deviation per axis [px]
   double drift = 0.0;                ///< random walk of a point track, per frame and axis [px]
-  double outlier_rate = 0.0;  ///< share of point tracks that leave their point at constant velocity
+  double outlier_rate =
+      0.0;  ///< fraction of point tracks that leave their point at constant velocity
   double outlier_speed = 0.8;  ///< standard deviation of that velocity [px/frame]
   double track_life = 36.0;    ///< mean life of a track [frames]; tracks end earlier out of sight
-  double line_slide = 0.25;    ///< largest share of a segment cut from each end, drawn per frame
+  double line_slide = 0.25;    ///< largest fraction of a segment cut from each end, drawn per frame
   double line_fragmentation = 0.0;   ///< chance per line and frame that the track breaks (new id)
-  double line_misassociation = 0.0;  ///< chance per line and frame that it jumps to a wrong segment
+  double line_misassociation = 0.0;  ///< chance per line and frame that it jumps to another segment
                                      ///< under the same id, for the rest of the track
   double min_line_length_px = 25.0;  ///< shorter segments are not seen
   unsigned seed = 1;

@@ -100,7 +100,7 @@ cv::Mat mergeBands(const std::vector<cv::Mat>& pictures);
 struct SensorOptions {
   double gain = 255.0;             ///< grey level of radiance 1
   double blur_px = 0.5;            ///< standard deviation of the lens's point spread [px]
-  double vignetting = 0.25;        ///< share of the light lost in the corners
+  double vignetting = 0.25;        ///< fraction of the light lost in the corners
   double exposure_swing = 0.1;     ///< largest relative change of the exposure
   double exposure_period_s = 7.0;  ///< of that change, a sine [s]
   double read_noise = 1.5;         ///< standard deviation in the dark [grey levels]

@@ -118,8 +118,8 @@ struct SceneOptions {
 bool makeScene(const SceneOptions& options, const std::vector<Eigen::Vector3d>& path_w,
                Scene* scene, std::string* error);
 
-/// The scene as JSON: every solid, look and light in the names of these structs, so that truth can
-/// be computed later. Users can write scenes of their own in this format.
+/// The scene as JSON: every solid, look and light in the names of these structs, so that ground
+/// ground truth can be computed later. Users can write scenes of their own in this format.
 std::string sceneToJson(const Scene& scene);
 
 /// Reads sceneToJson()'s text. False and a message naming the key or element at fault.

@@ -75,7 +75,7 @@ class TrackTruth {
   using PoseAfterStamp = std::function<CameraPose(double dt)>;
 
   /// Frames ascending in time. Every observation is taken at its own time (PointObservation::dt,
-  /// LineObservation::start_dt and end_dt), for which `pose_at` is asked.
+  /// LineObservation::start_dt and end_dt), at which `pose_at` is evaluated.
   void addFrame(const FrameObservation& frame, const PoseAfterStamp& pose_at);
 
   TrackQuality evaluate() const;

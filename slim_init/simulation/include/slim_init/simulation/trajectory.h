@@ -12,7 +12,7 @@
 
 namespace slim_init::simulation {
 
-/// Motion of the body at one instant. World w: z up.
+/// Motion of the body at one time. World w: z up.
 struct Kinematics {
   Eigen::Matrix3d R_w_b = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p_w_b = Eigen::Vector3d::Zero();    ///< [m]
