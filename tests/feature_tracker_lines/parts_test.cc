@@ -30,15 +30,21 @@ cv::Mat flatImage(double brightness, double noise, std::uint64_t seed) {
   return image;
 }
 
-std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat mask = cv::Mat()) {
-  ImagePyramid pyramid;
-  buildImagePyramid(image, 21, 3, &pyramid);
-  CornerDetector detector(image.size(), 20.0, 8.0);
-  if (mask.empty()) mask = cv::Mat(image.size(), CV_8UC1, cv::Scalar(255));
+std::vector<cv::Point2f> cornersOf(const ImagePyramid& pyramid, double factor,
+                                   cv::Mat mask = cv::Mat()) {
+  const cv::Size size = pyramid.level(0).size();
+  CornerDetector detector(size, 20.0, 8.0);
+  if (mask.empty()) mask = cv::Mat(size, CV_8UC1, cv::Scalar(255));
   std::vector<cv::Point2f> corners;
   detector.detect(pyramid.derivative(0), factor * kNoiseEigenvalue * pyramid.noise * pyramid.noise,
                   1000, detector.cells(), &mask, &corners);
   return corners;
+}
+
+std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat mask = cv::Mat()) {
+  ImagePyramid pyramid;
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
+  return cornersOf(pyramid, factor, std::move(mask));
 }
 
 // ------------------------------------------------------------------------------------------ rows
@@ -103,6 +109,35 @@ TEST(ImageNoise, IsMeasuredOnFlatAndOnTexturedImages) {
   }
 }
 
+TEST(ImagePyramidTest, ALargeImageIsHalvedUntilItIsSmallEnough) {
+  EXPECT_EQ(halvingsFor(cv::Size(752, 480)), 0);
+  EXPECT_EQ(halvingsFor(cv::Size(752, 960)), 0);
+  EXPECT_EQ(halvingsFor(cv::Size(752, 961)), 1);
+  EXPECT_EQ(halvingsFor(cv::Size(1280, 720)), 1);
+  EXPECT_EQ(halvingsFor(cv::Size(1504, 1920)), 1);
+  EXPECT_EQ(halvingsFor(cv::Size(1504, 1930)), 2);
+}
+
+TEST(ImagePyramidTest, UpperLevelsShareItsMemoryAndHaveLessNoise) {
+  const cv::Mat image = flatImage(128.0, 6.0, 4);
+  ImagePyramid pyramid, halved;
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
+  buildImagePyramid(image, 21, 2, 1, &halved);
+  EXPECT_EQ(pyramid.from(0).level(0).data, pyramid.level(0).data);
+  EXPECT_EQ(pyramid.from(0).noise, pyramid.noise);
+  const ImagePyramid upper = pyramid.from(1);
+  EXPECT_EQ(upper.level(0).data, pyramid.level(1).data);
+  EXPECT_EQ(upper.max_level, pyramid.max_level - 1);
+  // The same image, whichever way it was halved.
+  EXPECT_EQ(cv::norm(halved.level(0), upper.level(0), cv::NORM_INF), 0.0);
+  EXPECT_EQ(halved.halvings, upper.halvings);
+  EXPECT_NEAR(halved.noise, upper.noise, 1e-12);
+  EXPECT_LT(upper.noise, 0.4 * pyramid.noise);
+  EXPECT_NEAR(halved.from(1).noise, pyramid.from(2).noise, 1e-12);
+  EXPECT_TRUE(pyramid.from(pyramid.max_level + 1).empty());
+  EXPECT_EQ(levelNoise(0.0, 2), kLeastNoise);
+}
+
 TEST(ImageNoise, SaturatedAndTinyImagesHaveTheLeast) {
   EXPECT_EQ(measureNoise(flatImage(255.0, 0.0, 1)), kLeastNoise);
   EXPECT_EQ(measureNoise(flatImage(0.0, 0.0, 1)), kLeastNoise);
@@ -118,6 +153,20 @@ TEST(Corners, NoneFromNoiseAlone) {
       EXPECT_TRUE(cornersOf(image, 2.0).empty()) << "sigma " << sigma;
       // The constant is what noise makes: well below it there are plenty.
       EXPECT_GT(cornersOf(image, 0.4).size(), 20U) << "sigma " << sigma;
+    }
+  }
+}
+
+// The noise of the levels above is that of white noise that makes corners as strong.
+TEST(Corners, NoneFromNoiseOnTheLevelsAbove) {
+  for (const double sigma : {3.0, 8.0}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      ImagePyramid pyramid;
+      buildImagePyramid(flatImage(128.0, sigma, seed), 21, 3, 0, &pyramid);
+      for (const int level : {1, 2}) {
+        EXPECT_TRUE(cornersOf(pyramid.from(level), 2.0).empty()) << sigma << " " << level;
+        EXPECT_GT(cornersOf(pyramid.from(level), 0.4).size(), 5U) << sigma << " " << level;
+      }
     }
   }
 }
@@ -159,7 +208,7 @@ TEST(Corners, KeepOutOfTheMaskAndApart) {
 TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
   cv::Mat image = flatImage(128.0, 1.0, 2);
   ImagePyramid pyramid;
-  buildImagePyramid(image, 21, 3, &pyramid);
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
   CornerDetector detector(image.size(), 20.0, 8.0);
   const int at_a_time = 10;
   // A corner that is only there in the last round must still be found within it.
@@ -171,7 +220,7 @@ TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
   }
   EXPECT_TRUE(corners.empty());
   cv::rectangle(image, cv::Rect(400, 300, 90, 60), cv::Scalar(220), cv::FILLED);
-  buildImagePyramid(image, 21, 3, &pyramid);
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
   for (int i = 0; i < rounds; ++i) {
     detector.detect(pyramid.derivative(0), 100.0, 10, at_a_time, &mask, &corners);
   }
@@ -481,7 +530,7 @@ TEST(EdgeFitTest, NoiseCostsLittleAndABlankImageHasNone) {
 // Segments of an image as it is, without a level of the pyramid in between.
 std::vector<cv::Vec4f> segmentsOf(const cv::Mat& image, double min_length, double noise = 0.3) {
   ImagePyramid pyramid;
-  buildImagePyramid(image, 5, 0, &pyramid);
+  buildImagePyramid(image, 5, 0, 0, &pyramid);
   std::vector<cv::Vec4f> segments(3);  // what was there before is no result
   LineDetector(min_length).detect(pyramid.derivative(0), noise, &segments);
   return segments;
@@ -613,7 +662,8 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
   std::vector<double> recognised, kept;
   for (const double shift : {0.0, 2.0, 4.0, 6.0, 8.0, 12.0}) {
     std::swap(before, now);
-    buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, &now);
+    buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0,
+                      &now);
     ImageReport report;
     tracker.follow(0.0, before, now, prior, &report);
     tracker.refill(now, &report);
