@@ -25,6 +25,9 @@ constexpr std::size_t kMaxAxes = 8;
 // Another axis has to have so many times the line length of the one that is followed to take over.
 constexpr double kStrongerAxis = 1.5;
 
+// Distance of points in a halved image [px], at least: closer ones share most of their patches.
+constexpr double kLeastDistancePx = 10.0;
+
 // A dark image is tracked with its grey levels multiplied by 2, 4 or 8: all its contrast lies in a
 // few levels, and the fixed-point arithmetic of detection and tracking rounds most of it away. What
 // counts is the level that one pixel in a hundred exceeds. The factor is kept while that level
@@ -75,10 +78,14 @@ CameraParameters halved(CameraParameters camera, int halvings) {
   return camera;
 }
 
-FrontEndOptions withMaskOf(const CameraParameters& camera, FrontEndOptions options) {
-  const cv::Size size(camera.width, camera.height);
-  if (!options.mask.empty() && options.mask.size() != size) {
-    cv::resize(options.mask, options.mask, size, 0.0, 0.0, cv::INTER_NEAREST);
+// The options for that image: the distance between points is one in the camera's image.
+FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, int halvings) {
+  if (halvings == 0) return options;
+  double& distance_px = options.points.min_distance_px;
+  distance_px = std::max(std::ldexp(distance_px, -halvings), std::min(distance_px, kLeastDistancePx));
+  if (!options.mask.empty()) {
+    cv::resize(options.mask, options.mask, cv::Size(camera.width, camera.height), 0.0, 0.0,
+               cv::INTER_NEAREST);
   }
   return options;
 }
@@ -108,7 +115,7 @@ FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOpt
                                double sigma_line_rad)
     : halvings_(halvingsOf(camera, options.profile)),
       camera_(halved(camera, halvings_)),
-      options_(withMaskOf(camera_.parameters(), options)),
+      options_(halved(options, camera_.parameters(), halvings_)),
       sigma_line_rad_(sigma_line_rad),
       points_(camera_.parameters(), options_),
       lines_(camera_.parameters(), options_) {}

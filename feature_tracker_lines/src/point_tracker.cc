@@ -140,6 +140,18 @@ bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Poin
 // positions of level 0 stay as they are, bit for bit.
 float pixelOf(int level) { return static_cast<float>(1 << level); }
 
+// Drops the corners that are stronger on the next level. A corner of the scene is sharp and has the
+// same slopes on both; those of shading grow with each halving.
+void dropSmooth(const ImagePyramid& now, std::vector<cv::Point2f>* corners) {
+  if (now.max_level < 1) return;
+  const auto smooth = [&now](const cv::Point2f& corner) {
+    const int x = cvRound(corner.x), y = cvRound(corner.y);
+    return cornerEigenvalue(now.derivative(1), x / 2, y / 2) >
+           cornerEigenvalue(now.derivative(0), x, y);
+  };
+  corners->erase(std::remove_if(corners->begin(), corners->end(), smooth), corners->end());
+}
+
 // KLT of a set of points from the previous image to this one, in rounds: each round looks for those
 // that no earlier round has found. All positions are those of the level 0 of both pyramids.
 class FlowSearch {
@@ -249,7 +261,8 @@ PointTracker::PointTracker(const CameraParameters& camera, const FrontEndOptions
       usable_(usableArea(camera_, options)) {
   cv::Size size(camera.width, camera.height);
   for (int level = 0; level < kLevels; ++level) {
-    corners_.emplace_back(size, options.points.min_distance_px, options.points.border_px);
+    corners_.emplace_back(size, options.points.min_distance_px / pixelOf(level),
+                          options.points.border_px);
     size = cv::Size((size.width + 1) / 2, (size.height + 1) / 2);
   }
 }
@@ -667,29 +680,18 @@ void PointTracker::refillDefault(const ImagePyramid& now) {
   }
 }
 
-// Where new points may be on a level above 0, of which points keep the same distance in its pixels.
-cv::Mat PointTracker::freeOn(int level, cv::Size size) const {
-  cv::Mat free;
-  cv::resize(mask_, free, size, 0.0, 0.0, cv::INTER_NEAREST);
-  for (const PointTrack& track : tracks_) {
-    if (track.level == 0) continue;
-    const cv::Point2f place = track.pixel / pixelOf(level);
-    cv::circle(free, cv::Point(cvRound(place.x), cvRound(place.y)),
-               static_cast<int>(options_.points.min_distance_px), cv::Scalar(0), cv::FILLED);
-  }
-  return free;
-}
-
 // `now` begins with `level`.
 void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
   const PointTrackerOptions& o = options_.points;
   if (wanted <= 0 || now.empty()) return;
   const bool everywhere = static_cast<double>(tracks_.size()) < kRefillAll * o.max_points;
-  cv::Mat free = level == 0 ? mask_ : freeOn(level, now.level(0).size());
+  cv::Mat free = mask_;  // the same memory
+  if (level > 0) cv::resize(mask_, free, now.level(0).size(), 0.0, 0.0, cv::INTER_NEAREST);
   std::vector<cv::Point2f> found;
   CornerDetector& corners = corners_[static_cast<std::size_t>(level)];
   corners.detect(now.derivative(0), o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise,
                  wanted, everywhere ? corners.cells() : kCellsPerImage, &free, &found);
+  if (level > 0) dropSmooth(now, &found);
   if (found.empty()) return;
   // The vertex of the edges is the same place from near and far. The strongest response lies a
   // pixel or two inside, which becomes an error as the scene comes closer.

@@ -82,7 +82,7 @@ class PointTracker {
   void reset();
 
  private:
-  static constexpr int kLevels = 3;  // of the pyramid, on which points are followed
+  static constexpr int kLevels = 2;  // of the pyramid, on which points are followed
   using Levels = std::array<ImagePyramid, kLevels>;
   struct Expected;
   struct Found;
@@ -108,7 +108,6 @@ class PointTracker {
   Eigen::Vector3d atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
                               const cv::Point2f& pixel) const;
   void refillDefault(const ImagePyramid& now);
-  cv::Mat freeOn(int level, cv::Size size) const;
   void addCorners(const ImagePyramid& now, int level, int wanted);
 
   // Profile `vins`.
