@@ -75,6 +75,7 @@ constexpr double kThreeViewPx = 0.6;
 // of the pyramid fill it up to there, then of the one after it: each halving leaves a third of the
 // noise, and doubles the error of a point.
 constexpr double kCoarseShare = 0.25;
+constexpr double kSharpGrowth = 2.0;  // see dropSmooth()
 
 // Places without a ray (beyond the image circle of a fisheye) are looked for at this step [px].
 constexpr int kUsableStepPx = 8;
@@ -140,14 +141,14 @@ bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Poin
 // positions of level 0 stay as they are, bit for bit.
 float pixelOf(int level) { return static_cast<float>(1 << level); }
 
-// Drops the corners that are stronger on the next level. A corner of the scene is sharp and has the
-// same slopes on both; those of shading grow with each halving.
+// Drops the corners that are too strong on the next level. Those of the scene are sharp and have the
+// same slopes on both, while the slopes of shading double and their squares grow fourfold.
 void dropSmooth(const ImagePyramid& now, std::vector<cv::Point2f>* corners) {
   if (now.max_level < 1) return;
   const auto smooth = [&now](const cv::Point2f& corner) {
     const int x = cvRound(corner.x), y = cvRound(corner.y);
     return cornerEigenvalue(now.derivative(1), x / 2, y / 2) >
-           cornerEigenvalue(now.derivative(0), x, y);
+           kSharpGrowth * cornerEigenvalue(now.derivative(0), x, y);
   };
   corners->erase(std::remove_if(corners->begin(), corners->end(), smooth), corners->end());
 }
@@ -685,8 +686,8 @@ void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
   const PointTrackerOptions& o = options_.points;
   if (wanted <= 0 || now.empty()) return;
   const bool everywhere = static_cast<double>(tracks_.size()) < kRefillAll * o.max_points;
-  cv::Mat free = mask_;  // the same memory
-  if (level > 0) cv::resize(mask_, free, now.level(0).size(), 0.0, 0.0, cv::INTER_NEAREST);
+  cv::Mat free;  // a corner that is not taken keeps nothing off on the next level
+  cv::resize(mask_, free, now.level(0).size(), 0.0, 0.0, cv::INTER_NEAREST);
   std::vector<cv::Point2f> found;
   CornerDetector& corners = corners_[static_cast<std::size_t>(level)];
   corners.detect(now.derivative(0), o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise,
@@ -709,6 +710,8 @@ void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
     if (!addTrack(place)) continue;
     tracks_.back().anchor = std::move(anchor);
     tracks_.back().level = level;
+    cv::circle(mask_, cv::Point(cvRound(place.x), cvRound(place.y)),
+               static_cast<int>(o.min_distance_px), cv::Scalar(0), cv::FILLED);
   }
 }
 

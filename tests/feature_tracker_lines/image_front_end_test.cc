@@ -176,8 +176,8 @@ TEST(FrontEndPoints, BlankWallsGiveNoneAtAll) {
   EXPECT_GT(run(&again, as_vins, 5).points, 50.0);
 }
 
-// All of a dark room lies in a few grey levels. It is brightened for tracking, and few points are
-// filled up with weaker ones, unless the host's file says equalize: 0.
+// All of a dark room lies in a few grey levels. It is brightened for tracking, unless the host's
+// file says equalize: 0; few points are filled up on the next level in any case.
 Outcome runDark(double light, double noise, bool equalize) {
   const auto texture = [light](int wall, double u, double v) {
     return light * textures::panels(wall, u, v);
@@ -191,14 +191,17 @@ Outcome runDark(double light, double noise, bool equalize) {
 
 TEST(FrontEndPoints, ADarkRoomKeepsItsPointsAndLines) {
   const Outcome brightened = runDark(0.05, 1.0, true), as_it_is = runDark(0.05, 1.0, false);
-  EXPECT_GT(brightened.points, 2.0 * as_it_is.points);
+  for (const Outcome* outcome : {&brightened, &as_it_is}) {
+    EXPECT_GT(outcome->points, 20.0);  // nine on the image alone
+    EXPECT_GT(outcome->persisting, 0.9 * outcome->points);
+    EXPECT_LT(TrackErrors::quantile(outcome->errors.point_px, 0.5), 0.4);
+    EXPECT_LT(outcome->errors.pointsBeyond(1.5), 0.02);
+  }
   EXPECT_LT(as_it_is.lines, 5.0);
   EXPECT_GT(brightened.lines, 50.0);
-  EXPECT_LT(TrackErrors::quantile(brightened.errors.point_px, 0.5), 0.35);
-  EXPECT_LT(brightened.errors.pointsBeyond(1.5), 0.02);
 }
 
-// Where the points suffice no weaker ones are taken, and none becomes less accurate.
+// Where the points suffice none of the next level are taken, and none becomes less accurate.
 TEST(FrontEndPoints, ADarkRoomWithEnoughPointsKeepsTheSame) {
   const Outcome brightened = runDark(0.12, 0.5, true), as_it_is = runDark(0.12, 0.5, false);
   EXPECT_NEAR(brightened.points, as_it_is.points, 1.0);
@@ -258,7 +261,7 @@ TEST(FrontEndPoints, AChangeOfTheFactorKeepsTheTracks) {
   EXPECT_EQ(changes, 1);
 }
 
-// Images in which the points of the last frame were seen, of a room that lies in some 40 grey levels.
+// Images in which the points of the last frame were seen.
 std::vector<int> livesIn(double light, double noise, int images, TrackErrors* errors) {
   const auto texture = [light](int wall, double u, double v) {
     return light * textures::panels(wall, u, v);
@@ -278,10 +281,11 @@ std::vector<int> livesIn(double light, double noise, int images, TrackErrors* er
   return lives;
 }
 
-TEST(FrontEndPoints, ADimNoisyRoomIsFollowedOnTheLevelsAbove) {
+TEST(FrontEndPoints, ADimNoisyRoomIsFollowedOnTheNextLevel) {
   constexpr int kImages = 16;
   TrackErrors errors;
-  const std::vector<int> lives = livesIn(0.2, 4.0, kImages, &errors);
+  const std::vector<int> lives = livesIn(0.15, 4.0, kImages, &errors);
+  // None on the image alone.
   EXPECT_GE(std::count_if(lives.begin(), lives.end(), [](int n) { return n >= 10; }), 25);
   EXPECT_LT(TrackErrors::quantile(errors.point_px, 0.5), 0.6);
   EXPECT_LT(errors.pointsBeyond(2.0), 0.05);
@@ -297,16 +301,16 @@ TEST(FrontEndLarge, IsTrackedAtHalfItsSize) {
   ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
   const Outcome outcome = run(&walk, options, 10, &front_end);
   EXPECT_EQ(front_end.debugImage().size(), cv::Size(640, 360));
-  EXPECT_GT(outcome.points, 60.0);
+  EXPECT_GT(outcome.points, 30.0);
   EXPECT_GT(outcome.persisting, 0.8 * outcome.points);
-  EXPECT_GT(outcome.lines, 40.0);
+  EXPECT_GT(outcome.lines, 30.0);
   // Half a pixel there is a quarter of a pixel here.
   EXPECT_LT(TrackErrors::quantile(outcome.errors.point_px, 0.5), 0.5);
   EXPECT_LT(outcome.errors.pointsBeyond(3.0), 0.02);
   EXPECT_GE(outcome.errors.line_pairs_right, 0.97 * outcome.errors.line_pairs);
   double rightmost = 0.0;
   for (const PointObservation& point : outcome.last.points) {
-    EXPECT_LT(point.bearing.cross(walk.camera().bearing(point.pixel)).norm(), 1e-9);
+    EXPECT_LT(point.bearing.cross(walk.camera().bearing(point.pixel)).norm(), 1e-6);
     EXPECT_GE(point.pixel.x(), 299.0);
     rightmost = std::max(rightmost, point.pixel.x());
   }

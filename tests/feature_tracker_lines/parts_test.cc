@@ -685,5 +685,80 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
   EXPECT_GT(kept[5], 0.8 * kept[4]);
 }
 
+// Levels of the corners that a first image gets.
+std::vector<int> levelsOfCorners(cv::Mat image, double noise) {
+  if (noise > 0.0) addNoise(noise, 6, &image);
+  CameraParameters camera;
+  camera.width = image.cols;
+  camera.height = image.rows;
+  FrontEndOptions options;
+  options.points.max_points = 400;
+  PointTracker tracker(camera, options);
+  ImagePyramid pyramid;
+  buildImagePyramid(image, options.points.window_px, options.points.levels, 0, &pyramid);
+  ImageReport report;
+  tracker.follow(0.0, ImagePyramid(), pyramid, RotationPrior(), &report);
+  tracker.refill(pyramid, &report);
+  std::vector<int> levels;
+  for (const PointTrack& track : tracker.tracks()) levels.push_back(track.level);
+  return levels;
+}
+
+// Forty rectangles with four corners each, `step` grey levels brighter than their surroundings.
+cv::Mat rectangles(double step) {
+  cv::Mat image(480, 752, CV_8UC1, cv::Scalar(100));
+  for (int i = 0; i < 40; ++i) {
+    cv::rectangle(image, cv::Rect(30 + 90 * (i % 8), 30 + 90 * (i / 8), 44, 40),
+                  cv::Scalar(100 + step), cv::FILLED);
+  }
+  return image;
+}
+
+TEST(PointTrackerTest, CornersThatNoiseHidesAreTakenFromTheNextLevel) {
+  const auto count = [](const std::vector<int>& levels, int level) {
+    return std::count(levels.begin(), levels.end(), level);
+  };
+  // In sight: all on the image itself, more than a quarter of the points wanted.
+  const std::vector<int> clear = levelsOfCorners(rectangles(60.0), 4.0);
+  EXPECT_GT(count(clear, 0), 120);
+  EXPECT_EQ(count(clear, 1), 0);
+  // Hidden: from the next level, up to a quarter.
+  for (double st : {8., 10., 12.0, 14., 16., 20., 24., 30.}) { auto l = levelsOfCorners(rectangles(st), 4.0); fprintf(stderr, "STEP %g %ld %ld\n", st, count(l, 0), count(l, 1)); }
+  const std::vector<int> hidden = levelsOfCorners(rectangles(12.0), 4.0);
+  EXPECT_LT(count(hidden, 0), 5);
+  EXPECT_GT(count(hidden, 1), 80);
+  EXPECT_LE(hidden.size(), 100U);
+  // Hidden there as well.
+  EXPECT_LT(levelsOfCorners(rectangles(4.0), 4.0).size(), 5U);
+}
+
+// Blotches of light have the slopes of corners on the next level, but they are not sharp.
+TEST(PointTrackerTest, ShadingHasNoCornersOnAnyLevel) {
+  cv::Mat image(480, 752, CV_8UC1);
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(60.0 + 80.0 * textures::cloud(1, x, y, 48.0));
+    }
+  }
+  for (double size : {30., 40., 24., 20., 16., 12.}) {
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(60.0 + 120.0 * textures::cloud(1, x, y, size));
+    }
+  }
+  ImagePyramid pyramid;
+  cv::Mat noisy = image.clone();
+  addNoise(4.0, 6, &noisy);
+  buildImagePyramid(noisy, 21, 3, 0, &pyramid);
+  auto l = levelsOfCorners(image, 4.0);
+  fprintf(stderr, "CLOUD %g l0 %zu l1 %zu tracks %zu coarse %ld\n", size, cornersOf(pyramid,2.0).size(), cornersOf(pyramid.from(1), 2.0).size(), l.size(), std::count(l.begin(), l.end(), 1)); }
+  ImagePyramid pyramid;
+  cv::Mat noisy = image.clone();
+  addNoise(4.0, 6, &noisy);
+  buildImagePyramid(noisy, 21, 3, 0, &pyramid);
+  EXPECT_GT(cornersOf(pyramid.from(1), 2.0).size(), 50U);
+  EXPECT_LT(levelsOfCorners(image, 4.0).size(), 5U);
+}
+
 }  // namespace
 }  // namespace slim_init::feature_tracker_lines
