@@ -74,7 +74,7 @@ constexpr double kThreeViewPx = 0.6;
 // Where the image has fewer points than this share of the number wanted, corners of the next level
 // of the pyramid fill it up to there, then of the one after it: each halving leaves a third of the
 // noise, and doubles the error of a point.
-constexpr double kCoarseShare = 0.25;
+constexpr double kCoarseShare = 0.22;
 constexpr double kSharpGrowth = 2.0;  // see dropSmooth()
 
 // Places without a ray (beyond the image circle of a fisheye) are looked for at this step [px].
