@@ -634,8 +634,11 @@ TEST(LineDetectorTest, LengthContrastAndNoiseHaveTheirBounds) {
 // ---------------------------------------------------------------------------------- point tracker
 
 // Where the anchor is as predicted, KLT is left out; a jump, or a point without a steady step
-// before, takes the long way and is found as well.
-TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
+// before, takes the long way and is found as well. A step that is longer since more time has passed
+// is no jump.
+class StepsOf : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(IntervalRatios, StepsOf, testing::Values(1.0, 2.0));
+TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
   CameraParameters camera;
   camera.width = 320;
   camera.height = 240;
@@ -662,6 +665,8 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
   std::vector<double> recognised, kept;
   for (const double shift : {0.0, 2.0, 4.0, 6.0, 8.0, 12.0}) {
     std::swap(before, now);
+    prior.dt_s = shift == 12.0 ? 0.05 * GetParam() : 0.05;
+    prior.dt_ratio = prior.dt_s / 0.05;
     buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0,
                       &now);
     ImageReport report;
@@ -674,14 +679,19 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
       count += track.recognised ? 1 : 0;
       EXPECT_NEAR(track.pixel.x - track.pixel_before.x, shift == 12.0 ? 4.0 : 2.0, 0.2);
     }
-    EXPECT_EQ(tracker.motion().steady, shift == 4.0 || shift == 6.0 || shift == 8.0) << shift;
+    const bool expected = shift == 12.0 ? prior.dt_ratio == 2.0 : shift > 2.0;
+    EXPECT_EQ(tracker.motion().steady, expected) << shift;
     recognised.push_back(count);
     kept.push_back(old);
   }
   ASSERT_GT(kept[1], 20);
   EXPECT_EQ(recognised[1], 0);  // nothing is known of the first step
   EXPECT_GT(recognised[4], 0.8 * kept[4]);
-  EXPECT_LT(recognised[5], 0.2 * kept[5]);
+  if (GetParam() == 2.0) {
+    EXPECT_GT(recognised[5], 0.8 * kept[5]);
+  } else {
+    EXPECT_LT(recognised[5], 0.2 * kept[5]);
+  }
   EXPECT_GT(kept[5], 0.8 * kept[4]);
 }
 
