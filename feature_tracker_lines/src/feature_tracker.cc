@@ -82,7 +82,8 @@ CameraParameters halved(CameraParameters camera, int halvings) {
 FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, int halvings) {
   if (halvings == 0) return options;
   double& distance_px = options.points.min_distance_px;
-  distance_px = std::max(std::ldexp(distance_px, -halvings), std::min(distance_px, kLeastDistancePx));
+  distance_px =
+      std::max(std::ldexp(distance_px, -halvings), std::min(distance_px, kLeastDistancePx));
   if (!options.mask.empty()) {
     cv::resize(options.mask, options.mask, cv::Size(camera.width, camera.height), 0.0, 0.0,
                cv::INTER_NEAREST);

@@ -56,7 +56,7 @@ class FeatureTracker {
   int rememberAxis();
   void trackVanishingPoint(const RotationPrior& prior, ImageReport* report);
 
-  int halvings_;  // of the camera's image until the one that is tracked
+  int halvings_;   // of the camera's image until the one that is tracked
   Camera camera_;  // of the image that is tracked
   FrontEndOptions options_;
   double sigma_line_rad_;

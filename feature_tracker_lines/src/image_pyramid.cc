@@ -31,8 +31,8 @@ ImagePyramid ImagePyramid::from(int l) const {
   upper.pyramid.assign(pyramid.begin() + 2 * l, pyramid.end());
   upper.max_level = max_level - l;
   upper.halvings = halvings + l;
-  upper.noise = std::max(noise * (levelNoise(1e3, upper.halvings) / levelNoise(1e3, halvings)),
-                         kLeastNoise);
+  upper.noise =
+      std::max(noise * (levelNoise(1e3, upper.halvings) / levelNoise(1e3, halvings)), kLeastNoise);
   return upper;
 }
 

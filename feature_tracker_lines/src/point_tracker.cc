@@ -141,8 +141,8 @@ bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Poin
 // positions of level 0 stay as they are, bit for bit.
 float pixelOf(int level) { return static_cast<float>(1 << level); }
 
-// Drops the corners that are too strong on the next level. Those of the scene are sharp and have the
-// same slopes on both, while the slopes of shading double and their squares grow fourfold.
+// Drops the corners that are too strong on the next level. Those of the scene are sharp and have
+// the same slopes on both, while the slopes of shading double and their squares grow fourfold.
 void dropSmooth(const ImagePyramid& now, std::vector<cv::Point2f>* corners) {
   if (now.max_level < 1) return;
   const auto smooth = [&now](const cv::Point2f& corner) {
@@ -599,8 +599,8 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
 // many. Needs rotations known over that time.
 int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved) {
   const double steps = std::max(1.0, 2.0 * kMarkS / prior.dt_s);
-  const bool known = prior.measured && prior.sigma_px * std::sqrt(steps) <=
-                                           options_.max_rotation_sigma_px;
+  const bool known =
+      prior.measured && prior.sigma_px * std::sqrt(steps) <= options_.max_rotation_sigma_px;
   if (!known) {
     for (PointTrack& track : *moved) track.marks = 0;
     since_mark_s_ = 0.0;
@@ -690,8 +690,9 @@ void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
   cv::resize(mask_, free, now.level(0).size(), 0.0, 0.0, cv::INTER_NEAREST);
   std::vector<cv::Point2f> found;
   CornerDetector& corners = corners_[static_cast<std::size_t>(level)];
-  corners.detect(now.derivative(0), o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise,
-                 wanted, everywhere ? corners.cells() : kCellsPerImage, &free, &found);
+  corners.detect(now.derivative(0),
+                 o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
+                 everywhere ? corners.cells() : kCellsPerImage, &free, &found);
   if (level > 0) dropSmooth(now, &found);
   if (found.empty()) return;
   // The vertex of the edges is the same place from near and far. The strongest response lies a

@@ -667,8 +667,7 @@ TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
     std::swap(before, now);
     prior.dt_s = shift == 12.0 ? 0.05 * GetParam() : 0.05;
     prior.dt_ratio = prior.dt_s / 0.05;
-    buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0,
-                      &now);
+    buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0, &now);
     ImageReport report;
     tracker.follow(0.0, before, now, prior, &report);
     tracker.refill(now, &report);
@@ -748,7 +747,8 @@ TEST(PointTrackerTest, ShadingHasNoCornersOnAnyLevel) {
   cv::Mat image(480, 752, CV_8UC1);
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
-      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(60.0 + 120.0 * textures::cloud(1, x, y, 30.0));
+      image.at<uchar>(y, x) =
+          cv::saturate_cast<uchar>(60.0 + 120.0 * textures::cloud(1, x, y, 30.0));
     }
   }
   ImagePyramid pyramid;

@@ -1,7 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Parameters of the front end; bounds and reasons stand in the table in src/options.cc. Pixels are
-// those of the image that is tracked (a large one is halved, docs/ros.md), except in min_distance_px.
+// those of the image that is tracked (a large one is halved, docs/ros.md), except in
+// min_distance_px.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
