@@ -72,8 +72,8 @@ constexpr double kMostWrong = 0.4;
 constexpr double kThreeViewPx = 0.6;
 
 // Where the image has fewer points than this share of the number wanted, corners of the next level
-// of the pyramid fill it up to there, then of the one after it: each halving leaves a third of the
-// noise, and doubles the error of a point.
+// of the pyramid fill it up to there (of 33, thirty last): a halving leaves a third of the noise.
+// On the level after it half of the points went wrong.
 constexpr double kCoarseShare = 0.22;
 constexpr double kSharpGrowth = 2.0;  // see dropSmooth()
 
