@@ -30,6 +30,21 @@ bool hasRoom(const cv::Mat& mask, const cv::Rect& area) {
 
 }  // namespace
 
+double cornerEigenvalue(const cv::Mat& derivative, int x, int y) {
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  const auto stride = static_cast<std::ptrdiff_t>(derivative.step1());
+  for (int j = y - kHalfBlock; j <= y + kHalfBlock; ++j) {
+    for (int i = x - kHalfBlock; i <= x + kHalfBlock; ++i) {
+      const short* d = derivative.ptr<short>(0) + j * stride + 2 * i;
+      const double gx = kDerivativeUnit * d[0], gy = kDerivativeUnit * d[1];
+      xx += gx * gx;
+      xy += gx * gy;
+      yy += gy * gy;
+    }
+  }
+  return (0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy)) / (kCornerBlock * kCornerBlock);
+}
+
 CornerDetector::CornerDetector(cv::Size image_size, double min_distance_px, double border_px)
     : min_distance_(static_cast<int>(std::ceil(min_distance_px))) {
   const int border = static_cast<int>(std::ceil(border_px));

@@ -19,6 +19,10 @@ inline constexpr int kCornerBlock = 5;  ///< [px], odd
 /// stair steps on the pixel grid, and these do not move with the scene.
 inline constexpr double kLeastCornerRatio = 0.05;
 
+/// That eigenvalue at a pixel (x, y), which may lie at the edge of the image. `derivative` as in
+/// ImagePyramid.
+double cornerEigenvalue(const cv::Mat& derivative, int x, int y);
+
 /// Looks for corners cell by cell. Cells that have been looked at longest ago come first, so that a
 /// bounded number of cells an image reaches every place in turn and a blank wall does not take all
 /// the time.

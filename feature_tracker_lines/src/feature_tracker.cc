@@ -18,12 +18,15 @@ namespace slim_init::feature_tracker_lines {
 namespace {
 
 constexpr double kRadPerDeg = 0.017453292519943295;
-// An axis out of sight for so many images (5 s at 20 Hz) is forgotten: its prediction has drifted.
-constexpr int kAxisMemory = 100;
+// An axis out of sight for so long is forgotten: its prediction has drifted.
+constexpr double kAxisMemoryS = 5.0;
 // Axes remembered; a building shows three.
 constexpr std::size_t kMaxAxes = 8;
 // Another axis has to have so many times the line length of the one that is followed to take over.
 constexpr double kStrongerAxis = 1.5;
+
+// Distance of points in a halved image [px], at least: closer ones share most of their patches.
+constexpr double kLeastDistancePx = 10.0;
 
 // A dark image is tracked with its grey levels multiplied by 2, 4 or 8: all its contrast lies in a
 // few levels, and the fixed-point arithmetic of detection and tracking rounds most of it away. What
@@ -60,6 +63,34 @@ int gainFor(const cv::Mat& grey, int present) {
   return gain;
 }
 
+// VINS-Mono works on the image as it is.
+int halvingsOf(const CameraParameters& camera, TrackerProfile profile) {
+  return profile == TrackerProfile::kVins ? 0 : halvingsFor({camera.width, camera.height});
+}
+
+// The camera of the halved image, whose pixel (x, y) lies at (2 x, 2 y).
+CameraParameters halved(CameraParameters camera, int halvings) {
+  for (int i = 0; i < halvings; ++i) {
+    camera.width = (camera.width + 1) / 2;
+    camera.height = (camera.height + 1) / 2;
+    for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= 0.5;
+  }
+  return camera;
+}
+
+// The options for that image: the distance between points is one in the camera's image.
+FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, int halvings) {
+  if (halvings == 0) return options;
+  double& distance_px = options.points.min_distance_px;
+  distance_px =
+      std::max(std::ldexp(distance_px, -halvings), std::min(distance_px, kLeastDistancePx));
+  if (!options.mask.empty()) {
+    cv::resize(options.mask, options.mask, cv::Size(camera.width, camera.height), 0.0, 0.0,
+               cv::INTER_NEAREST);
+  }
+  return options;
+}
+
 double supportOf(const std::vector<LineSighting>& lines, const VanishingPoint& vp) {
   double length = 0.0;
   for (const int k : vp.inliers) length += lines[static_cast<std::size_t>(k)].length_px;
@@ -83,11 +114,12 @@ auto launch(int threads, const Work& work) -> std::future<decltype(work())> {
 
 FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options,
                                double sigma_line_rad)
-    : camera_(camera),
-      options_(options),
+    : halvings_(halvingsOf(camera, options.profile)),
+      camera_(halved(camera, halvings_)),
+      options_(halved(options, camera_.parameters(), halvings_)),
       sigma_line_rad_(sigma_line_rad),
-      points_(camera, options),
-      lines_(camera, options) {}
+      points_(camera_.parameters(), options_),
+      lines_(camera_.parameters(), options_) {}
 
 void FeatureTracker::reset() {
   points_.reset();
@@ -142,17 +174,17 @@ void FeatureTracker::trackFeatures(double t, const RotationPrior& prior, ImageRe
 // Builds the pyramid of the image, brightened where it is dark and the host's `equalize` allows it.
 // Both images of a step have the same factor: KLT compares grey levels.
 void FeatureTracker::brighten(const cv::Mat& grey) {
-  const int levels = std::max(options_.points.levels, 1);
   const int gain = options_.host.equalize ? gainFor(grey, gain_) : 1;
-  if (gain != gain_ && !before_.empty()) {
-    raw_.convertTo(equalized_, CV_8U, gain);
-    buildImagePyramid(equalized_, options_.points.window_px, levels, &before_);
-  }
+  if (gain != gain_ && !before_.empty()) build(raw_, gain, &before_);
   gain_ = gain;
-  points_.setDark(gain > 1);
   if (options_.host.equalize) grey.copyTo(raw_);
+  build(grey, gain, &now_);
+}
+
+void FeatureTracker::build(const cv::Mat& grey, int gain, ImagePyramid* out) {
   if (gain > 1) grey.convertTo(equalized_, CV_8U, gain);
-  buildImagePyramid(gain > 1 ? equalized_ : grey, options_.points.window_px, levels, &now_);
+  buildImagePyramid(gain > 1 ? equalized_ : grey, options_.points.window_px,
+                    std::max(options_.points.levels, 1), halvings_, out);
 }
 
 // Builds the pyramid, of the equalized image where VINS-Mono equalizes.
@@ -166,16 +198,17 @@ void FeatureTracker::prepare(const cv::Mat& grey) {
         ->apply(grey, equalized_);
   }
   buildImagePyramid(options_.host.equalize ? equalized_ : grey, vins::kWindowPx, vins::kLevels,
-                    &now_);
+                    halvings_, &now_);
 }
 
 void FeatureTracker::writeObservations(FrameObservation* frame) const {
+  const double scale = std::ldexp(1.0, halvings_);
   frame->points.clear();
   for (const PointTrack& track : points_.tracks()) {
     PointObservation point;
     point.id = track.id;
     point.bearing = track.bearing;
-    point.pixel = Eigen::Vector2d(track.pixel.x, track.pixel.y);
+    point.pixel = scale * Eigen::Vector2d(track.pixel.x, track.pixel.y);
     frame->points.push_back(point);
   }
   frame->lines.clear();
@@ -185,9 +218,9 @@ void FeatureTracker::writeObservations(FrameObservation* frame) const {
     line.id = track.id;
     line.start_bearing = lens.atOwnRow(track.edge.start, track.edge.start_pixel);
     line.end_bearing = lens.atOwnRow(track.edge.end, track.edge.end_pixel);
-    line.start_pixel = track.edge.start_pixel;
-    line.end_pixel = track.edge.end_pixel;
-    line.length_px = track.edge.length_px;
+    line.start_pixel = scale * track.edge.start_pixel;
+    line.end_pixel = scale * track.edge.end_pixel;
+    line.length_px = scale * track.edge.length_px;
     line.detection_confidence = track.confidence;
     line.match_quality = track.match_quality;
     frame->lines.push_back(line);
@@ -232,13 +265,13 @@ std::vector<LineSighting> FeatureTracker::sightings() const {
 }
 
 // Turns the remembered axes with the camera and forgets those not seen for long.
-void FeatureTracker::predictAxes(const Eigen::Matrix3d& R_now_before) {
+void FeatureTracker::predictAxes(const RotationPrior& prior) {
   for (Axis& axis : axes_) {
-    axis.direction = R_now_before * axis.direction;
-    ++axis.unseen;
+    axis.direction = prior.R_now_before * axis.direction;
+    axis.unseen_s += prior.dt_s;
   }
   axes_.erase(std::remove_if(axes_.begin(), axes_.end(),
-                             [](const Axis& axis) { return axis.unseen > kAxisMemory; }),
+                             [](const Axis& axis) { return axis.unseen_s > kAxisMemoryS; }),
               axes_.end());
 }
 
@@ -281,7 +314,7 @@ int FeatureTracker::rememberAxis() {
 void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, ImageReport* report) {
   const std::vector<LineSighting> lines = sightings();
   const int last_id = vp_.track_id, last_age = vp_.age;
-  predictAxes(prior.R_now_before);
+  predictAxes(prior);
   vp_ = estimateVanishingPoint(lines, sigma_line_rad_, options_.vanishing_point);
   preferFollowedAxis(lines, last_id);
   if (!vp_.found) {

@@ -33,6 +33,9 @@ class FeatureTracker {
   void track(double t, const cv::Mat& grey, const RotationPrior& prior, FrameObservation* frame,
              ImageReport* report);
 
+  /// Focal length of the image that is tracked [px], which is a large one after halving.
+  double focalPx() const { return camera_.focalPx(); }
+
   /// See ImageFrontEnd::debugImage().
   cv::Mat debugImage() const;
 
@@ -43,16 +46,18 @@ class FeatureTracker {
   void prepare(const cv::Mat& grey);
   void trackFeatures(double t, const RotationPrior& prior, ImageReport* report);
   void brighten(const cv::Mat& grey);
+  void build(const cv::Mat& grey, int gain, ImagePyramid* out);
   void writeObservations(FrameObservation* frame) const;
   std::vector<LineSighting> sightings() const;
   VanishingPoint estimateNear(const std::vector<LineSighting>& lines,
                               const Eigen::Vector3d& predicted) const;
-  void predictAxes(const Eigen::Matrix3d& R_now_before);
+  void predictAxes(const RotationPrior& prior);
   void preferFollowedAxis(const std::vector<LineSighting>& sightings, int followed_id);
   int rememberAxis();
   void trackVanishingPoint(const RotationPrior& prior, ImageReport* report);
 
-  Camera camera_;
+  int halvings_;   // of the camera's image until the one that is tracked
+  Camera camera_;  // of the image that is tracked
   FrontEndOptions options_;
   double sigma_line_rad_;
   PointTracker points_;
@@ -66,7 +71,7 @@ class FeatureTracker {
   // A physical axis whose vanishing point was dominant in some image.
   struct Axis {
     int id = 0;
-    int unseen = 0;             // images in a row
+    double unseen_s = 0.0;      // [s]
     Eigen::Vector3d direction;  // unit, in the camera now
   };
   std::vector<Axis> axes_;  // most recent first

@@ -88,7 +88,6 @@ class ImageFrontEnd::Impl {
       : camera_(camera),
         calibration_(calibration),
         options_(options),
-        focal_px_(Camera(camera).focalPx()),
         tracker_(camera, options, calibration.sigma_line_px / calibration.focal_px),
         window_(calibration, biasWindow(options.window), limitedTo(options.imu)) {
     reset();
@@ -117,7 +116,7 @@ class ImageFrontEnd::Impl {
     window_.reset();
     report_ = ImageReport();
     totals_ = FrontEndTotals();
-    t_last_ = kNotComputed;
+    t_last_ = dt_last_ = kNotComputed;
     forgetBias();
   }
 
@@ -141,13 +140,13 @@ class ImageFrontEnd::Impl {
   CameraParameters camera_;
   Calibration calibration_;
   FrontEndOptions options_;
-  double focal_px_;
   FeatureTracker tracker_;
   KeyframeWindow window_;
   ImageReport report_;     // of the last tracked image
   FrontEndTotals totals_;  // over the run
   cv::Mat grey_;
   double t_last_ = kNotComputed;           // last image [s], camera clock
+  double dt_last_ = kNotComputed;          // between the last two images [s]
   double t_next_estimate_ = kNotComputed;  // of the gyro bias [s], IMU clock
   int estimates_ = 0;                      // of the gyro bias
   int overruled_ = 0;                      // images in a row whose known rotation was overruled
@@ -180,7 +179,7 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
   const Eigen::Matrix3d& R_b_c = calibration_.R_b_c;
   prior.measured = true;
   prior.R_now_before = R_b_c.transpose() * pre.dR.transpose() * R_b_c;
-  if (bias_) prior.sigma_px = bias_->sigma * pre.dt * focal_px_;
+  if (bias_) prior.sigma_px = bias_->sigma * pre.dt * tracker_.focalPx();
   prior.rows_before.readout_s = prior.rows_now.readout_s = calibration_.readout_s;
   prior.rows_before.rate_c = R_b_c.transpose() * (gyroAt(samples, t_before) - bias);
   prior.rows_now.rate_c = R_b_c.transpose() * (gyroAt(samples, t_now) - bias);
@@ -253,10 +252,14 @@ const cv::Mat& ImageFrontEnd::Impl::toGrey(const cv::Mat& image) {
 // Rotation since the last image, for an image at `t` on the camera clock.
 RotationPrior ImageFrontEnd::Impl::predictRotation(double t, ImageReport* report) const {
   RotationPrior prior;
-  if (!options_.use_gyro || !std::isfinite(t_last_)) return prior;
-  prior = rotationPrior(t_last_ + calibration_.td, t + calibration_.td);
-  report->rotation_from_gyro = prior.measured;
-  report->rotation_missing = !prior.measured;
+  if (!std::isfinite(t_last_)) return prior;
+  if (options_.use_gyro) {
+    prior = rotationPrior(t_last_ + calibration_.td, t + calibration_.td);
+    report->rotation_from_gyro = prior.measured;
+    report->rotation_missing = !prior.measured;
+  }
+  prior.dt_s = t - t_last_;
+  if (std::isfinite(dt_last_)) prior.dt_ratio = prior.dt_s / dt_last_;
   return prior;
 }
 
@@ -313,12 +316,14 @@ ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameO
     // are errors of the program and go to the caller.
     tracker_.reset();
     t_last_ = t;
+    dt_last_ = kNotComputed;
     ++totals_.images_bad;
     return ImageStatus::kBadImage;
   }
   report.total_ms = watch.lap();
   addToTotals(report);
   report_ = std::move(report);
+  dt_last_ = t - t_last_;  // NaN at the first image
   t_last_ = t;
   *frame = std::move(result);
   return ImageStatus::kTracked;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 namespace slim_init::feature_tracker_lines {
@@ -16,15 +18,52 @@ constexpr int kDark = 3, kBright = 252;  // [grey levels]; beyond, the sensor cl
 // Standard deviation of the filter's response to unit noise: the root of its squared coefficients'
 // sum, 36.
 constexpr double kFilterGain = 6.0;
+// Most pixels of an image that is tracked as it is.
+constexpr std::int64_t kMostPixels = 2 * 752 * 480;
+// levelNoise() of unit noise after one halving and after two; from there on it halves.
+constexpr double kOneHalving = 0.345, kTwoHalvings = 0.155;
 
 }  // namespace
 
-void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, ImagePyramid* out) {
+ImagePyramid ImagePyramid::from(int l) const {
+  ImagePyramid upper;
+  if (l > max_level || empty()) return upper;
+  upper.pyramid.assign(pyramid.begin() + 2 * l, pyramid.end());
+  upper.max_level = max_level - l;
+  upper.halvings = halvings + l;
+  upper.noise =
+      std::max(noise * (levelNoise(1e3, upper.halvings) / levelNoise(1e3, halvings)), kLeastNoise);
+  return upper;
+}
+
+int halvingsFor(cv::Size image_size) {
+  std::int64_t pixels = static_cast<std::int64_t>(image_size.width) * image_size.height;
+  int halvings = 0;
+  for (; pixels > kMostPixels; pixels /= 4) ++halvings;
+  return halvings;
+}
+
+double levelNoise(double noise, int halvings) {
+  const double factor = halvings < 1    ? 1.0
+                        : halvings == 1 ? kOneHalving
+                                        : std::ldexp(kTwoHalvings, 2 - halvings);
+  return std::max(factor * noise, kLeastNoise);
+}
+
+void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, int halvings,
+                       ImagePyramid* out) {
+  cv::Mat base = grey;
+  for (int i = 0; i < halvings; ++i) {
+    cv::Mat half;
+    cv::pyrDown(base, half);
+    base = half;
+  }
   // Not the input's memory: the caller may use it again for the next image.
   out->max_level =
-      cv::buildOpticalFlowPyramid(grey, out->pyramid, cv::Size(window_px, window_px), levels, true,
+      cv::buildOpticalFlowPyramid(base, out->pyramid, cv::Size(window_px, window_px), levels, true,
                                   cv::BORDER_REFLECT_101, cv::BORDER_CONSTANT, false);
-  out->noise = measureNoise(grey);
+  out->halvings = halvings;
+  out->noise = levelNoise(measureNoise(grey), halvings);
 }
 
 double measureNoise(const cv::Mat& grey) {

@@ -14,9 +14,12 @@ struct ImagePyramid {
   /// level in turn. Each is padded, so that KLT windows may reach over the edge.
   std::vector<cv::Mat> pyramid;
   int max_level = 0;   ///< last level that exists; small images have few
-  double noise = 0.0;  ///< standard deviation of the pixel noise [grey levels]
+  int halvings = 0;    ///< of the sensor's image until level 0
+  double noise = 0.0;  ///< of level 0, see levelNoise() [grey levels]
 
   bool empty() const { return pyramid.empty(); }
+  /// This pyramid from level l on, sharing its memory; empty where it has no such level.
+  ImagePyramid from(int l) const;
   /// Scharr derivatives of level l (CV_16SC2), 32 times those per pixel of that level.
   const cv::Mat& derivative(int l) const { return pyramid[static_cast<std::size_t>(2 * l + 1)]; }
   /// Level 0 is the image itself (CV_8UC1); a pixel (x, y) of level l lies at (x, y) 2^l of it.
@@ -24,7 +27,18 @@ struct ImagePyramid {
 };
 
 /// Builds the pyramid of a CV_8UC1 image for KLT windows of up to `window_px`; copies the image.
-void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, ImagePyramid* out);
+/// Level 0 is the image after `halvings` halvings.
+void buildImagePyramid(const cv::Mat& grey, int window_px, int levels, int halvings,
+                       ImagePyramid* out);
+
+/// Halvings after which an image has at most twice the pixels of 752 x 480. Bounds in pixels are
+/// those of such an image, and so is the time.
+int halvingsFor(cv::Size image_size);
+
+/// What white noise of standard deviation `noise` in the sensor's image is worth after `halvings`
+/// halvings [grey levels], at least kLeastNoise: the standard deviation of white noise that makes
+/// corners as strong. The halved noise itself is smaller by a fifth, but it is correlated.
+double levelNoise(double noise, int halvings);
 
 /// Standard deviation of the pixel noise [grey levels], at least kLeastNoise: the tenth percentile
 /// over image blocks of the response to a filter that no linear or bilinear brightness passes

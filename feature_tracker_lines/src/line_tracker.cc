@@ -198,7 +198,7 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
     // The plane turns with the camera and, as in the previous step, with the translation.
     const bool known = points.steady && hasKnownMotion(track);
     Eigen::Vector3d normal = track.edge.normal();
-    if (known) normal += track.normal_drift;
+    if (known) normal += prior.dt_ratio * track.normal_drift;
     normal = (R * normal).normalized();
     samples.arcs.emplace_back(turnedOnto(normal, R, track.edge.start),
                               turnedOnto(normal, R, track.edge.end));

@@ -43,7 +43,7 @@ OptionTable optionTable(PointTrackerOptions* o) {
           "points tracked in one image, as many as VINS-Mono; 200 cost a third more time without "
           "gain"),
       userKey("min_distance_px", &o->min_distance_px, {3.0, 1000.0}, "px",
-              "minimum distance between two points"),
+              "minimum distance between two points, in the camera's image"),
       advancedKey("corner_noise_factor", &o->corner_noise_factor, {0.1, 1e4}, "",
                   "a corner's smaller eigenvalue has to exceed this multiple of the largest one "
                   "from image noise alone: blank walls have no corners"),

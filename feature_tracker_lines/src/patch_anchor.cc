@@ -53,8 +53,7 @@ bool PatchAnchor::sample(const cv::Mat& grey, const Eigen::Vector2d& centre,
   return true;
 }
 
-bool PatchAnchor::set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double noise,
-                      double max_sigma_px) {
+bool PatchAnchor::set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double noise) {
   valid_ = false;
   affine_.setIdentity();
   aligned_affine_.setIdentity();
@@ -84,7 +83,7 @@ bool PatchAnchor::set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double 
   const double root = std::hypot(0.5 * (hessian_(0, 0) - hessian_(1, 1)), hessian_(0, 1));
   const double weaker = half_trace - root, stronger = half_trace + root;
   valid_ = deviation_ > kLeastContrast && weaker > kLeastRatio * stronger &&
-           weaker * max_sigma_px * max_sigma_px > noise * noise;
+           weaker * kMaxSigmaPx * kMaxSigmaPx > noise * noise;
   return valid_;
 }
 

@@ -23,10 +23,9 @@ class PatchAnchor {
 
   /// Takes the patch around `pixel`. False, and the anchor is invalid, where the patch reaches over
   /// the edge of the image or cannot be localised: image noise of standard deviation `noise` [grey
-  /// levels] alone would move it by more than `max_sigma_px` in its weakest direction, or it is an
+  /// levels] alone would move it by more than kMaxSigmaPx in its weakest direction, or it is an
   /// edge, whose stair steps on the pixel grid move it.
-  bool set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double noise,
-           double max_sigma_px = kMaxSigmaPx);
+  bool set(const cv::Mat& grey, const Eigen::Vector2d& pixel, double noise);
 
   bool valid() const { return valid_; }
 

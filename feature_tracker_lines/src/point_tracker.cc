@@ -63,19 +63,19 @@ constexpr double kDoubtBelow = 0.8;
 constexpr double kFallbackGain = 1.2;
 constexpr std::size_t kLeastForFundamental = 8;
 
-// Check over three views: images from mark to mark (0.25 s at 20 Hz, for parallax), the share of
-// wrong tracks above which none is dropped, since then the rotation is wrong or the scene moves,
-// and the least deviation of a wrong track [px], where most tracks agree far better.
-constexpr int kMarkImages = 5;
+// Check over three views: time from mark to mark, for parallax (the image nearest to it is taken:
+// every fifth one at 20 Hz), the share of wrong tracks above which none is dropped, since then the
+// rotation is wrong or the scene moves, and the least deviation of a wrong track [px], where most
+// tracks agree far better.
+constexpr double kMarkS = 0.24;
 constexpr double kMostWrong = 0.4;
 constexpr double kThreeViewPx = 0.6;
 
-// Where a dark image has fewer points than this share of the number wanted, weaker ones fill it up
-// to there: factor on the least corner, which is then what noise alone makes, and on the largest
-// standard deviation of a point from noise, which is then 0.14 px. One in fifty of them goes wrong.
-constexpr double kDarkShare = 0.25;
-constexpr double kDarkCorner = 0.5;
-constexpr double kDarkSigma = 2.0;
+// Where the image has fewer points than this share of the number wanted, corners of the next level
+// of the pyramid fill it up to there (of 33, thirty last): a halving leaves a third of the noise.
+// On the level after it half of the points went wrong.
+constexpr double kCoarseShare = 0.22;
+constexpr double kSharpGrowth = 2.0;  // see dropSmooth()
 
 // Places without a ray (beyond the image circle of a fisheye) are looked for at this step [px].
 constexpr int kUsableStepPx = 8;
@@ -128,7 +128,7 @@ int keepFlagged(const std::vector<unsigned char>& flags, std::vector<PointTrack>
 // there and back; then `there` is the place, and the anchor takes over its deformation.
 bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Point2f& predicted,
                 cv::Point2f* there) {
-  if (track.anchor == nullptr || !(track.surprise_px < kSteadyPx)) return false;
+  if (track.anchor == nullptr) return false;
   const PatchAnchor::Match match =
       track.anchor->align(now.level(0), toEigen(predicted), now.noise, kSurePx);
   if (!match.ok || !(match.correlation > kSureCorrelation)) return false;
@@ -137,8 +137,24 @@ bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Poin
   return true;
 }
 
+// Side of a pixel of a level in those of level 0, where every position is kept. A power of two:
+// positions of level 0 stay as they are, bit for bit.
+float pixelOf(int level) { return static_cast<float>(1 << level); }
+
+// Drops the corners that are too strong on the next level. Those of the scene are sharp and have
+// the same slopes on both, while the slopes of shading double and their squares grow fourfold.
+void dropSmooth(const ImagePyramid& now, std::vector<cv::Point2f>* corners) {
+  if (now.max_level < 1) return;
+  const auto smooth = [&now](const cv::Point2f& corner) {
+    const int x = cvRound(corner.x), y = cvRound(corner.y);
+    return cornerEigenvalue(now.derivative(1), x / 2, y / 2) >
+           kSharpGrowth * cornerEigenvalue(now.derivative(0), x, y);
+  };
+  corners->erase(std::remove_if(corners->begin(), corners->end(), smooth), corners->end());
+}
+
 // KLT of a set of points from the previous image to this one, in rounds: each round looks for those
-// that no earlier round has found.
+// that no earlier round has found. All positions are those of the level 0 of both pyramids.
 class FlowSearch {
  public:
   FlowSearch(const ImagePyramid& before, const ImagePyramid& now,
@@ -243,14 +259,19 @@ PointTracker::PointTracker(const CameraParameters& camera, const FrontEndOptions
     : camera_(camera),
       options_(options),
       focal_px_(camera_.focalPx()),
-      usable_(usableArea(camera_, options)),
-      corners_(cv::Size(camera.width, camera.height), options.points.min_distance_px,
-               options.points.border_px) {}
+      usable_(usableArea(camera_, options)) {
+  cv::Size size(camera.width, camera.height);
+  for (int level = 0; level < kLevels; ++level) {
+    corners_.emplace_back(size, options.points.min_distance_px / pixelOf(level),
+                          options.points.border_px);
+    size = cv::Size((size.width + 1) / 2, (size.height + 1) / 2);
+  }
+}
 
 void PointTracker::reset() {
   tracks_.clear();
-  corners_.reset();
-  images_since_mark_ = 0;
+  for (CornerDetector& corners : corners_) corners.reset();
+  since_mark_s_ = 0.0;
   R_now_mark_.setIdentity();
   t_count_start_ = kNotComputed;
   published_ = 0;
@@ -353,14 +374,23 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
 
 // ------------------------------------------------------------------------------ default profile
 
+PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
+  Levels levels;
+  for (int level = 0; level < kLevels; ++level) {
+    levels[static_cast<std::size_t>(level)] = pyramid.from(level);
+  }
+  return levels;
+}
+
 void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
                                  const RotationPrior& prior, ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
+    const Levels levels_now = levelsOf(now);
     deformAnchors(prior);
-    moved = search(before, now, prior);
+    moved = search(levelsOf(before), levels_now, prior);
     report->points_flow = static_cast<int>(moved.size());
-    anchorTracks(now, &moved);
+    anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);
     report->points_outliers += checkThreeViews(prior, &moved);
@@ -388,65 +418,114 @@ void PointTracker::deformAnchors(const RotationPrior& prior) const {
   }
 }
 
-// The tracks that are found in this image, moved there.
-std::vector<PointTrack> PointTracker::search(const ImagePyramid& before, const ImagePyramid& now,
-                                             const RotationPrior& prior) const {
+// Where each point would be seen without translation, and with the residual flow of the previous
+// step.
+struct PointTracker::Expected {
+  std::vector<cv::Point2f> rotated, predicted;
+};
+
+// What became of each point.
+struct PointTracker::Found {
+  explicit Found(std::size_t points) : ok(points, 0), recognised(points, 0), to(points) {}
+  std::vector<unsigned char> ok;          // 1: found
+  std::vector<unsigned char> recognised;  // 1: by its anchor alone
+  std::vector<cv::Point2f> to;
+};
+
+PointTracker::Expected PointTracker::expect(const RotationPrior& prior) const {
   const std::size_t n = tracks_.size();
   const RowCamera lens(camera_, prior.rows_now);
-  // Where each point would be seen without translation, and with the residual flow of the previous
-  // step.
+  const auto ratio = static_cast<float>(prior.dt_ratio);
   const PointMotion before_last = motion();
-  std::vector<cv::Point2f> from(n), rotated(n), predicted(n);
+  Expected expected;
   for (std::size_t i = 0; i < n; ++i) {
     const PointTrack& track = tracks_[i];
-    from[i] = track.pixel;
-    rotated[i] = track.pixel;
+    expected.rotated.push_back(track.pixel);
     Eigen::Vector2d pixel;
     const Eigen::Vector3d turned =
         prior.R_now_before * atMiddleRow(prior.rows_before, track.bearing, track.pixel);
-    if (prior.measured && lens.project(turned, &pixel)) rotated[i] = toPoint(pixel);
-    predicted[i] = rotated[i] + (track.has_flow ? track.residual_flow
-                                                : before_last.residualFlowNear(track.pixel));
+    if (prior.measured && lens.project(turned, &pixel)) expected.rotated[i] = toPoint(pixel);
+    const cv::Point2f flow =
+        track.has_flow ? track.residual_flow : before_last.residualFlowNear(track.pixel);
+    expected.predicted.push_back(expected.rotated[i] + ratio * flow);
   }
+  return expected;
+}
 
+// Looks for the points of one level; `before` and `now` begin with it.
+void PointTracker::searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
+                               const RotationPrior& prior, const Expected& expected,
+                               Found* found) const {
+  std::vector<std::size_t> index;
+  std::vector<cv::Point2f> from, rotated, predicted;
+  const float pixel = pixelOf(level);
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (tracks_[i].level != level) continue;
+    index.push_back(i);
+    from.push_back(tracks_[i].pixel / pixel);
+    rotated.push_back(expected.rotated[i] / pixel);
+    predicted.push_back(expected.predicted[i] / pixel);
+  }
+  if (index.empty() || before.empty() || now.empty()) return;
+
+  const auto ratio = static_cast<float>(prior.dt_ratio);
+  const auto steady = [&](std::size_t k) {
+    return ratio * tracks_[index[k]].surprise_px < kSteadyPx;
+  };
   FlowSearch search(before, now, options_.points, std::move(from));
-  std::vector<unsigned char> recognised(n, 0);
-  for (std::size_t i = 0; prior.measured && i < n; ++i) {
+  for (std::size_t k = 0; prior.measured && k < index.size(); ++k) {
     cv::Point2f there;
-    if (!isSurelyAt(tracks_[i], now, predicted[i], &there)) continue;
-    recognised[i] = 1;
-    search.set(i, there);
+    if (!steady(k) || !isSurelyAt(tracks_[index[k]], now, predicted[k], &there)) continue;
+    found->recognised[index[k]] = 1;
+    search.set(k, there);
   }
   const auto all = [](std::size_t) { return true; };
   if (prior.measured) {
-    const auto steady = [this](std::size_t i) { return tracks_[i].surprise_px < kSteadyPx; };
     search.round(predicted, 0, steady);
     search.round(predicted, kPredictedLevels, all);
   } else {
     search.round(predicted, options_.points.levels, all);
   }
   search.round(rotated, options_.points.levels, all);
+  for (std::size_t k = 0; k < index.size(); ++k) {
+    found->ok[index[k]] = search.found(k) ? 1 : 0;
+    found->to[index[k]] = pixel * search.to(k);
+  }
+}
 
+// The tracks that are found in this image, moved there.
+std::vector<PointTrack> PointTracker::search(const Levels& before, const Levels& now,
+                                             const RotationPrior& prior) const {
+  const Expected expected = expect(prior);
+  Found found(tracks_.size());
+  for (int level = 0; level < kLevels; ++level) {
+    const auto l = static_cast<std::size_t>(level);
+    searchLevel(level, before[l], now[l], prior, expected, &found);
+  }
   std::vector<PointTrack> moved;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!search.found(i) || !isInside(search.to(i), options_.points.border_px)) continue;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (found.ok[i] == 0 || !isInside(found.to[i], options_.points.border_px)) continue;
     PointTrack track = tracks_[i];
-    if (!advance(search.to(i), rotated[i], &track)) continue;
-    track.surprise_px = static_cast<float>(cv::norm(search.to(i) - predicted[i]));
-    track.recognised = recognised[i] != 0;
+    if (!advance(found.to[i], expected.rotated[i], &track)) continue;
+    track.surprise_px =
+        static_cast<float>(cv::norm(found.to[i] - expected.predicted[i])) / pixelOf(track.level);
+    track.recognised = found.recognised[i] != 0;
     moved.push_back(track);
   }
   return moved;
 }
 
-// Moves a point that KLT has followed to where its anchor is. False where it is not recognised.
+// Moves a point that KLT has followed to where its anchor is; `now` begins with its level. False
+// where it is not recognised.
 bool PointTracker::recognise(const ImagePyramid& now, PointTrack* track) const {
+  const float pixel = pixelOf(track->level);
   const PatchAnchor::Match match =
-      track->anchor->align(now.level(0), toEigen(track->pixel), now.noise);
-  const Eigen::Vector3d bearing = camera_.bearing(match.pixel);
+      track->anchor->align(now.level(0), toEigen(track->pixel / pixel), now.noise);
+  const Eigen::Vector2d place = static_cast<double>(pixel) * match.pixel;
+  const Eigen::Vector3d bearing = camera_.bearing(place);
   if (!match.ok || !(match.correlation > kLeastCorrelation) || !bearing.allFinite()) return false;
   track->anchor->accept();
-  const cv::Point2f there = toPoint(match.pixel);
+  const cv::Point2f there = toPoint(place);
   track->residual_flow += there - track->pixel;
   track->pixel = there;
   track->bearing = bearing;
@@ -456,10 +535,11 @@ bool PointTracker::recognise(const ImagePyramid& now, PointTrack* track) const {
 // Moves each point to where its anchor is found; one whose anchor is no longer recognised becomes a
 // new track or is dropped. KLT from image to image drifts, by half a pixel per second where the
 // camera turns or the scene comes closer.
-void PointTracker::anchorTracks(const ImagePyramid& now, std::vector<PointTrack>* moved) {
+void PointTracker::anchorTracks(const Levels& now, std::vector<PointTrack>* moved) {
   for (PointTrack& track : *moved) {
     if (track.anchor == nullptr) continue;
-    if (track.recognised || recognise(now, &track)) {
+    const ImagePyramid& own = now[static_cast<std::size_t>(track.level)];
+    if (track.recognised || recognise(own, &track)) {
       track.anchor_misses = 0;
       const double scale = track.anchor->scale();
       if (scale <= kMaxScale && scale >= 1.0 / kMaxScale) continue;
@@ -469,8 +549,7 @@ void PointTracker::anchorTracks(const ImagePyramid& now, std::vector<PointTrack>
     // Too different by now from the first patch to be called the same point: it continues as a new
     // track, or not at all where there is no corner.
     track.anchor = std::make_shared<PatchAnchor>();
-    track.anchor->set(now.level(0), toEigen(track.pixel), now.noise,
-                      (dark_ ? kDarkSigma : 1.0) * PatchAnchor::kMaxSigmaPx);
+    track.anchor->set(own.level(0), toEigen(track.pixel / pixelOf(track.level)), own.noise);
     track.anchor_misses = 0;
     track.id = next_id_++;
     track.age = 1;
@@ -519,16 +598,18 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
 // Drops the tracks that contradict the others over three views, some images apart; returns how
 // many. Needs rotations known over that time.
 int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved) {
-  const bool known = prior.measured && prior.sigma_px * std::sqrt(2.0 * kMarkImages) <=
-                                           options_.max_rotation_sigma_px;
+  const double steps = std::max(1.0, 2.0 * kMarkS / prior.dt_s);
+  const bool known =
+      prior.measured && prior.sigma_px * std::sqrt(steps) <= options_.max_rotation_sigma_px;
   if (!known) {
     for (PointTrack& track : *moved) track.marks = 0;
-    images_since_mark_ = 0;
+    since_mark_s_ = 0.0;
     R_now_mark_.setIdentity();
     return 0;
   }
   R_now_mark_ = prior.R_now_before * R_now_mark_;
-  if (++images_since_mark_ < kMarkImages) return 0;
+  since_mark_s_ += prior.dt_s;
+  if (since_mark_s_ + 0.5 * prior.dt_s < kMarkS) return 0;
   const int removed = keepFlagged(threeViewFlags(*moved, prior.rows_now), moved);
   setMark(prior.rows_now, moved);
   return removed;
@@ -567,7 +648,7 @@ void PointTracker::setMark(const RowExposure& rows, std::vector<PointTrack>* tra
   }
   R_mark_older_ = R_now_mark_;
   R_now_mark_.setIdentity();
-  images_since_mark_ = 0;
+  since_mark_s_ = 0.0;
 }
 
 void PointTracker::thinOut(double min_distance, double mask_distance) {
@@ -592,23 +673,27 @@ void PointTracker::thinOut(double min_distance, double mask_distance) {
 
 // New corners up to the number wanted, far enough from the points there are.
 void PointTracker::refillDefault(const ImagePyramid& now) {
-  const PointTrackerOptions& o = options_.points;
-  addCorners(now, o.max_points - static_cast<int>(tracks_.size()), 1.0, 1.0);
-  if (dark_) {
-    const int few = static_cast<int>(kDarkShare * o.max_points);
-    addCorners(now, few - static_cast<int>(tracks_.size()), kDarkCorner, kDarkSigma);
+  const int most = options_.points.max_points;
+  for (int level = 0; level < kLevels; ++level) {
+    const double share = level == 0 ? 1.0 : kCoarseShare;
+    addCorners(now.from(level), level,
+               static_cast<int>(share * most) - static_cast<int>(tracks_.size()));
   }
 }
 
-// `corner`, `sigma`: factors on the least corner and on the largest standard deviation.
-void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner, double sigma) {
+// `now` begins with `level`.
+void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
   const PointTrackerOptions& o = options_.points;
-  if (wanted <= 0) return;
+  if (wanted <= 0 || now.empty()) return;
   const bool everywhere = static_cast<double>(tracks_.size()) < kRefillAll * o.max_points;
+  cv::Mat free;  // a corner that is not taken keeps nothing off on the next level
+  cv::resize(mask_, free, now.level(0).size(), 0.0, 0.0, cv::INTER_NEAREST);
   std::vector<cv::Point2f> found;
-  corners_.detect(now.derivative(0),
-                  corner * o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
-                  everywhere ? corners_.cells() : kCellsPerImage, &mask_, &found);
+  CornerDetector& corners = corners_[static_cast<std::size_t>(level)];
+  corners.detect(now.derivative(0),
+                 o.corner_noise_factor * kNoiseEigenvalue * now.noise * now.noise, wanted,
+                 everywhere ? corners.cells() : kCellsPerImage, &free, &found);
+  if (level > 0) dropSmooth(now, &found);
   if (found.empty()) return;
   // The vertex of the edges is the same place from near and far. The strongest response lies a
   // pixel or two inside, which becomes an error as the scene comes closer.
@@ -618,13 +703,16 @@ void PointTracker::addCorners(const ImagePyramid& now, int wanted, double corner
   for (std::size_t k = 0; k < found.size(); ++k) {
     if (!(cv::norm(found[k] - strongest[k]) < kMaxVertexPx)) found[k] = strongest[k];
   }
-  for (const cv::Point2f& place : found) {
+  for (const cv::Point2f& corner : found) {
+    const cv::Point2f place = pixelOf(level) * corner;
     if (isMasked(place)) continue;  // moved there by cornerSubPix()
     auto anchor = std::make_shared<PatchAnchor>();
-    if (!anchor->set(now.level(0), toEigen(place), now.noise, sigma * PatchAnchor::kMaxSigmaPx)) {
-      continue;
-    }
-    if (addTrack(place)) tracks_.back().anchor = std::move(anchor);
+    if (!anchor->set(now.level(0), toEigen(corner), now.noise)) continue;
+    if (!addTrack(place)) continue;
+    tracks_.back().anchor = std::move(anchor);
+    tracks_.back().level = level;
+    cv::circle(mask_, cv::Point(cvRound(place.x), cvRound(place.y)),
+               static_cast<int>(o.min_distance_px), cv::Scalar(0), cv::FILLED);
   }
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -23,7 +24,8 @@ namespace slim_init::feature_tracker_lines {
 /// A tracked point.
 struct PointTrack {
   FeatureId id = -1;
-  int age = 1;  ///< images in which it was found under this id
+  int age = 1;    ///< images in which it was found under this id
+  int level = 0;  ///< of the pyramid on which it is followed; above 0 the image is too noisy
   cv::Point2f pixel;
   Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();         ///< unit, in c
   Eigen::Vector3d bearing_before = Eigen::Vector3d::UnitZ();  ///< in the previous image
@@ -35,7 +37,7 @@ struct PointTrack {
   Eigen::Vector3d mark_rays[2] = {Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ()};
   int marks = 0;
   bool has_flow = false;  ///< false in its first image
-  /// Distance from where it was predicted in the last image [px].
+  /// Distance from where it was predicted in the last image [px of its level].
   float surprise_px = std::numeric_limits<float>::infinity();
   std::shared_ptr<PatchAnchor> anchor;  ///< default profile only
   int anchor_misses = 0;                ///< images in a row without a match of the anchor
@@ -70,9 +72,6 @@ class PointTracker {
   /// Fills up with new corners of the image that was followed to, and counts them in `report`.
   void refill(const ImagePyramid& now, ImageReport* report);
 
-  /// In a dark image with few points weaker ones are taken as well.
-  void setDark(bool dark) { dark_ = dark; }
-
   /// Current points, oldest first.
   const std::vector<PointTrack>& tracks() const { return tracks_; }
 
@@ -83,14 +82,23 @@ class PointTracker {
   void reset();
 
  private:
+  static constexpr int kLevels = 2;  // of the pyramid, on which points are followed
+  using Levels = std::array<ImagePyramid, kLevels>;
+  struct Expected;
+  struct Found;
+
   // Default profile.
+  static Levels levelsOf(const ImagePyramid& pyramid);
   void followDefault(const ImagePyramid& before, const ImagePyramid& now,
                      const RotationPrior& prior, ImageReport* report);
-  std::vector<PointTrack> search(const ImagePyramid& before, const ImagePyramid& now,
+  Expected expect(const RotationPrior& prior) const;
+  void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
+                   const RotationPrior& prior, const Expected& expected, Found* found) const;
+  std::vector<PointTrack> search(const Levels& before, const Levels& now,
                                  const RotationPrior& prior) const;
   void deformAnchors(const RotationPrior& prior) const;
   bool recognise(const ImagePyramid& now, PointTrack* track) const;
-  void anchorTracks(const ImagePyramid& now, std::vector<PointTrack>* moved);
+  void anchorTracks(const Levels& now, std::vector<PointTrack>* moved);
   std::vector<unsigned char> findInliers(const std::vector<PointTrack>& moved,
                                          const RotationPrior& prior, ImageReport* report) const;
   int checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved);
@@ -100,7 +108,7 @@ class PointTracker {
   Eigen::Vector3d atMiddleRow(const RowExposure& rows, const Eigen::Vector3d& bearing,
                               const cv::Point2f& pixel) const;
   void refillDefault(const ImagePyramid& now);
-  void addCorners(const ImagePyramid& now, int wanted, double corner, double sigma);
+  void addCorners(const ImagePyramid& now, int level, int wanted);
 
   // Profile `vins`.
   void followVins(double t, const ImagePyramid& before, const ImagePyramid& now,
@@ -124,14 +132,13 @@ class PointTracker {
   Camera camera_;
   FrontEndOptions options_;
   double focal_px_ = 0.0;
-  bool dark_ = false;
   cv::Mat usable_;  // what the mask leaves, the image circle of a fisheye, or everything
-  CornerDetector corners_;
+  std::vector<CornerDetector> corners_;  // of each level
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
-  // Every few images a mark is made, at which each track remembers its ray.
-  int images_since_mark_ = 0;
+  // Now and then a mark is made, at which each track remembers its ray.
+  double since_mark_s_ = 0.0;
   Eigen::Matrix3d R_now_mark_ = Eigen::Matrix3d::Identity();    // of the newer mark
   Eigen::Matrix3d R_mark_older_ = Eigen::Matrix3d::Identity();  // from the older to the newer
   // HostFrontEnd::freq

@@ -22,6 +22,9 @@ struct RowExposure {
 
 /// Prior knowledge of the camera's rotation since the previous image.
 struct RotationPrior {
+  double dt_s = 0.0;  ///< since the previous image [s]
+  /// dt_s over the interval before it: what moved evenly moves so many times as far.
+  double dt_ratio = 1.0;
   bool measured = false;  ///< false: nothing is known; the rotation below is the identity
   /// Maps directions in the camera at the previous image to the camera now, middle row to middle
   /// row.

@@ -30,15 +30,21 @@ cv::Mat flatImage(double brightness, double noise, std::uint64_t seed) {
   return image;
 }
 
-std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat mask = cv::Mat()) {
-  ImagePyramid pyramid;
-  buildImagePyramid(image, 21, 3, &pyramid);
-  CornerDetector detector(image.size(), 20.0, 8.0);
-  if (mask.empty()) mask = cv::Mat(image.size(), CV_8UC1, cv::Scalar(255));
+std::vector<cv::Point2f> cornersOf(const ImagePyramid& pyramid, double factor,
+                                   cv::Mat mask = cv::Mat()) {
+  const cv::Size size = pyramid.level(0).size();
+  CornerDetector detector(size, 20.0, 8.0);
+  if (mask.empty()) mask = cv::Mat(size, CV_8UC1, cv::Scalar(255));
   std::vector<cv::Point2f> corners;
   detector.detect(pyramid.derivative(0), factor * kNoiseEigenvalue * pyramid.noise * pyramid.noise,
                   1000, detector.cells(), &mask, &corners);
   return corners;
+}
+
+std::vector<cv::Point2f> cornersOf(const cv::Mat& image, double factor, cv::Mat mask = cv::Mat()) {
+  ImagePyramid pyramid;
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
+  return cornersOf(pyramid, factor, std::move(mask));
 }
 
 // ------------------------------------------------------------------------------------------ rows
@@ -103,6 +109,35 @@ TEST(ImageNoise, IsMeasuredOnFlatAndOnTexturedImages) {
   }
 }
 
+TEST(ImagePyramidTest, ALargeImageIsHalvedUntilItIsSmallEnough) {
+  EXPECT_EQ(halvingsFor(cv::Size(752, 480)), 0);
+  EXPECT_EQ(halvingsFor(cv::Size(752, 960)), 0);
+  EXPECT_EQ(halvingsFor(cv::Size(752, 961)), 1);
+  EXPECT_EQ(halvingsFor(cv::Size(1280, 720)), 1);
+  EXPECT_EQ(halvingsFor(cv::Size(1504, 1920)), 1);
+  EXPECT_EQ(halvingsFor(cv::Size(1504, 1930)), 2);
+}
+
+TEST(ImagePyramidTest, UpperLevelsShareItsMemoryAndHaveLessNoise) {
+  const cv::Mat image = flatImage(128.0, 6.0, 4);
+  ImagePyramid pyramid, halved;
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
+  buildImagePyramid(image, 21, 2, 1, &halved);
+  EXPECT_EQ(pyramid.from(0).level(0).data, pyramid.level(0).data);
+  EXPECT_EQ(pyramid.from(0).noise, pyramid.noise);
+  const ImagePyramid upper = pyramid.from(1);
+  EXPECT_EQ(upper.level(0).data, pyramid.level(1).data);
+  EXPECT_EQ(upper.max_level, pyramid.max_level - 1);
+  // The same image, whichever way it was halved.
+  EXPECT_EQ(cv::norm(halved.level(0), upper.level(0), cv::NORM_INF), 0.0);
+  EXPECT_EQ(halved.halvings, upper.halvings);
+  EXPECT_NEAR(halved.noise, upper.noise, 1e-12);
+  EXPECT_LT(upper.noise, 0.4 * pyramid.noise);
+  EXPECT_NEAR(halved.from(1).noise, pyramid.from(2).noise, 1e-12);
+  EXPECT_TRUE(pyramid.from(pyramid.max_level + 1).empty());
+  EXPECT_EQ(levelNoise(0.0, 2), kLeastNoise);
+}
+
 TEST(ImageNoise, SaturatedAndTinyImagesHaveTheLeast) {
   EXPECT_EQ(measureNoise(flatImage(255.0, 0.0, 1)), kLeastNoise);
   EXPECT_EQ(measureNoise(flatImage(0.0, 0.0, 1)), kLeastNoise);
@@ -118,6 +153,20 @@ TEST(Corners, NoneFromNoiseAlone) {
       EXPECT_TRUE(cornersOf(image, 2.0).empty()) << "sigma " << sigma;
       // The constant is what noise makes: well below it there are plenty.
       EXPECT_GT(cornersOf(image, 0.4).size(), 20U) << "sigma " << sigma;
+    }
+  }
+}
+
+// The noise of the levels above is that of white noise that makes corners as strong.
+TEST(Corners, NoneFromNoiseOnTheLevelsAbove) {
+  for (const double sigma : {3.0, 8.0}) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      ImagePyramid pyramid;
+      buildImagePyramid(flatImage(128.0, sigma, seed), 21, 3, 0, &pyramid);
+      for (const int level : {1, 2}) {
+        EXPECT_TRUE(cornersOf(pyramid.from(level), 2.0).empty()) << sigma << " " << level;
+        EXPECT_GT(cornersOf(pyramid.from(level), 0.4).size(), 5U) << sigma << " " << level;
+      }
     }
   }
 }
@@ -159,7 +208,7 @@ TEST(Corners, KeepOutOfTheMaskAndApart) {
 TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
   cv::Mat image = flatImage(128.0, 1.0, 2);
   ImagePyramid pyramid;
-  buildImagePyramid(image, 21, 3, &pyramid);
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
   CornerDetector detector(image.size(), 20.0, 8.0);
   const int at_a_time = 10;
   // A corner that is only there in the last round must still be found within it.
@@ -171,7 +220,7 @@ TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
   }
   EXPECT_TRUE(corners.empty());
   cv::rectangle(image, cv::Rect(400, 300, 90, 60), cv::Scalar(220), cv::FILLED);
-  buildImagePyramid(image, 21, 3, &pyramid);
+  buildImagePyramid(image, 21, 3, 0, &pyramid);
   for (int i = 0; i < rounds; ++i) {
     detector.detect(pyramid.derivative(0), 100.0, 10, at_a_time, &mask, &corners);
   }
@@ -481,7 +530,7 @@ TEST(EdgeFitTest, NoiseCostsLittleAndABlankImageHasNone) {
 // Segments of an image as it is, without a level of the pyramid in between.
 std::vector<cv::Vec4f> segmentsOf(const cv::Mat& image, double min_length, double noise = 0.3) {
   ImagePyramid pyramid;
-  buildImagePyramid(image, 5, 0, &pyramid);
+  buildImagePyramid(image, 5, 0, 0, &pyramid);
   std::vector<cv::Vec4f> segments(3);  // what was there before is no result
   LineDetector(min_length).detect(pyramid.derivative(0), noise, &segments);
   return segments;
@@ -585,8 +634,11 @@ TEST(LineDetectorTest, LengthContrastAndNoiseHaveTheirBounds) {
 // ---------------------------------------------------------------------------------- point tracker
 
 // Where the anchor is as predicted, KLT is left out; a jump, or a point without a steady step
-// before, takes the long way and is found as well.
-TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
+// before, takes the long way and is found as well. A step that is longer since more time has passed
+// is no jump.
+class StepsOf : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(IntervalRatios, StepsOf, testing::Values(1.0, 2.0));
+TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
   CameraParameters camera;
   camera.width = 320;
   camera.height = 240;
@@ -613,7 +665,9 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
   std::vector<double> recognised, kept;
   for (const double shift : {0.0, 2.0, 4.0, 6.0, 8.0, 12.0}) {
     std::swap(before, now);
-    buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, &now);
+    prior.dt_s = shift == 12.0 ? 0.05 * GetParam() : 0.05;
+    prior.dt_ratio = prior.dt_s / 0.05;
+    buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0, &now);
     ImageReport report;
     tracker.follow(0.0, before, now, prior, &report);
     tracker.refill(now, &report);
@@ -624,15 +678,85 @@ TEST(PointTrackerTest, SteadyPointsAreRecognisedAndOthersFollowed) {
       count += track.recognised ? 1 : 0;
       EXPECT_NEAR(track.pixel.x - track.pixel_before.x, shift == 12.0 ? 4.0 : 2.0, 0.2);
     }
-    EXPECT_EQ(tracker.motion().steady, shift == 4.0 || shift == 6.0 || shift == 8.0) << shift;
+    const bool expected = shift == 12.0 ? prior.dt_ratio == 2.0 : shift > 2.0;
+    EXPECT_EQ(tracker.motion().steady, expected) << shift;
     recognised.push_back(count);
     kept.push_back(old);
   }
   ASSERT_GT(kept[1], 20);
   EXPECT_EQ(recognised[1], 0);  // nothing is known of the first step
   EXPECT_GT(recognised[4], 0.8 * kept[4]);
-  EXPECT_LT(recognised[5], 0.2 * kept[5]);
+  if (GetParam() == 2.0) {
+    EXPECT_GT(recognised[5], 0.8 * kept[5]);
+  } else {
+    EXPECT_LT(recognised[5], 0.2 * kept[5]);
+  }
   EXPECT_GT(kept[5], 0.8 * kept[4]);
+}
+
+// Levels of the corners that a first image gets.
+std::vector<int> levelsOfCorners(cv::Mat image, double noise) {
+  if (noise > 0.0) addNoise(noise, 6, &image);
+  CameraParameters camera;
+  camera.width = image.cols;
+  camera.height = image.rows;
+  FrontEndOptions options;
+  options.points.max_points = 400;
+  PointTracker tracker(camera, options);
+  ImagePyramid pyramid;
+  buildImagePyramid(image, options.points.window_px, options.points.levels, 0, &pyramid);
+  ImageReport report;
+  tracker.follow(0.0, ImagePyramid(), pyramid, RotationPrior(), &report);
+  tracker.refill(pyramid, &report);
+  std::vector<int> levels;
+  for (const PointTrack& track : tracker.tracks()) levels.push_back(track.level);
+  return levels;
+}
+
+// Forty rectangles with four corners each, `step` grey levels brighter than their surroundings.
+cv::Mat rectangles(double step) {
+  cv::Mat image(480, 752, CV_8UC1, cv::Scalar(100));
+  for (int i = 0; i < 40; ++i) {
+    cv::rectangle(image, cv::Rect(30 + 90 * (i % 8), 30 + 90 * (i / 8), 44, 40),
+                  cv::Scalar(100 + step), cv::FILLED);
+  }
+  return image;
+}
+
+TEST(PointTrackerTest, CornersThatNoiseHidesAreTakenFromTheNextLevel) {
+  const auto count = [](const std::vector<int>& levels, int level) {
+    return std::count(levels.begin(), levels.end(), level);
+  };
+  // In sight: all on the image itself, and more than the share up to which the next level fills up.
+  const std::vector<int> clear = levelsOfCorners(rectangles(60.0), 4.0);
+  EXPECT_GT(count(clear, 0), 120);
+  EXPECT_EQ(count(clear, 1), 0);
+  // Hidden, and too vague for an anchor: from the next level, up to that share.
+  for (const double step : {16.0, 24.0}) {
+    const std::vector<int> hidden = levelsOfCorners(rectangles(step), 4.0);
+    EXPECT_LT(count(hidden, 0), 5) << step;
+    EXPECT_GT(count(hidden, 1), 80) << step;
+    EXPECT_LE(hidden.size(), 88U) << step;
+  }
+  // Hidden there as well.
+  EXPECT_LT(levelsOfCorners(rectangles(4.0), 4.0).size(), 5U);
+}
+
+// Blotches of light have the slopes of corners on the next level, but they are not sharp.
+TEST(PointTrackerTest, ShadingHasNoCornersOnAnyLevel) {
+  cv::Mat image(480, 752, CV_8UC1);
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      image.at<uchar>(y, x) =
+          cv::saturate_cast<uchar>(60.0 + 120.0 * textures::cloud(1, x, y, 30.0));
+    }
+  }
+  ImagePyramid pyramid;
+  cv::Mat noisy = image.clone();
+  addNoise(4.0, 6, &noisy);
+  buildImagePyramid(noisy, 21, 3, 0, &pyramid);
+  EXPECT_GT(cornersOf(pyramid.from(1), 2.0).size(), 50U);
+  EXPECT_LT(levelsOfCorners(image, 4.0).size(), 5U);
 }
 
 }  // namespace

@@ -30,6 +30,26 @@ inline CameraParameters smallCamera() {
   return camera;
 }
 
+/// EuRoC's lens at its own resolution.
+inline CameraParameters eurocCamera() {
+  CameraParameters camera = smallCamera();
+  camera.width *= 2;
+  camera.height *= 2;
+  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= 2.0;
+  return camera;
+}
+
+/// The colour camera of a RealSense, twice EuRoC's focal length.
+inline CameraParameters hdCamera() {
+  CameraParameters camera;
+  camera.width = 1280;
+  camera.height = 720;
+  camera.fx = camera.fy = 906.0;
+  camera.cx = 640.0;
+  camera.cy = 360.0;
+  return camera;
+}
+
 inline Calibration calibrationOf(const CameraParameters& camera) {
   Calibration calibration;
   calibration.R_b_c = expSO3(Eigen::Vector3d(0.3, -0.2, 1.5));

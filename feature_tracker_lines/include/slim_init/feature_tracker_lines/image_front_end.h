@@ -46,7 +46,7 @@ struct ImageReport {
   /// for.
   std::vector<StageTime> stages;
   double total_ms = 0.0;
-  double image_noise = kNotComputed;  ///< standard deviation of the pixel noise [grey levels]
+  double image_noise = kNotComputed;  ///< standard deviation, of the tracked image [grey levels]
   OutlierCheck outlier_check = OutlierCheck::kNone;
   bool rotation_from_gyro = false;  ///< the IMU covers the time since the previous image
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
@@ -126,8 +126,8 @@ class ImageFrontEnd {
   std::string lineDetector() const;
 
   /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue new to red old; lines
-  /// grey detected, blue matched, green on the dominant vanishing point; that point marked. Empty
-  /// before the first image.
+  /// grey detected, blue matched, green on the dominant vanishing point; that point marked. Of the
+  /// size that is tracked. Empty before the first image.
   cv::Mat debugImage() const;
 
   /// Forgets images, tracks, IMU, bias, report and counts. Ids are not reused.

@@ -1,7 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Parameters of the front end. As in slim_init/options.h: the comment of a field says what it is;
-// bounds and reasons stand in the table in src/options.cc.
+// Parameters of the front end; bounds and reasons stand in the table in src/options.cc. Pixels are
+// those of the image that is tracked (a large one is halved, docs/ros.md), except in
+// min_distance_px.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -39,7 +40,7 @@ const char* toString(TrackerProfile profile);
 /// Points of the default profile: Shi-Tomasi corners, pyramidal KLT.
 struct PointTrackerOptions {
   int max_points = 150;              ///< tracked in one image
-  double min_distance_px = 20.0;     ///< distance between two points [px]
+  double min_distance_px = 20.0;     ///< distance between two points in the camera's image [px]
   double corner_noise_factor = 2.0;  ///< minimum corner, over what image noise alone makes
   int window_px = 21;                ///< side of the tracked patch, odd [px]
   int levels = 3;                    ///< pyramid levels above the image
