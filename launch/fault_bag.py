@@ -487,6 +487,8 @@ def run(bag, config, out, tracker, mode, *words):
                 fail("%s could not be played" % faulted)
             ab_bag.wait_until_quiet(odometry)
             cpu = processor_time(launch.pid, "vins_estimator")
+            if launch.poll() is None and cpu == 0.0:
+                fail("vins_estimator has ended; see %s" % log)
         finally:
             if record is not None:
                 ab_bag.end(record)
