@@ -149,12 +149,18 @@ struct HostAdapter::State {
     contradictions = suspect_frames = 0;
     steady_biases = SteadyBiases();
     innovations.reset();
+    moving.clear();
     flown = OptionalCalibration();
   }
   using Lock = std::unique_lock<std::mutex>;
 
   HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration,
                    bool wants_evidence, Lock* lock);
+  void removeMoving(FrameObservation* frame) const {
+    const auto moves = [this](const PointObservation& point) { return moving.count(point.id) > 0; };
+    std::vector<PointObservation>& points = frame->points;
+    points.erase(std::remove_if(points.begin(), points.end(), moves), points.end());
+  }
   void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
                          Lock* lock, HostHealth* health);
   HostPreparation prepare(const std::vector<HostState>& window, const Calibration& calibration);
@@ -197,6 +203,7 @@ struct HostAdapter::State {
   int suspect_frames = 0;
   SteadyBiases steady_biases;
   InnovationMonitor innovations;
+  std::set<FeatureId> moving;  // tracks of the newest frame, as prepare() found them
   SensorMemory memory{Calibration()};
   OptionalCalibration flown;            // extrinsics that the host has estimated in flight
   double waiting_stamp = kNotComputed;  // the frame for which the host has begun to wait
@@ -279,8 +286,9 @@ HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
   for (std::size_t i = 1; i < states.size(); ++i) {
     if (!(states[i].t > states[i - 1].t)) return health;
   }
-  WatchFinding finding = watchWindow(states, {frames.begin(), frames.end()}, screen.samples(),
-                                     screen.damage(), calibration);
+  std::vector<FrameObservation> scene(frames.begin(), frames.end());
+  for (FrameObservation& frame : scene) removeMoving(&frame);
+  WatchFinding finding = watchWindow(states, scene, screen.samples(), screen.damage(), calibration);
   if (finding.sane && !states.empty() && states.back().isFinite()) {
     finding.reason = steady_biases.judge(states.back());
     finding.sane = finding.reason.empty();
@@ -639,12 +647,14 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   if (t_j - t_i > kLongestTracked) out.moving = known;
   const bool blind = static_cast<int>(known.size()) < kLeastTracks;
   const Innovation innovation = innovations.judge(
-      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px);
+      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px,
+      !optimized.empty() && wideningOf(screen.damage(), optimized.front().t, t_j).damaged);
   if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
     screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
   }
   out.suspect = innovation.culprit == Culprit::kUnclear;
   out.moving.insert(out.moving.end(), innovation.moving.begin(), innovation.moving.end());
+  moving = {innovation.moving.begin(), innovation.moving.end()};
   // A few are outliers of the tracker.
   const bool moves = static_cast<double>(innovation.moving.size()) > kMovingShare * tracks;
   const bool contradicts =
@@ -655,9 +665,8 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   if (damaged || moves || blind || t_j - t_i > kLongestTracked) out.bridged_s = t_j - t_i;
   if (!damaged) return out;
   // The host has predicted through what is not to be believed.
-  const bool by_images = innovation.culprit == Culprit::kImu;
   out.replaces_newest = true;
-  out.newest = toHostState(by_images ? innovation.images : predicted.state, calibration.td);
+  out.newest = toHostState(innovation.best, calibration.td);
   out.newest.stamp = window.back().stamp;
   return out;
 }
@@ -746,6 +755,9 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   if (state_->options.image_height > 0) {
     setRowTimes(state_->options.image_height, calibration.readout_s, &frame);
   }
+  // As found at the frame before: a solve would follow it.
+  state_->removeMoving(&frame);
+  state_->moving.clear();
   const AddStatus status = state_->noteRestart(state_->initializer->addFrame(std::move(frame)));
   if (!isAdded(status)) return status;
   if (std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
