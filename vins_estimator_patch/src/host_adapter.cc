@@ -143,6 +143,7 @@ struct HostAdapter::State {
     first_stamp = kNotComputed;
     td_of.clear();
     frames.clear();
+    images.clear();
     screen.reset();
     worker.discard();
     last_check = -std::numeric_limits<double>::infinity();
@@ -165,6 +166,7 @@ struct HostAdapter::State {
                          Lock* lock, HostHealth* health);
   HostPreparation prepare(const std::vector<HostState>& window, const Calibration& calibration);
   std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
+  double longestWithoutImage(double first, double last) const;
   std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
   CarriedState healthyStateOf(const HostState& state) const;
   std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
@@ -198,6 +200,7 @@ struct HostAdapter::State {
   double last_imu = kNotComputed;
   std::int64_t suspects = 0;            // samples within the limits that were left out
   std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
+  std::set<double> images;              // stamps of those that the host has received [s]
   double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
   int contradictions = 0;  // solved windows in a row that speak against the host
   int suspect_frames = 0;
@@ -596,6 +599,17 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
   return answer;
 }
 
+// Between two frames of the host [s]. It drops images while it has no IMU data, but its tracker has
+// them.
+double HostAdapter::State::longestWithoutImage(double first, double last) const {
+  double longest = 0.0, before = first;
+  for (auto image = images.upper_bound(first); image != images.end() && *image < last; ++image) {
+    longest = std::max(longest, *image - before);
+    before = *image;
+  }
+  return std::max(longest, last - before);
+}
+
 // Tracks of the frame at `end` that the frame at `begin`, or one before it, has too [s, IMU clock];
 // `tracks`: all of that frame.
 std::vector<long long> HostAdapter::State::tracksOverGap(double begin, double end,
@@ -638,17 +652,16 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   // What a tracker carries over a gap in the images are other points.
   int tracks = 0;
   const std::vector<long long> known = tracksOverGap(t_i, t_j, &tracks);
-  for (auto state = optimized.end(); state != optimized.begin();) {
-    const double next = state == optimized.end() ? t_j : state->t;
-    if (next - (--state)->t <= kLongestTracked) continue;
-    optimized.erase(optimized.begin(), state + 1);
+  for (std::size_t i = optimized.size(); i-- > 0;) {
+    if (longestWithoutImage(stamps[i], stamps[i + 1]) <= kLongestTracked) continue;
+    optimized.erase(optimized.begin(), optimized.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    if (i + 2 == stamps.size()) out.moving = known;
     break;
   }
-  if (t_j - t_i > kLongestTracked) out.moving = known;
   const bool blind = static_cast<int>(known.size()) < kLeastTracks;
   const Innovation innovation = innovations.judge(
       optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px,
-      !optimized.empty() && wideningOf(screen.damage(), optimized.front().t, t_j).damaged);
+      wideningOf(screen.damage(), hostTime(stamps.front()), t_j).damaged);
   if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
     screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
   }
@@ -780,6 +793,15 @@ AddStatus HostAdapter::addLines(double stamp, std::vector<LineObservation> lines
     setRowTimes(state_->options.image_height, state_->initializer->calibration().readout_s, &frame);
   }
   return state_->initializer->addLines(stamp, std::move(frame.lines));
+}
+
+void HostAdapter::received(double stamp) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  if (!std::isfinite(stamp)) return;
+  std::set<double>& images = state_->images;
+  images.insert(stamp);
+  images.erase(images.begin(), images.lower_bound(stamp - kTdKept));
+  images.erase(images.upper_bound(stamp), images.end());
 }
 
 void HostAdapter::setTd(double td) {

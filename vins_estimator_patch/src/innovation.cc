@@ -33,6 +33,7 @@ constexpr double kLargestMahalanobis = 5.8;
 // Fractions of the tracks.
 constexpr double kNearlyAll = 0.7;
 constexpr double kPart = 0.25;
+constexpr double kMajority = 0.5;
 constexpr double kHealthy = 0.8;
 // Of the tracks that tell two poses apart.
 constexpr double kDecides = 0.2;
@@ -424,7 +425,8 @@ bool move(std::size_t others, std::size_t all) {
 }
 
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
-// interval: they cannot speak against the IMU, and neither can new ones. `decide`: TrackTrust.
+// interval: they cannot speak against the IMU, and neither can new ones, or such as do not agree
+// with each other. `decide`: TrackTrust.
 Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool decide) {
   const std::size_t placed = scene.tracks.size(), all = placed + scene.placeless.size();
   const auto moves = [&scene, placed, all, decide](const PoseFit& fit) {
@@ -438,7 +440,7 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool de
     return moves(fits.imu) ? Culprit::kImages : Culprit::kNone;
   }
   const bool wrong = distance >= kLargestMahalanobis;
-  if (wrong && !decide && scene.old < kLeastTracks) return Culprit::kImages;
+  if (wrong && !decide && (scene.old < kLeastTracks || b < kMajority)) return Culprit::kImages;
   const double known = static_cast<double>(decide ? placed : all);
   if (wrong && fits.images.count >= kNearlyAll * known) return Culprit::kImu;
   if (!decide && move(scene.moved, all)) return Culprit::kImages;
@@ -650,7 +652,8 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   const double t = predicted.state.t;
   if (blindEnds(frames, t)) trusted_since_ = t;
   TrackTrust trust;
-  trust.decide = damaged || t - trusted_since_ < kTrusted;
+  // A host whose poses have not agreed with its tracks yet has them wrong.
+  trust.decide = damaged || std::isnan(noise_) || t - trusted_since_ < kTrusted;
   if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
   Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);
   if (result.culprit == Culprit::kNone) {

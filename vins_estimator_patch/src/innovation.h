@@ -20,7 +20,7 @@ namespace slim_init::vins_adapter {
 enum class Culprit {
   kNone,
   kImu,       ///< nearly all tracks agree on a pose that the IMU data contradict
-  kImages,    ///< a part of the tracks moves; the others, if there are any, agree with the IMU
+  kImages,    ///< a part of the tracks moves, or all; the others agree with the IMU
   kUnclear,   ///< neither; or the host's velocity is wrong
   kNotJudged  ///< fewer than eight tracks have a known place, or input is missing
 };
@@ -65,8 +65,7 @@ constexpr double kMostNoise = 3.0;
 /// What is known of the tracks from the frames before.
 struct TrackTrust {
   double most_noise = kMostNoise;  ///< their noise is used up to so many `sigma_px`
-  /// The IMU has not measured the way between the optimized poses, or alone: a track without a
-  /// place does not move.
+  /// The optimized poses are less certain: a track that they leave no place does not move.
   bool decide = false;
 };
 
