@@ -222,7 +222,7 @@ class Flight:
         return (self.t >= first) & (self.t <= last)
 
     def frame_of(self, chosen):
-        """Yaw [rad] and translation that bring the odometry onto the truth."""
+        """Yaw [rad] and translation that bring the odometry onto the ground truth."""
         yaw = math.atan2(np.mean(np.sin(self.yaw[chosen])), np.mean(np.cos(self.yaw[chosen])))
         c, s = math.cos(yaw), math.sin(yaw)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
