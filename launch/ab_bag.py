@@ -8,6 +8,7 @@ ab_bag.py run BAG CONFIG OUT METHODS RATE HOST TRACKER
     BAG.groundtruth.csv if that file exists. Then, in any case, the methods off line.
 """
 import bisect
+import contextlib
 import csv
 import html
 import math
@@ -290,6 +291,25 @@ def play(bag, text, rate):
                             topic_of(text, "imu_topic"), topic_of(text, "image_topic")])
 
 
+@contextlib.contextmanager
+def host(config, own, log, tracker, sim_time="true"):
+    """VINS-Mono in a roslaunch of its own, with `config` for the tracker and `own` for the
+    estimator; ends with the block."""
+    with open(log, "w", encoding="utf-8") as sink:
+        # A process group of its own: a signal to us must not reach it twice.
+        launch = subprocess.Popen(
+            ["roslaunch", "slim_init", "vins_mono_slim.launch", "config:=" + config,
+             "estimator_config:=" + own, "sim_time:=" + sim_time, "tracker:=" + tracker,
+             "rviz:=false"],
+            stdout=sink, stderr=subprocess.STDOUT, start_new_session=True)
+        try:
+            yield launch
+            if launch.poll() is not None:
+                fail("the host ended with %d; see %s" % (launch.returncode, log))
+        finally:
+            end(launch)
+
+
 def wait_until_quiet(path):
     """Until the file has not grown for QUIET_S."""
     size, since = -1, time.monotonic()
@@ -312,21 +332,12 @@ def fly(mode, bag, config, text, out, rate, tracker):
         file.write(config_of(text, mode, folder))
     log = os.path.join(folder, "roslaunch.log")
     print("\n==> %s: the host plays the whole bag (%s)" % (TITLES[mode], log), flush=True)
-    with open(log, "w", encoding="utf-8") as sink:
-        # A process group of its own: a signal to us must not reach it twice.
-        launch = subprocess.Popen(
-            ["roslaunch", "slim_init", "vins_mono_slim.launch", "config:=" + config,
-             "estimator_config:=" + own, "sim_time:=true", "tracker:=" + tracker, "rviz:=false"],
-            stdout=sink, stderr=subprocess.STDOUT, start_new_session=True)
-        try:
-            played = play(bag, text, rate)
-            if launch.poll() is not None:
-                fail("the host ended with %d; see %s" % (launch.returncode, log))
-            if played != 0:
-                fail("%s could not be played" % bag)
+    with host(config, own, log, tracker) as launch:
+        played = play(bag, text, rate)
+        if launch.poll() is None and played != 0:
+            fail("%s could not be played" % bag)
+        if launch.poll() is None:
             wait_until_quiet(odometry)
-        finally:
-            end(launch)
     if mode == "slim" and not os.path.exists(os.path.join(folder, "slim_init_starts.csv")):
         fail("the host left no slim_init_starts.csv in %s: is its estimator patched "
              "(vins_estimator_patch/README.md)?" % folder)

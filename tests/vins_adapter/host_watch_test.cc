@@ -726,6 +726,38 @@ TEST_F(AdapterInFlight, IntervalsReachIntoDamageThatGoesOn) {
   EXPECT_LT((carried.state.V - exact_.truth[kFrames - 1].v_w_b).norm(), kUnknownAccel * 0.1);
 }
 
+// A host drops the images for which it has no IMU data. What its tracker has followed from image to
+// image gives the pose; what it finds again after a gap in the images are other points.
+TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
+  const int before = kFrames - 16, after = kFrames - 2;
+  std::vector<ImuSample> imu;
+  for (const ImuSample& sample : exact_.imu) {
+    if (sample.t < exact_.truth[before].t + 0.02 || sample.t > exact_.truth[after].t - 0.05) {
+      imu.push_back(sample);
+    }
+  }
+  std::vector<HostState> states = window(before);
+  states.erase(states.begin());
+  states.push_back(window(after).back());
+  for (const bool images : {false, true}) {
+    fly(imu, after + 1);
+    for (int k = 0; images && k <= after; ++k) adapter_->received(exact_.keyframes[k].t);
+    adapter_->received(kNotComputed);
+    const HostPreparation frame =
+        adapter_->prepare(states, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+    EXPECT_TRUE(frame.replaces_newest);
+    EXPECT_TRUE(frame.intervals.back().damaged);
+    const double error = (frame.newest.P - exact_.truth[after].p_w_b).norm();
+    if (images) {
+      EXPECT_LT(frame.moving.size(), 5u);
+      EXPECT_LT(error, 0.1);
+    } else {
+      EXPECT_GT(frame.moving.size(), 20u);
+      EXPECT_GT(error, 0.1);
+    }
+  }
+}
+
 TEST_F(AdapterInFlight, ACarriedStateSaysWhatItIsWorth) {
   fly(exact_.imu);
   HostState from = window(20).back();

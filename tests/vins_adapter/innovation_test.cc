@@ -46,10 +46,10 @@ Eigen::Matrix3d turnOf(const Eigen::Vector3d& v) {
   return Eigen::AngleAxisd(v.norm(), v.normalized()).toRotationMatrix();
 }
 
-ExactWindow flightOf(Motion motion, double pixel_noise, unsigned seed = 1) {
+ExactWindow flightOf(Motion motion, double pixel_noise, unsigned seed = 1, int keyframes = 40) {
   ExactWindowOptions options;
   options.motion = motion;
-  options.keyframes = 40;
+  options.keyframes = keyframes;
   options.interval_s = 0.1;
   options.pixel_noise = pixel_noise;
   options.imu_noise = pixel_noise > 0.0;
@@ -88,6 +88,40 @@ struct Flight {
     }
     return moving;
   }
+  // From frame `begin` on a texture that moves by (px, px/2) per frame hides the given part of the
+  // view, so that all of its tracks are new. A tracker that takes it for the scene rejects the
+  // others: they live for two frames. Returns the tracks of the texture.
+  std::set<FeatureId> coverWithTexture(int begin, double part, double px) {
+    constexpr FeatureId kTexture = 1000000, kShortLived = 2000000;
+    std::set<FeatureId> moving;
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> inside(-0.5, 0.5);
+    std::normal_distribution<double> noise(0.0, kNoisePx / calibration.focal_px);
+    std::vector<Eigen::Vector2d> texture;
+    for (std::size_t k = static_cast<std::size_t>(begin); k < frames.size(); ++k) {
+      const auto age = static_cast<FeatureId>(k) - begin;
+      std::vector<PointObservation> points;
+      for (PointObservation point : frames[k].points) {
+        if (static_cast<double>(point.id * 37 % 100) < 100.0 * part) continue;
+        point.id += kShortLived * (1 + age / 2);
+        points.push_back(point);
+      }
+      const std::size_t hidden = frames[k].points.size() - points.size();
+      const double shift = px * static_cast<double>(age) / calibration.focal_px;
+      while (texture.size() < hidden) texture.emplace_back(inside(random), inside(random));
+      for (std::size_t i = 0; i < hidden; ++i) {
+        PointObservation point;
+        point.id = kTexture + static_cast<FeatureId>(i);
+        point.bearing << texture[i].x() + shift + noise(random),
+            texture[i].y() + 0.5 * shift + noise(random), 1.0;
+        point.bearing.normalize();
+        points.push_back(point);
+        moving.insert(point.id);
+      }
+      frames[k].points = std::move(points);
+    }
+    return moving;
+  }
   CarriedState predicted(int newest) const {
     CarriedState from, result;
     from.state = states[static_cast<std::size_t>(newest) - 1];
@@ -105,7 +139,7 @@ struct Flight {
   Innovation at(int newest, double sigma_px = kNoisePx) const {
     return innovationOf(optimized(newest), predicted(newest), frames, calibration, sigma_px);
   }
-  // Through a monitor, for frames 11 to 39.
+  // Through a monitor, from frame 11 on.
   std::map<int, Innovation> watch() const {
     InnovationMonitor monitor;
     std::map<int, Innovation> result;
@@ -346,6 +380,73 @@ TEST(Innovation, AMovingTextureIsKeptOut) {
   }
 }
 
+// Nothing of the scene is left, and all tracks are new and agree with each other: neither the IMU
+// nor the host is blamed. A track comes into the host's window with its fourth view.
+TEST(InnovationMonitor, ATextureThatIsAllThereIsIsNotTheScene) {
+  for (const Motion motion : {Motion::kExcited, Motion::kHover, Motion::kConstantVelocity}) {
+    for (const double px : {3.0, 6.0, 12.0, 30.0}) {
+      SCOPED_TRACE(std::to_string(px) + " px, motion " + std::to_string(static_cast<int>(motion)));
+      Flight flight(flightOf(motion, kNoisePx));
+      const std::set<FeatureId> texture = flight.coverWithTexture(16, 0.75, px);
+      std::map<FeatureId, int> kept_in;  // frames in a row in which a track was not kept out
+      int seen = 0, used = 0;
+      for (const auto& [k, result] : flight.watch()) {
+        EXPECT_NE(result.culprit, Culprit::kImu) << k << ": " << result.message;
+        EXPECT_NE(result.culprit, Culprit::kUnclear) << k << ": " << result.message;
+        if (k < 16) continue;
+        for (const FeatureId id : texture) {
+          const bool found = std::binary_search(result.moving.begin(), result.moving.end(), id);
+          kept_in[id] = found ? 0 : kept_in[id] + 1;
+          ++seen;
+          used += kept_in[id] >= 4 ? 1 : 0;
+        }
+      }
+      EXPECT_GT(seen, 1000);
+      EXPECT_LT(used, 0.1 * seen);
+    }
+  }
+}
+
+// Then it may be the host as well.
+TEST(InnovationMonitor, BlindnessEnds) {
+  Flight flight(flightOf(Motion::kExcited, kNoisePx, 1, 90));
+  const int begin = 16;
+  flight.coverWithTexture(begin, 1.0, 8.0);
+  int blind = 0;
+  for (const auto& [k, result] : flight.watch()) {
+    const double since = flight.truth[k].t - flight.truth[begin].t;
+    // With its third view a track is judged.
+    if (since > 0.25 && since < 5.0) {
+      EXPECT_EQ(result.culprit, Culprit::kImages) << k << ": " << result.message;
+      blind += result.blind ? 1 : 0;
+    } else if (since > 5.35) {
+      EXPECT_EQ(result.culprit, Culprit::kUnclear) << k << ": " << result.message;
+      EXPECT_TRUE(result.moving.empty());
+      EXPECT_GE(result.accel_sigma, kUnknownAccel);
+    }
+  }
+  EXPECT_GE(blind, 45);
+}
+
+// Poses that no track has agreed with say nothing about tracks.
+TEST(InnovationMonitor, AHostThatHasNeverAgreedDoesNotAccuseTheTracks) {
+  Flight flight(flightOf(Motion::kExcited, kNoisePx));
+  const Flight healthy = flight;
+  for (NavState& state : flight.states) state.p_w_b.setZero();
+  InnovationMonitor fresh, known;
+  for (int k = 14; k < 18; ++k) {
+    known.judge(healthy.optimized(k), healthy.predicted(k), healthy.frames, healthy.calibration,
+                kNoisePx);
+  }
+  const auto judged = [&flight](InnovationMonitor* monitor) {
+    return monitor->judge(flight.optimized(18), flight.predicted(18), flight.frames,
+                          flight.calibration, kNoisePx);
+  };
+  const Innovation unknown = judged(&fresh), accused = judged(&known);
+  EXPECT_TRUE(unknown.moving.empty()) << unknown.message;
+  EXPECT_GT(accused.moving.size(), 20u) << accused.message;
+}
+
 // Depths are not known there, and do not matter.
 TEST(Innovation, WithoutParallaxTheAttitudeIsJudged) {
   for (const Motion motion : {Motion::kHover, Motion::kPureRotation, Motion::kConstantVelocity}) {
@@ -383,8 +484,9 @@ TEST(Innovation, FewTracksAreNotJudged) {
       Culprit::kNotJudged);
 }
 
-// Everything changes, and nothing fits: tracks that go anywhere.
-TEST(Innovation, TracksWithoutOrderAreUnclear) {
+// Everything changes, and nothing fits: tracks that go anywhere, as those of a camera that has gone
+// blank. They do not speak against the IMU.
+TEST(Innovation, TracksWithoutOrderAreKeptOut) {
   Flight flight(flightOf(Motion::kExcited, kNoisePx));
   std::mt19937 random(9);
   std::normal_distribution<double> normal;
@@ -393,9 +495,16 @@ TEST(Innovation, TracksWithoutOrderAreUnclear) {
         (point.bearing + 0.1 * drawnVector([&] { return normal(random); })).normalized();
   }
   const Innovation result = flight.at(20);
-  EXPECT_EQ(result.culprit, Culprit::kUnclear) << result.message;
-  EXPECT_GE(result.accel_sigma, kUnknownAccel);
-  EXPECT_GE(result.gyro_sigma, kUnknownGyro);
+  EXPECT_EQ(result.culprit, Culprit::kImages) << result.message;
+  EXPECT_TRUE(result.blind);
+  // If the IMU is known to be damaged there, it may be both.
+  TrackTrust trust;
+  trust.decide = true;
+  const Innovation both = innovationOf(flight.optimized(20), flight.predicted(20), flight.frames,
+                                       flight.calibration, kNoisePx, trust);
+  EXPECT_EQ(both.culprit, Culprit::kUnclear) << both.message;
+  EXPECT_GE(both.accel_sigma, kUnknownAccel);
+  EXPECT_GE(both.gyro_sigma, kUnknownGyro);
 }
 
 // The interval is clean: the poses before it say what the velocity is.

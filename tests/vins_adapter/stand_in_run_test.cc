@@ -598,7 +598,9 @@ TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
   const int resets = e.resets;
   e.f_manager.feature.front().estimated_depth = 3.0;
-  e.ric[0] = 2.0 * Matrix3d::Identity();  // as if refined in flight
+  // As if refined in flight.
+  const Matrix3d refined = e.ric[0] * Eigen::AngleAxisd(1e-4, Vector3d::UnitX()).matrix();
+  e.ric[0] = refined;
   e.fails = 1;
   frame(k);
   EXPECT_EQ(e.resets, resets);
@@ -607,7 +609,7 @@ TEST_F(StandInRun, FailureIsRecoveredInTheOldFrame) {
   EXPECT_LT((e.Vs[kNewest] - exact_.truth[k].v_w_b).norm(), 0.05);
   EXPECT_LT(logSO3(e.Rs[kNewest].transpose() * exact_.truth[k].R_w_b).norm(), 0.01);
   EXPECT_EQ(e.f_manager.feature.front().estimated_depth, -1.0) << logText();
-  EXPECT_EQ(e.ric[0], Matrix3d(2.0 * Matrix3d::Identity()));
+  EXPECT_EQ(e.ric[0], refined);
   EXPECT_NE(logText().find("recover done"), std::string::npos) << logText();
 
   // Still failing after it: the host's own reset, and the next start joins the old frame.

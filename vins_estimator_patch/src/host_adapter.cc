@@ -143,22 +143,30 @@ struct HostAdapter::State {
     first_stamp = kNotComputed;
     td_of.clear();
     frames.clear();
+    images.clear();
     screen.reset();
     worker.discard();
     last_check = -std::numeric_limits<double>::infinity();
     contradictions = suspect_frames = 0;
     steady_biases = SteadyBiases();
     innovations.reset();
+    moving.clear();
     flown = OptionalCalibration();
   }
   using Lock = std::unique_lock<std::mutex>;
 
   HostHealth judge(const std::vector<HostState>& window, const Calibration& calibration,
                    bool wants_evidence, Lock* lock);
+  void removeMoving(FrameObservation* frame) const {
+    const auto moves = [this](const PointObservation& point) { return moving.count(point.id) > 0; };
+    std::vector<PointObservation>& points = frame->points;
+    points.erase(std::remove_if(points.begin(), points.end(), moves), points.end());
+  }
   void checkAgainstSolve(const NavState& newest, double stamp, bool urgent, bool wants_evidence,
                          Lock* lock, HostHealth* health);
   HostPreparation prepare(const std::vector<HostState>& window, const Calibration& calibration);
   std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
+  double longestWithoutImage(double first, double last) const;
   std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
   CarriedState healthyStateOf(const HostState& state) const;
   std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
@@ -192,11 +200,13 @@ struct HostAdapter::State {
   double last_imu = kNotComputed;
   std::int64_t suspects = 0;            // samples within the limits that were left out
   std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
+  std::set<double> images;              // stamps of those that the host has received [s]
   double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
   int contradictions = 0;  // solved windows in a row that speak against the host
   int suspect_frames = 0;
   SteadyBiases steady_biases;
   InnovationMonitor innovations;
+  std::set<FeatureId> moving;  // tracks of the newest frame, as prepare() found them
   SensorMemory memory{Calibration()};
   OptionalCalibration flown;            // extrinsics that the host has estimated in flight
   double waiting_stamp = kNotComputed;  // the frame for which the host has begun to wait
@@ -279,8 +289,9 @@ HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
   for (std::size_t i = 1; i < states.size(); ++i) {
     if (!(states[i].t > states[i - 1].t)) return health;
   }
-  WatchFinding finding = watchWindow(states, {frames.begin(), frames.end()}, screen.samples(),
-                                     screen.damage(), calibration);
+  std::vector<FrameObservation> scene(frames.begin(), frames.end());
+  for (FrameObservation& frame : scene) removeMoving(&frame);
+  WatchFinding finding = watchWindow(states, scene, screen.samples(), screen.damage(), calibration);
   if (finding.sane && !states.empty() && states.back().isFinite()) {
     finding.reason = steady_biases.judge(states.back());
     finding.sane = finding.reason.empty();
@@ -588,6 +599,17 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
   return answer;
 }
 
+// Between two frames of the host [s]. It drops images while it has no IMU data, but its tracker has
+// them.
+double HostAdapter::State::longestWithoutImage(double first, double last) const {
+  double longest = 0.0, before = first;
+  for (auto image = images.upper_bound(first); image != images.end() && *image < last; ++image) {
+    longest = std::max(longest, *image - before);
+    before = *image;
+  }
+  return std::max(longest, last - before);
+}
+
 // Tracks of the frame at `end` that the frame at `begin`, or one before it, has too [s, IMU clock];
 // `tracks`: all of that frame.
 std::vector<long long> HostAdapter::State::tracksOverGap(double begin, double end,
@@ -630,21 +652,22 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   // What a tracker carries over a gap in the images are other points.
   int tracks = 0;
   const std::vector<long long> known = tracksOverGap(t_i, t_j, &tracks);
-  for (auto state = optimized.end(); state != optimized.begin();) {
-    const double next = state == optimized.end() ? t_j : state->t;
-    if (next - (--state)->t <= kLongestTracked) continue;
-    optimized.erase(optimized.begin(), state + 1);
+  for (std::size_t i = optimized.size(); i-- > 0;) {
+    if (longestWithoutImage(stamps[i], stamps[i + 1]) <= kLongestTracked) continue;
+    optimized.erase(optimized.begin(), optimized.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    if (i + 2 == stamps.size()) out.moving = known;
     break;
   }
-  if (t_j - t_i > kLongestTracked) out.moving = known;
   const bool blind = static_cast<int>(known.size()) < kLeastTracks;
   const Innovation innovation = innovations.judge(
-      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px);
+      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px,
+      wideningOf(screen.damage(), hostTime(stamps.front()), t_j).damaged);
   if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
     screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
   }
   out.suspect = innovation.culprit == Culprit::kUnclear;
   out.moving.insert(out.moving.end(), innovation.moving.begin(), innovation.moving.end());
+  moving = {innovation.moving.begin(), innovation.moving.end()};
   // A few are outliers of the tracker.
   const bool moves = static_cast<double>(innovation.moving.size()) > kMovingShare * tracks;
   const bool contradicts =
@@ -655,9 +678,8 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   if (damaged || moves || blind || t_j - t_i > kLongestTracked) out.bridged_s = t_j - t_i;
   if (!damaged) return out;
   // The host has predicted through what is not to be believed.
-  const bool by_images = innovation.culprit == Culprit::kImu;
   out.replaces_newest = true;
-  out.newest = toHostState(by_images ? innovation.images : predicted.state, calibration.td);
+  out.newest = toHostState(innovation.best, calibration.td);
   out.newest.stamp = window.back().stamp;
   return out;
 }
@@ -746,6 +768,9 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   if (state_->options.image_height > 0) {
     setRowTimes(state_->options.image_height, calibration.readout_s, &frame);
   }
+  // As found at the frame before: a solve would follow it.
+  state_->removeMoving(&frame);
+  state_->moving.clear();
   const AddStatus status = state_->noteRestart(state_->initializer->addFrame(std::move(frame)));
   if (!isAdded(status)) return status;
   if (std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
@@ -768,6 +793,15 @@ AddStatus HostAdapter::addLines(double stamp, std::vector<LineObservation> lines
     setRowTimes(state_->options.image_height, state_->initializer->calibration().readout_s, &frame);
   }
   return state_->initializer->addLines(stamp, std::move(frame.lines));
+}
+
+void HostAdapter::received(double stamp) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  if (!std::isfinite(stamp)) return;
+  std::set<double>& images = state_->images;
+  images.insert(stamp);
+  images.erase(images.begin(), images.lower_bound(stamp - kTdKept));
+  images.erase(images.upper_bound(stamp), images.end());
 }
 
 void HostAdapter::setTd(double td) {

@@ -416,7 +416,9 @@ void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vecto
 }
 
 void HostGlue::received(double stamp) {
-  if (active()) state_->newest_received = stamp;
+  if (!active()) return;
+  state_->newest_received = stamp;
+  state_->adapter->received(stamp);
 }
 
 void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {

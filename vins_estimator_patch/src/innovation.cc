@@ -23,6 +23,9 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kDeg = 57.29577951308232;
 constexpr std::size_t kLeastTracks = 8;
 constexpr std::size_t kLeastStates = 3;
+// The noise of the tracks grows by no more than this factor over that of healthy frames.
+constexpr double kMostGrowth = 1.5;
+constexpr double kNoiseMemory = 0.1;  // weight of the newest healthy frame
 // Chi-square of two degrees of freedom that one in a thousand exceeds.
 constexpr double kAgrees = 13.8;
 // Of the pose innovation, six degrees of freedom; three in 10^6 exceed it.
@@ -30,17 +33,18 @@ constexpr double kLargestMahalanobis = 5.8;
 // Fractions of the tracks.
 constexpr double kNearlyAll = 0.7;
 constexpr double kPart = 0.25;
+constexpr double kMajority = 0.5;
 constexpr double kHealthy = 0.8;
 // Of the tracks that tell two poses apart.
 constexpr double kDecides = 0.2;
 // Geman-McClure: a residual of this chi-square has a quarter of its weight.
 constexpr double kKernel = 6.0;
 constexpr int kMaxIterations = 12;
+// Degrees of freedom of a track of four views in the window.
+constexpr int kOldDof = 5;
+// A track that has moved, and is no poor one: its chi-square over the largest of one that has not.
+constexpr double kMoved = 2.0;
 constexpr double kLeastInverseDepth = 1e-6;  // [1/m]
-// The host's own poses and the tracker add to the noise of a track, by no more than this factor.
-constexpr double kMostNoise = 3.0;
-// A track that has moved: its chi-square over the largest of one that has not.
-constexpr double kMoved = 4.0;
 // Pose of the newest frame and of the last optimized one against places that share errors; these
 // come from two poses of the window, and grow with the step beyond it.
 constexpr double kBothPoses = 4.0;
@@ -60,6 +64,10 @@ constexpr double kOnset = 2.2;
 // Velocities of a healthy host and of two poses differ by no more [m/s].
 constexpr double kSameVelocity = 0.4;
 constexpr double kSameTime = 1e-4;  // [s]
+// For so long the IMU alone may carry a host because all of the image moves [s].
+constexpr double kLongestBlind = 5.0;
+// So long after it the tracks decide: the IMU alone has carried the poses of the window [s].
+constexpr double kTrusted = 1.0;
 
 Eigen::Matrix3d expOf(const Eigen::Vector3d& v) {
   const double angle = v.norm();
@@ -100,12 +108,16 @@ const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, dou
 // The tracks of the newest frame that have a place.
 struct Scene {
   std::vector<PoseTrack> tracks;
-  std::vector<FeatureId> placeless;  // their older views contradict any place: they have moved
-  double sigma = 0.0;                // of a bearing, as these tracks have it [rad]
+  // The window's poses, which are from before the newest interval, leave them no place.
+  std::vector<FeatureId> placeless;
+  std::size_t moved = 0;  // of these: by far
+  std::size_t old = 0;    // tracks with a place from at least four views
+  double sigma = 0.0;     // of a bearing, as these tracks have it [rad]
 };
 
-// The tracks' own noise: what the places of the best quarter do not explain.
-double noiseFactor(const std::vector<PoseTrack>& tracks) {
+// The tracks' own noise: what the places of the best quarter do not explain. Of a view that moves
+// the best quarter moves as well: no more than `most`.
+double noiseFactor(const std::vector<PoseTrack>& tracks, double most) {
   std::vector<double> ratios;
   for (const PoseTrack& track : tracks) {
     if (track.place.dof >= 3) ratios.push_back(track.place.chi_square / track.place.dof);
@@ -114,7 +126,7 @@ double noiseFactor(const std::vector<PoseTrack>& tracks) {
   const auto quarter = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 4);
   std::nth_element(ratios.begin(), quarter, ratios.end());
   // Of chi-squares over their 3 to 17 degrees of freedom the lower quartile is 0.4 to 0.75.
-  return std::clamp(std::sqrt(*quarter / 0.6), 1.0, kMostNoise);
+  return std::clamp(std::sqrt(*quarter / 0.6), 1.0, most);
 }
 
 // Wilson and Hilferty's quantile of one in a thousand.
@@ -125,7 +137,7 @@ double largestChiSquare(int dof) {
 
 Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& newest,
               const std::vector<FrameObservation>& frames, const Calibration& calibration,
-              double sigma) {
+              double sigma, double most_noise) {
   Scene scene;
   std::vector<CameraPose> cameras(optimized.size());
   std::unordered_map<FeatureId, std::size_t> index;
@@ -155,20 +167,24 @@ Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& ne
       scene.placeless.push_back(track.id);
     }
   }
-  const double factor = noiseFactor(scene.tracks);
+  const double factor = noiseFactor(scene.tracks, most_noise);
   scene.sigma = factor * sigma;
   const auto ratio = [factor](const PoseTrack& track) {
     return track.place.chi_square / (factor * factor * largestChiSquare(track.place.dof));
   };
-  // In between tracks are poor, and neither judge nor are judged.
-  for (const PoseTrack& track : scene.tracks) {
-    if (ratio(track) > kMoved) scene.placeless.push_back(track.id);
+  const auto placed =
+      std::partition(scene.tracks.begin(), scene.tracks.end(),
+                     [&ratio](const PoseTrack& track) { return ratio(track) <= 1.0; });
+  scene.moved = scene.placeless.size();
+  for (auto track = placed; track != scene.tracks.end(); ++track) {
+    scene.placeless.push_back(track->id);
+    scene.moved += ratio(*track) > kMoved ? 1 : 0;
   }
-  scene.tracks.erase(
-      std::remove_if(scene.tracks.begin(), scene.tracks.end(),
-                     [&ratio](const PoseTrack& track) { return ratio(track) > 1.0; }),
-      scene.tracks.end());
-  for (PoseTrack& track : scene.tracks) track.place.covariance *= factor * factor;
+  scene.tracks.erase(placed, scene.tracks.end());
+  for (PoseTrack& track : scene.tracks) {
+    track.place.covariance *= factor * factor;
+    scene.old += track.place.dof >= kOldDof ? 1 : 0;
+  }
   return scene;
 }
 
@@ -389,35 +405,48 @@ Fits fitBoth(const PoseSolver& solver, const Prediction& prediction,
   return fits;
 }
 
-void setMoving(const PoseFit& fit, const Scene& scene, Innovation* result) {
-  for (std::size_t i = 0; i < fit.agrees.size(); ++i) {
-    if (!fit.agrees[i]) result->moving.push_back(scene.tracks[i].id);
+// Keeps out what does not agree with `world`, everything if it is null, and the placeless tracks.
+// `decide`: TrackTrust.
+void setMoving(const PoseFit* world, const Scene& scene, bool decide, Innovation* result) {
+  if (!decide) result->moving = scene.placeless;
+  for (std::size_t i = 0; i < scene.tracks.size(); ++i) {
+    if (world == nullptr || !world->agrees[i]) result->moving.push_back(scene.tracks[i].id);
   }
-  result->moving.insert(result->moving.end(), scene.placeless.begin(), scene.placeless.end());
   std::sort(result->moving.begin(), result->moving.end());
+  const std::size_t all = scene.tracks.size() + scene.placeless.size();
+  result->blind =
+      static_cast<double>(result->moving.size()) > (1.0 - kPart) * static_cast<double>(all);
 }
 
 // Whether so many of the tracks move that they are more than a few poor ones.
-bool moves(const PoseFit& fit, std::size_t placeless) {
-  const std::size_t others = fit.agrees.size() - static_cast<std::size_t>(fit.count) + placeless;
-  const double all = static_cast<double>(fit.agrees.size() + placeless);
-  return others >= kLeastTracks && static_cast<double>(others) > (1.0 - kHealthy) * all;
+bool move(std::size_t others, std::size_t all) {
+  return others >= kLeastTracks &&
+         static_cast<double>(others) > (1.0 - kHealthy) * static_cast<double>(all);
 }
 
-// `placeless`: tracks besides those of the fits that have moved before.
-Culprit culpritOf(const Fits& fits, double distance, std::size_t placeless) {
+// Placeless tracks contradict poses that are older than anything that is wrong with the newest
+// interval: they cannot speak against the IMU, and neither can new ones, or such as do not agree
+// with each other. `decide`: TrackTrust.
+Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool decide) {
+  const std::size_t placed = scene.tracks.size(), all = placed + scene.placeless.size();
+  const auto moves = [&scene, placed, all, decide](const PoseFit& fit) {
+    return move(placed - static_cast<std::size_t>(fit.count) + (decide ? 0 : scene.moved), all);
+  };
   const double a = fits.imu.fraction(), b = fits.images.fraction();
   const Split split = splitOf(fits.imu, fits.images);
   const double apart = split.only_first + split.only_second;
-  const bool distinct = apart > 0.1 * static_cast<double>(fits.imu.agrees.size());
+  const bool distinct = apart > 0.1 * static_cast<double>(placed);
   if (fits.allowed && distinct && a >= kPart && split.only_first >= kDecides * apart) {
-    return moves(fits.imu, placeless) ? Culprit::kImages : Culprit::kNone;
+    return moves(fits.imu) ? Culprit::kImages : Culprit::kNone;
   }
-  if (distance < kLargestMahalanobis) {
-    if (!moves(fits.images, placeless)) return Culprit::kNone;
-    return b >= kPart ? Culprit::kImages : Culprit::kUnclear;
-  }
-  return b >= kNearlyAll ? Culprit::kImu : Culprit::kUnclear;
+  const bool wrong = distance >= kLargestMahalanobis;
+  if (wrong && !decide && (scene.old < kLeastTracks || b < kMajority)) return Culprit::kImages;
+  const double known = static_cast<double>(decide ? placed : all);
+  if (wrong && fits.images.count >= kNearlyAll * known) return Culprit::kImu;
+  if (!decide && move(scene.moved, all)) return Culprit::kImages;
+  if (wrong) return Culprit::kUnclear;
+  if (!moves(fits.images)) return Culprit::kNone;
+  return b >= kPart ? Culprit::kImages : Culprit::kUnclear;
 }
 
 // The error of constant size over the interval that has the innovation's effect on the pose, or
@@ -473,6 +502,7 @@ bool compareTo(const CarriedState& predicted, const std::vector<NavState>& optim
   if (distance < kLargestMahalanobis) return true;
   if (result->culprit != Culprit::kNone) return false;
   result->culprit = Culprit::kImu;
+  result->best = result->images;
   result->mahalanobis = distance;
   result->rotation_deg = kDeg * d.head<3>().norm();
   result->position_m = d.tail<3>().norm();
@@ -511,9 +541,9 @@ const char* toString(Culprit culprit) {
 
 Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                        double sigma_px) {
+                        double sigma_px, const TrackTrust& trust) {
   Innovation result;
-  result.images = predicted.state;
+  result.images = result.best = predicted.state;
   const FrameObservation* newest = frameAt(frames, predicted.state.t);
   if (optimized.size() < kLeastStates || newest == nullptr || !areFinite(optimized) ||
       !predicted.state.isFinite() || !predicted.covariance.allFinite() ||
@@ -521,10 +551,15 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedSta
     result.message = "the window, the prediction or the newest frame is missing or not finite";
     return result;
   }
-  const Scene scene =
-      sceneOf(optimized, *newest, frames, calibration, sigma_px / calibration.focal_px);
+  const Scene scene = sceneOf(optimized, *newest, frames, calibration,
+                              sigma_px / calibration.focal_px, trust.most_noise);
+  result.noise = scene.sigma * calibration.focal_px / sigma_px;
   result.tracks = static_cast<int>(scene.tracks.size());
   if (scene.tracks.size() < kLeastTracks) {
+    if (!trust.decide && move(scene.moved, scene.tracks.size() + scene.placeless.size())) {
+      result.culprit = Culprit::kImages;
+      setMoving(nullptr, scene, false, &result);
+    }
     result.message = sentenceOf(result);
     return result;
   }
@@ -539,12 +574,18 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedSta
   result.covariance = fits.images.covariance;
   result.mahalanobis = mahalanobis(
       d, prediction.covariance + ofImages(fits.images.pose, result.covariance, optimized));
-  result.culprit = culpritOf(fits, result.mahalanobis, scene.placeless.size());
-  result.images = fits.images.pose;
-  result.images.v_w_b += d.tail<3>() / interval;
+  result.culprit = culpritOf(scene, fits, result.mahalanobis, trust.decide);
+  const auto stateOf = [&prediction, interval](NavState pose) {
+    pose.v_w_b += (pose.p_w_b - prediction.state.p_w_b) / interval;
+    return pose;
+  };
+  result.images = stateOf(fits.images.pose);
+  if (fits.allowed) result.best = stateOf(fits.imu.pose);
+  if (result.culprit == Culprit::kImu) result.best = result.images;
   if (result.culprit == Culprit::kImages) {
-    const bool imu = fits.allowed && fits.imu.fraction() >= kPart;
-    setMoving(imu ? fits.imu : fits.images, scene, &result);
+    const PoseFit* world = result.mahalanobis < kLargestMahalanobis ? &fits.images : nullptr;
+    if (fits.allowed && fits.imu.fraction() >= kPart) world = &fits.imu;
+    setMoving(world, scene, trust.decide, &result);
   }
   if (result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear) {
     setSizes(d, interval, &result);
@@ -607,19 +648,58 @@ void InnovationMonitor::keep(const std::vector<NavState>& optimized, const Carri
 Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
                                     const CarriedState& predicted,
                                     const std::vector<FrameObservation>& frames,
-                                    const Calibration& calibration, double sigma_px) {
+                                    const Calibration& calibration, double sigma_px, bool damaged) {
+  const double t = predicted.state.t;
+  if (blindEnds(frames, t)) trusted_since_ = t;
+  TrackTrust trust;
+  // A host whose poses have not agreed with its tracks yet has them wrong.
+  trust.decide = damaged || std::isnan(noise_) || t - trusted_since_ < kTrusted;
+  if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
+  Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);
+  if (result.culprit == Culprit::kNone) {
+    noise_ = std::isnan(noise_) ? result.noise : noise_ + kNoiseMemory * (result.noise - noise_);
+  }
+  if (result.culprit == Culprit::kNone) blind_since_ = kNotComputed;
+  moving_.clear();
+  if (!result.blind) return result;
+  moving_.insert(result.moving.begin(), result.moving.end());
+  if (std::isnan(blind_since_)) blind_since_ = t;
+  if (t - blind_since_ <= kLongestBlind) return result;
+  // It may be the IMU, or the poses that the host had before.
+  result.culprit = Culprit::kUnclear;
+  result.moving.clear();
+  result.damaged_since = optimized.back().t;
+  setSizes(Vector6d::Zero(), t - optimized.back().t, &result);
+  return result;
+}
+
+// What has filled the view is gone at once.
+bool InnovationMonitor::blindEnds(const std::vector<FrameObservation>& frames, double t) const {
+  const FrameObservation* newest = frameAt(frames, t);
+  if (newest == nullptr || moving_.empty()) return false;
+  const auto still =
+      std::count_if(newest->points.begin(), newest->points.end(),
+                    [this](const PointObservation& point) { return moving_.count(point.id) > 0; });
+  return static_cast<double>(still) < kPart * static_cast<double>(moving_.size());
+}
+
+Innovation InnovationMonitor::judgeFrame(const std::vector<NavState>& optimized,
+                                         const CarriedState& predicted,
+                                         const std::vector<FrameObservation>& frames,
+                                         const Calibration& calibration, double sigma_px,
+                                         const TrackTrust& trust) {
   Eigen::Vector3d velocity;
   const bool known = velocityOfPoses(optimized, &velocity);
   if (!known) {
-    Innovation result = innovationOf(optimized, predicted, frames, calibration, sigma_px);
+    Innovation result = innovationOf(optimized, predicted, frames, calibration, sigma_px, trust);
     suspicious_ = isWrong(result);
     if (!optimized.empty()) keep(optimized, predicted, result);
     return result;
   }
   const NavState& last = optimized.back();
   const CarriedState other = withVelocityOf(velocity, last, predicted);
-  Innovation result =
-      innovationOf(optimized, suspicious_ ? other : predicted, frames, calibration, sigma_px);
+  Innovation result = innovationOf(optimized, suspicious_ ? other : predicted, frames, calibration,
+                                   sigma_px, trust);
   const std::string off = "the host's velocity is " + rounded((velocity - last.v_w_b).norm()) +
                           " m/s from that of its last two poses: ";
   if (!suspicious_ && (result.culprit == Culprit::kNone || isWrong(result))) {

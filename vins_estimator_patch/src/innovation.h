@@ -5,6 +5,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,7 +20,7 @@ namespace slim_init::vins_adapter {
 enum class Culprit {
   kNone,
   kImu,       ///< nearly all tracks agree on a pose that the IMU data contradict
-  kImages,    ///< a part of the tracks agrees with the IMU, the others move
+  kImages,    ///< a part of the tracks moves, or all; the others agree with the IMU
   kUnclear,   ///< neither; or the host's velocity is wrong
   kNotJudged  ///< fewer than eight tracks have a known place, or input is missing
 };
@@ -39,12 +41,16 @@ struct Innovation {
   /// Pose from the tracks; velocity: the prediction, changed by the mean error of the prediction
   /// over the interval; biases as predicted.
   NavState images;
+  /// The same with the IMU's prediction, unless that is the culprit: where the host should start.
+  NavState best;
   /// Of its errors [theta, p], both in the world, from the noise of tracks and places; the last
   /// optimized pose is exact.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   /// Tracks to keep out of the host's window (kImages): those of the newest frame that do not agree
-  /// with the pose that the IMU allows.
+  /// with the pose that the IMU allows, or whose earlier views contradict the optimized poses.
   std::vector<FeatureId> moving;
+  double noise = 1.0;  ///< of the tracks, over sigma_px
+  bool blind = false;  ///< less than a quarter of the tracks is left then
   /// Size of the error that the IMU data have had since `damaged_since`, for
   /// ImuScreen::addDamage(); zero unless kImu or kUnclear.
   double accel_sigma = 0.0;             ///< [m/s^2]
@@ -53,34 +59,48 @@ struct Innovation {
   std::string message;                  ///< one sentence with values and limits
 };
 
+/// Host and tracker add to the noise of a track, by no more than this factor.
+constexpr double kMostNoise = 3.0;
+
+/// What is known of the tracks from the frames before.
+struct TrackTrust {
+  double most_noise = kMostNoise;  ///< their noise is used up to so many `sigma_px`
+  /// The optimized poses are less certain: a track that they leave no place does not move.
+  bool decide = false;
+};
+
 /// Compares the tracks of the newest frame to the pose that the IMU predicts for it.
 ///
 /// `optimized` are the states of the host's window except for the newest, ascending in time;
 /// `predicted` is the last of them carried to the newest frame by carryState(), from
 /// healthyCovariance(); `frames` have their stamps on the IMU clock, those of other times are
-/// skipped; `sigma_px` is the standard deviation of an observation [px]. Fewer than three optimized
-/// states, a value that is not finite, a missing newest frame: kNotJudged.
+/// skipped; `sigma_px` is the standard deviation of an observation [px]; more noise is measured.
+/// Fewer than three optimized states, a value that is not finite, a missing newest frame:
+/// kNotJudged.
 ///
 /// Tracks of the newest frame are triangulated between the optimized poses, each with its own
 /// covariance. A robust fit (Geman-McClure, graduated) finds the pose that the IMU allows and the
 /// pose that most tracks want; a track agrees with a pose if its chi-square, with the covariance of
-/// pixel and place, is below 13.8 (0.1 %).
+/// pixel and place, is below 13.8 (0.1 %). A track whose views in the window leave it no place (the
+/// same bound) has moved before the newest interval: many of them cannot speak against the IMU, and
+/// a texture that fills the view, all of whose tracks are new, is told from damage by them.
 Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                        double sigma_px);
+                        double sigma_px, const TrackTrust& trust = {});
 
 /// innovationOf() for each frame of a host in flight, in order, and the same test with the velocity
 /// of the host's last two poses, which does not depend on what the host has made of its IMU data.
 /// That finds damage too small for the other test, tells a host with an incorrect velocity
 /// (kUnclear) from damage, and finds damage that goes on in each frame: until an interval is clean
-/// the velocity of the poses alone is used. Not thread-safe.
+/// the velocity of the poses alone is used. If all of the image moves for more than 5 s the frame
+/// is kUnclear: the host's poses may as well be wrong. Not thread-safe.
 class InnovationMonitor {
  public:
   /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
-  /// velocity.
+  /// velocity. `damaged`: the IMU data between the optimized states are, which is known already.
   Innovation judge(const std::vector<NavState>& optimized, const CarriedState& predicted,
                    const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                   double sigma_px);
+                   double sigma_px, bool damaged = false);
   /// The streams or the host have restarted.
   void reset();
 
@@ -93,6 +113,10 @@ class InnovationMonitor {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // [m/s]
     double variance = 0.0;  // of the difference of its poses, from their tracks [m^2]
   };
+  Innovation judgeFrame(const std::vector<NavState>& optimized, const CarriedState& predicted,
+                        const std::vector<FrameObservation>& frames, const Calibration& calibration,
+                        double sigma_px, const TrackTrust& trust);
+  bool blindEnds(const std::vector<FrameObservation>& frames, double t) const;
   bool velocityOfPoses(const std::vector<NavState>& optimized, Eigen::Vector3d* velocity) const;
   CarriedState withVelocityOf(const Eigen::Vector3d& velocity, const NavState& last,
                               const CarriedState& predicted) const;
@@ -101,6 +125,10 @@ class InnovationMonitor {
 
   Step before_;
   bool suspicious_ = false;
+  double blind_since_ = kNotComputed;  // [s]
+  double noise_ = kNotComputed;        // of healthy frames
+  std::set<FeatureId> moving_;         // of the newest frame, if that was blind
+  double trusted_since_ = -std::numeric_limits<double>::infinity();  // [s]
 };
 
 namespace innovation_detail {

@@ -144,6 +144,11 @@ class HostAdapter {
   /// message for one stamp is unmatched.
   AddStatus addLines(double stamp, std::vector<LineObservation> lines);
 
+  /// The stamp [s] of an image that the host has received, whether or not it will use it: a host
+  /// drops images while it has no IMU data, and its tracks go on. Without these calls each long
+  /// interval between two frames counts as a gap in the images.
+  void received(double stamp);
+
   /// The host's present estimate of the time offset [s] (as Calibration::td), for the frames that
   /// follow. Without it the calibration's holds.
   void setTd(double td);
