@@ -446,7 +446,7 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool de
   if (!decide && move(scene.moved, all)) return Culprit::kImages;
   if (wrong) return Culprit::kUnclear;
   if (!moves(fits.images)) return Culprit::kNone;
-  return b >= kPart ? Culprit::kImages : Culprit::kUnclear;
+  return b >= kPart || !decide ? Culprit::kImages : Culprit::kUnclear;
 }
 
 // The error of constant size over the interval that has the innovation's effect on the pose, or
