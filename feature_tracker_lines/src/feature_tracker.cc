@@ -91,7 +91,7 @@ FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, 
   return options;
 }
 
-double supportOf(const std::vector<LineSighting>& lines, const VanishingPoint& vp) {
+double supportOf(const std::vector<WindowLine>& lines, const VanishingPoint& vp) {
   double length = 0.0;
   for (const int k : vp.inliers) length += lines[static_cast<std::size_t>(k)].length_px;
   return length;
@@ -228,12 +228,12 @@ void FeatureTracker::writeObservations(FrameObservation* frame) const {
 }
 
 // The vanishing point of those lines that may meet in `predicted`. Found only near it.
-VanishingPoint FeatureTracker::estimateNear(const std::vector<LineSighting>& lines,
+VanishingPoint FeatureTracker::estimateNear(const std::vector<WindowLine>& lines,
                                             const Eigen::Vector3d& predicted) const {
   VanishingPointOptions near = options_.vanishing_point;
   near.min_inliers = std::max(2, near.min_inliers / 2);  // fewer meet there by chance
   const double largest = std::sin(near.vote_threshold_deg * kRadPerDeg);
-  std::vector<LineSighting> chosen;
+  std::vector<WindowLine> chosen;
   std::vector<int> index;
   for (std::size_t k = 0; k < lines.size(); ++k) {
     if (std::abs(lines[k].normal.dot(predicted)) > largest) continue;
@@ -249,19 +249,19 @@ VanishingPoint FeatureTracker::estimateNear(const std::vector<LineSighting>& lin
   return vp;
 }
 
-std::vector<LineSighting> FeatureTracker::sightings() const {
-  std::vector<LineSighting> sightings;
+std::vector<WindowLine> FeatureTracker::observations() const {
+  std::vector<WindowLine> observations;
   for (const LineTrack& track : lines_.tracks()) {
-    LineSighting sighting;
-    sighting.start_bearing = track.edge.start;
-    sighting.end_bearing = track.edge.end;
-    sighting.normal = track.edge.normal();
-    sighting.length_px = track.edge.length_px;
-    sighting.detection_confidence = track.confidence;
-    sighting.match_quality = track.match_quality;
-    sightings.push_back(sighting);
+    WindowLine observation;
+    observation.start_bearing = track.edge.start;
+    observation.end_bearing = track.edge.end;
+    observation.normal = track.edge.normal();
+    observation.length_px = track.edge.length_px;
+    observation.detection_confidence = track.confidence;
+    observation.match_quality = track.match_quality;
+    observations.push_back(observation);
   }
-  return sightings;
+  return observations;
 }
 
 // Turns the remembered axes with the camera and forgets those not seen for long.
@@ -277,12 +277,12 @@ void FeatureTracker::predictAxes(const RotationPrior& prior) {
 
 // Of two axes about as strong, a single line can decide which one wins an image. The axis that is
 // followed stays until another one is clearly stronger.
-void FeatureTracker::preferFollowedAxis(const std::vector<LineSighting>& sightings,
+void FeatureTracker::preferFollowedAxis(const std::vector<WindowLine>& observations,
                                         int followed_id) {
   if (followed_id < 0 || axes_.empty() || axes_.front().id != followed_id) return;
-  VanishingPoint same = estimateNear(sightings, axes_.front().direction);
-  if (same.found &&
-      (!vp_.found || supportOf(sightings, vp_) < kStrongerAxis * supportOf(sightings, same))) {
+  VanishingPoint same = estimateNear(observations, axes_.front().direction);
+  if (same.found && (!vp_.found || supportOf(observations, vp_) <
+                                       kStrongerAxis * supportOf(observations, same))) {
     vp_ = std::move(same);
   }
 }
@@ -312,7 +312,7 @@ int FeatureTracker::rememberAxis() {
 }
 
 void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, ImageReport* report) {
-  const std::vector<LineSighting> lines = sightings();
+  const std::vector<WindowLine> lines = observations();
   const int last_id = vp_.track_id, last_age = vp_.age;
   predictAxes(prior);
   vp_ = estimateVanishingPoint(lines, sigma_line_rad_, options_.vanishing_point);

@@ -48,11 +48,11 @@ class FeatureTracker {
   void brighten(const cv::Mat& grey);
   void build(const cv::Mat& grey, int gain, ImagePyramid* out);
   void writeObservations(FrameObservation* frame) const;
-  std::vector<LineSighting> sightings() const;
-  VanishingPoint estimateNear(const std::vector<LineSighting>& lines,
+  std::vector<WindowLine> observations() const;
+  VanishingPoint estimateNear(const std::vector<WindowLine>& lines,
                               const Eigen::Vector3d& predicted) const;
   void predictAxes(const RotationPrior& prior);
-  void preferFollowedAxis(const std::vector<LineSighting>& sightings, int followed_id);
+  void preferFollowedAxis(const std::vector<WindowLine>& observations, int followed_id);
   int rememberAxis();
   void trackVanishingPoint(const RotationPrior& prior, ImageReport* report);
 

@@ -74,10 +74,10 @@ InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOpt
                                                       WorkBudget*)) {
   const ImuBiases known = usefulBiases(window.calibration().imu_biases, options.inertial);
   if (isEmpty(known)) return solve(window, options, budget);
-  const InitializerOptions informed = withPriors(options, known);
-  InitResult result = solve(*withoutBiases(window, known), informed, budget);
+  const InitializerOptions with_priors = withPriors(options, known);
+  InitResult result = solve(*withoutBiases(window, known), with_priors, budget);
   const bool contradicted = result.hasEstimate() && result.covariance.size() > 0 &&
-                            contradicts(result, informed.inertial);
+                            contradicts(result, with_priors.inertial);
   if (!contradicted && result.status != InitStatus::kInconsistentResiduals) {
     addBiases(known, &result);
     return result;

@@ -8,8 +8,8 @@
 namespace slim_init {
 namespace {
 
-// Share of the line sightings cut off above which the line tracks are doubtful. Clean tracks lose
-// up to a tenth to the error of the start.
+// Share of the line observations cut off above which the line tracks are doubtful. Clean tracks
+// lose up to a tenth to the error of the start.
 constexpr double kDoubtfulLines = 0.2;
 // 99.9 % point of a chi-square with nine degrees of freedom: start velocity, gravity, both biases
 // and scale are what lines and points can disagree about.
@@ -56,7 +56,7 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
 // more than an independent measurement of the same motion would.
 void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines,
                         std::vector<WindowState> starts, RefinedWindow* refined) {
-  if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.sightings)) return;
+  if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.observations)) return;
   if (!input.budget.allows("the check of the lines against the points")) return;
   makeCostExact(input, lines.tracks, refined);
   if (refined->valid) starts.insert(starts.begin(), refined->state);
@@ -90,7 +90,7 @@ AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowSt
   for (const WindowState& start : starts) {
     AgreeingLines lines =
         agreeingLineTracks(tracks, start, bound, options.refinement.min_line_views);
-    if (lines.sightings > best.sightings) best = std::move(lines);
+    if (lines.observations > best.observations) best = std::move(lines);
   }
   return best;
 }

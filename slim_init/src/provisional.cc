@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "alignment/starting_states.h"
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "geometry/so3.h"
 #include "rotation_stage.h"
 #include "solver_support.h"
@@ -46,7 +46,7 @@ constexpr double kUsualSpeed = 0.5;
 
 /// Age [s] at which the squared errors are twice what the covariance says: model errors of tracks
 /// and IMU, and the curvature that a linearisation leaves out, matter most where little is known.
-constexpr double kYoungAge = 0.15;
+constexpr double kShortWindowAge = 0.15;
 
 // ---- Agreement
 
@@ -59,7 +59,8 @@ constexpr double kSameInstant = 0.01;
 // The shape of `state` at another size, as a vehicle would fly it that hardly accelerates: gravity
 // against the mean specific force, velocities those of the positions, no bias of the accelerometer.
 // A start with gravity far off ends in a minimum of a fall along it.
-WindowState levelled(WindowState state, double ratio, const std::vector<Preintegration>& pre) {
+WindowState withGravityAgainstMeanForce(WindowState state, double ratio,
+                                        const std::vector<Preintegration>& pre) {
   const int n = state.size();
   const double G = state.gravity_b0.norm();
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
@@ -87,23 +88,23 @@ double slowed(const WindowState& state, const std::vector<Preintegration>& pre,
   return std::min(1.0, kUsualSpeed * speed_sigma * time / std::max(way, 1e-9));
 }
 
-void inflateYoung(double age_s, InitResult* result) {
-  const double factor = 1.0 + (kYoungAge / age_s) * (kYoungAge / age_s);
+void inflateForShortWindow(double age_s, InitResult* result) {
+  const double factor = 1.0 + (kShortWindowAge / age_s) * (kShortWindowAge / age_s);
   result->covariance *= factor;
   result->scale_sigma *= std::sqrt(factor);
 }
 
 // All that an answer has: states, calibration, covariance.
-void setStates(const InitWindow& tracks, const ProvisionalEstimate& young, InitResult* result) {
-  const WindowState& state = young.refined.state;
+void setStates(const InitWindow& tracks, const ProvisionalEstimate& estimate, InitResult* result) {
+  const WindowState& state = estimate.refined.state;
   const Calibration& calibration = tracks.calibration();
   setWorldStates(tracks, bodyState(state, calibration.R_b_c, calibration.t_b_c), result);
-  if (young.refined.with_rig) {
-    result->calibration = calibrationEstimate(calibration, state.rig, young.posterior);
+  if (estimate.refined.with_rig) {
+    result->calibration = calibrationEstimate(calibration, state.rig, estimate.posterior);
   }
-  result->covariance = young.posterior.covariance;
-  moveToMean(young.scale, young.posterior, result);
-  inflateYoung(tracks.times().back() - tracks.times().front(), result);
+  result->covariance = estimate.posterior.covariance;
+  moveToMean(estimate.scale, estimate.posterior, result);
+  inflateForShortWindow(tracks.times().back() - tracks.times().front(), result);
 }
 
 // Whether a gate refuses; all are enforced here.
@@ -172,7 +173,8 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
                         {}, from, StartMode::kLowest);
   };
   const WindowState& last = starts.back();
-  starts.push_back(levelled(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
+  starts.push_back(
+      withGravityAgainstMeanForce(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
   out.refined = refine(starts);
   for (int round = 0; out.refined.valid; ++round) {
     const WindowState& state = out.refined.state;
@@ -285,7 +287,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
       use.vanishing_points ? &rotation.vanishing_points : nullptr;
   const InitWindow& seen = *rotation.window;
   const std::shared_ptr<const InitWindow> pruned =
-      use.prune_tracks ? withSightings(seen, rotation.bias.pruning.keep) : nullptr;
+      use.prune_tracks ? withObservations(seen, rotation.bias.pruning.keep) : nullptr;
   const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
   clock.lap("gyro_bias");
 
@@ -304,29 +306,29 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
 
   std::optional<RigPrior> rig;
   if (use.estimate_calibration) rig = rotation.prior;
-  ProvisionalEstimate young;
+  ProvisionalEstimate estimate;
   if (translation.valid) {
     const RefinementInput input = {tracks,           pre,     vps, options.refinement,
                                    options.inertial, *budget, rig};
     const std::vector<WindowState> starts =
         startingStates(tracks, pre, translation, use, options.reverse_alignment, options.inertial);
     // Without lines: which of them are believed depends on the start, so that costs do not compare.
-    young = estimateProvisional(input, starts, options);
+    estimate = estimateProvisional(input, starts, options);
   }
   clock.lap("refinement");
 
-  if (young.valid) {
-    setStates(tracks, young, &result);
+  if (estimate.valid) {
+    setStates(tracks, estimate, &result);
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
     PosteriorMeasures measures =
-        measurePosterior(seen, tracks, young.refined, young.posterior, nullptr, result.scale);
+        measurePosterior(seen, tracks, estimate.refined, estimate.posterior, nullptr, result.scale);
     measures.scale_sigma = result.scale_sigma;
     const NewestSigmas newest = newestSigmas(result);
     appendGates(provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
                                  options.provisional),
                 &result);
   }
-  if (!refusedByGates(options.gates.mode, &result) && !young.valid) {
+  if (!refusedByGates(options.gates.mode, &result) && !estimate.valid) {
     fail(InitStatus::kTooFewTracks, "the tracks give no estimate", &result);
   } else if (result.success()) {
     const NewestSigmas newest = newestSigmas(result);

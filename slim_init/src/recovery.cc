@@ -10,11 +10,11 @@
 
 #include "alignment/starting_states.h"
 #include "data/with_calibration.h"
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "estimation/refine_window.h"
 #include "geometry/so3.h"
-#include "join_frame.h"
 #include "minimum_search.h"
+#include "move_to_frame.h"
 #include "provisional.h"
 #include "rotation_stage.h"
 #include "solver_support.h"
@@ -274,7 +274,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
       consensus && options.slim.vanishing_points ? &rotation.vanishing_points : nullptr;
   const InitWindow& seen = *rotation.window;
   const std::shared_ptr<const InitWindow> pruned =
-      consensus && options.slim.prune_tracks ? withSightings(seen, rotation.bias.pruning.keep)
+      consensus && options.slim.prune_tracks ? withObservations(seen, rotation.bias.pruning.keep)
                                              : nullptr;
   const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
   clock.lap("gyro_bias");
@@ -315,7 +315,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   NavState there = corrected(prior, recovery.known.residual.r);
   // An estimated td has moved the first keyframe.
   there.p_w_b += (result.states.front().t - there.t) * there.v_w_b;
-  joinFrame(there, result.states.front(), &result);
+  moveToFrame(there, result.states.front(), &result);
   const bool without_velocity = std::count(result.prior_dropped.begin(), result.prior_dropped.end(),
                                            std::string(toString(StatePart::kVelocity))) > 0;
   if (result.success() && without_velocity) {

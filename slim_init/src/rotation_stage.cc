@@ -10,7 +10,7 @@
 #include "geometry/so3.h"
 #include "imu/row_compensation.h"
 #include "rotation/extrinsic_rotation.h"
-#include "rotation/standing_tracks.h"
+#include "rotation/static_tracks.h"
 
 namespace slim_init {
 namespace {
@@ -94,14 +94,14 @@ void estimateBias(const std::shared_ptr<const InitWindow>& raw, const Initialize
 }
 
 // One look at the window through a calibration; a second one without what stands in the image.
-void look(const InitializerOptions& options, WorkBudget* budget, RotationStage* stage) {
+void solveRotations(const InitializerOptions& options, WorkBudget* budget, RotationStage* stage) {
   const std::shared_ptr<const InitWindow> raw = stage->window;
   estimateBias(raw, options, budget, stage);
   ++stage->rounds;
-  stage->standing_tracks = 0;
+  stage->static_tracks = 0;
   if (!options.slim.prune_tracks || !stage->bias.gyro_bias.allFinite()) return;
   const std::shared_ptr<const InitWindow> scene =
-      withoutStandingTracks(*raw, stage->bias.gyro_bias, &stage->standing_tracks);
+      withoutStaticTracks(*raw, stage->bias.gyro_bias, &stage->static_tracks);
   if (scene != nullptr) estimateBias(scene, options, budget, stage);
 }
 
@@ -123,7 +123,7 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     better.R_b_c = found.R_b_c;
     stage.window = withCalibration(window, better);
   }
-  look(options, budget, &stage);
+  solveRotations(options, budget, &stage);
   CalibrationCheck check;
   while (options.slim.estimate_calibration && stage.bias.point_pairs > 0) {
     check = checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
@@ -137,7 +137,7 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     const std::shared_ptr<const InitWindow> seen = withCalibration(window, better);
     if (seen == nullptr || seen->size() < kMinKeyframes) break;
     stage.window = seen;
-    look(options, budget, &stage);
+    solveRotations(options, budget, &stage);
   }
   const Calibration& found = stage.window->calibration();
   stage.prior.mean.dR = found.R_b_c.transpose() * handed_in.R_b_c;

@@ -20,11 +20,11 @@ namespace slim_init {
 
 /// Outcome of the step.
 struct RotationStage {
-  /// The window through the calibration found, with rows compensated and without standing tracks
+  /// The window through the calibration found, with rows compensated and without static tracks
   /// (SlimOptions::prune_tracks); the one handed in where that changed nothing (then it does not
   /// own it).
   std::shared_ptr<const InitWindow> window;
-  int standing_tracks = 0;  ///< point tracks that `window` lacks (withoutStandingTracks())
+  int static_tracks = 0;  ///< point tracks that `window` lacks (withoutStaticTracks())
   std::vector<VanishingPoint> vanishing_points;  ///< of `window`; empty where they are not used
   RobustBias bias;
   /// Not empty where the extrinsic rotation was unknown and the motion does not determine it; then

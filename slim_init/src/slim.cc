@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "alignment/starting_states.h"
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
 #include "known_biases.h"
@@ -95,10 +95,10 @@ ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refine
   return profileScale(ScaleCost(refined, pre, window.calibration(), input.inertial));
 }
 
-// Searches of other minima are for answers that can be accepted: `hopeless` ones go without.
+// Searches of other minima are for answers that can be accepted: `cannot_pass` ones go without.
 MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
-                              InitializerOptions options, bool hopeless, StageClock* clock) {
-  if (hopeless) options.slim.second_search = false;
+                              InitializerOptions options, bool cannot_pass, StageClock* clock) {
+  if (cannot_pass) options.slim.second_search = false;
   MetricEstimate out;
   if (!translation.valid) return out;
   // [3.2, 3.3] Reverse alignment and tight start.
@@ -118,7 +118,7 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   clock->lap("refinement");
 
   // [5.1] The cost over the scale: is another one as good?
-  if (out.posterior.valid && !hopeless) out.profile = profileOf(input, out.refined);
+  if (out.posterior.valid && !cannot_pass) out.profile = profileOf(input, out.refined);
   clock->lap("other_scale");
   return out;
 }
@@ -176,7 +176,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   if (!hasEnoughKeyframes(window, &result)) return result;
 
   // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
-  // calibration that the rotations agree with; sightings that contradict it are pruned.
+  // calibration that the rotations agree with; observations that contradict it are pruned.
   const RotationStage rotation = estimateRotations(window, options, budget);
   if (!rotation.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
@@ -189,10 +189,10 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   const InitWindow& seen = *rotation.window;
   const Calibration& calibration = seen.calibration();
   const std::shared_ptr<const InitWindow> pruned =
-      use.prune_tracks ? withSightings(seen, bias.pruning.keep) : nullptr;
+      use.prune_tracks ? withObservations(seen, bias.pruning.keep) : nullptr;
   const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
-  appendStandingTracksWarning(rotation.standing_tracks, static_cast<int>(seen.pointTracks().size()),
-                              &result);
+  appendStaticTracksWarning(rotation.static_tracks, static_cast<int>(seen.pointTracks().size()),
+                            &result);
   clock.lap("gyro_bias");
 
   // [4.2] Preintegrations at b_g; they fix the rotations up to section 3.

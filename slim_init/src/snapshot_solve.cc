@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "data/with_calibration.h"
-#include "imu/carry_prior.h"
 #include "imu/preintegration.h"
-#include "join_frame.h"
+#include "imu/propagate_prior.h"
+#include "move_to_frame.h"
 #include "provisional.h"
 #include "slim_init/state_at.h"
 #include "solver_support.h"
@@ -109,7 +109,7 @@ InitResult SnapshotSolve::recover(const std::vector<StatePrior>& healthy) {
   if (alone.success() && (states.front().agrees() || !any)) {
     return continueFrame(states, std::move(alone));
   }
-  InitResult known = answerWithPrior(*bestPrior(states).prior);
+  InitResult known = solveWithPrior(*bestPrior(states).prior);
   if (known.success()) return known;
   if (short_window_ && !alone.success()) {
     offerProvisional(&alone);
@@ -128,12 +128,12 @@ InitResult SnapshotSolve::checked(InitResult result) const {
 }
 
 InitResult SnapshotSolve::solveNewest() {
-  const WindowCut cut = informed(window_.cut());
+  const WindowCut cut = withKnownSensors(window_.cut());
   return cut.window == nullptr ? refuse(cut.status, cut.message) : answer(*cut.window);
 }
 
 // The window with what is known of the sensors.
-WindowCut SnapshotSolve::informed(WindowCut cut) const {
+WindowCut SnapshotSolve::withKnownSensors(WindowCut cut) const {
   if (cut.window == nullptr || !known_.has_value) return cut;
   Calibration calibration = cut.window->calibration();
   if (known_.sensors.calibration) {
@@ -151,7 +151,7 @@ InitResult SnapshotSolve::answer(const InitWindow& window) {
   const double newest = window.times().back();
   if (result.success() && result.hasEstimate() &&
       !(std::abs(newest - memory_.last_solved) <= kSuccessive)) {
-    answerEarlier(window.size(), result);
+    solveEarlier(window.size(), result);
   }
   memory_.answers.judge(&result);
   memory_.last_solved = newest;
@@ -161,16 +161,16 @@ InitResult SnapshotSolve::answer(const InitWindow& window) {
 
 // A host that solves at every image has earlier answers to agree with. One that solves now and then
 // has none: the window is solved as it was before its newest keyframes.
-void SnapshotSolve::answerEarlier(int keyframes, const InitResult& result) {
+void SnapshotSolve::solveEarlier(int keyframes, const InitResult& result) {
   memory_.answers.reset();
   const std::vector<NavState>& states = result.states;
   if (states.back().t - states.front().t >=
-      AnswerSequence::kFullShare * window_.options().fullSpan())
+      ConsistencyCheck::kFullFraction * window_.options().fullSpan())
     return;
   // Keyframes that td has moved past the IMU are in neither answer.
   const int lost = std::max(0, keyframes - static_cast<int>(states.size()));
-  for (int earlier = AnswerSequence::kEarlierAnswers; earlier > 0; --earlier) {
-    const WindowCut before = informed(window_.cut(lost + earlier));
+  for (int earlier = ConsistencyCheck::kEarlierEstimates; earlier > 0; --earlier) {
+    const WindowCut before = withKnownSensors(window_.cut(lost + earlier));
     if (before.window == nullptr) continue;
     if (!budget_.allows(kEarlier)) return;
     InitResult answer = solver_.solveWithin(*before.window, &budget_);
@@ -182,22 +182,22 @@ void SnapshotSolve::answerEarlier(int keyframes, const InitResult& result) {
 // What a host that takes a prior can start with. Where there is nothing, `result` keeps its own
 // reason.
 void SnapshotSolve::offerProvisional(InitResult* result) {
-  const WindowCut cut = informed(window_.cut(*short_window_, 0));
+  const WindowCut cut = withKnownSensors(window_.cut(*short_window_, 0));
   if (cut.window == nullptr) return;
-  const InitResult now = shortAnswer(*cut.window);
+  const InitResult now = shortEstimate(*cut.window);
   if (!now.provisional()) return;
   // As it was before the newest third of the data.
   const int third = std::max(1, cut.window->size() / 3);
-  const WindowCut before = informed(window_.cut(*short_window_, third));
+  const WindowCut before = withKnownSensors(window_.cut(*short_window_, third));
   if (before.window == nullptr) return;
-  if (agrees(shortAnswer(*before.window), now)) *result = now;
+  if (agrees(shortEstimate(*before.window), now)) *result = now;
 }
 
 // While the window grows, a host that solves at every image has solved the earlier one already.
-InitResult SnapshotSolve::shortAnswer(const InitWindow& window) {
-  std::deque<SolveMemory::ShortAnswer>& known = memory_.short_answers;
+InitResult SnapshotSolve::shortEstimate(const InitWindow& window) {
+  std::deque<SolveMemory::ShortEstimate>& known = memory_.short_estimates;
   const SolveMemory::ShortKey key(window, known_.version);
-  for (const SolveMemory::ShortAnswer& one : known) {
+  for (const SolveMemory::ShortEstimate& one : known) {
     if (one.key == key) return one.answer;
   }
   InitResult result = solver_.solveProvisional(window, &budget_);
@@ -225,7 +225,7 @@ std::vector<SnapshotSolve::HealthyState> SnapshotSolve::usableStates(
 
 StatePrior SnapshotSolve::carried(const StatePrior& prior, double t) const {
   const Calibration& calibration = window_.calibration();
-  return carryPrior(prior, t, imu_, calibration.gravity_magnitude, calibration.imu_noise);
+  return propagatePrior(prior, t, imu_, calibration.gravity_magnitude, calibration.imu_noise);
 }
 
 // Both at the later of two times: that of the healthy state, and that of the first keyframe.
@@ -261,7 +261,7 @@ const SnapshotSolve::HealthyState& SnapshotSolve::bestPrior(
 }
 
 // From the frames after a known state.
-InitResult SnapshotSolve::answerWithPrior(const StatePrior& prior) {
+InitResult SnapshotSolve::solveWithPrior(const StatePrior& prior) {
   const WindowCut cut = window_.cutSince(prior.state.t);
   if (cut.window == nullptr) return refuse(cut.status, cut.message);
   const double first = cut.window->times().front();
@@ -306,7 +306,7 @@ InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
     if (from == nullptr || (!from->agrees() && state.agrees())) from = &state;
   }
   if (from == nullptr) return refuse(InitStatus::kInvalidInput, gap);
-  join(*from, &alone);
+  continueFrom(*from, &alone);
   if (from->agrees()) return alone;
   for (int i = 0; i < kStateParts; ++i) {
     const auto part = static_cast<StatePart>(i);
@@ -322,7 +322,7 @@ InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
 
 // Moves the new solution into the old odometry frame: both describe the body at one time, the
 // first at which both exist.
-void SnapshotSolve::join(const HealthyState& healthy, InitResult* result) const {
+void SnapshotSolve::continueFrom(const HealthyState& healthy, InitResult* result) const {
   const ImuNoise& noise = window_.calibration().imu_noise;
   NavState there = healthy.prior->state;
   std::size_t k = 0;
@@ -337,7 +337,7 @@ void SnapshotSolve::join(const HealthyState& healthy, InitResult* result) const 
     back.max_imu_gap_s = window_.options().max_imu_gap_s;
     std::vector<NavState> at;
     if (statesAt(result->states, result->gravity_w, imu_, {there.t}, back, &at, nullptr)) {
-      joinFrame(there, at.front(), result);
+      moveToFrame(there, at.front(), result);
       return;
     }
   }
@@ -352,7 +352,7 @@ void SnapshotSolve::join(const HealthyState& healthy, InitResult* result) const 
   if (!keepsBias(12, StatePart::kAccelBias)) there.accel_bias = here.accel_bias;
   there = propagateTo(there, here.t, imu_, result->gravity_w, noise);
   here = propagateTo(here, there.t, imu_, result->gravity_w, noise);
-  joinFrame(there, here, result);
+  moveToFrame(there, here, result);
 }
 
 }  // namespace slim_init

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estimation/state_factor.h"
-#include "slim_init/answer_sequence.h"
+#include "slim_init/consistency_check.h"
 #include "slim_init/init_window.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/options.h"
@@ -35,7 +35,7 @@ class SolveMemory {
  public:
   /// `full_span_s`: WindowOptions::fullSpan().
   explicit SolveMemory(double full_span_s)
-      : answers(full_span_s, AnswerSequence::kMaxDisagreement) {}
+      : answers(full_span_s, ConsistencyCheck::kMaxDisagreement) {}
 
   /// What tells short windows apart. Lines may arrive after their frame.
   struct ShortKey {
@@ -48,14 +48,14 @@ class SolveMemory {
     int knowledge;  ///< SensorKnowledge::version
   };
   /// The provisional estimate of a short window.
-  struct ShortAnswer {
+  struct ShortEstimate {
     ShortKey key;
     InitResult answer;
   };
 
-  AnswerSequence answers;
+  ConsistencyCheck answers;
   double last_solved = kNotComputed;  ///< newest keyframe [s]
-  std::deque<ShortAnswer> short_answers;
+  std::deque<ShortEstimate> short_estimates;
 };
 
 /// Solves one snapshot.
@@ -80,14 +80,14 @@ class SnapshotSolve {
     bool agrees() const { return !test.contradicts(); }
   };
 
-  WindowCut informed(WindowCut cut) const;
+  WindowCut withKnownSensors(WindowCut cut) const;
   InitResult checked(InitResult result) const;
   InitResult solveNewest();
   InitResult answer(const InitWindow& window);
-  void answerEarlier(int keyframes, const InitResult& result);
+  void solveEarlier(int keyframes, const InitResult& result);
   void offerProvisional(InitResult* result);
-  InitResult shortAnswer(const InitWindow& window);
-  InitResult answerWithPrior(const StatePrior& prior);
+  InitResult shortEstimate(const InitWindow& window);
+  InitResult solveWithPrior(const StatePrior& prior);
   std::vector<HealthyState> usableStates(const std::vector<StatePrior>& healthy,
                                          std::string* problem) const;
   StateTest compare(const StatePrior& healthy, const InitResult& alone) const;
@@ -96,7 +96,7 @@ class SnapshotSolve {
   std::string checkHealthy(const StatePrior& healthy) const;
   std::string checkGap(double from, double to) const;
   InitResult continueFrame(const std::vector<HealthyState>& states, InitResult alone) const;
-  void join(const HealthyState& healthy, InitResult* result) const;
+  void continueFrom(const HealthyState& healthy, InitResult* result) const;
 
   const WindowSolver& solver_;
   const std::optional<WindowOptions>& short_window_;

@@ -18,9 +18,9 @@ InitResult startResult(const InitWindow& window) {
   InitResult result;
   result.counts.keyframes = window.size();
   result.counts.point_tracks = static_cast<int>(window.pointTracks().size());
-  result.counts.point_observations = static_cast<int>(window.pointSightings().size());
+  result.counts.point_observations = static_cast<int>(window.pointObservations().size());
   result.counts.line_tracks = static_cast<int>(window.lineTracks().size());
-  result.counts.line_observations = static_cast<int>(window.lineSightings().size());
+  result.counts.line_observations = static_cast<int>(window.lineObservations().size());
   return result;
 }
 
@@ -155,11 +155,11 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
        kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms", "rolling_shutter_tr");
 }
 
-void appendStandingTracksWarning(int standing, int tracks, InitResult* result) {
-  if (standing == 0) return;
+void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result) {
+  if (static_tracks == 0) return;
   std::ostringstream message;
   message
-      << standing << " of " << standing + tracks
+      << static_tracks << " of " << static_tracks + tracks
       << " point tracks are static in the image while the camera turns and are not used (a part of"
       << " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
       << " the key mask, the back end uses these tracks too";

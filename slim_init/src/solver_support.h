@@ -77,9 +77,9 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result);
 
-/// A warning where `standing` point tracks were taken out (withoutStandingTracks()), beside the
+/// A warning where `static_tracks` point tracks were taken out (withoutStaticTracks()), beside the
 /// `tracks` that are left: numbers and what to do. None where it is zero.
-void appendStandingTracksWarning(int standing, int tracks, InitResult* result);
+void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result);
 
 /// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
 /// with gravity of this size along -z of w and the biases of the newest state.

@@ -57,7 +57,7 @@ void start(const evaluation::Sequence& sequence, double at, const StreamFault& f
     tally->seconds.push_back(frame.arrival - at);
     return;
   }
-  ++tally->refusals[toString(host.answer().verdict.status)];
+  ++tally->refusals[toString(host.answer().result.status)];
 }
 
 std::string refusalsOf(const Tally& tally) {

@@ -45,7 +45,7 @@ class BenchHost {
   /// state is the true one, with the biases of the start; no recording has the accelerometer's.
   bool recover();
 
-  const vins_adapter::HostAnswer& answer() const { return answer_; }
+  const vins_adapter::HostResult& answer() const { return answer_; }
 
   /// Of the answer: spread of its positions over that of the true ones, minus one; NaN without
   /// truth.
@@ -57,7 +57,7 @@ class BenchHost {
   const evaluation::Sequence& sequence_;
   std::unique_ptr<vins_adapter::HostAdapter> adapter_;
   std::map<double, double> window_;  // stamp and true time
-  vins_adapter::HostAnswer answer_;
+  vins_adapter::HostResult answer_;
   vins_adapter::HostState started_;  // the newest state of the last start
 };
 

@@ -42,7 +42,7 @@ struct Place {
   double jump = kNotComputed;  ///< change of the position error against the truth [m]
   double yaw_jump_deg = kNotComputed;
   std::string messages;
-  double sane_after = 0.0;  ///< from `end` to the first frame from which on all are sane [s]
+  double healthy_after = 0.0;  ///< from `end` to the first frame from which on all are healthy [s]
   double scale_error = kNotComputed;  ///< of the window then; NaN where it hardly moved
 
   bool recovered() const { return good && jump <= kJump && yaw_jump_deg <= kYawJumpDeg; }
@@ -61,7 +61,7 @@ bool isHealthy(const NavState& state, const NavState& truth) {
 }
 
 /// What a host can go on with.
-bool isSane(const NavState& state, const NavState& truth) {
+bool isHealthy(const NavState& state, const NavState& truth) {
   const Eigen::Vector3d true_v = truth.R_w_b.transpose() * truth.v_w_b;
   const Eigen::Vector3d up = state.R_w_b.row(2), true_up = truth.R_w_b.row(2);
   return (state.R_w_b.transpose() * state.v_w_b - true_v).norm() < 0.25 + 0.15 * true_v.norm() &&
@@ -181,11 +181,11 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
         place.messages += " | " + step->message;
       }
       if (t >= place.end - 1e-6) {
-        if (!step->tracking || !isSane(step->state, run.truth())) {
-          place.sane_after = std::numeric_limits<double>::infinity();
+        if (!step->tracking || !isHealthy(step->state, run.truth())) {
+          place.healthy_after = std::numeric_limits<double>::infinity();
           place.scale_error = kNotComputed;
         } else {
-          place.sane_after = std::min(place.sane_after, t - place.end);
+          place.healthy_after = std::min(place.healthy_after, t - place.end);
           if (std::isnan(place.scale_error)) place.scale_error = run.scaleError();
         }
       }
@@ -293,26 +293,26 @@ TEST(TestHostRecovery, FromWhatWasKnownInEveryMotion) {
     std::vector<double> of_motion;
     for (const Failure failure : {Failure::kSpike, Failure::kLostFrames, Failure::kWrongState}) {
       for (const Place& place : runWithFailures(motion, 3, failure, 4)) {
-        of_motion.push_back(place.sane_after);
+        of_motion.push_back(place.healthy_after);
         // What the host has not noticed, its optimisation has repaired, or not.
         if (place.failed && !std::isnan(place.scale_error)) {
           ++scales;
           inaccurate += place.scale_error > 0.1 ? 1 : 0;
           wrong_scales += place.scale_error > 0.25 ? 1 : 0;
         }
-        if (place.sane_after > 0.6 || (place.failed && place.scale_error > 0.1)) {
+        if (place.healthy_after > 0.6 || (place.failed && place.scale_error > 0.1)) {
           std::cout << motion << ' ' << static_cast<int>(failure) << " at " << place.begin
-                    << " s: sane after " << place.sane_after << " s, scale off by "
+                    << " s: healthy after " << place.healthy_after << " s, scale off by "
                     << place.scale_error << place.messages << "\n";
         }
       }
     }
-    std::cout << motion << ": sane after " << quantile(of_motion, 0.5) << " s (median), "
+    std::cout << motion << ": healthy after " << quantile(of_motion, 0.5) << " s (median), "
               << quantile(of_motion, 0.95) << " s (p95) of " << of_motion.size() << "\n";
     after.insert(after.end(), of_motion.begin(), of_motion.end());
   }
   const auto in_time = std::count_if(after.begin(), after.end(), [](double t) { return t <= 0.6; });
-  std::cout << "sane after " << quantile(after, 0.5) << " s (median), " << in_time << " of "
+  std::cout << "healthy after " << quantile(after, 0.5) << " s (median), " << in_time << " of "
             << after.size() << " within 0.6 s; scale off by more than 10 % in " << inaccurate
             << " of " << scales << "\n";
   EXPECT_LE(quantile(after, 0.5), 0.3);

@@ -10,7 +10,7 @@ namespace slim_init::backend {
 namespace {
 
 using vins_adapter::HostAdapter;
-using vins_adapter::HostAnswer;
+using vins_adapter::HostResult;
 using vins_adapter::HostState;
 using vins_adapter::toHostState;
 
@@ -96,11 +96,12 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
 
 void TestHost::seed(HostStep* step) {
   const std::vector<double> stamps = estimator_.stamps();
-  step->joined = is_lost_ && options_.adapter.reinit && adapter_->carry(lost_, stamps.front()).ok;
-  const HostAnswer answer =
-      step->joined ? adapter_->recover(stamps, {lost_}) : adapter_->seed(stamps);
+  step->continued =
+      is_lost_ && options_.adapter.reinit && adapter_->propagate(lost_, stamps.front()).ok;
+  const HostResult answer =
+      step->continued ? adapter_->recover(stamps, {lost_}) : adapter_->seed(stamps);
   step->seeded = fillWindow(answer, step);
-  step->joined = step->joined && step->seeded;
+  step->continued = step->continued && step->seeded;
 }
 
 void TestHost::watch(HostStep* step) {
@@ -111,21 +112,21 @@ void TestHost::watch(HostStep* step) {
   }
   const vins_adapter::HostHealth health =
       adapter_->watch(window, calibration.R_b_c, calibration.t_b_c);
-  suspect_ = health.suspect || !health.sane;
-  if (health.sane) return;
+  suspect_ = health.suspect || !health.healthy;
+  if (health.healthy) return;
   step->failed = true;
   step->message = "watchdog: " + health.reason;
 }
 
 void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep* step) {
-  HostAnswer answer = adapter_->recover(estimator_.stamps(), from);
+  HostResult answer = adapter_->recover(estimator_.stamps(), from);
   if (answer.pending) answer = adapter_->bridge(estimator_.stamps(), from);
   step->recovered = fillWindow(answer, step);
   if (step->recovered || !failed) return;
   lost_ = from.back();
   is_lost_ = true;
   healthy_.clear();
-  step->waiting = isWait(answer.verdict.status);
+  step->waiting = isWait(answer.result.status);
   step->reset = !step->waiting;
   if (step->waiting) {
     estimator_.unseed();
@@ -134,7 +135,7 @@ void TestHost::recover(const std::vector<HostState>& from, bool failed, HostStep
   }
 }
 
-bool TestHost::fillWindow(const HostAnswer& answer, HostStep* step) {
+bool TestHost::fillWindow(const HostResult& answer, HostStep* step) {
   step->message += (step->message.empty() ? "" : "; ") + answer.message;
   if (!answer.success()) return false;
   std::vector<NavState> states;

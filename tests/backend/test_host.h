@@ -32,7 +32,7 @@ struct HostStep {
   bool tracking = false;   ///< `state` is the host's estimate at this frame
   NavState state;          ///< in the odometry frame; IMU clock
   bool seeded = false;     ///< this frame gave the first estimate since construction or a reset
-  bool joined = false;     ///< .. and it continues the odometry frame from before the reset
+  bool continued = false;  ///< .. and it continues the odometry frame from before the reset
   bool failed = false;     ///< failure detection or watchdog fired, or the optimisation failed
   bool recovered = false;  ///< .. and the initializer filled the window again at once
   bool waiting = false;    ///< .. or it needs more data: frames stay, the next one tries again
@@ -70,7 +70,7 @@ class TestHost {
   void seed(HostStep* step);
   void watch(HostStep* step);
   void recover(const std::vector<vins_adapter::HostState>& from, bool failed, HostStep* step);
-  bool fillWindow(const vins_adapter::HostAnswer& answer, HostStep* step);
+  bool fillWindow(const vins_adapter::HostResult& answer, HostStep* step);
   void leaveOutDamage();
   std::vector<vins_adapter::HostState> healthyStates() const;
   void remember();

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "closed_form.h"
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "geometry/so3.h"
 #include "inertial_bundle_adjustment.h"
 #include "structure_from_motion.h"
@@ -90,14 +90,14 @@ TEST(RejectByFundamentalMatrix, StartsTracksThatJumpAnew) {
   const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
   VinsOptions options;
   for (const char verdict : rejectByFundamentalMatrix(*window, options)) {
-    EXPECT_EQ(verdict, kKeepSighting);
+    EXPECT_EQ(verdict, kKeepObservation);
   }
   options.tracking_threshold_px = 1.0;
   const std::vector<char> keep = rejectByFundamentalMatrix(*window, options);
   int found = 0, jumps = 0, wrong = 0;
   for (const Track& track : window->pointTracks()) {
     for (int s = track.begin + 1; s < track.end; ++s) {
-      const bool jump = track.id % 10 == 0 && window->pointSightings()[s].keyframe == 5;
+      const bool jump = track.id % 10 == 0 && window->pointObservations()[s].keyframe == 5;
       const bool cut = keep[s] == kStartTrack;
       jumps += jump ? 1 : 0;
       found += jump && cut ? 1 : 0;
@@ -132,13 +132,13 @@ TEST(ClosedForm, IsExactWithTrueRotations) {
     const Track& track = exact.window->pointTracks()[tracks[i]];
     if (track.size() < 4) continue;
     for (int s = track.begin; s < track.end; ++s) {
-      const PointSighting& sighting = exact.window->pointSightings()[s];
-      const int k = sighting.keyframe;
+      const WindowPoint& observation = exact.window->pointObservations()[s];
+      const int k = observation.keyframe;
       const Eigen::Vector3d x_c =
           exact.calibration.R_b_c.transpose() *
           (truth.R_b0_bk[k].transpose() * (solution.points_b0[i] - truth.p_b0.col(k)) -
            exact.calibration.t_b_c);
-      EXPECT_LT((x_c.normalized() - sighting.bearing).norm(), 1e-6);
+      EXPECT_LT((x_c.normalized() - observation.bearing).norm(), 1e-6);
       ++checked;
     }
   }

@@ -31,8 +31,8 @@ TEST(EpipolarResidual, VanishesAtTheTruthForEveryPair) {
   int checked = 0;
   for (const Track& track : exact.window->pointTracks()) {
     for (int a = track.begin; a + 1 < track.end; ++a) {
-      const PointSighting& i = exact.window->pointSightings()[a];
-      const PointSighting& j = exact.window->pointSightings()[track.end - 1];
+      const WindowPoint& i = exact.window->pointObservations()[a];
+      const WindowPoint& j = exact.window->pointObservations()[track.end - 1];
       double r = 1.0;
       ASSERT_TRUE(epipolarResidual(truth, i.keyframe, j.keyframe, R_b_c * i.bearing,
                                    R_b_c * j.bearing, exact.calibration.t_b_c, &r, nullptr));

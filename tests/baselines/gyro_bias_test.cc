@@ -79,8 +79,8 @@ TEST(GyroBias, SameMinimumAsCeres) {
   std::vector<EpipolarPair, Eigen::aligned_allocator<EpipolarPair>> pairs(window.size() - 1);
   for (const Track& track : window.pointTracks()) {
     for (int s = track.begin; s + 1 < track.end; ++s) {
-      const PointSighting& a = window.pointSightings()[s];
-      const PointSighting& b = window.pointSightings()[s + 1];
+      const WindowPoint& a = window.pointObservations()[s];
+      const WindowPoint& b = window.pointObservations()[s + 1];
       if (b.keyframe == a.keyframe + 1) pairs[a.keyframe].add(a.bearing, b.bearing);
     }
   }

@@ -22,14 +22,14 @@ struct Seen {
 };
 
 // `shuffle` != 0 permutes the lines of each frame.
-std::shared_ptr<const InitWindow> windowOfSightings(const std::vector<Seen>& seen, int keyframes,
-                                                    unsigned shuffle = 0) {
+std::shared_ptr<const InitWindow> windowOfObservations(const std::vector<Seen>& seen, int keyframes,
+                                                       unsigned shuffle = 0) {
   std::vector<FrameObservation> frames(static_cast<std::size_t>(keyframes));
   for (int k = 0; k < keyframes; ++k) frames[k].t = 0.25 * k;
   for (const Seen& s : seen) {
     LineObservation line;
     line.id = s.id;
-    // The length lets a test tell sightings apart, the geometry does not matter here.
+    // The length lets a test tell observations apart, the geometry does not matter here.
     line.start_bearing = Eigen::Vector3d(0.01 * static_cast<double>(s.id), 0.0, 1.0).normalized();
     line.end_bearing = Eigen::Vector3d(0.01 * static_cast<double>(s.id), 0.3, 1.0).normalized();
     line.length_px = s.length_px;
@@ -62,9 +62,9 @@ std::vector<Seen> all(const std::vector<std::vector<Seen>>& tracks) {
   return seen;
 }
 
-FeatureId idOfSighting(const InitWindow& window, int sighting) {
+FeatureId idOfObservation(const InitWindow& window, int observation) {
   for (const Track& candidate : window.lineTracks()) {
-    if (candidate.begin <= sighting && sighting < candidate.end) return candidate.id;
+    if (candidate.begin <= observation && observation < candidate.end) return candidate.id;
   }
   return -1;
 }
@@ -72,8 +72,8 @@ FeatureId idOfSighting(const InitWindow& window, int sighting) {
 std::vector<FeatureId> idsOf(const InitWindow& window, const std::vector<WeightedLine>& lines) {
   std::vector<FeatureId> ids;
   for (const WeightedLine& line : lines) {
-    ids.push_back(idOfSighting(window, line.sighting_i));
-    EXPECT_EQ(ids.back(), idOfSighting(window, line.sighting_j));
+    ids.push_back(idOfObservation(window, line.observation_i));
+    EXPECT_EQ(ids.back(), idOfObservation(window, line.observation_j));
   }
   return ids;
 }
@@ -83,7 +83,7 @@ TEST(LineSelection, ReliabilityIsTheMeanOfItsThreeParts) {
   auto seen = track(7, {2, 3, 4, 7});
   seen[1].match_quality = 0.5;
   seen[2].match_quality = 0.9;
-  const auto window = windowOfSightings(seen, 10);
+  const auto window = windowOfObservations(seen, 10);
   const Track& t = window->lineTracks().at(0);
   EXPECT_NEAR(trackReliability(*window, t, t.begin + 1), (0.4 + 0.5 + 4.0 / 6.0) / 3.0,
               kScoreTolerance);
@@ -92,18 +92,18 @@ TEST(LineSelection, ReliabilityIsTheMeanOfItsThreeParts) {
 }
 
 TEST(LineSelection, ReliabilityIsOneForAPerfectTrackAndStaysInRange) {
-  const auto perfect = windowOfSightings(track(1, {0, 1, 2, 3}), 4);
+  const auto perfect = windowOfObservations(track(1, {0, 1, 2, 3}), 4);
   EXPECT_NEAR(trackReliability(*perfect, perfect->lineTracks()[0], 1), 1.0, kScoreTolerance);
-  const auto wild = windowOfSightings(track(1, {0, 1, 2, 3}, 100.0, 1.0, 17.0), 4);
+  const auto wild = windowOfObservations(track(1, {0, 1, 2, 3}, 100.0, 1.0, 17.0), 4);
   EXPECT_NEAR(trackReliability(*wild, wild->lineTracks()[0], 1), 1.0, kScoreTolerance);
-  const auto bad = windowOfSightings(track(1, {0, 1, 2, 3}, 100.0, 1.0, -5.0), 4);
+  const auto bad = windowOfObservations(track(1, {0, 1, 2, 3}, 100.0, 1.0, -5.0), 4);
   EXPECT_NEAR(trackReliability(*bad, bad->lineTracks()[0], 1), 2.0 / 3.0, kScoreTolerance);
 }
 
 TEST(LineSelection, SaliencyIsTheMeanOfLengthAndConfidence) {
   LineSelectionOptions options;
   options.full_length_px = 200.0;
-  const auto window = windowOfSightings(
+  const auto window = windowOfObservations(
       {{1, 0, 50.0, 0.6}, {1, 1, 200.0, 0.3}, {1, 2, 900.0, 1.7}, {1, 3, -4.0, -0.2}}, 4);
   EXPECT_NEAR(geometricSaliency(*window, 0, options), 0.5 * (0.25 + 0.6), kScoreTolerance);
   EXPECT_NEAR(geometricSaliency(*window, 1, options), 0.5 * (1.0 + 0.3), kScoreTolerance);
@@ -112,7 +112,7 @@ TEST(LineSelection, SaliencyIsTheMeanOfLengthAndConfidence) {
 }
 
 TEST(LineSelection, EveryConsecutivePairOfATrackIsSelectedOnce) {
-  const auto window = windowOfSightings(track(3, {0, 1, 3, 4, 5}), 6);
+  const auto window = windowOfObservations(track(3, {0, 1, 3, 4, 5}), 6);
   const auto pairs = selectLines(*window, {});
   ASSERT_EQ(pairs.size(), 5U);
   const std::vector<std::size_t> expected = {1, 0, 0, 1, 1};  // the gap at 2 takes two pairs
@@ -120,8 +120,8 @@ TEST(LineSelection, EveryConsecutivePairOfATrackIsSelectedOnce) {
     EXPECT_EQ(pairs[i].epipolar.size(), expected[i]) << "pair " << i;
     EXPECT_EQ(pairs[i].normal.size(), expected[i]) << "pair " << i;
     for (const WeightedLine& line : pairs[i].epipolar) {
-      EXPECT_EQ(window->lineSightings()[line.sighting_i].keyframe, static_cast<int>(i));
-      EXPECT_EQ(window->lineSightings()[line.sighting_j].keyframe, static_cast<int>(i) + 1);
+      EXPECT_EQ(window->lineObservations()[line.observation_i].keyframe, static_cast<int>(i));
+      EXPECT_EQ(window->lineObservations()[line.observation_j].keyframe, static_cast<int>(i) + 1);
     }
   }
 }
@@ -130,14 +130,14 @@ TEST(LineSelection, WeightsAreThoseOfEquation13) {
   LineSelectionOptions options;
   options.full_length_px = 200.0;
   const auto window =
-      windowOfSightings({{1, 0, 50.0, 0.6}, {1, 1, 100.0, 0.2, 0.7}, {1, 2, 1.0, 0.0, 0.1}}, 4);
+      windowOfObservations({{1, 0, 50.0, 0.6}, {1, 1, 100.0, 0.2, 0.7}, {1, 2, 1.0, 0.0, 0.1}}, 4);
   const auto pairs = selectLines(*window, options);
-  // Persistence 3/4, valid-match ratio 3/3, match quality that of the later sighting.
+  // Persistence 3/4, valid-match ratio 3/3, match quality that of the later observation.
   EXPECT_NEAR(pairs[0].epipolar.at(0).weight, 0.5 + 0.5 * (0.75 + 0.7 + 1.0) / 3.0,
               kScoreTolerance);
   EXPECT_NEAR(pairs[1].epipolar.at(0).weight, 0.5 + 0.5 * (0.75 + 0.1 + 1.0) / 3.0,
               kScoreTolerance);
-  // Length and confidence those of the earlier sighting.
+  // Length and confidence those of the earlier observation.
   EXPECT_NEAR(pairs[0].normal.at(0).weight, 0.5 + 0.5 * 0.5 * (0.25 + 0.6), kScoreTolerance);
   EXPECT_NEAR(pairs[1].normal.at(0).weight, 0.5 + 0.5 * 0.5 * (0.5 + 0.2), kScoreTolerance);
 }
@@ -154,7 +154,7 @@ TEST(LineSelection, WeightsStayInRangeForAnyInput) {
       seen.push_back({id, k, length_px, confidence, quality});
     }
   }
-  for (const PairLines& pair : selectLines(*windowOfSightings(seen, 6), {})) {
+  for (const PairLines& pair : selectLines(*windowOfObservations(seen, 6), {})) {
     ASSERT_EQ(pair.epipolar.size(), 10U);
     for (const auto* lines : {&pair.epipolar, &pair.normal}) {
       for (std::size_t i = 0; i < lines->size(); ++i) {
@@ -171,9 +171,9 @@ TEST(LineSelection, WeightsStayInRangeForAnyInput) {
 TEST(LineSelection, KindsAreRankedByTheirOwnScore) {
   LineSelectionOptions options;
   options.max_lines_per_pair = 1;
-  const auto window = windowOfSightings(all({track(1, {0, 1, 2}, 180.0, 0.9, 0.2),    // salient
-                                             track(2, {0, 1, 2}, 30.0, 0.3, 0.95)}),  // reliable
-                                        3);
+  const auto window = windowOfObservations(all({track(1, {0, 1, 2}, 180.0, 0.9, 0.2),    // salient
+                                                track(2, {0, 1, 2}, 30.0, 0.3, 0.95)}),  // reliable
+                                           3);
   const auto pairs = selectLines(*window, options);
   EXPECT_EQ(idsOf(*window, pairs[0].epipolar), (std::vector<FeatureId>{2}));
   EXPECT_EQ(idsOf(*window, pairs[0].normal), (std::vector<FeatureId>{1}));
@@ -185,7 +185,7 @@ TEST(LineSelection, TheBestLinesFillTheCap) {
     tracks.push_back(track(id, {0, 1, 2}, 20.0 * static_cast<double>(id + 1), 0.5,
                            1.0 - 0.1 * static_cast<double>(id)));
   }
-  const auto window = windowOfSightings(all(tracks), 3);
+  const auto window = windowOfObservations(all(tracks), 3);
   LineSelectionOptions options;
   for (const int cap : {0, 3, 8, 100}) {
     options.max_lines_per_pair = cap;
@@ -202,7 +202,7 @@ TEST(LineSelection, TheBestLinesFillTheCap) {
 
 TEST(LineSelection, ShortTracksAreLeftOut) {
   const auto window =
-      windowOfSightings(all({track(1, {0, 1}), track(2, {0, 1, 2}), track(3, {0, 1, 3})}), 4);
+      windowOfObservations(all({track(1, {0, 1}), track(2, {0, 1, 2}), track(3, {0, 1, 3})}), 4);
   LineSelectionOptions options;
   options.min_keyframes = 3;
   EXPECT_EQ(idsOf(*window, selectLines(*window, options)[0].epipolar),
@@ -221,7 +221,7 @@ TEST(LineSelection, TiesGoToTheLowerId) {
   for (const FeatureId id : {42, 7, 1000, 3, 19}) tracks.push_back(track(id, {0, 1, 2}));
   LineSelectionOptions options;
   options.max_lines_per_pair = 3;
-  const auto window = windowOfSightings(all(tracks), 3);
+  const auto window = windowOfObservations(all(tracks), 3);
   const auto pairs = selectLines(*window, options);
   EXPECT_EQ(idsOf(*window, pairs[0].epipolar), (std::vector<FeatureId>{3, 7, 19}));
   EXPECT_EQ(idsOf(*window, pairs[0].normal), (std::vector<FeatureId>{3, 7, 19}));
@@ -241,10 +241,10 @@ TEST(LineSelection, OrderOfObservationsDoesNotMatter) {
       seen.push_back({id, k, length_px, confidence, quality});
     }
   }
-  const auto window = windowOfSightings(seen, 8);
+  const auto window = windowOfObservations(seen, 8);
   const auto pairs = selectLines(*window, {});
   for (unsigned shuffle = 1; shuffle <= 5; ++shuffle) {
-    const auto other_window = windowOfSightings(seen, 8, shuffle);
+    const auto other_window = windowOfObservations(seen, 8, shuffle);
     const auto other = selectLines(*other_window, {});
     ASSERT_EQ(other.size(), pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -258,7 +258,7 @@ TEST(LineSelection, OrderOfObservationsDoesNotMatter) {
 }
 
 TEST(LineSelection, WindowWithoutLinesHasEmptyPairs) {
-  const auto pairs = selectLines(*windowOfSightings({}, 4), {});
+  const auto pairs = selectLines(*windowOfObservations({}, 4), {});
   ASSERT_EQ(pairs.size(), 3U);
   for (const PairLines& pair : pairs) {
     EXPECT_TRUE(pair.epipolar.empty());

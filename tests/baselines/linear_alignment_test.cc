@@ -99,8 +99,8 @@ TEST_F(LinearAlignment, Equation12AddsNothingAtAConsistentSolution) {
 TEST_F(LinearAlignment, Equation12NormalStandsInTheBodyFrame) {
   // The term equals n_b . r^p with n_b = R_b_c n_c, evaluated by hand for one line and pair.
   std::vector<PairLines> lines(exact_.window->size() - 1);
-  const LineSighting& sighting = exact_.window->lineSightings()[0];
-  const int i = sighting.keyframe;
+  const WindowLine& observation = exact_.window->lineObservations()[0];
+  const int i = observation.keyframe;
   ASSERT_LT(i + 1, exact_.window->size());
   lines[i].normal.push_back({0, 1, 0.75});
   AlignmentProblem with_line = problem();
@@ -119,7 +119,7 @@ TEST_F(LinearAlignment, Equation12NormalStandsInTheBodyFrame) {
   const Vector3d r_b0 = s * (centres_.col(i + 1) - centres_.col(i)) - x.segment<3>(3 * i) * dt -
                         0.5 * dt * dt * x.tail<3>() - R_b0_bk_[i] * pre_[i].dp -
                         (R_b0_bk_[i + 1] - R_b0_bk_[i]) * exact_.calibration.t_b_c;
-  const Vector3d n_b = exact_.calibration.R_b_c * sighting.normal;
+  const Vector3d n_b = exact_.calibration.R_b_c * observation.normal;
   const double r = n_b.dot(R_b0_bk_[i].transpose() * r_b0);
   EXPECT_NEAR(cost(b) - cost(a), 2.0 * 0.75 * r * r, 1e-9 * cost(b));
 }

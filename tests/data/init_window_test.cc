@@ -32,10 +32,10 @@ TEST_F(InitWindowTest, TracksAreSortedAndComplete) {
     EXPECT_GE(track.size(), 2);
     observations += track.size();
     for (int s = track.begin; s + 1 < track.end; ++s) {
-      EXPECT_LT(window.pointSightings()[s].keyframe, window.pointSightings()[s + 1].keyframe);
+      EXPECT_LT(window.pointObservations()[s].keyframe, window.pointObservations()[s + 1].keyframe);
     }
   }
-  EXPECT_EQ(observations, static_cast<int>(window.pointSightings().size()));
+  EXPECT_EQ(observations, static_cast<int>(window.pointObservations().size()));
   for (std::size_t t = 0; t + 1 < window.pointTracks().size(); ++t) {
     EXPECT_LT(window.pointTracks()[t].id, window.pointTracks()[t + 1].id);
   }
@@ -50,15 +50,16 @@ TEST_F(InitWindowTest, OrderOfObservationsDoesNotMatter) {
   }
   const auto window = InitWindow::create(exact_.calibration, shuffled, exact_.imu);
   ASSERT_NE(window, nullptr);
-  ASSERT_EQ(window->pointSightings().size(), exact_.window->pointSightings().size());
-  for (std::size_t s = 0; s < window->pointSightings().size(); ++s) {
-    EXPECT_EQ(window->pointSightings()[s].bearing, exact_.window->pointSightings()[s].bearing);
+  ASSERT_EQ(window->pointObservations().size(), exact_.window->pointObservations().size());
+  for (std::size_t s = 0; s < window->pointObservations().size(); ++s) {
+    EXPECT_EQ(window->pointObservations()[s].bearing,
+              exact_.window->pointObservations()[s].bearing);
   }
 }
 
 TEST_F(InitWindowTest, LineNormalIsAtRightAnglesToItsEnds) {
-  ASSERT_FALSE(exact_.window->lineSightings().empty());
-  for (const LineSighting& line : exact_.window->lineSightings()) {
+  ASSERT_FALSE(exact_.window->lineObservations().empty());
+  for (const WindowLine& line : exact_.window->lineObservations()) {
     EXPECT_NEAR(line.normal.norm(), 1.0, 1e-14);
     EXPECT_NEAR(line.normal.dot(line.start_bearing), 0.0, 1e-14);
     EXPECT_NEAR(line.normal.dot(line.end_bearing), 0.0, 1e-14);
@@ -85,7 +86,7 @@ TEST_F(InitWindowTest, UnusableObservationsAreDroppedAndCounted) {
   EXPECT_EQ(window->counts().observations_not_finite, 2);
   EXPECT_EQ(window->counts().observations_duplicate_id, 1);
   EXPECT_EQ(window->counts().lines_degenerate, 1);
-  EXPECT_EQ(window->pointSightings().size(), exact_.window->pointSightings().size());
+  EXPECT_EQ(window->pointObservations().size(), exact_.window->pointObservations().size());
   EXPECT_GT(points, 0u);
 }
 
@@ -94,7 +95,8 @@ TEST_F(InitWindowTest, BearingsAreNormalised) {
   for (PointObservation& point : frames[2].points) point.bearing /= point.bearing.z();  // (x, y, 1)
   const auto window = InitWindow::create(exact_.calibration, frames, exact_.imu);
   ASSERT_NE(window, nullptr);
-  for (const PointSighting& s : window->pointSightings()) EXPECT_NEAR(s.bearing.norm(), 1.0, 1e-14);
+  for (const WindowPoint& s : window->pointObservations())
+    EXPECT_NEAR(s.bearing.norm(), 1.0, 1e-14);
 }
 
 TEST_F(InitWindowTest, ViolatedInvariantsAreNamed) {

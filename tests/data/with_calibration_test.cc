@@ -29,17 +29,17 @@ TEST(WithCalibration, MovesTimesAndRowsAndNothingElse) {
   for (int k = 0; k < window->size(); ++k) {
     EXPECT_NEAR(window->times()[k], exact.window->times()[k] + 0.01, 1e-12);
   }
-  ASSERT_EQ(window->pointSightings().size(), exact.window->pointSightings().size());
-  for (std::size_t s = 0; s < window->pointSightings().size(); ++s) {
-    const PointSighting &now = window->pointSightings()[s],
-                        &before = exact.window->pointSightings()[s];
+  ASSERT_EQ(window->pointObservations().size(), exact.window->pointObservations().size());
+  for (std::size_t s = 0; s < window->pointObservations().size(); ++s) {
+    const WindowPoint &now = window->pointObservations()[s],
+                      &before = exact.window->pointObservations()[s];
     EXPECT_EQ(now.bearing, before.bearing);
     EXPECT_EQ(now.keyframe, before.keyframe);
     EXPECT_NEAR(now.dt, 1.5 * before.dt, 1e-15);
   }
-  ASSERT_FALSE(window->lineSightings().empty());
-  EXPECT_NEAR(window->lineSightings()[0].end_dt, 1.5 * exact.window->lineSightings()[0].end_dt,
-              1e-15);
+  ASSERT_FALSE(window->lineObservations().empty());
+  EXPECT_NEAR(window->lineObservations()[0].end_dt,
+              1.5 * exact.window->lineObservations()[0].end_dt, 1e-15);
   EXPECT_EQ(window->imu().size(), exact.window->imu().size());
 }
 
@@ -57,12 +57,12 @@ TEST(WithCalibration, LeavesOutKeyframesThatTheImuDoesNotCover) {
     const int dropped = shift < 0.0 ? 1 : 0;
     EXPECT_NEAR(window->times().front(), exact.window->times()[dropped] + shift, 1e-12);
     for (const Track& track : window->pointTracks()) EXPECT_GE(track.size(), 2);
-    for (const PointSighting& s : window->pointSightings()) {
+    for (const WindowPoint& s : window->pointObservations()) {
       EXPECT_GE(s.keyframe, 0);
       EXPECT_LT(s.keyframe, n - 1);
     }
     EXPECT_EQ(window->linesOfKeyframe(0).size(), exact.window->linesOfKeyframe(dropped).size());
-    for (const LineSighting& line : window->linesOfKeyframe(0)) EXPECT_EQ(line.keyframe, 0);
+    for (const WindowLine& line : window->linesOfKeyframe(0)) EXPECT_EQ(line.keyframe, 0);
   }
 }
 

@@ -410,7 +410,7 @@ TEST(Alignment, TightStartShrinksWithoutTheNoiseTermAndNotWithIt) {
     const MatrixXd H = turn * translation.normal_matrix * turn.transpose();
     const Eigen::Matrix3Xd visual = R_b_c * translation.centres_c0;
     const LinearMotion motion = linearMotion(shape.pre, shape.R_b0_bk, window.calibration().t_b_c);
-    const int observations = static_cast<int>(window.pointSightings().size());
+    const int observations = static_cast<int>(window.pointObservations().size());
     const double G = window.calibration().gravity_magnitude;
     constexpr double kBiasPrior = 0.1;  // [m/s^2]
     const ReverseEstimate tight = alignTight(motion, visual, H, observations, G, kBiasPrior);
@@ -470,8 +470,8 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
     std::vector<PointView> views;
     for (int s = track.begin; s < track.end; ++s) {
       PointView view;
-      view.keyframe = window.pointSightings()[s].keyframe;
-      view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
+      view.keyframe = window.pointObservations()[s].keyframe;
+      view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
       views.push_back(view);
     }
@@ -488,7 +488,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
     if (track.size() < options.min_line_views) continue;
     std::vector<LineView> views;
     for (int s = track.begin; s < track.end; ++s) {
-      const LineSighting& line = window.lineSightings()[s];
+      const WindowLine& line = window.lineObservations()[s];
       views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
     }
     LineParameters line;

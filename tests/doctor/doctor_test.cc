@@ -20,7 +20,7 @@
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/imu_simulator.h"
 #include "slim_init/simulation/world.h"
-#include "window_answers.h"
+#include "window_estimates.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -412,14 +412,14 @@ TEST_F(Doctor, StartsAreThoseOfTheSolver) {
 
 TEST_F(Doctor, OneRefusedWindowAmongAcceptedOnesIsNoWarning) {
   const auto severity = [](int accepted, int refused, int waiting) {
-    WindowAnswers answers;
+    WindowEstimates answers;
     answers.accepted = accepted;
     answers.refused = refused;
     answers.windows = accepted + refused + waiting;
     answers.statuses["inconsistent_residuals"] = refused;
     answers.messages["inconsistent_residuals"] = "chi-square";
     Findings findings;
-    checkAnswers(answers, DoctorOptions(), &findings);
+    checkEstimates(answers, DoctorOptions(), &findings);
     return findings.back().severity;
   };
   EXPECT_EQ(severity(6, 1, 0), Severity::kOk);

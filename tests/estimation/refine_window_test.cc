@@ -142,10 +142,10 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   std::mt19937 rng(1);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   std::vector<FrameObservation> frames = exact.keyframes;
-  int sightings = 0, wrong = 0;
+  int observations = 0, wrong = 0;
   for (FrameObservation& frame : frames) {
     for (PointObservation& point : frame.points) {
-      ++sightings;
+      ++observations;
       if (uniform(rng) >= 0.05) continue;
       ++wrong;
       const double angle = 2.0 * M_PI * uniform(rng);
@@ -161,8 +161,8 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   const RefinedWindow refined = refine(*window, {truth}, options);
   ASSERT_TRUE(refined.valid);
   // A Rayleigh variable is beyond 3.5 sigma once in 450; short tracks, which bend to their outlier,
-  // lose good sightings with it.
-  const double share = static_cast<double>(wrong) / sightings;
+  // lose good observations with it.
+  const double share = static_cast<double>(wrong) / observations;
   EXPECT_LE(refined.inlier_fraction, 1.0 - 0.95 * share);
   EXPECT_GE(refined.inlier_fraction, 1.0 - share - 0.04);
   EXPECT_NEAR(refined.sigma_px, 0.6, 0.1);

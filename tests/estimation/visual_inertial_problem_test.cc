@@ -231,8 +231,8 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
     std::vector<PointView> views;
     for (int s = track.begin; s < track.end; ++s) {
       PointView view;
-      view.keyframe = window.pointSightings()[s].keyframe;
-      view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
+      view.keyframe = window.pointObservations()[s].keyframe;
+      view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
       views.push_back(view);
     }
@@ -252,7 +252,7 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
     if (track.size() < options.min_line_views) continue;
     std::vector<LineView> views;
     for (int s = track.begin; s < track.end; ++s) {
-      const LineSighting& line = window.lineSightings()[s];
+      const WindowLine& line = window.lineObservations()[s];
       views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
     }
     LineParameters start;
@@ -346,7 +346,7 @@ double stepLeft(const WindowState& answer, VisualInertialProblem* map) {
   return step.dot(P.ldlt().solve(step));
 }
 
-// With sightings that are far off, a step that is right for the state can be too long for one of
+// With observations that are far off, a step that is right for the state can be too long for one of
 // the tracks, and no damping of the state makes that one shorter.
 TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
   RefinementOptions options;

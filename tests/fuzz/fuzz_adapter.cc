@@ -26,8 +26,8 @@ slim_init::vins_adapter::HostState state(double t, Bytes* bytes) {
   return out;
 }
 
-void check(const HostAnswer& answer) {
-  FUZZ_CHECK(answer.verdict.validate().empty(), answer.verdict.validate());
+void check(const HostResult& answer) {
+  FUZZ_CHECK(answer.result.validate().empty(), answer.result.validate());
   for (const HostState& at : answer.window.states) {
     FUZZ_CHECK(at.P.allFinite() && at.V.allFinite() && at.R.allFinite(), answer.message);
   }
@@ -96,7 +96,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         check(adapter->bridge(stamps, healthy));
         break;
       }
-      case 7: adapter->carry(state(now - 1.0, &bytes), t); break;
+      case 7: adapter->propagate(state(now - 1.0, &bytes), t); break;
       case 8: {
         window.push_back(state(t, &bytes));
         if (window.size() > 11) window.erase(window.begin());

@@ -67,12 +67,12 @@ TEST(RowCompensation, TurnsBearingsToTheKeyframe) {
   ASSERT_NE(window, nullptr) << error;
   const auto compensated = withRowsCompensated(*window, gyro_bias);
   ASSERT_NE(compensated, nullptr);
-  ASSERT_EQ(compensated->pointSightings().size(), 27u);
+  ASSERT_EQ(compensated->pointObservations().size(), 27u);
   double largest_before = 0.0;
   for (const Track& track : compensated->pointTracks()) {
     for (int s = track.begin; s < track.end; ++s) {
-      const PointSighting &now = compensated->pointSightings()[s],
-                          &raw = window->pointSightings()[s];
+      const WindowPoint &now = compensated->pointObservations()[s],
+                        &raw = window->pointObservations()[s];
       const Eigen::Vector3d expected =
           R_w_c(window->times()[now.keyframe]).transpose() * directions[track.id];
       // Samples between two instants are taken as linear: exact here, to rounding.
@@ -82,7 +82,7 @@ TEST(RowCompensation, TurnsBearingsToTheKeyframe) {
     }
   }
   EXPECT_GT(largest_before, 0.01) << "there was something to take off";
-  for (const LineSighting& line : compensated->lineSightings()) {
+  for (const WindowLine& line : compensated->lineObservations()) {
     const Eigen::Matrix3d R = R_w_c(window->times()[line.keyframe]).transpose();
     EXPECT_LT((line.start_bearing - R * directions[0]).norm(), 1e-9);
     EXPECT_LT((line.end_bearing - R * directions[8]).norm(), 1e-9);
@@ -90,8 +90,9 @@ TEST(RowCompensation, TurnsBearingsToTheKeyframe) {
   }
   // At another bias it is off by the bias over the row time.
   const auto biased = withRowsCompensated(*window, Eigen::Vector3d::Zero());
-  EXPECT_GT((biased->pointSightings()[0].bearing - compensated->pointSightings()[0].bearing).norm(),
-            1e-4);
+  EXPECT_GT(
+      (biased->pointObservations()[0].bearing - compensated->pointObservations()[0].bearing).norm(),
+      1e-4);
 }
 
 }  // namespace

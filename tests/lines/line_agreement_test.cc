@@ -78,17 +78,17 @@ TEST(LineAgreement, TrueLinesAreKeptWholeWithNoiseAndAtAnyScale) {
         state.p_b0.col(k) = scale * (state.p_b0.col(k) + lever) - lever;
       }
       const AgreeingLines lines = agreeingLineTracks(*exact.window, state, kMaxError, kMinViews);
-      int tracks = 0, sightings = 0;
+      int tracks = 0, observations = 0;
       for (const Track& track : exact.window->lineTracks()) {
         if (track.size() < kMinViews) continue;
         ++tracks;
-        sightings += track.size();
+        observations += track.size();
       }
       ASSERT_GT(tracks, 15);
       // A short segment now and then departs by that much from noise alone.
       EXPECT_NEAR(static_cast<int>(lines.tracks.size()), tracks, 2);
-      EXPECT_EQ(lines.sightings + lines.dropped, sightings);
-      EXPECT_LE(lines.dropped, 0.04 * sightings);
+      EXPECT_EQ(lines.observations + lines.dropped, observations);
+      EXPECT_LE(lines.dropped, 0.04 * observations);
     }
   }
 }
@@ -103,8 +103,8 @@ TEST(LineAgreement, AConfusedLineIsCutWhereItJumps) {
   std::vector<std::pair<int, int>> pieces;
   for (const Track& track : lines.tracks) {
     if (track.id != line) continue;
-    pieces.push_back({exact.window->lineSightings()[track.begin].keyframe,
-                      exact.window->lineSightings()[track.end - 1].keyframe});
+    pieces.push_back({exact.window->lineObservations()[track.begin].keyframe,
+                      exact.window->lineObservations()[track.end - 1].keyframe});
   }
   ASSERT_EQ(pieces.size(), 2u);
   EXPECT_EQ(pieces[0], std::make_pair(0, 5));  // the longer one first
@@ -134,7 +134,7 @@ TEST(LineAgreement, AWindowWithoutLinesHasNone) {
   const AgreeingLines lines =
       agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews);
   EXPECT_TRUE(lines.tracks.empty());
-  EXPECT_EQ(lines.sightings, 0);
+  EXPECT_EQ(lines.observations, 0);
   EXPECT_EQ(lines.dropped, 0);
 }
 

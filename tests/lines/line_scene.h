@@ -24,11 +24,11 @@ inline double axisAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 }
 
 /// Segment centred on `middle` along `tangent`, both in c, `angle_rad` long.
-inline LineSighting segment(const Eigen::Vector3d& middle, const Eigen::Vector3d& tangent,
-                            double angle_rad) {
+inline WindowLine segment(const Eigen::Vector3d& middle, const Eigen::Vector3d& tangent,
+                          double angle_rad) {
   const Eigen::Vector3d m = middle.normalized();
   const Eigen::Vector3d t = (tangent - tangent.dot(m) * m).normalized();
-  LineSighting line;
+  WindowLine line;
   line.start_bearing = std::cos(0.5 * angle_rad) * m - std::sin(0.5 * angle_rad) * t;
   line.end_bearing = std::cos(0.5 * angle_rad) * m + std::sin(0.5 * angle_rad) * t;
   line.normal = line.start_bearing.cross(line.end_bearing).normalized();
@@ -37,9 +37,9 @@ inline LineSighting segment(const Eigen::Vector3d& middle, const Eigen::Vector3d
 }
 
 /// `line` with both end points moved across it by `sigma_rad` times a standard normal deviate.
-inline LineSighting perturbed(const LineSighting& line, double sigma_rad, std::mt19937& random) {
+inline WindowLine perturbed(const WindowLine& line, double sigma_rad, std::mt19937& random) {
   std::normal_distribution<double> normal;
-  LineSighting noisy = line;
+  WindowLine noisy = line;
   noisy.start_bearing =
       (line.start_bearing + sigma_rad * normal(random) * line.normal).normalized();
   noisy.end_bearing = (line.end_bearing + sigma_rad * normal(random) * line.normal).normalized();
@@ -47,9 +47,9 @@ inline LineSighting perturbed(const LineSighting& line, double sigma_rad, std::m
   return noisy;
 }
 
-inline std::vector<LineSighting> perturbed(std::vector<LineSighting> lines, double sigma_rad,
-                                           std::mt19937& random) {
-  for (LineSighting& line : lines) line = perturbed(line, sigma_rad, random);
+inline std::vector<WindowLine> perturbed(std::vector<WindowLine> lines, double sigma_rad,
+                                         std::mt19937& random) {
+  for (WindowLine& line : lines) line = perturbed(line, sigma_rad, random);
   return lines;
 }
 
@@ -62,10 +62,10 @@ inline Eigen::Vector3d imageRay(std::mt19937& random) {
 }
 
 /// `count` noise-free segments of 6 to 23 deg all over the image that point at `direction`.
-inline std::vector<LineSighting> linesToward(const Eigen::Vector3d& direction, int count,
-                                             std::mt19937& random) {
+inline std::vector<WindowLine> linesToward(const Eigen::Vector3d& direction, int count,
+                                           std::mt19937& random) {
   std::uniform_real_distribution<double> angle_rad(0.1, 0.4);
-  std::vector<LineSighting> lines;
+  std::vector<WindowLine> lines;
   while (static_cast<int>(lines.size()) < count) {
     const Eigen::Vector3d middle = imageRay(random);
     // A segment does not contain its own vanishing point.
@@ -76,27 +76,27 @@ inline std::vector<LineSighting> linesToward(const Eigen::Vector3d& direction, i
 }
 
 /// `count` segments of any direction that miss `direction` by more than `margin_rad`.
-inline std::vector<LineSighting> clutter(const Eigen::Vector3d& direction, double margin_rad,
-                                         int count, std::mt19937& random) {
+inline std::vector<WindowLine> clutter(const Eigen::Vector3d& direction, double margin_rad,
+                                       int count, std::mt19937& random) {
   std::uniform_real_distribution<double> angle_rad(0.1, 0.4);
   std::normal_distribution<double> normal;
-  std::vector<LineSighting> lines;
+  std::vector<WindowLine> lines;
   while (static_cast<int>(lines.size()) < count) {
     const Eigen::Vector3d middle = imageRay(random);
     const double x = normal(random);
     const double y = normal(random);
-    const LineSighting line = segment(middle, Eigen::Vector3d(x, y, 0.0), angle_rad(random));
+    const WindowLine line = segment(middle, Eigen::Vector3d(x, y, 0.0), angle_rad(random));
     if (std::abs(line.normal.dot(direction)) > std::sin(margin_rad)) lines.push_back(line);
   }
   return lines;
 }
 
 /// A frame whose lines have ids first_id, first_id + 1, ...
-inline FrameObservation frameOf(double t, const std::vector<LineSighting>& lines,
+inline FrameObservation frameOf(double t, const std::vector<WindowLine>& lines,
                                 FeatureId first_id = 0) {
   FrameObservation frame;
   frame.t = t;
-  for (const LineSighting& line : lines) {
+  for (const WindowLine& line : lines) {
     LineObservation observation;
     observation.id = first_id++;
     observation.start_bearing = line.start_bearing;

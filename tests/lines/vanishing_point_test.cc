@@ -36,13 +36,13 @@ constexpr double kEquivarianceRad = 1e-9;  // the same lines rotated: other roun
 const Eigen::Vector3d kCorridor = Eigen::Vector3d(0.1, -0.05, 1.0).normalized();
 const Eigen::Vector3d kVertical = Eigen::Vector3d(0.05, 0.998, 0.06).normalized();
 
-std::vector<LineSighting> joined(std::vector<LineSighting> a, const std::vector<LineSighting>& b) {
+std::vector<WindowLine> joined(std::vector<WindowLine> a, const std::vector<WindowLine>& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
 }
 
 // What the header promises, spelled out in the slowest way: a full vote in double precision.
-Eigen::Vector3d referenceDirection(const std::vector<LineSighting>& lines,
+Eigen::Vector3d referenceDirection(const std::vector<WindowLine>& lines,
                                    const VanishingPointOptions& options) {
   const double sin_vote = std::sin(options.vote_threshold_deg * kRadPerDeg);
   const double sin_inlier = std::sin(options.inlier_threshold_deg * kRadPerDeg);
@@ -50,7 +50,7 @@ Eigen::Vector3d referenceDirection(const std::vector<LineSighting>& lines,
   double most_votes = -1.0;
   for (const Eigen::Vector3d& candidate : icosphereHemisphere(options.icosphere_subdivisions)) {
     double votes = 0.0;
-    for (const LineSighting& line : lines) {
+    for (const WindowLine& line : lines) {
       if (std::abs(line.normal.dot(candidate)) < sin_vote) votes += line.length_px;
     }
     if (votes > most_votes) {
@@ -61,7 +61,7 @@ Eigen::Vector3d referenceDirection(const std::vector<LineSighting>& lines,
   double threshold = sin_vote;
   for (int fit = 0; fit < 5; ++fit) {
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-    for (const LineSighting& line : lines) {
+    for (const WindowLine& line : lines) {
       if (std::abs(line.normal.dot(direction)) >= threshold) continue;
       scatter += line.length_px * line.normal * line.normal.transpose();
     }
@@ -159,9 +159,9 @@ TEST(VanishingPoint, OfTwoAxesTheHeavierOneWins) {
   // Lines of one axis that miss the other, so that the weights are known.
   const auto only = [&random](const Eigen::Vector3d& axis, const Eigen::Vector3d& other, int count,
                               double length_px) {
-    std::vector<LineSighting> lines;
+    std::vector<WindowLine> lines;
     while (static_cast<int>(lines.size()) < count) {
-      LineSighting line = test::linesToward(axis, 1, random).front();
+      WindowLine line = test::linesToward(axis, 1, random).front();
       if (std::abs(line.normal.dot(other)) < std::sin(6.0 * kRadPerDeg)) continue;
       line.length_px = length_px;
       lines.push_back(line);
@@ -190,7 +190,7 @@ TEST(VanishingPoint, NeedsMinInliers) {
   const auto lines = test::linesToward(kCorridor, options.min_inliers, random);
   EXPECT_TRUE(estimateVanishingPoint(lines, kSigmaLineRad, options).found);
 
-  const std::vector<LineSighting> too_few(lines.begin() + 1, lines.end());
+  const std::vector<WindowLine> too_few(lines.begin() + 1, lines.end());
   EXPECT_FALSE(estimateVanishingPoint(too_few, kSigmaLineRad, options).found);
   EXPECT_FALSE(estimateVanishingPoint({}, kSigmaLineRad, options).found);
 
@@ -214,7 +214,7 @@ TEST(VanishingPoint, LinesWithoutLengthTakeNoPart) {
   EXPECT_EQ(vp.inliers, (std::vector<int>{0, 2, 3, 4}));
   lines[2].length_px = -1.0;
   EXPECT_FALSE(estimateVanishingPoint(lines, kSigmaLineRad, fewLines()).found);
-  for (LineSighting& line : lines) line.length_px = 0.0;
+  for (WindowLine& line : lines) line.length_px = 0.0;
   EXPECT_FALSE(estimateVanishingPoint(lines, kSigmaLineRad, fewLines()).found);
 }
 
@@ -230,8 +230,8 @@ TEST(VanishingPoint, NonFiniteLengthsDoNotCrash) {
 
 // Image-vertical lines side by side: the plane of one differs from that of the next by their
 // distance in the image alone.
-std::vector<LineSighting> verticalLines(double half_spread_rad) {
-  std::vector<LineSighting> lines;
+std::vector<WindowLine> verticalLines(double half_spread_rad) {
+  std::vector<WindowLine> lines;
   for (int i = 0; i < 9; ++i) {
     const double azimuth = half_spread_rad * (i - 4) / 4.0;
     lines.push_back(segment(Eigen::Vector3d(std::sin(azimuth), 0.02 * (i % 3), std::cos(azimuth)),
@@ -268,7 +268,7 @@ TEST(VanishingPoint, BundleOfParallelImageLinesIsRefused) {
 }
 
 TEST(VanishingPoint, CoincidentPlanesAreRefusedWithoutNoise) {
-  std::vector<LineSighting> lines;
+  std::vector<WindowLine> lines;
   for (int i = 0; i < 8; ++i) {
     lines.push_back(segment(Eigen::Vector3d(0.1 * i - 0.35, 0.0, 1.0), Eigen::Vector3d::UnitX(),
                             0.1 + 0.02 * i));
@@ -365,7 +365,7 @@ TEST(VanishingPoint, OrderOfLinesDoesNotMatter) {
     auto lines = test::perturbed(joined(test::linesToward(kCorridor, 10, random), vertical),
                                  kSigmaLineRad, random);
     // Equal weights: two axes of ten lines each are a tie as often as not.
-    for (LineSighting& line : lines) line.length_px = 100.0;
+    for (WindowLine& line : lines) line.length_px = 100.0;
     const VanishingPoint vp = estimateVanishingPoint(lines, kSigmaLineRad, fewLines());
     ASSERT_TRUE(vp.found);
 
@@ -373,7 +373,7 @@ TEST(VanishingPoint, OrderOfLinesDoesNotMatter) {
     std::iota(order.begin(), order.end(), 0);
     for (int shuffle = 0; shuffle < 10; ++shuffle) {
       std::shuffle(order.begin(), order.end(), random);
-      std::vector<LineSighting> shuffled;
+      std::vector<WindowLine> shuffled;
       for (const int l : order) shuffled.push_back(lines[l]);
       const VanishingPoint other = estimateVanishingPoint(shuffled, kSigmaLineRad, fewLines());
       ASSERT_TRUE(other.found);
@@ -403,7 +403,7 @@ TEST(VanishingPoint, TurnsWithTheCamera) {
     const double z = normal(random);
     const Eigen::Matrix3d R = Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
     auto turned = lines;
-    for (LineSighting& line : turned) {
+    for (WindowLine& line : turned) {
       line.start_bearing = R * line.start_bearing;
       line.end_bearing = R * line.end_bearing;
       line.normal = R * line.normal;
@@ -419,7 +419,7 @@ TEST(VanishingPoint, TurnsWithTheCamera) {
 struct MonteCarloScene {
   const char* name;
   Eigen::Vector3d truth;
-  std::vector<LineSighting> lines;
+  std::vector<WindowLine> lines;
 };
 
 // Predicted against sample covariance, along both of its axes, and their rms normalised error.

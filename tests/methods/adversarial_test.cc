@@ -203,7 +203,7 @@ constexpr double kWrong = 0.25;
 
 struct Tally {
   int accepted = 0, wrong = 0, wrong_if_trusted = 0;
-  int of_standing_tracks = 0;  ///< answers with that warning
+  int of_static_tracks = 0;  ///< answers with that warning
 };
 
 Tally askAll(unsigned seeds, const std::function<Scene(std::mt19937*)>& make) {
@@ -216,7 +216,7 @@ Tally askAll(unsigned seeds, const std::function<Scene(std::mt19937*)>& make) {
     tally.accepted += answer.accepted ? 1 : 0;
     const bool wrong = answer.accepted && !(answer.scale_error <= kWrong);
     tally.wrong += wrong ? 1 : 0;
-    tally.of_standing_tracks += std::count_if(
+    tally.of_static_tracks += std::count_if(
         answer.warnings.begin(), answer.warnings.end(), [](const std::string& warning) {
           return warning.find("point tracks are static in the image") != std::string::npos;
         });
@@ -242,7 +242,7 @@ TEST(Adversarial, AHandHeldCameraIsAccepted) {
     return scene;
   });
   EXPECT_EQ(tally.accepted, 4);
-  EXPECT_EQ(tally.of_standing_tracks, 0);
+  EXPECT_EQ(tally.of_static_tracks, 0);
 }
 
 TEST(Adversarial, APartOfTheVehicleInView) {
@@ -253,7 +253,7 @@ TEST(Adversarial, APartOfTheVehicleInView) {
     return scene;
   });
   EXPECT_EQ(tally.accepted, 6);
-  EXPECT_EQ(tally.of_standing_tracks, 6);
+  EXPECT_EQ(tally.of_static_tracks, 6);
 }
 
 TEST(Adversarial, NearConstantVelocityWithFewPoints) {

@@ -95,11 +95,11 @@ TEST(BelievedLines, TheStartWithMoreAgreementDecides) {
   Search search(noisyWindow());
   WindowState wrong = search.truth;
   for (int k = 1; k < wrong.size(); ++k) wrong.p_b0.col(k) += Eigen::Vector3d(0.3 * k, -0.2, 0.5);
-  const auto sightings = [&](const std::vector<WindowState>& starts) {
-    return believedLines(*search.exact.window, starts, search.options).sightings;
+  const auto observations = [&](const std::vector<WindowState>& starts) {
+    return believedLines(*search.exact.window, starts, search.options).observations;
   };
-  EXPECT_GT(sightings({search.truth}), sightings({wrong}));
-  EXPECT_EQ(sightings({wrong, search.truth}), sightings({search.truth}));
+  EXPECT_GT(observations({search.truth}), observations({wrong}));
+  EXPECT_EQ(observations({wrong, search.truth}), observations({search.truth}));
 }
 
 TEST(SearchMinimum, FromTheTruthItStaysThere) {

@@ -35,7 +35,7 @@ InertialOptions dataSheetNoise() {
 }
 
 // Data that are a draw from what the estimator assumes, images at 20 Hz.
-ExactWindowOptions youngOptions(unsigned seed, int keyframes) {
+ExactWindowOptions shortWindowOptions(unsigned seed, int keyframes) {
   ExactWindowOptions options = drawnFromTheModel(seed, 0.1);
   options.keyframes = keyframes;
   options.interval_s = 0.05;
@@ -103,10 +103,10 @@ struct Refined {
   }
 };
 
-Refined refineYoung(unsigned seed, const MotionPrior& motion) {
+Refined refineShortWindow(unsigned seed, const MotionPrior& motion) {
   Refined out;
   out.motion = motion;
-  out.exact = makeExactWindow(youngOptions(seed, 9));
+  out.exact = makeExactWindow(shortWindowOptions(seed, 9));
   const WindowState state = trueState(out.exact);
   const InertialOptions inertial = dataSheetNoise();
   out.pre = preintegrateInflated(*out.exact.window, state.gyro_bias, state.accel_bias, inertial);
@@ -132,7 +132,7 @@ TEST(Provisional, RefinementAndProfileHaveTheSamePrior) {
   tight.speed_sigma = 0.05;
   tight.acceleration_sigma = 0.5;
   for (const unsigned seed : {1u, 2u, 3u}) {
-    const Refined refined = refineYoung(seed, tight);
+    const Refined refined = refineShortWindow(seed, tight);
     const ScaleProfile profile = profileScale(refined.cost());
     ASSERT_TRUE(profile.valid);
     EXPECT_NEAR(profile.log_ratio, 0.0, 0.05) << "seed " << seed;
@@ -145,7 +145,7 @@ TEST(Provisional, RefinementAndProfileHaveTheSamePrior) {
 
 TEST(Provisional, MomentsAreThoseOfTheDensity) {
   for (const unsigned seed : {1u, 2u, 3u}) {
-    const Refined refined = refineYoung(seed, MotionPrior());
+    const Refined refined = refineShortWindow(seed, MotionPrior());
     const ScaleCost cost = refined.cost();
     const ScaleMoments moments = integrateScale(cost);
     ASSERT_TRUE(moments.valid);
@@ -166,7 +166,7 @@ TEST(Provisional, MomentsAreThoseOfTheDensity) {
 }
 
 TEST(Provisional, WithoutNoiseTheStateIsRight) {
-  ExactWindowOptions options = youngOptions(1, 7);
+  ExactWindowOptions options = shortWindowOptions(1, 7);
   options.pixel_noise = 0.0;
   options.imu_noise = false;
   options.accel_bias.setZero();
@@ -191,7 +191,7 @@ TEST(Provisional, CovarianceIsThatOfTheErrors) {
     double velocity = 0.0, tilt = 0.0;
     int count = 0;
     for (unsigned seed = 1; seed <= 40; ++seed) {
-      const ExactWindow exact = makeExactWindow(youngOptions(seed, keyframes));
+      const ExactWindow exact = makeExactWindow(shortWindowOptions(seed, keyframes));
       const InitResult answer = solve(exact, solverOptions());
       if (!answer.provisional()) continue;
       const NewestError error = newestError(answer, exact);
@@ -209,7 +209,7 @@ TEST(Provisional, CovarianceIsThatOfTheErrors) {
 }
 
 TEST(Provisional, EveryGateRefusesOnItsOwn) {
-  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  const ExactWindow exact = makeExactWindow(shortWindowOptions(2, 11));
   const InitResult answer = solve(exact, solverOptions());
   ASSERT_TRUE(answer.provisional()) << answer.message;
   EXPECT_FALSE(answer.success());
@@ -247,7 +247,7 @@ TEST(Provisional, EveryGateRefusesOnItsOwn) {
 TEST(Provisional, ConstantVelocityAndPureRotationAreNotOffered) {
   for (const Motion motion : {Motion::kConstantVelocity, Motion::kPureRotation}) {
     for (unsigned seed = 1; seed <= 10; ++seed) {
-      ExactWindowOptions options = youngOptions(seed, 7);
+      ExactWindowOptions options = shortWindowOptions(seed, 7);
       options.motion = motion;
       const InitResult answer = solve(makeExactWindow(options), solverOptions());
       EXPECT_FALSE(answer.provisional()) << "seed " << seed << ": " << answer.message;
@@ -256,13 +256,13 @@ TEST(Provisional, ConstantVelocityAndPureRotationAreNotOffered) {
 }
 
 TEST(Provisional, SaysWhyThereIsNone) {
-  ExactWindowOptions options = youngOptions(1, 7);
+  ExactWindowOptions options = shortWindowOptions(1, 7);
   options.points = 3;
   const InitResult answer = solve(makeExactWindow(options), solverOptions());
   EXPECT_EQ(answer.status, InitStatus::kTooFewTracks) << answer.message;
   WorkBudget budget = unlimitedBudget();
   const InitResult none =
-      PlainMethod().solveProvisional(*makeExactWindow(youngOptions(1, 7)).window, &budget);
+      PlainMethod().solveProvisional(*makeExactWindow(shortWindowOptions(1, 7)).window, &budget);
   EXPECT_EQ(none.status, InitStatus::kTooFewKeyframes);
   EXPECT_EQ(none.message, "other has no provisional estimates");
 }
@@ -275,7 +275,7 @@ void feed(IInitializer& initializer, const ExactWindow& exact, std::size_t frame
 }
 
 TEST(Provisional, AHostThatAsksForItGetsItFirst) {
-  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  const ExactWindow exact = makeExactWindow(shortWindowOptions(2, 11));
   for (const bool enabled : {false, true}) {
     InitializerOptions options = solverOptions();
     options.provisional.enabled = enabled;
@@ -317,7 +317,7 @@ class CountedSlim : public WindowSolver {
 // The window that the second look needs was asked for some images before. Who asks once gets the
 // same answer.
 TEST(Provisional, AHostThatAsksAtEveryImageSolvesNoWindowTwice) {
-  ExactWindow exact = makeExactWindow(youngOptions(2, 14));
+  ExactWindow exact = makeExactWindow(shortWindowOptions(2, 14));
   exact.keyframes.back().lines.clear();  // come later
   std::multiset<std::vector<double>> asked;
   const auto make = [&] {
@@ -367,7 +367,7 @@ TEST(Provisional, AHostThatAsksAtEveryImageSolvesNoWindowTwice) {
 }
 
 TEST(Provisional, EarlierAnswersHaveToAgree) {
-  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  const ExactWindow exact = makeExactWindow(shortWindowOptions(2, 11));
   const InitResult now = solve(exact, solverOptions());
   ASSERT_TRUE(now.provisional()) << now.message;
   // Cut at the seventh keyframe: itself.
@@ -400,7 +400,7 @@ TEST(Provisional, EarlierAnswersHaveToAgree) {
 }
 
 TEST(Provisional, RecoverJoinsItAndBadOptionsAreNamed) {
-  const ExactWindow exact = makeExactWindow(youngOptions(2, 11));
+  const ExactWindow exact = makeExactWindow(shortWindowOptions(2, 11));
   InitializerOptions options = solverOptions();
   std::string error;
   const auto initializer = makeInitializer(exact.calibration, options, &error);

@@ -19,7 +19,7 @@
 
 #include "estimation/state_factor.h"
 #include "geometry/so3.h"
-#include "imu/carry_prior.h"
+#include "imu/propagate_prior.h"
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/drawn_vector.h"
@@ -140,7 +140,7 @@ bool dropped(const InitResult& result, const char* part) {
 
 // ---- carried by the IMU
 
-TEST(CarryPrior, ErrorsAreCarriedAsTheStateIs) {
+TEST(PropagatePrior, ErrorsAreCarriedAsTheStateIs) {
   const ExactWindow exact = makeExactWindow(withoutNoise(windowOptions(1, Motion::kExcited, 10)));
   StatePrior prior = priorOf(exact.truth.front(), 0);
   ImuNoise none;
@@ -149,7 +149,7 @@ TEST(CarryPrior, ErrorsAreCarriedAsTheStateIs) {
   const auto carry = [&](const NavState& state) {
     StatePrior one;
     one.state = state;
-    return carryPrior(one, t, exact.imu, exact.calibration.gravity_magnitude, none).state;
+    return propagatePrior(one, t, exact.imu, exact.calibration.gravity_magnitude, none).state;
   };
   const NavState carried = carry(prior.state);
   EXPECT_LT((carried.p_w_b - exact.truth.back().p_w_b).norm(), 1e-6);
@@ -166,14 +166,14 @@ TEST(CarryPrior, ErrorsAreCarriedAsTheStateIs) {
       },
       15, 1e-6);
   const StatePrior with =
-      carryPrior(prior, t, exact.imu, exact.calibration.gravity_magnitude, none);
+      propagatePrior(prior, t, exact.imu, exact.calibration.gravity_magnitude, none);
   EXPECT_TRUE(jacobiansAgree(with.covariance, F * prior.covariance * F.transpose(), 1e-6));
   // The noise of the IMU comes on top.
-  const StatePrior noisy = carryPrior(prior, t, exact.imu, exact.calibration.gravity_magnitude,
-                                      exact.calibration.imu_noise);
+  const StatePrior noisy = propagatePrior(prior, t, exact.imu, exact.calibration.gravity_magnitude,
+                                          exact.calibration.imu_noise);
   EXPECT_GT(noisy.covariance(6, 6), 1.001 * with.covariance(6, 6));
   // Not back.
-  EXPECT_EQ(carryPrior(with, t - 1.0, exact.imu, 9.81, none).state.t, t);
+  EXPECT_EQ(propagatePrior(with, t - 1.0, exact.imu, 9.81, none).state.t, t);
 }
 
 // ---- the test of the known state
@@ -402,8 +402,8 @@ TEST(Recovery, WithoutAnEstimateOfItsOwnTheWindowBeginsAtTheState) {
   EXPECT_NE(answer.message.find("known state"), std::string::npos) << answer.message;
   // Between two frames: carried to the next one.
   StatePrior between = prior;
-  between.state = carryPrior(prior, exact.truth[4].t + 0.05, exact.imu,
-                             exact.calibration.gravity_magnitude, exact.calibration.imu_noise)
+  between.state = propagatePrior(prior, exact.truth[4].t + 0.05, exact.imu,
+                                 exact.calibration.gravity_magnitude, exact.calibration.imu_noise)
                       .state;
   const InitResult later = initializer->recover({between});
   ASSERT_TRUE(later.success()) << later.message;

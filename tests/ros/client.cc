@@ -222,8 +222,8 @@ TEST_F(Init, IsWhatTheProgramComputesForThatWindow) {
   // The features went through messages of 32-bit floats.
   EXPECT_NEAR(scaleOf(result, *bag_), scale, 1e-3);
   EXPECT_NEAR(result.scale_sigma, std::atof(cellOf(windows, start, "scale_sigma").c_str()), 1e-4);
-  EXPECT_EQ(std::to_string(result.verdict.point_tracks), cellOf(windows, start, "point_tracks"));
-  EXPECT_EQ(std::to_string(result.verdict.line_tracks), cellOf(windows, start, "line_tracks"));
+  EXPECT_EQ(std::to_string(result.status.point_tracks), cellOf(windows, start, "point_tracks"));
+  EXPECT_EQ(std::to_string(result.status.line_tracks), cellOf(windows, start, "line_tracks"));
 }
 
 TEST_F(Init, EveryAttemptHasAStatusAndTheSeedAgrees) {
@@ -237,9 +237,9 @@ TEST_F(Init, EveryAttemptHasAStatusAndTheSeedAgrees) {
     EXPECT_EQ(status.status_name, toString(static_cast<slim_init::InitStatus>(status.status)));
   }
   EXPECT_EQ(listener_->statuses.back().status, InitStatusMessage::SUCCESS);
-  EXPECT_EQ(result.verdict.attempt, listener_->statuses.back().attempt);
-  EXPECT_FALSE(result.verdict.gates.empty());
-  EXPECT_FALSE(result.verdict.stages.empty());
+  EXPECT_EQ(result.status.attempt, listener_->statuses.back().attempt);
+  EXPECT_FALSE(result.status.gates.empty());
+  EXPECT_FALSE(result.status.stages.empty());
 
   ASSERT_EQ(listener_->seeds.size(), 1u);
   EXPECT_EQ(listener_->seeds[0].header.stamp, result.stamps.back());

@@ -104,7 +104,7 @@ TEST(Conversions, ResultHasStampsOfImagesAndTheStates) {
   EXPECT_EQ(message.velocities[1].z, 0.1);
   ASSERT_EQ(message.covariance.size(), 24u * 24u);
   EXPECT_EQ(message.covariance[24 * 9 + 12], 5e-5);
-  EXPECT_EQ(message.verdict.attempt, 5u);
+  EXPECT_EQ(message.status.attempt, 5u);
 }
 
 // Against differences of what the message holds: pose (position; rotation about the world's axes)

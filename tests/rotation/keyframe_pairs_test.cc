@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "geometry/so3.h"
 #include "rotation/constants.h"
 #include "rotation/multi_gap_bias.h"
@@ -24,18 +24,19 @@ TEST(KeyframePairs, AllGapsWithTheirCommonPoints) {
   EXPECT_EQ(KeyframePairs(*exact.window, 4, 6).size(), 9u + 8u + 6u);
   EXPECT_EQ(pairs.pointPairs(), 25);
   EXPECT_EQ(KeyframePairs(*exact.window, 8, 1000).pointPairs(), 0);
-  const std::vector<PointSighting>& s = exact.window->pointSightings();
+  const std::vector<WindowPoint>& s = exact.window->pointObservations();
   int last_gap = 1;
   for (const KeyframePair& pair : pairs) {
     EXPECT_GE(pair.gap(), last_gap);
     last_gap = pair.gap();
     for (int k = 0; k < pair.points.count(); ++k) {
-      EXPECT_EQ(s[pair.sighting_i[k]].keyframe, pair.i);
-      EXPECT_EQ(s[pair.sighting_j[k]].keyframe, pair.j);
-      EXPECT_EQ(pair.points.bearingsI().row(k).transpose().matrix(), s[pair.sighting_i[k]].bearing);
+      EXPECT_EQ(s[pair.observation_i[k]].keyframe, pair.i);
+      EXPECT_EQ(s[pair.observation_j[k]].keyframe, pair.j);
+      EXPECT_EQ(pair.points.bearingsI().row(k).transpose().matrix(),
+                s[pair.observation_i[k]].bearing);
       const Track& track = exact.window->pointTracks()[pair.track[k]];
-      EXPECT_LE(track.begin, pair.sighting_i[k]);
-      EXPECT_LT(pair.sighting_j[k], track.end);
+      EXPECT_LE(track.begin, pair.observation_i[k]);
+      EXPECT_LT(pair.observation_j[k], track.end);
     }
   }
 }
@@ -151,18 +152,18 @@ TEST(MasksOf, LeaveOutDroppedSightingsAndLinksAcrossACut) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
   const InitWindow& window = *exact.window;
   const KeyframePairs pairs(window, 8, 6);
-  std::vector<char> keep(window.pointSightings().size(), kKeepSighting);
+  std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
   for (const Eigen::ArrayXd& mask : masksOf(window, pairs, keep)) EXPECT_TRUE((mask == 1.0).all());
   int track = 0;
   while (window.pointTracks()[track].size() < 6) ++track;
   const int begin = window.pointTracks()[track].begin;
-  keep[begin + 1] = kDropSighting;
+  keep[begin + 1] = kDropObservation;
   keep[begin + 3] = kStartTrack;
   const PointMasks masks = masksOf(window, pairs, keep);
   int left_out = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     for (int k = 0; k < pairs[p].points.count(); ++k) {
-      const int a = pairs[p].sighting_i[k], b = pairs[p].sighting_j[k];
+      const int a = pairs[p].observation_i[k], b = pairs[p].observation_j[k];
       const bool dropped = a == begin + 1 || b == begin + 1;
       const bool across = pairs[p].track[k] == track && a < begin + 3 && b >= begin + 3;
       EXPECT_EQ(masks[p][k], dropped || across ? 0.0 : 1.0);

@@ -48,7 +48,7 @@ void shift(double dx_px, double dy_px, double focal_px, PointObservation* point)
 
 struct Corrupted {
   std::shared_ptr<const InitWindow> window;
-  std::set<std::pair<FeatureId, int>> moved;  // id and keyframe of the sightings that were moved
+  std::set<std::pair<FeatureId, int>> moved;  // id and keyframe of the observations that were moved
 };
 
 std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
@@ -59,7 +59,7 @@ std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
   return window;
 }
 
-// Moves every sighting with probability `rate`, by 20 px per axis (standard deviation).
+// Moves every observation with probability `rate`, by 20 px per axis (standard deviation).
 Corrupted withRandomOutliers(const ExactWindow& exact, double rate, unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -174,8 +174,8 @@ TEST(RobustBias, ThirtyPercentRandomOutliers) {
     errors.push_back(relativeError(estimate, options.gyro_bias));
     for (const Track& track : corrupted.window->pointTracks()) {
       for (int a = track.begin; a < track.end; ++a) {
-        const int keyframe = corrupted.window->pointSightings()[a].keyframe;
-        const bool kept = estimate.pruning.keep[a] != kDropSighting;
+        const int keyframe = corrupted.window->pointObservations()[a].keyframe;
+        const bool kept = estimate.pruning.keep[a] != kDropObservation;
         if (corrupted.moved.count({track.id, keyframe}) > 0) {
           ++moved;
           moved_kept += kept ? 1 : 0;

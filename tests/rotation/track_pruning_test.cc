@@ -37,12 +37,12 @@ std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
 
 TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
   const ExactWindow exact = noisyWindow();
-  // A track of at least six sightings, bent in the middle, in both axes.
+  // A track of at least six observations, bent in the middle, in both axes.
   const InitWindow& clean = *exact.window;
   const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
                                   [](const Track& t) { return t.size() >= 6; });
   ASSERT_NE(track, clean.pointTracks().end());
-  const int keyframe = clean.pointSightings()[track->begin + 3].keyframe;
+  const int keyframe = clean.pointObservations()[track->begin + 3].keyframe;
   std::vector<FrameObservation> frames = exact.keyframes;
   for (PointObservation& point : frames[keyframe].points) {
     if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
@@ -53,8 +53,8 @@ TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   for (int a = bent->begin; a < bent->end; ++a) {
-    const bool bad = window->pointSightings()[a].keyframe == keyframe;
-    EXPECT_EQ(pruning.keep[a], bad ? kDropSighting : kKeepSighting) << a - bent->begin;
+    const bool bad = window->pointObservations()[a].keyframe == keyframe;
+    EXPECT_EQ(pruning.keep[a], bad ? kDropObservation : kKeepObservation) << a - bent->begin;
   }
 }
 
@@ -64,7 +64,7 @@ TEST(TrackPruning, JumpForGoodCutsTheTrack) {
   const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
                                   [](const Track& t) { return t.size() >= 8; });
   ASSERT_NE(track, clean.pointTracks().end());
-  const int keyframe = clean.pointSightings()[track->begin + 4].keyframe;
+  const int keyframe = clean.pointObservations()[track->begin + 4].keyframe;
   std::vector<FrameObservation> frames = exact.keyframes;
   for (std::size_t k = keyframe; k < frames.size(); ++k) {
     for (PointObservation& point : frames[k].points) {
@@ -77,7 +77,7 @@ TEST(TrackPruning, JumpForGoodCutsTheTrack) {
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   EXPECT_EQ(pruning.keep[bent->begin + 4], kStartTrack);
-  const auto pruned = withSightings(*window, pruning.keep);
+  const auto pruned = withObservations(*window, pruning.keep);
   ASSERT_NE(pruned, nullptr);
   int pieces = 0;
   for (const Track& t : pruned->pointTracks()) pieces += t.id == track->id ? 1 : 0;

@@ -421,7 +421,7 @@ TEST(Measures, ParallaxIgnoresRotationAndSeesTranslation) {
 }
 
 TEST(Measures, ParallaxSeesMotionThatReturnsToItsStart) {
-  // Out and back: first and last sighting agree, the ones between do not.
+  // Out and back: first and last observation agree, the ones between do not.
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
   std::vector<FrameObservation> frames = exact.keyframes;
   for (int k = 0; k < 5; ++k) {

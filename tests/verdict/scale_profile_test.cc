@@ -229,8 +229,8 @@ double costWithScaleHeld(const Minimum& at, double log_ratio) {
     std::vector<PointView> views;
     for (int s = track.begin; s < track.end; ++s) {
       PointView view;
-      view.keyframe = window.pointSightings()[s].keyframe;
-      view.bearing_b = calibration.R_b_c * window.pointSightings()[s].bearing;
+      view.keyframe = window.pointObservations()[s].keyframe;
+      view.bearing_b = calibration.R_b_c * window.pointObservations()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
       views.push_back(view);
     }

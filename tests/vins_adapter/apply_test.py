@@ -374,7 +374,7 @@ class ApplyTest(unittest.TestCase):
         self.assertEqual(self.diagnosed(path, "--host", described)[0], 0)
         self.assertIn("my_fork: 19 insertions in 5 files", self.succeeds(path, "--host", described))
         source = read(os.path.join(path, "my_estimator", "src", "estimator.cpp"))
-        self.assertIn(b"joinStock(*this);\n// <<< slim_init\n            if(result == true)",
+        self.assertIn(b"continueFrameOfStock(*this);\n// <<< slim_init\n            if(result == true)",
                       source)
         self.succeeds(path, "--host", described, "--revert")
         self.assertEqual(self.tree(path), pristine)

@@ -115,9 +115,9 @@ class BackgroundSolve : public ::testing::Test {
     for (int k = last - kHostFrames + 1; k <= last; ++k) states.push_back(stateOf(k));
     return states;
   }
-  HostAnswer timed(const std::function<HostAnswer()>& call) {
+  HostResult timed(const std::function<HostResult()>& call) {
     const auto begin = Clock::now();
-    HostAnswer answer = call();
+    HostResult answer = call();
     waits_.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
     return answer;
   }
@@ -139,13 +139,13 @@ class BackgroundSolve : public ::testing::Test {
 TEST_F(BackgroundSolve, ALaterFrameGetsTheStart) {
   feed(0, 19);
   int pending = 0;
-  HostAnswer answer;
+  HostResult answer;
   int k = 20;
   for (auto next = Clock::now(); k < 40; ++k) {
     feed(k, k);
     answer = timed([&] { return adapter_->seed(stamps(k)); });
     if (!answer.pending) break;
-    EXPECT_EQ(answer.verdict.status, InitStatus::kTimeLimit);
+    EXPECT_EQ(answer.result.status, InitStatus::kTimeLimit);
     EXPECT_EQ(answer.message, "the solve has not finished");
     ++pending;
     std::this_thread::sleep_until(next += kFrameTime);
@@ -167,10 +167,10 @@ TEST_F(BackgroundSolve, ARecoveryIsBridgedUntilItIsSolved) {
   feed(0, 30);
   std::vector<HostState> healthy;
   for (int k = 15; k <= 26; ++k) healthy.push_back(stateOf(k));
-  HostAnswer answer = timed([&] { return adapter_->recover(stamps(30), healthy); });
+  HostResult answer = timed([&] { return adapter_->recover(stamps(30), healthy); });
   ASSERT_TRUE(answer.pending) << answer.message;
   // Four frames on by the IMU.
-  const HostAnswer bridge = adapter_->bridge(stamps(30), healthy);
+  const HostResult bridge = adapter_->bridge(stamps(30), healthy);
   ASSERT_TRUE(bridge.success()) << bridge.message;
   for (int i = 0; i < kHostFrames; ++i) {
     EXPECT_LT((bridge.window.states[i].P - exact_.truth[20 + i].p_w_b).norm(), 0.01) << i;
@@ -183,15 +183,15 @@ TEST_F(BackgroundSolve, ARecoveryIsBridgedUntilItIsSolved) {
   ASSERT_FALSE(answer.pending);
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_LT((answer.window.states.back().P - exact_.truth[31].p_w_b).norm(), 0.05);
-  EXPECT_TRUE(answer.join.ok);
-  EXPECT_LT(answer.join.position_sigma, 0.5);
+  EXPECT_TRUE(answer.frame.ok);
+  EXPECT_LT(answer.frame.position_sigma, 0.5);
   EXPECT_LT(*std::max_element(waits_.begin(), waits_.end()), 240.0);
 }
 
 TEST_F(BackgroundSolve, WhatCannotBeBridgedIsDeclined) {
   feed(0, 30);
   EXPECT_FALSE(adapter_->bridge(stamps(30), {}).success());
-  const HostAnswer late = adapter_->bridge(stamps(30), {stateOf(25)});
+  const HostResult late = adapter_->bridge(stamps(30), {stateOf(25)});
   EXPECT_FALSE(late.success());
   EXPECT_EQ(late.message, "a frame of the host's window is older than its healthy states");
   HostState old = stateOf(0);
@@ -206,7 +206,7 @@ TEST_F(BackgroundSolve, TheWatchdogDoesNotWait) {
   const auto begin = Clock::now();
   HostHealth health = adapter_->watch(window(30), rig.R_b_c, rig.t_b_c);
   EXPECT_LT(std::chrono::duration<double>(Clock::now() - begin).count(), 0.2);
-  EXPECT_TRUE(health.sane);
+  EXPECT_TRUE(health.healthy);
   EXPECT_TRUE(std::isnan(health.confirmed_stamp));
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   feed(31, 31);
@@ -220,7 +220,7 @@ TEST_F(BackgroundSolve, AResetForgetsTheSolveThatRuns) {
   adapter_->reset();
   next_ = 0;
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
-  const HostAnswer answer = adapter_->seed(stamps(30));
+  const HostResult answer = adapter_->seed(stamps(30));
   EXPECT_FALSE(answer.success());
 }
 
@@ -236,7 +236,7 @@ TEST_F(BackgroundSolve, ANegativeWaitIsSynchronous) {
   make(-1.0);
   milliseconds_ = 100;
   feed(0, 30);
-  const HostAnswer answer = adapter_->seed(stamps(30));
+  const HostResult answer = adapter_->seed(stamps(30));
   EXPECT_FALSE(answer.pending);
   EXPECT_TRUE(answer.success()) << answer.message;
   EXPECT_GE(answer.total_ms, 100.0);

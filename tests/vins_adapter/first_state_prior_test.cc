@@ -114,7 +114,7 @@ TEST(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
 
 // A state that the host has had: once, and with the covariance of a state in flight.
 TEST(FirstStatePrior, OfAHealthyState) {
-  CarriedState healthy;
+  PropagatedState healthy;
   healthy.state = answer().states.front();
   healthy.covariance = healthyCovariance();
   const HostState host = inHost(healthy.state);

@@ -22,7 +22,7 @@ HostHealth suspicious() {
 }
 HostHealth failed() {
   HostHealth health = suspicious();
-  health.sane = false;
+  health.healthy = false;
   return health;
 }
 

@@ -189,7 +189,7 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
   EXPECT_EQ(adapter_->method(), "oracle");
   EXPECT_EQ(adapter_->maxWindowSpan(), 0.7);
   for (int k = 0; k <= 6; ++k) feed(k);
-  HostAnswer answer = adapter_->seed(stamps(6));
+  HostResult answer = adapter_->seed(stamps(6));
   EXPECT_FALSE(answer.success());
   EXPECT_EQ(answer.message, "the oracle needs eight frames");
 
@@ -201,13 +201,13 @@ TEST_F(ForeignInitializer, SeedsAndRecoversAHost) {
   EXPECT_NEAR(hostYaw(answer.window.states[0].R), 0.0, 1e-12);
   EXPECT_NEAR((answer.window.states[10].P - answer.window.states[2].P).norm(),
               (exact_.truth[20].p_w_b - exact_.truth[12].p_w_b).norm(), 1e-3);
-  EXPECT_FALSE(answer.joined);
+  EXPECT_FALSE(answer.continued);
 
   // The host flies in the true frame and fails.
   for (int k = 21; k <= 30; ++k) feed(k);
-  const HostAnswer again = adapter_->recover(stamps(30), {toHostState(exact_.truth[24], 0.0)});
+  const HostResult again = adapter_->recover(stamps(30), {toHostState(exact_.truth[24], 0.0)});
   ASSERT_TRUE(again.success()) << again.message;
-  EXPECT_TRUE(again.joined);
+  EXPECT_TRUE(again.continued);
   for (int i = 0; i < kHostFrames; ++i) {
     EXPECT_LT((again.window.states[i].P - exact_.truth[20 + i].p_w_b).norm(), 2e-3) << i;
     EXPECT_LT((again.window.states[i].V - exact_.truth[20 + i].v_w_b).norm(), 2e-3) << i;
@@ -285,7 +285,7 @@ TEST_F(ForeignInitializer, AJumpOfABiasIsJudgedByAnAnswer) {
   for (HostState& state : window) state.Ba.x() += 0.6;
   const HostHealth jumped = adapter_->watch(window, rig.R_b_c, rig.t_b_c);
   EXPECT_TRUE(jumped.suspect);
-  EXPECT_TRUE(jumped.sane) << jumped.reason;
+  EXPECT_TRUE(jumped.healthy) << jumped.reason;
   EXPECT_NE(jumped.reason.find("accelerometer bias has moved"), std::string::npos) << jumped.reason;
   EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect) << "the answer agreed";
 }
@@ -330,7 +330,7 @@ TEST_F(ForeignInitializer, EveryFrameHasItsOwnTd) {
     exact_.keyframes[k].t -= td;
     feed(k);
   }
-  const HostAnswer answer = adapter_->seed(stamps(20));
+  const HostResult answer = adapter_->seed(stamps(20));
   ASSERT_TRUE(answer.success()) << answer.message;
   for (int i = 1; i < kHostFrames; ++i) {
     EXPECT_NEAR((answer.window.states[i].P - answer.window.states[0].P).norm(),
@@ -343,9 +343,9 @@ TEST_F(ForeignInitializer, EveryFrameHasItsOwnTd) {
 TEST_F(ForeignInitializer, ContradictionsAreNotPassedOn) {
   for (int k = 0; k <= 20; ++k) feed(k);
   oracle_->contradict = true;
-  HostAnswer answer = adapter_->seed(stamps(20));
+  HostResult answer = adapter_->seed(stamps(20));
   EXPECT_FALSE(answer.success());
-  EXPECT_EQ(answer.verdict.status, InitStatus::kNumericalFailure);
+  EXPECT_EQ(answer.result.status, InitStatus::kNumericalFailure);
   EXPECT_EQ(answer.message, "oracle reported success without states");
   oracle_->contradict = false;
   oracle_->too_few_states = true;

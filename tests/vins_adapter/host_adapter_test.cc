@@ -76,7 +76,7 @@ class HostAdapterTest : public ::testing::Test {
 };
 
 // Largest errors against the truth, after the turn and shift that put frame 0 of the answer there.
-void expectTruth(const HostAnswer& answer, const std::vector<NavState>& truth, int first,
+void expectTruth(const HostResult& answer, const std::vector<NavState>& truth, int first,
                  bool aligned, double tolerance) {
   const NavState& origin = truth[first];
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
@@ -99,7 +99,7 @@ void expectTruth(const HostAnswer& answer, const std::vector<NavState>& truth, i
 TEST_F(HostAdapterTest, FillsEveryFrameOfTheHost) {
   const auto adapter = make();
   feed(*adapter, 0, 30);
-  const HostAnswer answer = adapter->seed(stamps(30));
+  const HostResult answer = adapter->seed(stamps(30));
   ASSERT_TRUE(answer.success()) << answer.message;
   ASSERT_EQ(answer.window.states.size(), static_cast<std::size_t>(kHostFrames));
   EXPECT_EQ(answer.window.G, Eigen::Vector3d(0, 0, exact_.calibration.gravity_magnitude));
@@ -109,9 +109,9 @@ TEST_F(HostAdapterTest, FillsEveryFrameOfTheHost) {
     EXPECT_EQ(answer.window.states[i].stamp, exact_.keyframes[20 + i].t) << "bit for bit";
   }
   // Every second frame is no keyframe of ours: 31 frames in 3 s.
-  EXPECT_EQ(answer.verdict.states.size(), 15u);
+  EXPECT_EQ(answer.result.states.size(), 15u);
   expectTruth(answer, exact_.truth, 20, true, 2e-3);
-  EXPECT_FALSE(answer.joined);
+  EXPECT_FALSE(answer.continued);
   EXPECT_GT(answer.total_ms, 0.0);
   EXPECT_NEAR(answer.data_s, 3.0, 1e-6);
 }
@@ -122,7 +122,7 @@ TEST_F(HostAdapterTest, AnswersWithinTheFirstSecondOfExcitedMotion) {
   for (int k = 0; k < 35 && first < 0; ++k) {
     feed(*adapter, k, k);
     if (k + 1 < kHostFrames) continue;
-    const HostAnswer answer = adapter->seed(stamps(k));
+    const HostResult answer = adapter->seed(stamps(k));
     if (answer.success()) first = k;
   }
   ASSERT_GE(first, 0);
@@ -137,7 +137,7 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
   // The window spans 3 s; the host needs frames 3.2 s back.
   std::vector<double> old = stamps(34);
   old.front() = exact_.keyframes[2].t;
-  HostAnswer answer = adapter->seed(old);
+  HostResult answer = adapter->seed(old);
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_LT((answer.window.states[10].P - answer.window.states[9].P).norm(), 0.5);
   EXPECT_NEAR((answer.window.states[10].P - answer.window.states[0].P).norm(),
@@ -145,7 +145,7 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
   old.front() = exact_.keyframes[0].t;
   answer = adapter->seed(old);
   EXPECT_FALSE(answer.success());
-  EXPECT_EQ(answer.verdict.status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(answer.result.status, InitStatus::kTooFewKeyframes);
   EXPECT_NE(answer.message.find("s before the window (limit 0.3 s)"), std::string::npos)
       << answer.message;
   // A frame that the IMU does not cover yet.
@@ -176,9 +176,9 @@ TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
     requested.push_back(exact_.keyframes[k].t);
     truth.push_back(exact_.truth[k]);
   }
-  const HostAnswer answer = adapter->seed(requested);
+  const HostResult answer = adapter->seed(requested);
   ASSERT_TRUE(answer.success()) << answer.message;
-  EXPECT_GT(answer.verdict.states.front().t - truth.front().t, 1.1);
+  EXPECT_GT(answer.result.states.front().t - truth.front().t, 1.1);
   expectTruth(answer, truth, 0, true, 5e-3);
 }
 
@@ -200,7 +200,7 @@ TEST_F(HostAdapterTest, TimeOffset) {
       adapter->addFrame(frame);
       if (k > 33 - kHostFrames) requested.push_back(frame.t);
     }
-    const HostAnswer answer = adapter->seed(requested);
+    const HostResult answer = adapter->seed(requested);
     ASSERT_TRUE(answer.success()) << answer.message;
     EXPECT_EQ(answer.window.states[4].stamp, requested[4]);
     expectTruth(answer, exact_.truth, 33 - kHostFrames + 1, true, 2e-3);
@@ -214,9 +214,9 @@ TEST_F(HostAdapterTest, RecoveryContinuesTheOldFrame) {
   // Tilt and velocity of the failed host do not matter, position and yaw do.
   HostState last = healthy(24);
   last.V += Eigen::Vector3d(3.0, -2.0, 1.0);
-  const HostAnswer answer = adapter->recover(stamps(30), {last});
+  const HostResult answer = adapter->recover(stamps(30), {last});
   ASSERT_TRUE(answer.success()) << answer.message;
-  EXPECT_TRUE(answer.joined);
+  EXPECT_TRUE(answer.continued);
   expectTruth(answer, exact_.truth, 20, false, 2e-3);
 }
 
@@ -233,7 +233,7 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
   std::vector<HostState> known = {healthy(0), healthy(1), healthy(28)};
   known[1].stamp += 1e-8;  // added to td and back
   known[1].P.z() += 0.01;  // not what the IMU says
-  const HostAnswer answer = adapter->recover(requested, known);
+  const HostResult answer = adapter->recover(requested, known);
   ASSERT_TRUE(answer.success()) << answer.message;
   ASSERT_EQ(answer.window.states.size(), requested.size());
   for (std::size_t i = 0; i < requested.size(); ++i) {
@@ -245,7 +245,7 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
   EXPECT_EQ(answer.window.prior.size(), 11u * HostWindow::kPriorColumns);
   // One of them is not known.
   known.erase(known.begin() + 1);
-  const HostAnswer refused = adapter->recover(requested, known);
+  const HostResult refused = adapter->recover(requested, known);
   EXPECT_FALSE(refused.success());
   EXPECT_NE(refused.message.find("s before the window (limit 0.3 s)"), std::string::npos)
       << refused.message;
@@ -254,11 +254,11 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
 TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
   const auto adapter = make();
   feed(*adapter, 0, 3);
-  EXPECT_EQ(adapter->recover(stamps(3, 4), {healthy(2)}).verdict.status,
+  EXPECT_EQ(adapter->recover(stamps(3, 4), {healthy(2)}).result.status,
             InitStatus::kTooFewKeyframes);
   HostState bad = healthy(2);
   bad.P.x() = kNotComputed;
-  EXPECT_EQ(adapter->recover(stamps(3, 4), {bad}).verdict.status, InitStatus::kInvalidInput);
+  EXPECT_EQ(adapter->recover(stamps(3, 4), {bad}).result.status, InitStatus::kInvalidInput);
   std::string error;
   const auto off = HostAdapter::create(
       makeInitializer(exact_.calibration, HostAdapter::hostDefaults()), HostOptions(), &error);
@@ -268,7 +268,7 @@ TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
 TEST_F(HostAdapterTest, LateLinesGiveTheSameAnswer) {
   const auto together = make();
   feed(*together, 0, 30);
-  const HostAnswer expected = together->seed(stamps(30));
+  const HostResult expected = together->seed(stamps(30));
   const auto apart = make();
   for (const ImuSample& sample : exact_.imu) apart->addImu(sample.t, sample.accel, sample.gyro);
   for (int k = 0; k <= 30; ++k) {
@@ -278,10 +278,10 @@ TEST_F(HostAdapterTest, LateLinesGiveTheSameAnswer) {
     apart->addFrame(bare);
     if (k % 2 == 1) apart->addLines(bare.t, exact_.keyframes[k].lines);
   }
-  const HostAnswer answer = apart->seed(stamps(30));
+  const HostResult answer = apart->seed(stamps(30));
   ASSERT_TRUE(expected.success() && answer.success()) << answer.message;
-  EXPECT_EQ(answer.verdict.counts.line_observations, expected.verdict.counts.line_observations);
-  EXPECT_GT(answer.verdict.counts.line_observations, 0);
+  EXPECT_EQ(answer.result.counts.line_observations, expected.result.counts.line_observations);
+  EXPECT_GT(answer.result.counts.line_observations, 0);
   for (int i = 0; i < kHostFrames; ++i) {
     // To what the IMU samples after the newest keyframe, of which there are more by now, add to its
     // measured noise.
@@ -304,10 +304,10 @@ TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
   const ImuSample next = exact_.imu[11];
   EXPECT_EQ(adapter->addImu(next.t, next.accel, next.gyro), AddStatus::kRestarted);
   EXPECT_EQ(adapter->counts().restarts, 1);
-  EXPECT_EQ(adapter->seed(stamps(30)).verdict.status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(adapter->seed(stamps(30)).result.status, InitStatus::kTooFewKeyframes);
   next_ = 12;
   feed(*adapter, 1, 31);
-  const HostAnswer answer = adapter->seed(stamps(31));
+  const HostResult answer = adapter->seed(stamps(31));
   EXPECT_TRUE(answer.success()) << answer.message;
   EXPECT_NEAR(answer.data_s, 3.0, 1e-6) << "since the restart";
 }
@@ -329,7 +329,7 @@ TEST_F(HostAdapterTest, ImplausibleSamplesAreLeftOut) {
   EXPECT_EQ(adapter->counts().imu_glitches, 3);
   EXPECT_EQ(adapter->counts().restarts, 0);
   EXPECT_EQ(adapter->counts().imu_added, undisturbed->counts().imu_added);
-  const HostAnswer answer = adapter->seed(stamps(30)), expected = undisturbed->seed(stamps(30));
+  const HostResult answer = adapter->seed(stamps(30)), expected = undisturbed->seed(stamps(30));
   ASSERT_TRUE(answer.success()) << answer.message;
   for (int i = 0; i < kHostFrames; ++i) {
     EXPECT_EQ(answer.window.states[i].P, expected.window.states[i].P);
@@ -445,7 +445,7 @@ TEST(HostAdapterThreads, EightHostsAtOnceGiveTheAnswersOfOne) {
       adapter->addFrame(flight.keyframes[k]);
       stamps.push_back(flight.keyframes[k].t);
       if (stamps.size() > kHostFrames) stamps.erase(stamps.begin());
-      if (stamps.size() == kHostFrames) answers.push_back(adapter->seed(stamps).verdict);
+      if (stamps.size() == kHostFrames) answers.push_back(adapter->seed(stamps).result);
     }
     return answers;
   };

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "imu_carry.h"
+#include "imu_propagation.h"
 #include "imu_screen.h"
 #include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/host_adapter.h"
@@ -348,21 +348,21 @@ TEST(ImuScreen, MissingSamples) {
 
 struct Carry {
   bool ok = false;
-  CarriedState state;
+  PropagatedState state;
   std::string error;
 };
 
-Carry carried(const ExactWindow& exact, const CarriedState& from, int to, const Screened& data) {
+Carry carried(const ExactWindow& exact, const PropagatedState& from, int to, const Screened& data) {
   Carry result;
-  result.ok = carryState(from, exact.truth[to].t, data.screen.samples(), data.screen.damage(),
-                         Eigen::Vector3d(0, 0, -exact.calibration.gravity_magnitude),
-                         exact.calibration.imu_noise, &result.state, &result.error);
+  result.ok = propagateState(from, exact.truth[to].t, data.screen.samples(), data.screen.damage(),
+                             Eigen::Vector3d(0, 0, -exact.calibration.gravity_magnitude),
+                             exact.calibration.imu_noise, &result.state, &result.error);
   return result;
 }
 
-TEST(ImuCarry, FollowsTheTruth) {
+TEST(ImuPropagation, FollowsTheTruth) {
   const ExactWindow exact = flight();
-  CarriedState from;
+  PropagatedState from;
   from.state = exact.truth[5];
   const Carry end = carried(exact, from, 25, screened(exact.imu));
   ASSERT_TRUE(end.ok) << end.error;
@@ -374,7 +374,7 @@ TEST(ImuCarry, FollowsTheTruth) {
 }
 
 // Drawn from what healthyCovariance() says, the error has the reported covariance.
-TEST(ImuCarry, CovarianceFits) {
+TEST(ImuPropagation, CovarianceFits) {
   const ExactWindow exact = flight();
   const Screened data = screened(exact.imu);
   std::mt19937 random(5);
@@ -382,7 +382,7 @@ TEST(ImuCarry, CovarianceFits) {
   double position = 0.0, velocity = 0.0;
   const int draws = 200;
   for (int k = 0; k < draws; ++k) {
-    CarriedState from;
+    PropagatedState from;
     from.covariance = healthyCovariance();
     from.state = exact.truth[5];
     const auto draw = [&](int row) {
@@ -411,8 +411,8 @@ TEST(ImuCarry, CovarianceFits) {
   EXPECT_NEAR(velocity, 1.0, 0.25);
 }
 
-// Errors of the sizes that addDamage() is given have the covariance that carryState() reports.
-TEST(ImuCarry, DamageFromOutsideIsHonest) {
+// Errors of the sizes that addDamage() is given have the covariance that propagateState() reports.
+TEST(ImuPropagation, DamageFromOutsideIsHonest) {
   const ExactWindow exact = flight();
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
@@ -430,7 +430,7 @@ TEST(ImuCarry, DamageFromOutsideIsHonest) {
     }
     Screened data = screened(samples);
     data.screen.addDamage(2.0, 2.2, 10.0, 0.5);
-    CarriedState from;
+    PropagatedState from;
     from.state = exact.truth[18];
     const Carry end = carried(exact, from, 23, data);
     ASSERT_TRUE(end.ok);
@@ -449,9 +449,9 @@ TEST(ImuCarry, DamageFromOutsideIsHonest) {
   }
 }
 
-TEST(ImuCarry, DamageWidens) {
+TEST(ImuPropagation, DamageWidens) {
   const ExactWindow exact = flight();
-  CarriedState from;
+  PropagatedState from;
   from.covariance = healthyCovariance();
   from.state = exact.truth[15];
   const Carry whole = carried(exact, from, 30, screened(exact.imu));
@@ -497,7 +497,7 @@ class Watch : public ::testing::Test {
 TEST_F(Watch, RightStates) {
   for (int newest = kHostFrames; newest < kFrames - 1; ++newest) {
     const WatchFinding finding = find(window(newest));
-    EXPECT_TRUE(finding.sane) << finding.reason;
+    EXPECT_TRUE(finding.healthy) << finding.reason;
     EXPECT_LT(finding.reprojection_px, 3.0);
     EXPECT_LT(finding.velocity_mps, 0.1);
     EXPECT_LT(finding.rotation_deg, 0.5);
@@ -536,10 +536,10 @@ TEST_F(Watch, FewTracksAreNotJudged) {
 TEST_F(Watch, Velocity) {
   std::vector<NavState> states = window(30);
   states.back().v_w_b.x() += 0.3;  // of a window that is being optimized
-  EXPECT_TRUE(find(states).sane);
+  EXPECT_TRUE(find(states).healthy);
   states.back().v_w_b.x() += 1.7;
   const WatchFinding finding = find(states);
-  EXPECT_FALSE(finding.sane);
+  EXPECT_FALSE(finding.healthy);
   EXPECT_NE(finding.reason.find("velocity changed by 2"), std::string::npos) << finding.reason;
 }
 
@@ -551,9 +551,9 @@ TEST_F(Watch, Attitude) {
         Eigen::AngleAxisd(deg / 57.3, Eigen::Vector3d::UnitX()) * result.back().R_w_b;
     return result;
   };
-  EXPECT_TRUE(find(turned(1.0)).sane);
+  EXPECT_TRUE(find(turned(1.0)).healthy);
   const WatchFinding finding = find(turned(15.0));
-  EXPECT_FALSE(finding.sane);
+  EXPECT_FALSE(finding.healthy);
   EXPECT_NE(finding.reason.find("attitude"), std::string::npos) << finding.reason;
 }
 
@@ -566,9 +566,9 @@ TEST_F(Watch, Tracks) {
     }
     return result;
   };
-  EXPECT_TRUE(find(moved(0.01)).sane);
+  EXPECT_TRUE(find(moved(0.01)).healthy);
   const WatchFinding finding = find(moved(1.0));
-  EXPECT_FALSE(finding.sane);
+  EXPECT_FALSE(finding.healthy);
   EXPECT_NE(finding.reason.find("tracks"), std::string::npos) << finding.reason;
 }
 
@@ -581,7 +581,7 @@ TEST_F(Watch, BiasesAndNumbers) {
   EXPECT_NE(find(states).reason.find("gyroscope bias"), std::string::npos);
   states.front().p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(find(states).reason.find("not finite"), std::string::npos);
-  EXPECT_TRUE(find({}).sane);
+  EXPECT_TRUE(find({}).healthy);
 }
 
 TEST(CompareStates, VelocityAndTilt) {
@@ -640,7 +640,7 @@ class AdapterInFlight : public ::testing::Test {
 TEST_F(AdapterInFlight, ARightHostIsSane) {
   fly(exact_.imu);
   const HostHealth health = watch(window(kFrames - 1));
-  EXPECT_TRUE(health.sane && !health.suspect) << health.reason;
+  EXPECT_TRUE(health.healthy && !health.suspect) << health.reason;
   EXPECT_EQ(health.reason, "");
 }
 
@@ -679,7 +679,7 @@ TEST_F(AdapterInFlight, AWrongScaleIsFound) {
   HostHealth health = watch(states);
   EXPECT_TRUE(health.suspect);
   health = watch(states);
-  EXPECT_FALSE(health.sane);
+  EXPECT_FALSE(health.healthy);
   EXPECT_NE(health.reason, "");
 }
 
@@ -721,7 +721,7 @@ TEST_F(AdapterInFlight, IntervalsReachIntoDamageThatGoesOn) {
     EXPECT_EQ(intervals[i].sigma_theta, 0.0);
   }
   EXPECT_NEAR(intervals.back().sigma_v, kUnknownAccel * 0.1, 1e-9);
-  const HostCarry carried = adapter_->carry(window(kFrames - 2).back(), stamps.back());
+  const HostPropagation carried = adapter_->propagate(window(kFrames - 2).back(), stamps.back());
   ASSERT_TRUE(carried.ok) << carried.message;
   EXPECT_LT((carried.state.V - exact_.truth[kFrames - 1].v_w_b).norm(), kUnknownAccel * 0.1);
 }
@@ -761,15 +761,15 @@ TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
 TEST_F(AdapterInFlight, ACarriedStateSaysWhatItIsWorth) {
   fly(exact_.imu);
   HostState from = window(20).back();
-  const HostCarry near = adapter_->carry(from, exact_.keyframes[25].t);
-  const HostCarry far = adapter_->carry(from, exact_.keyframes[38].t);
+  const HostPropagation near = adapter_->propagate(from, exact_.keyframes[25].t);
+  const HostPropagation far = adapter_->propagate(from, exact_.keyframes[38].t);
   ASSERT_TRUE(near.ok && far.ok) << near.message << far.message;
   EXPECT_LT((far.state.P - exact_.truth[38].p_w_b).norm(), 0.02);
   EXPECT_GT(far.position_sigma, near.position_sigma);
   EXPECT_LT(far.position_sigma, 1.0);
   EXPECT_NE(far.message.find("standard deviation"), std::string::npos);
   from.stamp = -100.0;
-  EXPECT_FALSE(adapter_->carry(from, exact_.keyframes[25].t).ok);
+  EXPECT_FALSE(adapter_->propagate(from, exact_.keyframes[25].t).ok);
 }
 
 }  // namespace

@@ -122,14 +122,14 @@ struct Flight {
     }
     return moving;
   }
-  CarriedState predicted(int newest) const {
-    CarriedState from, result;
+  PropagatedState predicted(int newest) const {
+    PropagatedState from, result;
     from.state = states[static_cast<std::size_t>(newest) - 1];
     from.covariance = healthyCovariance();
     std::string error;
-    EXPECT_TRUE(carryState(from, truth[static_cast<std::size_t>(newest)].t, imu, damage,
-                           Eigen::Vector3d(0, 0, -calibration.gravity_magnitude),
-                           calibration.imu_noise, &result, &error))
+    EXPECT_TRUE(propagateState(from, truth[static_cast<std::size_t>(newest)].t, imu, damage,
+                               Eigen::Vector3d(0, 0, -calibration.gravity_magnitude),
+                               calibration.imu_noise, &result, &error))
         << error;
     return result;
   }
@@ -474,7 +474,7 @@ TEST(Innovation, FewTracksAreNotJudged) {
   Flight broken(flightOf(Motion::kExcited, kNoisePx));
   std::vector<NavState> optimized = broken.optimized(20);
   optimized.back().p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
-  const CarriedState predicted = broken.predicted(20);
+  const PropagatedState predicted = broken.predicted(20);
   EXPECT_EQ(innovationOf(optimized, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
             Culprit::kNotJudged);
   EXPECT_EQ(innovationOf({}, predicted, broken.frames, broken.calibration, kNoisePx).culprit,
@@ -628,7 +628,7 @@ bool readRecording(const std::string& name, double pixel_noise, Recording* recor
 }
 
 // The recorded poses jump in some places, by more than the IMU measured: true innovations.
-bool truthJumps(const Recording& recording, std::size_t k, const CarriedState& exact) {
+bool truthJumps(const Recording& recording, std::size_t k, const PropagatedState& exact) {
   return (exact.state.p_w_b - recording.truth[k].p_w_b).norm() > 0.015;
 }
 
@@ -656,14 +656,15 @@ Alarms alarmsOf(const Recording& recording, double sigma_px) {
     for (std::size_t i = first; i < k; ++i) {
       optimized.push_back(host.disturbed(recording.truth[i], i, recording.truth[k - 1]));
     }
-    CarriedState from, predicted, exact, exact_from;
+    PropagatedState from, predicted, exact, exact_from;
     from.state = optimized.back();
     from.covariance = healthyCovariance();
     exact_from.state = recording.truth[k - 1];
     std::string error;
-    const auto carry = [&](const CarriedState& state, CarriedState* to) {
-      return carryState(state, recording.truth[k].t, screen.heldUntil(recording.truth[k].t),
-                        screen.damage(), gravity_w, recording.calibration.imu_noise, to, &error);
+    const auto carry = [&](const PropagatedState& state, PropagatedState* to) {
+      return propagateState(state, recording.truth[k].t, screen.heldUntil(recording.truth[k].t),
+                            screen.damage(), gravity_w, recording.calibration.imu_noise, to,
+                            &error);
     };
     if (!carry(from, &predicted) || !carry(exact_from, &exact)) continue;
     if (truthJumps(recording, k, exact)) jumped = k;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "imu_carry.h"
+#include "imu_propagation.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -83,17 +83,17 @@ std::vector<double> firstStatePrior(const InitResult& answer, const NavState& at
   const double dt = at.t - known.t;
   const Eigen::Matrix3d back = at.R_w_b.transpose() * known.R_w_b;
   const Eigen::Matrix<double, 12, 15> Y = bodyErrors(known);
-  Eigen::Matrix<double, 12, 15> carried = Y;
-  carried.topRows<3>() =
+  Eigen::Matrix<double, 12, 15> propagated = Y;
+  propagated.topRows<3>() =
       back *
       (Y.topRows<3>() + answer.gravity_w.norm() * dt * Y.middleRows<3>(3) - dt * Y.bottomRows<3>());
-  carried.middleRows<3>(3) = back * Y.middleRows<3>(3);
+  propagated.middleRows<3>(3) = back * Y.middleRows<3>(3);
   // The host's optimization sees the same data again, but at 1.5 px in place of 0.6 and with more
   // noise of the IMU: what is counted twice is a sixth.
-  return priorFrom(carried * P * carried.transpose(), host);
+  return priorFrom(propagated * P * propagated.transpose(), host);
 }
 
-std::vector<double> firstStatePrior(const CarriedState& healthy, const HostState& host) {
+std::vector<double> firstStatePrior(const PropagatedState& healthy, const HostState& host) {
   const Eigen::Matrix<double, 12, 15> Y = bodyErrors(healthy.state);
   return priorFrom(Y * toStatePrior(healthy).covariance * Y.transpose(), host);
 }

@@ -27,9 +27,9 @@ void FlightMonitor::recovered(double stamp) {
 }
 
 std::string FlightMonitor::update(double stamp, const HostHealth& health) {
-  frame_suspect_ = health.suspect || !health.sane;
+  frame_suspect_ = health.suspect || !health.healthy;
   if (frame_suspect_) doubt(stamp);
-  if (!health.sane && !alarm_) {
+  if (!health.healthy && !alarm_) {
     alarm_ = reported_ = true;
     alarm_stamp_ = stamp;
     return "the host's states are inconsistent: " + health.reason;

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "first_state_prior.h"
-#include "imu_carry.h"
+#include "imu_propagation.h"
 #include "imu_screen.h"
 #include "innovation.h"
 #include "sensor_memory.h"
@@ -86,11 +86,11 @@ bool isClose(const NavState& host, const NavState& solved, double scale_sigma) {
          kCloseVelocity + 2.0 * sigma * v.norm();
 }
 
-std::string carryMessage(double seconds, const HostCarry& carried) {
+std::string propagationMessage(double seconds, const HostPropagation& propagated) {
   std::ostringstream out;
   out.precision(3);
   out << "propagated over " << std::max(seconds, 0.0) << " s by the IMU, standard deviation "
-      << carried.position_sigma << " m and " << carried.yaw_sigma_deg << " deg of yaw";
+      << propagated.position_sigma << " m and " << propagated.yaw_sigma_deg << " deg of yaw";
   return out.str();
 }
 
@@ -168,7 +168,7 @@ struct HostAdapter::State {
   std::vector<long long> tracksOverGap(double begin, double end, int* tracks) const;
   double longestWithoutImage(double first, double last) const;
   std::vector<NavState> statesOf(const std::vector<HostState>& window, double td) const;
-  CarriedState healthyStateOf(const HostState& state) const;
+  PropagatedState healthyStateOf(const HostState& state) const;
   std::vector<HostImuInterval> intervals(const std::vector<double>& stamps) const;
   // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
   double hostTime(double stamp) const {
@@ -176,20 +176,20 @@ struct HostAdapter::State {
     return stamp + (it == td_of.end() ? initializer->calibration().td : it->second);
   }
 
-  HostAnswer answer(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
+  HostResult answer(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
                     Lock* lock);
   SolveWorker::Solve solveFor(double stamp, const std::vector<HostState>* healthy);
   std::optional<Solved> solvedInTime(SolvePurpose purpose, double stamp, SolveWorker::Solve solve,
                                      Lock* lock);
   SolveWorker::Clock::time_point deadlineOf(double stamp);
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
-  HostAnswer bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
-  HostCarry carry(const HostState& from, double stamp) const;
-  HostCarry joinOf(const HostState& healthy, const InitResult& verdict) const;
+  HostResult bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
+  HostPropagation propagate(const HostState& from, double stamp) const;
+  HostPropagation continuationOf(const HostState& healthy, const InitResult& verdict) const;
   std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
                                    const std::vector<HostState>* healthy) const;
   bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
-                  HostAnswer* answer, InitStatus* status, std::string* problem) const;
+                  HostResult* answer, InitStatus* status, std::string* problem) const;
 
   mutable std::mutex mutex;
   std::unique_ptr<IInitializer> initializer;
@@ -225,8 +225,8 @@ std::vector<NavState> HostAdapter::State::statesOf(const std::vector<HostState>&
   return states;
 }
 
-CarriedState HostAdapter::State::healthyStateOf(const HostState& state) const {
-  CarriedState healthy;
+PropagatedState HostAdapter::State::healthyStateOf(const HostState& state) const {
+  PropagatedState healthy;
   healthy.state = fromHostState(state, initializer->calibration().td);
   healthy.state.t = hostTime(state.stamp);
   healthy.covariance = healthyCovariance();
@@ -292,31 +292,31 @@ HostHealth HostAdapter::State::judge(const std::vector<HostState>& window,
   std::vector<FrameObservation> scene(frames.begin(), frames.end());
   for (FrameObservation& frame : scene) removeMoving(&frame);
   WatchFinding finding = watchWindow(states, scene, screen.samples(), screen.damage(), calibration);
-  if (finding.sane && !states.empty() && states.back().isFinite()) {
+  if (finding.healthy && !states.empty() && states.back().isFinite()) {
     finding.reason = steady_biases.judge(states.back());
-    finding.sane = finding.reason.empty();
+    finding.healthy = finding.reason.empty();
   }
   health.reprojection_px = finding.reprojection_px;
   health.velocity_mps = finding.velocity_mps;
   health.rotation_deg = finding.rotation_deg;
   health.reason = finding.reason;
-  health.suspect = !finding.sane;
-  suspect_frames = finding.sane ? 0 : suspect_frames + 1;
+  health.suspect = !finding.healthy;
+  suspect_frames = finding.healthy ? 0 : suspect_frames + 1;
   if (states.empty() || !states.back().isFinite()) {
-    health.sane = states.empty();
+    health.healthy = states.empty();
     return health;
   }
   const int contradictions_before = contradictions, suspect_before = suspect_frames;
-  checkAgainstSolve(states.back(), window.back().stamp, !finding.sane, wants_evidence, lock,
+  checkAgainstSolve(states.back(), window.back().stamp, !finding.healthy, wants_evidence, lock,
                     &health);
   if (contradictions > contradictions_before) {
     // One solved window may be the wrong one.
-    health.sane = finding.sane && contradictions < 2;
+    health.healthy = finding.healthy && contradictions < 2;
   } else if (suspect_frames < suspect_before) {
     // It agrees: a bias that has moved has not been thrown off.
     steady_biases = SteadyBiases();
   } else {
-    health.sane = suspect_frames < kSuspectFrames;
+    health.healthy = suspect_frames < kSuspectFrames;
   }
   return health;
 }
@@ -344,10 +344,10 @@ std::vector<NavState> HostAdapter::State::keptStates(const std::vector<double>& 
 // The host's frames lie between our keyframes, and some outside them. `healthy`: of the odometry
 // frame that is continued; null: a new one.
 bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
-                                    const std::vector<HostState>* healthy, HostAnswer* answer,
+                                    const std::vector<HostState>* healthy, HostResult* answer,
                                     InitStatus* status, std::string* problem) const {
   const Calibration calibration = initializer->calibration();
-  const double reach = answer->verdict.states.front().t - options.max_reach_s;
+  const double reach = answer->result.states.front().t - options.max_reach_s;
   std::vector<NavState> window = keptStates(stamps, reach, healthy);
   const std::size_t kept = window.size();
   std::vector<double> times;
@@ -357,7 +357,7 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
   // times the change of td).
   for (std::size_t i = kept; i < stamps.size(); ++i) times.push_back(hostTime(stamps[i]));
   std::vector<NavState> states;
-  if (!initializer->statesAt(answer->verdict, times, options.max_reach_s, &states, problem)) {
+  if (!initializer->statesAt(answer->result, times, options.max_reach_s, &states, problem)) {
     *status = InitStatus::kTooFewKeyframes;
     *problem = "the host's window cannot be filled: " + *problem;
     return false;
@@ -379,7 +379,7 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
   for (std::size_t i = 0; i < stamps.size(); ++i) answer->window.states[i].stamp = stamps[i];
   const HostState& first = answer->window.states.front();
   answer->window.prior = kept > 0 ? firstStatePrior({window.front(), healthyCovariance()}, first)
-                                  : firstStatePrior(answer->verdict, window.front(), first);
+                                  : firstStatePrior(answer->result, window.front(), first);
   return true;
 }
 
@@ -389,27 +389,27 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
   const Calibration calibration = initializer->calibration();
   std::vector<StatePrior> priors;
   for (auto state = healthy.rbegin(); state != healthy.rend(); ++state) {
-    CarriedState carried = healthyStateOf(*state);
+    PropagatedState propagated = healthyStateOf(*state);
     // States close to each other know the same.
-    if (!priors.empty() && priors.back().state.t - carried.state.t < kBetweenPriors) continue;
-    double until = carried.state.t;
+    if (!priors.empty() && priors.back().state.t - propagated.state.t < kBetweenPriors) continue;
+    double until = propagated.state.t;
     for (const ImuDamage& one : screen.damage()) {
       if (!one.bridged && one.last > until) until = one.last;
     }
     std::string problem;
-    if (until > carried.state.t &&
-        !carryState(carried, until, screen.samples(), screen.damage(),
-                    Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
-                    calibration.imu_noise, &carried, &problem)) {
+    if (until > propagated.state.t &&
+        !propagateState(propagated, until, screen.samples(), screen.damage(),
+                        Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
+                        calibration.imu_noise, &propagated, &problem)) {
       continue;
     }
-    priors.push_back(toStatePrior(carried));
+    priors.push_back(toStatePrior(propagated));
     priors.back().calibration = flown;
     if (priors.size() == kMostPriors) break;
   }
   // None reaches the end of the damage: the frame of the newest continues inside the window.
   if (priors.empty() && !healthy.empty()) {
-    CarriedState newest;
+    PropagatedState newest;
     newest.state = fromHostState(healthy.back(), calibration.td);
     newest.state.t = hostTime(healthy.back().stamp);
     newest.covariance = healthyCovariance();
@@ -465,12 +465,12 @@ std::optional<Solved> HostAdapter::State::solvedInTime(SolvePurpose purpose, dou
   return solved.has_value() ? std::move(solved) : std::move(earlier);
 }
 
-HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
+HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
                                       const std::vector<HostState>* healthy, Lock* lock) {
-  HostAnswer answer;
+  HostResult answer;
   const auto decline = [&answer](InitStatus status, const std::string& message) {
-    answer.verdict.status = status;
-    answer.verdict.message = message;
+    answer.result.status = status;
+    answer.result.message = message;
     answer.message = message;
     return answer;
   };
@@ -492,11 +492,11 @@ HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
     answer.pending = true;
     return decline(InitStatus::kTimeLimit, "the solve has not finished");
   }
-  answer.verdict = std::move(solved->result);
+  answer.result = std::move(solved->result);
   answer.solve_ms = solved->solve_ms;
-  answer.message = answer.verdict.message;
-  if (!answer.verdict.success()) return answer;
-  problem = answer.verdict.validate();
+  answer.message = answer.result.message;
+  if (!answer.result.success()) return answer;
+  problem = answer.result.validate();
   if (!problem.empty()) {
     return decline(InitStatus::kNumericalFailure, initializer->name() + " reported " + problem);
   }
@@ -507,54 +507,57 @@ HostAnswer HostAdapter::State::answer(const std::vector<double>& stamps,
     return decline(status, problem);
   }
   if (healthy != nullptr) {
-    answer.joined = true;
-    answer.join = joinOf(healthy->back(), answer.verdict);
+    answer.continued = true;
+    answer.frame = continuationOf(healthy->back(), answer.result);
   }
   steady_biases = SteadyBiases();  // the host starts with the answer's
   innovations.reset();
   contradictions = suspect_frames = 0;
-  memory.learn(answer.verdict.calibration);
+  memory.learn(answer.result.calibration);
   return answer;
 }
 
-HostCarry HostAdapter::State::carry(const HostState& from, double stamp) const {
+HostPropagation HostAdapter::State::propagate(const HostState& from, double stamp) const {
   const Calibration calibration = initializer->calibration();
-  HostCarry result;
-  CarriedState carried = healthyStateOf(from);
+  HostPropagation result;
+  PropagatedState propagated = healthyStateOf(from);
   const double t = hostTime(stamp);
-  if (!carryState(carried, t, screen.heldUntil(t), screen.damage(),
-                  Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude), calibration.imu_noise,
-                  &carried, &result.message)) {
+  if (!propagateState(propagated, t, screen.heldUntil(t), screen.damage(),
+                      Eigen::Vector3d(0.0, 0.0, -calibration.gravity_magnitude),
+                      calibration.imu_noise, &propagated, &result.message)) {
     return result;
   }
   result.ok = true;
-  result.state = toHostState(carried.state, calibration.td);
+  result.state = toHostState(propagated.state, calibration.td);
   result.state.stamp = std::max(stamp, from.stamp);
-  result.position_sigma = carried.positionSigma();
-  result.yaw_sigma_deg = kRadToDeg * carried.yawSigma();
-  result.message = carryMessage(stamp - from.stamp, result);
+  result.position_sigma = propagated.positionSigma();
+  result.yaw_sigma_deg = kRadToDeg * propagated.yawSigma();
+  result.message = propagationMessage(stamp - from.stamp, result);
   return result;
 }
 
 // The IMU has propagated the healthy state to where the window begins; from there the window's own
 // scale counts.
-HostCarry HostAdapter::State::joinOf(const HostState& healthy, const InitResult& verdict) const {
+HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
+                                                   const InitResult& verdict) const {
   const NavState &first = verdict.states.front(), &last = verdict.states.back();
   const Calibration calibration = initializer->calibration();
-  HostCarry join = carry(healthy, std::max(healthy.stamp, calibration.imageStamp(first.t)));
+  HostPropagation join =
+      propagate(healthy, std::max(healthy.stamp, calibration.imageStamp(first.t)));
   const double scale_sigma = std::isnan(verdict.scale_sigma) ? 0.0 : verdict.scale_sigma;
   join.position_sigma =
       std::hypot(join.position_sigma, scale_sigma * (last.p_w_b - first.p_w_b).norm());
-  if (join.ok) join.message = carryMessage(calibration.imageStamp(first.t) - healthy.stamp, join);
+  if (join.ok)
+    join.message = propagationMessage(calibration.imageStamp(first.t) - healthy.stamp, join);
   return join;
 }
 
 // The last healthy state is at least as old as the newest damage that it could know of, so what is
 // propagated may drift; the host's tracks correct it.
-HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
+HostResult HostAdapter::State::bridge(const std::vector<double>& stamps,
                                       const std::vector<HostState>& healthy) const {
-  HostAnswer answer;
-  answer.verdict.status = InitStatus::kInvalidInput;
+  HostResult answer;
+  answer.result.status = InitStatus::kInvalidInput;
   answer.message = checkStamps(stamps);
   if (!answer.message.empty() || healthy.empty()) return answer;
   answer.stamp = stamps.back();
@@ -562,24 +565,24 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
   const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
   const std::deque<ImuSample> samples = screen.heldUntil(hostTime(stamps.back()));
   std::vector<NavState> window;
-  CarriedState carried;
+  PropagatedState propagated;
   auto next = healthy.begin();
   for (const double stamp : stamps) {
     for (; next != healthy.end() && next->stamp <= stamp + kSameFrame; ++next) {
-      carried = healthyStateOf(*next);
+      propagated = healthyStateOf(*next);
     }
     if (next == healthy.begin()) {
       answer.message = "a frame of the host's window is older than its healthy states";
       return answer;
     }
-    if (!carryState(carried, hostTime(stamp), samples, screen.damage(), gravity_w,
-                    calibration.imu_noise, &carried, &answer.message)) {
+    if (!propagateState(propagated, hostTime(stamp), samples, screen.damage(), gravity_w,
+                        calibration.imu_noise, &propagated, &answer.message)) {
       return answer;
     }
-    window.push_back(carried.state);
+    window.push_back(propagated.state);
     window.back().t = hostTime(stamp);
   }
-  if (const double sigma = carried.velocitySigma(); sigma > kWorstBridge) {
+  if (const double sigma = propagated.velocitySigma(); sigma > kWorstBridge) {
     std::ostringstream out;
     out << "the IMU data leave a standard deviation of the velocity of " << sigma << " m/s (limit "
         << kWorstBridge << ')';
@@ -593,8 +596,8 @@ HostAnswer HostAdapter::State::bridge(const std::vector<double>& stamps,
   for (std::size_t i = 0; i < stamps.size(); ++i) answer.window.states[i].stamp = stamps[i];
   answer.window.prior =
       firstStatePrior({window.front(), healthyCovariance()}, answer.window.states.front());
-  answer.joined = true;
-  answer.verdict.status = InitStatus::kTimeLimit;
+  answer.continued = true;
+  answer.result.status = InitStatus::kTimeLimit;
   answer.message = "the last healthy states, propagated by the IMU, until the solve has finished";
   return answer;
 }
@@ -640,11 +643,11 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   out.newest = window.back();
   const double t_i = hostTime(stamps[stamps.size() - 2]), t_j = hostTime(stamps.back());
   const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
-  CarriedState predicted;
+  PropagatedState predicted;
   std::string problem;
   if (!(t_j > t_i) ||
-      !carryState(healthyStateOf(window[window.size() - 2]), t_j, screen.heldUntil(t_j),
-                  screen.damage(), gravity_w, calibration.imu_noise, &predicted, &problem)) {
+      !propagateState(healthyStateOf(window[window.size() - 2]), t_j, screen.heldUntil(t_j),
+                      screen.damage(), gravity_w, calibration.imu_noise, &predicted, &problem)) {
     return out;
   }
   std::vector<NavState> optimized = statesOf(window, calibration.td);
@@ -809,24 +812,24 @@ void HostAdapter::setTd(double td) {
   state_->initializer->setTd(td);
 }
 
-HostAnswer HostAdapter::seed(const std::vector<double>& stamps) {
+HostResult HostAdapter::seed(const std::vector<double>& stamps) {
   const auto start = SolveWorker::Clock::now();
   State::Lock lock(state_->mutex);
-  HostAnswer answer = state_->answer(stamps, nullptr, &lock);
+  HostResult answer = state_->answer(stamps, nullptr, &lock);
   answer.total_ms = millisecondsSince(start);
   return answer;
 }
 
-HostAnswer HostAdapter::recover(const std::vector<double>& stamps,
+HostResult HostAdapter::recover(const std::vector<double>& stamps,
                                 const std::vector<HostState>& healthy) {
   const auto start = SolveWorker::Clock::now();
   State::Lock lock(state_->mutex);
-  HostAnswer answer = state_->answer(stamps, &healthy, &lock);
+  HostResult answer = state_->answer(stamps, &healthy, &lock);
   answer.total_ms = millisecondsSince(start);
   return answer;
 }
 
-HostAnswer HostAdapter::bridge(const std::vector<double>& stamps,
+HostResult HostAdapter::bridge(const std::vector<double>& stamps,
                                const std::vector<HostState>& healthy) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   return state_->bridge(stamps, healthy);
@@ -854,9 +857,9 @@ void HostAdapter::restore(const LearnedSensors& learned) {
   state_->memory.restore(learned);
 }
 
-HostCarry HostAdapter::carry(const HostState& from, double stamp) const {
+HostPropagation HostAdapter::propagate(const HostState& from, double stamp) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->carry(from, stamp);
+  return state_->propagate(from, stamp);
 }
 
 HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
@@ -875,7 +878,7 @@ HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen:
   calibration.R_b_c = ric;
   calibration.t_b_c = tic;
   HostHealth health = state_->judge(window, calibration, wants_evidence, &lock);
-  if (state_->options.estimate_extrinsic && health.sane && !health.suspect) {
+  if (state_->options.estimate_extrinsic && health.healthy && !health.suspect) {
     const CalibrationSigmas sigmas;
     CalibrationEstimate flown;
     flown.R_b_c = ric;

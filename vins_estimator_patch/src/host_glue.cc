@@ -76,13 +76,13 @@ double shortestInterval(const std::vector<HostState>& states) {
 
 // Where the host estimates its calibration, the one that was found is its starting value; where it
 // does not, nothing of its own is changed.
-GlueWindow toGlueWindow(const HostAnswer& answer, const Calibration& host,
+GlueWindow toGlueWindow(const HostResult& answer, const Calibration& host,
                         const HostOptions& options) {
   GlueWindow result;
   static_cast<HostWindow&>(result) = answer.window;
   result.ric = host.R_b_c;
   result.tic = host.t_b_c;
-  const OptionalCalibration& found = answer.verdict.calibration;
+  const OptionalCalibration& found = answer.result.calibration;
   if (!found.has_value()) return result;
   if (options.estimate_extrinsic) {
     result.ric = found->R_b_c;
@@ -173,31 +173,31 @@ struct HostGlue::State {
 
   // The state before the failure or reset, in the odometry frame, at a stamp after it. Without IMU
   // data it stays where it was: a new origin would turn the world of whoever uses the odometry.
-  HostCarry continued(double stamp) const {
-    HostCarry carried = adapter->carry(lost, stamp);
-    if (carried.ok && carried.yaw_sigma_deg <= kMostTurned) return carried;
-    carried.ok = false;
+  HostPropagation continued(double stamp) const {
+    HostPropagation propagated = adapter->propagate(lost, stamp);
+    if (propagated.ok && propagated.yaw_sigma_deg <= kMostTurned) return propagated;
+    propagated.ok = false;
     const double age = std::max(stamp - lost.stamp, 0.0);
-    carried.state = lost;
-    carried.state.stamp = stamp;
-    carried.position_sigma = age * std::max(lost.V.norm(), kUnknownSpeed);
-    carried.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
+    propagated.state = lost;
+    propagated.state.stamp = stamp;
+    propagated.position_sigma = age * std::max(lost.V.norm(), kUnknownSpeed);
+    propagated.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
     std::ostringstream out;
     out.precision(3);
     out << "IMU data do not cover " << age << " s: position and heading are held,"
-        << " standard deviation " << carried.position_sigma << " m and " << carried.yaw_sigma_deg
-        << " deg of yaw";
-    carried.message = out.str();
-    return carried;
+        << " standard deviation " << propagated.position_sigma << " m and "
+        << propagated.yaw_sigma_deg << " deg of yaw";
+    propagated.message = out.str();
+    return propagated;
   }
   bool continues(double stamp) const { return is_lost && file.reinit && stamp >= lost.stamp; }
 
   // The odometry goes on from a propagated state.
-  void continueFrame(double stamp, const HostCarry& carried) {
-    frame_variance += carried.position_sigma * carried.position_sigma;
-    frame_yaw_variance += carried.yaw_sigma_deg * carried.yaw_sigma_deg;
-    report(carried.position_sigma > kUncertainFrame ? ReportLevel::kWarn : ReportLevel::kInfo,
-           "the odometry frame is continued: " + carried.message);
+  void continueFrame(double stamp, const HostPropagation& propagated) {
+    frame_variance += propagated.position_sigma * propagated.position_sigma;
+    frame_yaw_variance += propagated.yaw_sigma_deg * propagated.yaw_sigma_deg;
+    report(propagated.position_sigma > kUncertainFrame ? ReportLevel::kWarn : ReportLevel::kInfo,
+           "the odometry frame is continued: " + propagated.message);
     publishFrame(stamp);
   }
   void publishFrame(double stamp) {
@@ -274,7 +274,7 @@ struct HostGlue::State {
     }
   }
 
-  void record(const std::string& action, const HostAnswer& answer, const StockStart* stock) {
+  void record(const std::string& action, const HostResult& answer, const StockStart* stock) {
     const std::string row = startRecordRow(file.mode, action, answer, stock);
     if (csv.is_open()) csv << row << std::endl;
     report(ReportLevel::kRow, row);
@@ -287,9 +287,9 @@ struct HostGlue::State {
   }
 
   // Reports an answer unless it repeats the one before.
-  void reportAnswer(const std::string& action, const HostAnswer& answer) {
+  void reportAnswer(const std::string& action, const HostResult& answer) {
     if (answer.pending) return;
-    const InitStatus status = answer.verdict.status;
+    const InitStatus status = answer.result.status;
     const bool recovery = action == "recover";
     const double every = recovery ? kHealthEvery : kRepeatReport;
     const bool same = recovery ? !answer.success() : status == reported_status;
@@ -311,9 +311,9 @@ struct HostGlue::State {
   }
 
   // What the user should know of a start; how the file should read when several windows agree.
-  void reportStart(const HostAnswer& answer) {
-    for (const std::string& warning : answer.verdict.warnings) report(ReportLevel::kWarn, warning);
-    addCalibration(answer.stamp, answer.verdict.calibration);
+  void reportStart(const HostResult& answer) {
+    for (const std::string& warning : answer.result.warnings) report(ReportLevel::kWarn, warning);
+    addCalibration(answer.stamp, answer.result.calibration);
   }
   void addCalibration(double stamp, const OptionalCalibration& found) {
     const std::string text = advice.add(stamp, found);
@@ -395,7 +395,9 @@ bool HostGlue::decides() const { return active() && state_->file.mode == HostMod
 bool HostGlue::shadows() const { return active() && state_->file.mode == HostMode::kShadow; }
 bool HostGlue::reinit() const { return active() && state_->file.reinit; }
 bool HostGlue::watches() const { return active() && state_->file.watchdog; }
-bool HostGlue::joinsStock() const { return reinit() && state_->file.mode == HostMode::kStock; }
+bool HostGlue::continuesFrameOfStock() const {
+  return reinit() && state_->file.mode == HostMode::kStock;
+}
 
 void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
   // The host hands the sample after a frame over again with the next frame.
@@ -453,22 +455,22 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   State& state = *state_;
   state.reportMissingLines();
   const bool join = state.continues(stamps.front());
-  HostCarry carried;
-  if (join) carried = state.continued(stamps.front());
-  // With the state from before, if the IMU has carried it; else in its place.
-  const HostAnswer answer =
-      carried.ok ? state.adapter->recover(stamps, {state.lost}) : state.adapter->seed(stamps);
+  HostPropagation propagated;
+  if (join) propagated = state.continued(stamps.front());
+  // With the state from before, if the IMU has propagated it; else in its place.
+  const HostResult answer =
+      propagated.ok ? state.adapter->recover(stamps, {state.lost}) : state.adapter->seed(stamps);
   const std::string action = join ? "join" : "seed";
   if (!answer.pending) state.record(action, answer, nullptr);
   state.reportAnswer(action, answer);
   if (answer.success()) {
     *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
-    if (join && !carried.ok) moveWindow(carried.state, window);
+    if (join && !propagated.ok) moveWindow(propagated.state, window);
     state.reportStart(answer);
     state.monitor.reset();
     if (join) {
       state.monitor.doubt(stamps.back());
-      state.continueFrame(stamps.back(), carried.ok ? answer.join : carried);
+      state.continueFrame(stamps.back(), propagated.ok ? answer.frame : propagated);
     } else {
       state.publishFrame(stamps.back());
     }
@@ -501,11 +503,11 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
     state.is_lost = true;
   }
   const std::vector<HostState> healthy = state.healthyUntil(last);
-  const HostAnswer answer = state.adapter->recover(stamps, healthy);
+  const HostResult answer = state.adapter->recover(stamps, healthy);
   if (answer.pending) {
     state.pending = true;
     if (!failed) return false;
-    const HostAnswer bridge = state.adapter->bridge(stamps, healthy);
+    const HostResult bridge = state.adapter->bridge(stamps, healthy);
     static_cast<HostWindow&>(*window) = bridge.window;
     return bridge.success();
   }
@@ -520,7 +522,7 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
   static_cast<HostWindow&>(*window) = answer.window;
   state.pause = 0.0;
   state.monitor.recovered(stamps.back());
-  if (failed) state.continueFrame(stamps.back(), answer.join);
+  if (failed) state.continueFrame(stamps.back(), answer.frame);
   return true;
 }
 
@@ -596,9 +598,9 @@ void HostGlue::hostCleared() {
 bool HostGlue::continuedAt(double stamp, HostState* anchor) {
   State& state = *state_;
   if (!state.continues(stamp)) return false;
-  const HostCarry carried = state.continued(stamp);
-  state.continueFrame(stamp, carried);
-  *anchor = carried.state;
+  const HostPropagation propagated = state.continued(stamp);
+  state.continueFrame(stamp, propagated);
+  *anchor = propagated.state;
   return true;
 }
 
@@ -665,7 +667,7 @@ void HostGlue::recordShadow(const std::vector<HostState>& window, bool tried, bo
   if (result) stock.window.states = window;
   std::vector<double> stamps;
   for (const HostState& frame : window) stamps.push_back(frame.stamp);
-  const HostAnswer answer = state.adapter->seed(stamps);
+  const HostResult answer = state.adapter->seed(stamps);
   state.record("seed", answer, &stock);
   state.reportAnswer("shadow", answer);
   if (result && answer.success()) state.reportStart(answer);

@@ -66,7 +66,7 @@ constexpr double kSameVelocity = 0.4;
 constexpr double kSameTime = 1e-4;  // [s]
 // For so long the IMU alone may carry a host because all of the image moves [s].
 constexpr double kLongestBlind = 5.0;
-// So long after it the tracks decide: the IMU alone has carried the poses of the window [s].
+// So long after it the tracks decide: the IMU alone has propagated the poses of the window [s].
 constexpr double kTrusted = 1.0;
 
 Eigen::Matrix3d expOf(const Eigen::Vector3d& v) {
@@ -326,17 +326,17 @@ struct Prediction {
 
 // The direction of gravity is not exact in the host's world, but the attitude of its last state is:
 // the tilt of healthyCovariance() moves the prediction and does not turn it.
-Prediction predictionOf(const CarriedState& carried, const NavState& last) {
+Prediction predictionOf(const PropagatedState& propagated, const NavState& last) {
   Prediction prediction;
-  prediction.state = carried.state;
+  prediction.state = propagated.state;
   const Eigen::Vector3d tilt = healthyCovariance().diagonal().head<3>();
-  const Eigen::Vector3d theta = carried.covariance.diagonal().head<3>();
-  const double turned = logOf(last.R_w_b.transpose() * carried.state.R_w_b).norm();
+  const Eigen::Vector3d theta = propagated.covariance.diagonal().head<3>();
+  const double turned = logOf(last.R_w_b.transpose() * propagated.state.R_w_b).norm();
   prediction.covariance.setZero();
   prediction.covariance.diagonal().head<3>() = (theta - tilt).cwiseMax(0.0).array() +
                                                kFrameTheta * kFrameTheta +
                                                std::pow(kGyroScale * turned, 2);
-  prediction.covariance.bottomRightCorner<3, 3>() = carried.covariance.block<3, 3>(6, 6);
+  prediction.covariance.bottomRightCorner<3, 3>() = propagated.covariance.block<3, 3>(6, 6);
   prediction.covariance.diagonal().tail<3>().array() += kFramePosition * kFramePosition;
   return prediction;
 }
@@ -492,7 +492,7 @@ bool isWrong(const Innovation& result) {
 // Whether the pose of the images agrees with another prediction. If nearly all tracks agree with
 // that pose and nothing was found, the other prediction decides: damage that is small against what
 // is known of the host's velocity.
-bool compareTo(const CarriedState& predicted, const std::vector<NavState>& optimized,
+bool compareTo(const PropagatedState& predicted, const std::vector<NavState>& optimized,
                Innovation* result) {
   const NavState& last = optimized.back();
   const Prediction prediction = predictionOf(predicted, last);
@@ -539,7 +539,7 @@ const char* toString(Culprit culprit) {
   return "unknown";
 }
 
-Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedState& predicted,
+Innovation innovationOf(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
                         double sigma_px, const TrackTrust& trust) {
   Innovation result;
@@ -611,12 +611,12 @@ bool InnovationMonitor::velocityOfPoses(const std::vector<NavState>& optimized,
   return velocity->allFinite();
 }
 
-CarriedState InnovationMonitor::withVelocityOf(const Eigen::Vector3d& velocity,
-                                               const NavState& last,
-                                               const CarriedState& predicted) const {
+PropagatedState InnovationMonitor::withVelocityOf(const Eigen::Vector3d& velocity,
+                                                  const NavState& last,
+                                                  const PropagatedState& predicted) const {
   const double interval = predicted.state.t - last.t;
   const double share = interval / (before_.last - before_.first);
-  CarriedState result = predicted;
+  PropagatedState result = predicted;
   result.state.v_w_b += velocity - last.v_w_b;
   result.state.p_w_b += (velocity - last.v_w_b) * interval;
   // Errors e of the two poses move the prediction by e_1 + share (e_1 - e_0), and the velocity of
@@ -632,8 +632,8 @@ CarriedState InnovationMonitor::withVelocityOf(const Eigen::Vector3d& velocity,
   return result;
 }
 
-void InnovationMonitor::keep(const std::vector<NavState>& optimized, const CarriedState& predicted,
-                             const Innovation& result) {
+void InnovationMonitor::keep(const std::vector<NavState>& optimized,
+                             const PropagatedState& predicted, const Innovation& result) {
   const NavState& last = optimized.back();
   const double interval = predicted.state.t - last.t;
   before_.first = last.t;
@@ -646,7 +646,7 @@ void InnovationMonitor::keep(const std::vector<NavState>& optimized, const Carri
 }
 
 Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
-                                    const CarriedState& predicted,
+                                    const PropagatedState& predicted,
                                     const std::vector<FrameObservation>& frames,
                                     const Calibration& calibration, double sigma_px, bool damaged) {
   const double t = predicted.state.t;
@@ -684,7 +684,7 @@ bool InnovationMonitor::blindEnds(const std::vector<FrameObservation>& frames, d
 }
 
 Innovation InnovationMonitor::judgeFrame(const std::vector<NavState>& optimized,
-                                         const CarriedState& predicted,
+                                         const PropagatedState& predicted,
                                          const std::vector<FrameObservation>& frames,
                                          const Calibration& calibration, double sigma_px,
                                          const TrackTrust& trust) {
@@ -697,7 +697,7 @@ Innovation InnovationMonitor::judgeFrame(const std::vector<NavState>& optimized,
     return result;
   }
   const NavState& last = optimized.back();
-  const CarriedState other = withVelocityOf(velocity, last, predicted);
+  const PropagatedState other = withVelocityOf(velocity, last, predicted);
   Innovation result = innovationOf(optimized, suspicious_ ? other : predicted, frames, calibration,
                                    sigma_px, trust);
   const std::string off = "the host's velocity is " + rounded((velocity - last.v_w_b).norm()) +

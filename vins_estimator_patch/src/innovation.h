@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "imu_carry.h"
+#include "imu_propagation.h"
 #include "slim_init/types.h"
 #include "track_place.h"
 
@@ -72,7 +72,7 @@ struct TrackTrust {
 /// Compares the tracks of the newest frame to the pose that the IMU predicts for it.
 ///
 /// `optimized` are the states of the host's window except for the newest, ascending in time;
-/// `predicted` is the last of them carried to the newest frame by carryState(), from
+/// `predicted` is the last of them propagated to the newest frame by propagateState(), from
 /// healthyCovariance(); `frames` have their stamps on the IMU clock, those of other times are
 /// skipped; `sigma_px` is the standard deviation of an observation [px]; more noise is measured.
 /// Fewer than three optimized states, a value that is not finite, a missing newest frame:
@@ -84,7 +84,7 @@ struct TrackTrust {
 /// pixel and place, is below 13.8 (0.1 %). A track whose views in the window leave it no place (the
 /// same bound) has moved before the newest interval: many of them cannot speak against the IMU, and
 /// a texture that fills the view, all of whose tracks are new, is told from damage by them.
-Innovation innovationOf(const std::vector<NavState>& optimized, const CarriedState& predicted,
+Innovation innovationOf(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
                         double sigma_px, const TrackTrust& trust = {});
 
@@ -98,7 +98,7 @@ class InnovationMonitor {
  public:
   /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
   /// velocity. `damaged`: the IMU data between the optimized states are, which is known already.
-  Innovation judge(const std::vector<NavState>& optimized, const CarriedState& predicted,
+  Innovation judge(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                    const std::vector<FrameObservation>& frames, const Calibration& calibration,
                    double sigma_px, bool damaged = false);
   /// The streams or the host have restarted.
@@ -113,14 +113,14 @@ class InnovationMonitor {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // [m/s]
     double variance = 0.0;  // of the difference of its poses, from their tracks [m^2]
   };
-  Innovation judgeFrame(const std::vector<NavState>& optimized, const CarriedState& predicted,
+  Innovation judgeFrame(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
                         double sigma_px, const TrackTrust& trust);
   bool blindEnds(const std::vector<FrameObservation>& frames, double t) const;
   bool velocityOfPoses(const std::vector<NavState>& optimized, Eigen::Vector3d* velocity) const;
-  CarriedState withVelocityOf(const Eigen::Vector3d& velocity, const NavState& last,
-                              const CarriedState& predicted) const;
-  void keep(const std::vector<NavState>& optimized, const CarriedState& predicted,
+  PropagatedState withVelocityOf(const Eigen::Vector3d& velocity, const NavState& last,
+                                 const PropagatedState& predicted) const;
+  void keep(const std::vector<NavState>& optimized, const PropagatedState& predicted,
             const Innovation& result);
 
   Step before_;

@@ -13,11 +13,11 @@ namespace {
 OptionalCalibration betterThan(const Calibration& configured, const OptionalCalibration& found) {
   if (!found) return found;
   constexpr double kDegToRad = 0.017453292519943295;
-  const CalibrationSigmas care, &before = configured.sigmas;
-  const double rotation = std::max(found->rotationSigmaDeg(), care.rotation_deg);
+  const CalibrationSigmas defaults, &before = configured.sigmas;
+  const double rotation = std::max(found->rotationSigmaDeg(), defaults.rotation_deg);
   const double translation = std::max(
-      std::sqrt(found->covariance.diagonal().segment<3>(3).maxCoeff()), care.translation_m);
-  const double td = std::max(found->tdSigma(), care.td_s);
+      std::sqrt(found->covariance.diagonal().segment<3>(3).maxCoeff()), defaults.translation_m);
+  const double td = std::max(found->tdSigma(), defaults.td_s);
   const bool turns = rotation < before.rotation_deg, moves = translation < before.translation_m;
   // Extrinsics come without a td where the host does not estimate it.
   const bool shifts = found->tdSigma() > 0.0 && td < before.td_s;

@@ -64,7 +64,7 @@ std::string startRecordHeader() {
          "path_ratio_stock_to_slim,tilt_difference_deg,gyro_bias_difference_rps,message";
 }
 
-std::string startRecordRow(HostMode mode, const std::string& action, const HostAnswer& answer,
+std::string startRecordRow(HostMode mode, const std::string& action, const HostResult& answer,
                            const StockStart* stock) {
   const StockStart none;
   const StockStart& host = stock == nullptr ? none : *stock;
@@ -73,9 +73,9 @@ std::string startRecordRow(HostMode mode, const std::string& action, const HostA
       number(answer.data_s, 3, true),
       toString(mode),
       action,
-      toString(answer.verdict.status),
+      toString(answer.result.status),
       number(answer.total_ms, 4),
-      number(answer.verdict.scale_sigma, 4),
+      number(answer.result.scale_sigma, 4),
       number(pathLength(answer.window), 6),
       number(speed(answer.window), 6),
       stock == nullptr ? ""

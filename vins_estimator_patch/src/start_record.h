@@ -23,7 +23,7 @@ std::string startRecordHeader();
 /// One row, without the line break. `action` is "seed", "join" (a seed that continues an earlier
 /// odometry frame) or "recover"; `stock` is null outside shadow mode. Fields that were not computed
 /// are empty.
-std::string startRecordRow(HostMode mode, const std::string& action, const HostAnswer& answer,
+std::string startRecordRow(HostMode mode, const std::string& action, const HostResult& answer,
                            const StockStart* stock);
 
 }  // namespace slim_init::vins_adapter

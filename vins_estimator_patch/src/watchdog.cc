@@ -86,7 +86,7 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
                          const Calibration& calibration, const WatchBounds& bounds) {
   WatchFinding finding;
   const auto wrong = [&finding](const std::string& reason) {
-    finding.sane = false;
+    finding.healthy = false;
     finding.reason += (finding.reason.empty() ? "" : "; ") + reason;
   };
   if (states.size() <= kJudgedFrames) return finding;
@@ -108,18 +108,19 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   for (const NavState& state : states) {
     const double age = newest.t - state.t;
     if (age > kLongest || age < kShortest) continue;
-    CarriedState from, carried;
+    PropagatedState from, propagated;
     from.state = state;
     std::string error;
-    if (!carryState(from, newest.t, samples, damage, gravity_w, calibration.imu_noise, &carried,
-                    &error)) {
+    if (!propagateState(from, newest.t, samples, damage, gravity_w, calibration.imu_noise,
+                        &propagated, &error)) {
       continue;
     }
-    finding.velocity_mps = (newest.v_w_b - carried.state.v_w_b).norm();
-    finding.rotation_deg = kDeg * angleOf(carried.state.R_w_b.transpose() * newest.R_w_b);
-    const double may_v = bounds.velocity_mps + 3.0 * carried.velocitySigma();
-    const double may_r = bounds.rotation_deg +
-                         3.0 * kDeg * std::sqrt(carried.covariance.diagonal().head<3>().maxCoeff());
+    finding.velocity_mps = (newest.v_w_b - propagated.state.v_w_b).norm();
+    finding.rotation_deg = kDeg * angleOf(propagated.state.R_w_b.transpose() * newest.R_w_b);
+    const double may_v = bounds.velocity_mps + 3.0 * propagated.velocitySigma();
+    const double may_r =
+        bounds.rotation_deg +
+        3.0 * kDeg * std::sqrt(propagated.covariance.diagonal().head<3>().maxCoeff());
     if (finding.velocity_mps > may_v) {
       wrong(text("velocity changed by ", finding.velocity_mps,
                  " m/s more than the IMU measured in ", age, " s (limit ", may_v, ")"));

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "imu_carry.h"
+#include "imu_propagation.h"
 #include "imu_screen.h"
 #include "slim_init/types.h"
 
@@ -16,12 +16,12 @@ namespace slim_init::vins_adapter {
 
 /// What the watchdog measured in one window of a host, and its verdict.
 struct WatchFinding {
-  bool sane = true;
-  std::string reason;  ///< what is wrong, with value and bound; empty while sane
+  bool healthy = true;
+  std::string reason;  ///< what is wrong, with value and bound; empty while healthy
   /// Of tracks triangulated between the window's older poses and seen again in the newest [px];
   /// NaN: too few.
   double reprojection_px = kNotComputed;
-  /// Of the newest state from an older one of the window, carried there by the IMU; NaN: not
+  /// Of the newest state from an older one of the window, propagated there by the IMU; NaN: not
   /// compared.
   double velocity_mps = kNotComputed;
   double rotation_deg = kNotComputed;
@@ -65,7 +65,7 @@ class SteadyBiases {
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
 };
 
-/// Compares a host's newest state to an answer of the initializer carried to the same instant.
+/// Compares a host's newest state to an answer of the initializer propagated to the same instant.
 /// `scale_sigma` is the relative standard deviation of the answer's scale. Returns a reason, or "".
 std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma);
 

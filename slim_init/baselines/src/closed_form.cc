@@ -22,9 +22,9 @@ TrackRows rowsOf(const InitWindow& window, const Track& track, const LinearMotio
   rows.point_columns.resize(2 * track.size(), 3);
   rows.others.resize(2 * track.size(), 7);
   for (int i = 0; i < track.size(); ++i) {
-    const PointSighting& sighting = window.pointSightings()[track.begin + i];
-    const int k = sighting.keyframe;
-    const Eigen::Vector2d uv = sighting.bearing.hnormalized();
+    const WindowPoint& observation = window.pointObservations()[track.begin + i];
+    const int k = observation.keyframe;
+    const Eigen::Vector2d uv = observation.bearing.hnormalized();
     Eigen::Matrix<double, 2, 3> projection;
     projection << 1.0, 0.0, -uv.x(), 0.0, 1.0, -uv.y();
     projection *= calibration.R_b_c.transpose();

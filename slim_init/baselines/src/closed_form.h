@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Closed form of Dong-Si and Mourikis (IROS 2012): with known rotations every sighting is linear in
-// the point, the first velocity and gravity.
+// Closed form of Dong-Si and Mourikis (IROS 2012): with known rotations every observation is linear
+// in the point, the first velocity and gravity.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ struct ClosedForm {
   std::vector<Eigen::Vector3d> points_b0;
 };
 
-/// Minimises over the points f, v_0 and g, |g| fixed, the sum over the sightings of
+/// Minimises over the points f, v_0 and g, |g| fixed, the sum over the observations of
 ///   | [1 0 -u; 0 1 -v] R_c_b (R_b0_bk^T (f - p_k(v_0, g)) - t_b_c) |^2,
 /// p_k the IMU's own position (`motion`, accelerometer bias zero). Each point is eliminated on the
 /// null space of its columns. `tracks` index window.pointTracks().

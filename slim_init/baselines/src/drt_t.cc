@@ -51,7 +51,7 @@ TightEstimate alignTightly(const LinearMotion& motion, const TranslationEstimate
   estimate.valid = true;
 
   // Covariance on the constraint surface, where gravity moves in its tangent plane only. Of the
-  // three rows of a sighting two are independent.
+  // three rows of an observation two are independent.
   const Eigen::VectorXd c = A * x + c0;
   const double dof = 2.0 / 3.0 * visual.rows - 5.0;
   Eigen::Matrix<double, 6, 5> T = Eigen::Matrix<double, 6, 5>::Zero();

@@ -80,14 +80,15 @@ class EpipolarProblem {
     const int n = window.size();
     pairs_.resize(n * n);
     const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
-    const std::vector<PointSighting>& sightings = window.pointSightings();
+    const std::vector<WindowPoint>& observations = window.pointObservations();
     for (const Track& track : window.pointTracks()) {
       for (int a = track.begin; a < track.end; ++a) {
         for (int b = a + 1; b < track.end; ++b) {
-          KeyframePair& pair = pairs_[sightings[a].keyframe * n + sightings[b].keyframe];
-          pair.i = sightings[a].keyframe;
-          pair.j = sightings[b].keyframe;
-          pair.bearings.emplace_back(R_b_c * sightings[a].bearing, R_b_c * sightings[b].bearing);
+          KeyframePair& pair = pairs_[observations[a].keyframe * n + observations[b].keyframe];
+          pair.i = observations[a].keyframe;
+          pair.j = observations[b].keyframe;
+          pair.bearings.emplace_back(R_b_c * observations[a].bearing,
+                                     R_b_c * observations[b].bearing);
           ++residuals_;
         }
       }

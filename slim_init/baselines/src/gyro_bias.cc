@@ -57,11 +57,12 @@ class Objective {
   Objective(const InitWindow& window, const GyroBiasProblem& problem,
             const GyroBiasOptions& options)
       : window_(window), problem_(problem), options_(options), pairs_(window.size() - 1) {
-    const std::vector<PointSighting>& sightings = window.pointSightings();
+    const std::vector<WindowPoint>& observations = window.pointObservations();
     for (const Track& track : window.pointTracks()) {
       for (int a = track.begin; a + 1 < track.end; ++a) {
-        if (sightings[a + 1].keyframe == sightings[a].keyframe + 1) {
-          pairs_[sightings[a].keyframe].add(sightings[a].bearing, sightings[a + 1].bearing);
+        if (observations[a + 1].keyframe == observations[a].keyframe + 1) {
+          pairs_[observations[a].keyframe].add(observations[a].bearing,
+                                               observations[a + 1].bearing);
         }
       }
     }

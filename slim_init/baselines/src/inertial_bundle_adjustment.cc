@@ -86,7 +86,7 @@ class ImuFactor : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
   double gyro_walk_, accel_walk_;
 };
 
-// A sighting of a point, in pixels over sigma.
+// An observation of a point, in pixels over sigma.
 class ReprojectionFactor : public ceres::SizedCostFunction<2, 6, 3> {
  public:
   ReprojectionFactor(const Eigen::Vector2d& uv, const Calibration& calibration,
@@ -207,12 +207,13 @@ InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Pr
   for (MappedTrack& mapped : *points) {
     const Track& track = window.pointTracks()[mapped.track];
     for (int s = track.begin; s < track.end; ++s) {
-      const PointSighting& sighting = window.pointSightings()[s];
-      const int k = sighting.keyframe;
-      problem.AddResidualBlock(new ReprojectionFactor(sighting.bearing.hnormalized(), calibration,
-                                                      (*states)[k].R_w_b, sqrt_information),
-                               new ceres::CauchyLoss(options.cauchy_sigmas), blocks[k].pose.data(),
-                               mapped.point_w.data());
+      const WindowPoint& observation = window.pointObservations()[s];
+      const int k = observation.keyframe;
+      problem.AddResidualBlock(
+          new ReprojectionFactor(observation.bearing.hnormalized(), calibration, (*states)[k].R_w_b,
+                                 sqrt_information),
+          new ceres::CauchyLoss(options.cauchy_sigmas), blocks[k].pose.data(),
+          mapped.point_w.data());
     }
     ordering->AddElementToGroup(mapped.point_w.data(), 0);
   }

@@ -11,10 +11,10 @@
 
 namespace slim_init::baselines {
 
-/// A line selected for a keyframe pair (i, i+1): sightings and weight factor of eq. (13).
+/// A line selected for a keyframe pair (i, i+1): observations and weight factor of eq. (13).
 struct WeightedLine {
-  int sighting_i = -1;  ///< index into InitWindow::lineSightings()
-  int sighting_j = -1;
+  int observation_i = -1;  ///< index into InitWindow::lineObservations()
+  int observation_j = -1;
   double weight = 0.0;  ///< 0.5 + 0.5 clamp(q, 0, 1), in [0.5, 1]
 };
 
@@ -25,14 +25,14 @@ struct PairLines {
 };
 
 /// q^e of track reliability in [0, 1]: mean of persistence (keyframes seen / keyframes in the
-/// window), match quality over the pair (that of the later sighting, `sighting_j`, an index into
-/// InitWindow::lineSightings()), and valid-match ratio (keyframes seen / keyframes from first to
-/// last sighting). The paper names the three parts and leaves the mix open.
-double trackReliability(const InitWindow& window, const Track& track, int sighting_j);
+/// window), match quality over the pair (that of the later observation, `observation_j`, an index
+/// into InitWindow::lineObservations()), and valid-match ratio (keyframes seen / keyframes from
+/// first to last observation). The paper names the three parts and leaves the mix open.
+double trackReliability(const InitWindow& window, const Track& track, int observation_j);
 
 /// q^n of saliency in [0, 1]: mean of length / full_length_px (clamped) and detection confidence of
-/// sighting i, whose normal eq. (12) uses.
-double geometricSaliency(const InitWindow& window, int sighting_i,
+/// observation i, whose normal eq. (12) uses.
+double geometricSaliency(const InitWindow& window, int observation_i,
                          const LineSelectionOptions& options);
 
 /// Selects lines for every consecutive pair; entry i is the pair (i, i+1). A candidate is seen in

@@ -79,7 +79,7 @@ void addLineRows(const AlignmentProblem& problem, AlignmentSystem* system) {
   if (terms.lines == nullptr) return;
   const int n = problem.window.size();
   const Eigen::Matrix3d& R_b_c = problem.window.calibration().R_b_c;
-  const std::vector<LineSighting>& lines = problem.window.lineSightings();
+  const std::vector<WindowLine>& lines = problem.window.lineObservations();
   for (int i = 0; i + 1 < n; ++i) {
     const PairLines& pair = (*terms.lines)[i];
     if (terms.use_epipolar) {
@@ -89,8 +89,8 @@ void addLineRows(const AlignmentProblem& problem, AlignmentSystem* system) {
       const Eigen::Vector3d t_ci_cj =
           R_ci_b0 * (problem.centres_b0.col(i + 1) - problem.centres_b0.col(i));
       for (const WeightedLine& line : pair.epipolar) {
-        const double a = lineEpipolarResidual(lines[line.sighting_i].normal,
-                                              lines[line.sighting_j].normal, R_ci_cj, t_ci_cj);
+        const double a = lineEpipolarResidual(lines[line.observation_i].normal,
+                                              lines[line.observation_j].normal, R_ci_cj, t_ci_cj);
         system->H(3 * n, 3 * n) += terms.epipolar_weight * line.weight * a * a;
       }
     }
@@ -99,7 +99,7 @@ void addLineRows(const AlignmentProblem& problem, AlignmentSystem* system) {
       const PositionRows position = positionRows(problem, i);
       for (const WeightedLine& line : pair.normal) {
         const Eigen::RowVector3d n_b0 =
-            (problem.R_b0_bk[i] * R_b_c * lines[line.sighting_i].normal).transpose();
+            (problem.R_b0_bk[i] * R_b_c * lines[line.observation_i].normal).transpose();
         addRows<1>(n_b0 * position.J, Eigen::Matrix<double, 1, 1>(n_b0 * position.y),
                    terms.normal_weight * line.weight, i, n, *system);
       }

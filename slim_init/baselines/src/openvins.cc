@@ -34,10 +34,10 @@ std::vector<int> chooseTracks(const InitWindow& window, int max_features) {
   const std::vector<Track>& tracks = window.pointTracks();
   std::vector<int> chosen;
   for (std::size_t t = 0; t < tracks.size(); ++t) {
-    const auto begin = window.pointSightings().begin();
+    const auto begin = window.pointObservations().begin();
     const bool in_front =
         std::all_of(begin + tracks[t].begin, begin + tracks[t].end,
-                    [](const PointSighting& sighting) { return sighting.bearing.z() > 0.0; });
+                    [](const WindowPoint& observation) { return observation.bearing.z() > 0.0; });
     if (in_front) chosen.push_back(static_cast<int>(t));
   }
   if (max_features > 0 && chosen.size() > static_cast<std::size_t>(max_features)) {

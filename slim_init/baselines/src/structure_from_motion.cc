@@ -12,7 +12,7 @@
 #include <opencv2/calib3d.hpp>
 #include <sstream>
 
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "geometry/so3.h"
 
 namespace slim_init::baselines {
@@ -54,9 +54,9 @@ std::vector<Feature> featuresOf(const InitWindow& window) {
   for (const Track& track : window.pointTracks()) {
     Feature feature;
     for (int s = track.begin; s < track.end; ++s) {
-      const PointSighting& sighting = window.pointSightings()[s];
-      if (sighting.bearing.z() <= 0.0) continue;  // beyond a pinhole
-      feature.views.push_back({sighting.keyframe, onPlane(sighting.bearing)});
+      const WindowPoint& observation = window.pointObservations()[s];
+      if (observation.bearing.z() <= 0.0) continue;  // beyond a pinhole
+      feature.views.push_back({observation.keyframe, onPlane(observation.bearing)});
     }
     if (feature.views.size() >= 2) features.push_back(feature);
   }
@@ -347,17 +347,17 @@ class Reconstruction {
 }  // namespace
 
 std::vector<char> rejectByFundamentalMatrix(const InitWindow& window, const VinsOptions& options) {
-  const std::vector<PointSighting>& sightings = window.pointSightings();
-  std::vector<char> keep(sightings.size(), kKeepSighting);
+  const std::vector<WindowPoint>& observations = window.pointObservations();
+  std::vector<char> keep(observations.size(), kKeepObservation);
   if (options.tracking_threshold_px <= 0.0) return keep;
   for (int i = 0; i + 1 < window.size(); ++i) {
     std::vector<cv::Point2f> from, to;
-    std::vector<int> arriving;  // index of the sighting in i + 1
+    std::vector<int> arriving;  // index of the observation in i + 1
     for (const Track& track : window.pointTracks()) {
       for (int s = track.begin; s + 1 < track.end; ++s) {
-        if (sightings[s].keyframe != i || sightings[s + 1].keyframe != i + 1) continue;
-        const Eigen::Vector2d a = kFocalPx * onPlane(sightings[s].bearing);
-        const Eigen::Vector2d b = kFocalPx * onPlane(sightings[s + 1].bearing);
+        if (observations[s].keyframe != i || observations[s + 1].keyframe != i + 1) continue;
+        const Eigen::Vector2d a = kFocalPx * onPlane(observations[s].bearing);
+        const Eigen::Vector2d b = kFocalPx * onPlane(observations[s + 1].bearing);
         from.emplace_back(static_cast<float>(a.x()), static_cast<float>(a.y()));
         to.emplace_back(static_cast<float>(b.x()), static_cast<float>(b.y()));
         arriving.push_back(s + 1);

@@ -26,9 +26,9 @@ struct StructureFromMotion {
   bool valid() const { return status == InitStatus::kSuccess; }
 };
 
-/// The tracker's rejection: the sightings that a fundamental matrix between consecutive keyframes
-/// (RANSAC) contradicts start a track anew. One SightingVerdict (data/with_sightings.h) per
-/// sighting; all are kept with a threshold of zero.
+/// The tracker's rejection: the observations that a fundamental matrix between consecutive
+/// keyframes (RANSAC) contradicts start a track anew. One ObservationVerdict
+/// (data/with_observations.h) per observation; all are kept with a threshold of zero.
 std::vector<char> rejectByFundamentalMatrix(const InitWindow& window, const VinsOptions& options);
 
 /// Reconstructs the window. Deterministic: the consensus searches draw from fixed seeds.

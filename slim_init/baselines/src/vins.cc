@@ -7,7 +7,7 @@
 #include <sstream>
 #include <vector>
 
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "linear_alignment.h"
@@ -87,7 +87,7 @@ InitResult Vins::solve(const InitWindow& window) const {
 
   // The tracker's outlier rejection, where it is asked for.
   const std::shared_ptr<const InitWindow> tracks =
-      withSightings(window, rejectByFundamentalMatrix(window, options_));
+      withObservations(window, rejectByFundamentalMatrix(window, options_));
   clock.lap("outliers");
 
   // Camera poses up to scale by structure from motion (section V-A).

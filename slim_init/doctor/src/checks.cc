@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "window_answers.h"
+#include "window_estimates.h"
 
 namespace slim_init::evaluation {
 
@@ -81,7 +81,7 @@ DoctorReport examine(const DoctorData& data, const DoctorOptions& options) {
   checkImuNoise(data, report.answers, options, findings);
   report.lines = checkRotation(data, report.alignment, report.answers, options, findings);
   checkExcitation(data, report.alignment, options, findings);
-  checkAnswers(report.answers, options, findings);
+  checkEstimates(report.answers, options, findings);
   return report;
 }
 

@@ -29,12 +29,13 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
 /// is that of `answers`; where they have none, what the rotations alone measure. Returns the lines
 /// for the host's file of those parts that are off.
 std::string checkRotation(const DoctorData& data, const RotationAlignment& alignment,
-                          const WindowAnswers& answers, const DoctorOptions& options,
+                          const WindowEstimates& answers, const DoctorOptions& options,
                           Findings* findings);
 /// Verdicts of `slim`.
-void checkAnswers(const WindowAnswers& answers, const DoctorOptions& options, Findings* findings);
+void checkEstimates(const WindowEstimates& answers, const DoctorOptions& options,
+                    Findings* findings);
 /// Noise of the IMU against the data sheet's.
-void checkImuNoise(const DoctorData& data, const WindowAnswers& answers,
+void checkImuNoise(const DoctorData& data, const WindowEstimates& answers,
                    const DoctorOptions& options, Findings* findings);
 /// Whether there is enough motion to initialize.
 void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,

@@ -45,7 +45,7 @@ struct MeasuredCalibration {
   OptionalCalibration all;  ///< of `slim`, where it has measured it
 };
 
-MeasuredCalibration measuredBy(const RotationAlignment& a, const WindowAnswers& answers,
+MeasuredCalibration measuredBy(const RotationAlignment& a, const WindowEstimates& answers,
                                const DoctorOptions& options) {
   MeasuredCalibration m = {a.R_b_c, a.R_covariance, a.td, a.td_sigma, answers.calibration};
   const double floor = options.extrinsic_floor_deg / kDegPerRad;
@@ -325,7 +325,7 @@ bool rotationsAgree(const RotationAlignment& a, const DoctorOptions& options, Fi
 }  // namespace
 
 std::string checkRotation(const DoctorData& data, const RotationAlignment& a,
-                          const WindowAnswers& answers, const DoctorOptions& options,
+                          const WindowEstimates& answers, const DoctorOptions& options,
                           Findings* findings) {
   checkEpipolar(a, options, findings);
   Finding& f = add(findings, "rotation_agreement", Severity::kNotChecked, kNotComputed, "");

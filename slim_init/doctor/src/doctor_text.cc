@@ -109,7 +109,7 @@ Json noiseJson(const ImuNoise& noise) {
           {"accel_density", jsonNumber(noise.accel_density)}};
 }
 
-Json answersJson(const WindowAnswers& answers) {
+Json answersJson(const WindowEstimates& answers) {
   Json json = {{"windows", answers.windows},
                {"accepted", answers.accepted},
                {"refused", answers.refused},

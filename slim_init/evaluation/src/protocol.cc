@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "ordered_tasks.h"
-#include "slim_init/answer_sequence.h"
+#include "slim_init/consistency_check.h"
 #include "slim_init/evaluation/cpu_time.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/statistics.h"
@@ -160,8 +160,8 @@ bool truthOfWindow(const Sequence& sequence, const InitWindow& window,
 /// moves them away from the keyframes of the window, and may leave out one that the IMU data then
 /// do not cover. `without_truth`: one of them lies where there is no truth, and yet as near to the
 /// window as a correction of td may take it.
-WindowMetrics evaluateAnswer(const Sequence& sequence, const InitWindow& window,
-                             const InitResult& answer, bool* without_truth) {
+WindowMetrics evaluateEstimate(const Sequence& sequence, const InitWindow& window,
+                               const InitResult& answer, bool* without_truth) {
   WindowMetrics metrics;
   std::vector<NavState> truth;
   for (const NavState& state : answer.states) {
@@ -179,7 +179,7 @@ WindowMetrics evaluateAnswer(const Sequence& sequence, const InitWindow& window,
 
 MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
                        const std::vector<NavState>& truth, const Sequence& sequence,
-                       AnswerSequence* answers, InitResult* returned) {
+                       ConsistencyCheck* answers, InitResult* returned) {
   const double cpu_begin = threadCpuMs();
   const auto begin = std::chrono::steady_clock::now();
   *returned = solver.solve(window);
@@ -199,7 +199,7 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
   if (truth.empty()) {
     record.metrics.failure = "no ground truth";
   } else {
-    record.metrics = evaluateAnswer(sequence, window, answer, &record.without_truth);
+    record.metrics = evaluateEstimate(sequence, window, answer, &record.without_truth);
     record.partial = evaluatePartial(answer, truth);
   }
   record.scale_sigma = answer.scale_sigma;
@@ -248,8 +248,8 @@ MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Seq
                        const ProtocolOptions& options) {
   MethodRecord record;
   InitResult answer;
-  AnswerSequence answers(options.window.fullSpan(),
-                         options.first_keyframes > 0 ? AnswerSequence::kMaxDisagreement : 0.0);
+  ConsistencyCheck answers(options.window.fullSpan(),
+                           options.first_keyframes > 0 ? ConsistencyCheck::kMaxDisagreement : 0.0);
   for (std::size_t i = 0; i < trial.cut.windows.size(); ++i) {
     record = runSolver(solver, *trial.cut.windows[i], trial.truths[i], sequence, &answers, &answer);
     if (record.accepted()) break;

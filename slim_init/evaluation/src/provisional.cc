@@ -220,7 +220,7 @@ std::string runProvisional(const Sequence& sequence, const InitializerOptions& i
 }
 
 std::string provisionalTable(const std::vector<ProvisionalRecord>& records, double look_s) {
-  std::vector<const ProvisionalRecord*> first, young;
+  std::vector<const ProvisionalRecord*> first, later;
   std::vector<double> times;
   int trials = 0, ran = 0, well = 0, last_trial = -1;
   for (const ProvisionalRecord& record : records) {
@@ -237,7 +237,7 @@ std::string provisionalTable(const std::vector<ProvisionalRecord>& records, doub
       }
     }
     if (record.answered() && std::abs(record.data_s - look_s) < kSameAge) {
-      young.push_back(&record);
+      later.push_back(&record);
     }
   }
   std::ostringstream out;
@@ -251,7 +251,7 @@ std::string provisionalTable(const std::vector<ProvisionalRecord>& records, doub
   }
   std::ostringstream title;
   title << "estimates at " << look_s << " s";
-  describe(title.str().c_str(), young, trials, &out);
+  describe(title.str().c_str(), later, trials, &out);
   if (ran > 0) {
     out << "estimator started from the first estimate: " << well << " of " << ran
         << " end well (ATE below " << kMaxAte << " m, scale within " << 100.0 * kMaxScaleError

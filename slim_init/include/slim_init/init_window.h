@@ -13,14 +13,14 @@
 namespace slim_init {
 
 /// One observation of a point track.
-struct PointSighting {
+struct WindowPoint {
   int keyframe = 0;         ///< index into InitWindow::times()
   Eigen::Vector3d bearing;  ///< unit, in c
   double dt = 0.0;          ///< PointObservation::dt [s]
 };
 
 /// One observation of a line track.
-struct LineSighting {
+struct WindowLine {
   int keyframe = 0;
   Eigen::Vector3d start_bearing;  ///< unit, in c
   Eigen::Vector3d end_bearing;    ///< unit, in c
@@ -65,13 +65,11 @@ class InitWindow {
   const std::vector<ImuSample>& imu() const { return common_->imu; }
 
   const std::vector<Track>& pointTracks() const { return point_tracks_; }
-  const std::vector<PointSighting>& pointSightings() const { return point_sightings_; }
+  const std::vector<WindowPoint>& pointObservations() const { return point_observations_; }
   const std::vector<Track>& lineTracks() const { return common_->line_tracks; }
-  const std::vector<LineSighting>& lineSightings() const { return common_->line_sightings; }
+  const std::vector<WindowLine>& lineObservations() const { return common_->line_observations; }
   /// Every line of one keyframe, single observations included: a vanishing point needs no track.
-  const std::vector<LineSighting>& linesOfKeyframe(int k) const {
-    return common_->keyframe_lines[k];
-  }
+  const std::vector<WindowLine>& linesOfKeyframe(int k) const { return common_->keyframe_lines[k]; }
 
   /// Observations rejected by create(); zero for frames that a KeyframeWindow has cleaned before.
   const StreamCounts& counts() const { return common_->counts; }
@@ -83,8 +81,8 @@ class InitWindow {
     std::vector<double> times;
     std::vector<ImuSample> imu;
     std::vector<Track> line_tracks;
-    std::vector<LineSighting> line_sightings;
-    std::vector<std::vector<LineSighting>> keyframe_lines;
+    std::vector<WindowLine> line_observations;
+    std::vector<std::vector<WindowLine>> keyframe_lines;
     StreamCounts counts;
   };
 
@@ -94,8 +92,8 @@ class InitWindow {
   static std::shared_ptr<const InitWindow> fromCleanFrames(
       const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
       std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts = StreamCounts());
-  friend std::shared_ptr<const InitWindow> withSightings(const InitWindow& window,
-                                                         const std::vector<char>& keep);
+  friend std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
+                                                            const std::vector<char>& keep);
   friend std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                            const Calibration& calibration);
   friend std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window,
@@ -105,7 +103,7 @@ class InitWindow {
 
   std::shared_ptr<const Common> common_;
   std::vector<Track> point_tracks_;
-  std::vector<PointSighting> point_sightings_;
+  std::vector<WindowPoint> point_observations_;
 };
 
 }  // namespace slim_init

@@ -76,7 +76,7 @@ enum class GateName {
   kScaleSigma,
   kVelocitySigma,  ///< of the newest keyframe (provisional estimates)
   kTiltSigma,      ///< the same
-  kAgreement,      ///< with earlier estimates (AnswerSequence)
+  kAgreement,      ///< with earlier estimates (ConsistencyCheck)
   kOther,          ///< of a method from elsewhere: GateValue::explanation says what
 };
 

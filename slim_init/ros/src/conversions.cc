@@ -161,7 +161,7 @@ InitResultMessage resultMessage(const Attempt& attempt, const ResultContext& con
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> covariance =
       result.covariance;
   message.covariance.assign(covariance.data(), covariance.data() + covariance.size());
-  message.verdict = statusMessage(attempt, context);
+  message.status = statusMessage(attempt, context);
   return message;
 }
 

@@ -29,10 +29,10 @@ struct TrackCost {
 };
 
 // The cost of a track at the centres C(x) = A x + c0: LiGT rows (docs/derivation.md, 2) divided by
-// |theta|^2 and by the distance of the point, which turns them into angles. `views`: its sightings;
-// `u`: their bearings in b0; `centres`: of an earlier pass, stacked, or empty: every point is at 1
-// m. No rows without parallax or with two views only.
-TrackCost costOf(const PointSighting* views, const std::vector<Eigen::Vector3d>& u,
+// |theta|^2 and by the distance of the point, which turns them into angles. `views`: its
+// observations; `u`: their bearings in b0; `centres`: of an earlier pass, stacked, or empty: every
+// point is at 1 m. No rows without parallax or with two views only.
+TrackCost costOf(const WindowPoint* views, const std::vector<Eigen::Vector3d>& u,
                  const LinearMotion& motion, const Eigen::VectorXd& c0,
                  const Eigen::VectorXd& centres) {
   TrackCost cost;
@@ -131,7 +131,7 @@ std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion&
                                    const std::vector<Eigen::Matrix3d>& R_b0_bk, double sigma_rad,
                                    double gravity_magnitude, double accel_bias_prior) {
   const std::vector<Track>& tracks = window.pointTracks();
-  const std::vector<PointSighting>& sightings = window.pointSightings();
+  const std::vector<WindowPoint>& observations = window.pointObservations();
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   const Eigen::VectorXd c0 = motion.position0 + motion.lever;
   const Prior prior = {sigma_rad, gravity_magnitude, accel_bias_prior};
@@ -145,9 +145,9 @@ std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion&
     for (std::size_t t = 0; t < tracks.size(); ++t) {
       u.clear();
       for (int s = tracks[t].begin; s < tracks[t].end; ++s) {
-        u.push_back(R_b0_bk[sightings[s].keyframe] * R_b_c * sightings[s].bearing);
+        u.push_back(R_b0_bk[observations[s].keyframe] * R_b_c * observations[s].bearing);
       }
-      costs[t] = costOf(&sightings[tracks[t].begin], u, motion, c0, centres);
+      costs[t] = costOf(&observations[tracks[t].begin], u, motion, c0, centres);
     }
     Vector9d x = Vector9d::Zero();
     if (!graduate(costs, bound2, prior, &x)) return agrees;

@@ -7,7 +7,7 @@
 #include "alignment/consistent_tracks.h"
 #include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 
 namespace slim_init {
 namespace {
@@ -93,7 +93,7 @@ std::vector<WindowState> startingStates(const InitWindow& window,
   const LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
   const Eigen::Matrix3Xd shape_b0 = calibration.R_b_c * translation.centres_c0;
   const Eigen::MatrixXd H_b0 = rotated(translation.normal_matrix, calibration.R_b_c);
-  const int observations = static_cast<int>(window.pointSightings().size());
+  const int observations = static_cast<int>(window.pointObservations().size());
   const Eigen::Vector3d gyro_bias = pre.front().gyro_bias;
 
   std::vector<WindowState> starts;
@@ -135,16 +135,16 @@ std::vector<WindowState> consistentStartingStates(const InitWindow& window,
   const std::vector<char> agrees = consistentTracks(
       window, linearMotion(pre, R_b0_bk, calibration.t_b_c), R_b0_bk, calibration.sigmaBearing(),
       calibration.gravity_magnitude, inertial.accel_bias_prior);
-  std::vector<char> keep(window.pointSightings().size(), kKeepSighting);
+  std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
   bool all = true;
   for (std::size_t t = 0; t < agrees.size(); ++t) {
     if (agrees[t]) continue;
     all = false;
     const Track& track = window.pointTracks()[t];
-    std::fill(keep.begin() + track.begin, keep.begin() + track.end, kDropSighting);
+    std::fill(keep.begin() + track.begin, keep.begin() + track.end, kDropObservation);
   }
   if (all) return {};
-  const std::shared_ptr<const InitWindow> agreeing = withSightings(window, keep);
+  const std::shared_ptr<const InitWindow> agreeing = withObservations(window, keep);
   const TranslationEstimate translation = estimateTranslations(*agreeing, R_c0_ck, alignment);
   if (!translation.valid) return {};
   return startingStates(*agreeing, pre, translation, use, reverse, inertial);

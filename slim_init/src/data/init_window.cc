@@ -13,41 +13,41 @@
 namespace slim_init {
 namespace {
 
-// Groups (id, sighting) pairs into tracks with at least two sightings, by id, ascending in
+// Groups (id, observation) pairs into tracks with at least two observations, by id, ascending in
 // keyframe.
 template <typename Sighting>
 void buildTracks(std::vector<std::pair<FeatureId, Sighting>>& all, std::vector<Track>& tracks,
-                 std::vector<Sighting>& sightings) {
+                 std::vector<Sighting>& observations) {
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
-  sightings.reserve(all.size());
+  observations.reserve(all.size());
   for (std::size_t begin = 0; begin < all.size();) {
     std::size_t end = begin + 1;
     while (end < all.size() && all[end].first == all[begin].first) ++end;
     if (end - begin >= 2) {
       Track track;
       track.id = all[begin].first;
-      track.begin = static_cast<int>(sightings.size());
-      for (std::size_t i = begin; i < end; ++i) sightings.push_back(all[i].second);
-      track.end = static_cast<int>(sightings.size());
+      track.begin = static_cast<int>(observations.size());
+      for (std::size_t i = begin; i < end; ++i) observations.push_back(all[i].second);
+      track.end = static_cast<int>(observations.size());
       tracks.push_back(track);
     }
     begin = end;
   }
 }
 
-LineSighting sightingOf(const LineObservation& line, int keyframe) {
-  LineSighting sighting;
-  sighting.keyframe = keyframe;
-  sighting.start_bearing = line.start_bearing;
-  sighting.end_bearing = line.end_bearing;
-  sighting.normal = line.start_bearing.cross(line.end_bearing).normalized();
-  sighting.length_px = line.length_px;
-  sighting.detection_confidence = line.detection_confidence;
-  sighting.match_quality = line.match_quality;
-  sighting.start_dt = line.start_dt;
-  sighting.end_dt = line.end_dt;
-  return sighting;
+WindowLine observationOf(const LineObservation& line, int keyframe) {
+  WindowLine observation;
+  observation.keyframe = keyframe;
+  observation.start_bearing = line.start_bearing;
+  observation.end_bearing = line.end_bearing;
+  observation.normal = line.start_bearing.cross(line.end_bearing).normalized();
+  observation.length_px = line.length_px;
+  observation.detection_confidence = line.detection_confidence;
+  observation.match_quality = line.match_quality;
+  observation.start_dt = line.start_dt;
+  observation.end_dt = line.end_dt;
+  return observation;
 }
 
 // Empty, or a message naming the first keyframe whose time is not finite or not after the one
@@ -139,23 +139,23 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   common->counts = counts;
   common->times.reserve(keyframes.size());
   common->keyframe_lines.resize(keyframes.size());
-  std::vector<std::pair<FeatureId, PointSighting>> points;
-  std::vector<std::pair<FeatureId, LineSighting>> lines;
+  std::vector<std::pair<FeatureId, WindowPoint>> points;
+  std::vector<std::pair<FeatureId, WindowLine>> lines;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const FrameObservation& frame = *keyframes[k];
     common->times.push_back(frame.t);
     for (const PointObservation& point : frame.points) {
-      points.emplace_back(point.id, PointSighting{static_cast<int>(k), point.bearing, point.dt});
+      points.emplace_back(point.id, WindowPoint{static_cast<int>(k), point.bearing, point.dt});
     }
     for (const LineObservation& line : frame.lines) {
-      const LineSighting sighting = sightingOf(line, static_cast<int>(k));
-      lines.emplace_back(line.id, sighting);
-      common->keyframe_lines[k].push_back(sighting);
+      const WindowLine observation = observationOf(line, static_cast<int>(k));
+      lines.emplace_back(line.id, observation);
+      common->keyframe_lines[k].push_back(observation);
     }
   }
   const std::shared_ptr<InitWindow> window(new InitWindow());
-  buildTracks(points, window->point_tracks_, window->point_sightings_);
-  buildTracks(lines, common->line_tracks, common->line_sightings);
+  buildTracks(points, window->point_tracks_, window->point_observations_);
+  buildTracks(lines, common->line_tracks, common->line_observations);
   window->common_ = common;
   return window;
 }

@@ -17,35 +17,35 @@ struct Selection {
   bool holds(int keyframe) const { return first <= keyframe && keyframe < last; }
 };
 
-void moveRows(double factor, PointSighting* sighting) { sighting->dt *= factor; }
+void moveRows(double factor, WindowPoint* observation) { observation->dt *= factor; }
 
-void moveRows(double factor, LineSighting* sighting) {
-  sighting->start_dt *= factor;
-  sighting->end_dt *= factor;
+void moveRows(double factor, WindowLine* observation) {
+  observation->start_dt *= factor;
+  observation->end_dt *= factor;
 }
 
 template <typename Sighting>
-void select(const std::vector<Track>& tracks, const std::vector<Sighting>& sightings,
+void select(const std::vector<Track>& tracks, const std::vector<Sighting>& observations,
             const Selection& selection, std::vector<Track>* out_tracks,
-            std::vector<Sighting>* out_sightings) {
+            std::vector<Sighting>* out_observations) {
   out_tracks->reserve(tracks.size());
-  out_sightings->reserve(sightings.size());
+  out_observations->reserve(observations.size());
   for (const Track& track : tracks) {
     Track kept;
     kept.id = track.id;
-    kept.begin = static_cast<int>(out_sightings->size());
+    kept.begin = static_cast<int>(out_observations->size());
     for (int s = track.begin; s < track.end; ++s) {
-      if (!selection.holds(sightings[s].keyframe)) continue;
-      Sighting moved = sightings[s];
+      if (!selection.holds(observations[s].keyframe)) continue;
+      Sighting moved = observations[s];
       moved.keyframe -= selection.first;
       moveRows(selection.row_factor, &moved);
-      out_sightings->push_back(moved);
+      out_observations->push_back(moved);
     }
-    kept.end = static_cast<int>(out_sightings->size());
+    kept.end = static_cast<int>(out_observations->size());
     if (kept.size() >= 2) {
       out_tracks->push_back(kept);
     } else {
-      out_sightings->resize(kept.begin);
+      out_observations->resize(kept.begin);
     }
   }
 }
@@ -107,17 +107,17 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   for (int k = selection.first; k < selection.last; ++k) {
     common->times.push_back(old.times[k] + shift);
     common->keyframe_lines.push_back(old.keyframe_lines[k]);
-    for (LineSighting& line : common->keyframe_lines.back()) {
+    for (WindowLine& line : common->keyframe_lines.back()) {
       line.keyframe -= selection.first;
       moveRows(selection.row_factor, &line);
     }
   }
-  select(old.line_tracks, old.line_sightings, selection, &common->line_tracks,
-         &common->line_sightings);
+  select(old.line_tracks, old.line_observations, selection, &common->line_tracks,
+         &common->line_observations);
   const std::shared_ptr<InitWindow> out(new InitWindow());
   out->common_ = common;
-  select(window.point_tracks_, window.point_sightings_, selection, &out->point_tracks_,
-         &out->point_sightings_);
+  select(window.point_tracks_, window.point_observations_, selection, &out->point_tracks_,
+         &out->point_observations_);
   return out;
 }
 

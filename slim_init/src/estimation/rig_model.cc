@@ -99,14 +99,14 @@ CalibrationSigmas widened(const CalibrationSigmas& sigmas, const RigError& error
   const double readout = factor(scalar(error.dreadout), 7, sigmas.readout_s, kWideReadout);
   // A rig whose stamps are wrong by thirty of their standard deviations was not calibrated with the
   // care that the others speak of: one factor for rotation and td, and the lever arm follows.
-  const double care = std::max(rotation, td);
+  const double largest = std::max(rotation, td);
   const auto times = [](double sigma, double own, double common, double widest) {
     return std::max({sigma, own * sigma, std::min(common * sigma, widest)});
   };
   CalibrationSigmas wide = sigmas;
-  wide.rotation_deg = times(sigmas.rotation_deg, rotation, care, kWideRotationDeg);
-  wide.translation_m = times(sigmas.translation_m, translation, care, kTurnedTranslation);
-  wide.td_s = times(sigmas.td_s, td, care, kWideTd);
+  wide.rotation_deg = times(sigmas.rotation_deg, rotation, largest, kWideRotationDeg);
+  wide.translation_m = times(sigmas.translation_m, translation, largest, kTurnedTranslation);
+  wide.td_s = times(sigmas.td_s, td, largest, kWideTd);
   wide.readout_s = times(sigmas.readout_s, readout, 1.0, kWideReadout);
   return wide;
 }

@@ -148,16 +148,16 @@ VisualInertialProblem::VisualInertialProblem(
     whitening_valid_ = whitening_valid_ && llt.info() == Eigen::Success;
     known_information_ = llt.solve(StateCovariance::Identity());
   }
-  point_views_.reserve(window.pointSightings().size());
+  point_views_.reserve(window.pointObservations().size());
   for (const Track& track : window.pointTracks()) {
     const TrackRange range = {static_cast<int>(point_views_.size()),
                               static_cast<int>(point_views_.size()) + track.size()};
     for (int s = track.begin; s < track.end; ++s) {
       PointView view;
-      view.keyframe = window.pointSightings()[s].keyframe;
-      view.bearing_b = R_b_c * window.pointSightings()[s].bearing;
+      view.keyframe = window.pointObservations()[s].keyframe;
+      view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
-      view.dt = window.pointSightings()[s].dt;
+      view.dt = window.pointObservations()[s].dt;
       point_views_.push_back(view);
     }
     point_tracks_.push_back(range);
@@ -175,7 +175,7 @@ void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
     TrackRange range;
     range.begin = static_cast<int>(line_views_.size());
     for (int s = track.begin; s < track.end; ++s) {
-      const LineSighting& line = window_.lineSightings()[s];
+      const WindowLine& line = window_.lineObservations()[s];
       line_views_.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
                              line.start_dt, line.end_dt});
     }

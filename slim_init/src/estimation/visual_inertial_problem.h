@@ -56,10 +56,11 @@ struct MapResiduals {
 /// elimination; one object serves several starts and the solve after the rejection of outliers.
 class VisualInertialProblem {
  public:
-  /// `lines`: ranges of window.lineSightings() (window.lineTracks(), or what agreeingLineTracks()
-  /// left of them). `pre`: one preintegration per consecutive pair, with covariance; kept by
-  /// reference. `vanishing_points`: one per keyframe, or null. Lines and vanishing points take part
-  /// only as `options` says. Without a `rig` prior the calibration of the window is exact.
+  /// `lines`: ranges of window.lineObservations() (window.lineTracks(), or what
+  /// agreeingLineTracks() left of them). `pre`: one preintegration per consecutive pair, with
+  /// covariance; kept by reference. `vanishing_points`: one per keyframe, or null. Lines and
+  /// vanishing points take part only as `options` says. Without a `rig` prior the calibration of
+  /// the window is exact.
   VisualInertialProblem(const InitWindow& window, const std::vector<Track>& lines,
                         const std::vector<Preintegration>& pre,
                         const std::vector<VanishingPoint>* vanishing_points,

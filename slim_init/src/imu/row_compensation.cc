@@ -68,16 +68,16 @@ class CameraRotation {
 
 double reachOf(const InitWindow& window) {
   double reach = 0.0;
-  for (const PointSighting& s : window.pointSightings()) reach = std::max(reach, std::abs(s.dt));
+  for (const WindowPoint& s : window.pointObservations()) reach = std::max(reach, std::abs(s.dt));
   for (int k = 0; k < window.size(); ++k) {
-    for (const LineSighting& s : window.linesOfKeyframe(k)) {
+    for (const WindowLine& s : window.linesOfKeyframe(k)) {
       reach = std::max({reach, std::abs(s.start_dt), std::abs(s.end_dt)});
     }
   }
   return reach;
 }
 
-void compensate(const std::vector<CameraRotation>& rotation, LineSighting* line) {
+void compensate(const std::vector<CameraRotation>& rotation, WindowLine* line) {
   line->start_bearing = rotation[line->keyframe].at(line->start_dt) * line->start_bearing;
   line->end_bearing = rotation[line->keyframe].at(line->end_dt) * line->end_bearing;
   const Eigen::Vector3d normal = line->start_bearing.cross(line->end_bearing);
@@ -94,13 +94,13 @@ std::shared_ptr<const InitWindow> withRowsCompensated(const InitWindow& window,
   for (const double t : window.times()) rotation.emplace_back(window, t, reach, gyro_bias);
 
   const auto common = std::make_shared<InitWindow::Common>(*window.common_);
-  for (LineSighting& line : common->line_sightings) compensate(rotation, &line);
-  for (std::vector<LineSighting>& lines : common->keyframe_lines) {
-    for (LineSighting& line : lines) compensate(rotation, &line);
+  for (WindowLine& line : common->line_observations) compensate(rotation, &line);
+  for (std::vector<WindowLine>& lines : common->keyframe_lines) {
+    for (WindowLine& line : lines) compensate(rotation, &line);
   }
   const std::shared_ptr<InitWindow> out(new InitWindow(window));
   out->common_ = common;
-  for (PointSighting& s : out->point_sightings_)
+  for (WindowPoint& s : out->point_observations_)
     s.bearing = rotation[s.keyframe].at(s.dt) * s.bearing;
   return out;
 }

@@ -100,7 +100,7 @@ AgreeingLines agreeingLineTracks(const InitWindow& window, const WindowState& mo
     if (track.size() < min_views) continue;
     views.clear();
     for (int s = track.begin; s < track.end; ++s) {
-      const LineSighting& line = window.lineSightings()[s];
+      const WindowLine& line = window.lineObservations()[s];
       views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
     }
     const Stretch stretch(views, motion, window.calibration().t_b_c);
@@ -117,7 +117,7 @@ AgreeingLines agreeingLineTracks(const InitWindow& window, const WindowState& mo
       open.push_back({found.end, range.end});
       open.push_back({range.begin, found.begin});
     }
-    out.sightings += kept;
+    out.observations += kept;
     out.dropped += track.size() - kept;
   }
   return out;

@@ -12,16 +12,16 @@
 
 namespace slim_init {
 
-/// Line tracks cut into stretches of consecutive sightings in which a single line explains every
+/// Line tracks cut into stretches of consecutive observations in which a single line explains every
 /// end point to within `max_error_rad`, seen from the cameras of `motion`; the longest stretch
 /// first, then what is left on both sides of it. Stretches shorter than `min_views` are left out.
 ///
 /// Only rotations and the shape of the trajectory matter, not its scale. Two views always agree
 /// (they put no constraint on the motion, docs/derivation.md), so the test begins with the third.
 struct AgreeingLines {
-  std::vector<Track> tracks;  ///< ranges of InitWindow::lineSightings(); ids repeat after a cut
-  int sightings = 0;          ///< in `tracks`
-  int dropped = 0;            ///< sightings of long enough tracks that are in no stretch
+  std::vector<Track> tracks;  ///< ranges of InitWindow::lineObservations(); ids repeat after a cut
+  int observations = 0;       ///< in `tracks`
+  int dropped = 0;            ///< observations of long enough tracks that are in no stretch
 };
 AgreeingLines agreeingLineTracks(const InitWindow& window, const WindowState& motion,
                                  double max_error_rad, int min_views);

@@ -134,14 +134,14 @@ struct VotingLine {
 
 // Weights are lengths in steps small enough to matter to no one and whole, with a sum below 2^24:
 // such sums are exact in float, so votes, and with them ties, do not depend on the order of lines.
-std::vector<VotingLine> votingLines(const std::vector<LineSighting>& lines) {
+std::vector<VotingLine> votingLines(const std::vector<WindowLine>& lines) {
   double max_length_px = 0.0;
-  for (const LineSighting& line : lines) max_length_px = std::max(max_length_px, line.length_px);
+  for (const WindowLine& line : lines) max_length_px = std::max(max_length_px, line.length_px);
   std::vector<VotingLine> voting;
   if (!(max_length_px > 0.0)) return voting;
   voting.reserve(lines.size());
   const double steps = std::floor(16777215.0 / static_cast<double>(lines.size()));
-  for (const LineSighting& line : lines) {
+  for (const WindowLine& line : lines) {
     if (!(line.length_px > 0.0)) continue;
     const Eigen::Vector3f normal = line.normal.cast<float>();
     const double weight = std::floor(steps * (line.length_px / max_length_px));
@@ -219,7 +219,7 @@ int mostVotedDirection(const VoteTable& table, const std::vector<VotingLine>& li
 // line. The normal n keeps s and e, so with d = a s + b e in the plane n . d errs by a times the
 // noise of s and b times that of e, hence a^2 + b^2: 1/2 in the middle of the segment, large for a
 // short segment far from d. Of a d off the plane it takes the projection.
-double errorAmplification(const LineSighting& line, const Eigen::Vector3d& d) {
+double errorAmplification(const WindowLine& line, const Eigen::Vector3d& d) {
   const double cosine = line.start_bearing.dot(line.end_bearing);
   const double d_s = d.dot(line.start_bearing);
   const double d_e = d.dot(line.end_bearing);
@@ -229,7 +229,7 @@ double errorAmplification(const LineSighting& line, const Eigen::Vector3d& d) {
   return (a_numerator * a_numerator + b_numerator * b_numerator) / (squared_sine * squared_sine);
 }
 
-void selectInliers(const std::vector<LineSighting>& lines, const Eigen::Vector3d& direction,
+void selectInliers(const std::vector<WindowLine>& lines, const Eigen::Vector3d& direction,
                    double sin_threshold, std::vector<int>& inliers) {
   inliers.clear();
   for (std::size_t l = 0; l < lines.size(); ++l) {
@@ -242,7 +242,7 @@ void selectInliers(const std::vector<LineSighting>& lines, const Eigen::Vector3d
 // Eigenvalues ascending and eigenvectors of sum w n n^T / sum w, w = length.
 using NormalScatter = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>;
 
-NormalScatter scatterOfNormals(const std::vector<LineSighting>& lines,
+NormalScatter scatterOfNormals(const std::vector<WindowLine>& lines,
                                const std::vector<int>& inliers) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double weight_sum = 0.0;
@@ -253,7 +253,7 @@ NormalScatter scatterOfNormals(const std::vector<LineSighting>& lines,
   return NormalScatter(scatter / weight_sum);
 }
 
-bool isDetermined(const std::vector<LineSighting>& lines, const std::vector<int>& inliers,
+bool isDetermined(const std::vector<WindowLine>& lines, const std::vector<int>& inliers,
                   const NormalScatter& scatter, double sigma_line_rad) {
   double noise_direction = 0.0;
   double noise_weakest = 0.0;
@@ -272,7 +272,7 @@ bool isDetermined(const std::vector<LineSighting>& lines, const std::vector<int>
 
 // Sandwich A^+ B A^+ of the length-weighted fit: A = sum w n n^T over the tangent plane (less its
 // smallest eigenvalue, the curvature of the sphere), B = sum w^2 var(n . d) n n^T.
-Eigen::Matrix3d covarianceOfDirection(const std::vector<LineSighting>& lines,
+Eigen::Matrix3d covarianceOfDirection(const std::vector<WindowLine>& lines,
                                       const std::vector<int>& inliers, const NormalScatter& scatter,
                                       double sigma_line_rad) {
   const Eigen::Vector3d direction = scatter.eigenvectors().col(0);
@@ -294,7 +294,7 @@ Eigen::Matrix3d covarianceOfDirection(const std::vector<LineSighting>& lines,
 
 }  // namespace
 
-VanishingPoint estimateVanishingPoint(const std::vector<LineSighting>& lines, double sigma_line_rad,
+VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, double sigma_line_rad,
                                       const VanishingPointOptions& options) {
   VanishingPoint vp;
   const std::size_t min_inliers = static_cast<std::size_t>(std::max(2, options.min_inliers));

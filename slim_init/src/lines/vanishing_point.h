@@ -49,7 +49,7 @@ const std::vector<Eigen::Vector3d>& icosphereHemisphere(int subdivisions);
 /// found == false for fewer than min_inliers lines, and for a bundle of near-parallel image lines
 /// whose planes differ too little to say where along them the direction is (kMinDetermination).
 /// track_id and age are left to trackVanishingPoints.
-VanishingPoint estimateVanishingPoint(const std::vector<LineSighting>& lines, double sigma_line_rad,
+VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, double sigma_line_rad,
                                       const VanishingPointOptions& options);
 
 /// Estimates every keyframe's vanishing point and carries track ids from keyframe to keyframe with

@@ -128,7 +128,7 @@ inline constexpr double kMaxHandEyeSigmaDeg = 15.0;
 
 // ---- Pruning (track_pruning.h)
 
-/// Largest keyframe gap between two sightings whose consistency is tested: over longer ones the
+/// Largest keyframe gap between two observations whose consistency is tested: over longer ones the
 /// rotation is less certain and clean tracks have drifted.
 inline constexpr int kMaxLinkGap = 4;
 /// Both begin to show at gaps above this many keyframes, where a link may have
@@ -136,17 +136,17 @@ inline constexpr int kMaxLinkGap = 4;
 inline constexpr int kLongLinkGap = 2;
 inline constexpr double kLongLinkInflation = 2.0;
 
-// ---- Standing tracks (standing_tracks.h)
+// ---- Static tracks (static_tracks.h)
 
-/// Farthest sighting of a standing track from their mean [standard deviations of a bearing].
-inline constexpr double kStandingSigmas = 3.0;
+/// Farthest observation of a static tracks from their mean [standard deviations of a bearing].
+inline constexpr double kStaticSigmas = 3.0;
 /// Motion of a far point by the rotation alone above which a track that stays in its place stands
 /// in the image and not in the scene [standard deviations of a bearing]: 12 px.
 inline constexpr double kTurnedSigmas = 20.0;
 /// Share of the tracks from which on they are taken out. Windows of a rigid scene have less.
-inline constexpr double kFewStanding = 0.05;
+inline constexpr double kMinStaticFraction = 0.05;
 /// Share above which none stands: the gyroscope has a glitch, or the images do not change.
-inline constexpr double kMostStanding = 0.5;
+inline constexpr double kMaxStaticFraction = 0.5;
 
 // ---- Consensus (robust_bias.h)
 

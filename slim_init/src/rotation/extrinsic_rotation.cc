@@ -39,9 +39,9 @@ std::vector<Turn> turnsOf(const InitWindow& window, const KeyframePairs& pairs) 
     const KeyframePair& pair = pairs[p];
     if (!pair.use_points) continue;
     std::vector<BearingPair> points;
-    for (std::size_t k = 0; k < pair.sighting_i.size(); ++k) {
-      points.push_back({window.pointSightings()[pair.sighting_i[k]].bearing,
-                        window.pointSightings()[pair.sighting_j[k]].bearing});
+    for (std::size_t k = 0; k < pair.observation_i.size(); ++k) {
+      points.push_back({window.pointObservations()[pair.observation_i[k]].bearing,
+                        window.pointObservations()[pair.observation_j[k]].bearing});
     }
     Turn turn;
     if (!relativeRotation(points, pairs.sigma(), nullptr, &turn.seen)) continue;
@@ -148,8 +148,8 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_po
   std::vector<Turn> turns;
   std::ostringstream message;
   // With a rolling shutter the rows are turned to the middle one as soon as the rotation is known.
-  const int looks = window.calibration().readout_s > 0.0 ? 2 : 1;
-  for (int look = 0; look < looks; ++look) {
+  const int passes = window.calibration().readout_s > 0.0 ? 2 : 1;
+  for (int pass = 0; pass < passes; ++pass) {
     const KeyframePairs pairs(*seen, kHandEyeGap, min_points_per_pair);
     turns = turnsOf(*seen, pairs);
     out.pairs = static_cast<int>(turns.size());
@@ -176,7 +176,7 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_po
       if (!(error.error.norm() < kMaxHandEyeStep)) break;
       out.R_b_c = out.R_b_c * expSO3(error.error);
     }
-    if (look + 1 == looks) break;
+    if (pass + 1 == passes) break;
     Calibration better = window.calibration();
     better.R_b_c = out.R_b_c;
     const auto turned = withCalibration(window, better);

@@ -3,16 +3,17 @@
 
 #include <algorithm>
 
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "geometry/so3.h"
 #include "rotation/constants.h"
 
 namespace slim_init {
 namespace {
 
-// Calls visit(track index, sighting a, sighting b) for every two sightings a < b of every track.
+// Calls visit(track index, observation a, observation b) for every two observations a < b of every
+// track.
 template <typename Visit>
-void forEachTwoSightings(const InitWindow& window, const Visit& visit) {
+void forEachTwoObservations(const InitWindow& window, const Visit& visit) {
   for (std::size_t t = 0; t < window.pointTracks().size(); ++t) {
     const Track& track = window.pointTracks()[t];
     for (int a = track.begin; a < track.end; ++a) {
@@ -46,28 +47,28 @@ std::vector<int> KeyframePairs::layOut(int max_gap) {
 }
 
 void KeyframePairs::reserve(const InitWindow& window, const std::vector<int>& index) {
-  const std::vector<PointSighting>& s = window.pointSightings();
+  const std::vector<WindowPoint>& s = window.pointObservations();
   std::vector<int> count(index.size(), 0);
-  forEachTwoSightings(
+  forEachTwoObservations(
       window, [&](int, int a, int b) { ++count[s[a].keyframe * keyframes_ + s[b].keyframe]; });
   for (std::size_t k = 0; k < index.size(); ++k) {
     if (index[k] < 0) continue;
     KeyframePair& pair = pairs_[index[k]];
     pair.points.reserve(count[k]);
-    pair.sighting_i.reserve(count[k]);
-    pair.sighting_j.reserve(count[k]);
+    pair.observation_i.reserve(count[k]);
+    pair.observation_j.reserve(count[k]);
     pair.track.reserve(count[k]);
   }
 }
 
 void KeyframePairs::addPoints(const InitWindow& window, const std::vector<int>& index) {
-  const std::vector<PointSighting>& s = window.pointSightings();
-  forEachTwoSightings(window, [&](int track, int a, int b) {
+  const std::vector<WindowPoint>& s = window.pointObservations();
+  forEachTwoObservations(window, [&](int track, int a, int b) {
     const int p = index[s[a].keyframe * keyframes_ + s[b].keyframe];
     if (p < 0) return;
     pairs_[p].points.add(s[a].bearing, s[b].bearing);
-    pairs_[p].sighting_i.push_back(a);
-    pairs_[p].sighting_j.push_back(b);
+    pairs_[p].observation_i.push_back(a);
+    pairs_[p].observation_j.push_back(b);
     pairs_[p].track.push_back(track);
   });
 }
@@ -140,22 +141,22 @@ BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations&
 
 PointMasks masksOf(const InitWindow& window, const KeyframePairs& pairs,
                    const std::vector<char>& keep) {
-  // Number of the piece of track that a sighting belongs to.
+  // Number of the piece of track that an observation belongs to.
   std::vector<int> piece(keep.size(), -1);
   int id = 0;
   for (const Track& track : window.pointTracks()) {
     ++id;
     for (int a = track.begin; a < track.end; ++a) {
       if (keep[a] == kStartTrack) ++id;
-      if (keep[a] != kDropSighting) piece[a] = id;
+      if (keep[a] != kDropObservation) piece[a] = id;
     }
   }
   PointMasks masks(pairs.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     masks[p].setOnes(pairs[p].points.count());
     for (int k = 0; k < pairs[p].points.count(); ++k) {
-      const int a = piece[pairs[p].sighting_i[k]];
-      if (a < 0 || a != piece[pairs[p].sighting_j[k]]) masks[p][k] = 0.0;
+      const int a = piece[pairs[p].observation_i[k]];
+      if (a < 0 || a != piece[pairs[p].observation_j[k]]) masks[p][k] = 0.0;
     }
   }
   return masks;

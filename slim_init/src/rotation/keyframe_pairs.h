@@ -17,9 +17,10 @@ namespace slim_init {
 struct KeyframePair {
   int i = 0, j = 0;
   PairPoints points;
-  std::vector<int> sighting_i, sighting_j;  ///< of every point, into InitWindow::pointSightings()
-  std::vector<int> track;                   ///< of every point, into InitWindow::pointTracks()
-  bool use_points = false;                  ///< enough points to enter
+  std::vector<int> observation_i,
+      observation_j;        ///< of every point, into InitWindow::pointObservations()
+  std::vector<int> track;   ///< of every point, into InitWindow::pointTracks()
+  bool use_points = false;  ///< enough points to enter
 
   int gap() const { return j - i; }
 };
@@ -102,8 +103,8 @@ BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations&
 /// Per pair and point: 1 used, 0 left out. Without entries every point is used.
 using PointMasks = std::vector<Eigen::ArrayXd>;
 
-/// Leaves out the points of a pair of which a sighting is dropped, or whose track is cut between
-/// both. `keep`: one SightingVerdict per sighting of `window`.
+/// Leaves out the points of a pair of which an observation is dropped, or whose track is cut
+/// between both. `keep`: one ObservationVerdict per observation of `window`.
 PointMasks masksOf(const InitWindow& window, const KeyframePairs& pairs,
                    const std::vector<char>& keep);
 

@@ -10,13 +10,13 @@
 
 namespace slim_init {
 
-/// Which pairs of sightings of a track agree with the motion of the camera, and what follows from
-/// it for the sightings.
+/// Which pairs of observations of a track agree with the motion of the camera, and what follows
+/// from it for the observations.
 class LinkTable {
  public:
   explicit LinkTable(const InitWindow& window);
 
-  /// Verdict on the link from sighting `a` to that of the same track `gap` keyframes later,
+  /// Verdict on the link from observation `a` to that of the same track `gap` keyframes later,
   /// 1 <= gap <= rotation_constants::kMaxLinkGap.
   void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
 
@@ -31,7 +31,7 @@ class LinkTable {
   void closePiece(int begin, int end, TrackPruning* out) const;
 
   const InitWindow& window_;
-  // By sighting and gap.
+  // By observation and gap.
   std::vector<std::array<Link, rotation_constants::kMaxLinkGap + 1>> links_;
 };
 

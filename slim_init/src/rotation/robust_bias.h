@@ -20,11 +20,11 @@ namespace slim_init {
 enum class RobustBiasStatus {
   kOk,
   kTooFewPoints,  ///< no keyframe pair has min_points_per_pair common points
-  kNoConsensus,   ///< fewer than min_inlier_fraction of the sightings agree with any bias
+  kNoConsensus,   ///< fewer than min_inlier_fraction of the observations agree with any bias
   kOutOfRange,    ///< the bias is not finite or larger than max_bias
 };
 
-/// Gyroscope bias with the sightings that agree with it.
+/// Gyroscope bias with the observations that agree with it.
 struct RobustBias {
   RobustBiasStatus status = RobustBiasStatus::kTooFewPoints;
   bool valid() const { return status == RobustBiasStatus::kOk; }
@@ -33,7 +33,7 @@ struct RobustBias {
   /// noise included. Positive definite when valid (gyro_bias_prior).
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   ImuNoise imu_noise;    ///< that is to be assumed of the window's IMU; set when valid
-  TrackPruning pruning;  ///< keep mask for withSightings() and counts, at `gyro_bias`
+  TrackPruning pruning;  ///< keep mask for withObservations() and counts, at `gyro_bias`
   /// Mean squared residual over keyframe pairs at gaps 1, 2 and 4 before any pruning, truncated at
   /// 9 [sigma^2]; up to 1 when the pixel noise is the calibration's and nothing is wrong.
   double cost = 0.0;
@@ -45,7 +45,7 @@ struct RobustBias {
   int point_pairs = 0;  ///< keyframe pairs with enough common points
   int vp_pairs = 0;     ///< keyframe pairs with a vanishing point residual
 
-  /// Share of the checked sightings that agree with the bias.
+  /// Share of the checked observations that agree with the bias.
   double inlierFraction() const { return pruning.inlierFraction(); }
 };
 

@@ -36,7 +36,7 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     const double limit =
         threshold * threshold * (pair.gap() > kLongLinkGap ? kLongLinkInflation : 1.0);
     for (int k = 0; k < pair.points.count(); ++k) {
-      links.set(pair.sighting_i[k], pair.gap(), !(residuals.z2[k] > limit));
+      links.set(pair.observation_i[k], pair.gap(), !(residuals.z2[k] > limit));
     }
   }
   out.tracks = links.prune();

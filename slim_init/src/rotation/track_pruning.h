@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 #include "rotation/keyframe_pairs.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
@@ -18,25 +18,25 @@ namespace slim_init {
 
 /// Outcome of a pruning.
 struct TrackPruning {
-  /// One SightingVerdict per sighting, indexed as InitWindow::pointSightings().
+  /// One ObservationVerdict per observation, indexed as InitWindow::pointObservations().
   std::vector<char> keep;
-  int checked = 0;       ///< consecutive sightings of a track whose consistency could be tested
+  int checked = 0;       ///< consecutive observations of a track whose consistency could be tested
   int inconsistent = 0;  ///< those found inconsistent
-  int dropped = 0;       ///< sightings with kDropSighting
-  int cuts = 0;          ///< sightings with kStartTrack
+  int dropped = 0;       ///< observations with kDropObservation
+  int cuts = 0;          ///< observations with kStartTrack
   int pairs = 0;         ///< keyframe pairs whose translation direction was found
 
-  /// Share of the checked sightings that agree; 1 when nothing could be checked.
+  /// Share of the checked observations that agree; 1 when nothing could be checked.
   double inlierFraction() const {
     return checked > 0 ? 1.0 - static_cast<double>(inconsistent) / checked : 1.0;
   }
 };
 
 /// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) with the
-/// rotations of the gyro at `gyro_bias` [rad/s], and the sightings that disagree with it. A single
-/// bad sighting is dropped and its track continues; where a track jumps permanently it is cut.
-/// Pairs with fewer than min_points_per_pair common points are not tested, their sightings are
-/// kept. Deterministic.
+/// rotations of the gyro at `gyro_bias` [rad/s], and the observations that disagree with it. A
+/// single bad observation is dropped and its track continues; where a track jumps permanently it is
+/// cut. Pairs with fewer than min_points_per_pair common points are not tested, their observations
+/// are kept. Deterministic.
 TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                          const RobustBiasOptions& options);
 
@@ -46,7 +46,7 @@ struct PairPruning {
   Baselines baselines;  ///< of the pairs of the checked gaps; as `known` for the others
 };
 
-/// The same for pairs at hand with `rotations` at the bias. A sighting disagrees above
+/// The same for pairs at hand with `rotations` at the bias. An observation disagrees above
 /// `consensus.truncation_sigmas` standard deviations; the baselines `known` compete.
 PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                         const PairRotations& rotations, const ConsensusOptions& consensus,

@@ -22,7 +22,7 @@ int addLineRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_
     if (track.size() < options.min_track_length) continue;
     N.clear();
     for (int s = track.begin; s < track.end; ++s) {
-      const LineSighting& line = window.lineSightings()[s];
+      const WindowLine& line = window.lineObservations()[s];
       N.push_back(R_c0_ck[line.keyframe] * line.normal);
       // The normal of a plane has no sign of its own; end points may have been swapped.
       if (N.back().dot(N.front()) < 0.0) N.back() = -N.back();
@@ -32,7 +32,7 @@ int addLineRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_
     for (int a = 0; a < track.size(); ++a) {
       if (a == base.l || a == base.r) continue;
       const LineRow row = lineRow(N[base.l], N[base.r], N[a]);
-      const LineSighting* const views = &window.lineSightings()[track.begin];
+      const WindowLine* const views = &window.lineObservations()[track.begin];
       const int k[3] = {views[base.l].keyframe, views[base.r].keyframe, views[a].keyframe};
       const Eigen::RowVector3d* block[3] = {&row.block_l, &row.block_r, &row.block_i};
       for (int p = 0; p < 3; ++p) {
@@ -81,7 +81,7 @@ void addLigtRow(LigtRow row, int l, int r, int i, Eigen::MatrixXd* H) {
 
 PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
                        const AlignmentOptions& options) {
-  const std::vector<PointSighting>& sightings = window.pointSightings();
+  const std::vector<WindowPoint>& observations = window.pointObservations();
   PointRows out;
   out.H = Eigen::MatrixXd::Zero(3 * window.size(), 3 * window.size());
   out.votes.reserve(window.pointTracks().size());
@@ -90,15 +90,15 @@ PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix
     if (track.size() < options.min_track_length) continue;
     u.clear();
     for (int s = track.begin; s < track.end; ++s) {
-      u.push_back(R_c0_ck[sightings[s].keyframe] * sightings[s].bearing);
+      u.push_back(R_c0_ck[observations[s].keyframe] * observations[s].bearing);
     }
     const BaseViews base = chooseBaseViews(u);
     if (base.parallax2 <= options.min_parallax_rad * options.min_parallax_rad) continue;
-    const int l = sightings[track.begin + base.l].keyframe;
-    const int r = sightings[track.begin + base.r].keyframe;
+    const int l = observations[track.begin + base.l].keyframe;
+    const int r = observations[track.begin + base.r].keyframe;
     for (int a = 0; a < track.size(); ++a) {
       if (a == base.l) continue;
-      const int i = sightings[track.begin + a].keyframe;
+      const int i = observations[track.begin + a].keyframe;
       addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, &out.H);
       out.rows += 3;
     }

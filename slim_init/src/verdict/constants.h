@@ -41,7 +41,7 @@ inline constexpr double kGolden = 0.6180339887498949;
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
 inline constexpr double kMinOtherScaleRise = 16.0;
 
-// ---- Agreement of successive answers (slim_init/answer_sequence.h)
+// ---- Agreement of successive answers (slim_init/consistency_check.h)
 
 /// Two instants are the same when they are this close [s]: nearer than two images.
 inline constexpr double kSameInstant = 1e-3;

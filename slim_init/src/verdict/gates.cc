@@ -11,7 +11,7 @@
 #include "estimation/refine_window.h"
 #include "geometry/median.h"
 #include "geometry/so3.h"
-#include "slim_init/answer_sequence.h"
+#include "slim_init/consistency_check.h"
 #include "verdict/constants.h"
 #include "verdict/scale_profile.h"
 
@@ -44,11 +44,11 @@ double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matri
   std::vector<double> angles;
   angles.reserve(window.pointTracks().size());
   for (const Track& track : window.pointTracks()) {
-    const PointSighting& first = window.pointSightings()[track.begin];
+    const WindowPoint& first = window.pointObservations()[track.begin];
     const Eigen::Vector3d u_first = R_c0_ck[first.keyframe] * first.bearing;
     double largest = 0.0;
     for (int k = track.begin + 1; k < track.end; ++k) {
-      const PointSighting& other = window.pointSightings()[k];
+      const WindowPoint& other = window.pointObservations()[k];
       const Eigen::Vector3d u = R_c0_ck[other.keyframe] * other.bearing;
       largest = std::max(largest, std::atan2(u_first.cross(u).norm(), u_first.dot(u)));
     }
@@ -77,9 +77,9 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 double pointSpreadDeg(const InitWindow& window) {
   std::vector<Eigen::Vector3d> sum(window.size(), Eigen::Vector3d::Zero());
   std::vector<int> count(window.size(), 0);
-  for (const PointSighting& sighting : window.pointSightings()) {
-    sum[sighting.keyframe] += sighting.bearing;
-    ++count[sighting.keyframe];
+  for (const WindowPoint& observation : window.pointObservations()) {
+    sum[observation.keyframe] += observation.bearing;
+    ++count[observation.keyframe];
   }
   std::vector<double> spreads;
   for (int k = 0; k < window.size(); ++k) {
@@ -99,8 +99,8 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.keyframes = window.size();
   measures.chi2 = refined.chi2;
   measures.inertial_chi2 = refined.inertial_chi2;
-  measures.inlier_fraction =
-      refined.inlier_fraction * tracks.pointSightings().size() / window.pointSightings().size();
+  measures.inlier_fraction = refined.inlier_fraction * tracks.pointObservations().size() /
+                             window.pointObservations().size();
   measures.behind_fraction = refined.behind_fraction;
   measures.scale_sigma = scaleSigma(posterior, profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
@@ -205,7 +205,8 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options) {
   GateOptions gates = options;
-  const bool is_full = spanOf(window) >= AnswerSequence::kFullShare * window_options.fullSpan();
+  const bool is_full =
+      spanOf(window) >= ConsistencyCheck::kFullFraction * window_options.fullSpan();
   if (!is_full) {
     gates.max_scale_sigma = options.max_scale_sigma_expanding;
   } else if (window_options.min_keyframes == window_options.keyframes) {

@@ -27,8 +27,8 @@ struct MotionMeasures {
   double excitation = kNotComputed;    ///< see forceDeviation() [m/s^2]
 };
 
-/// Median over the tracks of the largest rotation-compensated angle between the first sighting and
-/// any other, in pixels at the image centre. NaN without tracks. `R_c0_ck`: camera k to first
+/// Median over the tracks of the largest rotation-compensated angle between the first observation
+/// and any other, in pixels at the image centre. NaN without tracks. `R_c0_ck`: camera k to first
 /// camera.
 double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck);
 
@@ -66,7 +66,7 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
                                       double scale_sigma, const GateOptions& options);
 
 /// The bounds in force for a window: `options` with max_scale_sigma replaced by
-/// max_scale_sigma_expanding if the window is not full (AnswerSequence::kFullShare), and by
+/// max_scale_sigma_expanding if the window is not full (ConsistencyCheck::kFullFraction), and by
 /// max_scale_sigma_fixed_size if it is and all windows have one number of keyframes.
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options);
@@ -76,7 +76,7 @@ struct PosteriorMeasures {
   int keyframes = 0;                        ///< of the window
   double chi2 = kNotComputed;               ///< RefinedWindow::chi2
   double inertial_chi2 = kNotComputed;      ///< RefinedWindow::inertial_chi2
-  double inlier_fraction = kNotComputed;    ///< of all point sightings of the window
+  double inlier_fraction = kNotComputed;    ///< of all point observations of the window
   double behind_fraction = kNotComputed;    ///< of the point tracks
   double scale_sigma = kNotComputed;        ///< relative
   double point_spread_deg = kNotComputed;   ///< see pointSpreadDeg()
@@ -116,7 +116,7 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, doubl
                                         const ProvisionalOptions& provisional);
 
 /// Gate "agreement" (scale too uncertain): difference of the log scale from the earlier solves, in
-/// its standard deviations; NaN if there are too few of them (AnswerSequence).
+/// its standard deviations; NaN if there are too few of them (ConsistencyCheck).
 GateValue agreementGate(double disagreement_sigmas, double max_disagreement);
 
 /// "EXPLANATION VALUE UNIT (limit BOUND)", "(minimum BOUND)" for a lower bound.

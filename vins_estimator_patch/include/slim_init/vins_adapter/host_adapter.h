@@ -52,7 +52,7 @@ struct HostOptions {
   ImuLimits imu;
 
   /// The host estimates td, or the extrinsic, itself: what the initializer has found is its
-  /// starting value (`HostAnswer::verdict.calibration`). Where it does not, its own stays.
+  /// starting value (`HostResult::result.calibration`). Where it does not, its own stays.
   bool estimate_td = false;
   bool estimate_extrinsic = false;
 
@@ -65,7 +65,7 @@ struct HostOptions {
 };
 
 /// A host's state, propagated.
-struct HostCarry {
+struct HostPropagation {
   bool ok = false;      ///< false: the IMU data do not reach
   std::string message;  ///< what it is worth, or why there is none
   HostState state;
@@ -74,16 +74,16 @@ struct HostCarry {
 };
 
 /// What seed() or recover() returned.
-struct HostAnswer {
-  InitResult verdict;              ///< the initializer's, in its own world and at its own keyframes
+struct HostResult {
+  InitResult result;               ///< the initializer's, in its own world and at its own keyframes
   HostWindow window;               ///< one state per requested stamp; empty unless success()
   std::string message;             ///< for a person: what was decided and why
   double stamp = kNotComputed;     ///< the newest requested stamp [s], camera clock
   double data_s = kNotComputed;    ///< from the first frame after a (re)start to `stamp` [s]
   double total_ms = kNotComputed;  ///< wall-clock time of the call
   double solve_ms = kNotComputed;  ///< of the solve, in whichever thread it ran
-  bool joined = false;             ///< the window continues an earlier odometry frame
-  HostCarry join;                  ///< its uncertainty, if continued
+  bool continued = false;          ///< the window continues an earlier odometry frame
+  HostPropagation frame;           ///< its uncertainty, if continued
   /// Of recover(): the solve has not finished, or IMU samples that it needs to reach the newest
   /// frame are still held back. Nothing was decided; bridge() fills the window until the next
   /// frame.
@@ -94,7 +94,7 @@ struct HostAnswer {
 
 /// The watchdog's finding (HostAdapter::watch()).
 struct HostHealth {
-  bool sane = true;  ///< no failure is reported
+  bool healthy = true;  ///< no failure is reported
   bool suspect =
       false;  ///< something speaks against the state: not a healthy one, not yet a failure
   /// Newest frame [s], camera clock, of a window that was solved without the host's states and
@@ -158,19 +158,19 @@ class HostAdapter {
   /// that the host had for that frame, whatever the initializer has found. Declines when the
   /// initializer does, and when a stamp lies further than max_reach_s outside its window or outside
   /// the IMU data.
-  HostAnswer seed(const std::vector<double>& stamps);
+  HostResult seed(const std::vector<double>& stamps);
 
   /// After a failure: as seed(), but position and yaw continue from healthy states of the host,
   /// ascending in time. If the window alone is refused, velocity, attitude and biases of the newest
   /// of them that the data agree with, propagated by the IMU, are a prior
   /// (IInitializer::recover()). Stamps further than max_reach_s before the solved window get the
   /// states that the host had there, as long as these are among them.
-  HostAnswer recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
+  HostResult recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
 
   /// While a recovery is being solved: the healthy states (as above) at the stamps that they are
   /// of, and the newest of them propagated by the IMU to the stamps after it. Declines if the IMU
   /// data do not reach.
-  HostAnswer bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
+  HostResult bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
 
   /// A healthy state of the host in flight. After 20 s without interruption its biases, and the
   /// calibration that it estimates or that an estimate has found, are remembered for its next
@@ -183,7 +183,7 @@ class HostAdapter {
 
   /// Carries a state of the host on by the IMU to the frame of a stamp, and says how well it is
   /// known there: glitches and missing samples widen it.
-  HostCarry carry(const HostState& from, double stamp) const;
+  HostPropagation propagate(const HostState& from, double stamp) const;
 
   /// Before the optimization of a frame in flight: compares the pose that the IMU predicts for it
   /// with the pose that its tracks want (innovation.h), and says which of the two is not to be

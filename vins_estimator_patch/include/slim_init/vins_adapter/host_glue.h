@@ -350,8 +350,9 @@ class HostGlue {
   /// After a start by the host's own initialization: its window continues the odometry frame from
   /// before a reset.
   template <typename Estimator>
-  void joinStock(Estimator& e) {
-    if (!joinsStock() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
+  void continueFrameOfStock(Estimator& e) {
+    if (!continuesFrameOfStock() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>())
+      return;
     HostState anchor;
     if (continuedAt(glue_detail::stampOf(e.Headers[0]), &anchor)) {
       glue_detail::moveWindow(anchor, e);
@@ -477,7 +478,7 @@ class HostGlue {
   bool shadows() const;
   bool reinit() const;
   bool watches() const;
-  bool joinsStock() const;
+  bool continuesFrameOfStock() const;
   bool judgeWindow(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                    const Eigen::Vector3d& tic);
   bool continuedAt(double stamp, HostState* state);

@@ -74,7 +74,7 @@ struct DoctorData {
 };
 
 /// What `slim` says about the windows of a recording, cut one after the other.
-struct WindowAnswers {
+struct WindowEstimates {
   int windows = 0;
   int accepted = 0;                             ///< with the calibration as configured
   int refused = 0;                              ///< neither accepted nor for want of motion
@@ -149,7 +149,7 @@ struct DoctorReport {
   std::string name;
   std::vector<Finding> findings;
   RotationAlignment alignment;
-  WindowAnswers answers;
+  WindowEstimates answers;
   std::string lines;  ///< calibrationLines() of what was found to be off, for the file
 
   Severity worst() const;

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "imu/carry_prior.h"
+#include "imu/propagate_prior.h"
 
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
@@ -15,8 +15,8 @@ constexpr int kTheta = 0, kPosition = 3, kVelocity = 6, kGyroBias = 9, kAccelBia
 
 }  // namespace
 
-StatePrior carryPrior(const StatePrior& prior, double t, const std::vector<ImuSample>& samples,
-                      double gravity_magnitude, const ImuNoise& noise) {
+StatePrior propagatePrior(const StatePrior& prior, double t, const std::vector<ImuSample>& samples,
+                          double gravity_magnitude, const ImuNoise& noise) {
   if (!(t > prior.state.t)) return prior;
   ImuNoise in_motion = noise;
   in_motion.gyro_density *= kInMotion;

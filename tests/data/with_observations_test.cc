@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "data/with_sightings.h"
+#include "data/with_observations.h"
 
 #include <gtest/gtest.h>
 
@@ -12,91 +12,92 @@ namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
-class WithSightingsTest : public ::testing::Test {
+class WithObservationsTest : public ::testing::Test {
  protected:
   std::vector<char> keepAll() const {
-    return std::vector<char>(window_->pointSightings().size(), kKeepSighting);
+    return std::vector<char>(window_->pointObservations().size(), kKeepObservation);
   }
   const std::shared_ptr<const InitWindow> window_ = makeExactWindow(ExactWindowOptions()).window;
 };
 
-TEST_F(WithSightingsTest, AllKeptIsTheSameWindow) {
-  const auto all = withSightings(*window_, keepAll());
+TEST_F(WithObservationsTest, AllKeptIsTheSameWindow) {
+  const auto all = withObservations(*window_, keepAll());
   ASSERT_NE(all, nullptr);
   ASSERT_EQ(all->pointTracks().size(), window_->pointTracks().size());
-  ASSERT_EQ(all->pointSightings().size(), window_->pointSightings().size());
-  for (std::size_t a = 0; a < window_->pointSightings().size(); ++a) {
-    EXPECT_EQ(all->pointSightings()[a].bearing, window_->pointSightings()[a].bearing);
-    EXPECT_EQ(all->pointSightings()[a].keyframe, window_->pointSightings()[a].keyframe);
+  ASSERT_EQ(all->pointObservations().size(), window_->pointObservations().size());
+  for (std::size_t a = 0; a < window_->pointObservations().size(); ++a) {
+    EXPECT_EQ(all->pointObservations()[a].bearing, window_->pointObservations()[a].bearing);
+    EXPECT_EQ(all->pointObservations()[a].keyframe, window_->pointObservations()[a].keyframe);
   }
 }
 
-TEST_F(WithSightingsTest, EverythingButThePointsIsShared) {
+TEST_F(WithObservationsTest, EverythingButThePointsIsShared) {
   std::vector<char> keep = keepAll();
-  keep.front() = kDropSighting;
-  const auto fewer = withSightings(*window_, keep);
+  keep.front() = kDropObservation;
+  const auto fewer = withObservations(*window_, keep);
   ASSERT_NE(fewer, nullptr);
   EXPECT_EQ(&fewer->calibration(), &window_->calibration());
   EXPECT_EQ(fewer->times().data(), window_->times().data());
   EXPECT_EQ(fewer->imu().data(), window_->imu().data());
   EXPECT_EQ(fewer->lineTracks().data(), window_->lineTracks().data());
-  EXPECT_EQ(fewer->lineSightings().data(), window_->lineSightings().data());
+  EXPECT_EQ(fewer->lineObservations().data(), window_->lineObservations().data());
   EXPECT_EQ(&fewer->linesOfKeyframe(3), &window_->linesOfKeyframe(3));
   EXPECT_EQ(&fewer->counts(), &window_->counts());
-  EXPECT_NE(fewer->pointSightings().data(), window_->pointSightings().data());
+  EXPECT_NE(fewer->pointObservations().data(), window_->pointObservations().data());
 }
 
-TEST_F(WithSightingsTest, SharedPartsOutliveTheFirstWindow) {
+TEST_F(WithObservationsTest, SharedPartsOutliveTheFirstWindow) {
   auto first = makeExactWindow(ExactWindowOptions()).window;
   const std::size_t samples = first->imu().size();
-  const auto second = withSightings(*first, keepAll());
+  const auto second = withObservations(*first, keepAll());
   first.reset();
   ASSERT_EQ(second->imu().size(), samples);
   EXPECT_EQ(second->imu().back().t, window_->imu().back().t);
   EXPECT_EQ(second->times(), window_->times());
 }
 
-TEST_F(WithSightingsTest, NothingKeptLeavesNoTrack) {
-  const auto none =
-      withSightings(*window_, std::vector<char>(window_->pointSightings().size(), kDropSighting));
+TEST_F(WithObservationsTest, NothingKeptLeavesNoTrack) {
+  const auto none = withObservations(
+      *window_, std::vector<char>(window_->pointObservations().size(), kDropObservation));
   ASSERT_NE(none, nullptr);
   EXPECT_TRUE(none->pointTracks().empty());
-  EXPECT_TRUE(none->pointSightings().empty());
+  EXPECT_TRUE(none->pointObservations().empty());
   EXPECT_EQ(none->size(), window_->size());
 }
 
-TEST_F(WithSightingsTest, ATrackLeftWithOneSightingIsDropped) {
+TEST_F(WithObservationsTest, ATrackLeftWithOneSightingIsDropped) {
   std::vector<char> keep = keepAll();
   const Track& track = window_->pointTracks()[0];
-  for (int a = track.begin + 1; a < track.end; ++a) keep[a] = kDropSighting;
-  EXPECT_EQ(withSightings(*window_, keep)->pointTracks().size(), window_->pointTracks().size() - 1);
+  for (int a = track.begin + 1; a < track.end; ++a) keep[a] = kDropObservation;
+  EXPECT_EQ(withObservations(*window_, keep)->pointTracks().size(),
+            window_->pointTracks().size() - 1);
   // With two it stays.
-  keep[track.begin + 1] = kKeepSighting;
-  const auto two = withSightings(*window_, keep);
+  keep[track.begin + 1] = kKeepObservation;
+  const auto two = withObservations(*window_, keep);
   ASSERT_EQ(two->pointTracks().size(), window_->pointTracks().size());
   EXPECT_EQ(two->pointTracks()[0].size(), 2);
 }
 
-TEST_F(WithSightingsTest, ACutMakesTwoTracksOfOneId) {
+TEST_F(WithObservationsTest, ACutMakesTwoTracksOfOneId) {
   const auto track = std::find_if(window_->pointTracks().begin(), window_->pointTracks().end(),
                                   [](const Track& t) { return t.size() >= 5; });
   ASSERT_NE(track, window_->pointTracks().end());
   std::vector<char> keep = keepAll();
   keep[track->begin + 2] = kStartTrack;
-  const auto cut = withSightings(*window_, keep);
+  const auto cut = withObservations(*window_, keep);
   std::vector<int> sizes;
   for (const Track& t : cut->pointTracks()) {
     if (t.id == track->id) sizes.push_back(t.size());
   }
   EXPECT_EQ(sizes, (std::vector<int>{2, track->size() - 2}));
-  EXPECT_EQ(cut->pointSightings().size(), window_->pointSightings().size());
+  EXPECT_EQ(cut->pointObservations().size(), window_->pointObservations().size());
 }
 
-TEST_F(WithSightingsTest, AMaskOfAnotherSizeIsRefused) {
-  EXPECT_EQ(withSightings(*window_, std::vector<char>(3, kKeepSighting)), nullptr);
+TEST_F(WithObservationsTest, AMaskOfAnotherSizeIsRefused) {
+  EXPECT_EQ(withObservations(*window_, std::vector<char>(3, kKeepObservation)), nullptr);
   std::vector<char> longer = keepAll();
-  longer.push_back(kKeepSighting);
-  EXPECT_EQ(withSightings(*window_, longer), nullptr);
+  longer.push_back(kKeepObservation);
+  EXPECT_EQ(withObservations(*window_, longer), nullptr);
 }
 
 }  // namespace

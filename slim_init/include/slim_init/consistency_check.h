@@ -19,25 +19,26 @@ namespace slim_init {
 /// sigma_1^2 - sigma_2^2; incorrect minima, and scales that follow the noise, move by more
 /// (docs/derivation.md, 6.3). So an expanding window needs earlier estimates, and they
 /// have to agree with it. The gate is GateName::kAgreement.
-class AnswerSequence {
+class ConsistencyCheck {
  public:
   /// Largest disagreement that is accepted, in standard deviations. Between 1 and 3 the fraction of
   /// incorrect estimates changes little; a correct one is sometimes refused for one more keyframe.
   static constexpr double kMaxDisagreement = 2.0;
 
   /// Earlier estimates that an expanding window needs.
-  static constexpr int kEarlierAnswers = 2;
+  static constexpr int kEarlierEstimates = 2;
 
   /// Fraction of `full_span_s` from which a window is full: keyframes fall on images.
-  static constexpr double kFullShare = 0.9;
+  static constexpr double kFullFraction = 0.9;
 
-  /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullShare of it are growing.
-  /// `max_disagreement`: bound on the difference of the log scales in standard deviations; zero:
-  /// no check. `earlier_answers`: of an expanding window, at least 1.
-  AnswerSequence(double full_span_s, double max_disagreement, int earlier_answers = kEarlierAnswers)
+  /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullFraction of it are
+  /// growing. `max_disagreement`: bound on the difference of the log scales in standard deviations;
+  /// zero: no check. `earlier_estimates`: of an expanding window, at least 1.
+  ConsistencyCheck(double full_span_s, double max_disagreement,
+                   int earlier_estimates = kEarlierEstimates)
       : full_span_s_(full_span_s),
         max_disagreement_(max_disagreement),
-        earlier_answers_(earlier_answers) {}
+        earlier_estimates_(earlier_estimates) {}
 
   /// Adds the gate to `result`, and refuses a success where it fails and gates are enforced.
   /// Results without states or without a standard deviation of the scale are left alone and not
@@ -57,7 +58,7 @@ class AnswerSequence {
 
   double full_span_s_;
   double max_disagreement_;
-  int earlier_answers_;
+  int earlier_estimates_;
   std::deque<Answer> earlier_;  // by time
 };
 

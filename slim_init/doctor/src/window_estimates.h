@@ -13,8 +13,8 @@ namespace slim_init::evaluation {
 /// has found (the configured one where that is near, or nothing was found), for the calibration.
 /// The second is left out where camera and gyro do not measure the same motion
 /// (`options.min_correlation`, `options.gyro_scale`): no calibration makes them agree.
-WindowAnswers solveWindows(const DoctorData& data, const RotationAlignment& alignment,
-                           const DoctorOptions& options);
+WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& alignment,
+                             const DoctorOptions& options);
 
 /// The most probable calibration, given independent estimates that all rest on one prior: `prior`,
 /// with its sigmas, which counts once. Re-weighted (Cauchy), so that one estimate in ten may be

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "rotation/standing_tracks.h"
+#include "rotation/static_tracks.h"
 
 #include <gtest/gtest.h>
 
@@ -58,13 +58,13 @@ int numberOf(const std::vector<char>& standing) {
   return static_cast<int>(std::count(standing.begin(), standing.end(), 1));
 }
 
-TEST(StandingTracks, DropsInATurningCameraStandAndTheSceneDoesNot) {
+TEST(StaticTracks, DropsInATurningCameraStandAndTheSceneDoesNot) {
   // The rows of a rolling shutter are where they are: what stands has no motion to compensate.
   for (const double readout_s : {0.0, 0.03}) {
     ExactWindowOptions options = excited();
     options.readout_s = readout_s;
     const auto window = withDrops(options, everyFifth);
-    const std::vector<char> standing = standingTracks(*window, kGyroBias);
+    const std::vector<char> standing = staticTracks(*window, kGyroBias);
     ASSERT_EQ(standing.size(), window->pointTracks().size());
     int drops = 0, found = 0;
     for (std::size_t i = 0; i < standing.size(); ++i) {
@@ -74,45 +74,45 @@ TEST(StandingTracks, DropsInATurningCameraStandAndTheSceneDoesNot) {
       EXPECT_TRUE(drop || !standing[i]) << window->pointTracks()[i].id;
     }
     EXPECT_GT(drops, 10);
-    EXPECT_GE(found, 0.8 * drops) << "of tracks with fifteen sightings and noise as assumed";
+    EXPECT_GE(found, 0.8 * drops) << "of tracks with fifteen observations and noise as assumed";
     int taken_out = 0;
-    const auto scene = withoutStandingTracks(*window, kGyroBias, &taken_out);
+    const auto scene = withoutStaticTracks(*window, kGyroBias, &taken_out);
     ASSERT_NE(scene, nullptr);
     EXPECT_EQ(taken_out, found);
     EXPECT_EQ(scene->pointTracks().size(), window->pointTracks().size() - found);
   }
 }
 
-TEST(StandingTracks, WhatSlidesIsOfTheScene) {
+TEST(StaticTracks, WhatSlidesIsOfTheScene) {
   const auto window = withDrops(excited(), everyFifth, 0.6);
-  EXPECT_EQ(numberOf(standingTracks(*window, kGyroBias)), 0);
+  EXPECT_EQ(numberOf(staticTracks(*window, kGyroBias)), 0);
 }
 
-TEST(StandingTracks, WhereTheCameraDoesNotTurnTheyMayBeFarAway) {
+TEST(StaticTracks, WhereTheCameraDoesNotTurnTheyMayBeFarAway) {
   ExactWindowOptions options = excited();
   options.motion = Motion::kConstantVelocity;
   const auto window = withDrops(options, everyFifth);
-  EXPECT_EQ(numberOf(standingTracks(*window, kGyroBias)), 0);
+  EXPECT_EQ(numberOf(staticTracks(*window, kGyroBias)), 0);
 }
 
 // In hover everything stands in the image, and a wrong rotation must not take it all.
-TEST(StandingTracks, MostTracksAreRight) {
+TEST(StaticTracks, MostTracksAreRight) {
   ExactWindowOptions options = excited();
   options.motion = Motion::kHover;
   const auto window = withDrops(options, [](FeatureId) { return false; });
-  EXPECT_EQ(numberOf(standingTracks(*window, kGyroBias + Vector3d(0.1, 0.0, 0.0))), 0);
+  EXPECT_EQ(numberOf(staticTracks(*window, kGyroBias + Vector3d(0.1, 0.0, 0.0))), 0);
   const auto tenth = [](int tenths) { return [tenths](FeatureId id) { return id % 10 < tenths; }; };
-  EXPECT_GT(numberOf(standingTracks(*withDrops(excited(), tenth(4)), kGyroBias)), 0);
-  EXPECT_EQ(numberOf(standingTracks(*withDrops(excited(), tenth(8)), kGyroBias)), 0);
+  EXPECT_GT(numberOf(staticTracks(*withDrops(excited(), tenth(4)), kGyroBias)), 0);
+  EXPECT_EQ(numberOf(staticTracks(*withDrops(excited(), tenth(8)), kGyroBias)), 0);
 }
 
-TEST(StandingTracks, AFewAreLeft) {
+TEST(StaticTracks, AFewAreLeft) {
   const auto window = withDrops(excited(), [](FeatureId id) { return id % 50 == 0; });
-  const int few = numberOf(standingTracks(*window, kGyroBias));
+  const int few = numberOf(staticTracks(*window, kGyroBias));
   EXPECT_GT(few, 0);
   EXPECT_LT(few, 0.05 * static_cast<double>(window->pointTracks().size()));
   int taken_out = -1;
-  EXPECT_EQ(withoutStandingTracks(*window, kGyroBias, &taken_out), nullptr);
+  EXPECT_EQ(withoutStaticTracks(*window, kGyroBias, &taken_out), nullptr);
   EXPECT_EQ(taken_out, 0);
 }
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/answer_sequence.h"
+#include "slim_init/consistency_check.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -48,9 +48,9 @@ double logRatioOfPaths(const std::vector<NavState>& now, const std::vector<NavSt
 
 }  // namespace
 
-void AnswerSequence::reset() { earlier_.clear(); }
+void ConsistencyCheck::reset() { earlier_.clear(); }
 
-void AnswerSequence::judge(InitResult* result) {
+void ConsistencyCheck::judge(InitResult* result) {
   if (!(max_disagreement_ > 0.0) || result->states.size() < 2) return;
   const double sigma = result->scale_sigma;
   if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
@@ -65,13 +65,13 @@ void AnswerSequence::judge(InitResult* result) {
   std::vector<const Answer*> before;
   double bound = newest - kMinNewData;
   for (auto answer = earlier_.rbegin(); answer != earlier_.rend(); ++answer) {
-    if (static_cast<int>(before.size()) == earlier_answers_) break;
+    if (static_cast<int>(before.size()) == earlier_estimates_) break;
     if (time(*answer) > bound) continue;
     before.push_back(&*answer);
     bound = time(*answer) - kMinNewData;
   }
   const double span = newest - result->states.front().t;
-  const bool growing = span < kFullShare * full_span_s_;
+  const bool growing = span < kFullFraction * full_span_s_;
   int compared = 0;
   double worst = 0.0;
   for (const Answer* answer : before) {
@@ -83,7 +83,7 @@ void AnswerSequence::judge(InitResult* result) {
     ++compared;
     worst = std::max(worst, difference);
   }
-  const bool enough = compared > 0 && (!growing || compared == earlier_answers_);
+  const bool enough = compared > 0 && (!growing || compared == earlier_estimates_);
   const double disagreement = enough ? worst : kNotComputed;
   if (sigma <= kMaxEarlierSigma) earlier_.push_back({result->states, sigma});
   if (!growing && !std::isfinite(disagreement)) return;

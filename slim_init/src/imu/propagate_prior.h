@@ -12,7 +12,7 @@ namespace slim_init {
 
 /// `prior` at time `t` [s], not before it. `samples` ascend and cover the time between; `noise` as
 /// the data sheet has it, widened here to that of a sensor in motion (docs/derivation.md, 5.3).
-StatePrior carryPrior(const StatePrior& prior, double t, const std::vector<ImuSample>& samples,
-                      double gravity_magnitude, const ImuNoise& noise);
+StatePrior propagatePrior(const StatePrior& prior, double t, const std::vector<ImuSample>& samples,
+                          double gravity_magnitude, const ImuNoise& noise);
 
 }  // namespace slim_init

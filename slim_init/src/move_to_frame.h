@@ -11,6 +11,6 @@ namespace slim_init {
 /// Moves `result` so that `here`, the body in its world, agrees with `there`, the body at the same
 /// instant in another gravity-aligned world, in position and in heading. Roll and pitch stay: they
 /// come from gravity.
-void joinFrame(const NavState& there, const NavState& here, InitResult* result);
+void moveToFrame(const NavState& there, const NavState& here, InitResult* result);
 
 }  // namespace slim_init

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "window_answers.h"
+#include "window_estimates.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -98,7 +98,7 @@ std::vector<std::shared_ptr<const InitWindow>> cutWindows(const DoctorData& data
   return windows;
 }
 
-void addVerdict(const InitResult& result, WindowAnswers* answers) {
+void addVerdict(const InitResult& result, WindowEstimates* answers) {
   ++answers->windows;
   const std::string status = toString(result.status);
   ++answers->statuses[status];
@@ -118,7 +118,7 @@ void addVerdict(const InitResult& result, WindowAnswers* answers) {
 }
 
 void measureNoise(const std::vector<std::shared_ptr<const InitWindow>>& windows,
-                  const InertialOptions& options, WindowAnswers* answers) {
+                  const InertialOptions& options, WindowEstimates* answers) {
   std::vector<double> gyro, accel, gyro_assumed, accel_assumed;
   for (const auto& window : windows) {
     const ImuQuality quality = measureImuQuality(window->imu());
@@ -192,9 +192,9 @@ OptionalCalibration combinedCalibration(const std::vector<CalibrationEstimate>& 
   return out;
 }
 
-WindowAnswers solveWindows(const DoctorData& data, const RotationAlignment& alignment,
-                           const DoctorOptions& options) {
-  WindowAnswers answers;
+WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& alignment,
+                             const DoctorOptions& options) {
+  WindowEstimates answers;
   InitializerOptions unlimited = options.initializer;
   unlimited.limits.max_solve_ms = 0.0;  // a cause is looked for, and nobody flies
   const std::unique_ptr<WindowSolver> solver = makeSlimSolver(unlimited);

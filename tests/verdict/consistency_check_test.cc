@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/answer_sequence.h"
+#include "slim_init/consistency_check.h"
 
 #include <gtest/gtest.h>
 
@@ -46,13 +46,13 @@ InitResult everySecond(InitResult result) {
   return result;
 }
 
-InitResult judged(AnswerSequence* sequence, InitResult result) {
+InitResult judged(ConsistencyCheck* sequence, InitResult result) {
   sequence->judge(&result);
   return result;
 }
 
-TEST(AnswerSequence, AGrowingWindowNeedsAnAnswerBefore) {
-  AnswerSequence sequence(kFullSpan, kBound, 1);
+TEST(ConsistencyCheck, AGrowingWindowNeedsAnAnswerBefore) {
+  ConsistencyCheck sequence(kFullSpan, kBound, 1);
   const InitResult first = judged(&sequence, answer(0, 5, 1.0, 0.08));
   EXPECT_EQ(first.status, InitStatus::kScaleTooUncertain);
   EXPECT_EQ(first.gates.back().name, GateName::kAgreement);
@@ -66,9 +66,9 @@ TEST(AnswerSequence, AGrowingWindowNeedsAnAnswerBefore) {
   EXPECT_TRUE(judged(&sequence, answer(0, 6, 1.01, 0.07)).success());
 }
 
-TEST(AnswerSequence, AsManyEarlierAnswersAsAreAskedForHaveToAgree) {
+TEST(ConsistencyCheck, AsManyEarlierAnswersAsAreAskedForHaveToAgree) {
   for (const double first : {1.0, 1.3}) {
-    AnswerSequence sequence(kFullSpan, kBound, 2);
+    ConsistencyCheck sequence(kFullSpan, kBound, 2);
     EXPECT_FALSE(judged(&sequence, answer(0, 4, first, 0.09)).success());
     EXPECT_FALSE(judged(&sequence, answer(0, 5, 1.0, 0.05)).success()) << "one is not two";
     const InitResult third = judged(&sequence, answer(0, 6, 1.0, 0.05));
@@ -76,19 +76,19 @@ TEST(AnswerSequence, AsManyEarlierAnswersAsAreAskedForHaveToAgree) {
   }
 }
 
-TEST(AnswerSequence, AnswersOfLongAgoAreForgotten) {
-  AnswerSequence sequence(5.0, kBound, 1);
+TEST(ConsistencyCheck, AnswersOfLongAgoAreForgotten) {
+  ConsistencyCheck sequence(5.0, kBound, 1);
   judged(&sequence, answer(0, 20, 1.0, 0.09));
   EXPECT_FALSE(judged(&sequence, answer(7, 20, 1.0, 0.08)).success()) << "0.7 s later";
   EXPECT_TRUE(judged(&sequence, answer(12, 20, 1.0, 0.07)).success()) << "0.5 s later";
 }
 
-TEST(AnswerSequence, TheDifferenceIsMeasuredInItsStandardDeviations) {
+TEST(ConsistencyCheck, TheDifferenceIsMeasuredInItsStandardDeviations) {
   // sigma_1^2 - sigma_2^2 = 0.08^2 - 0.06^2, and half of sigma_2.
   const double sigma = std::sqrt(0.0028 + 0.0009);
   for (const double share : {0.99, 1.01}) {
     for (const double sign : {-1.0, 1.0}) {
-      AnswerSequence sequence(kFullSpan, kBound, 1);
+      ConsistencyCheck sequence(kFullSpan, kBound, 1);
       judged(&sequence, answer(0, 5, 1.0, 0.08));
       const double scale = std::exp(sign * share * kBound * sigma);
       const InitResult result = judged(&sequence, answer(0, 6, scale, 0.06));
@@ -98,8 +98,8 @@ TEST(AnswerSequence, TheDifferenceIsMeasuredInItsStandardDeviations) {
   }
 }
 
-TEST(AnswerSequence, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
-  AnswerSequence sequence(kFullSpan, kBound, 1);
+TEST(ConsistencyCheck, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
+  ConsistencyCheck sequence(kFullSpan, kBound, 1);
   const InitResult alone = judged(&sequence, answer(0, kFull, 1.0, 0.05));
   EXPECT_TRUE(alone.success());
   EXPECT_EQ(alone.gates.size(), 1u);
@@ -109,9 +109,9 @@ TEST(AnswerSequence, AFullWindowNeedsNoneBeforeButMustNotContradictOne) {
 
 // A host's keyframes are counted back from its newest image: those of two answers lie between each
 // other.
-TEST(AnswerSequence, KeyframesNeedNotBeTheSame) {
+TEST(ConsistencyCheck, KeyframesNeedNotBeTheSame) {
   for (const double scale : {1.0, 1.2}) {
-    AnswerSequence sequence(kFullSpan, kBound, 1);
+    ConsistencyCheck sequence(kFullSpan, kBound, 1);
     judged(&sequence, everySecond(answer(0, 10, 1.0, 0.08)));
     const InitResult result = judged(&sequence, everySecond(answer(1, 10, scale, 0.07)));
     EXPECT_EQ(result.success(), scale == 1.0);
@@ -120,21 +120,21 @@ TEST(AnswerSequence, KeyframesNeedNotBeTheSame) {
   }
 }
 
-TEST(AnswerSequence, AnAnswerCountsWhenATenthOfASecondIsNewer) {
+TEST(ConsistencyCheck, AnAnswerCountsWhenATenthOfASecondIsNewer) {
   const auto later = [](double dt) {
     InitResult result = answer(0, 6, 1.0, 0.08);
     for (NavState& state : result.states) state.t += dt;
     return result;
   };
-  AnswerSequence sequence(kFullSpan, kBound, 1);
+  ConsistencyCheck sequence(kFullSpan, kBound, 1);
   EXPECT_FALSE(judged(&sequence, later(0.0)).success());
   EXPECT_FALSE(judged(&sequence, later(0.033)).success());
   EXPECT_FALSE(judged(&sequence, later(0.067)).success());
   EXPECT_TRUE(std::isfinite(judged(&sequence, later(0.1)).gates.back().value));
 }
 
-TEST(AnswerSequence, UncertainAnswersAndThoseWithoutStatesDoNotCount) {
-  AnswerSequence sequence(kFullSpan, kBound, 1);
+TEST(ConsistencyCheck, UncertainAnswersAndThoseWithoutStatesDoNotCount) {
+  ConsistencyCheck sequence(kFullSpan, kBound, 1);
   judged(&sequence, answer(0, 5, 1.0, 0.51));
   EXPECT_FALSE(judged(&sequence, answer(0, 6, 1.0, 0.08)).success());
   EXPECT_TRUE(judged(&sequence, answer(0, 7, 1.0, 0.08)).success());
@@ -150,8 +150,8 @@ TEST(AnswerSequence, UncertainAnswersAndThoseWithoutStatesDoNotCount) {
   EXPECT_TRUE(judged(&sequence, answer(0, 9, 1.0, 0.08)).success());
 }
 
-TEST(AnswerSequence, ForgetsWhenTimeGoesBackAndOnReset) {
-  AnswerSequence sequence(kFullSpan, kBound, 1);
+TEST(ConsistencyCheck, ForgetsWhenTimeGoesBackAndOnReset) {
+  ConsistencyCheck sequence(kFullSpan, kBound, 1);
   judged(&sequence, answer(20, 5, 1.0, 0.08));
   EXPECT_FALSE(judged(&sequence, answer(0, 6, 1.0, 0.08)).success());
   sequence.reset();
@@ -161,11 +161,11 @@ TEST(AnswerSequence, ForgetsWhenTimeGoesBackAndOnReset) {
   EXPECT_FALSE(judged(&sequence, answer(30, 8, 1.0, 0.08)).success());
 }
 
-TEST(AnswerSequence, IsNotAskedWithABoundOfZeroAndRefusesNothingWithGatesOff) {
-  AnswerSequence off(kFullSpan, 0.0);
+TEST(ConsistencyCheck, IsNotAskedWithABoundOfZeroAndRefusesNothingWithGatesOff) {
+  ConsistencyCheck off(kFullSpan, 0.0);
   EXPECT_TRUE(judged(&off, answer(0, 5, 1.0, 0.08)).success());
   EXPECT_EQ(judged(&off, answer(0, 6, 2.0, 0.08)).gates.size(), 1u);
-  AnswerSequence sequence(kFullSpan, kBound, 1);
+  ConsistencyCheck sequence(kFullSpan, kBound, 1);
   InitResult reported = answer(0, 5, 1.0, 0.08);
   reported.gates[0].enforced = false;
   reported = judged(&sequence, reported);

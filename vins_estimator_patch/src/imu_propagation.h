@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// A state carried on by the IMU as it was measured, with what that costs in certainty.
+// A state propagated on by the IMU as it was measured, with what that costs in certainty.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,12 +18,12 @@ namespace slim_init::vins_adapter {
 Eigen::Matrix3d skewOf(const Eigen::Vector3d& v);
 
 /// Errors [theta, v, p, b_g, b_a], all in the world.
-using CarryCovariance = Eigen::Matrix<double, 15, 15>;
+using PropagatedCovariance = Eigen::Matrix<double, 15, 15>;
 
 /// A state at an instant, and its covariance.
-struct CarriedState {
+struct PropagatedState {
   NavState state;
-  CarryCovariance covariance = CarryCovariance::Zero();
+  PropagatedCovariance covariance = PropagatedCovariance::Zero();
 
   double positionSigma() const;  ///< of the worst axis [m]
   double velocitySigma() const;  ///< of the worst axis [m/s]
@@ -32,18 +32,18 @@ struct CarriedState {
 
 /// What a host's state in flight is worth: it defines position and yaw of its frame, so these are
 /// exact; velocity, tilt and biases are those of a sliding window.
-CarryCovariance healthyCovariance();
+PropagatedCovariance healthyCovariance();
 
 /// As the initializer takes it.
-StatePrior toStatePrior(const CarriedState& carried);
+StatePrior toStatePrior(const PropagatedState& propagated);
 
 /// Carries `from` to time `t` [s] through `samples`, whose neighbours' difference is taken as noise
 /// besides the calibration's: a glitch that was not discarded widens the result. Over `damage` the
 /// error of the samples is constant, with the standard deviations of the damage. `t` must lie
 /// within the samples, else false and a message in `error`, which is not null.
-bool carryState(const CarriedState& from, double t, const std::deque<ImuSample>& samples,
-                const std::deque<ImuDamage>& damage, const Eigen::Vector3d& gravity_w,
-                const ImuNoise& noise, CarriedState* result, std::string* error);
+bool propagateState(const PropagatedState& from, double t, const std::deque<ImuSample>& samples,
+                    const std::deque<ImuDamage>& damage, const Eigen::Vector3d& gravity_w,
+                    const ImuNoise& noise, PropagatedState* result, std::string* error);
 
 /// Standard deviations per axis of a preintegration over an interval, from damage alone.
 struct ImuWidening {

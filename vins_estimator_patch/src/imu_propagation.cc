@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "imu_carry.h"
+#include "imu_propagation.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -37,15 +37,15 @@ Eigen::Matrix3d skewOf(const Eigen::Vector3d& v) {
   return S;
 }
 
-double CarriedState::positionSigma() const {
+double PropagatedState::positionSigma() const {
   return std::sqrt(covariance.diagonal().segment<3>(6).maxCoeff());
 }
-double CarriedState::velocitySigma() const {
+double PropagatedState::velocitySigma() const {
   return std::sqrt(covariance.diagonal().segment<3>(3).maxCoeff());
 }
-double CarriedState::yawSigma() const { return std::sqrt(covariance(2, 2)); }
+double PropagatedState::yawSigma() const { return std::sqrt(covariance(2, 2)); }
 
-CarryCovariance healthyCovariance() {
+PropagatedCovariance healthyCovariance() {
   Eigen::Matrix<double, 15, 1> sigma;
   sigma << kHealthyTilt, kHealthyTilt, 0.0, Eigen::Vector3d::Constant(kHealthyVelocity),
       Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kHealthyGyroBias),
@@ -54,15 +54,15 @@ CarryCovariance healthyCovariance() {
 }
 
 // Errors of attitude to the right of R_w_b, and position before velocity.
-StatePrior toStatePrior(const CarriedState& carried) {
-  CarryCovariance T = CarryCovariance::Zero();
-  T.block<3, 3>(0, 0) = carried.state.R_w_b.transpose();
+StatePrior toStatePrior(const PropagatedState& propagated) {
+  PropagatedCovariance T = PropagatedCovariance::Zero();
+  T.block<3, 3>(0, 0) = propagated.state.R_w_b.transpose();
   T.block<3, 3>(3, 6).setIdentity();
   T.block<3, 3>(6, 3).setIdentity();
   T.block<6, 6>(9, 9).setIdentity();
   StatePrior prior;
-  prior.state = carried.state;
-  prior.covariance = T * carried.covariance * T.transpose();
+  prior.state = propagated.state;
+  prior.covariance = T * propagated.covariance * T.transpose();
   return prior;
 }
 
@@ -93,9 +93,9 @@ ImuWidening wideningOf(const std::deque<ImuDamage>& damage, double t_i, double t
   return result;
 }
 
-bool carryState(const CarriedState& from, double t, const std::deque<ImuSample>& samples,
-                const std::deque<ImuDamage>& damage, const Eigen::Vector3d& gravity_w,
-                const ImuNoise& noise, CarriedState* result, std::string* error) {
+bool propagateState(const PropagatedState& from, double t, const std::deque<ImuSample>& samples,
+                    const std::deque<ImuDamage>& damage, const Eigen::Vector3d& gravity_w,
+                    const ImuNoise& noise, PropagatedState* result, std::string* error) {
   if (t <= from.state.t) {
     *result = from;
     return true;
@@ -108,9 +108,9 @@ bool carryState(const CarriedState& from, double t, const std::deque<ImuSample>&
     *error = out.str();
     return false;
   }
-  CarriedState c = from;
+  PropagatedState c = from;
   const Eigen::Vector3d bg = c.state.gyro_bias, ba = c.state.accel_bias;
-  CarryCovariance F = CarryCovariance::Identity();
+  PropagatedCovariance F = PropagatedCovariance::Identity();
   for (std::size_t i = 1; i < path.size(); ++i) {
     const double dt = path[i].t - path[i - 1].t;
     if (!(dt > 0.0)) continue;

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "join_frame.h"
+#include "move_to_frame.h"
 
 #include <cmath>
 
@@ -18,7 +18,7 @@ Eigen::Matrix3d yawBetween(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_
 
 }  // namespace
 
-void joinFrame(const NavState& there, const NavState& here, InitResult* result) {
+void moveToFrame(const NavState& there, const NavState& here, InitResult* result) {
   const Eigen::Matrix3d R = yawBetween(there.R_w_b, here.R_w_b);
   const Eigen::Vector3d t = there.p_w_b - R * here.p_w_b;
   for (NavState& state : result->states) {

@@ -9,7 +9,7 @@ namespace slim_init::evaluation {
 namespace {
 
 /// "12 success, 3 stationary"
-std::string statusText(const WindowAnswers& answers) {
+std::string statusText(const WindowEstimates& answers) {
   std::string text;
   for (const auto& [status, count] : answers.statuses) {
     text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + status;
@@ -18,7 +18,7 @@ std::string statusText(const WindowAnswers& answers) {
 }
 
 /// The message of the most frequent status besides success.
-std::string commonMessage(const WindowAnswers& answers) {
+std::string commonMessage(const WindowEstimates& answers) {
   std::string message;
   int most = 0;
   for (const auto& [status, first_message] : answers.messages) {
@@ -60,7 +60,8 @@ void checkDensity(const char* check, const char* sensor, const char* unit, const
 
 }  // namespace
 
-void checkAnswers(const WindowAnswers& answers, const DoctorOptions& options, Findings* findings) {
+void checkEstimates(const WindowEstimates& answers, const DoctorOptions& options,
+                    Findings* findings) {
   Finding& f = add(findings, "starts", Severity::kNotChecked, kNotComputed, "%");
   if (answers.windows == 0) {
     f.message = "No window of " + std::to_string(options.initializer.window.keyframes) +
@@ -91,7 +92,7 @@ void checkAnswers(const WindowAnswers& answers, const DoctorOptions& options, Fi
   }
 }
 
-void checkImuNoise(const DoctorData& data, const WindowAnswers& answers,
+void checkImuNoise(const DoctorData& data, const WindowEstimates& answers,
                    const DoctorOptions& options, Findings* findings) {
   if (data.imu.empty()) return;
   const ImuNoise& sheet = data.calibration.imu_noise;
