@@ -434,8 +434,7 @@ TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
 // Biases of a flight are there for the next run.
 TEST_F(StandInRun, WhatIsKnownOfTheSensorsGoesFromRunToRun) {
   start("initializer: slim\nreinit: 1\nsensors_file: \"sensors.yaml\"\n");
-  EXPECT_EQ(timesLogged("sensors.yaml: the file cannot be opened; no warm start"), 1)
-      << logText();
+  EXPECT_EQ(timesLogged("sensors.yaml: the file cannot be opened; no warm start"), 1) << logText();
   const int frames = fly(40);
   Estimator& e = host();
   ASSERT_EQ(e.solver_flag, Estimator::NON_LINEAR) << logText();
