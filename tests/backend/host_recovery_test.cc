@@ -61,7 +61,7 @@ bool isHealthy(const NavState& state, const NavState& truth) {
 }
 
 /// What a host can go on with.
-bool isHealthy(const NavState& state, const NavState& truth) {
+bool canContinue(const NavState& state, const NavState& truth) {
   const Eigen::Vector3d true_v = truth.R_w_b.transpose() * truth.v_w_b;
   const Eigen::Vector3d up = state.R_w_b.row(2), true_up = truth.R_w_b.row(2);
   return (state.R_w_b.transpose() * state.v_w_b - true_v).norm() < 0.25 + 0.15 * true_v.norm() &&
@@ -181,7 +181,7 @@ std::vector<Place> runWithFailures(const std::string& motion, unsigned seed, Fai
         place.messages += " | " + step->message;
       }
       if (t >= place.end - 1e-6) {
-        if (!step->tracking || !isHealthy(step->state, run.truth())) {
+        if (!step->tracking || !canContinue(step->state, run.truth())) {
           place.healthy_after = std::numeric_limits<double>::infinity();
           place.scale_error = kNotComputed;
         } else {
