@@ -74,7 +74,7 @@ TEST(StructureFromMotion, NamesWhatIsMissing) {
   demanding.min_pose_inliers = 10000;
   sfm = reconstruct(*makeExactWindow(ExactWindowOptions()).window, demanding);
   EXPECT_EQ(sfm.status, InitStatus::kTooFewTracks);
-  EXPECT_NE(sfm.message.find("needs more than 10000"), std::string::npos) << sfm.message;
+  EXPECT_NE(sfm.message.find("(minimum 10001)"), std::string::npos) << sfm.message;
 }
 
 TEST(RejectByFundamentalMatrix, StartsTracksThatJumpAnew) {

@@ -111,7 +111,9 @@ class Special(unittest.TestCase):
         self.assertEqual(len(files), 1)
         with open(files[0], encoding="utf-8") as file:
             source = file.read()
-        names = re.findall(r'case InitStatus::k(\w+): return "(\w+)"', source)
+        begin = source.index("toString(InitStatus")
+        names = re.findall(r'case InitStatus::k(\w+): return "(\w+)"',
+                           source[begin:source.index("\n}", begin)])
         text = dict(names)
 
         def kinds(function):
