@@ -38,10 +38,10 @@ TARGETS = {
 }
 
 BUDGETS = {
-    "core_lines": 16700,
+    "core_lines": 16715,
     "surrounding_lines": 44400,
     "test_lines": 44500,
-    "core_numbers": 369,
+    "core_numbers": 371,
     "core_long_functions": 8,
     "core_wide_functions": 16,
     "core_top_files": 20,
