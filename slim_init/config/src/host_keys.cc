@@ -314,8 +314,8 @@ OptionTable rigTable(Config* c) {
               "(5 deg, 5 cm), refined by the estimator; 2: unknown, both may be absent"),
       userKey("td", &c->calibration.td, {-1.0, 1.0}, "s", "time offset, t_imu = t_image + td"),
       userKey("estimate_td", &c->estimate_td,
-              "1: td is an initial guess (standard deviation 30 ms): each solve estimates it and "
-              "passes it to the estimator; 0: measured (1 ms)"),
+              "1: td is an initial guess (standard deviation 30 ms): each start passes its "
+              "estimate to the estimator; 0: measured (1 ms)"),
       userKey("rolling_shutter", &c->host.rolling_shutter,
               "1: rows are exposed one after the other; image stamps are of the middle row"),
       userKey("rolling_shutter_tr", &c->host.rolling_shutter_tr, {0.0, 0.2}, "s",
