@@ -247,8 +247,31 @@ TEST_F(HostAdapterTest, RecoveryKeepsWhatTheHostKnewBeforeOurWindow) {
   known.erase(known.begin() + 1);
   const HostResult refused = adapter->recover(requested, known);
   EXPECT_FALSE(refused.success());
+  EXPECT_FALSE(refused.pending) << "no later frame would change it";
   EXPECT_NE(refused.message.find("s before the window (limit 0.3 s)"), std::string::npos)
       << refused.message;
+}
+
+// A spike in the first sample that is not before the newest frame: it arrives and is not used, so
+// that no solution reaches the frame. The next frame has the samples.
+TEST_F(HostAdapterTest, RecoveryIsPendingWhileTheNewestSampleIsHeldBack) {
+  const auto adapter = make();
+  feed(*adapter, 0, 29);
+  for (; exact_.imu[next_].t < exact_.keyframes[30].t; ++next_) {
+    adapter->addImu(exact_.imu[next_].t, exact_.imu[next_].accel, exact_.imu[next_].gyro);
+  }
+  const ImuSample& hit = exact_.imu[next_++];
+  adapter->addImu(hit.t, hit.accel + Eigen::Vector3d(380.0, -190.0, 270.0), hit.gyro);
+  adapter->addFrame(exact_.keyframes[30]);
+  const std::vector<HostState> known = {healthy(24)};
+  const HostResult held = adapter->recover(stamps(30), known);
+  EXPECT_FALSE(held.success());
+  EXPECT_TRUE(held.pending) << held.message;
+  EXPECT_TRUE(adapter->bridge(stamps(30), {healthy(20), healthy(24)}).success());
+  feed(*adapter, 31, 31);
+  const HostResult next = adapter->recover(stamps(31), known);
+  EXPECT_TRUE(next.success()) << next.message;
+  EXPECT_FALSE(next.pending);
 }
 
 TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {

@@ -25,8 +25,9 @@
 namespace slim_init::vins_adapter {
 namespace {
 
-// The td of older frames is forgotten [s]; more than the reach of any window of a host.
-constexpr double kTdKept = 20.0;
+// Stamps of images, and the td of frames, are forgotten after so long [s]; more than the reach of
+// any window of a host.
+constexpr double kStampsKept = 20.0;
 // Frames kept for the watchdog [s].
 constexpr double kFramesKept = 5.0;
 // A host that seems healthy is compared with a solved window so often [s].
@@ -185,7 +186,8 @@ struct HostAdapter::State {
   std::vector<StatePrior> priorsOf(const std::vector<HostState>& healthy) const;
   HostResult bridge(const std::vector<double>& stamps, const std::vector<HostState>& healthy) const;
   HostPropagation propagate(const HostState& from, double stamp) const;
-  HostPropagation continuationOf(const HostState& healthy, const InitResult& verdict) const;
+  HostPropagation continuationOf(const HostState& healthy, const InitResult& result) const;
+  bool isHeldBack(double stamp) const;
   std::vector<NavState> keptStates(const std::vector<double>& stamps, double begin,
                                    const std::vector<HostState>* healthy) const;
   bool fillWindow(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
@@ -502,8 +504,7 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
   }
   InitStatus status = InitStatus::kSuccess;
   if (!fillWindow(stamps, healthy, &answer, &status, &problem)) {
-    // The newest samples may still be held back by the screen.
-    answer.pending = healthy != nullptr && status == InitStatus::kTooFewKeyframes;
+    answer.pending = healthy != nullptr && isHeldBack(stamps.back());
     return decline(status, problem);
   }
   if (healthy != nullptr) {
@@ -515,6 +516,12 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
   contradictions = suspect_frames = 0;
   memory.learn(answer.result.calibration);
   return answer;
+}
+
+// The frame's samples have arrived, and the screen has not let all of them pass to the initializer.
+bool HostAdapter::State::isHeldBack(double stamp) const {
+  const double t = hostTime(stamp);
+  return last_imu >= t && initializer->bufferedImu().last < t;
 }
 
 HostPropagation HostAdapter::State::propagate(const HostState& from, double stamp) const {
@@ -539,17 +546,18 @@ HostPropagation HostAdapter::State::propagate(const HostState& from, double stam
 // The IMU has propagated the healthy state to where the window begins; from there the window's own
 // scale counts.
 HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
-                                                   const InitResult& verdict) const {
-  const NavState &first = verdict.states.front(), &last = verdict.states.back();
+                                                   const InitResult& result) const {
+  const NavState &first = result.states.front(), &last = result.states.back();
   const Calibration calibration = initializer->calibration();
-  HostPropagation join =
+  HostPropagation frame =
       propagate(healthy, std::max(healthy.stamp, calibration.imageStamp(first.t)));
-  const double scale_sigma = std::isnan(verdict.scale_sigma) ? 0.0 : verdict.scale_sigma;
-  join.position_sigma =
-      std::hypot(join.position_sigma, scale_sigma * (last.p_w_b - first.p_w_b).norm());
-  if (join.ok)
-    join.message = propagationMessage(calibration.imageStamp(first.t) - healthy.stamp, join);
-  return join;
+  const double scale_sigma = std::isnan(result.scale_sigma) ? 0.0 : result.scale_sigma;
+  frame.position_sigma =
+      std::hypot(frame.position_sigma, scale_sigma * (last.p_w_b - first.p_w_b).norm());
+  if (frame.ok) {
+    frame.message = propagationMessage(calibration.imageStamp(first.t) - healthy.stamp, frame);
+  }
+  return frame;
 }
 
 // The last healthy state is at least as old as the newest damage that it could know of, so what is
@@ -778,7 +786,7 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   if (!isAdded(status)) return status;
   if (std::isnan(state_->first_stamp)) state_->first_stamp = stamp;
   state_->td_of[stamp] = calibration.td;
-  state_->td_of.erase(state_->td_of.begin(), state_->td_of.lower_bound(stamp - kTdKept));
+  state_->td_of.erase(state_->td_of.begin(), state_->td_of.lower_bound(stamp - kStampsKept));
   if (keeps) {
     state_->frames.push_back(std::move(copy));
     while (state_->frames.front().t < state_->frames.back().t - kFramesKept) {
@@ -803,7 +811,7 @@ void HostAdapter::received(double stamp) {
   if (!std::isfinite(stamp)) return;
   std::set<double>& images = state_->images;
   images.insert(stamp);
-  images.erase(images.begin(), images.lower_bound(stamp - kTdKept));
+  images.erase(images.begin(), images.lower_bound(stamp - kStampsKept));
   images.erase(images.upper_bound(stamp), images.end());
 }
 

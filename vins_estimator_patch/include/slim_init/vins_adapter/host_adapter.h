@@ -85,8 +85,8 @@ struct HostResult {
   bool continued = false;          ///< the window continues an earlier odometry frame
   HostPropagation frame;           ///< its uncertainty, if continued
   /// Of recover(): the solve has not finished, or IMU samples that it needs to reach the newest
-  /// frame are still held back. Nothing was decided; bridge() fills the window until the next
-  /// frame.
+  /// frame have arrived and are held back. Nothing was decided; bridge() fills the window until the
+  /// next frame.
   bool pending = false;
 
   bool success() const { return !window.states.empty(); }
