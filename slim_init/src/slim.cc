@@ -40,9 +40,7 @@ bool acceptGyroBias(const RobustBias& bias, const RobustBiasOptions& options, In
       return false;
     case RobustBiasStatus::kNoConsensus:
       message << "fraction of the point tracks that agree with one gyroscope bias "
-              << bias.inlierFraction() << " (minimum " << options.min_inlier_fraction
-              << "); an incorrect extrinsic rotation or time offset causes this: run slim_init "
-                 "doctor";
+              << bias.inlierFraction() << " (minimum " << options.min_inlier_fraction << ')';
       fail(InitStatus::kInconsistentResiduals, message.str(), result);
       return false;
     case RobustBiasStatus::kOutOfRange: break;

@@ -32,8 +32,8 @@ class ConsistencyCheck {
   static constexpr double kFullFraction = 0.9;
 
   /// `full_span_s`: WindowOptions::fullSpan(); windows shorter than kFullFraction of it are
-  /// growing. `max_disagreement`: bound on the difference of the log scales in standard deviations;
-  /// zero: no check. `earlier_estimates`: of an expanding window, at least 1.
+  /// expanding. `max_disagreement`: bound on the difference of the log scales in standard
+  /// deviations; zero: no check. `earlier_estimates`: of an expanding window, at least 1.
   ConsistencyCheck(double full_span_s, double max_disagreement,
                    int earlier_estimates = kEarlierEstimates)
       : full_span_s_(full_span_s),
@@ -51,7 +51,7 @@ class ConsistencyCheck {
   void reset();
 
  private:
-  struct Answer {
+  struct Estimate {
     std::vector<NavState> states;
     double sigma = kNotComputed;
   };
@@ -59,7 +59,7 @@ class ConsistencyCheck {
   double full_span_s_;
   double max_disagreement_;
   int earlier_estimates_;
-  std::deque<Answer> earlier_;  // by time
+  std::deque<Estimate> earlier_;  // by time
 };
 
 }  // namespace slim_init

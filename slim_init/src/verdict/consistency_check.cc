@@ -55,29 +55,29 @@ void ConsistencyCheck::judge(InitResult* result) {
   const double sigma = result->scale_sigma;
   if (!std::isfinite(sigma) || !(sigma > 0.0)) return;
   const double newest = result->states.back().t;
-  const auto time = [](const Answer& answer) { return answer.states.back().t; };
+  const auto time = [](const Estimate& estimate) { return estimate.states.back().t; };
   if (!earlier_.empty() && newest < time(earlier_.back()) - kSameInstant) reset();
   // Asked again about the same data.
   if (!earlier_.empty() && newest < time(earlier_.back()) + kSameInstant) earlier_.pop_back();
   while (!earlier_.empty() && time(earlier_.front()) < newest - kRemembered) earlier_.pop_front();
 
   // The newest answers that are earlier than this one and than each other.
-  std::vector<const Answer*> before;
+  std::vector<const Estimate*> before;
   double bound = newest - kMinNewData;
-  for (auto answer = earlier_.rbegin(); answer != earlier_.rend(); ++answer) {
+  for (auto estimate = earlier_.rbegin(); estimate != earlier_.rend(); ++estimate) {
     if (static_cast<int>(before.size()) == earlier_estimates_) break;
-    if (time(*answer) > bound) continue;
-    before.push_back(&*answer);
-    bound = time(*answer) - kMinNewData;
+    if (time(*estimate) > bound) continue;
+    before.push_back(&*estimate);
+    bound = time(*estimate) - kMinNewData;
   }
   const double span = newest - result->states.front().t;
   const bool growing = span < kFullFraction * full_span_s_;
   int compared = 0;
   double worst = 0.0;
-  for (const Answer* answer : before) {
-    const double gained = std::max(answer->sigma * answer->sigma - sigma * sigma, 0.0);
+  for (const Estimate* estimate : before) {
+    const double gained = std::max(estimate->sigma * estimate->sigma - sigma * sigma, 0.0);
     const double floor = kAgreementFloor * sigma;
-    const double difference = std::abs(logRatioOfPaths(result->states, answer->states)) /
+    const double difference = std::abs(logRatioOfPaths(result->states, estimate->states)) /
                               std::sqrt(gained + floor * floor);
     if (!std::isfinite(difference)) continue;
     ++compared;
