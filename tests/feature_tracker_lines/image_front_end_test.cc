@@ -231,6 +231,20 @@ TEST(FrontEndPoints, DarkBlankWallsGiveHardlyAny) {
   EXPECT_LT(run(&walk, smallOptions(), 5).points, 2.0);
 }
 
+// Fraction of the points `before` that the frame has too; NaN if there were none. `before` becomes
+// those of the frame.
+double keptOf(std::set<FeatureId>* before, const FrameObservation& frame) {
+  std::set<FeatureId> now;
+  double kept = 0.0;
+  for (const PointObservation& point : frame.points) {
+    now.insert(point.id);
+    kept += static_cast<double>(before->count(point.id));
+  }
+  kept /= static_cast<double>(before->size());
+  *before = now;
+  return kept;
+}
+
 // Where the factor changes, both images of the step get the same one.
 TEST(FrontEndPoints, AChangeOfTheFactorKeepsTheTracks) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::rich), Motion(), 2);
@@ -245,18 +259,12 @@ TEST(FrontEndPoints, AChangeOfTheFactorKeepsTheTracks) {
     image.convertTo(image, CV_8U, 0.45 * std::pow(0.96, k));
     FrameObservation frame;
     ASSERT_EQ(walk.feed(k, image, &front_end, &frame), ImageStatus::kTracked);
-    std::set<FeatureId> now;
-    std::size_t kept = 0;
-    for (const PointObservation& point : frame.points) {
-      now.insert(point.id);
-      kept += before.count(point.id);
-    }
+    const double kept = keptOf(&before, frame);
     if (k > 0) {
-      EXPECT_GT(kept, 0.7 * static_cast<double>(before.size())) << k;
+      EXPECT_GT(kept, 0.7) << k;
       changes += front_end.report().image_noise > 1.5 * noise ? 1 : 0;
     }
     noise = front_end.report().image_noise;
-    before = now;
   }
   EXPECT_EQ(changes, 1);
 }
@@ -335,16 +343,10 @@ TEST(FrontEndRates, UnevenIntervalsKeepTheTracks) {
     FrameObservation frame;
     ASSERT_EQ(walk.feed(k, walk.image(k), &front_end, &frame), ImageStatus::kTracked);
     errors.add(walk, k, frame);
-    std::set<FeatureId> now;
-    std::size_t kept = 0;
-    for (const PointObservation& point : frame.points) {
-      now.insert(point.id);
-      kept += before.count(point.id);
-    }
+    const double kept = keptOf(&before, frame);
     if (k > 2) {
-      EXPECT_GT(kept, (k == 22 ? 0.5 : 0.8) * static_cast<double>(before.size())) << k;
+      EXPECT_GT(kept, k == 22 ? 0.5 : 0.8) << k;
     }
-    before = now;
   }
   EXPECT_LT(errors.pointsBeyond(1.5), 0.02);
 }
