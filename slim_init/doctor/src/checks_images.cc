@@ -84,8 +84,7 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
   if (p.severity != Severity::kOk) {
     p.advice =
         "Too little texture: check light, focus, exposure and blank walls, and whether a mask or "
-        "an "
-        "incorrect image size hides most of the image.";
+        "an incorrect image size hides most of the image.";
   }
 
   if (survival.empty()) {

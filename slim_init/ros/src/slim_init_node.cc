@@ -166,8 +166,9 @@ bool SlimInitNode::onInitialize(std_srvs::Trigger::Request& /*request*/,
 
 // After every message: `status` is what became of it.
 void SlimInitNode::use(AddStatus status) {
-  if (status == AddStatus::kRestarted)
+  if (status == AddStatus::kRestarted) {
     ROS_WARN("time has jumped: all data before it are discarded");
+  }
   while (std::optional<Attempt> attempt = session_->poll()) publish(*attempt);
 }
 
