@@ -44,15 +44,15 @@ class Functions(unittest.TestCase):
 
 class Budgets(unittest.TestCase):
     def setUp(self):
-        self.budgets = dict.fromkeys(check_budgets.TARGETS, 100)
-        self.figures = dict.fromkeys(check_budgets.TARGETS, 100)
+        self.sizes = dict.fromkeys(check_budgets.SIZES, ("size", 100, 50))
+        self.figures = dict.fromkeys(check_budgets.SIZES, 100)
 
     def test_both_sides(self):
-        self.assertEqual(check_budgets.faults_of(self.figures, self.budgets), [])
+        self.assertEqual(check_budgets.faults_of(self.figures, self.sizes), [])
         self.figures["core_lines"] = 101
-        self.assertIn("101 (limit 100)", check_budgets.faults_of(self.figures, self.budgets)[0])
+        self.assertIn("101 (limit 100)", check_budgets.faults_of(self.figures, self.sizes)[0])
         self.figures["core_lines"] = 96
-        self.assertIn("lower it", check_budgets.faults_of(self.figures, self.budgets)[0])
+        self.assertIn("lower it", check_budgets.faults_of(self.figures, self.sizes)[0])
 
     def test_counts_of_a_planted_tree(self):
         with tempfile.TemporaryDirectory() as root:
