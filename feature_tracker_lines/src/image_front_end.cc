@@ -88,7 +88,7 @@ class ImageFrontEnd::Impl {
       : camera_(camera),
         calibration_(calibration),
         options_(options),
-        tracker_(camera, options, calibration.sigma_line_px / calibration.focal_px),
+        tracker_(camera, options, calibration.sigmaLine()),
         window_(calibration, biasWindow(options.window), limitedTo(options.imu)) {
     reset();
   }
@@ -271,7 +271,7 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   const RotationPrior prior = predictRotation(t, report);
   report->stages.push_back({"predict", watch.lap()});
   tracker_.track(t, toGrey(image), prior, frame, report);
-  setRowTimes(camera_.height, calibration_.readout_s, frame);
+  setRows(camera_.height, frame);
   watch.lap();
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
     doubtBias(*report);

@@ -89,9 +89,7 @@ AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowSt
     all.tracks = tracks.lineTracks();
     return all;
   }
-  const Calibration& calibration = tracks.calibration();
-  const double bound =
-      options.refinement.line_agreement_sigmas * calibration.sigma_line_px / calibration.focal_px;
+  const double bound = options.refinement.line_agreement_sigmas * tracks.calibration().sigmaLine();
   AgreeingLines best;
   for (const WindowState& start : starts) {
     AgreeingLines lines =

@@ -276,6 +276,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
   const RotationStage rotation = estimateRotations(window, options, budget);
+  setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), &result);
   if (!rotation.message.empty() || !rotation.bias.valid()) {
     fail(InitStatus::kTooFewTracks,
          rotation.message.empty() ? "the tracks give no gyroscope bias" : rotation.message,

@@ -269,6 +269,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   InitializerOptions as_flown = options;
   as_flown.slim.estimate_calibration = false;
   const RotationStage rotation = estimateRotations(*through, as_flown, budget);
+  setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), &result);
   const bool consensus = rotation.message.empty() && rotation.bias.valid();
   const std::vector<VanishingPoint>* vps =
       consensus && options.slim.vanishing_points ? &rotation.vanishing_points : nullptr;

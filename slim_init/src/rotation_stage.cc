@@ -23,6 +23,20 @@ constexpr double kNearRotation = 1.0 * kRadPerDeg;  // [rad]
 constexpr double kNearTd = 3e-3;                    // [s]
 // From an error of ten degrees or 50 ms two corrections are exact to kNear*; one more to see it.
 constexpr int kMaxRounds = 4;
+// A readout time this near [s], or to this share of it, needs no other look.
+constexpr double kNearReadout = 2e-3;
+constexpr double kNearReadoutShare = 0.25;
+// Share of the cameras whose readout time is not the one given, and how long it may be [s].
+constexpr double kWrongReadout = 0.1;
+constexpr double kLargestReadout = 0.04;
+// Up to this probability it is taken as given: to estimate it costs a column of the equations.
+constexpr double kHardlyWrong = 0.03;
+// Bounds of the noise that a window may be granted [px]: below, what rotations and IMU get wrong
+// counts for as much; above, tracks are bad whatever their statistics are.
+constexpr double kLeastSigmaPx = Calibration::kTypicalSigmaPx;
+constexpr double kMostSigmaPx = 2.5;
+// A noise within this factor of the one assumed changes hardly a weight.
+constexpr double kNearSigma = 1.3;
 // Without the steps that follow there is no estimate at all: they have the rest.
 constexpr double kShareOfRotations = 0.5;
 
@@ -93,9 +107,9 @@ void estimateBias(const std::shared_ptr<const InitWindow>& raw, const Initialize
   if (stage->bias.valid()) compensate(stage->bias.gyro_bias);
 }
 
-// One look at the window through a calibration; a second one without what stands in the image.
-void solveRotations(const InitializerOptions& options, WorkBudget* budget, RotationStage* stage) {
-  const std::shared_ptr<const InitWindow> raw = stage->window;
+// One look at a window as it was cut; a second one without what stands in the image.
+void solveRotations(const std::shared_ptr<const InitWindow>& raw, const InitializerOptions& options,
+                    WorkBudget* budget, RotationStage* stage) {
   estimateBias(raw, options, budget, stage);
   ++stage->rounds;
   stage->static_tracks = 0;
@@ -105,6 +119,101 @@ void solveRotations(const InitializerOptions& options, WorkBudget* budget, Rotat
   if (scene != nullptr) estimateBias(scene, options, budget, stage);
 }
 
+// What is known of the readout time before the estimate of the window: most are as given, the
+// others anything up to kLargestReadout. What a look has measured says which, and nothing more: the
+// estimate has the same tracks.
+struct ReadoutBelief {
+  double wrong = 0.0;     // probability that the time given is wrong
+  double measured = 0.0;  // [s]
+  double sigma = 0.0;     // standard deviation about the time given [s]
+};
+
+ReadoutBelief readoutBelief(const ReadoutCheck& check, const Calibration& handed_in,
+                            const Calibration& seen) {
+  ReadoutBelief out;
+  // A global shutter is one, a readout time has an error.
+  out.sigma = handed_in.readout_s > 0.0 ? handed_in.sigmas.readout_s : 0.0;
+  if (!check.valid || handed_in.sigmas.readout_s == 0.0) return out;
+  out.measured = std::clamp(seen.readout_s + check.error_s, 0.0, kLargestReadout);
+  const double variance = std::pow(check.sigma_s, 2) + std::pow(out.sigma, 2);
+  const double off2 = std::pow(out.measured - handed_in.readout_s, 2);
+  const double as_given =
+      (1.0 - kWrongReadout) * std::exp(-0.5 * off2 / variance) / std::sqrt(2.0 * M_PI * variance);
+  const double other = kWrongReadout / kLargestReadout;
+  out.wrong = other / (as_given + other);
+  if (out.wrong > kHardlyWrong) {
+    out.sigma = std::hypot(out.sigma, std::sqrt(out.wrong / 3.0) * kLargestReadout);
+  }
+  return out;
+}
+
+// Standard deviation of a point that is to be assumed [px].
+double assumedSigmaPx(const RobustBias& bias, const Calibration& handed_in) {
+  const double measured = bias.track_sigma * handed_in.focal_px;
+  if (handed_in.sigma_px > 0.0) return handed_in.sigma_px;
+  if (!std::isfinite(measured)) return Calibration::kTypicalSigmaPx;
+  return std::clamp(measured, kLeastSigmaPx, kMostSigmaPx);
+}
+
+// What a look says of the calibration: a better one, and whether the one looked through is near it.
+struct BetterCalibration {
+  Calibration value;
+  bool is_near = true;
+  CalibrationCheck check;
+  ReadoutBelief readout;
+};
+
+BetterCalibration betterCalibration(const RotationStage& stage, const Calibration& handed_in,
+                                    bool estimate_calibration) {
+  const Calibration& seen = stage.window->calibration();
+  BetterCalibration out;
+  out.value = seen;
+  out.value.sigma_px = assumedSigmaPx(stage.bias, handed_in);
+  const double ratio = out.value.sigma_px / seen.pointSigmaPx();
+  out.is_near = std::max(ratio, 1.0 / ratio) < kNearSigma;
+  if (!estimate_calibration || stage.bias.point_pairs == 0) return out;
+  out.readout = readoutBelief(stage.bias.readout, handed_in, seen);
+  // Rows that are exposed one after the other cost six times the work.
+  out.value.readout_s = out.readout.wrong > 0.5 ? out.readout.measured : handed_in.readout_s;
+  const double off = std::abs(out.value.readout_s - seen.readout_s);
+  if (off < std::max(kNearReadout, kNearReadoutShare * seen.readout_s)) {
+    out.value.readout_s = seen.readout_s;
+  } else {
+    out.is_near = false;
+  }
+  out.check = checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
+  if (!out.check.valid) return out;
+  const Eigen::Vector4d correction = correctionOf(out.check, priorOfCheck(handed_in, seen));
+  if (isNear(correction)) return out;
+  out.is_near = false;
+  out.value.R_b_c = seen.R_b_c * expSO3(correction.head<3>());
+  out.value.td += correction[3];
+  return out;
+}
+
+// What is known of the calibration given, by the checks of the one found.
+RigPrior priorOf(const RotationStage& stage, const Calibration& handed_in,
+                 const BetterCalibration& better) {
+  const CalibrationCheck& check = better.check;
+  const Calibration& found = stage.window->calibration();
+  RigPrior prior;
+  prior.mean.dR = found.R_b_c.transpose() * handed_in.R_b_c;
+  prior.mean.dtd = handed_in.td - found.td;
+  prior.mean.dreadout = handed_in.readout_s - found.readout_s;
+  prior.sigmas = handed_in.sigmas;
+  RigError measured;
+  RigCovariance covariance = RigCovariance::Zero();
+  if (check.valid) {
+    measured.dR = prior.mean.dR.transpose() * expSO3(check.extrinsic_error);
+    measured.dtd = check.td_error_s - prior.mean.dtd;
+    covariance.topLeftCorner<3, 3>() = check.covariance.topLeftCorner<3, 3>();
+    covariance(6, 6) = check.covariance(3, 3);
+  }
+  prior.sigmas = widenedByMeasurement(handed_in.sigmas, measured, covariance);
+  prior.sigmas.readout_s = better.readout.sigma;
+  return prior;
+}
+
 }  // namespace
 
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
@@ -112,7 +221,8 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   const WorkBudget::Share share(kShareOfRotations, budget);
   const Calibration& handed_in = window.calibration();
   RotationStage stage;
-  stage.window = unowned(window);
+  std::shared_ptr<const InitWindow> raw = unowned(window);
+  stage.window = raw;
   if (options.slim.estimate_calibration &&
       handed_in.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
     const ExtrinsicRotation found =
@@ -121,38 +231,25 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     if (!found.valid) return stage;
     Calibration better = handed_in;
     better.R_b_c = found.R_b_c;
-    stage.window = withCalibration(window, better);
+    stage.window = raw = withCalibration(window, better);
   }
-  solveRotations(options, budget, &stage);
-  CalibrationCheck check;
-  while (options.slim.estimate_calibration && stage.bias.point_pairs > 0) {
-    check = checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
-    if (!check.valid || stage.rounds >= kMaxRounds) break;
-    const Eigen::Vector4d correction =
-        correctionOf(check, priorOfCheck(handed_in, stage.window->calibration()));
-    if (isNear(correction) || !budget->allows("a better calibration of the rotations")) break;
-    Calibration better = stage.window->calibration();
-    better.R_b_c = better.R_b_c * expSO3(correction.head<3>());
-    better.td += correction[3];
-    const std::shared_ptr<const InitWindow> seen = withCalibration(window, better);
+  solveRotations(raw, options, budget, &stage);
+  BetterCalibration better = betterCalibration(stage, handed_in, options.slim.estimate_calibration);
+  while (!better.is_near && stage.rounds < kMaxRounds &&
+         budget->allows("a better calibration of the rotations")) {
+    const std::shared_ptr<const InitWindow> seen = withCalibration(*raw, better.value);
     if (seen == nullptr || seen->size() < kMinKeyframes) break;
-    stage.window = seen;
-    solveRotations(options, budget, &stage);
+    raw = seen;
+    solveRotations(raw, options, budget, &stage);
+    better = betterCalibration(stage, handed_in, options.slim.estimate_calibration);
   }
-  const Calibration& found = stage.window->calibration();
-  stage.prior.mean.dR = found.R_b_c.transpose() * handed_in.R_b_c;
-  stage.prior.mean.dtd = handed_in.td - found.td;
-  stage.prior.sigmas = handed_in.sigmas;
-  if (check.valid) {
-    // Of the calibration handed in, by the check of the one found.
-    RigError measured;
-    measured.dR = stage.prior.mean.dR.transpose() * expSO3(check.extrinsic_error);
-    measured.dtd = check.td_error_s - stage.prior.mean.dtd;
-    RigCovariance covariance = RigCovariance::Zero();
-    covariance.topLeftCorner<3, 3>() = check.covariance.topLeftCorner<3, 3>();
-    covariance(6, 6) = check.covariance(3, 3);
-    stage.prior.sigmas = widenedByMeasurement(handed_in.sigmas, measured, covariance);
+  Calibration found = stage.window->calibration();
+  stage.measured_sigma_px = stage.bias.track_sigma * found.focal_px;
+  if (better.value.sigma_px != found.pointSigmaPx()) {
+    found.sigma_px = better.value.sigma_px;
+    stage.window = withCalibration(*stage.window, found);
   }
+  stage.prior = priorOf(stage, handed_in, better);
   return stage;
 }
 

@@ -33,15 +33,15 @@ struct RotationStage {
   /// Calibration of the window handed in, against that of `window`, and how far it may be off: the
   /// standard deviations of the rig, wider where the rotations contradict them.
   RigPrior prior;
-  int rounds = 0;  ///< 1 where the calibration handed in was near enough
+  double measured_sigma_px = kNotComputed;  ///< noise of the tracks of `window` [px]
+  int rounds = 0;                           ///< 1 where the calibration handed in was near enough
 };
 
 /// Estimates the bias under the calibration of the window. Where rotations that the points see
 /// alone (checkCalibration()) say that extrinsic rotation or td are off by more than
-/// kNearRotation or kNearTd, the window is seen through the better calibration and the bias
-/// estimated again.
-/// `budget` counts the work; at kShareOfRotations of it no further start and no further calibration
-/// is tried.
+/// kNearRotation or kNearTd, or their residuals that readout or noise are others, the window is
+/// seen through the better calibration and the bias estimated again. `budget` counts the work; at
+/// kShareOfRotations of it no further start and no further calibration is tried.
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
                                 WorkBudget* budget);
 

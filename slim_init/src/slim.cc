@@ -181,6 +181,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
     return result;
   }
   const RobustBias& bias = rotation.bias;
+  setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), &result);
   if (!acceptGyroBias(bias, options.robust_bias, &result)) return result;
   const std::vector<VanishingPoint>* vps =
       use.vanishing_points ? &rotation.vanishing_points : nullptr;

@@ -11,6 +11,9 @@ namespace {
 
 // Standard deviations of prior and estimate together from which a calibration is called wrong.
 constexpr double kWarnSigmas = 2.5;
+// Tracks are called noisy beyond this factor on the noise assumed: what a window is granted at most
+// is exceeded, or sigma_px of the file.
+constexpr double kNoisyTracks = 1.3;
 
 }  // namespace
 
@@ -112,7 +115,7 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
   out.R_b_c = nearestRotation(calibration.R_b_c * rig.dR);
   out.t_b_c = calibration.t_b_c + rig.dt;
   out.td = calibration.td + rig.dtd;
-  out.readout_s = calibration.readout_s + rig.dreadout;
+  out.readout_s = std::max(0.0, calibration.readout_s + rig.dreadout);
   out.covariance = posterior.rig_covariance;
   const CalibrationSigmas& sigmas = calibration.sigmas;
   const auto hold = [&out](int at, int size) {
@@ -122,7 +125,9 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
   if (sigmas.rotation_deg == 0.0) hold(0, 3);
   if (sigmas.translation_m == 0.0) hold(3, 3);
   if (sigmas.td_s == 0.0) hold(6, 1);
-  if (sigmas.readout_s == 0.0) hold(7, 1);
+  // A readout time that was not estimated was held.
+  constexpr double kHeldVariance = 1e-9;
+  if (!(out.covariance(7, 7) > kHeldVariance)) hold(7, 1);
   return out;
 }
 
@@ -152,7 +157,18 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
   warn("camera-IMU time offset", kMsPerS * std::abs(found.td - handed_in.td),
        kMsPerS * found.tdSigma(), kMsPerS * known.td_s, "ms", "td");
   warn("readout time", kMsPerS * std::abs(found.readout_s - handed_in.readout_s),
-       kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms", "rolling_shutter_tr");
+       kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms",
+       "rolling_shutter and rolling_shutter_tr");
+}
+
+void setTrackNoise(double measured_px, const Calibration& used, InitResult* result) {
+  result->track_noise = {measured_px, used.pointSigmaPx()};
+  if (!(measured_px > kNoisyTracks * used.pointSigmaPx())) return;
+  std::ostringstream message;
+  message.precision(2);
+  message << "point tracks have a noise of " << measured_px << " px, " << used.pointSigmaPx()
+          << " px is assumed: blur, dim images, or an incorrect camera model";
+  result->warnings.push_back(message.str());
 }
 
 void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result) {

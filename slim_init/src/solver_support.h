@@ -77,6 +77,9 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result);
 
+/// InitResult::track_noise, with a warning where the measured noise is above what may be assumed.
+void setTrackNoise(double measured_px, const Calibration& used, InitResult* result);
+
 /// A warning where `static_tracks` point tracks were taken out (withoutStaticTracks()), beside the
 /// `tracks` that are left: numbers and what to do. None where it is zero.
 void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result);

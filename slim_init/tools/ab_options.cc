@@ -223,9 +223,6 @@ std::string checkSource(const AbOptions& options) {
   if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
     return "--random-rig has no effect without --td-error or --extrinsic-error";
   }
-  if (o.rig.ignore_rows && o.rig.readout_s != 0.0) {
-    return "--no-row-times and --readout-error exclude each other";
-  }
   if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
     return "--downstream-every has no effect without --downstream";
   }
@@ -317,6 +314,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"threads", &o.threads, "N",
        "Windows solved at the same time; estimates do not depend on it, wall times do", "", 1,
        evaluation::kMaxThreads},
+      {"auto-exposure", &o.auto_exposure, "",
+       "Images 33, 40 or 60 ms apart, with gaps of 0.4 s, as automatic exposure makes them",
+       "auto_exposure", 0.0, 0.0, kSimulated},
       {"points", &f.max_points, "N", "Points tracked in one image", "points", 0, 2000, kSimulated},
       {"lines", &f.max_lines, "N", "Lines tracked in one image", "lines", 0, 500, kSimulated},
       {"pixel-noise", &f.pixel_noise, "X", "Noise of a point, per axis [px]", "pixel_noise", 0.0,
@@ -347,10 +347,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "the images has (default: that of the calibration)",
        "readout_s", 0.0, 0.1, kRig},
       {"readout-error", &o.rig.readout_s, "S",
-       "Injected error of the readout time [s]: readout_given = readout_true + S",
+       "Injected error of the readout time [s]: readout_given = readout_true + S; "
+       "minus that of --readout: an undeclared rolling shutter",
        "readout_error_s", -0.1, 0.1, kRig},
-      {"no-row-times", &o.rig.ignore_rows, "",
-       "The methods process a rolling shutter as a global one", "no_row_times", 0.0, 0.0, kRig},
       {"imu-rate", &o.rig.imu_rate_hz, "HZ",
        "IMU at a lower rate, each sample the mean over its interval [Hz]", "imu_rate_hz", 10.0,
        10000.0, kRig},

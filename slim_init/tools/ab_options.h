@@ -55,8 +55,9 @@ struct AbOptions {
   std::string report = "auto";  ///< or "off"
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
-  double readout_s = 0.0;     ///< of the camera, where it was typed; else that of the calibration
-  evaluation::RigErrors rig;  ///< rig.seed is `seed`
+  bool auto_exposure = false;  ///< the images are not equally spaced
+  double readout_s = 0.0;      ///< of the camera, where it was typed; else that of the calibration
+  evaluation::RigErrors rig;   ///< rig.seed is `seed`
 
   /// The features come from pixels.
   bool hasImages() const { return !asl.empty() || !bag.empty(); }
@@ -84,7 +85,9 @@ struct AbOptions {
   /// What every method is made with: the file's values, on top of them --keyframes and --gates.
   InitializerOptions initializer;
   baselines::BaselineOptions baselines;
-  CalibrationSigmas sigmas;  ///< of the rig that the methods are given
+  CalibrationSigmas sigmas;    ///< of the rig that the methods are given
+  double sigma_px = 0.0;       ///< Calibration::sigma_px of it
+  double sigma_line_px = 0.0;  ///< the same
 };
 
 /// What an option bears on.

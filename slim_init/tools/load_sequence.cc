@@ -12,6 +12,7 @@
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/simulation/feature_simulator.h"
+#include "slim_init/simulation/image_times.h"
 #include "slim_init/simulation/imu_simulator.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
@@ -25,14 +26,12 @@ constexpr double kImageRateHz = 20.0;  // EuRoC's
 constexpr int kWorldPointsPerTrackedPoint = 20;
 constexpr int kWorldSegmentsPerTrackedLine = 10;
 
-// With --pixel-noise 0 a solver still divides by the standard deviation.
-constexpr double kMinSigmaPx = 0.1;
-
-/// The rig of --config, otherwise EuRoC's, with the noise of the simulated features.
+/// The rig of --config, otherwise EuRoC's.
 Calibration calibrationFor(const AbOptions& options) {
   Calibration calibration = rigOf(options);
-  calibration.sigma_px = std::max(options.features.pixel_noise, kMinSigmaPx);
   calibration.sigmas = options.sigmas;
+  calibration.sigma_px = options.sigma_px;
+  calibration.sigma_line_px = options.sigma_line_px;
   options.setReadout(&calibration);
   return calibration;
 }
@@ -142,6 +141,10 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
   if (trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
+  if (options.auto_exposure && !motion.image_times.empty()) {
+    motion.image_times = simulation::autoExposureTimes(motion.image_times.front(),
+                                                       motion.image_times.back(), options.seed);
+  }
   sequence.truth =
       statesAt(*trajectory, sequence.calibration.td, &motion.image_times, &sequence.notes);
   if (sequence.truth.empty()) {
@@ -176,6 +179,10 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
     const double t = trajectory->begin() + k / kImageRateHz;
     if (sequence.imu.empty() || t > sequence.imu.back().t) break;
     image_times.push_back(t);
+  }
+  if (options.auto_exposure && !image_times.empty()) {
+    image_times =
+        simulation::autoExposureTimes(image_times.front(), image_times.back(), options.seed);
   }
   sequence.truth = statesAt(*trajectory, sequence.calibration.td, &image_times, &sequence.notes);
   for (NavState& state : sequence.truth) {

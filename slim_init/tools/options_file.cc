@@ -68,6 +68,8 @@ std::string readConfiguration(AbOptions* options) {
   o.initializer = config.options;
   o.baselines = config.baselines;
   o.sigmas = config.calibration.sigmas;
+  o.sigma_px = config.calibration.sigma_px;
+  o.sigma_line_px = config.calibration.sigma_line_px;
 
   // The same table three times: as read, as used here, as it is by default. The report has the
   // window's length and the gates under the names of --keyframes, --interval and --gates, which may
@@ -75,13 +77,11 @@ std::string readConfiguration(AbOptions* options) {
   const std::set<std::string> set_elsewhere = {"window.keyframes", "window.min_keyframes",
                                                "window.min_interval_s", "window.max_span_s",
                                                "gates.mode"};
-  // Features that are simulated have the noise of --pixel-noise and no front end.
+  // Features that are simulated need no front end.
   Config used = config;
   const Config fresh;
   used.method = fresh.method;
   if (!o.hasImages()) {
-    used.calibration.sigma_px = fresh.calibration.sigma_px;
-    used.calibration.sigma_line_px = fresh.calibration.sigma_line_px;
     if (o.config_file.empty()) used.calibration.imu_noise = fresh.calibration.imu_noise;
     used.front_end = fresh.front_end;
   }
@@ -103,8 +103,7 @@ std::string readConfiguration(AbOptions* options) {
   }
   if (!unused.empty()) {
     o.file_notes.push_back((o.options_file.empty() ? o.config_file : o.options_file) +
-                           ": not used here: " + unused + " (--methods names the methods" +
-                           (o.hasImages() ? ")" : ", the simulated rig has --pixel-noise)"));
+                           ": not used here: " + unused + " (--methods names the methods)");
   }
   return "";
 }

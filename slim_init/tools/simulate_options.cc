@@ -34,6 +34,8 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        0.05, 4.0},
       {"distortion", &o.distortion, "MODE", "on: the camera's lens, off: a pinhole", ""},
       {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
+      {"auto-exposure", &o.auto_exposure, "",
+       "Images 33, 40 or 60 ms apart, with gaps of 0.4 s, as automatic exposure makes them", ""},
       {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
        4000.0},
       {"imu-errors", &o.imu_errors, "MODE",

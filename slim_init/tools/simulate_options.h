@@ -20,6 +20,7 @@ struct SimulateOptions {
   double image_scale = 1.0;
   std::string distortion = "on";  ///< "off": a pinhole of the same focal length
   double rate_hz = 20.0;          ///< of images where the motion has no image times of its own
+  bool auto_exposure = false;     ///< autoExposureTimes() in place of all other image times
   double imu_rate_hz = 200.0;     ///< where the IMU is simulated
   std::string imu_errors = "on";  ///< noise and bias of a simulated IMU
   double vignetting = 0.25;

@@ -256,8 +256,8 @@ std::string measure(const TracksOptions& options, const Input& input,
   for (const FrameObservation& frame : frames) {
     const double t = calibration.imuTime(frame.t);
     if (!trajectory->covers(t - reach) || !trajectory->covers(t + reach)) continue;
-    truth.addFrame(frame, [&](double dt) {
-      const simulation::Kinematics body = trajectory->at(t + dt);
+    truth.addFrame(frame, [&](double row) {
+      const simulation::Kinematics body = trajectory->at(t + row * calibration.readout_s);
       return simulation::CameraPose{body.R_w_b * calibration.R_b_c,
                                     body.p_w_b + body.R_w_b * calibration.t_b_c};
     });

@@ -348,7 +348,7 @@ TEST_F(ConfigFile, RollingShutter) {
   write(std::string(kHostFile) + "rolling_shutter: 1\nrolling_shutter_tr: 0.033\n");
   ASSERT_TRUE(loadConfig(path_, &config, nullptr));
   EXPECT_EQ(config.calibration.readout_s, 0.033);
-  EXPECT_EQ(config.calibration.sigmas.readout_s, 0.0) << "known, unless our section says otherwise";
+  EXPECT_EQ(config.calibration.sigmas.readout_s, 0.001) << "unless our section says otherwise";
   EXPECT_EQ(config.notes.size(), 1u) << "the densities alone";
 
   // The switch decides, as in the host.

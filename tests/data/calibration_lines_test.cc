@@ -46,7 +46,8 @@ TEST_F(CalibrationLines, EachKeyBeyondThem) {
   found_.td = 0.004;
   found_.readout_s = 0.03;
   EXPECT_EQ(calibrationLines(file_, found_),
-            "# readout: 30 ms from the file's, standard deviation 1 ms\nrolling_shutter_tr: "
+            "# readout: 30 ms from the file's, standard deviation 1 ms\nrolling_shutter: "
+            "1\nrolling_shutter_tr: "
             "0.03\n");
   found_.readout_s = 0.0;
   found_.R_b_c = found_.R_b_c * expSO3(Eigen::Vector3d(0, 1.05 * kRad, 0));
@@ -80,7 +81,7 @@ TEST_F(CalibrationLines, WhatIsCertainHasToMatterToo) {
     return lines.substr(begin, lines.find(':', begin) - begin);
   };
   EXPECT_EQ(key(with(3.1, 4.9, 0.98, 19.5)), "td");
-  EXPECT_EQ(key(with(2.9, 5.1, 0.98, 19.5)), "rolling_shutter_tr");
+  EXPECT_EQ(key(with(2.9, 5.1, 0.98, 19.5)), "rolling_shutter");
   EXPECT_EQ(key(with(2.9, 4.9, 1.02, 19.5)), "extrinsicRotation");
   EXPECT_EQ(key(with(2.9, 4.9, 0.98, 20.5)), "extrinsicTranslation");
 }

@@ -129,7 +129,7 @@ TEST(RefineWindow, TooFewResidualsKeepTheNoiseOfTheCalibration) {
   ASSERT_EQ(exact.window->lineTracks().size(), 1u);
   const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, withoutVanishingPoints());
   ASSERT_TRUE(refined.valid);
-  EXPECT_NEAR(refined.sigma_line_px, exact.calibration.sigma_line_px, 1e-12);
+  EXPECT_NEAR(refined.sigma_line_px, exact.calibration.lineSigmaPx(), 1e-12);
   EXPECT_NEAR(refined.sigma_px, 1.5, 0.15);
 }
 

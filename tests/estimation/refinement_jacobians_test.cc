@@ -99,8 +99,8 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
   }
 
   template <int D, typename View, typename Parameters>
-  void checkRows(const View& view, const Parameters& parameters) {
-    const RowMotion rows = {t_b_c_, 0.03};
+  void checkRows(const View& view, const Parameters& parameters, double readout_s) {
+    const RowMotion rows = {t_b_c_, readout_s};
     const ImuInstant imu = {random(), 9.81 * random().normalized()};
     const auto residual = [&](const WindowState& state, ViewDerivatives<D>* at,
                               RowJacobian* by_row) {
@@ -202,7 +202,7 @@ TEST_P(RefinementJacobians, PointAndLineInARollingShutter) {
   seen.keyframe = 2;
   seen.bearing_b = (state_.R_b0_bk[2].transpose() * point.direction + 0.2 * random()).normalized();
   seen.tangent_b = tangentBasis(seen.bearing_b).transpose();
-  seen.dt = 0.012;
+  seen.row = 0.4;
   LineParameters line;
   line.origin = 0.3 * random();
   line.frame = expSO3(random());
@@ -211,10 +211,12 @@ TEST_P(RefinementJacobians, PointAndLineInARollingShutter) {
   segment.keyframe = 2;
   segment.start_b = random().normalized();
   segment.end_b = random().normalized();
-  segment.start_dt = -0.015;
-  segment.end_dt = 0.009;
-  checkRows<3>(seen, point);
-  checkRows<4>(segment, line);
+  segment.start_row = -0.5;
+  segment.end_row = 0.3;
+  for (const double readout_s : {0.0, 0.03}) {  // zero: a rolling shutter that is not known yet
+    checkRows<3>(seen, point, readout_s);
+    checkRows<4>(segment, line, readout_s);
+  }
 }
 
 // The residual of one pair under a rig error, by every state that enters and by the error itself.

@@ -107,7 +107,7 @@ Outcome runRolling(double readout_s, double believed_s, const Texture& texture) 
   return run(&walk, smallOptions(), 30);
 }
 
-TEST(FrontEndRollingShutter, ObservationsHaveTheTimeOfTheirRow) {
+TEST(FrontEndRollingShutter, ObservationsHaveTheirRow) {
   Motion motion;
   motion.shake = 0.05;
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::panels), motion, 2);
@@ -117,11 +117,11 @@ TEST(FrontEndRollingShutter, ObservationsHaveTheTimeOfTheirRow) {
   ASSERT_GT(frame.lines.size(), 5U);
   const int height = walk.parameters.height;
   for (const PointObservation& point : frame.points) {
-    EXPECT_EQ(point.dt, rowTime(point.pixel.y(), height, 0.03));
+    EXPECT_EQ(point.row, imageRow(point.pixel.y(), height));
   }
   for (const LineObservation& line : frame.lines) {
-    EXPECT_EQ(line.start_dt, rowTime(line.start_pixel.y(), height, 0.03));
-    EXPECT_EQ(line.end_dt, rowTime(line.end_pixel.y(), height, 0.03));
+    EXPECT_EQ(line.start_row, imageRow(line.start_pixel.y(), height));
+    EXPECT_EQ(line.end_row, imageRow(line.end_pixel.y(), height));
   }
 }
 
@@ -151,14 +151,6 @@ TEST(FrontEndRollingShutter, LinesAndVanishingPointsAreThoseOfTheMiddleRow) {
   EXPECT_GT(known.lines_persisting, 0.9 * global.lines_persisting);
   EXPECT_GE(known.errors.line_pairs_right, 0.97 * known.errors.line_pairs);
   EXPECT_GE(known.vp_found, global.vp_found - 2);
-}
-
-TEST(FrontEndRollingShutter, AGlobalShutterHasNoRowTimes) {
-  const Outcome outcome = runRolling(0.0, 0.0, textures::rich);
-  for (const PointObservation& point : outcome.last.points) {
-    EXPECT_EQ(point.dt, 0.0);
-    EXPECT_FALSE(std::signbit(point.dt));
-  }
 }
 
 TEST(FrontEndPoints, BlankWallsGiveNoneAtAll) {

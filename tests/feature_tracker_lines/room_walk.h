@@ -129,6 +129,9 @@ class RoomWalk {
     return front_end->addImage(time(k), picture, frame);
   }
 
+  /// Exposure of an image row (imageRow()) after the stamp as the calibration has it [s].
+  double exposureOf(double row) const { return row * calibration.readout_s; }
+
   /// The place in the world that a ray of image k meets, in a row exposed `dt` [s] after its stamp.
   Eigen::Vector3d place(int k, const Eigen::Vector3d& bearing, double dt = 0.0) const {
     return room_.hit(motion_.p_w_c(time(k) + dt), motion_.R_w_c(time(k) + dt) * bearing);
@@ -171,10 +174,11 @@ struct TrackErrors {
 
   void add(const RoomWalk& walk, int k, const FrameObservation& frame) {
     for (const PointObservation& point : frame.points) {
-      const auto first = points_.try_emplace(point.id, walk.place(k, point.bearing, point.dt));
+      const auto first =
+          points_.try_emplace(point.id, walk.place(k, point.bearing, walk.exposureOf(point.row)));
       if (first.second) continue;
       Eigen::Vector2d pixel(-1e6, -1e6);
-      walk.camera().project(walk.ray(k, first.first->second, point.dt), &pixel);
+      walk.camera().project(walk.ray(k, first.first->second, walk.exposureOf(point.row)), &pixel);
       point_px.push_back((pixel - point.pixel).norm());
     }
     for (const LineObservation& line : frame.lines) {
@@ -205,8 +209,8 @@ struct TrackErrors {
     Eigen::Vector3d start, end;
   };
   static Ends endsOf(const RoomWalk& walk, int k, const LineObservation& line) {
-    return {walk.place(k, line.start_bearing, line.start_dt),
-            walk.place(k, line.end_bearing, line.end_dt)};
+    return {walk.place(k, line.start_bearing, walk.exposureOf(line.start_row)),
+            walk.place(k, line.end_bearing, walk.exposureOf(line.end_row))};
   }
   // In the orientation of the middle row; with rows of their own the ends see the true line from
   // two places, a centimetre apart, which is left out.
@@ -214,8 +218,9 @@ struct TrackErrors {
                       double* angle_deg, double* offset_px) {
     const Eigen::Vector3d expected =
         walk.ray(k, truth.start).cross(walk.ray(k, truth.end)).normalized();
-    const Eigen::Vector3d start = walk.atStamp(k, line.start_bearing, line.start_dt);
-    const Eigen::Vector3d end = walk.atStamp(k, line.end_bearing, line.end_dt);
+    const Eigen::Vector3d start =
+        walk.atStamp(k, line.start_bearing, walk.exposureOf(line.start_row));
+    const Eigen::Vector3d end = walk.atStamp(k, line.end_bearing, walk.exposureOf(line.end_row));
     const Eigen::Vector3d seen = start.cross(end).normalized();
     const Eigen::Vector3d middle = (start + end).normalized();
     const Eigen::Vector3d a = expected.cross(middle).normalized(),

@@ -49,16 +49,19 @@ TEST(RowCompensation, TurnsBearingsToTheKeyframe) {
     for (int id = 0; id < 9; ++id) {
       PointObservation point;
       point.id = id;
-      point.dt = calibration.readout_s * (id / 8.0 - 0.5);
-      point.bearing = R_w_c(frames[k].t + point.dt).transpose() * directions[id];
+      point.row = id / 8.0 - 0.5;
+      point.bearing =
+          R_w_c(frames[k].t + point.row * calibration.readout_s).transpose() * directions[id];
       frames[k].points.push_back(point);
     }
     LineObservation line;
     line.id = 1;
-    line.start_dt = -0.012;
-    line.end_dt = 0.009;
-    line.start_bearing = R_w_c(frames[k].t + line.start_dt).transpose() * directions[0];
-    line.end_bearing = R_w_c(frames[k].t + line.end_dt).transpose() * directions[8];
+    line.start_row = -0.4;
+    line.end_row = 0.3;
+    const double t_start = frames[k].t + line.start_row * calibration.readout_s;
+    const double t_end = frames[k].t + line.end_row * calibration.readout_s;
+    line.start_bearing = R_w_c(t_start).transpose() * directions[0];
+    line.end_bearing = R_w_c(t_end).transpose() * directions[8];
     line.length_px = 100.0;
     frames[k].lines.push_back(line);
   }
@@ -77,7 +80,7 @@ TEST(RowCompensation, TurnsBearingsToTheKeyframe) {
           R_w_c(window->times()[now.keyframe]).transpose() * directions[track.id];
       // Samples between two instants are taken as linear: exact here, to rounding.
       EXPECT_LT((now.bearing - expected).norm(), 1e-9);
-      EXPECT_EQ(now.dt, raw.dt);
+      EXPECT_EQ(now.row, raw.row);
       largest_before = std::max(largest_before, (raw.bearing - expected).norm());
     }
   }

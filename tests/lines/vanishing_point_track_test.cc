@@ -165,8 +165,8 @@ TEST(VanishingPointTrack, NoiseOfTheCalibrationScalesTheCovariance) {
   const auto window = windowOfAxes(kAxes, {0, 0}, R_c0_ck);
   const auto vps = trackVanishingPoints(*window, R_c0_ck, {});
   const Calibration& calibration = window->calibration();
-  const VanishingPoint alone = estimateVanishingPoint(
-      window->linesOfKeyframe(0), calibration.sigma_line_px / calibration.focal_px, {});
+  const VanishingPoint alone =
+      estimateVanishingPoint(window->linesOfKeyframe(0), calibration.sigmaLine(), {});
   ASSERT_TRUE(alone.found);
   EXPECT_EQ(vps[0].covariance, alone.covariance);
   EXPECT_EQ(vps[0].inliers, alone.inliers);

@@ -121,7 +121,7 @@ class Recording {
   // Points in the first view, some of which leave it.
   void makeFrames() {
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
-    std::normal_distribution<double> pixel(0.0, calibration.sigma_px / kFocalPx);
+    std::normal_distribution<double> pixel(0.0, calibration.pointSigmaPx() / kFocalPx);
     const auto cameraAt = [&](double t, Vector3d* centre) {
       const Matrix3d R = attitude(t);
       *centre = scene_.motion.position(t) + R * calibration.t_b_c;

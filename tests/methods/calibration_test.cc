@@ -10,6 +10,7 @@
 
 #include "geometry/so3.h"
 #include "slim_init/baselines/baselines.h"
+#include "slim_init/row_times.h"
 #include "support/chi_square.h"
 #include "support/exact_window.h"
 
@@ -305,10 +306,7 @@ TEST(CalibrationOfSlim, ARollingShutterIsExact) {
   // Ignored, it costs ten times that.
   ExactWindow ignored = exact;
   ignored.calibration.readout_s = 0.0;
-  for (FrameObservation& frame : ignored.keyframes) {
-    for (PointObservation& point : frame.points) point.dt = 0.0;
-    for (LineObservation& line : frame.lines) line.start_dt = line.end_dt = 0.0;
-  }
+  for (FrameObservation& frame : ignored.keyframes) setRows(0, &frame);
   const auto window = InitWindow::create(ignored.calibration, ignored.keyframes, ignored.imu);
   const InitResult wrong = slim->solve(*window);
   const double error = wrong.hasEstimate() ? std::abs(scaleError(wrong.states, exact.truth)) : 1.0;
@@ -321,22 +319,67 @@ TEST(CalibrationOfSlim, AReadoutTimeThatIsOffIsFound) {
     ExactWindowOptions options = noisy(5);
     options.readout_s = 0.033;
     ExactWindow exact = makeExactWindow(options);
-    const double factor = (options.readout_s - off) / options.readout_s;
     exact.calibration.readout_s -= off;
     exact.calibration.sigmas.readout_s = 0.005;
-    for (FrameObservation& frame : exact.keyframes) {
-      for (PointObservation& point : frame.points) point.dt *= factor;
-      for (LineObservation& line : frame.lines) {
-        line.start_dt *= factor;
-        line.end_dt *= factor;
-      }
-    }
     const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
     const InitResult result = slim->solve(*window);
     ASSERT_TRUE(result.success()) << result.message;
     EXPECT_NEAR(result.calibration->readout_s, options.readout_s,
                 std::max(3.5 * result.calibration->readoutSigma(), 1e-4));
     EXPECT_LT(result.calibration->readoutSigma(), 0.003);
+  }
+}
+
+TEST(CalibrationOfSlim, ARollingShutterThatNobodyDeclaredIsFound) {
+  const auto slim = baselines::makeMethod("slim", simulatedImu());
+  for (const double readout_s : {0.0, 0.015, 0.03}) {
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      ExactWindowOptions options = noisy(seed);
+      options.readout_s = readout_s;
+      ExactWindow exact = makeExactWindow(options);
+      exact.calibration.readout_s = 0.0;
+      const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+      const InitResult result = slim->solve(*window);
+      ASSERT_TRUE(result.success()) << result.message;
+      EXPECT_NEAR(result.calibration->readout_s, readout_s, 3e-3);
+      EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 0.05);
+      EXPECT_EQ(hasWarning(result, "rolling_shutter"), readout_s > 0.0);
+    }
+  }
+}
+
+// An exact readout time is never replaced.
+TEST(CalibrationOfSlim, AGlobalShutterThatIsDeclaredStaysOne) {
+  const auto slim = baselines::makeMethod("slim", simulatedImu());
+  ExactWindowOptions options = noisy(1);
+  options.readout_s = 0.03;
+  ExactWindow exact = makeExactWindow(options);
+  exact.calibration.readout_s = 0.0;
+  exact.calibration.sigmas.readout_s = 0.0;
+  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  const InitResult result = slim->solve(*window);
+  ASSERT_TRUE(result.calibration.has_value());
+  EXPECT_EQ(result.calibration->readout_s, 0.0);
+}
+
+// The checks compare with the noise that the tracks have, within its bounds, unless one is given.
+TEST(CalibrationOfSlim, NoiseOfTheTracksIsMeasured) {
+  const auto slim = baselines::makeMethod("slim", simulatedImu());
+  for (const double noise_px : {0.3, 0.6, 1.5}) {
+    ExactWindowOptions options = noisy(3);
+    options.pixel_noise = noise_px;
+    ExactWindow exact = makeExactWindow(options);
+    const InitResult result = slim->solve(*exact.window);
+    ASSERT_TRUE(result.success()) << result.message;
+    EXPECT_NEAR(result.track_noise.measured_px, noise_px, 0.2 * noise_px);
+    EXPECT_NEAR(result.track_noise.assumed_px, std::max(noise_px, Calibration::kTypicalSigmaPx),
+                0.2 * noise_px);
+
+    exact.calibration.sigma_px = 0.7;
+    const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+    const InitResult given = slim->solve(*window);
+    EXPECT_EQ(given.track_noise.assumed_px, 0.7);
+    EXPECT_EQ(given.success(), noise_px < 1.0) << given.message;
   }
 }
 

@@ -10,7 +10,7 @@ COLUMNS = """dataset trial t_start_s t_start_ns duration_s keyframes excited for
 quiet_pairs truth_mismatch p_x p_y p_z rig_td_ms rig_rotation_deg rig_readout_ms method status answer_keyframes answer_s attempted success scale
 scale_error gravity_error_deg velocity_rmse velocity_vec_rmse pose_rmse gyro_bias_err_pct
 gyro_bias_vec_err scale_sigma td_error_ms td_sigma_ms rotation_error_deg rotation_sigma_deg
-rotation_over_sigma readout_error_ms readout_sigma_ms warnings point_tracks line_tracks gates message not_evaluated downstream
+rotation_over_sigma readout_error_ms readout_sigma_ms noise_px warnings point_tracks line_tracks gates message not_evaluated downstream
 downstream_s downstream_diverged downstream_ate downstream_scale_error downstream_message solve_cpu_ms
 solve_ms stages_ms""".split()
 

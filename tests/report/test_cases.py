@@ -73,9 +73,9 @@ class Cases(unittest.TestCase):
         case = found["rigs/images-MH_01/td20_rot4"]
         self.assertEqual((option(case, "td-error"), option(case, "extrinsic-error")), ("0.02", "4"))
         self.assertIsNone(option(case, "seed"))  # has no effect on images without errors
-        case = found["rigs/recorded-V1_01/readout_ignored"]
+        case = found["rigs/recorded-V1_01/readout_undeclared"]
         self.assertEqual((option(case, "readout"), option(case, "seed")), ("0.033", "3"))
-        self.assertIn("--no-row-times", case.arguments)
+        self.assertEqual(option(case, "readout-error"), "-0.033")
         self.assertIn("--random-rig", found["rigs/simulated-figure-eight/random"].arguments)
         case = found["rigs/simulated-figure-eight/imu"]
         self.assertEqual([option(case, name) for name in ("imu-rate", "imu-jitter", "imu-dropout")],

@@ -322,7 +322,7 @@ class SuiteReport(Folder):
                     ("td0_rot0", {"td_error_s": 0.0, "extrinsic_error_deg": 0.0}),
                     ("td20_rot4", {"td_error_s": 0.02, "extrinsic_error_deg": 4.0}),
                     ("random", {"td_error_s": 0.05, "extrinsic_error_deg": 10.0, "random_rig": 1}),
-                    ("ignored", {"readout_s": 0.033, "no_row_times": 1}),
+                    ("undeclared", {"readout_s": 0.033, "readout_error_s": -0.033}),
                     ("imu", {"imu_rate_hz": 100.0, "imu_jitter_s": 0.002, "imu_dropout": 0.01}))]
         right = self.run_of("simulated/circle", both, options=dict(options, builtin="circle"))
         out = os.path.join(self.folder, "out")
@@ -332,7 +332,7 @@ class SuiteReport(Folder):
         self.assertIn("The calibration given to the methods", markdown)
         for text in ("| none | slim |", "| td 20 ms, rotation 4 deg | drt-l |",
                      "| up to td 50 ms, up to rotation 10 deg | slim |",
-                     "| readout 33 ms, ignored | slim |",
+                     "| readout 33 ms, readout off by -33 ms | slim |",
                      "| IMU 100 Hz, jitter 2 ms, missing 1 % | slim |"):
             self.assertIn(text, markdown)
         # The sequences of a rig are in one row.

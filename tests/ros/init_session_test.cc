@@ -112,8 +112,8 @@ InitSessionOptions everyFrame(bool expect_lines) {
   return options;
 }
 
-// Rolling shutter: the exposure of the row, of points and of both ends of a line.
-TEST_F(InitSessionTest, RowTimesAreSet) {
+// Rolling shutter: the row of points and of both ends of a line.
+TEST_F(InitSessionTest, RowsAreSet) {
   FrameObservation observed = frame(1.0);
   observed.points[0].pixel.y() = 360.0;
   std::vector<LineObservation> lines = line();
@@ -127,9 +127,9 @@ TEST_F(InitSessionTest, RowTimesAreSet) {
     session_->addPoints(observed);
     session_->addLines(1.0, lines);
     const double on = height == 0 ? 0.0 : 1.0;
-    EXPECT_NEAR(scripted_->last_frame.points[0].dt, on * 0.005, 1e-12);
-    EXPECT_NEAR(scripted_->last_lines[0].start_dt, on * -0.01, 1e-12);
-    EXPECT_NEAR(scripted_->last_lines[0].end_dt, on * 0.01, 1e-12);
+    EXPECT_NEAR(scripted_->last_frame.points[0].row, on * 0.25, 1e-12);
+    EXPECT_NEAR(scripted_->last_lines[0].start_row, on * -0.5, 1e-12);
+    EXPECT_NEAR(scripted_->last_lines[0].end_row, on * 0.5, 1e-12);
   }
   InitSessionOptions options;
   options.image_height = -5;

@@ -824,10 +824,10 @@ TEST(RollingShutter, PointsAreSeenAtTheTimeOfTheirRow) {
   for (const FrameObservation& frame : s.run(options, 60)) {
     for (const PointObservation& o : frame.points) {
       ++observations;
-      const double row = rowTime(o.pixel.y(), options.camera.height, 0.033);
-      EXPECT_NEAR(o.dt, row, 1e-9);
-      latest = std::max(latest, std::abs(o.dt));
-      const Camera then(s, frame.t + 0.007 + o.dt), middle(s, frame.t + 0.007);
+      EXPECT_EQ(o.row, imageRow(o.pixel.y(), options.camera.height));
+      const double dt = 0.033 * o.row;
+      latest = std::max(latest, std::abs(dt));
+      const Camera then(s, frame.t + 0.007 + dt), middle(s, frame.t + 0.007);
       double nearest = 1.0, shift = 0.0;
       for (const Eigen::Vector3d& p_w : s.world.points) {
         const double off = (then.see(p_w).normalized() - o.bearing).norm();
@@ -854,12 +854,13 @@ TEST(RollingShutter, LineEndsAreSeenAtTheTimeOfTheirRows) {
   for (const FrameObservation& frame : s.run(options, 40)) {
     for (const LineObservation& o : frame.lines) {
       ++observations;
-      EXPECT_NEAR(o.start_dt, rowTime(o.start_pixel.y(), options.camera.height, 0.033), 1e-9);
-      EXPECT_NEAR(o.end_dt, rowTime(o.end_pixel.y(), options.camera.height, 0.033), 1e-9);
+      EXPECT_EQ(o.start_row, imageRow(o.start_pixel.y(), options.camera.height));
+      EXPECT_EQ(o.end_row, imageRow(o.end_pixel.y(), options.camera.height));
       EXPECT_TRUE(o.start_pixel.y() >= 0.0 && o.start_pixel.y() <= options.camera.height);
       EXPECT_TRUE(o.end_pixel.y() >= 0.0 && o.end_pixel.y() <= options.camera.height);
-      different = std::max(different, std::abs(o.start_dt - o.end_dt));
-      const Camera start(s, frame.t + 0.007 + o.start_dt), end(s, frame.t + 0.007 + o.end_dt);
+      different = std::max(different, 0.033 * std::abs(o.start_row - o.end_row));
+      const Camera start(s, frame.t + 0.007 + 0.033 * o.start_row),
+          end(s, frame.t + 0.007 + 0.033 * o.end_row);
       double nearest = 1.0;
       for (const Segment& segment : s.world.segments) {
         // Sine between the ray and the plane through the segment.
@@ -879,16 +880,16 @@ TEST(RollingShutter, LineEndsAreSeenAtTheTimeOfTheirRows) {
 }
 
 // Noise is told by the row in which it puts the point.
-TEST(RollingShutter, RowTimesAreThoseOfTheNoisyObservation) {
+TEST(RollingShutter, RowsAreThoseOfTheNoisyObservation) {
   const Scene s = rollingScene(0.02);
   const FeatureSimulationOptions options;
   for (const FrameObservation& frame : s.run(options, 10)) {
     for (const PointObservation& o : frame.points) {
-      EXPECT_EQ(o.dt, rowTime(o.pixel.y(), options.camera.height, 0.02));
+      EXPECT_EQ(o.row, imageRow(o.pixel.y(), options.camera.height));
     }
     for (const LineObservation& o : frame.lines) {
-      EXPECT_EQ(o.start_dt, rowTime(o.start_pixel.y(), options.camera.height, 0.02));
-      EXPECT_EQ(o.end_dt, rowTime(o.end_pixel.y(), options.camera.height, 0.02));
+      EXPECT_EQ(o.start_row, imageRow(o.start_pixel.y(), options.camera.height));
+      EXPECT_EQ(o.end_row, imageRow(o.end_pixel.y(), options.camera.height));
     }
   }
 }
@@ -902,15 +903,11 @@ TEST(RollingShutter, WithoutReadoutNothingDiffers) {
   for (std::size_t k = 0; k < global.size(); ++k) {
     ASSERT_EQ(global[k].points.size(), nearly[k].points.size());
     for (std::size_t i = 0; i < global[k].points.size(); ++i) {
-      EXPECT_EQ(global[k].points[i].dt, 0.0);
-      EXPECT_FALSE(std::signbit(global[k].points[i].dt));
       EXPECT_EQ(global[k].points[i].id, nearly[k].points[i].id);
       EXPECT_LT((global[k].points[i].bearing - nearly[k].points[i].bearing).norm(), 1e-11);
     }
     ASSERT_EQ(global[k].lines.size(), nearly[k].lines.size());
     for (std::size_t i = 0; i < global[k].lines.size(); ++i) {
-      EXPECT_EQ(global[k].lines[i].start_dt, 0.0);
-      EXPECT_EQ(global[k].lines[i].end_dt, 0.0);
       EXPECT_LT((global[k].lines[i].start_bearing - nearly[k].lines[i].start_bearing).norm(),
                 1e-11);
     }

@@ -217,8 +217,9 @@ TEST(TrackTruth, ObservationsAreTakenAtTheirOwnTime) {
       LineObservation line = seeLine(2, start, end, poseAt(i + dt / kInterval));
       line.end_bearing = seeLine(2, start, end, poseAt(i - dt / kInterval)).end_bearing;
       if (told) {
-        frame.points.back().dt = line.start_dt = dt;
-        line.end_dt = -dt;
+        // As if the image took a second to read: the row is its time.
+        frame.points.back().row = line.start_row = dt;
+        line.end_row = -dt;
       }
       frame.lines.push_back(line);
     }

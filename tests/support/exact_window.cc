@@ -69,15 +69,15 @@ class RowProjector {
                const Eigen::Vector3d& gravity_w)
       : exact_(exact), imu_(imu), gravity_w_(gravity_w) {}
 
-  bool project(int k, const Eigen::Vector3d& X_w, Eigen::Vector2d* uv, double* dt) const {
+  bool project(int k, const Eigen::Vector3d& X_w, Eigen::Vector2d* uv, double* row) const {
     const Calibration& calibration = exact_.true_calibration;
-    *dt = 0.0;
     if (!testing_support::project(exact_.truth[k], calibration, X_w, uv)) return false;
-    if (calibration.readout_s == 0.0) return true;
+    *row = 0.5 * uv->y() / kHalfHeight;
     // A fixed point: the row moves by less than a hundredth of its change of time.
-    for (int round = 0; round < 12; ++round) {
-      *dt = 0.5 * uv->y() / kHalfHeight * calibration.readout_s;
-      if (!testing_support::project(stateAt(k, *dt), calibration, X_w, uv)) return false;
+    for (int round = 0; round < 12 && calibration.readout_s > 0.0; ++round) {
+      const NavState state = stateAt(k, *row * calibration.readout_s);
+      if (!testing_support::project(state, calibration, X_w, uv)) return false;
+      *row = 0.5 * uv->y() / kHalfHeight;
     }
     return true;
   }
@@ -248,7 +248,7 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
     for (int k = 0; k < options.keyframes; ++k) {
       Eigen::Vector2d uv;
       PointObservation point;
-      if (!projector.project(k, X_w, &uv, &point.dt)) continue;
+      if (!projector.project(k, X_w, &uv, &point.row)) continue;
       point.id = id;
       point.bearing = noisyBearing(random, uv, sigma, options.angular_noise);
       out.keyframes[k].points.push_back(point);
@@ -268,8 +268,8 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
       Eigen::Vector2d s, e;
       const double from = uniform(random, 0.3, 0.5), to = uniform(random, 0.3, 0.5);
       LineObservation line;
-      if (!projector.project(k, middle - from * direction, &s, &line.start_dt)) continue;
-      if (!projector.project(k, middle + to * direction, &e, &line.end_dt)) continue;
+      if (!projector.project(k, middle - from * direction, &s, &line.start_row)) continue;
+      if (!projector.project(k, middle + to * direction, &e, &line.end_row)) continue;
       if ((e - s).norm() * out.calibration.focal_px < 20.0) continue;
       line.id = id;
       line.start_bearing = noisyBearing(random, s, sigma, options.angular_noise);

@@ -112,14 +112,7 @@ const std::vector<BadCommand>& badCommands() {
        {"circle: the camera has a global shutter", "cannot be incorrect"}},
       {"ReadoutErrorTooLarge",
        {"ab", "--builtin", "circle", "--readout", "0.01", "--readout-error", "-0.02"},
-       {"readout_s is -0.02, must be above -0.01"}},
-      {"RowTimesOfAGlobalShutter",
-       {"ab", "--builtin", "circle", "--no-row-times"},
-       {"cannot be ignored"}},
-      {"RowTimesIgnoredAndWrong",
-       {"ab", "--builtin", "circle", "--readout", "0.02", "--no-row-times", "--readout-error",
-        "0.001"},
-       {"--no-row-times and --readout-error exclude each other"}},
+       {"readout_s is -0.02, must be at least -0.01"}},
       {"ImuRateZero",
        {"ab", "--builtin", "circle", "--imu-rate", "0"},
        {"--imu-rate: '0' is not a number in [10, 10000]"}},
@@ -223,6 +216,7 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
                            "--ablation",
                            "--report MODE (=auto)",
                            "--limit N (=0)",
+                           "--auto-exposure",
                            "--points N (=100)",
                            "--lines N (=25)",
                            "--pixel-noise X (=0.6)",
@@ -237,7 +231,6 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
                            "--random-rig",
                            "--readout S (=0)",
                            "--readout-error S (=0)",
-                           "--no-row-times",
                            "--imu-rate HZ",
                            "--imu-jitter S (=0)",
                            "--imu-dropout X (=0)",
@@ -635,13 +628,13 @@ TEST(AbOptionsFile, AConfigurationBringsTheRig) {
 
 TEST(AbOptionsFile, KeysWithoutEffectAreNoted) {
   const ScratchFolder folder;
-  folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  sigma_px: 0.9\n");
+  folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  noise: {gyro_density: 0.001}\n");
   const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_TRUE(contains(run.err, "slim_init: note: ")) << run.err;
-  EXPECT_TRUE(contains(run.err, "not used here: slim_init.sigma_px (")) << run.err;
+  EXPECT_TRUE(contains(run.err, "not used here: slim_init.noise.gyro_density (")) << run.err;
   const std::string notes = summaryOf(folder, "out")["notes"].dump();
-  EXPECT_TRUE(contains(notes, "slim_init.sigma_px")) << notes;
+  EXPECT_TRUE(contains(notes, "slim_init.noise.gyro_density")) << notes;
 }
 
 TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {

@@ -290,17 +290,17 @@ TEST_F(ForeignInitializer, AJumpOfABiasIsJudgedByAnAnswer) {
   EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect) << "the answer agreed";
 }
 
-// Rolling shutter: every observation gets the exposure of its row, whichever way it comes.
-TEST_F(ForeignInitializer, RowTimesAreSet) {
+// Rolling shutter: every observation gets its row, whichever way it comes.
+TEST_F(ForeignInitializer, RowsAreSet) {
   FrameObservation frame = exact_.keyframes[0];
   ASSERT_FALSE(frame.points.empty());
   ASSERT_FALSE(frame.lines.empty());
   frame.points[0].pixel.y() = 120.0;
   frame.lines[0].start_pixel.y() = 480.0;
   frame.lines[0].end_pixel.y() = 240.0;
-  frame.points[0].dt = 0.5;  // as given, where the height is not known
+  frame.points[0].row = 0.5;  // as given, where the height is not known
   adapter_->addFrame(frame);
-  EXPECT_EQ(oracle_->last_frame.points[0].dt, 0.5);
+  EXPECT_EQ(oracle_->last_frame.points[0].row, 0.5);
 
   auto oracle = std::make_unique<Oracle>(exact_, 0.04);
   oracle_ = oracle.get();
@@ -308,11 +308,11 @@ TEST_F(ForeignInitializer, RowTimesAreSet) {
   options.image_height = 480;
   adapter_ = HostAdapter::create(std::move(oracle), options, nullptr);
   adapter_->addFrame(frame);
-  EXPECT_NEAR(oracle_->last_frame.points[0].dt, -0.01, 1e-12);
-  EXPECT_NEAR(oracle_->last_frame.lines[0].start_dt, 0.02, 1e-12);
-  EXPECT_NEAR(oracle_->last_frame.lines[0].end_dt, 0.0, 1e-12);
+  EXPECT_NEAR(oracle_->last_frame.points[0].row, -0.25, 1e-12);
+  EXPECT_NEAR(oracle_->last_frame.lines[0].start_row, 0.5, 1e-12);
+  EXPECT_NEAR(oracle_->last_frame.lines[0].end_row, 0.0, 1e-12);
   adapter_->addLines(frame.t, frame.lines);
-  EXPECT_NEAR(oracle_->last_lines[0].start_dt, 0.02, 1e-12);
+  EXPECT_NEAR(oracle_->last_lines[0].start_row, 0.5, 1e-12);
 
   options.image_height = -1;
   std::string error;

@@ -671,7 +671,7 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   }
   const bool blind = static_cast<int>(known.size()) < kLeastTracks;
   const Innovation innovation = innovations.judge(
-      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.sigma_px,
+      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.pointSigmaPx(),
       wideningOf(screen.damage(), hostTime(stamps.front()), t_j).damaged);
   if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
     screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
@@ -776,9 +776,7 @@ AddStatus HostAdapter::addFrame(FrameObservation frame) {
   copy.t = calibration.imuTime(stamp);
   const bool keeps = state_->options.watchdog || state_->options.reinit;
   if (keeps) copy.points = frame.points;
-  if (state_->options.image_height > 0) {
-    setRowTimes(state_->options.image_height, calibration.readout_s, &frame);
-  }
+  if (state_->options.image_height > 0) setRows(state_->options.image_height, &frame);
   // As found at the frame before: a solve would follow it.
   state_->removeMoving(&frame);
   state_->moving.clear();
@@ -800,9 +798,7 @@ AddStatus HostAdapter::addLines(double stamp, std::vector<LineObservation> lines
   const std::lock_guard<std::mutex> lock(state_->mutex);
   FrameObservation frame;
   frame.lines = std::move(lines);
-  if (state_->options.image_height > 0) {
-    setRowTimes(state_->options.image_height, state_->initializer->calibration().readout_s, &frame);
-  }
+  if (state_->options.image_height > 0) setRows(state_->options.image_height, &frame);
   return state_->initializer->addLines(stamp, std::move(frame.lines));
 }
 

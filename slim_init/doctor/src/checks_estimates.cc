@@ -78,6 +78,10 @@ void checkEstimates(const WindowEstimates& answers, const DoctorOptions& options
   f.severity = single ? Severity::kOk : severityAbove(refused, options.refused);
   f.message = "As configured, slim accepts " + std::to_string(answers.accepted) + " of " +
               std::to_string(answers.windows) + " windows (" + statusText(answers) + ")";
+  if (std::isfinite(answers.track_noise.measured_px)) {
+    f.message += "; its tracks have a noise of " + number(answers.track_noise.measured_px) +
+                 " px, " + number(answers.track_noise.assumed_px) + " px is assumed";
+  }
   if (f.severity != Severity::kOk) {
     f.message += ", most of the others with " + commonMessage(answers);
     f.advice = "Correct what is found above first.";

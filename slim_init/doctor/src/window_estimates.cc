@@ -201,7 +201,15 @@ WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& al
   if (solver == nullptr || !data.calibration.validate().empty()) return answers;
   const auto configured = cutWindows(data, data.calibration, options.initializer);
   measureNoise(configured, options.initializer.inertial, &answers);
-  for (const auto& window : configured) addVerdict(solver->solve(*window), &answers);
+  std::vector<double> measured_px, assumed_px;
+  for (const auto& window : configured) {
+    const InitResult result = solver->solve(*window);
+    addVerdict(result, &answers);
+    if (!std::isfinite(result.track_noise.measured_px)) continue;
+    measured_px.push_back(result.track_noise.measured_px);
+    assumed_px.push_back(result.track_noise.assumed_px);
+  }
+  answers.track_noise = {median(measured_px), median(assumed_px)};
 
   if (!sameMotion(alignment, options)) return answers;
   const Calibration start = startOf(data, alignment);

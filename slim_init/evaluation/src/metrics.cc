@@ -245,8 +245,10 @@ CalibrationErrors evaluateCalibration(const CalibrationEstimate& estimate,
   errors.td_s = estimate.td - truth.td;
   errors.rotation_deg = kRadToDeg * turn.norm();
   errors.rotation_c_deg = kRadToDeg * turn;
-  // Of a global shutter there is nothing to find.
-  if (truth.readout_s > 0.0) errors.readout_s = estimate.readout_s - truth.readout_s;
+  // Of a global shutter that was taken for one there is nothing to say.
+  if (truth.readout_s > 0.0 || estimate.readout_s > 0.0) {
+    errors.readout_s = estimate.readout_s - truth.readout_s;
+  }
   const auto sigma = [](double value) { return value > 0.0 ? value : kNotComputed; };
   errors.td_sigma_s = sigma(estimate.tdSigma());
   errors.rotation_sigma_deg = sigma(estimate.rotationSigmaDeg());

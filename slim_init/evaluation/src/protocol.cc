@@ -203,6 +203,7 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
     record.partial = evaluatePartial(answer, truth);
   }
   record.scale_sigma = answer.scale_sigma;
+  record.noise_px = answer.track_noise.measured_px;
   if (answer.calibration.has_value()) {
     record.calibration = evaluateCalibration(*answer.calibration, sequence.trueCalibration());
   }

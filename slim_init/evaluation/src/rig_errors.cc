@@ -141,13 +141,13 @@ std::vector<ImuSample> resampled(const std::vector<ImuSample>& imu, double inter
 
 /// A true calibration with a readout time, and one left of it: else there is nothing to be wrong.
 std::string checkRows(const RigErrors& errors, const Calibration& truth) {
-  if (errors.readout_s == 0.0 && !errors.ignore_rows) return "";
+  if (errors.readout_s == 0.0) return "";
   std::ostringstream out;
   if (!(truth.readout_s > 0.0)) {
     out << "the camera has a global shutter (a readout time of 0 s), so that its readout time "
-        << (errors.ignore_rows ? "cannot be ignored" : "cannot be incorrect");
-  } else if (!errors.ignore_rows && !(truth.readout_s + errors.readout_s > 0.0)) {
-    out << "readout_s is " << errors.readout_s << ", must be above " << -truth.readout_s
+           "cannot be incorrect";
+  } else if (truth.readout_s + errors.readout_s < 0.0) {
+    out << "readout_s is " << errors.readout_s << ", must be at least " << -truth.readout_s
         << ", the camera's own readout time with its sign turned";
   }
   return out.str();
@@ -160,7 +160,7 @@ bool RigErrors::disturbsImu() const {
 }
 
 bool RigErrors::any() const {
-  return td_s != 0.0 || extrinsic_deg != 0.0 || readout_s != 0.0 || ignore_rows || disturbsImu();
+  return td_s != 0.0 || extrinsic_deg != 0.0 || readout_s != 0.0 || disturbsImu();
 }
 
 std::string RigErrors::validate() const {
@@ -187,7 +187,7 @@ Calibration assumedCalibration(const Calibration& truth, const RigErrors& errors
       assumed.R_b_c = truth.R_b_c * reference::expSo3(kDegToRad * deg * draws.direction());
     }
   }
-  assumed.readout_s = errors.ignore_rows ? 0.0 : truth.readout_s + errors.readout_s;
+  assumed.readout_s = truth.readout_s + errors.readout_s;
   return assumed;
 }
 
@@ -221,20 +221,10 @@ std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu) {
 }
 
 void assumeCalibration(const Calibration& assumed, Sequence* sequence) {
-  const double before = sequence->calibration.readout_s;
   if (!sequence->true_calibration.has_value()) {
     sequence->true_calibration = sequence->calibration;
   }
   sequence->calibration = assumed;
-  if (!(before > 0.0) || assumed.readout_s == before) return;
-  const double factor = assumed.readout_s / before;
-  for (FrameObservation& frame : sequence->frames) {
-    for (PointObservation& point : frame.points) point.dt *= factor;
-    for (LineObservation& line : frame.lines) {
-      line.start_dt *= factor;
-      line.end_dt *= factor;
-    }
-  }
 }
 
 std::string applyRigErrors(const RigErrors& errors, bool frames_assume, Sequence* sequence) {

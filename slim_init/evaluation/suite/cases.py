@@ -44,7 +44,7 @@ def _rig_list():
         Rig("random", ["--td-error", "0.05", "--extrinsic-error", "10", "--random-rig"], False),
         Rig("readout", readout, True),
         Rig("readout_off", readout + ["--readout-error", "0.005"], True),
-        Rig("readout_ignored", readout + ["--no-row-times"], True),
+        Rig("readout_undeclared", readout + ["--readout-error", "-" + READOUT_S], True),
         Rig("imu", ["--imu-rate", "100", "--imu-jitter", "0.002", "--imu-dropout", "0.01"], False)]
 
 

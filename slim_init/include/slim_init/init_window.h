@@ -16,7 +16,7 @@ namespace slim_init {
 struct WindowPoint {
   int keyframe = 0;         ///< index into InitWindow::times()
   Eigen::Vector3d bearing;  ///< unit, in c
-  double dt = 0.0;          ///< PointObservation::dt [s]
+  double row = 0.0;         ///< PointObservation::row
 };
 
 /// One observation of a line track.
@@ -28,8 +28,8 @@ struct WindowLine {
   double length_px = 0.0;
   double detection_confidence = 1.0;
   double match_quality = 1.0;
-  double start_dt = 0.0;  ///< LineObservation::start_dt [s]
-  double end_dt = 0.0;    ///< [s]
+  double start_row = 0.0;  ///< LineObservation::start_row
+  double end_row = 0.0;
 };
 
 /// A contiguous range [begin, end) of observations of one track, ascending in keyframe.

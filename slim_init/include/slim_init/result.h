@@ -188,6 +188,13 @@ struct InitResult {
   /// states are those of the body at stamp + td of this estimate (NavState::t).
   OptionalCalibration calibration;
 
+  /// Noise of the point tracks of the window, per axis [px].
+  struct TrackNoise {
+    double measured_px = kNotComputed;  ///< by what pairs of views say of each other (slim)
+    double assumed_px = kNotComputed;   ///< what the checks compare with: Calibration::sigma_px, or
+                                        ///< the measured one within its bounds
+  } track_noise;
+
   /// Warnings beside a valid estimate, one message each: a calibration that is
   /// outside its standard deviations, with value, sigma and key; point tracks that are
   /// static in the image of a turning camera, with their number.

@@ -1,23 +1,19 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Rolling shutter: the exposure of what was observed, from the image row.
+// Rolling shutter: the image rows of what was observed, from which its exposure follows.
 #pragma once
 
 #include "slim_init/types.h"
 
 namespace slim_init {
 
-/// Sets PointObservation::dt of all points and LineObservation::start_dt, end_dt of all lines of
-/// `frame` from the rows of their raw pixels (rowTime()), for an image of `height` rows [px] read
-/// out in `readout_s` [s]. With a height or readout of zero all become zero (global shutter).
-inline void setRowTimes(int height, double readout_s, FrameObservation* frame) {
-  if (!(readout_s > 0.0)) height = 0;  // no negative zeros
-  for (PointObservation& point : frame->points) {
-    point.dt = rowTime(point.pixel.y(), height, readout_s);
-  }
+/// Sets PointObservation::row of all points and LineObservation::start_row, end_row of all lines of
+/// `frame` from their raw pixels (imageRow()), for an image of `height` rows [px].
+inline void setRows(int height, FrameObservation* frame) {
+  for (PointObservation& point : frame->points) point.row = imageRow(point.pixel.y(), height);
   for (LineObservation& line : frame->lines) {
-    line.start_dt = rowTime(line.start_pixel.y(), height, readout_s);
-    line.end_dt = rowTime(line.end_pixel.y(), height, readout_s);
+    line.start_row = imageRow(line.start_pixel.y(), height);
+    line.end_row = imageRow(line.end_pixel.y(), height);
   }
 }
 

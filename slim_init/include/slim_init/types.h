@@ -30,7 +30,7 @@ struct PointObservation {
   FeatureId id = -1;
   Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();  ///< unit ray in c, undistorted
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();     ///< raw image position [px], for display
-  double dt = 0.0;  ///< exposure of its row, relative to the frame's stamp [s]; see rowTime()
+  double row = 0.0;  ///< imageRow() of it; its exposure follows the stamp by row * readout_s
 };
 
 /// One tracked line segment in one image. The end points of a segment move along the line from
@@ -44,8 +44,8 @@ struct LineObservation {
   double length_px = 0.0;                                    ///< segment length [px]
   double detection_confidence = 1.0;                         ///< in [0, 1], from the detector
   double match_quality = 1.0;  ///< in [0, 1], match to the previous image; 1 for a new line
-  double start_dt = 0.0;       ///< exposure of the start point's row, relative to the stamp [s]
-  double end_dt = 0.0;         ///< the same of the end point [s]
+  double start_row = 0.0;      ///< imageRow() of the start point
+  double end_row = 0.0;        ///< the same of the end point
 };
 
 /// Everything seen in one image.
@@ -70,7 +70,8 @@ struct CalibrationSigmas {
   double rotation_deg = 0.25;    ///< of R_b_c, per axis [deg]; kUnknownRotationDeg or more: unknown
   double translation_m = 0.003;  ///< of t_b_c, per axis [m]
   double td_s = 0.001;           ///< of td [s]
-  double readout_s = 0.0;        ///< of readout_s [s]; without effect where that is zero
+  /// Of readout_s [s]. Zero: exact, a global shutter is one.
+  double readout_s = 0.001;
 
   bool operator==(const CalibrationSigmas& other) const {
     return rotation_deg == other.rotation_deg && translation_m == other.translation_m &&
@@ -103,10 +104,14 @@ struct Calibration {
   Eigen::Vector3d t_b_c = Eigen::Vector3d::Zero();      ///< camera centre in b [m]
   ImuNoise imu_noise;
   double gravity_magnitude = 9.81007;  ///< |g_w| [m/s^2]
-  double focal_px = 460.0;  ///< pixels per radian at the image centre; turns sigma_px to an angle
-  double sigma_px = 0.6;    ///< standard deviation of a point observation [px]
-  double sigma_line_px = 0.7;  ///< standard deviation of a line end point across the line [px]
-  double td = 0.0;             ///< camera-IMU time offset: t_imu = stamp + td [s]
+  double focal_px = 460.0;  ///< pixels per radian at the image centre; turns pixels to angles
+  /// Standard deviation of a point observation [px]; 0: measured in every window by methods that do
+  /// (slim), kTypicalSigmaPx for the others.
+  double sigma_px = 0.0;
+  /// The same of a line end point across the line [px]; 0: kLinePerPoint times that of a point. Two
+  /// views of a line always agree, so that nothing measures it before there is a trajectory.
+  double sigma_line_px = 0.0;
+  double td = 0.0;  ///< camera-IMU time offset: t_imu = stamp + td [s]
   /// Rolling shutter: time from the first row to the last [s]; the stamp is that of the middle row.
   /// Zero for a global shutter.
   double readout_s = 0.0;
@@ -118,17 +123,29 @@ struct Calibration {
   double imuTime(double stamp) const { return stamp + td; }
   double imageStamp(double t_imu) const { return t_imu - td; }
 
-  /// Angular standard deviation of a point bearing [rad].
-  double sigmaBearing() const { return sigma_px / focal_px; }
+  static constexpr double kTypicalSigmaPx = 0.6;  ///< of a tracker at EuRoC's camera [px]
+  static constexpr double kLinePerPoint = 7.0 / 6.0;
+
+  /// Standard deviations that hold [px], and as angles of a bearing and of a line end [rad].
+  double pointSigmaPx() const { return sigma_px > 0.0 ? sigma_px : kTypicalSigmaPx; }
+  double lineSigmaPx() const {
+    return sigma_line_px > 0.0 ? sigma_line_px : kLinePerPoint * pointSigmaPx();
+  }
+  double sigmaBearing() const { return pointSigmaPx() / focal_px; }
+  double sigmaLine() const { return lineSigmaPx() / focal_px; }
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
 };
 
+/// Place of image row `v` in an image of `height` rows: -1/2 at the top, 1/2 at the bottom. Zero
+/// where the height is not known.
+inline double imageRow(double v, int height) { return height > 0 ? v / height - 0.5 : 0.0; }
+
 /// Exposure of image row `v` relative to the middle row [s], for an image of `height` rows read out
 /// in `readout_s` from top to bottom. Zero for a global shutter.
 inline double rowTime(double v, int height, double readout_s) {
-  return height > 0 ? (v / height - 0.5) * readout_s : 0.0;
+  return imageRow(v, height) * readout_s;
 }
 
 /// Navigation state of the body at one time, in a gravity-aligned world (z up).

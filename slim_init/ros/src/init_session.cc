@@ -44,7 +44,7 @@ AddStatus InitSession::addImu(const ImuSample& sample) {
 AddStatus InitSession::addPoints(FrameObservation frame) {
   PendingFrame pending;
   pending.t = frame.t;
-  timeRows(&frame);
+  findRows(&frame);
   const std::int64_t merged_before = initializer_->counts().lines_merged;
   const AddStatus status = initializer_->addFrame(std::move(frame));
   if (status == AddStatus::kRestarted) forget();
@@ -67,13 +67,12 @@ AddStatus InitSession::addLines(double t, std::vector<LineObservation> lines) {
   if (frame != frames_.end()) frame->has_lines = true;
   FrameObservation observed;
   observed.lines = std::move(lines);
-  timeRows(&observed);
+  findRows(&observed);
   return initializer_->addLines(t, std::move(observed.lines));
 }
 
-void InitSession::timeRows(FrameObservation* frame) const {
-  if (options_.image_height == 0) return;
-  setRowTimes(options_.image_height, initializer_->calibration().readout_s, frame);
+void InitSession::findRows(FrameObservation* frame) const {
+  if (options_.image_height > 0) setRows(options_.image_height, frame);
 }
 
 std::optional<Attempt> InitSession::poll() {

@@ -175,8 +175,8 @@ class PointTracker {
       const Eigen::Vector2d pixel =
           pixels_[track.point] + track.offset + options_.pixel_noise * noise_.gaussian2();
       // As a tracker tells it: by the row in which the point was found.
-      observations->push_back(
-          {track.id, bearingOf(options_.camera, pixel), pixel, exposure.rowTimeOf(pixel)});
+      observations->push_back({track.id, bearingOf(options_.camera, pixel), pixel,
+                               imageRow(pixel.y(), options_.camera.height)});
     }
   }
 
@@ -540,8 +540,8 @@ class LineTracker {
     }
     o.start_pixel += options_.line_noise * noise_.gaussian2();
     o.end_pixel += options_.line_noise * noise_.gaussian2();
-    o.start_dt = exposure.rowTimeOf(o.start_pixel);
-    o.end_dt = exposure.rowTimeOf(o.end_pixel);
+    o.start_row = imageRow(o.start_pixel.y(), options_.camera.height);
+    o.end_row = imageRow(o.end_pixel.y(), options_.camera.height);
     o.start_bearing = bearingOf(options_.camera, o.start_pixel);
     o.end_bearing = bearingOf(options_.camera, o.end_pixel);
     o.length_px = (o.end_pixel - o.start_pixel).norm();

@@ -75,6 +75,7 @@ std::string calibrationLines(const FileCalibration& file, const CalibrationEstim
   const double readout_off = std::abs(found.readout_s - old.readout_s);
   if (contradicts(readout_off, found.readoutSigma(), kMatteringReadout)) {
     out << comment("readout", true, 1e3 * readout_off, 1e3 * found.readoutSigma(), "ms")
+        << (old.readout_s > 0.0 ? "" : "rolling_shutter: 1\n")
         << "rolling_shutter_tr: " << found.readout_s << "\n";
   }
 

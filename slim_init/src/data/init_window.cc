@@ -45,8 +45,8 @@ WindowLine observationOf(const LineObservation& line, int keyframe) {
   observation.length_px = line.length_px;
   observation.detection_confidence = line.detection_confidence;
   observation.match_quality = line.match_quality;
-  observation.start_dt = line.start_dt;
-  observation.end_dt = line.end_dt;
+  observation.start_row = line.start_row;
+  observation.end_row = line.end_row;
   return observation;
 }
 
@@ -145,7 +145,7 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     const FrameObservation& frame = *keyframes[k];
     common->times.push_back(frame.t);
     for (const PointObservation& point : frame.points) {
-      points.emplace_back(point.id, WindowPoint{static_cast<int>(k), point.bearing, point.dt});
+      points.emplace_back(point.id, WindowPoint{static_cast<int>(k), point.bearing, point.row});
     }
     for (const LineObservation& line : frame.lines) {
       const WindowLine observation = observationOf(line, static_cast<int>(k));

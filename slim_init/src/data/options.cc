@@ -265,10 +265,11 @@ OptionTable motionGateTable(GateOptions* o) {
 // Gates on the estimate and the calibration that `slim` has.
 OptionTable slimGateTable(GateOptions* o) {
   return {
-      advancedKey("max_chi2", &o->max_chi2, {0.1, 1e6}, "",
-                  "maximum visual chi-square per degree of freedom at the configured noise, before "
-                  "rejection. Incorrect minima have 1.5 to 30",
-                  kSlim),
+      advancedKey(
+          "max_chi2", &o->max_chi2, {0.1, 1e6}, "",
+          "maximum visual chi-square per degree of freedom at the noise of the tracks, before "
+          "rejection. Incorrect minima have 1.5 to 30",
+          kSlim),
       advancedKey(
           "max_inertial_chi2", &o->max_inertial_chi2, {0.0, 1e6}, "",
           "maximum cost of IMU factors and bias priors per residual row; the assumed noise "
@@ -420,10 +421,11 @@ OptionTable optionTable(InitializerOptions* o) {
 
 OptionTable optionTable(Calibration* c) {
   return {
-      userKey("sigma_px", &c->sigma_px, {1e-3, 20.0}, "px",
-              "standard deviation of a tracked point"),
-      userKey("sigma_line_px", &c->sigma_line_px, {1e-3, 20.0}, "px",
-              "standard deviation of the end of a line segment, across the segment"),
+      userKey("sigma_px", &c->sigma_px, {0.0, 20.0}, "px",
+              "standard deviation of a tracked point; 0: measured in every window"),
+      userKey("sigma_line_px", &c->sigma_line_px, {0.0, 20.0}, "px",
+              "standard deviation of the end of a line segment, across the segment; 0: 7/6 of that "
+              "of a point"),
   };
 }
 
@@ -435,8 +437,10 @@ OptionTable optionTable(CalibrationSigmas* s) {
       userKey("translation_m", &s->translation_m, {0.0, 1.0}, "m",
               "the same of extrinsicTranslation; estimate_extrinsic sets it to 0.05"),
       userKey("td_s", &s->td_s, {0.0, 0.5}, "s", "the same of td; estimate_td sets it to 0.03"),
-      userKey("readout_s", &s->readout_s, {0.0, 0.1}, "s",
-              "the same of rolling_shutter_tr; used with a rolling shutter only"),
+      userKey(
+          "readout_s", &s->readout_s, {0.0, 0.1}, "s",
+          "the same of rolling_shutter_tr; a readout that the images contradict is replaced by the "
+          "measured one, a global shutter too; 0: exact"),
   };
 }
 

@@ -9,20 +9,12 @@
 namespace slim_init {
 namespace {
 
-// The keyframes [first, last) of the old window and the factor on its row times.
+// The keyframes [first, last) of the old window.
 struct Selection {
   int first = 0, last = 0;
-  double row_factor = 1.0;
 
   bool holds(int keyframe) const { return first <= keyframe && keyframe < last; }
 };
-
-void moveRows(double factor, WindowPoint* observation) { observation->dt *= factor; }
-
-void moveRows(double factor, WindowLine* observation) {
-  observation->start_dt *= factor;
-  observation->end_dt *= factor;
-}
 
 template <typename Sighting>
 void select(const std::vector<Track>& tracks, const std::vector<Sighting>& observations,
@@ -38,7 +30,6 @@ void select(const std::vector<Track>& tracks, const std::vector<Sighting>& obser
       if (!selection.holds(observations[s].keyframe)) continue;
       Sighting moved = observations[s];
       moved.keyframe -= selection.first;
-      moveRows(selection.row_factor, &moved);
       out_observations->push_back(moved);
     }
     kept.end = static_cast<int>(out_observations->size());
@@ -86,9 +77,6 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   const InitWindow::Common& old = *window.common_;
   const double shift = calibration.td - old.calibration.td;
   Selection selection;
-  if (old.calibration.readout_s > 0.0) {
-    selection.row_factor = calibration.readout_s / old.calibration.readout_s;
-  }
   const int n = window.size();
   while (selection.first < n && old.times[selection.first] + shift < old.imu.front().t) {
     ++selection.first;
@@ -107,10 +95,7 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   for (int k = selection.first; k < selection.last; ++k) {
     common->times.push_back(old.times[k] + shift);
     common->keyframe_lines.push_back(old.keyframe_lines[k]);
-    for (WindowLine& line : common->keyframe_lines.back()) {
-      line.keyframe -= selection.first;
-      moveRows(selection.row_factor, &line);
-    }
+    for (WindowLine& line : common->keyframe_lines.back()) line.keyframe -= selection.first;
   }
   select(old.line_tracks, old.line_observations, selection, &common->line_tracks,
          &common->line_observations);

@@ -13,8 +13,8 @@ namespace slim_init {
 /// The window itself: a pointer that does not own it.
 std::shared_ptr<const InitWindow> unowned(const InitWindow& window);
 
-/// The window as it had been cut with `calibration`: keyframe times move by the change of td, row
-/// times by that of readout_s (in proportion). Keyframes that the IMU samples do not cover there,
+/// The window as it had been cut with `calibration`: keyframe times move by the change of td.
+/// Keyframes that the IMU samples do not cover there,
 /// at either end, are left out with all their observations; a track keeps its id and needs two
 /// observations. Null where fewer than two keyframes are left or `calibration` is not valid.
 std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,

@@ -63,7 +63,6 @@ inline constexpr double kWideRotationDeg = 10.0;
 inline constexpr double kWideTranslation = 0.05;    // [m]
 inline constexpr double kTurnedTranslation = 0.01;  // [m], where the rotation is wrong
 inline constexpr double kWideTd = 0.05;             // [s]
-inline constexpr double kWideReadout = 0.01;        // [s]
 
 // ---- Window (refine_window.h)
 

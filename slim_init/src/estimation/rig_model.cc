@@ -96,7 +96,6 @@ CalibrationSigmas widened(const CalibrationSigmas& sigmas, const RigError& error
                                  ? factor(error.dt, 3, sigmas.translation_m, kWideTranslation)
                                  : 1.0;
   const double td = factor(scalar(error.dtd), 6, sigmas.td_s, kWideTd);
-  const double readout = factor(scalar(error.dreadout), 7, sigmas.readout_s, kWideReadout);
   // A rig whose stamps are wrong by thirty of their standard deviations was not calibrated with the
   // care that the others speak of: one factor for rotation and td, and the lever arm follows.
   const double largest = std::max(rotation, td);
@@ -107,7 +106,6 @@ CalibrationSigmas widened(const CalibrationSigmas& sigmas, const RigError& error
   wide.rotation_deg = times(sigmas.rotation_deg, rotation, largest, kWideRotationDeg);
   wide.translation_m = times(sigmas.translation_m, translation, largest, kTurnedTranslation);
   wide.td_s = times(sigmas.td_s, td, largest, kWideTd);
-  wide.readout_s = times(sigmas.readout_s, readout, 1.0, kWideReadout);
   return wide;
 }
 

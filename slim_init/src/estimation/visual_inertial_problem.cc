@@ -133,9 +133,10 @@ VisualInertialProblem::VisualInertialProblem(
       layout_(window.size(), rig.has_value()),
       t_b_c_(window.calibration().t_b_c),
       sigma_point_(window.calibration().sigmaBearing()),
-      sigma_line_(window.calibration().sigma_line_px / window.calibration().focal_px),
+      sigma_line_(window.calibration().sigmaLine()),
       rows_{t_b_c_, window.calibration().readout_s},
       rolling_(rows_.readout_s > 0.0),
+      by_row_(rolling_ || (rig.has_value() && rig->sigmas.readout_s > 0.0)),
       rig_(rig),
       motion_(motion),
       known_(known),
@@ -157,7 +158,7 @@ VisualInertialProblem::VisualInertialProblem(
       view.keyframe = window.pointObservations()[s].keyframe;
       view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
-      view.dt = window.pointObservations()[s].dt;
+      view.row = window.pointObservations()[s].row;
       point_views_.push_back(view);
     }
     point_tracks_.push_back(range);
@@ -177,7 +178,7 @@ void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
     for (int s = track.begin; s < track.end; ++s) {
       const WindowLine& line = window_.lineObservations()[s];
       line_views_.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
-                             line.start_dt, line.end_dt});
+                             line.start_row, line.end_row});
     }
     range.end = static_cast<int>(line_views_.size());
     line_tracks_.push_back(range);
@@ -395,41 +396,11 @@ double VisualInertialProblem::addInertial(const WindowState& state, System* syst
   return cost;
 }
 
-void VisualInertialProblem::addRowGradient(int keyframe,
-                                           const Eigen::Matrix<double, kRowMotion, 1>& gradient,
-                                           System* system) const {
-  system->g.segment<3>(layout_.velocity(keyframe)) += gradient.head<3>();
-  if (layout_.rigs) system->g[layout_.readout()] += gradient[3];
-}
-
-void VisualInertialProblem::addRowsToPoses(int keyframe, int other,
-                                           const Eigen::Matrix<double, kRowMotion, 6>& block,
-                                           System* system) const {
-  system->H.block<3, 6>(layout_.velocity(keyframe), layout_.pose(other)) += block.topRows<3>();
-  if (layout_.rigs) {
-    system->H.block<1, 6>(layout_.readout(), layout_.pose(other)) += block.bottomRows<1>();
-  }
-}
-
-// Of both orders of two keyframes; the lower triangle of the velocities takes one of them.
-void VisualInertialProblem::addRowsToRows(
-    int keyframe, int other, const Eigen::Matrix<double, kRowMotion, kRowMotion>& block,
-    System* system) const {
-  if (keyframe >= other) {
-    system->H.block<3, 3>(layout_.velocity(keyframe), layout_.velocity(other)) +=
-        block.topLeftCorner<3, 3>();
-  }
-  if (!layout_.rigs) return;
-  system->H.block<1, 3>(layout_.readout(), layout_.velocity(other)) +=
-      block.bottomLeftCorner<1, 3>();
-  system->H(layout_.readout(), layout_.readout()) += block(3, 3);
-}
-
 template <typename View, typename Parameters, int D>
 void VisualInertialProblem::evaluateView(const View& view, const Parameters& parameters,
                                          const WindowState& state, double sqrt_information,
                                          ViewDerivatives<D>* out, RowJacobian* by_row) const {
-  if (rolling_) {
+  if (by_row_) {
     evaluateAtRow(view, parameters, state, rows_, instants_[view.keyframe], sqrt_information, out,
                   by_row);
   } else {
@@ -437,20 +408,64 @@ void VisualInertialProblem::evaluateView(const View& view, const Parameters& par
   }
 }
 
+// The readout is one column, so that its products need a sum over the views alone; the velocities
+// couple every two of them.
 template <int D, typename View>
 void VisualInertialProblem::eliminateRows(const TrackRange& track, const std::vector<View>& views,
                                           const Eigen::Matrix<double, D, 1>& y,
-                                          const Elimination<D>& elimination, System* system) const {
+                                          const Elimination<D>& elimination, System* system) {
+  Eigen::Matrix<double, 1, D> readout = Eigen::Matrix<double, 1, D>::Zero();
   for (int a = track.begin; a < track.end; ++a) {
-    addRowGradient(views[a].keyframe, -elimination.W[a] * y, system);
+    readout += elimination.rows[a].col(3).transpose() * elimination.K[a];
   }
-  for (int b = track.begin; b < track.end; ++b) {
-    const Eigen::Matrix<double, D, 6> V =
-        elimination.K[b].transpose() * elimination.J[b].transpose();
-    for (int a = track.begin; a < track.end; ++a) {
-      addRowsToPoses(views[a].keyframe, views[b].keyframe, -elimination.W[a] * V, system);
-      addRowsToRows(views[a].keyframe, views[b].keyframe,
-                    -elimination.W[a] * elimination.W[b].transpose(), system);
+  double readout_gradient = -readout * y, readout_information = -readout.squaredNorm();
+  for (int a = track.begin; a < track.end; ++a) {
+    const Eigen::Matrix<double, 6, 2>& J = elimination.J[a];
+    const Eigen::Matrix<double, 2, D>& K = elimination.K[a];
+    const auto by_velocity = elimination.rows[a].template leftCols<3>();
+    const Eigen::Vector2d by_readout = elimination.rows[a].col(3);
+    const Eigen::Vector2d& r = track_residuals_[a - track.begin];
+    const int k = views[a].keyframe;
+    readout_gradient += by_readout.dot(r);
+    readout_information += by_readout.squaredNorm();
+    if (layout_.rigs) {
+      const Eigen::RowVector2d left = by_readout.transpose() - readout * K.transpose();
+      system->H.block<1, 6>(layout_.readout(), layout_.pose(k)).noalias() += left * J.transpose();
+      if (rolling_) {
+        system->H.block<1, 3>(layout_.readout(), layout_.velocity(k)) += left * by_velocity;
+      }
+    }
+    // Without exposures of their own the rows do not depend on the velocity.
+    if (!rolling_) continue;
+    system->g.segment<3>(layout_.velocity(k)) += by_velocity.transpose() * (r - K * y);
+    RowBlocks* blocks = &row_blocks_[k * layout_.n];
+    for (int b = track.begin; b <= a; ++b) {
+      Eigen::Matrix2d S = -K * elimination.K[b].transpose();
+      if (b == a) S += Eigen::Matrix2d::Identity();
+      RowBlocks& block = blocks[views[b].keyframe];
+      const Eigen::Matrix<double, 3, 2> left = by_velocity.transpose() * S;
+      block.pose.noalias() += left * elimination.J[b].transpose();
+      block.velocity.noalias() += left * elimination.rows[b].template leftCols<3>();
+      if (b == a) continue;
+      const Eigen::Matrix<double, 3, 2> other =
+          elimination.rows[b].template leftCols<3>().transpose() * S.transpose();
+      block.other_pose.noalias() += other * J.transpose();
+    }
+  }
+  if (!layout_.rigs) return;
+  system->g[layout_.readout()] += readout_gradient;
+  system->H(layout_.readout(), layout_.readout()) += readout_information;
+}
+
+void VisualInertialProblem::addRowBlocks(System* system) const {
+  const int n = layout_.n;
+  for (int a = 0; a < n; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      const RowBlocks& block = row_blocks_[a * n + b];
+      system->H.block<3, 6>(layout_.velocity(a), layout_.pose(b)) += block.pose;
+      system->H.block<3, 3>(layout_.velocity(a), layout_.velocity(b)) += block.velocity;
+      if (a == b) continue;
+      system->H.block<3, 6>(layout_.velocity(b), layout_.pose(a)) += block.other_pose;
     }
   }
 }
@@ -468,11 +483,10 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
   elimination->excess.assign(tracks.size(), 1.0);
   elimination->J.resize(views.size());
   elimination->K.resize(views.size());
-  elimination->W.resize(rolling_ ? views.size() : 0);
+  elimination->rows.resize(by_row_ ? views.size() : 0);
   const double c2 = square(options_.cauchy_sigmas);
   const int n = layout_.n;
   track_residuals_.resize(n);
-  track_rows_.resize(n);
   LogSum cost;
   for (std::size_t t = 0; t < tracks.size(); ++t) {
     const int begin = tracks[t].begin, end = tracks[t].end;
@@ -480,8 +494,8 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
     VectorD gradient = VectorD::Zero();
     for (int a = begin; a < end; ++a) {
       ViewDerivatives<D> view;
-      evaluateView(views[a], parameters[t], state, sqrt_information, &view,
-                   &track_rows_[a - begin]);
+      RowJacobian by_row;
+      evaluateView(views[a], parameters[t], state, sqrt_information, &view, &by_row);
       const double excess = 1.0 + view.r.squaredNorm() / c2;
       cost.add(excess);
       elimination->excess[t] *= excess;
@@ -497,7 +511,7 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
       elimination->J[a] = weight * view.J_pose.transpose();
       elimination->K[a] = J_track;
       track_residuals_[a - begin] = r;
-      if (rolling_) track_rows_[a - begin] *= weight;
+      if (by_row_) elimination->rows[a] = weight * by_row;
     }
     information.diagonal().array() +=
         kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
@@ -515,14 +529,6 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
         for (int d = 0; d < c; ++d) K.col(c) += L_inverse(c, d) * K.col(d);
       }
       const int k_a = views[a].keyframe;
-      if (rolling_) {
-        const RowJacobian& by_row = track_rows_[a - begin];
-        const Eigen::Vector2d& r = track_residuals_[a - begin];
-        elimination->W[a].noalias() = by_row.transpose() * K;
-        addRowGradient(k_a, by_row.transpose() * r, system);
-        addRowsToPoses(k_a, k_a, by_row.transpose() * elimination->J[a].transpose(), system);
-        addRowsToRows(k_a, k_a, by_row.transpose() * by_row, system);
-      }
       // The first pose is the gauge: nothing is solved for it.
       if (k_a == 0) continue;
       system->g.segment<6>(6 * k_a) += elimination->J[a] * (track_residuals_[a - begin] - K * y);
@@ -535,7 +541,8 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
       const Eigen::Matrix2d S = Eigen::Matrix2d::Identity() - K * K.transpose();
       addProduct(elimination->J[a], S, elimination->J[a], &blocks[k_a]);
     }
-    if (rolling_) eliminateRows(tracks[t], views, y, *elimination, system);
+    // A vanishing direction does not depend on where the camera is.
+    if (by_row_ && D > 2) eliminateRows(tracks[t], views, y, *elimination, system);
   }
   return c2 * cost.value();
 }
@@ -565,6 +572,7 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->H.setZero(layout_.size(), layout_.size());
   system->g.setZero(layout_.size());
   pose_blocks_.assign(n * n, Eigen::Matrix<double, 6, 6>::Zero());
+  if (rolling_) row_blocks_.assign(n * n, RowBlocks());
   system->line_cost = addTracks(line_tracks_, line_views_, structure.lines, state,
                                 1.0 / sigma_line_, &system->lines, system);
   system->visual_cost = addTracks(point_tracks_, point_views_, structure.points, state,
@@ -575,6 +583,7 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   for (int a = 0; a < n; ++a) {
     for (int b = 0; b <= a; ++b) system->H.block<6, 6>(6 * a, 6 * b) = pose_blocks_[a * n + b];
   }
+  if (rolling_) addRowBlocks(system);
   system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
   system->visual_g = system->g.head(6 * n);
   system->rig_cost = rig_ ? addRigPrior(state.rig, system) : 0.0;
@@ -592,13 +601,14 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
       auto rhs = elimination.y[t];
       for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
         const int k = views[a].keyframe;
-        const Eigen::Vector2d moved = elimination.J[a].transpose() * step.segment<6>(6 * k);
+        Eigen::Vector2d moved = elimination.J[a].transpose() * step.segment<6>(6 * k);
+        if (by_row_) {
+          Eigen::Matrix<double, kRowMotion, 1> row_step;
+          row_step << step.segment<3>(layout_.velocity(k)),
+              layout_.rigs ? step[layout_.readout()] : 0.0;
+          moved += elimination.rows[a] * row_step;
+        }
         rhs += elimination.K[a].transpose() * moved;
-        if (!rolling_) continue;
-        Eigen::Matrix<double, kRowMotion, 1> row_step;
-        row_step << step.segment<3>(layout_.velocity(k)),
-            layout_.rigs ? step[layout_.readout()] : 0.0;
-        rhs.noalias() += elimination.W[a].transpose() * row_step;
       }
       rhs = (elimination.L_inverse[t].transpose() * rhs).eval();
       (*parameters)[t] = (*parameters)[t].moved(-rhs);

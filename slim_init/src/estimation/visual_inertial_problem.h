@@ -139,8 +139,13 @@ class VisualInertialProblem {
     std::vector<double> excess;  ///< per track: product of 1 + r^2 / c^2 over its views
     std::vector<Eigen::Matrix<double, 6, 2>> J;
     std::vector<Eigen::Matrix<double, 2, D>> K;
-    /// by_row^T K for velocity and readout time; empty with a global shutter.
-    std::vector<Eigen::Matrix<double, kRowMotion, D>> W;
+    std::vector<RowJacobian> rows;  ///< by velocity and readout; empty with a global shutter
+  };
+  /// What the tracks couple of two keyframes a >= b through the velocities in a rolling shutter.
+  struct RowBlocks {
+    Eigen::Matrix<double, 3, 6> pose = Eigen::Matrix<double, 3, 6>::Zero();  ///< v of a, pose of b
+    Eigen::Matrix<double, 3, 6> other_pose = Eigen::Matrix<double, 3, 6>::Zero();  ///< v of b, a
+    Eigen::Matrix3d velocity = Eigen::Matrix3d::Zero();                            ///< of both
   };
   /// Parameters of all tracks.
   struct Structure {
@@ -184,17 +189,11 @@ class VisualInertialProblem {
   template <int D, typename View>
   void eliminateRows(const TrackRange& track, const std::vector<View>& views,
                      const Eigen::Matrix<double, D, 1>& y, const Elimination<D>& elimination,
-                     System* system) const;
+                     System* system);
   template <typename View, typename Parameters, int D>
   void evaluateView(const View& view, const Parameters& parameters, const WindowState& state,
                     double sqrt_information, ViewDerivatives<D>* out, RowJacobian* by_row) const;
-  void addRowsToPoses(int keyframe, int other, const Eigen::Matrix<double, kRowMotion, 6>& block,
-                      System* system) const;
-  void addRowsToRows(int keyframe, int other,
-                     const Eigen::Matrix<double, kRowMotion, kRowMotion>& block,
-                     System* system) const;
-  void addRowGradient(int keyframe, const Eigen::Matrix<double, kRowMotion, 1>& gradient,
-                      System* system) const;
+  void addRowBlocks(System* system) const;
   void linearize(const WindowState& state, const Structure& structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
   bool isLower(const System& trial) const;
@@ -212,7 +211,8 @@ class VisualInertialProblem {
   std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
   bool whitening_valid_ = true;
   RowMotion rows_;
-  bool rolling_;  // observations have row times of their own
+  bool rolling_;  // rows are exposed one after the other
+  bool by_row_;   // the readout time is known, or estimated
   std::optional<RigPrior> rig_;
   std::optional<MotionPrior> motion_;
   std::optional<StateFactor> known_;
@@ -230,7 +230,7 @@ class VisualInertialProblem {
   System system_, trial_;
   std::vector<Eigen::Matrix<double, 6, 6>> pose_blocks_;  // scratch of addTracks()
   std::vector<Eigen::Vector2d> track_residuals_;          // likewise, of one track
-  std::vector<RowJacobian> track_rows_;                   // likewise
+  std::vector<RowBlocks> row_blocks_;                     // likewise, with a rolling shutter
   WindowState final_state_;
   ArrowSolver solver_;
   Eigen::MatrixXd information_;

@@ -21,7 +21,7 @@ struct PointView {
   int keyframe = 0;
   Eigen::Vector3d bearing_b;
   Eigen::Matrix<double, 2, 3> tangent_b;  ///< two directions across the bearing, rows, in b
-  double dt = 0.0;                        ///< exposure of its row, after that of the keyframe [s]
+  double row = 0.0;                       ///< PointObservation::row
 };
 
 /// A point as origin, unit direction and inverse depth: x = origin + direction / inverse_depth,

@@ -68,18 +68,19 @@ class CameraRotation {
 
 double reachOf(const InitWindow& window) {
   double reach = 0.0;
-  for (const WindowPoint& s : window.pointObservations()) reach = std::max(reach, std::abs(s.dt));
+  for (const WindowPoint& s : window.pointObservations()) reach = std::max(reach, std::abs(s.row));
   for (int k = 0; k < window.size(); ++k) {
     for (const WindowLine& s : window.linesOfKeyframe(k)) {
-      reach = std::max({reach, std::abs(s.start_dt), std::abs(s.end_dt)});
+      reach = std::max({reach, std::abs(s.start_row), std::abs(s.end_row)});
     }
   }
-  return reach;
+  return reach * window.calibration().readout_s;
 }
 
-void compensate(const std::vector<CameraRotation>& rotation, WindowLine* line) {
-  line->start_bearing = rotation[line->keyframe].at(line->start_dt) * line->start_bearing;
-  line->end_bearing = rotation[line->keyframe].at(line->end_dt) * line->end_bearing;
+void compensate(const std::vector<CameraRotation>& rotation, double readout_s, WindowLine* line) {
+  line->start_bearing =
+      rotation[line->keyframe].at(line->start_row * readout_s) * line->start_bearing;
+  line->end_bearing = rotation[line->keyframe].at(line->end_row * readout_s) * line->end_bearing;
   const Eigen::Vector3d normal = line->start_bearing.cross(line->end_bearing);
   if (normal.norm() > 0.0) line->normal = normal.normalized();
 }
@@ -93,15 +94,17 @@ std::shared_ptr<const InitWindow> withRowsCompensated(const InitWindow& window,
   std::vector<CameraRotation> rotation;
   for (const double t : window.times()) rotation.emplace_back(window, t, reach, gyro_bias);
 
+  const double readout_s = window.calibration().readout_s;
   const auto common = std::make_shared<InitWindow::Common>(*window.common_);
-  for (WindowLine& line : common->line_observations) compensate(rotation, &line);
+  for (WindowLine& line : common->line_observations) compensate(rotation, readout_s, &line);
   for (std::vector<WindowLine>& lines : common->keyframe_lines) {
-    for (WindowLine& line : lines) compensate(rotation, &line);
+    for (WindowLine& line : lines) compensate(rotation, readout_s, &line);
   }
   const std::shared_ptr<InitWindow> out(new InitWindow(window));
   out->common_ = common;
-  for (WindowPoint& s : out->point_observations_)
-    s.bearing = rotation[s.keyframe].at(s.dt) * s.bearing;
+  for (WindowPoint& s : out->point_observations_) {
+    s.bearing = rotation[s.keyframe].at(s.row * readout_s) * s.bearing;
+  }
   return out;
 }
 

@@ -18,8 +18,8 @@ namespace slim_init {
 struct LineView {
   int keyframe = 0;
   Eigen::Vector3d start_b, end_b;
-  double start_dt = 0.0;  ///< exposure of the row, after that of the keyframe [s]
-  double end_dt = 0.0;    ///< [s]
+  double start_row = 0.0;  ///< LineObservation::start_row
+  double end_row = 0.0;
 };
 
 /// A line as origin, orthonormal frame and inverse distance. Columns of `frame`: direction q from

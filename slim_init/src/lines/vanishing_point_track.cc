@@ -34,7 +34,7 @@ std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
                                                  const VanishingPointOptions& options) {
   std::vector<VanishingPoint> vps(static_cast<std::size_t>(window.size()));
   if (R_c0_ck.size() != vps.size()) return vps;
-  const double sigma_line_rad = window.calibration().sigma_line_px / window.calibration().focal_px;
+  const double sigma_line_rad = window.calibration().sigmaLine();
   const double cos_threshold = std::cos(options.match_threshold_deg * kRadPerDeg);
 
   std::vector<Eigen::Vector3d> axes_c0;  // last observation of each id, the index being the id

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rotation/camera_check.h"
 #include "rotation/constants.h"
 
 namespace slim_init {
@@ -17,20 +18,6 @@ using namespace rotation_constants;  // NOLINT: the constants of this module
 using Vector7d = Eigen::Matrix<double, 7, 1>;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
-Eigen::Vector3d cameraRateAt(const InitWindow& window, double t, const Eigen::Vector3d& gyro_bias) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  const ImuSample* nearest = &window.imu().front();
-  for (const ImuSample& sample : window.imu()) {
-    if (std::abs(sample.t - t) < std::abs(nearest->t - t)) nearest = &sample;
-    if (std::abs(sample.t - t) > kRateSpan) continue;
-    sum += sample.gyro;
-    ++count;
-  }
-  const Eigen::Vector3d rate = count > 0 ? Eigen::Vector3d(sum / count) : nearest->gyro;
-  return window.calibration().R_b_c.transpose() * (rate - gyro_bias);
-}
-
 // One pair: phi = J [delta, td, b_g] + noise.
 struct Row {
   Eigen::Vector3d phi;
@@ -41,8 +28,7 @@ struct Row {
 
 std::vector<Row> rowsOf(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                         const std::vector<RotationCorrection>& corrections) {
-  std::vector<Eigen::Vector3d> rate;
-  for (const double t : window.times()) rate.push_back(cameraRateAt(window, t, gyro_bias));
+  const std::vector<Eigen::Vector3d> rate = cameraRates(window, gyro_bias);
   std::vector<Row> rows;
   for (const RotationCorrection& pair : corrections) {
     const Eigen::Matrix3d Rt = pair.R_ci_cj.transpose();

@@ -110,6 +110,24 @@ inline constexpr int kMinPairs = 4;
 
 inline constexpr double kDegPerRad = 180.0 / M_PI;
 
+// ---- Noise of the tracks and readout time (camera_check.h)
+
+/// With fewer residuals their spread is not estimated.
+inline constexpr int kMinNoiseResiduals = 40;
+/// Residuals further out, in standard deviations, are gross errors; and the share of its variance
+/// that a Gaussian has within.
+inline constexpr double kNoiseCutoff = 3.0;
+inline constexpr double kVarianceWithinCutoff = 0.9733;
+/// From the median on the standard deviation has settled to a percent after so many rounds.
+inline constexpr int kNoiseRounds = 10;
+/// Median of the square of a Gaussian.
+inline constexpr double kMedianOfSquare = 0.45494;
+/// Factor on the variance of the readout time: a point is in two pairs, and a track that drifts is
+/// wrong in all of them alike.
+inline constexpr double kReadoutInflation = 2.0;
+/// A readout time known to worse than this is not known [s]: they end at 40 ms.
+inline constexpr double kLargestReadoutSigma = 0.02;
+
 // ---- Extrinsic rotation from nothing (extrinsic_rotation.h)
 
 /// Largest gap between the keyframes of a pair whose rotation the points see alone.
@@ -178,7 +196,7 @@ inline constexpr CutoffSchedule kWidestStart = {{16.0, 8.0, 3.0}, 3};
 /// Freed rotations where the bias looks clean, and where the calibration may be degrees off: 40 are
 /// 24 px, what eight degrees of extrinsic rotation make of a quick turn.
 inline constexpr CutoffSchedule kFreeFromClean = {{3.0}, 1};
-inline constexpr CutoffSchedule kFreeFromFar = {{40.0, 12.0, 4.0, 3.0}, 4};
+inline constexpr CutoffSchedule kFreeFromFar = {{40.0, 10.0, 3.0, 3.0}, 4};
 
 }  // namespace rotation_constants
 // ---- Work (WorkBudget)

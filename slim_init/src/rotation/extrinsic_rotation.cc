@@ -103,8 +103,8 @@ std::vector<RotationCorrection> correctionsOf(const InitWindow& window, const Ke
   for (const Turn& turn : turns) {
     const PairRotation& predicted = gyro[turn.pair];
     const Eigen::Vector3d phi = logSO3(predicted.R_ci_cj.transpose() * turn.seen.R_ci_cj);
-    corrections.push_back(
-        {turn.i, turn.j, predicted.R_ci_cj, predicted.dR_dbg, phi, turn.seen.information});
+    corrections.push_back({turn.pair, turn.i, turn.j, predicted.R_ci_cj, predicted.dR_dbg, phi,
+                           turn.seen.information, Eigen::Vector3d::Zero()});
   }
   return corrections;
 }

@@ -76,7 +76,7 @@ bool freeRotation(const KeyframePairs& pairs, std::size_t p, const PairRotation&
   // Half the Hessian of a chi-square is an information.
   const Eigen::Matrix3d information =
       0.5 * scratch->weighted.robustCount() / (sigma * sigma) * at.hessian;
-  *out = {pair.i, pair.j, rotation.R_ci_cj, rotation.dR_dbg, phi, information};
+  *out = {p, pair.i, pair.j, rotation.R_ci_cj, rotation.dR_dbg, phi, information, at.baseline};
   return true;
 }
 

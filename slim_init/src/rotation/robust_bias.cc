@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "rotation/robust_bias.h"
 
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -239,6 +240,9 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
   out.rotations = freeRotations(
       problem.pairs(), problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),
       information.baselines, kFreeGap, clean ? kFreeFromClean : kFreeFromFar);
+  out.track_sigma = trackNoise(problem.pairs(), out.rotations);
+  out.readout = checkReadout(window, problem.pairs(), out.rotations, out.gyro_bias,
+                             std::fmax(out.track_sigma, problem.pairs().sigma()));
   out.pruning = std::move(best.pruning);
   out.status = out.inlierFraction() < options.min_inlier_fraction ? RobustBiasStatus::kNoConsensus
                                                                   : RobustBiasStatus::kOk;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lines/vanishing_point.h"
+#include "rotation/camera_check.h"
 #include "rotation/rotation_correction.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
@@ -40,10 +41,12 @@ struct RobustBias {
   /// Pairs two keyframes apart with the rotation that the points alone see, for the check of the
   /// calibration. Rotations that are degrees off are found where the bias did not look clean.
   std::vector<RotationCorrection> rotations;
-  int candidates = 0;   ///< starts that were scored
-  int iterations = 0;   ///< accepted Levenberg-Marquardt steps in all
-  int point_pairs = 0;  ///< keyframe pairs with enough common points
-  int vp_pairs = 0;     ///< keyframe pairs with a vanishing point residual
+  double track_sigma = kNotComputed;  ///< trackNoise() of these pairs [rad]
+  ReadoutCheck readout;               ///< checkReadout() of these pairs
+  int candidates = 0;                 ///< starts that were scored
+  int iterations = 0;                 ///< accepted Levenberg-Marquardt steps in all
+  int point_pairs = 0;                ///< keyframe pairs with enough common points
+  int vp_pairs = 0;                   ///< keyframe pairs with a vanishing point residual
 
   /// Share of the checked observations that agree with the bias.
   double inlierFraction() const { return pruning.inlierFraction(); }

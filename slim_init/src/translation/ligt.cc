@@ -165,7 +165,7 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
     // the distance times the noise.
     const Calibration& calibration = window.calibration();
     const double weight =
-        median(points.parallax2) * calibration.sigma_px / calibration.sigma_line_px;
+        median(points.parallax2) * calibration.pointSigmaPx() / calibration.lineSigmaPx();
     estimate.rows += addLineRows(window, R_c0_ck, options, weight, &H);
   }
 

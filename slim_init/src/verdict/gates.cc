@@ -97,6 +97,7 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
                                    const ScaleProfile* profile, double scale) {
   PosteriorMeasures measures;
   measures.keyframes = window.size();
+  measures.sigma_px = tracks.calibration().pointSigmaPx();
   measures.chi2 = refined.chi2;
   measures.inertial_chi2 = refined.inertial_chi2;
   measures.inlier_fraction = refined.inlier_fraction * tracks.pointObservations().size() /
@@ -229,6 +230,15 @@ std::string explainOtherScale(const PosteriorMeasures& measures) {
   return out.str();
 }
 
+std::string explainChi2(const PosteriorMeasures& measures) {
+  std::ostringstream out;
+  out.precision(2);
+  out << "visual chi-square per degree of freedom";
+  if (std::isfinite(measures.sigma_px))
+    out << " at a track noise of " << measures.sigma_px << " px:";
+  return out.str();
+}
+
 }  // namespace
 
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
@@ -237,8 +247,8 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                    ? InitStatus::kTooLittleExcitation
                                    : InitStatus::kScaleTooUncertain;
   std::vector<GateValue> gates = {
-      makeGate(GateName::kChi2, "visual chi-square per degree of freedom", "", measures.chi2,
-               options.max_chi2, true, InitStatus::kInconsistentResiduals),
+      makeGate(GateName::kChi2, explainChi2(measures), "", measures.chi2, options.max_chi2, true,
+               InitStatus::kInconsistentResiduals),
       makeGate(GateName::kInertialChi2, "inertial chi-square per residual", "",
                measures.inertial_chi2,
                measures.keyframes < kShortWindow ? options.max_inertial_chi2_short

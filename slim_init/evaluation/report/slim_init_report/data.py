@@ -19,7 +19,7 @@ CALIBRATION_COLUMNS = ("rig_td_ms", "rig_rotation_deg", "rig_readout_ms", "td_er
 
 # Options on what is wrong with a rig; they are in the options of a run where they were typed.
 RIG_OPTIONS = ("td_error_s", "extrinsic_error_deg", "random_rig", "readout_s", "readout_error_s",
-               "no_row_times", "imu_rate_hz", "imu_jitter_s", "imu_dropout")
+               "imu_rate_hz", "imu_jitter_s", "imu_dropout")
 
 # Built-in motions along which scale is hard to see, and those along which there is none to see.
 DEGENERATE_MOTIONS = ("corridor-walk", "constant-velocity")

@@ -157,8 +157,6 @@ def rig_text(run):
         ("readout_s", "readout %g ms", 1e3), ("readout_error_s", "readout off by %g ms", 1e3),
         ("imu_rate_hz", "IMU %g Hz", 1.0), ("imu_jitter_s", "jitter %g ms", 1e3),
         ("imu_dropout", "missing %g %%", 100.0)) if float(o.get(key) or 0.0) != 0.0]
-    if o.get("no_row_times"):
-        parts.append("ignored")
     return ", ".join(parts) or "none"
 
 

@@ -357,14 +357,14 @@ TrackTruth::TrackTruth(const Scene& scene, const feature_tracker_lines::CameraPa
                        const TrackTruthOptions& options)
     : scene_(scene), camera_(camera), options_(options) {}
 
-void TrackTruth::addFrame(const FrameObservation& frame, const PoseAfterStamp& pose_at) {
+void TrackTruth::addFrame(const FrameObservation& frame, const PoseAtRow& pose_at) {
   View view;
   view.t = frame.t;
   for (const PointObservation& point : frame.points) {
-    view.points.push_back({point, pose_at(point.dt)});
+    view.points.push_back({point, pose_at(point.row)});
   }
   for (const LineObservation& line : frame.lines) {
-    view.lines.push_back({line, pose_at(line.start_dt), pose_at(line.end_dt)});
+    view.lines.push_back({line, pose_at(line.start_row), pose_at(line.end_row)});
   }
   views_.push_back(std::move(view));
 }

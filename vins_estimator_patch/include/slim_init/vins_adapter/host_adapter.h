@@ -56,8 +56,8 @@ struct HostOptions {
   bool estimate_td = false;
   bool estimate_extrinsic = false;
 
-  /// Rows of the images [px], from which the exposure times of a rolling shutter are computed
-  /// (row_times.h); 0: those of the observations stay as they are.
+  /// Rows of the images [px], from which the rows of the observations follow (row_times.h), and the
+  /// exposure times of a rolling shutter; 0: those of the observations stay as they are.
   int image_height = 0;
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.

@@ -90,6 +90,8 @@ struct WindowEstimates {
   /// the windows.
   ImuNoise measured_noise = {kNotComputed, kNotComputed};
   ImuNoise assumed_noise = {kNotComputed, kNotComputed};
+  /// The same of the point tracks (InitResult::TrackNoise) [px].
+  InitResult::TrackNoise track_noise;
 };
 
 /// Bounds. A finding beyond `warn` is a warning, beyond `fail` an error.

@@ -69,6 +69,7 @@ struct MethodRecord {
   bool without_truth = false;
   PartialMetrics partial;  ///< of a result without an estimate
   double scale_sigma = kNotComputed;
+  double noise_px = kNotComputed;     ///< InitResult::TrackNoise::measured_px
   CalibrationErrors calibration;      ///< of a method that estimates it
   std::vector<std::string> warnings;  ///< InitResult::warnings
   std::vector<GateValue> gates;

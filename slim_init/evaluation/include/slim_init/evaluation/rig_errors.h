@@ -20,7 +20,6 @@ struct RigErrors {
   /// uniform in [0, extrinsic_deg] about an axis of its own. Else both as they are, everywhere.
   bool random = false;
   double readout_s = 0.0;     ///< readout time given minus the true one [s]
-  bool ignore_rows = false;   ///< the methods take a rolling shutter for a global one
   double imu_rate_hz = 0.0;   ///< 0: the recorded rate
   double imu_jitter_s = 0.0;  ///< standard deviation of the stamps of the samples [s]
   double imu_dropout = 0.0;   ///< fraction of the samples that are missing
@@ -50,7 +49,7 @@ Calibration assumedCalibration(const Calibration& truth, const RigErrors& errors
 std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu);
 
 /// From now on the sequence is believed to have been recorded with `assumed`: the true calibration
-/// is kept (Sequence::true_calibration), row times change in proportion to the readout time.
+/// is kept (Sequence::true_calibration).
 void assumeCalibration(const Calibration& assumed, Sequence* sequence);
 
 /// Disturbs a sequence: disturbImu() and assumeCalibration(). Of random errors, which are drawn by

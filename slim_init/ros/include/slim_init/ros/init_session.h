@@ -88,7 +88,7 @@ class InitSession {
   };
 
   Attempt attempt(bool requested);
-  void timeRows(FrameObservation* frame) const;
+  void findRows(FrameObservation* frame) const;
   void forget();
 
   std::unique_ptr<IInitializer> initializer_;

@@ -57,8 +57,8 @@ struct FeatureSimulationCounts {
 ///
 /// With a rolling shutter (calibration.readout_s) every point and both end points of every line are
 /// seen by the camera as it is when their own row is exposed, rowTime() after t: the row depends on
-/// the pose and the pose on the row, which is solved to 1e-13 s. `dt` is the time of the row in
-/// which the noisy observation lies, as a tracker would tell it. Without one nothing differs.
+/// the pose and the pose on the row, which is solved to 1e-13 s. `row` is that in which the noisy
+/// observation lies, as a tracker would tell it.
 ///
 /// A track ends when its point leaves the view or its life, drawn once, is over; lost tracks are
 /// replaced by random ones of what is in view. Ids start at 0, separately for points and lines,

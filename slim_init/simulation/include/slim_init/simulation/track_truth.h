@@ -71,12 +71,11 @@ class TrackTruth {
   TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera,
              const TrackTruthOptions& options);
 
-  /// True pose of the camera `dt` [s] after the stamp of a frame.
-  using PoseAfterStamp = std::function<CameraPose(double dt)>;
+  /// True pose of the camera as an image row (imageRow()) of a frame is exposed.
+  using PoseAtRow = std::function<CameraPose(double row)>;
 
-  /// Frames ascending in time. Every observation is taken at its own time (PointObservation::dt,
-  /// LineObservation::start_dt and end_dt), at which `pose_at` is evaluated.
-  void addFrame(const FrameObservation& frame, const PoseAfterStamp& pose_at);
+  /// Frames ascending in time. Every observation is taken at the pose of its own row.
+  void addFrame(const FrameObservation& frame, const PoseAtRow& pose_at);
 
   TrackQuality evaluate() const;
 

@@ -1,0 +1,150 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "rotation/camera_check.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/median.h"
+#include "geometry/so3.h"
+#include "rotation/constants.h"
+#include "slim_init/types.h"
+
+namespace slim_init {
+namespace {
+
+using namespace rotation_constants;  // NOLINT: the constants of this module
+
+// Rotation and direction of travel of a pair, fitted to its points.
+constexpr int kFitted = 5;
+
+Eigen::Matrix3d freedRotation(const RotationCorrection& rotation) {
+  return rotation.R_ci_cj * expSO3(rotation.phi);
+}
+
+// Mean of the samples near an instant [rad/s].
+Eigen::Vector3d rateAt(const InitWindow& window, double t) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  const ImuSample* nearest = &window.imu().front();
+  for (const ImuSample& sample : window.imu()) {
+    if (std::abs(sample.t - t) < std::abs(nearest->t - t)) nearest = &sample;
+    if (std::abs(sample.t - t) > kRateSpan) continue;
+    sum += sample.gyro;
+    ++count;
+  }
+  return count > 0 ? Eigen::Vector3d(sum / count) : nearest->gyro;
+}
+
+// Normal equations of one pair over [rotation, direction of travel (2), readout].
+struct PairSystem {
+  Eigen::Matrix<double, kFitted + 1, kFitted + 1> H;
+  Eigen::Matrix<double, kFitted + 1, 1> g;
+  double chi2 = 0.0, weights = 0.0;
+};
+
+PairSystem systemOf(const InitWindow& window, const KeyframePair& pair,
+                    const RotationCorrection& rotation, const std::vector<Eigen::Vector3d>& rates,
+                    double sigma) {
+  const Eigen::Matrix3d R = freedRotation(rotation);
+  const Eigen::Vector3d& e = rotation.baseline;
+  const Eigen::Matrix<double, 3, 2> T = tangentBasis(e);
+  PointResiduals residuals;
+  pair.points.residuals(R, e, sigma, &residuals);
+  const double c2 = kTruncationSigmas * kTruncationSigmas;
+  PairSystem out;
+  out.H.setZero();
+  out.g.setZero();
+  for (int k = 0; k < pair.points.count(); ++k) {
+    const Eigen::Vector3d f_i = pair.points.bearingsI().row(k).matrix().transpose();
+    const Eigen::Vector3d f_j = pair.points.bearingsJ().row(k).matrix().transpose();
+    const Eigen::Vector3d f = R * f_j, m = f_i.cross(f);
+    // The bearings of rows exposed later, turned back to the middle row.
+    const double row_i = window.pointObservations()[pair.observation_i[k]].row;
+    const double row_j = window.pointObservations()[pair.observation_j[k]].row;
+    const Eigen::Vector3d by_readout =
+        row_i * rates[pair.i].cross(f_i).cross(f) + row_j * f_i.cross(R * rates[pair.j].cross(f_j));
+    Eigen::Matrix<double, kFitted + 1, 1> J;
+    J << f_j.cross(R.transpose() * e.cross(f_i)), T.transpose() * m, e.dot(by_readout);
+    const double unit = 1.0 / (sigma * std::sqrt(residuals.noise[k]));
+    const double excess = 1.0 + residuals.z2[k] / c2, w = 1.0 / (excess * excess);
+    J *= unit;
+    const Eigen::Matrix<double, kFitted + 1, 1> weighted = w * J;
+    out.H.noalias() += weighted * J.transpose();
+    out.g += unit * e.dot(m) * weighted;
+    out.chi2 += w * residuals.z2[k];
+    out.weights += w;
+  }
+  // Where there is hardly parallax the direction of travel is of no meaning.
+  out.H.diagonal().segment<2>(3).array() += kBaselinePriorSigmas2 * out.weights;
+  return out;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> cameraRates(const InitWindow& window,
+                                         const Eigen::Vector3d& gyro_bias) {
+  const Eigen::Matrix3d R_c_b = window.calibration().R_b_c.transpose();
+  std::vector<Eigen::Vector3d> rates;
+  for (const double t : window.times()) rates.push_back(R_c_b * (rateAt(window, t) - gyro_bias));
+  return rates;
+}
+
+double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrection>& rotations) {
+  std::vector<double> squares;  // in sigma^2
+  PointResiduals residuals;
+  for (const RotationCorrection& rotation : rotations) {
+    const PairPoints& points = pairs[rotation.pair].points;
+    const double count = points.count();
+    const double correction = count / std::max(count - kFitted, 0.5 * count);
+    points.residuals(freedRotation(rotation), rotation.baseline, pairs.sigma(), &residuals);
+    for (int k = 0; k < points.count(); ++k) squares.push_back(correction * residuals.z2[k]);
+  }
+  if (static_cast<int>(squares.size()) < kMinNoiseResiduals) return kNotComputed;
+  double variance = median(squares) / kMedianOfSquare;
+  for (int round = 0; round < kNoiseRounds; ++round) {
+    const double limit = kNoiseCutoff * kNoiseCutoff * variance;
+    double sum = 0.0, within = 0.0, beyond = 0.0;
+    for (const double z2 : squares) {
+      if (z2 <= limit) {
+        sum += z2;
+        within += 1.0;
+      } else if (z2 <= 4.0 * limit) {
+        beyond += 1.0;
+      }
+    }
+    // Gross errors are spread evenly: as many lie within the cutoff as in the range of the same
+    // width beyond it, each with a third of the cutoff's square.
+    const double good = sum - beyond * limit / 3.0;
+    if (!(within > beyond) || !(good > 0.0)) break;
+    variance = good / (within - beyond) / kVarianceWithinCutoff;
+  }
+  return std::sqrt(variance) * pairs.sigma();
+}
+
+ReadoutCheck checkReadout(const InitWindow& window, const KeyframePairs& pairs,
+                          const std::vector<RotationCorrection>& rotations,
+                          const Eigen::Vector3d& gyro_bias, double sigma) {
+  ReadoutCheck out;
+  const std::vector<Eigen::Vector3d> rates = cameraRates(window, gyro_bias);
+  double information = 0.0, gradient = 0.0, chi2 = 0.0, weights = 0.0;
+  for (const RotationCorrection& rotation : rotations) {
+    const PairSystem system = systemOf(window, pairs[rotation.pair], rotation, rates, sigma);
+    const Eigen::LDLT<Eigen::Matrix<double, kFitted, kFitted>> fitted(
+        system.H.topLeftCorner<kFitted, kFitted>());
+    const Eigen::Matrix<double, kFitted, 1> cross = system.H.topRightCorner<kFitted, 1>();
+    const Eigen::Matrix<double, kFitted, 1> taken = fitted.solve(cross);
+    if (!taken.allFinite()) continue;
+    information += system.H(kFitted, kFitted) - cross.dot(taken);
+    gradient += system.g[kFitted] - taken.dot(system.g.head<kFitted>());
+    chi2 += system.chi2;
+    weights += system.weights;
+  }
+  if (!(information > 0.0) || !(weights > 0.0)) return out;
+  out.error_s = -gradient / information;
+  out.sigma_s = std::sqrt(kReadoutInflation * std::max(1.0, chi2 / weights) / information);
+  out.valid = std::isfinite(out.error_s) && out.sigma_s < kLargestReadoutSigma;
+  return out;
+}
+
+}  // namespace slim_init
