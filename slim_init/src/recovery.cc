@@ -211,6 +211,35 @@ void setMessage(InitResult* result) {
   result->message = message.str();
 }
 
+// Why the window cannot be solved with this prior, or "".
+std::string checkPrior(const InitWindow& window, const StatePrior& prior,
+                       const StateFactor& known) {
+  if (std::string problem = prior.validate(); !problem.empty()) return problem;
+  if (Eigen::LLT<StateCovariance>(known.covariance).info() != Eigen::Success) {
+    return "the covariance of the last healthy state is not positive definite in velocity, tilt "
+           "and "
+           "biases";
+  }
+  if (!(std::abs(prior.state.t - window.times().front()) < kSameInstant)) {
+    return "the last healthy state is not that of the first keyframe";
+  }
+  return "";
+}
+
+// Gates and status. A start answers for its scale, and a window without translation has none.
+void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& motion, bool at_rest,
+                     const GateOptions& options, InitResult* result) {
+  if (at_rest) {
+    result->gates = parallaxGates(motion, options);
+    appendGates(posteriorGates(measures, motion, options), result);
+    enforceGates(options.mode, result);
+  } else {
+    result->gates = recoveryGates(measures, *result, options);
+    for (GateValue& gate : result->gates) gate.enforced = options.mode != GateMode::kOff;
+  }
+  decide(false, result);
+}
+
 }  // namespace
 
 WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
@@ -240,21 +269,9 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
-  if (const std::string problem = prior.validate(); !problem.empty()) {
-    fail(InitStatus::kInvalidInput, problem, &result);
-    return result;
-  }
   const StateFactor known = stateFactor(prior);
-  if (Eigen::LLT<StateCovariance>(known.covariance).info() != Eigen::Success) {
-    fail(InitStatus::kInvalidInput,
-         "the covariance of the last healthy state is not positive definite in velocity, tilt and "
-         "biases",
-         &result);
-    return result;
-  }
-  if (!(std::abs(prior.state.t - window.times().front()) < kSameInstant)) {
-    fail(InitStatus::kInvalidInput, "the last healthy state is not that of the first keyframe",
-         &result);
+  if (const std::string problem = checkPrior(window, prior, known); !problem.empty()) {
+    fail(InitStatus::kInvalidInput, problem, &result);
     return result;
   }
   const std::shared_ptr<const InitWindow> through = throughCalibration(window, prior.calibration);
@@ -265,9 +282,9 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   }
 
   // Consensus of the tracks about the rotations, under the calibration that the host has flown
-  // with.
+  // with; nothing has been flown with at rest.
   InitializerOptions as_flown = options;
-  as_flown.slim.estimate_calibration = false;
+  as_flown.slim.estimate_calibration = options.slim.estimate_calibration && prior.at_rest;
   const RotationStage rotation = estimateRotations(*through, as_flown, budget);
   const bool consensus = rotation.message.empty() && rotation.bias.valid();
   const std::vector<VanishingPoint>* vps =
@@ -283,8 +300,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
       preintegrateInflated(tracks, known.gyro_bias, known.accel_bias, options.inertial);
   std::optional<RigPrior> rig;
   if (options.slim.estimate_calibration) {
-    rig.emplace();
-    rig->sigmas = tracks.calibration().sigmas;
+    rig = rotation.prior;
   }
   const Recovery recovery = Refiner(tracks, pre, vps, rig, options, budget).run(known, &result);
   clock.lap("refinement");
@@ -307,11 +323,10 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   }
   result.covariance = posterior.covariance;
   result.scale_sigma = posterior.scale_sigma;
-  result.gates = recoveryGates(
-      measurePosterior(seen, tracks, recovery.refined, posterior, nullptr, result.scale), result,
-      options.gates);
-  for (GateValue& gate : result.gates) gate.enforced = options.gates.mode != GateMode::kOff;
-  decide(false, &result);
+  decideWithPrior(
+      measurePosterior(seen, tracks, recovery.refined, posterior, nullptr, result.scale),
+      measureMotion(tracks, pre, chainRotations(pre)), prior.at_rest,
+      gatesInForce(options.gates, seen, options.window), &result);
   NavState there = corrected(prior, recovery.known.residual.r);
   // An estimated td has moved the first keyframe.
   there.p_w_b += (result.states.front().t - there.t) * there.v_w_b;

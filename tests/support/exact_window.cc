@@ -32,12 +32,19 @@ Eigen::Vector3d angularRate(Motion motion, double t) {
     case Motion::kConstantVelocity:
       return {0.02 * std::sin(2.0 * t), 0.02 * std::cos(1.7 * t), 0.0};
     case Motion::kHover: return Eigen::Vector3d::Zero();
+    case Motion::kFromRest:
+      if (t < kRestBefore) return Eigen::Vector3d::Zero();
+      return {0.3 * std::sin(1.9 * (t - kRestBefore)), 0.0,
+              0.2 * std::sin(2.3 * (t - kRestBefore))};
   }
   return Eigen::Vector3d::Zero();
 }
 
 // Acceleration in w [m/s^2].
 Eigen::Vector3d acceleration(Motion motion, double t) {
+  if (motion == Motion::kFromRest && t >= kRestBefore) {
+    return {1.2 * std::cos(1.7 * (t - kRestBefore)), 1.5 * std::sin(3.0 * (t - kRestBefore)), 0.9};
+  }
   if (motion != Motion::kExcited) return Eigen::Vector3d::Zero();
   return {1.5 * std::sin(2.1 * t), 1.2 * std::cos(1.7 * t + 0.4), 0.9 * std::sin(2.9 * t + 1.0)};
 }

@@ -12,7 +12,9 @@
 
 namespace slim_init::testing_support {
 
-enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity };
+/// kFromRest stands still for kRestBefore and is then excited.
+enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity, kFromRest };
+inline constexpr double kRestBefore = 1.5;  ///< [s]
 
 struct ExactWindowOptions {
   Motion motion = Motion::kExcited;

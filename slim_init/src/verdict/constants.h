@@ -41,6 +41,25 @@ inline constexpr double kGolden = 0.6180339887498949;
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
 inline constexpr double kMinOtherScaleRise = 16.0;
 
+// ---- Rest (rest.h)
+
+/// Shortest rest [s], and time over which IMU samples are averaged to see motion in them [s].
+inline constexpr double kRestSpan = 0.5;
+inline constexpr double kRestStep = 0.1;
+/// Median of the length of a 2-vector of independent unit Gaussians.
+inline constexpr double kRayleigh = 1.17741;
+/// Least noise of a track [px]: trackers wander by as much on images that stand.
+inline constexpr double kLeastTrackNoise = 0.1;
+inline constexpr int kFewestTracksAtRest = 8;
+/// Means of the IMU at rest, in standard deviations of its noise: an idling engine is no white
+/// noise.
+inline constexpr double kMaxImuAtRest = 4.0;
+/// Standard deviations at rest: velocity [m/s], and what a mean over a rest does not average out
+/// of specific force [m/s^2] and rate [rad/s].
+inline constexpr double kRestVelocitySigma = 0.01;
+inline constexpr double kRestForceSigma = 0.01;
+inline constexpr double kRestRateSigma = 2e-4;
+
 // ---- Agreement of successive answers (slim_init/consistency_check.h)
 
 /// Two instants are the same when they are this close [s]: nearer than two images.
