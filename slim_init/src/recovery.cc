@@ -102,10 +102,11 @@ class Refiner {
           const InitializerOptions& options, WorkBudget* budget)
       : tracks_(tracks), pre_(pre), vps_(vps), rig_(rig), options_(options), budget_(*budget) {}
 
-  Recovery run(const StateFactor& known, InitResult* result) {
+  // `min_parallax_px`: below it points are directions.
+  Recovery run(const StateFactor& known, double min_parallax_px, InitResult* result) {
     Recovery out;
     out.factor = known;
-    out.factor.points_at_infinity = !hasParallax();
+    out.factor.points_at_infinity = !(parallaxPx() >= min_parallax_px);
     std::vector<WindowState> starts = {
         deadReckoned(known, pre_, tracks_.calibration().gravity_magnitude)};
     for (;;) {
@@ -149,10 +150,9 @@ class Refiner {
         {}, starts, StartMode::kFine);
   }
 
-  bool hasParallax() const {
+  double parallaxPx() const {
     return medianParallaxPx(tracks_,
-                            cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c)) >=
-           options_.gates.min_parallax_px;
+                            cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c));
   }
 
   const std::vector<WindowState>& ownStarts() {
@@ -302,7 +302,10 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   if (options.slim.estimate_calibration) {
     rig = rotation.prior;
   }
-  const Recovery recovery = Refiner(tracks, pre, vps, rig, options, budget).run(known, &result);
+  const double min_parallax_px =
+      prior.at_rest ? options.gates.min_least_parallax_px : options.gates.min_parallax_px;
+  const Recovery recovery =
+      Refiner(tracks, pre, vps, rig, options, budget).run(known, min_parallax_px, &result);
   clock.lap("refinement");
   if (!recovery.valid) {
     fail(InitStatus::kNumericalFailure, "no estimate with the last healthy state", &result);

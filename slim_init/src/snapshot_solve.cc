@@ -15,7 +15,6 @@
 #include "slim_init/state_at.h"
 #include "solver_support.h"
 #include "verdict/constants.h"
-#include "verdict/rest.h"
 
 namespace slim_init {
 using verdict_constants::kRestSpan;
@@ -32,6 +31,8 @@ constexpr char kEarlier[] = "the window as it was before its newest keyframes";
 // its end on [s]: what moves slower than the noise may have begun to move.
 constexpr double kLongRestSpan = 2.0;
 constexpr double kBeforeMotion = 0.15;
+// Images need not fall on both ends of a span.
+constexpr double kLeastOfSpan = 0.85;
 constexpr int kAll = std::numeric_limits<int>::max();
 constexpr TimeSpan kEver = {-std::numeric_limits<double>::infinity(),
                             std::numeric_limits<double>::infinity()};
@@ -135,25 +136,39 @@ void SnapshotSolve::searchRest() {
   if (memory_.rest.prior.state.t < oldest) memory_.rest = LastRest();
 }
 
+// The span of the images from `first` to `last` [s] if the body stands in them; NaN if not.
+TimeSpan SnapshotSolve::restWithin(double first, double last, RestMeasures* rest) const {
+  const WindowCut cut =
+      withKnownSensors(window_.cutWithin(everyImage(kAll), {first - kSameFrame, last}));
+  if (cut.window == nullptr) return {};
+  const TimeSpan span = {cut.window->times().front(), cut.window->times().back()};
+  if (span.last - span.first < kLeastOfSpan * (last - first)) return {};
+  *rest = measureRest(*cut.window);
+  const double G = cut.window->calibration().gravity_magnitude;
+  return rest->isRest(G, options_.inertial) ? span : TimeSpan();
+}
+
 // Whether the body stands in the images up to `last` [s]; then that is the last rest.
 bool SnapshotSolve::restUntil(double last) {
-  RestMeasures rest;
-  TimeSpan span;
-  for (const double length : {kRestSpan, kLongRestSpan}) {
-    const WindowCut cut =
-        withKnownSensors(window_.cutWithin(everyImage(kAll), {last - length - kSameFrame, last}));
-    if (cut.window == nullptr) break;
-    const std::vector<double>& times = cut.window->times();
-    const RestMeasures measures = measureRest(*cut.window);
-    const double G = cut.window->calibration().gravity_magnitude;
-    if (times.back() - times.front() < 0.9 * length || !measures.isRest(G, options_.inertial))
-      break;
-    rest = measures;
-    span = {times.front(), times.back()};
-  }
+  RestMeasures rest, of_longer;
+  TimeSpan span = restWithin(last - kRestSpan, last, &rest);
   if (std::isnan(span.last)) return false;
   LastRest& known = memory_.rest;
-  known.since = known.until >= span.first ? known.since : span.first;
+  const bool goes_on = known.until >= span.first;
+  double since = goes_on ? known.since : span.first;
+  const TimeSpan longer = restWithin(span.last - kLongRestSpan, span.last, &of_longer);
+  if (!std::isnan(longer.last)) {
+    rest = of_longer;
+    since = std::min(since, longer.first);
+  }
+  // Of a rest that is new, the begin.
+  for (RestMeasures before; !goes_on;) {
+    const double middle = since + 0.5 * kRestSpan;
+    const double first = restWithin(middle - kRestSpan, middle, &before).first;
+    if (!(first < since)) break;
+    since = first;
+  }
+  known.since = since;
   known.until = span.last;
   known.prior =
       priorAtRest(rest, span.last - kBeforeMotion, window_.calibration().gravity_magnitude,

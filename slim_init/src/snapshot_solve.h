@@ -19,6 +19,7 @@
 #include "slim_init/state_prior.h"
 #include "slim_init/window_solver.h"
 #include "slim_init/work_budget.h"
+#include "verdict/rest.h"
 
 namespace slim_init {
 
@@ -93,6 +94,7 @@ class SnapshotSolve {
   WindowCut cutSince(double first) const;
   InitResult checked(InitResult result) const;
   void searchRest();
+  TimeSpan restWithin(double first, double last, RestMeasures* rest) const;
   bool restUntil(double last);
   InitResult stationary() const;
   std::optional<InitResult> solveFromRest();

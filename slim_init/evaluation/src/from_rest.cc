@@ -22,14 +22,14 @@ constexpr double kSeenBefore = 3.0;
 constexpr double kMovingSpeed = 0.03;  // [m/s]: three standard deviations of the prior
 
 // The first accepted estimate after one onset, or the last refusal.
-FromRestRecord start(const Sequence& sequence, const MotionOnset& onset, double last_s,
+FromRestRecord start(const Sequence& sequence, const MotionOnset& onset,
                      IInitializer* initializer) {
   FromRestRecord record;
   record.t_onset = onset.t;
   StreamStart streams(sequence, onset.first, initializer);
   for (std::size_t frame = onset.first; frame < sequence.frames.size(); ++frame) {
     const double t = streams.timeOf(frame);
-    if (t > onset.t + last_s) break;
+    if (t > onset.t + kLongestStart) break;
     streams.add(frame);
     const InitResult answer = initializer->initialize();
     record.status = answer.status;
@@ -88,7 +88,7 @@ std::vector<MotionOnset> motionOnsets(const Sequence& sequence) {
 }
 
 std::string runFromRest(const Sequence& sequence, const InitializerOptions& initializer,
-                        double last_s, std::vector<FromRestRecord>* records) {
+                        std::vector<FromRestRecord>* records) {
   records->clear();
   for (const bool with_prior : {true, false}) {
     InitializerOptions options = initializer;
@@ -98,7 +98,7 @@ std::string runFromRest(const Sequence& sequence, const InitializerOptions& init
       const std::unique_ptr<IInitializer> fresh =
           makeInitializer(sequence.calibration, options, &error);
       if (fresh == nullptr) return error;
-      records->push_back(start(sequence, onset, last_s, fresh.get()));
+      records->push_back(start(sequence, onset, fresh.get()));
       records->back().with_prior = with_prior;
     }
   }

@@ -57,7 +57,7 @@ inline constexpr double kMaxImuAtRest = 4.0;
 /// Standard deviations at rest: velocity [m/s], and what a mean over a rest does not average out
 /// of specific force [m/s^2] and rate [rad/s].
 inline constexpr double kRestVelocitySigma = 0.01;
-inline constexpr double kRestForceSigma = 0.01;
+inline constexpr double kRestForceSigma = 0.03;
 inline constexpr double kRestRateSigma = 2e-4;
 
 // ---- Agreement of successive answers (slim_init/consistency_check.h)

@@ -21,6 +21,8 @@ struct MotionOnset {
 
 /// Distance from the place of rest at which a motion has begun [m].
 inline constexpr double kOnsetDistance = 0.02;
+/// Time after an onset without an accepted estimate after which there is none [s].
+inline constexpr double kLongestStart = 3.0;
 
 /// Every time that the true position stays within 5 mm for a second and then leaves by
 /// kOnsetDistance. None without ground truth.
@@ -36,17 +38,18 @@ struct FromRestRecord {
   double log_scale = kNotComputed;  ///< error of the scale, NewestErrors::log_scale
   double scale_sigma = kNotComputed;
   double velocity = kNotComputed;  ///< error of the newest velocity [m/s]
-  bool from_rest = false;          ///< the estimate joins the rest (InitResult::at_rest_since)
-  int false_rests = 0;             ///< `stationary` from a rest at more than 0.03 m/s
+  bool from_rest = false;  ///< the odometry frame is that of the rest (InitResult::at_rest_since)
+  int false_rests = 0;     ///< `stationary` from a rest at more than 0.03 m/s
 
   bool accepted() const { return status == InitStatus::kSuccess; }
 };
 
 /// Every onset twice, with the prior and without: a fresh initializer, fed as a host feeds it and
-/// solved at every image from the first frame until it accepts, at most `last_s` after the onset.
+/// solved at every image from the first frame until it accepts, at most kLongestStart after the
+/// onset.
 /// Returns an empty string, or a message when the options cannot be used.
 std::string runFromRest(const Sequence& sequence, const InitializerOptions& initializer,
-                        double last_s, std::vector<FromRestRecord>* records);
+                        std::vector<FromRestRecord>* records);
 
 /// The figures of a run: a line with the prior and one without.
 std::string fromRestTable(const std::vector<FromRestRecord>& records);
