@@ -36,12 +36,12 @@ constexpr double kTiltSigmaDeg = 1.5;
 constexpr double kTolerance = 1e-4;
 constexpr int kMaxIterations = 30;
 
-// The window through the extrinsics that the prior brings.
+// The window through the extrinsics that the prior brings, and its td if the body has stood.
 std::shared_ptr<const InitWindow> throughCalibration(const InitWindow& window,
-                                                     const OptionalCalibration& found) {
-  if (!found.has_value()) return unowned(window);
-  CalibrationEstimate extrinsics = *found;
-  extrinsics.covariance(6, 6) = 0.0;  // the time of the state is with the host's td
+                                                     const StatePrior& prior) {
+  if (!prior.calibration.has_value()) return unowned(window);
+  CalibrationEstimate extrinsics = *prior.calibration;
+  if (!prior.at_rest) extrinsics.covariance(6, 6) = 0.0;  // its time is with the host's td
   return withCalibration(window, withFound(window.calibration(), extrinsics));
 }
 
@@ -226,11 +226,14 @@ std::string checkPrior(const InitWindow& window, const StatePrior& prior,
   return "";
 }
 
-// Gates and status. A start answers for its scale, and a window without translation has none.
-void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& motion, bool at_rest,
-                     const GateOptions& options, InitResult* result) {
-  if (at_rest) {
+// Gates and status. A start answers for its scale and its calibration, `handed_in` null otherwise;
+// and a window without translation has none.
+void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& motion,
+                     const Calibration* handed_in, const GateOptions& options, InitResult* result) {
+  if (handed_in != nullptr) {
+    if (result->calibration) appendCalibrationWarnings(*handed_in, *result->calibration, result);
     result->gates = parallaxGates(motion, options);
+    appendGates(calibrationGates(*handed_in, result->calibration, options), result);
     appendGates(posteriorGates(measures, motion, options), result);
     enforceGates(options.mode, result);
   } else {
@@ -274,7 +277,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
     fail(InitStatus::kInvalidInput, problem, &result);
     return result;
   }
-  const std::shared_ptr<const InitWindow> through = throughCalibration(window, prior.calibration);
+  const std::shared_ptr<const InitWindow> through = throughCalibration(window, prior);
   if (through == nullptr) {
     fail(InitStatus::kInvalidInput, "the calibration of the last healthy state is not valid",
          &result);
@@ -286,6 +289,10 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   InitializerOptions as_flown = options;
   as_flown.slim.estimate_calibration = options.slim.estimate_calibration && prior.at_rest;
   const RotationStage rotation = estimateRotations(*through, as_flown, budget);
+  if (prior.at_rest && !rotation.message.empty()) {
+    fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
+    return result;
+  }
   const bool consensus = rotation.message.empty() && rotation.bias.valid();
   const std::vector<VanishingPoint>* vps =
       consensus && options.slim.vanishing_points ? &rotation.vanishing_points : nullptr;
@@ -328,7 +335,8 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   result.scale_sigma = posterior.scale_sigma;
   decideWithPrior(
       measurePosterior(seen, tracks, recovery.refined, posterior, nullptr, result.scale),
-      measureMotion(tracks, pre, chainRotations(pre)), prior.at_rest,
+      measureMotion(tracks, pre, chainRotations(pre)),
+      prior.at_rest ? &window.calibration() : nullptr,
       gatesInForce(options.gates, seen, options.window), &result);
   NavState there = corrected(prior, recovery.known.residual.r);
   // An estimated td has moved the first keyframe.

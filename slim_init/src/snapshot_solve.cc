@@ -27,15 +27,11 @@ namespace {
 constexpr double kSuccessive = 0.25;
 // What a growing window has to agree with.
 constexpr char kEarlier[] = "the window as it was before its newest keyframes";
-// A rest is measured over this long where there is as much of it, and known from this long before
-// its end on [s]: what moves slower than the noise may have begun to move.
-constexpr double kLongRestSpan = 2.0;
+// The prior of a rest is that of its state so long before its end [s]: what moves slower than the
+// noise may have begun to move.
 constexpr double kBeforeMotion = 0.15;
 // Images need not fall on both ends of a span.
 constexpr double kLeastOfSpan = 0.85;
-constexpr int kAll = std::numeric_limits<int>::max();
-constexpr TimeSpan kEver = {-std::numeric_limits<double>::infinity(),
-                            std::numeric_limits<double>::infinity()};
 // More than the rounding of a stamp [s].
 constexpr double kSameFrame = 1e-4;
 // In a recovery the window alone has this share of the work; the rest is for a solve with a known
@@ -53,6 +49,7 @@ InitResult refuse(InitStatus status, const std::string& message) {
 WindowOptions everyImage(int keyframes) {
   WindowOptions selection;
   selection.keyframes = keyframes;
+  selection.min_keyframes = kMinKeyframes;
   selection.min_interval_s = selection.max_span_s = 0.0;
   return selection;
 }
@@ -114,18 +111,19 @@ SnapshotSolve::SnapshotSolve(const WindowSolver& solver,
       budget_(options.limits) {}
 
 InitResult SnapshotSolve::initialize() {
-  if (options_.slim.start_from_rest) {
+  std::optional<InitResult> from_rest;
+  if (options_.slim.start_from_rest && solver_.usesPriors()) {
     searchRest();
-    if (std::optional<InitResult> result = solveFromRest()) return *std::move(result);
+    from_rest = solveFromRest();
   }
-  InitResult result = solveNewest();
+  InitResult result = from_rest ? *std::move(from_rest) : solveNewest();
   if (short_window_ && !result.success()) offerProvisional(&result);
   return checked(std::move(result));
 }
 
 // Among the frames that are new since the solve before.
 void SnapshotSolve::searchRest() {
-  const WindowCut newest = window_.cutWithin(everyImage(kMinKeyframes), kEver);
+  const WindowCut newest = window_.cut(everyImage(kMinKeyframes), 0);
   if (newest.window == nullptr) return;
   const double last = newest.window->times().back(), oldest = last - window_.options().fullSpan();
   const double searched = std::isnan(memory_.rest_searched) ? oldest : memory_.rest_searched;
@@ -138,8 +136,8 @@ void SnapshotSolve::searchRest() {
 
 // The span of the images from `first` to `last` [s] if the body stands in them; NaN if not.
 TimeSpan SnapshotSolve::restWithin(double first, double last, RestMeasures* rest) const {
-  const WindowCut cut =
-      withKnownSensors(window_.cutWithin(everyImage(kAll), {first - kSameFrame, last}));
+  const WindowCut cut = withKnownSensors(
+      window_.cutWithin(everyImage(std::numeric_limits<int>::max()), {first - kSameFrame, last}));
   if (cut.window == nullptr) return {};
   const TimeSpan span = {cut.window->times().front(), cut.window->times().back()};
   if (span.last - span.first < kLeastOfSpan * (last - first)) return {};
@@ -156,7 +154,7 @@ bool SnapshotSolve::restUntil(double last) {
   LastRest& known = memory_.rest;
   const bool goes_on = known.until >= span.first;
   double since = goes_on ? known.since : span.first;
-  const TimeSpan longer = restWithin(span.last - kLongRestSpan, span.last, &of_longer);
+  const TimeSpan longer = restWithin(span.last - 2.0 * kRestSpan, span.last, &of_longer);
   if (!std::isnan(longer.last)) {
     rest = of_longer;
     since = std::min(since, longer.first);
@@ -173,6 +171,7 @@ bool SnapshotSolve::restUntil(double last) {
   known.prior =
       priorAtRest(rest, span.last - kBeforeMotion, window_.calibration().gravity_magnitude,
                   known_.sensors.biases, options_.inertial);
+  known.prior.calibration = known_.sensors.calibration;
   return true;
 }
 
@@ -194,11 +193,13 @@ InitResult SnapshotSolve::stationary() const {
 std::optional<InitResult> SnapshotSolve::solveFromRest() {
   const LastRest& rest = memory_.rest;
   if (std::isnan(rest.since)) return std::nullopt;
-  if (rest.until == memory_.rest_searched) return stationary();
+  if (rest.until == memory_.rest_searched || cutSince(rest.prior.state.t).window == nullptr) {
+    return stationary();
+  }
   InitResult result = solveWithPrior(rest.prior);
-  if (result.status == InitStatus::kTooFewKeyframes) return stationary();
   const bool uncertain = isWait(result.status) || result.status == InitStatus::kScaleTooUncertain;
   if (!result.prior_dropped.empty() || !(result.success() || uncertain)) return std::nullopt;
+  memory_.answers.judge(&result);
   if (result.success()) result.at_rest_since = rest.since;
   return result;
 }
@@ -333,7 +334,7 @@ std::vector<SnapshotSolve::HealthyState> SnapshotSolve::usableStates(
 }
 
 WindowCut SnapshotSolve::cutSince(double first) const {
-  return window_.cutWithin(window_.options(), {first, kEver.last});
+  return window_.cutWithin(window_.options(), {first, std::numeric_limits<double>::infinity()});
 }
 
 StatePrior SnapshotSolve::carried(const StatePrior& prior, double t) const {

@@ -80,8 +80,8 @@ TEST(FromRest, StationaryWithGravityAndBiasWhileItStands) {
     EXPECT_LT(gravityErrorRad(result.gravity_b0, exact.truth[0]), 1.0 * M_PI / 180.0);
     EXPECT_LT((result.gyro_bias - exact.truth[0].gyro_bias).norm(), 2e-3);
   }
-  // From 0.5 s on.
-  EXPECT_GE(stationary, 18);
+  // From 1 s on.
+  EXPECT_GE(stationary, 9);
 }
 
 TEST(FromRest, TheFirstMotionStartsItAndJoinsTheRest) {
@@ -143,7 +143,7 @@ TEST(FromRest, AMotionWithoutARestIsSolvedAsBefore) {
       EXPECT_TRUE(sameBytes(with.results[k], without.results[k]));
     }
   }
-  // Nor is one that stands for less than 0.5 s of what the initializer has received.
+  // Nor is one that stands for less than 1 s of what the initializer has received.
   const ExactWindow exact = streams(Motion::kFromRest, 1);
   const auto late = static_cast<std::size_t>((kRestBefore - 0.3) / 0.05);
   for (const InitResult& result : solveAtEveryImage(exact, InitializerOptions(), late).results) {

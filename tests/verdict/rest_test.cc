@@ -196,7 +196,7 @@ TEST(RestPrior, KnownBiasesLevelTheTilt) {
   EXPECT_LT((prior.state.accel_bias - Eigen::Vector3d(0.3, 0.0, 0.1)).norm(), 1e-9);
   const StatePrior without = priorAtRest(rest, 0.0, kG, ImuBiases(), inertial);
   EXPECT_GT(logSO3(without.state.R_w_b).norm(), 0.03);
-  EXPECT_GT(without.covariance(0, 0), 5.0 * prior.covariance(0, 0));
+  EXPECT_GT(without.covariance(0, 0), 4.0 * prior.covariance(0, 0));
   // Zero velocity, and a pose that defines the world.
   EXPECT_EQ(prior.state.v_w_b.norm(), 0.0);
   EXPECT_EQ(prior.covariance.block(3, 3, 3, 3).norm(), 0.0);

@@ -129,7 +129,7 @@ std::string fromRestTable(const std::vector<FromRestRecord>& records) {
     out << (with_prior ? "with the rest as a prior: " : "without:                  ")
         << times.size() << " of " << starts << " starts accepted";
     if (!times.empty()) {
-      out << " (" << joined << " join the rest), " << quantile(times, 0.5) << " s median, "
+      out << " (" << joined << " from the rest), " << quantile(times, 0.5) << " s median, "
           << quantile(times, 0.9) << " s p90 after " << 100.0 * kOnsetDistance << " cm; scale RMSE "
           << std::sqrt(squares / n) << ", " << 100.0 * within / n << " % within 10 %, " << beyond
           << " beyond 25 %, error over sigma " << std::sqrt(normalized / n);

@@ -17,7 +17,6 @@ namespace {
 constexpr double kStampRounding = 1e-6;
 // Two stamps of one image differ by rounding at most, those of two images by far more [s].
 constexpr double kSameStamp = 1e-4;
-constexpr double kEver = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -230,7 +229,8 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
 
 WindowCut KeyframeWindow::cut(const WindowOptions& selection, int leave_out) const {
   std::string reason;
-  std::vector<int> chosen = chooseKeyframes(selection, newestCovered(kEver), -kEver, &reason);
+  const double ever = std::numeric_limits<double>::infinity();
+  std::vector<int> chosen = chooseKeyframes(selection, newestCovered(ever), -ever, &reason);
   int needed = selection.min_keyframes;
   if (leave_out > 0) {
     chosen.erase(chosen.begin(),

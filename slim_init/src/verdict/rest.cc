@@ -39,7 +39,7 @@ void measureTracks(const InitWindow& window, RestMeasures* out) {
   if (moved.empty() || second_differences.empty()) return;
   // Of a bearing: a second difference has six times its variance, a difference of means 2 / third.
   const double noise = std::max(median(std::move(second_differences)) / std::sqrt(6.0),
-                                kRayleigh * kLeastTrackNoise / window.calibration().focal_px);
+                                kLeastTrackNoise / window.calibration().focal_px);
   out->tracks = median(std::move(moved)) / (noise * std::sqrt(2.0 / third));
 }
 
