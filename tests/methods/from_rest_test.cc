@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "geometry/so3.h"
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
+#include "support/plain_method.h"
 #include "support/same_result.h"
 
 namespace slim_init {
@@ -149,6 +151,38 @@ TEST(FromRest, AMotionWithoutARestIsSolvedAsBefore) {
   for (const InitResult& result : solveAtEveryImage(exact, InitializerOptions(), late).results) {
     EXPECT_TRUE(std::isnan(result.at_rest_since));
   }
+}
+
+// Only a method that takes a prior gains by the rest; the others are solved as they were.
+TEST(FromRest, AMethodWithoutPriorsIsSolvedAtRestToo) {
+  const ExactWindow exact = streams(Motion::kFromRest, 1);
+  std::string error;
+  const auto initializer = makeInitializer(std::make_unique<PlainMethod>(), exact.calibration,
+                                           InitializerOptions(), &error);
+  ASSERT_NE(initializer, nullptr) << error;
+  for (const ImuSample& sample : exact.imu) initializer->addImu(sample);
+  for (int k = 0; k < 28; ++k) initializer->addFrame(exact.keyframes[k]);
+  EXPECT_EQ(initializer->initialize().message, InitResult().message);
+}
+
+// The rig is off by 3 deg and 10 ms; the start says so, or waits.
+TEST(FromRest, AMiscalibratedRigIsFoundAsInAStartWithoutARest) {
+  int accepted = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    ExactWindow exact = streams(Motion::kFromRest, seed);
+    exact.calibration.R_b_c *= expSO3(Eigen::Vector3d(0.04, -0.03, 0.02));
+    for (FrameObservation& frame : exact.keyframes) frame.t -= 0.01;
+    const Start start = solveAtEveryImage(exact, InitializerOptions());
+    if (!start.last().success()) continue;
+    ++accepted;
+    const NavState& newest = start.last().states.back();
+    const NavState& truth = exact.truth[start.frames - 1];
+    EXPECT_LT(
+        (newest.R_w_b.transpose() * newest.v_w_b - truth.R_w_b.transpose() * truth.v_w_b).norm(),
+        0.1 + 0.15 * truth.v_w_b.norm())
+        << "seed " << seed;
+  }
+  EXPECT_GE(accepted, 8);
 }
 
 TEST(FromRest, ASlowCreepIsContradictedAndNotStartedFrom) {

@@ -764,8 +764,8 @@ TEST(Ab, FromRestWritesEachStartWithThePriorAndWithout) {
     GTEST_SKIP() << "no recordings at " << data;
   }
   const ScratchFolder folder;
-  const ProgramRun run = runProgram(
-      folder, {"ab", "--recorded", data + "/V1_02", "--from-rest", "--out", folder.file("out")});
+  const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/V1_02", "--from-rest",
+                                             "--keyframes", "5..15", "--out", folder.file("out")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (1 from the rest)")) << run.out;
   EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (0 from the rest)")) << run.out;

@@ -68,8 +68,8 @@ TEST(Rest, AStandingBodyIsAtRestWithManyPointsAndWithFew) {
   EXPECT_GE(rests(100, nullptr), 99);
   int with_few = 0, with_none = 0;
   for (unsigned seed = 1; seed <= 100; ++seed) {
-    with_few += measured(standing(seed, 30), nullptr).isRest(kG, InertialOptions()) ? 1 : 0;
-    with_none += measured(standing(seed, 4), nullptr).isRest(kG, InertialOptions()) ? 1 : 0;
+    with_few += measured(standing(seed, 60), nullptr).isRest(kG, InertialOptions()) ? 1 : 0;
+    with_none += measured(standing(seed, 15), nullptr).isRest(kG, InertialOptions()) ? 1 : 0;
   }
   EXPECT_GE(with_few, 95);
   // Fewer tracks than kFewestTracksAtRest say nothing.

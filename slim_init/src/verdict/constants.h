@@ -50,7 +50,9 @@ inline constexpr double kRestStep = 0.1;
 /// Least median length of the noise of a bearing [px]: trackers wander by as much on images that
 /// stand.
 inline constexpr double kLeastTrackNoise = 0.1;
-inline constexpr int kFewestTracksAtRest = 8;
+/// Fewer tracks over the whole rest say too little: with a dozen, 0.05 m/s pass in one window
+/// of 30.
+inline constexpr int kFewestTracksAtRest = 20;
 /// Means of the IMU at rest, in standard deviations of its noise: an idling engine is no white
 /// noise.
 inline constexpr double kMaxImuAtRest = 3.0;
