@@ -47,9 +47,9 @@ inline constexpr double kMinOtherScaleRise = 16.0;
 /// windows; none of 10,260 here). And time over which IMU samples are averaged to see motion [s].
 inline constexpr double kRestSpan = 1.0;
 inline constexpr double kRestStep = 0.1;
-/// Least median length of the noise of a bearing [px]: trackers wander by as much on images that
-/// stand.
-inline constexpr double kLeastTrackNoise = 0.1;
+/// Least median length of the noise of a bearing [px]. On images that stand it is below 0.1, and
+/// slow errors of the tracker would pass for motion; with this, half a pixel in a second does.
+inline constexpr double kLeastTrackNoise = 0.4;
 /// Fewer tracks over the whole rest say too little: with a dozen, 0.05 m/s pass in one window
 /// of 30.
 inline constexpr int kFewestTracksAtRest = 20;
