@@ -39,8 +39,7 @@ class Initializer : public IInitializer {
               const InitializerOptions& options)
       : solver_(std::move(solver)),
         short_window_(shortWindow(options)),
-        options_(options.window),
-        limits_(options.limits),
+        options_(options),
         window_(calibration, options.window, StreamOptions::liveData(options.imu)),
         memory_(options.window.fullSpan()) {}
 
@@ -89,7 +88,8 @@ class Initializer : public IInitializer {
                 std::vector<NavState>* states, std::string* error) const override {
     StateAtOptions options;
     options.max_reach_s = max_reach_s;
-    options.max_imu_gap_s = options_.max_imu_gap_s;
+    options.max_imu_gap_s = options_.window.max_imu_gap_s;
+    options.at_rest_since = result.at_rest_since;
     return slim_init::statesAt(result.states, result.gravity_w, bufferedSamples(), times, options,
                                states, error);
   }
@@ -108,7 +108,8 @@ class Initializer : public IInitializer {
                                  : TimeSpan{window_.imu().front().t, window_.imu().back().t};
   }
   double maxWindowSpan() const override {
-    return std::max(options_.max_span_s, options_.keyframes * options_.min_interval_s);
+    const WindowOptions& window = options_.window;
+    return std::max(window.max_span_s, window.keyframes * window.min_interval_s);
   }
 
  private:
@@ -118,13 +119,13 @@ class Initializer : public IInitializer {
     const std::lock_guard<std::mutex> one_solve(solving_);
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t generation = generation_;
-    SolveMemory memory = std::exchange(memory_, SolveMemory(options_.fullSpan()));
+    SolveMemory memory = std::exchange(memory_, SolveMemory(options_.window.fullSpan()));
     KeyframeWindow snapshot = window_.snapshot();
     const SensorKnowledge known = known_;
     lock.unlock();
     InitResult result;
     {
-      SnapshotSolve solve(*solver_, short_window_, limits_, std::move(snapshot), known, &memory);
+      SnapshotSolve solve(*solver_, short_window_, options_, std::move(snapshot), known, &memory);
       result = question(solve);
     }
     lock.lock();
@@ -139,7 +140,7 @@ class Initializer : public IInitializer {
   }
 
   void forget() {
-    memory_ = SolveMemory(options_.fullSpan());
+    memory_ = SolveMemory(options_.window.fullSpan());
     ++generation_;
   }
 
@@ -150,8 +151,7 @@ class Initializer : public IInitializer {
 
   const std::unique_ptr<WindowSolver> solver_;
   const std::optional<WindowOptions> short_window_;  // if provisional estimates are wanted
-  const WindowOptions options_;
-  const WorkLimits limits_;
+  const InitializerOptions options_;
 
   std::mutex solving_;
   mutable std::mutex mutex_;  // of all below

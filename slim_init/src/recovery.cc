@@ -36,12 +36,12 @@ constexpr double kTiltSigmaDeg = 1.5;
 constexpr double kTolerance = 1e-4;
 constexpr int kMaxIterations = 30;
 
-// The window through the extrinsics that the prior brings.
+// The window through the extrinsics that the prior brings, and its td if the body has stood.
 std::shared_ptr<const InitWindow> throughCalibration(const InitWindow& window,
-                                                     const OptionalCalibration& found) {
-  if (!found.has_value()) return unowned(window);
-  CalibrationEstimate extrinsics = *found;
-  extrinsics.covariance(6, 6) = 0.0;  // the time of the state is with the host's td
+                                                     const StatePrior& prior) {
+  if (!prior.calibration.has_value()) return unowned(window);
+  CalibrationEstimate extrinsics = *prior.calibration;
+  if (!prior.at_rest) extrinsics.covariance(6, 6) = 0.0;  // its time is with the host's td
   return withCalibration(window, withFound(window.calibration(), extrinsics));
 }
 
@@ -102,10 +102,11 @@ class Refiner {
           const InitializerOptions& options, WorkBudget* budget)
       : tracks_(tracks), pre_(pre), vps_(vps), rig_(rig), options_(options), budget_(*budget) {}
 
-  Recovery run(const StateFactor& known, InitResult* result) {
+  // `min_parallax_px`: below it points are directions.
+  Recovery run(const StateFactor& known, double min_parallax_px, InitResult* result) {
     Recovery out;
     out.factor = known;
-    out.factor.points_at_infinity = !hasParallax();
+    out.factor.points_at_infinity = !(parallaxPx() >= min_parallax_px);
     std::vector<WindowState> starts = {
         deadReckoned(known, pre_, tracks_.calibration().gravity_magnitude)};
     for (;;) {
@@ -149,10 +150,9 @@ class Refiner {
         {}, starts, StartMode::kFine);
   }
 
-  bool hasParallax() const {
+  double parallaxPx() const {
     return medianParallaxPx(tracks_,
-                            cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c)) >=
-           options_.gates.min_parallax_px;
+                            cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c));
   }
 
   const std::vector<WindowState>& ownStarts() {
@@ -211,6 +211,38 @@ void setMessage(InitResult* result) {
   result->message = message.str();
 }
 
+// Why the window cannot be solved with this prior, or "".
+std::string checkPrior(const InitWindow& window, const StatePrior& prior,
+                       const StateFactor& known) {
+  if (std::string problem = prior.validate(); !problem.empty()) return problem;
+  if (Eigen::LLT<StateCovariance>(known.covariance).info() != Eigen::Success) {
+    return "the covariance of the last healthy state is not positive definite in velocity, tilt "
+           "and "
+           "biases";
+  }
+  if (!(std::abs(prior.state.t - window.times().front()) < kSameInstant)) {
+    return "the last healthy state is not that of the first keyframe";
+  }
+  return "";
+}
+
+// Gates and status. A start answers for its scale and its calibration, `handed_in` null otherwise;
+// and a window without translation has none.
+void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& motion,
+                     const Calibration* handed_in, const GateOptions& options, InitResult* result) {
+  if (handed_in != nullptr) {
+    if (result->calibration) appendCalibrationWarnings(*handed_in, *result->calibration, result);
+    result->gates = parallaxGates(motion, options);
+    appendGates(calibrationGates(*handed_in, result->calibration, options), result);
+    appendGates(posteriorGates(measures, motion, options), result);
+    enforceGates(options.mode, result);
+  } else {
+    result->gates = recoveryGates(measures, *result, options);
+    for (GateValue& gate : result->gates) gate.enforced = options.mode != GateMode::kOff;
+  }
+  decide(false, result);
+}
+
 }  // namespace
 
 WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
@@ -240,24 +272,12 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
-  if (const std::string problem = prior.validate(); !problem.empty()) {
+  const StateFactor known = stateFactor(prior);
+  if (const std::string problem = checkPrior(window, prior, known); !problem.empty()) {
     fail(InitStatus::kInvalidInput, problem, &result);
     return result;
   }
-  const StateFactor known = stateFactor(prior);
-  if (Eigen::LLT<StateCovariance>(known.covariance).info() != Eigen::Success) {
-    fail(InitStatus::kInvalidInput,
-         "the covariance of the last healthy state is not positive definite in velocity, tilt and "
-         "biases",
-         &result);
-    return result;
-  }
-  if (!(std::abs(prior.state.t - window.times().front()) < kSameInstant)) {
-    fail(InitStatus::kInvalidInput, "the last healthy state is not that of the first keyframe",
-         &result);
-    return result;
-  }
-  const std::shared_ptr<const InitWindow> through = throughCalibration(window, prior.calibration);
+  const std::shared_ptr<const InitWindow> through = throughCalibration(window, prior);
   if (through == nullptr) {
     fail(InitStatus::kInvalidInput, "the calibration of the last healthy state is not valid",
          &result);
@@ -265,11 +285,15 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   }
 
   // Consensus of the tracks about the rotations, under the calibration that the host has flown
-  // with.
+  // with; nothing has been flown with at rest.
   InitializerOptions as_flown = options;
-  as_flown.slim.estimate_calibration = false;
+  as_flown.slim.estimate_calibration = options.slim.estimate_calibration && prior.at_rest;
   const RotationStage rotation = estimateRotations(*through, as_flown, budget);
   setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), &result);
+  if (prior.at_rest && !rotation.message.empty()) {
+    fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
+    return result;
+  }
   const bool consensus = rotation.message.empty() && rotation.bias.valid();
   const std::vector<VanishingPoint>* vps =
       consensus && options.slim.vanishing_points ? &rotation.vanishing_points : nullptr;
@@ -284,10 +308,12 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
       preintegrateInflated(tracks, known.gyro_bias, known.accel_bias, options.inertial);
   std::optional<RigPrior> rig;
   if (options.slim.estimate_calibration) {
-    rig.emplace();
-    rig->sigmas = tracks.calibration().sigmas;
+    rig = rotation.prior;
   }
-  const Recovery recovery = Refiner(tracks, pre, vps, rig, options, budget).run(known, &result);
+  const double min_parallax_px =
+      prior.at_rest ? options.gates.min_least_parallax_px : options.gates.min_parallax_px;
+  const Recovery recovery =
+      Refiner(tracks, pre, vps, rig, options, budget).run(known, min_parallax_px, &result);
   clock.lap("refinement");
   if (!recovery.valid) {
     fail(InitStatus::kNumericalFailure, "no estimate with the last healthy state", &result);
@@ -308,11 +334,11 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   }
   result.covariance = posterior.covariance;
   result.scale_sigma = posterior.scale_sigma;
-  result.gates = recoveryGates(
-      measurePosterior(seen, tracks, recovery.refined, posterior, nullptr, result.scale), result,
-      options.gates);
-  for (GateValue& gate : result.gates) gate.enforced = options.gates.mode != GateMode::kOff;
-  decide(false, &result);
+  decideWithPrior(
+      measurePosterior(seen, tracks, recovery.refined, posterior, nullptr, result.scale),
+      measureMotion(tracks, pre, chainRotations(pre)),
+      prior.at_rest ? &window.calibration() : nullptr,
+      gatesInForce(options.gates, seen, options.window), &result);
   NavState there = corrected(prior, recovery.known.residual.r);
   // An estimated td has moved the first keyframe.
   there.p_w_b += (result.states.front().t - there.t) * there.v_w_b;

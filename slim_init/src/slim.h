@@ -18,6 +18,7 @@ class Slim : public WindowSolver {
   InitResult solve(const InitWindow& window) const override;
   InitResult solveWithin(const InitWindow& window, WorkBudget* budget) const override;
   InitResult solveProvisional(const InitWindow& window, WorkBudget* budget) const override;
+  bool usesPriors() const override { return true; }
   InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior,
                             WorkBudget* budget) const override;
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -13,8 +14,12 @@
 #include "provisional.h"
 #include "slim_init/state_at.h"
 #include "solver_support.h"
+#include "verdict/constants.h"
 
 namespace slim_init {
+using verdict_constants::kRestSpan;
+using verdict_constants::kRestStep;
+
 namespace {
 
 // A solve this long after the one before has none before it to be compared with [s]: two images at
@@ -22,6 +27,13 @@ namespace {
 constexpr double kSuccessive = 0.25;
 // What a growing window has to agree with.
 constexpr char kEarlier[] = "the window as it was before its newest keyframes";
+// The prior of a rest is that of its state so long before its end [s]: what moves slower than the
+// noise may have begun to move.
+constexpr double kBeforeMotion = 0.15;
+// Images need not fall on both ends of a span.
+constexpr double kLeastOfSpan = 0.85;
+// More than the rounding of a stamp [s].
+constexpr double kSameFrame = 1e-4;
 // In a recovery the window alone has this share of the work; the rest is for a solve with a known
 // state, which needs less data.
 constexpr double kShareOfWindowAlone = 0.6;
@@ -31,6 +43,15 @@ InitResult refuse(InitStatus status, const std::string& message) {
   result.status = status;
   result.message = message;
   return result;
+}
+
+// Keyframes at every image, up to so many.
+WindowOptions everyImage(int keyframes) {
+  WindowOptions selection;
+  selection.keyframes = keyframes;
+  selection.min_keyframes = kMinKeyframes;
+  selection.min_interval_s = selection.max_span_s = 0.0;
+  return selection;
 }
 
 // State of the body at time t, carried there from `state` by the IMU.
@@ -78,20 +99,109 @@ bool SolveMemory::ShortKey::operator==(const ShortKey& other) const {
 
 SnapshotSolve::SnapshotSolve(const WindowSolver& solver,
                              const std::optional<WindowOptions>& short_window,
-                             const WorkLimits& limits, KeyframeWindow window, SensorKnowledge known,
-                             SolveMemory* memory)
+                             const InitializerOptions& options, KeyframeWindow window,
+                             SensorKnowledge known, SolveMemory* memory)
     : solver_(solver),
       short_window_(short_window),
+      options_(options),
       window_(std::move(window)),
       known_(std::move(known)),
       memory_(*memory),
       imu_(window_.imu().begin(), window_.imu().end()),
-      budget_(limits) {}
+      budget_(options.limits) {}
 
 InitResult SnapshotSolve::initialize() {
-  InitResult result = solveNewest();
+  std::optional<InitResult> from_rest;
+  if (options_.slim.start_from_rest && solver_.usesPriors()) {
+    searchRest();
+    from_rest = solveFromRest();
+  }
+  InitResult result = from_rest ? *std::move(from_rest) : solveNewest();
   if (short_window_ && !result.success()) offerProvisional(&result);
   return checked(std::move(result));
+}
+
+// Among the frames that are new since the solve before.
+void SnapshotSolve::searchRest() {
+  const WindowCut newest = window_.cut(everyImage(kMinKeyframes), 0);
+  if (newest.window == nullptr) return;
+  const double last = newest.window->times().back(), oldest = last - window_.options().fullSpan();
+  const double searched = std::isnan(memory_.rest_searched) ? oldest : memory_.rest_searched;
+  for (double t = last; t > std::max(searched, oldest); t -= kRestStep) {
+    if (restUntil(t)) break;
+  }
+  memory_.rest_searched = last;
+  if (memory_.rest.prior.state.t < oldest) memory_.rest = LastRest();
+}
+
+// The span of the images from `first` to `last` [s] if the body stands in them; NaN if not.
+TimeSpan SnapshotSolve::restWithin(double first, double last, RestMeasures* rest) const {
+  const WindowCut cut = withKnownSensors(
+      window_.cutWithin(everyImage(std::numeric_limits<int>::max()), {first - kSameFrame, last}));
+  if (cut.window == nullptr) return {};
+  const TimeSpan span = {cut.window->times().front(), cut.window->times().back()};
+  if (span.last - span.first < kLeastOfSpan * (last - first)) return {};
+  *rest = measureRest(*cut.window);
+  const double G = cut.window->calibration().gravity_magnitude;
+  return rest->isRest(G, options_.inertial) ? span : TimeSpan();
+}
+
+// Whether the body stands in the images up to `last` [s]; then that is the last rest.
+bool SnapshotSolve::restUntil(double last) {
+  RestMeasures rest, of_longer;
+  TimeSpan span = restWithin(last - kRestSpan, last, &rest);
+  if (std::isnan(span.last)) return false;
+  LastRest& known = memory_.rest;
+  const bool goes_on = known.until >= span.first;
+  double since = goes_on ? known.since : span.first;
+  const TimeSpan longer = restWithin(span.last - 2.0 * kRestSpan, span.last, &of_longer);
+  if (!std::isnan(longer.last)) {
+    rest = of_longer;
+    since = std::min(since, longer.first);
+  }
+  // Of a rest that is new, the begin.
+  for (RestMeasures before; !goes_on;) {
+    const double middle = since + 0.5 * kRestSpan;
+    const double first = restWithin(middle - kRestSpan, middle, &before).first;
+    if (!(first < since)) break;
+    since = first;
+  }
+  known.since = since;
+  known.until = span.last;
+  known.prior =
+      priorAtRest(rest, span.last - kBeforeMotion, window_.calibration().gravity_magnitude,
+                  known_.sensors.biases, options_.inertial);
+  known.prior.calibration = known_.sensors.calibration;
+  return true;
+}
+
+// The body at rest, and as long as there are too few keyframes after that: what is observable.
+InitResult SnapshotSolve::stationary() const {
+  const LastRest& rest = memory_.rest;
+  std::ostringstream message;
+  message.precision(3);
+  message << "at rest for " << rest.until - rest.since << " s";
+  InitResult result = refuse(InitStatus::kStationary, message.str());
+  result.gravity_w = Eigen::Vector3d(0.0, 0.0, -window_.calibration().gravity_magnitude);
+  result.gravity_b0 = rest.prior.state.R_w_b.transpose() * result.gravity_w;
+  result.gyro_bias = rest.prior.state.gyro_bias;
+  return result;
+}
+
+// The first motion after a rest; nothing where the window has to be solved without it: there was no
+// rest, or the data contradict it.
+std::optional<InitResult> SnapshotSolve::solveFromRest() {
+  const LastRest& rest = memory_.rest;
+  if (std::isnan(rest.since)) return std::nullopt;
+  if (rest.until == memory_.rest_searched || cutSince(rest.prior.state.t).window == nullptr) {
+    return stationary();
+  }
+  InitResult result = solveWithPrior(rest.prior);
+  const bool uncertain = isWait(result.status) || result.status == InitStatus::kScaleTooUncertain;
+  if (!result.prior_dropped.empty() || !(result.success() || uncertain)) return std::nullopt;
+  memory_.answers.judge(&result);
+  if (result.success()) result.at_rest_since = rest.since;
+  return result;
 }
 
 InitResult SnapshotSolve::recover(const std::vector<StatePrior>& healthy) {
@@ -223,6 +333,10 @@ std::vector<SnapshotSolve::HealthyState> SnapshotSolve::usableStates(
   return states;
 }
 
+WindowCut SnapshotSolve::cutSince(double first) const {
+  return window_.cutWithin(window_.options(), {first, std::numeric_limits<double>::infinity()});
+}
+
 StatePrior SnapshotSolve::carried(const StatePrior& prior, double t) const {
   const Calibration& calibration = window_.calibration();
   return propagatePrior(prior, t, imu_, calibration.gravity_magnitude, calibration.imu_noise);
@@ -253,7 +367,7 @@ const SnapshotSolve::HealthyState& SnapshotSolve::bestPrior(
   int best_rank = 0;
   for (const HealthyState& state : states) {
     const int rank = state.agrees() ? 3 : state.test.contradicts(StatePart::kVelocity) ? 1 : 2;
-    if (rank <= best_rank || window_.cutSince(state.prior->state.t).window == nullptr) continue;
+    if (rank <= best_rank || cutSince(state.prior->state.t).window == nullptr) continue;
     best = &state;
     best_rank = rank;
   }
@@ -262,7 +376,7 @@ const SnapshotSolve::HealthyState& SnapshotSolve::bestPrior(
 
 // From the frames after a known state.
 InitResult SnapshotSolve::solveWithPrior(const StatePrior& prior) {
-  const WindowCut cut = window_.cutSince(prior.state.t);
+  const WindowCut cut = cutSince(prior.state.t);
   if (cut.window == nullptr) return refuse(cut.status, cut.message);
   const double first = cut.window->times().front();
   if (const std::string gap = checkGap(prior.state.t, first); !gap.empty()) {

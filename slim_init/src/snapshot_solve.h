@@ -19,6 +19,7 @@
 #include "slim_init/state_prior.h"
 #include "slim_init/window_solver.h"
 #include "slim_init/work_budget.h"
+#include "verdict/rest.h"
 
 namespace slim_init {
 
@@ -28,6 +29,13 @@ struct SensorKnowledge {
   KnownSensors sensors;
   bool has_value = false;  ///< there is something in it
   int version = 0;
+};
+
+/// The last rest of the body that is not older than a window.
+struct LastRest {
+  StatePrior prior;             ///< shortly before the rest was last seen
+  double since = kNotComputed;  ///< begin of the rest [s]; NaN: there is none
+  double until = kNotComputed;  ///< newest frame that is at rest [s]
 };
 
 /// What the solves of one stream leave to the next ones.
@@ -55,16 +63,18 @@ class SolveMemory {
 
   ConsistencyCheck answers;
   double last_solved = kNotComputed;  ///< newest keyframe [s]
+  LastRest rest;
+  double rest_searched = kNotComputed;  ///< newest frame among those searched for a rest [s]
   std::deque<ShortEstimate> short_estimates;
 };
 
 /// Solves one snapshot.
 class SnapshotSolve {
  public:
-  /// `short_window`: the keyframes of provisional estimates, or none. `limits`: of all that the one
-  /// call solves. `memory`: of the solves before; this one is added to it. References are kept.
+  /// `short_window`: the keyframes of provisional estimates, or none. `memory`: of the solves
+  /// before; this one is added to it. References are kept.
   SnapshotSolve(const WindowSolver& solver, const std::optional<WindowOptions>& short_window,
-                const WorkLimits& limits, KeyframeWindow window, SensorKnowledge known,
+                const InitializerOptions& options, KeyframeWindow window, SensorKnowledge known,
                 SolveMemory* memory);
 
   /// IInitializer::initialize().
@@ -81,7 +91,13 @@ class SnapshotSolve {
   };
 
   WindowCut withKnownSensors(WindowCut cut) const;
+  WindowCut cutSince(double first) const;
   InitResult checked(InitResult result) const;
+  void searchRest();
+  TimeSpan restWithin(double first, double last, RestMeasures* rest) const;
+  bool restUntil(double last);
+  InitResult stationary() const;
+  std::optional<InitResult> solveFromRest();
   InitResult solveNewest();
   InitResult answer(const InitWindow& window);
   void solveEarlier(int keyframes, const InitResult& result);
@@ -100,6 +116,7 @@ class SnapshotSolve {
 
   const WindowSolver& solver_;
   const std::optional<WindowOptions>& short_window_;
+  const InitializerOptions& options_;
   KeyframeWindow window_;
   SensorKnowledge known_;
   SolveMemory& memory_;

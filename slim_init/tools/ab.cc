@@ -13,6 +13,7 @@
 #include "options_file.h"
 #include "progress_bar.h"
 #include "python_report.h"
+#include "slim_init/evaluation/from_rest.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/provisional.h"
 #include "slim_init/evaluation/report.h"
@@ -218,12 +219,35 @@ Failure runOnce(const AbOptions& options, AbRun* run) {
   return {};
 }
 
-/// What a host gets that takes provisional answers: table on the terminal, every question in a
-/// file.
-int runProvisionalAnswers(AbOptions options) {
+/// A table on the terminal, its records in a file of --out.
+int writeStarts(const AbOptions& options, const std::string& sequence, const std::string& table,
+                const std::string& file, const std::string& csv) {
+  if (std::string error = evaluation::makeReportDirectory(options.out); !error.empty()) {
+    return fail({kExitInternal, "--out: " + error});
+  }
+  const fs::path path = fs::path(options.out) / file;
+  if (std::string error = evaluation::writeFile(path.string(), csv); !error.empty()) {
+    return fail({kExitInternal, error});
+  }
+  if (!options.quiet) std::cout << sequence << "\n" << table << "Data: " << path.string() << "\n";
+  return kExitOk;
+}
+
+/// What a host gets that takes provisional answers, or that stands before it moves: in place of the
+/// methods' windows.
+int runStarts(AbOptions options) {
   LoadedSequence loaded;
   if (std::string error = loadSequence(options, &loaded); !error.empty()) {
     return fail({kExitBadInput, error});
+  }
+  const evaluation::Sequence& sequence = loaded.sequence;
+  if (options.from_rest) {
+    std::vector<evaluation::FromRestRecord> records;
+    std::string error = evaluation::runFromRest(sequence, options.initializer, &records);
+    if (error.empty() && records.empty()) error = sequence.name + " holds no motion after a rest";
+    if (!error.empty()) return fail({kExitBadInput, error});
+    return writeStarts(options, sequence.name, evaluation::fromRestTable(records), "from_rest.csv",
+                       evaluation::fromRestCsv(records));
   }
   options.initializer.provisional.enabled = true;
   evaluation::ProvisionalRun run;
@@ -233,32 +257,19 @@ int runProvisionalAnswers(AbOptions options) {
   setDownstream(options, &protocol);
   run.downstream = protocol.downstream;
   std::vector<evaluation::ProvisionalRecord> records;
-  if (std::string error =
-          evaluation::runProvisional(loaded.sequence, options.initializer, run, &records);
+  if (std::string error = evaluation::runProvisional(sequence, options.initializer, run, &records);
       !error.empty()) {
     return fail({kExitBadInput, error});
   }
-  if (std::string error = evaluation::makeReportDirectory(options.out); !error.empty()) {
-    return fail({kExitInternal, "--out: " + error});
-  }
-  const fs::path path = fs::path(options.out) / "provisional.csv";
-  if (std::string error = evaluation::writeFile(path.string(), evaluation::provisionalCsv(records));
-      !error.empty()) {
-    return fail({kExitInternal, error});
-  }
-  if (!options.quiet) {
-    std::cout << loaded.sequence.name << "\n"
-              << evaluation::provisionalTable(records, run.look_s) << "Data: " << path.string()
-              << "\n";
-  }
-  return kExitOk;
+  return writeStarts(options, sequence.name, evaluation::provisionalTable(records, run.look_s),
+                     "provisional.csv", evaluation::provisionalCsv(records));
 }
 
 }  // namespace
 
 int runAb(AbOptions options) {
   if (const Failure failure = prepare(&options)) return fail(failure);
-  if (options.provisional) return runProvisionalAnswers(std::move(options));
+  if (options.provisional || options.from_rest) return runStarts(std::move(options));
   AbRun run;
   if (const Failure failure = runOnce(options, &run)) return fail(failure);
   if (!options.quiet) {

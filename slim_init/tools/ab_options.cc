@@ -223,6 +223,7 @@ std::string checkSource(const AbOptions& options) {
   if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
     return "--random-rig has no effect without --td-error or --extrinsic-error";
   }
+  if (o.from_rest && o.provisional) return "--from-rest and --provisional exclude each other";
   if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
     return "--downstream-every has no effect without --downstream";
   }
@@ -368,6 +369,10 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "Instead of the windows: `slim` solved at every image from every start until it succeeds, "
        "provisional estimates included",
        "provisional"},
+      {"from-rest", &o.from_rest, "",
+       "Instead of the windows: `slim` solved at every image from each rest of the ground truth "
+       "until it starts in the motion after it, with the rest as a prior and without",
+       "from_rest"},
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},

@@ -125,6 +125,22 @@ TEST_F(KeyframeWindowTest, SlowImagesNeedNoThinning) {
   EXPECT_NEAR(cut.window->times().front(), 9.9 - 14 * 0.3, 1e-9);
 }
 
+TEST_F(KeyframeWindowTest, CutsWithinASpan) {
+  KeyframeWindow window(calibration_, options_);
+  feed(window, 0.0, 2.0);
+  WindowOptions every = options_;
+  every.keyframes = 50;
+  every.min_interval_s = every.max_span_s = 0.0;
+  const WindowCut cut = window.cutWithin(every, {0.499, 1.26});
+  ASSERT_NE(cut.window, nullptr) << cut.message;
+  EXPECT_EQ(cut.window->size(), 16);
+  EXPECT_DOUBLE_EQ(cut.window->times().front(), 0.5);
+  EXPECT_DOUBLE_EQ(cut.window->times().back(), 1.25);
+  // Three frames are not enough, and there are none before the first one.
+  EXPECT_EQ(window.cutWithin(every, {0.49, 0.61}).status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(window.cutWithin(every, {-2.0, -1.0}).window, nullptr);
+}
+
 TEST_F(KeyframeWindowTest, AFrameAheadOfTheImuWaitsForIt) {
   options_.min_keyframes = 2;
   options_.keyframes = 2;

@@ -32,12 +32,18 @@ Eigen::Vector3d angularRate(Motion motion, double t) {
     case Motion::kConstantVelocity:
       return {0.02 * std::sin(2.0 * t), 0.02 * std::cos(1.7 * t), 0.0};
     case Motion::kHover: return Eigen::Vector3d::Zero();
+    case Motion::kFromRest:
+      if (t < 0.0) return Eigen::Vector3d::Zero();
+      return {0.3 * std::sin(1.9 * t), 0.0, 0.2 * std::sin(2.3 * t)};
   }
   return Eigen::Vector3d::Zero();
 }
 
 // Acceleration in w [m/s^2].
 Eigen::Vector3d acceleration(Motion motion, double t) {
+  if (motion == Motion::kFromRest && t >= 0.0) {
+    return {1.2 * std::cos(1.7 * t), 1.5 * std::sin(3.0 * t), 0.9};
+  }
   if (motion != Motion::kExcited) return Eigen::Vector3d::Zero();
   return {1.5 * std::sin(2.1 * t), 1.2 * std::cos(1.7 * t + 0.4), 0.9 * std::sin(2.9 * t + 1.0)};
 }
@@ -195,10 +201,11 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   // A few samples more where the keyframes are moved or rows have times of their own.
   const bool margin = options.readout_s > 0.0 || options.calibration_error.td_s > 0.0;
   const double end = duration + (margin ? 0.02 + options.readout_s : 0.0);
+  const double begin = options.motion == Motion::kFromRest ? options.rest_s : 0.0;
   for (int k = 0; (k - 2) * h < end; ++k) {
-    const double t = k * h;
+    const double t = k * h - begin;
     ImuSample sample;
-    sample.t = t;
+    sample.t = k * h;
     sample.gyro = angularRate(options.motion, t) + options.gyro_bias;
     sample.accel = R_w_b.transpose() * (R_w_h * acceleration(options.motion, t) - gravity_w) +
                    options.accel_bias;

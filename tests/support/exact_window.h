@@ -12,10 +12,12 @@
 
 namespace slim_init::testing_support {
 
-enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity };
+/// kFromRest stands still for ExactWindowOptions::rest_s and is then excited.
+enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity, kFromRest };
 
 struct ExactWindowOptions {
   Motion motion = Motion::kExcited;
+  double rest_s = 1.5;  ///< of kFromRest [s]
   int keyframes = 10;
   double interval_s = 0.25;
   /// Keyframes lie this long after an IMU sample: 0 hits samples, 0.0017 falls between two.

@@ -113,6 +113,12 @@ const std::vector<BadCommand>& badCommands() {
       {"ReadoutErrorTooLarge",
        {"ab", "--builtin", "circle", "--readout", "0.01", "--readout-error", "-0.02"},
        {"readout_s is -0.02, must be at least -0.01"}},
+      {"FromRestAndProvisional",
+       {"ab", "--builtin", "circle", "--from-rest", "--provisional"},
+       {"--from-rest and --provisional exclude each other"}},
+      {"FromRestWithoutARest",
+       {"ab", "--builtin", "circle", "--duration", "10", "--from-rest"},
+       {"circle holds no motion after a rest"}},
       {"ImuRateZero",
        {"ab", "--builtin", "circle", "--imu-rate", "0"},
        {"--imu-rate: '0' is not a number in [10, 10000]"}},
@@ -743,6 +749,22 @@ TEST(Ab, RealRecordingRuns) {
   EXPECT_EQ(json["dataset"], "MH_04");
   EXPECT_EQ(json["gyro_bias_truth"], "recorded");
   EXPECT_EQ(json["methods"]["drt-l"]["all"]["windows"], 20);
+}
+
+TEST(Ab, FromRestWritesEachStartWithThePriorAndWithout) {
+  const std::string data = SLIM_INIT_SHARED_DATA;
+  if (!std::filesystem::is_directory(data)) {
+    GTEST_SKIP() << "no recordings at " << data;
+  }
+  const ScratchFolder folder;
+  const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/V1_02", "--from-rest",
+                                             "--keyframes", "5..15", "--out", folder.file("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (1 from the rest)")) << run.out;
+  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (0 from the rest)")) << run.out;
+  EXPECT_TRUE(contains(run.out, "false rests 0")) << run.out;
+  const std::string csv = readFile(folder.file("out/from_rest.csv"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << csv;
 }
 
 }  // namespace

@@ -112,6 +112,20 @@ TEST(FirstStatePrior, BeforeTheKeyframeItIsLessCertain) {
   EXPECT_NEAR(variance(0.5), here + by_tilt + by_bias, 0.01 * here);
 }
 
+// A body that stood: however long ago, it is the same state.
+TEST(FirstStatePrior, AtRestItIsAsCertainAsAtTheKeyframe) {
+  InitResult result = answer();
+  for (NavState& state : result.states) state.v_w_b.setZero();
+  NavState at = result.states.front();
+  const std::vector<double> here = firstStatePrior(result, at, inHost(at));
+  at.t -= 30.0;
+  EXPECT_NE(firstStatePrior(result, at, inHost(at)), here);
+  result.at_rest_since = at.t;
+  EXPECT_EQ(firstStatePrior(result, at, inHost(at)), here);
+  at.t -= 0.1;
+  EXPECT_NE(firstStatePrior(result, at, inHost(at)), here);
+}
+
 // A state that the host has had: once, and with the covariance of a state in flight.
 TEST(FirstStatePrior, OfAHealthyState) {
   PropagatedState healthy;

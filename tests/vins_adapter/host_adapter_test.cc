@@ -182,6 +182,60 @@ TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
   expectTruth(answer, truth, 0, true, 5e-3);
 }
 
+// A host that stands keeps the first frames of its window, and replaces the newest: they are twelve
+// seconds old, beyond the reach and beyond the buffer, when it moves.
+TEST_F(HostAdapterTest, AllFramesOfAWindowThatStoodHaveStates) {
+  ExactWindowOptions options = tenHertz();
+  options.motion = Motion::kFromRest;
+  options.rest_s = 12.0;
+  options.keyframes = 140;
+  options.points = 300;
+  options.lines = 0;
+  options.pixel_noise = 0.3;
+  const ExactWindow exact = makeExactWindow(options);
+  const auto adapter = make(exact.calibration);
+  std::vector<double> window;
+  std::vector<int> frames;
+  HostResult answer;
+  std::size_t next = 0;
+  for (int k = 0; k < options.keyframes && !answer.success(); ++k) {
+    for (; next < exact.imu.size() && (next == 0 || exact.imu[next - 1].t < exact.truth[k].t);) {
+      const ImuSample& sample = exact.imu[next++];
+      adapter->addImu(sample.t, sample.accel, sample.gyro);
+    }
+    adapter->addFrame(exact.keyframes[k]);
+    if (static_cast<int>(frames.size()) == kHostFrames) {
+      // Parallax makes the oldest leave, otherwise the newest is replaced.
+      frames.erase(exact.truth[k].t > options.rest_s + 0.2 ? frames.begin() : frames.end() - 1);
+    }
+    frames.push_back(k);
+    if (static_cast<int>(frames.size()) < kHostFrames) continue;
+    window.clear();
+    for (const int frame : frames) window.push_back(exact.keyframes[frame].t);
+    answer = adapter->seed(window);
+    if (exact.truth[k].t > 2.0 && exact.truth[k].t < options.rest_s) {
+      EXPECT_EQ(answer.result.status, InitStatus::kStationary) << answer.message;
+    }
+  }
+  ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_LT(answer.window.states.front().stamp, 1.0);
+  const double seconds = answer.window.states.back().stamp - options.rest_s;
+  EXPECT_LT(seconds, 0.8);
+  ASSERT_EQ(answer.window.states.size(), static_cast<std::size_t>(kHostFrames));
+  const NavState& start = exact.truth.front();
+  const Eigen::Matrix3d R = answer.window.states.front().R * start.R_w_b.transpose();
+  for (int i = 0; i < kHostFrames; ++i) {
+    const NavState& truth = exact.truth[frames[i]];
+    const HostState& state = answer.window.states[i];
+    // Origin and heading where it stood.
+    EXPECT_LT((state.P - R * (truth.p_w_b - start.p_w_b)).norm(), 0.01) << i;
+    EXPECT_LT((state.V - R * truth.v_w_b).norm(), 0.05) << i;
+    EXPECT_LT(logSO3(state.R.transpose() * R * truth.R_w_b).norm(), 0.02) << i;
+  }
+  // What the back end is given of its first frame is what is known at rest.
+  EXPECT_EQ(answer.window.prior.size(), 11u * HostWindow::kPriorColumns);
+}
+
 TEST_F(HostAdapterTest, TimeOffset) {
   // The same data, stamped 20 ms early by the camera; td comes from the calibration or the host.
   const double td = 0.02;

@@ -79,8 +79,9 @@ std::vector<double> firstStatePrior(const InitResult& answer, const NavState& at
   const Eigen::Matrix<double, 15, 15> P =
       answer.stateCovariance(static_cast<std::size_t>(nearest - answer.states.begin()));
   if (!P.allFinite()) return {};
-  // Carried by the IMU from the keyframe: u' = dR^T (u + g dt d + dv), d' = dR^T d.
-  const double dt = at.t - known.t;
+  // Carried by the IMU from the keyframe: u' = dR^T (u + g dt d + dv), d' = dR^T d. A body at rest
+  // stays as it is.
+  const double dt = at.t >= answer.at_rest_since && at.t < known.t ? 0.0 : at.t - known.t;
   const Eigen::Matrix3d back = at.R_w_b.transpose() * known.R_w_b;
   const Eigen::Matrix<double, 12, 15> Y = bodyErrors(known);
   Eigen::Matrix<double, 12, 15> propagated = Y;

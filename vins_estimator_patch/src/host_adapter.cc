@@ -371,7 +371,9 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
     return false;
   }
   window.insert(window.end(), states.begin(), states.end());
-  const HostOrigin origin = healthy == nullptr ? HostOrigin::kFirstBody : HostOrigin::kKeep;
+  // A start from rest has its origin where the body stood, a recovery that of the host.
+  const bool keeps = healthy != nullptr || std::isfinite(answer->result.at_rest_since);
+  const HostOrigin origin = keeps ? HostOrigin::kKeep : HostOrigin::kFirstBody;
   if (!toHostWindow(window, calibration.gravity_magnitude, calibration.td, origin, &answer->window,
                     problem)) {
     *status = InitStatus::kNumericalFailure;

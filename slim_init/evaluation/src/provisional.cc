@@ -14,6 +14,7 @@
 #include "slim_init/evaluation/metrics.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/initializer.h"
+#include "stream_start.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -40,36 +41,6 @@ double gateValue(const InitResult& answer, GateName name) {
   }
   return kNotComputed;
 }
-
-// Streams of one start into one initializer.
-class Start {
- public:
-  Start(const Sequence& sequence, std::size_t frame, IInitializer* initializer)
-      : sequence_(sequence), initializer_(initializer) {
-    const double t = timeOf(frame) - InitWindow::kImuMargin;
-    const auto after =
-        std::upper_bound(sequence.imu.begin(), sequence.imu.end(), t,
-                         [](double time, const ImuSample& sample) { return time < sample.t; });
-    next_ = after == sequence.imu.begin() ? after : std::prev(after);
-  }
-  double timeOf(std::size_t frame) const {
-    return sequence_.calibration.imuTime(sequence_.frames[frame].t);
-  }
-  void add(std::size_t frame) {
-    const double t = timeOf(frame) + InitWindow::kImuMargin;
-    while (next_ != sequence_.imu.end() && !(t_imu_ >= t)) {
-      t_imu_ = next_->t;
-      initializer_->addImu(*next_++);
-    }
-    initializer_->addFrame(sequence_.frames[frame]);
-  }
-
- private:
-  const Sequence& sequence_;
-  IInitializer* initializer_;
-  std::vector<ImuSample>::const_iterator next_;
-  double t_imu_ = -1e300;
-};
 
 NewestErrors errorsOf(const Sequence& sequence, const InitResult& answer) {
   std::vector<NavState> truth;
@@ -183,7 +154,7 @@ std::string runProvisional(const Sequence& sequence, const InitializerOptions& i
     const std::unique_ptr<IInitializer> asked =
         makeInitializer(sequence.calibration, initializer, &error);
     if (asked == nullptr) return error;
-    Start start(sequence, first, asked.get());
+    StreamStart start(sequence, first, asked.get());
     const double t_first = start.timeOf(first);
     // Data that end earlier make no trial.
     if (start.timeOf(sequence.frames.size() - 1) < t_first + options.last_s) break;

@@ -59,6 +59,8 @@ class IInitializer {
 
   /// Solves the newest window. The data stays, so it may be called again at any time. kSuccess
   /// means that there is an estimate and that every enforced gate passed (InitResult::validate()).
+  /// A body at rest is kStationary; then its first motion is solved with the rest as a prior
+  /// (SlimOptions::start_from_rest).
   /// With ProvisionalOptions::enabled kProvisional comes earlier: states whose scale is not known
   /// yet, with a covariance to take as a prior. A host that does not do so waits on.
   virtual InitResult initialize() = 0;
@@ -88,9 +90,10 @@ class IInitializer {
 
   /// States of a successful `result` of this initializer at other times: `times` ascend [s, IMU
   /// clock] and lie at most `max_reach_s` before the first or after the last keyframe; the IMU
-  /// alone carries the state there. Where it cannot, returns false, leaves `states` as it was and
-  /// puts a message with value and bound into `error` (may be null). slim_init/state_at.h does this
-  /// for any buffer of samples.
+  /// alone carries the state there. While the body stood (InitResult::at_rest_since) its state is
+  /// that of the first keyframe, however long before. Where it cannot, returns false, leaves
+  /// `states` as it was and puts a message with value and bound into `error` (may be null).
+  /// slim_init/state_at.h does this for any buffer of samples.
   virtual bool statesAt(const InitResult& result, const std::vector<double>& times,
                         double max_reach_s, std::vector<NavState>* states,
                         std::string* error) const = 0;

@@ -66,8 +66,8 @@ class KeyframeWindow {
   /// The same with other keyframes from the same buffer: `selection` in place of the options.
   WindowCut cut(const WindowOptions& selection, int leave_out) const;
 
-  /// The same of the frames from `first` on [s, IMU clock]; kMinKeyframes are enough.
-  WindowCut cutSince(double first) const;
+  /// The same of the frames within `span` [s, IMU clock]; kMinKeyframes are enough.
+  WindowCut cutWithin(const WindowOptions& selection, const TimeSpan& span) const;
 
   /// The buffer as it is, to cut from while this one receives more data. Frames are shared, IMU
   /// samples are copied. It has no counts and no waiting lines.
@@ -100,7 +100,7 @@ class KeyframeWindow {
   bool merge(std::vector<LineObservation> lines, FrameObservation* observation);
   void mergeWaiting(double stamp, FrameObservation* observation);
   void waitForFrame(double stamp, std::vector<LineObservation> lines);
-  int newestCovered() const;
+  int newestCovered(double last) const;
   double frameTime(int i) const { return frames_[i].observation->t; }
   double imuStart(int newest) const;
   std::vector<int> chooseKeyframes(const WindowOptions& selection, int newest, double first,

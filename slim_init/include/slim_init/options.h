@@ -151,8 +151,9 @@ struct SlimOptions {
   bool tight_start = true;           ///< start from the closed-form tight alignment
   bool refine = true;                ///< off: the first start is the estimate
   bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
-  bool second_search = true;         ///< search for a lower minimum if the first is suspicious
-  int few_tracks = 50;               ///< with fewer point tracks it is searched for in any case
+  bool start_from_rest = true;  ///< the first motion after a rest is solved with that as a prior
+  bool second_search = true;    ///< search for a lower minimum if the first is suspicious
+  int few_tracks = 50;          ///< with fewer point tracks it is searched for in any case
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;

@@ -204,6 +204,10 @@ struct InitResult {
   /// "velocity", "gravity", "gyro_bias", "accel_bias".
   std::vector<std::string> prior_dropped;
 
+  /// The body stood still from here to the first keyframe [s, IMU clock]: a start from rest, whose
+  /// world has its origin and heading where the body stood. NaN: no such start.
+  double at_rest_since = kNotComputed;
+
   /// Covariance of the error state [theta, p, v] per keyframe followed by [b_g, b_a]; theta on the
   /// right of R_w_b. Empty where the method does not provide it (drt-l, slim-paper).
   Eigen::MatrixXd covariance;

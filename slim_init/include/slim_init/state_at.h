@@ -15,6 +15,9 @@ namespace slim_init {
 struct StateAtOptions {
   double max_reach_s = 1.0;     ///< before the first and after the last keyframe [s]
   double max_imu_gap_s = 0.05;  ///< [s] a longer gap between the samples in use is refused
+  /// The body stood still from here to the first keyframe [s]: no IMU data are needed there, and no
+  /// reach is too long. NaN: it did not.
+  double at_rest_since = kNotComputed;
 };
 
 /// The states at `times` [s, IMU clock], propagated there by the IMU at the biases of the

@@ -12,7 +12,7 @@
 namespace slim_init {
 
 /// A state that is known from elsewhere, with its covariance: the last one of an estimator before
-/// it failed.
+/// it failed, or that of a body at rest.
 struct StatePrior {
   /// In a gravity-aligned world w of any origin and heading, z up; time on the IMU clock.
   NavState state;
@@ -24,6 +24,9 @@ struct StatePrior {
   /// Extrinsics that the estimator has found, in place of those that the initializer was given; td
   /// comes through IInitializer::setTd(), and the readout time stays as it is.
   OptionalCalibration calibration;
+  /// The body stands there: a start, whose scale has to be known. A state in flight vouches for
+  /// velocity and attitude, with which an estimator goes on.
+  bool at_rest = false;
 
   /// Returns an empty string, or a message naming what is not finite, not a rotation, or no
   /// covariance.

@@ -39,6 +39,8 @@ class WindowSolver {
     none.message = name() + " has no provisional estimates";
     return none;
   }
+  /// Whether solveWithPrior() is more than its default.
+  virtual bool usesPriors() const { return false; }
   /// An estimate from a window whose first keyframe's state is known (`prior.state.t` is its time),
   /// in the world of the prior: four keyframes can be enough, at constant velocity and in hover
   /// too. Parts of the prior that the data contradict are not used and named in

@@ -118,10 +118,11 @@ void KeyframeWindow::waitForFrame(double stamp, std::vector<LineObservation> lin
   counts.lines_waiting = static_cast<std::int64_t>(waiting_.size());
 }
 
-// Index of the newest frame that the IMU covers, or -1.
-int KeyframeWindow::newestCovered() const {
+// Index of the newest frame up to `last` that the IMU covers, or -1.
+int KeyframeWindow::newestCovered(double last) const {
+  if (imu_.empty()) return -1;
   int newest = static_cast<int>(frames_.size()) - 1;
-  while (newest >= 0 && (imu_.empty() || frameTime(newest) > imu_.back().t)) --newest;
+  while (newest >= 0 && frameTime(newest) > std::min(last, imu_.back().t)) --newest;
   return newest;
 }
 
@@ -228,8 +229,8 @@ std::vector<ImuSample> KeyframeWindow::samplesCovering(double t_first, double t_
 
 WindowCut KeyframeWindow::cut(const WindowOptions& selection, int leave_out) const {
   std::string reason;
-  std::vector<int> chosen = chooseKeyframes(selection, newestCovered(),
-                                            -std::numeric_limits<double>::infinity(), &reason);
+  const double ever = std::numeric_limits<double>::infinity();
+  std::vector<int> chosen = chooseKeyframes(selection, newestCovered(ever), -ever, &reason);
   int needed = selection.min_keyframes;
   if (leave_out > 0) {
     chosen.erase(chosen.begin(),
@@ -239,9 +240,10 @@ WindowCut KeyframeWindow::cut(const WindowOptions& selection, int leave_out) con
   return makeWindow(chosen, needed, reason);
 }
 
-WindowCut KeyframeWindow::cutSince(double first) const {
+WindowCut KeyframeWindow::cutWithin(const WindowOptions& selection, const TimeSpan& span) const {
   std::string reason;
-  const std::vector<int> chosen = chooseKeyframes(options_, newestCovered(), first, &reason);
+  const std::vector<int> chosen =
+      chooseKeyframes(selection, newestCovered(span.last), span.first, &reason);
   return makeWindow(chosen, kMinKeyframes, reason);
 }
 

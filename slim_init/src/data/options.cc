@@ -230,6 +230,9 @@ OptionTable optionTable(SlimOptions* o) {
       advancedKey("estimate_calibration", &o->estimate_calibration,
                   "extrinsics, td and readout time are estimated within calibration_sigmas; off: "
                   "they are taken as exact"),
+      advancedKey("start_from_rest", &o->start_from_rest,
+                  "after at least 1 s at rest the first motion is solved with zero velocity, "
+                  "gravity and gyroscope bias of that rest as a prior; off: from the motion alone"),
       advancedKey("second_search", &o->second_search,
                   "search for a lower minimum if the first is suspicious (ablation)"),
       advancedKey("few_tracks", &o->few_tracks, {0, 100000}, "",

@@ -88,6 +88,12 @@ bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gra
     const auto right = std::lower_bound(keyframes.begin(), keyframes.end(), t,
                                         [](const NavState& s, double time) { return s.t < time; });
     const bool before = right == keyframes.begin();
+    if (before && t >= options.at_rest_since) {
+      result.push_back(*right);
+      result.back().t = t;
+      result.back().v_w_b.setZero();
+      continue;
+    }
     // The newest keyframe lies where the estimate of td has put it, which may be after the last
     // sample: then the one before it has to do.
     const bool uncovered = right != keyframes.end() && !imu.empty() && right->t > imu.back().t;

@@ -41,6 +41,28 @@ inline constexpr double kGolden = 0.6180339887498949;
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
 inline constexpr double kMinOtherScaleRise = 16.0;
 
+// ---- Rest (rest.h)
+
+/// Shortest rest [s]: in half of it 0.05 m/s towards a far scene pass for one (a quarter of such
+/// windows; none of 10,260 here). And time over which IMU samples are averaged to see motion [s].
+inline constexpr double kRestSpan = 1.0;
+inline constexpr double kRestStep = 0.1;
+/// Least median length of the noise of a bearing [px]. On images that stand it is below 0.1, and
+/// slow errors of the tracker would pass for motion; with this, half a pixel in a second does.
+inline constexpr double kLeastTrackNoise = 0.4;
+/// Fewer tracks over the whole rest say too little: with a dozen, 0.05 m/s pass in one window
+/// of 30.
+inline constexpr int kFewestTracksAtRest = 20;
+/// Means of the IMU at rest, in standard deviations of its noise: an idling engine is no white
+/// noise.
+inline constexpr double kMaxImuAtRest = 3.0;
+/// Standard deviations at rest: velocity [m/s], and what a mean over a rest does not tell about the
+/// flight after it, of specific force [m/s^2] (that of MH_04 changes by 0.06 as its rotors speed
+/// up) and rate [rad/s].
+inline constexpr double kRestVelocitySigma = 0.01;
+inline constexpr double kRestForceSigma = 0.05;
+inline constexpr double kRestRateSigma = 2e-4;
+
 // ---- Agreement of successive answers (slim_init/consistency_check.h)
 
 /// Two instants are the same when they are this close [s]: nearer than two images.
