@@ -33,8 +33,7 @@ answers() {
   shift
   slim_init_say "${name}"
   cmake -S . -B "${build}" -DSLIM_INIT_BUILD_TESTS=OFF -DSLIM_INIT_BUILD_BENCHMARKS=ON \
-    -DSLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF -DSLIM_INIT_BUILD_ROS=OFF \
-    -DSLIM_INIT_WERROR=ON "$@" >/dev/null
+    -DSLIM_INIT_BUILD_ROS=OFF -DSLIM_INIT_WERROR=ON "$@" >/dev/null
   cmake --build "${build}" --parallel "${SLIM_INIT_JOBS}" --target slim_init_bench
   rm -f "build-compare/${name}.csv"
   for source in "${sources[@]}"; do

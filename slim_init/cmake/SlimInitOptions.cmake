@@ -27,7 +27,7 @@ option(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES
        "Build feature_tracker_lines (cameras, configuration, trackers; needs OpenCV)" ON)
 option(SLIM_INIT_BUILD_EVALUATION "Build the simulation and evaluation libraries" ON)
 cmake_dependent_option(SLIM_INIT_BUILD_TOOLS "Build the slim_init program" ON
-                       "SLIM_INIT_BUILD_EVALUATION" OFF)
+                       "SLIM_INIT_BUILD_EVALUATION;SLIM_INIT_BUILD_FEATURE_TRACKER_LINES" OFF)
 # The nodes: where ROS 1 is found, or not at all, or an error where it is missing.
 set(SLIM_INIT_BUILD_ROS AUTO CACHE STRING "Build the ROS 1 nodes: AUTO (where ROS is found), ON, OFF")
 set_property(CACHE SLIM_INIT_BUILD_ROS PROPERTY STRINGS AUTO ON OFF)
