@@ -64,8 +64,9 @@ if(SLIM_INIT_IS_TOP_LEVEL AND NOT SLIM_INIT_IN_CATKIN)
   set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_CORE_PACKAGE_NAME slim-init)
   set(CPACK_DEBIAN_CORE_PACKAGE_SECTION science)
-  set(CPACK_DEBIAN_CORE_PACKAGE_DEPENDS "libeigen3-dev (>= 3.3)")
-  set(CPACK_DEBIAN_CORE_PACKAGE_RECOMMENDS "python3-pandas, python3-matplotlib, python3-jinja2")
+  # The reports need the three of Python.
+  set(CPACK_DEBIAN_CORE_PACKAGE_DEPENDS
+      "libeigen3-dev (>= 3.3), python3-pandas, python3-matplotlib, python3-jinja2")
   set(CPACK_DEBIAN_CORE_PACKAGE_SUGGESTS "povray, snakemake")
   set(CPACK_COMPONENT_CORE_DESCRIPTION
       "initialization of monocular visual-inertial estimators\nProgram, libraries, headers, CMake \
