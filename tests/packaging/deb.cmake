@@ -4,18 +4,7 @@
 #         -DCONSUMER_DIR=.. -DWORK_DIR=.. -P deb.cmake
 cmake_minimum_required(VERSION 3.16)
 
-function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE errors)
-  message("${output}${errors}")
-  if(NOT result EQUAL 0)
-    string(REPLACE ";" " " command "${ARGN}")
-    message(FATAL_ERROR "failed (${result}): ${command}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
-
-file(REMOVE_RECURSE ${WORK_DIR})
-file(MAKE_DIRECTORY ${WORK_DIR}/consumer)
+include(${CMAKE_CURRENT_LIST_DIR}/use_package.cmake)
 run(${CPACK} --config ${BUILD_DIR}/CPackConfig.cmake -C ${CONFIG} -B ${WORK_DIR})
 file(GLOB packages ${WORK_DIR}/*.deb)
 if(NOT packages MATCHES "/slim-init_${VERSION}_[a-z0-9]+\\.deb")
@@ -59,7 +48,4 @@ endif()
 
 file(GLOB_RECURSE package_file ${root}/usr/lib/*/slim_init-config.cmake)
 get_filename_component(package_dir "${package_file}" DIRECTORY)
-run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${CONSUMER_DIR} -B ${WORK_DIR}/consumer
-    -Dslim_init_DIR=${package_dir} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=${CONFIG})
-run(${CMAKE_COMMAND} --build ${WORK_DIR}/consumer --config ${CONFIG})
-run(${WORK_DIR}/consumer/consumer)
+use_package(${package_dir})
