@@ -37,6 +37,7 @@ libceres-dev        | needed | 2.1.0  | 1.14.0 | methods vins, openvins; ab --do
 povray              | needed | 3.7.0  | 3.7.0  | rendered sequences (slim_init simulate)
 libgtest-dev        | needed for tests | 1.12.1 | 1.10.0 | test framework
 libgmock-dev        | needed for tests | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
+libbenchmark-dev    | needed for tests | 1.7.1  | 1.5.0  | slim_init_bench
 python3-pandas      | needed | 1.5.3  | 0.25.3 | report of slim_init ab
 python3-jinja2      | needed | 3.1.2  | 2.10.1 | report of slim_init ab
 python3-matplotlib  | needed | 3.6.3  | 3.1.2  | pictures in the report of slim_init ab

@@ -60,7 +60,7 @@ sysroot="${dir}/sysroot"
 build="${dir}/build"
 
 # What is built against, and what of it (tests of the core's modules and of the front end).
-packages=(libc6-dev libstdc++-12-dev libeigen3-dev nlohmann-json3-dev libgtest-dev
+packages=(libc6-dev libstdc++-12-dev libeigen3-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
   libboost-program-options-dev libceres-dev libopencv-core-dev libopencv-imgproc-dev
   libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-video-dev)
 folders=(alignment config data derivation estimation feature_tracker_lines geometry imu lines methods

@@ -18,7 +18,7 @@ add_feature_info(rosbag _slim_init_bags
 add_feature_info(tools SLIM_INIT_BUILD_TOOLS "the slim_init program")
 add_feature_info(tests SLIM_INIT_BUILD_TESTS "run them with ctest")
 set(_slim_init_bench OFF)
-if(SLIM_INIT_BUILD_BENCHMARKS)
+if(SLIM_INIT_BUILD_BENCHMARKS AND benchmark_FOUND)
   set(_slim_init_bench ON)
 endif()
 add_feature_info(benchmarks _slim_init_bench "slim_init_bench")
