@@ -14,6 +14,7 @@
 #include "progress_bar.h"
 #include "python_report.h"
 #include "slim_init/evaluation/protocol.h"
+#include "slim_init/evaluation/provisional.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/write_file.h"
 #include "source_commit.h"
@@ -217,10 +218,47 @@ Failure runOnce(const AbOptions& options, AbRun* run) {
   return {};
 }
 
+/// What a host gets that takes provisional answers: table on the terminal, every question in a
+/// file.
+int runProvisionalAnswers(AbOptions options) {
+  LoadedSequence loaded;
+  if (std::string error = loadSequence(options, &loaded); !error.empty()) {
+    return fail({kExitBadInput, error});
+  }
+  options.initializer.provisional.enabled = true;
+  evaluation::ProvisionalRun run;
+  run.stride = options.stride;
+  run.max_trials = options.limit;
+  evaluation::ProtocolOptions protocol;
+  setDownstream(options, &protocol);
+  run.downstream = protocol.downstream;
+  std::vector<evaluation::ProvisionalRecord> records;
+  if (std::string error =
+          evaluation::runProvisional(loaded.sequence, options.initializer, run, &records);
+      !error.empty()) {
+    return fail({kExitBadInput, error});
+  }
+  if (std::string error = evaluation::makeReportDirectory(options.out); !error.empty()) {
+    return fail({kExitInternal, "--out: " + error});
+  }
+  const fs::path path = fs::path(options.out) / "provisional.csv";
+  if (std::string error = evaluation::writeFile(path.string(), evaluation::provisionalCsv(records));
+      !error.empty()) {
+    return fail({kExitInternal, error});
+  }
+  if (!options.quiet) {
+    std::cout << loaded.sequence.name << "\n"
+              << evaluation::provisionalTable(records, run.look_s) << "Data: " << path.string()
+              << "\n";
+  }
+  return kExitOk;
+}
+
 }  // namespace
 
 int runAb(AbOptions options) {
   if (const Failure failure = prepare(&options)) return fail(failure);
+  if (options.provisional) return runProvisionalAnswers(std::move(options));
   AbRun run;
   if (const Failure failure = runOnce(options, &run)) return fail(failure);
   if (!options.quiet) {

@@ -365,6 +365,10 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"out", &o.out, "DIR", "Folder for the data and the report", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
+      {"provisional", &o.provisional, "",
+       "Instead of the windows: `slim` solved at every image from every start until it succeeds, "
+       "provisional estimates included",
+       "provisional"},
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},

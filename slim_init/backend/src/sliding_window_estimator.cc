@@ -17,6 +17,7 @@
 #include "point_tracks.h"
 #include "prior.h"
 #include "reprojection_cost.h"
+#include "seed_information.h"
 #include "window.h"
 
 namespace slim_init::backend {
@@ -114,6 +115,40 @@ class SlidingWindowEstimator::Implementation {
     report.keyframe = true;
     // Twice: the intervals are integrated anew at the biases of the first solve.
     optimizeAndSlide(2, &report);
+    return report;
+  }
+
+  FrameReport seed(const NavState& newest, const Eigen::Matrix<double, 15, 15>& covariance) {
+    FrameReport report;
+    if (frames_.empty()) {
+      report.problem = "the window is empty: there is no frame to start from";
+      return report;
+    }
+    Eigen::MatrixXd root;
+    if (!newest.isFinite() || !seedInformation(newest, covariance, options_.anchor_position_m,
+                                               options_.anchor_yaw_rad, &root)) {
+      report.problem = "the state is not finite, or its covariance not positive definite";
+      return report;
+    }
+    while (frames_.size() > 1) removeFrame(0);
+    links_.clear();
+    anchor_.reset();
+    points_.forgetDistances();
+    Frame& frame = *frames_.back();
+    frame.set(newest);
+    prior_ = Prior();
+    for (const BlockKey& key : {poseOf(frame), motionOf(frame)}) {
+      prior_.blocks.push_back(key);
+      BlockPoint point;
+      point.R = newest.R_w_b;
+      point.x = key.kind == BlockKind::kPose ? Eigen::VectorXd(frame.poseVector())
+                                             : Eigen::VectorXd(frame.motionVector());
+      prior_.first.push_back(point);
+    }
+    prior_.J = root;
+    prior_.r0 = Eigen::VectorXd::Zero(root.rows());
+    seeded_ = true;
+    report.keyframe = true;
     return report;
   }
 
@@ -396,7 +431,9 @@ class SlidingWindowEstimator::Implementation {
       if (seeded_) marginalizeOldest();
       removeFrame(0);
     } else {
-      removeFrame(frames_.size() - 2);
+      const std::size_t second_newest = frames_.size() - 2;
+      if (seeded_) marginalizeFromPrior(*frames_[second_newest]);
+      removeFrame(second_newest);
     }
     trimImu(frames_.front()->t);
   }
@@ -447,6 +484,14 @@ class SlidingWindowEstimator::Implementation {
                              {track.views[static_cast<std::size_t>(v)].frame, BlockKind::kPose}});
     }
     marginalization->addPoint(point_views, track.inverse_distance, loss_);
+  }
+
+  void marginalizeFromPrior(const Frame& frame) {
+    for (const BlockKey& key : prior_.blocks) {
+      if (key.frame != frame.id) continue;
+      prior_ = Marginalization(frames_, prior_).eliminate({poseOf(frame), motionOf(frame)});
+      return;
+    }
   }
 
   void removeFrame(std::size_t index) {
@@ -504,6 +549,10 @@ FrameReport SlidingWindowEstimator::addFrame(const FrameObservation& frame) {
 }
 FrameReport SlidingWindowEstimator::seed(const std::vector<NavState>& states) {
   return implementation_->seed(states);
+}
+FrameReport SlidingWindowEstimator::seed(const NavState& newest,
+                                         const Eigen::Matrix<double, 15, 15>& covariance) {
+  return implementation_->seed(newest, covariance);
 }
 bool SlidingWindowEstimator::seeded() const { return implementation_->seeded(); }
 
