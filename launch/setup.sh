@@ -2,7 +2,6 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #
 # Set-up shared by launch/demo.sh and tests/run.sh: distribution packages, configure, build.
-# Both install the same packages and configure the same build.
 # Sourced, never run. Set before sourcing, all optional:
 #   SLIM_INIT_SKIP_PACKAGES=1  neither look for nor install distribution packages
 #   SLIM_INIT_BUILD_DIR=DIR    build folder (default: build/ in the repository)
@@ -14,11 +13,10 @@ SLIM_INIT_BUILD_DIR="${SLIM_INIT_BUILD_DIR:-${SLIM_INIT_ROOT}/build}"
 SLIM_INIT_JOBS="${SLIM_INIT_JOBS:-$(nproc)}"
 
 # What a bare system gets, one line a package; the names are the same on Debian 11, Debian 12 and
-# Ubuntu 20.04. Demo and tests get the same packages and the same configuration, so that the second
-# of the two commands finds its packages installed and most of its build done. Without a "needed"
-# package nothing is built. An "optional" one is installed where the system's sources have it, and so
-# is a "ros" one unless ROS itself is there (/opt/ros), with whose packages they must not be mixed;
-# what was left out without them is named in the last lines of the run.
+# Ubuntu 20.04. Those "for tests" are for tests and ROS nodes; the demo, which builds the program
+# alone, does without. Without a "needed" package nothing is built. An "optional" one is installed if
+# the system's sources have it, and so is a "ros" one unless ROS itself is there (/opt/ros), with
+# whose packages they must not be mixed; the last lines of the run name what was left out.
 # OpenCV: the module packages are enough (slim_init/cmake/FindSlimInitOpenCV.cmake), the far larger
 # libopencv-dev is not needed. The column of Ubuntu 20.04 is as published for it, not tried yet.
 # package | group | Debian 12 | Ubuntu 20.04 | what it is for
@@ -37,36 +35,37 @@ nlohmann-json3-dev  | needed | 3.11.2 | 3.7.3  | summary.json of the evaluation
 libboost-program-options-dev | needed | 1.74.0 | 1.71.0 | command line of the program slim_init
 libceres-dev        | needed | 2.1.0  | 1.14.0 | methods vins, openvins; ab --downstream; tests
 povray              | needed | 3.7.0  | 3.7.0  | rendered sequences (slim_init simulate)
-libgtest-dev        | needed | 1.12.1 | 1.10.0 | test framework
-libgmock-dev        | needed | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
-libbenchmark-dev    | needed | 1.7.1  | 1.5.0  | slim_init_bench
+libgtest-dev        | needed for tests | 1.12.1 | 1.10.0 | test framework
+libgmock-dev        | needed for tests | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
+libbenchmark-dev    | needed for tests | 1.7.1  | 1.5.0  | slim_init_bench
 python3-pandas      | needed | 1.5.3  | 0.25.3 | report of slim_init ab
 python3-jinja2      | needed | 3.1.2  | 2.10.1 | report of slim_init ab
 python3-matplotlib  | needed | 3.6.3  | 3.1.2  | pictures in the report of slim_init ab
-snakemake           | optional | 7.21.0 | 5.10.0 | suites of runs (slim_init/evaluation/suite)
+snakemake           | optional for tests | 7.21.0 | 5.10.0 | suites of runs (slim_init/evaluation/suite)
 ninja-build         | optional | 1.11.1 | 1.10.0 | faster builds (a new build folder uses it)
 ccache              | optional | 4.7.5  | 3.7.7  | faster builds the second time
-valgrind            | optional | 3.19.0 | 3.15.0 | test of the number of instructions of a solve
-doxygen             | optional | 1.9.4  | 1.8.17 | reference of the public headers, test of their comments
-clang-format        | optional | 14.0   | 10.0   | test of the source format (needs version 14)
+dpkg-dev            | optional for tests | 1.21   | 1.19   | Debian packages (cpack) and their test
+valgrind            | optional for tests | 3.19.0 | 3.15.0 | test of the number of instructions of a solve
+doxygen             | optional for tests | 1.9.4  | 1.8.17 | reference of the public headers, test of their comments
+clang-format        | optional for tests | 14.0   | 10.0   | test of the source format (needs version 14)
 librosbag-storage-dev | ros | 1.15.15 | 1.14.3 | bags of ROS 1: slim_init ab --bag
 libsensor-msgs-dev  | ros | 1.13.1 | 1.12.7 | the messages in those bags
-libroscpp-dev       | ros | 1.15.15 | 1.14.3 | the ROS 1 nodes
-ros-message-generation | ros | 0.4.1 | 0.4.0 | the messages of the ROS 1 nodes
-libstd-msgs-dev     | ros | 0.5.13 | 0.5.12 | the ROS 1 nodes
-ros-std-msgs        | ros | 0.5.13 | 0.5.12 | message definitions that ours contain
-ros-geometry-msgs   | ros | 1.13.1 | 1.12.7 | message definitions that ours contain
-libgeometry-msgs-dev | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
-libnav-msgs-dev     | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
-libdiagnostic-msgs-dev | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
-libvisualization-msgs-dev | ros | 1.13.1 | 1.12.7 | the ROS 1 nodes
-libtf2-msgs-dev     | ros | 0.7.6  | 0.6.5  | the ROS 1 nodes
-libstd-srvs-dev     | ros | 1.11.3 | 1.11.2 | the ROS 1 nodes
-python3-rostest     | ros | 1.15.15 | 1.14.3 | tests of the ROS 1 nodes under a roscore
-python3-rosbag      | ros | 1.15.15 | 1.14.3 | rosbag play, in the tests of the ROS 1 nodes
-catkin              | ros | 0.8.10 | 0.7.20 | test of the catkin package
-rosbash             | ros | 1.15.8 | 1.14.7 | rosrun, in the test of the catkin package
-python3-rosmsg      | ros | 1.15.15 | 1.14.3 | rosmsg, in the test of the catkin package
+libroscpp-dev       | ros for tests | 1.15.15 | 1.14.3 | the ROS 1 nodes
+ros-message-generation | ros for tests | 0.4.1 | 0.4.0 | the messages of the ROS 1 nodes
+libstd-msgs-dev     | ros for tests | 0.5.13 | 0.5.12 | the ROS 1 nodes
+ros-std-msgs        | ros for tests | 0.5.13 | 0.5.12 | message definitions that ours contain
+ros-geometry-msgs   | ros for tests | 1.13.1 | 1.12.7 | message definitions that ours contain
+libgeometry-msgs-dev | ros for tests | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libnav-msgs-dev     | ros for tests | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libdiagnostic-msgs-dev | ros for tests | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libvisualization-msgs-dev | ros for tests | 1.13.1 | 1.12.7 | the ROS 1 nodes
+libtf2-msgs-dev     | ros for tests | 0.7.6  | 0.6.5  | the ROS 1 nodes
+libstd-srvs-dev     | ros for tests | 1.11.3 | 1.11.2 | the ROS 1 nodes
+python3-rostest     | ros for tests | 1.15.15 | 1.14.3 | tests of the ROS 1 nodes under a roscore
+python3-rosbag      | ros for tests | 1.15.15 | 1.14.3 | rosbag play, in the tests of the ROS 1 nodes
+catkin              | ros for tests | 0.8.10 | 0.7.20 | test of the catkin package
+rosbash             | ros for tests | 1.15.8 | 1.14.7 | rosrun, in the test of the catkin package
+python3-rosmsg      | ros for tests | 1.15.15 | 1.14.3 | rosmsg, in the test of the catkin package
 '
 
 # What the run says at its end (slim_init_summary): optional packages that could not be installed,
@@ -92,10 +91,12 @@ slim_init_timed() {
   SLIM_INIT_TIMES+=("${name} $(slim_init_duration $((SECONDS - begin)))")
 }
 
-# Prints the names in the table above of group "$1" (needed|optional|ros).
+# Prints the names in the table above of group "$1" (needed|optional|ros), with those for tests unless
+# the program alone is wanted.
 slim_init_packages() {
-  awk -F'|' -v group="$1" 'NF == 5 { gsub(/ /, "", $1); gsub(/ /, "", $2);
-    if ($2 == group) print $1 }' <<<"${SLIM_INIT_PACKAGES}"
+  awk -F'|' -v group="$1" -v program="${SLIM_INIT_PROGRAM_ONLY:-}" 'NF == 5 { gsub(/ /, "", $1);
+    split($2, words, " "); if (words[1] == group && !(program && words[2])) print $1
+    }' <<<"${SLIM_INIT_PACKAGES}"
 }
 slim_init_purpose() {
   awk -F'|' -v name="$1" 'NF == 5 { gsub(/ /, "", $1); sub(/^ */, "", $5);
@@ -242,10 +243,15 @@ slim_init_install_packages() {
   slim_init_install_optional "${missing_optional[@]}"
 }
 
-# Configures Release with tests and benchmarks, for demo and tests alike.
+# Configures Release with tests and benchmarks; without, if the program alone is wanted and the build
+# folder is new.
 slim_init_configure() {
-  local -a options=(-DCMAKE_BUILD_TYPE=Release -DSLIM_INIT_BUILD_TESTS=ON
-    -DSLIM_INIT_BUILD_BENCHMARKS=ON)
+  local -a options=(-DCMAKE_BUILD_TYPE=Release)
+  local tests=ON
+  [[ -z "${SLIM_INIT_PROGRAM_ONLY:-}" ]] || tests=OFF
+  if [[ "${tests}" == ON || ! -f "${SLIM_INIT_BUILD_DIR}/CMakeCache.txt" ]]; then
+    options+=("-DSLIM_INIT_BUILD_TESTS=${tests}" "-DSLIM_INIT_BUILD_BENCHMARKS=${tests}")
+  fi
   # Only said where it is meant, so that a user's own choice in the build folder stays.
   if [[ "${CI:-}" == true || "${CI:-}" == 1 ]]; then
     options+=(-DSLIM_INIT_WERROR=ON)
@@ -265,7 +271,8 @@ slim_init_build() {
     slim_init_die "the build failed; the compiler's message is above"
 }
 
-# Packages, configuration, build: what both commands begin with. Arguments as slim_init_build.
+# Packages, configuration, build: what both commands begin with. Arguments as slim_init_build. With
+# SLIM_INIT_PROGRAM_ONLY=1 for the program alone.
 slim_init_set_up() {
   slim_init_timed packages slim_init_install_packages
   slim_init_timed configuration slim_init_configure

@@ -2,10 +2,12 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #
 # Runs the two commands of the README on a bare Debian: a minimal system made by debootstrap in a
-# folder, a clean clone of this repository's last commit in it, and nothing else. Reports the times
-# and what was left out, and fails if a command fails or a test is missing without being named.
+# folder, a clean clone of this repository's last commit in it, and nothing else. Then installs the
+# Debian package of that build in another one, and runs its demo. Reports the times and what was left
+# out, and fails if a command fails or a test is missing without being named.
 # Needs root, debootstrap (installed if it is missing), network, and about 5 GB.
-#   sudo ./tests/bare_machine.sh [--suite NAME] [--mirror URL] [--dir DIR] [--keep]
+#   sudo ./tests/bare_machine.sh [--suite NAME] [--mirror URL] [--dir DIR] [--keep] [--package DEB]
+#     --package DEB  only installs this package and runs its demo
 #     --suite NAME  release of Debian (default: bookworm, which is Debian 12)
 #     --mirror URL  where packages come from (default: where this machine has that release from)
 #     --dir DIR     folder for system and logs (default: a new one in TMPDIR); must not exist
@@ -29,8 +31,8 @@ run_in_chroot() {
   for name in http_proxy https_proxy no_proxy; do
     [[ -z "${!name:-}" ]] || proxy+=("${name}=${!name}")
   done
-  exec chroot "$1" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin "${proxy[@]}" \
-    /bin/bash -c "cd /slim_init && $2" </dev/null
+  exec chroot "$1" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin \
+    DEBIAN_FRONTEND=noninteractive "${proxy[@]}" /bin/bash -c "cd /slim_init && $2" </dev/null
 }
 if [[ "${1:-}" == --in-namespace ]]; then
   run_in_chroot "$2" "$3"
@@ -41,19 +43,20 @@ suite=bookworm
 mirror=
 dir=
 keep=
+package=
 while [[ $# -gt 0 ]]; do
   case "$1" in
-    --suite | --mirror | --dir)
+    --suite | --mirror | --dir | --package)
       [[ $# -ge 2 ]] || die "$1 needs a value"
       printf -v "${1#--}" '%s' "$2"
       shift
       ;;
     --keep) keep=1 ;;
     -h | --help)
-      sed -n '4,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      sed -n '4,14s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
       exit 0
       ;;
-    *) die "unknown option $1 (known: --suite, --mirror, --dir, --keep, --help)" ;;
+    *) die "unknown option $1 (known: --suite, --mirror, --dir, --keep, --package, --help)" ;;
   esac
   shift
 done
@@ -95,31 +98,79 @@ system="${dir}/system"
 
 clean_up() {
   # Nothing is mounted below in this namespace; --one-file-system would keep out of it if there were.
-  [[ -n "${keep}" ]] || rm -rf --one-file-system "${system}"
+  [[ -n "${keep}" ]] || rm -rf --one-file-system "${system}" "${dir}/package_system"
 }
 trap clean_up EXIT
 trap 'exit 130' INT TERM
 
-say "A bare ${suite} in ${system}"
-begin=${SECONDS}
-include=()
-[[ "${mirror}" != https:* ]] || include=(--include=ca-certificates)
-debootstrap --variant=minbase --keyring="${keyring}" "${include[@]}" "${suite}" "${system}" \
-  "${mirror}" >"${dir}/debootstrap.log" 2>&1 ||
-  die "debootstrap failed: $(tail -n 3 "${dir}/debootstrap.log")"
-echo "    $(duration $((SECONDS - begin)))"
+# make_system <folder>
+make_system() {
+  say "A bare ${suite} in ${1}"
+  local begin=${SECONDS} file
+  local -a include=()
+  [[ "${mirror}" != https:* ]] || include=(--include=ca-certificates)
+  debootstrap --variant=minbase --keyring="${keyring}" "${include[@]}" "${suite}" "${1}" \
+    "${mirror}" >"${dir}/debootstrap.log" 2>&1 ||
+    die "debootstrap failed: $(tail -n 3 "${dir}/debootstrap.log")"
+  echo "    $(duration $((SECONDS - begin)))"
 
-# What decides whether the network is reached from here: proxies, name resolution, and updates of the
-# same release; no credentials.
-apt-config dump | grep -E '^Acquire::((http|https|ftp)::|Check-|ForceIPv)' \
-  >"${system}/etc/apt/apt.conf.d/90host" || true
-awk -v suite="${suite}" '($1 == suite || index($1, suite "-") == 1) && $3 == "main" {
-    print "deb", $2, $1, $3 }' <<<"${sources}" >"${dir}/sources.list"
-[[ ! -s "${dir}/sources.list" ]] || cp "${dir}/sources.list" "${system}/etc/apt/sources.list"
-rm -f "${dir}/sources.list"
-for file in /etc/resolv.conf /etc/hosts; do
-  [[ ! -f "${file}" ]] || cp -L "${file}" "${system}${file}"
-done
+  # What decides whether the network is reached from here: proxies, name resolution, and updates of the
+  # same release; no credentials.
+  apt-config dump | grep -E '^Acquire::((http|https|ftp)::|Check-|ForceIPv)' \
+    >"${1}/etc/apt/apt.conf.d/90host" || true
+  awk -v suite="${suite}" '($1 == suite || index($1, suite "-") == 1) && $3 == "main" {
+      print "deb", $2, $1, $3 }' <<<"${sources}" >"${dir}/sources.list"
+  [[ ! -s "${dir}/sources.list" ]] || cp "${dir}/sources.list" "${1}/etc/apt/sources.list"
+  rm -f "${dir}/sources.list"
+  for file in /etc/resolv.conf /etc/hosts; do
+    [[ ! -f "${file}" ]] || cp -L "${file}" "${1}${file}"
+  done
+}
+
+# run_in <system> <command> <log>: notes the time, and the command if it fails.
+failed=()
+times=()
+run_in() {
+  local begin=${SECONDS} status=0
+  say "$2 (log: $3)"
+  unshare --mount --pid --fork --kill-child --propagation private \
+    "${BASH_SOURCE[0]}" --in-namespace "$1" "$2" >"$3" 2>&1 || status=$?
+  times+=("$2: $(duration $((SECONDS - begin)))")
+  [[ ${status} -ne 0 ]] || return 0
+  failed+=("$2 (exit ${status})")
+  tail -n 40 "$3"
+  return 1
+}
+
+# What a user of the package does, on a system without anything of ours.
+try_package() {
+  local begin
+  make_system "${dir}/package_system"
+  mkdir "${dir}/package_system/slim_init"
+  cp "$1" "${dir}/package_system/slim_init/slim-init.deb"
+  run_in "${dir}/package_system" "apt-get -q update && apt-get -qy install --no-install-recommends ./slim-init.deb" \
+    "${dir}/install.log" || return 0
+  begin=${SECONDS}
+  run_in "${dir}/package_system" "slim_init demo" "${dir}/demo.log" || return 0
+  [[ $((SECONDS - begin)) -le 90 ]] || failed+=("slim_init demo: above 90 s")
+  [[ -f "${dir}/package_system/slim_init/slim_init_demo/report.html" ]] ||
+    failed+=("slim_init demo wrote no page")
+}
+
+finish() {
+  say "Bare ${suite}: $(printf '%s; ' "${times[@]}")logs in ${dir}"
+  [[ ${#failed[@]} -eq 0 ]] || {
+    printf 'failed: %s\n' "${failed[@]}" >&2
+    exit 1
+  }
+}
+
+if [[ -n "${package}" ]]; then
+  try_package "${package}"
+  finish
+  exit 0
+fi
+make_system "${system}"
 
 # A clone of the last commit, by way of a bundle: the repository may belong to another user than root,
 # from whom git takes nothing unless it is asked to.
@@ -131,22 +182,9 @@ git -c advice.detachedHead=false clone -q "${dir}/repository.bundle" "${system}/
   die "the repository could not be cloned"
 rm "${dir}/repository.bundle"
 
-failed=()
-times=()
 for index in "${!commands[@]}"; do
-  command="${commands[index]}"
   log="${dir}/command_$((index + 1)).log"
-  say "${command} (log: ${log})"
-  begin=${SECONDS}
-  status=0
-  unshare --mount --pid --fork --kill-child --propagation private \
-    "${BASH_SOURCE[0]}" --in-namespace "${system}" "${command}" >"${log}" 2>&1 || status=$?
-  times+=("${command}: $(duration $((SECONDS - begin)))")
-  if [[ ${status} -ne 0 ]]; then
-    failed+=("${command} (exit ${status})")
-    tail -n 40 "${log}"
-    break
-  fi
+  run_in "${system}" "${commands[index]}" "${log}" || break
   sed -n '/^==> Times: /,$p' "${log}"
 done
 
@@ -164,9 +202,8 @@ if [[ ${#failed[@]} -eq 0 ]]; then
   done <"${dir}/declared_tests"
 fi
 
-say "Bare ${suite}: $(printf '%s; ' "${times[@]}")logs in ${dir}"
-if [[ ${#failed[@]} -gt 0 ]]; then
-  printf 'failed: %s\n' "${failed[@]}" >&2
-  exit 1
+if [[ ${#failed[@]} -eq 0 ]] && run_in "${system}" "cd build && cpack" "${dir}/cpack.log"; then
+  try_package "${system}"/slim_init/build/slim-init_*.deb
 fi
-echo "    both commands succeeded; $(grep -E 'tests passed' "${log}" | tail -n 1)"
+finish
+echo "    all succeeded; $(grep -E 'tests passed' "${log}" | tail -n 1)"

@@ -27,7 +27,7 @@ option(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES
        "Build feature_tracker_lines (cameras, configuration, trackers; needs OpenCV)" ON)
 option(SLIM_INIT_BUILD_EVALUATION "Build the simulation and evaluation libraries" ON)
 cmake_dependent_option(SLIM_INIT_BUILD_TOOLS "Build the slim_init program" ON
-                       "SLIM_INIT_BUILD_EVALUATION" OFF)
+                       "SLIM_INIT_BUILD_EVALUATION;SLIM_INIT_BUILD_FEATURE_TRACKER_LINES" OFF)
 # The nodes: where ROS 1 is found, or not at all, or an error where it is missing.
 set(SLIM_INIT_BUILD_ROS AUTO CACHE STRING "Build the ROS 1 nodes: AUTO (where ROS is found), ON, OFF")
 set_property(CACHE SLIM_INIT_BUILD_ROS PROPERTY STRINGS AUTO ON OFF)
@@ -38,9 +38,11 @@ option(SLIM_INIT_FUZZ "Build the fuzz targets of tests/fuzz with libFuzzer (Clan
 set(SLIM_INIT_SANITIZE "" CACHE STRING "Sanitizers, for example \"address;undefined\"")
 set(SLIM_INIT_SANITIZE_NOT "" CACHE STRING "Checks of SLIM_INIT_SANITIZE to leave out, for example \"null\"")
 
-# Recompiling the same file is the larger part of a developer's day.
+# Recompiling the same file is the larger part of a developer's day. The two kinds of sloppiness let
+# ccache work with a precompiled header (its manual, "Precompiled headers").
 find_program(SLIM_INIT_CCACHE ccache)
 mark_as_advanced(SLIM_INIT_CCACHE)
 if(SLIM_INIT_IS_TOP_LEVEL AND SLIM_INIT_CCACHE AND NOT DEFINED CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${SLIM_INIT_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER
+      ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${SLIM_INIT_CCACHE})
 endif()

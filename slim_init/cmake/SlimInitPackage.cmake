@@ -46,3 +46,37 @@ endif()
 
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/slim_init/config)
+
+# Debian packages: `cpack` in the build folder. The libraries that the programs need are read from
+# them (dpkg-shlibdeps, package dpkg-dev).
+if(SLIM_INIT_IS_TOP_LEVEL AND NOT SLIM_INIT_IN_CATKIN)
+  set(CPACK_GENERATOR DEB)
+  set(CPACK_PACKAGE_NAME slim-init)
+  set(CPACK_PACKAGE_CONTACT "the slim_init authors")
+  set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+  set(CPACK_STRIP_FILES ON)
+  set(CPACK_COMPONENTS_ALL core)
+  if(SLIM_INIT_WITH_ROS)
+    list(APPEND CPACK_COMPONENTS_ALL ros)
+  endif()
+  set(CPACK_DEB_COMPONENT_INSTALL ON)
+  set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_CORE_PACKAGE_NAME slim-init)
+  set(CPACK_DEBIAN_CORE_PACKAGE_SECTION science)
+  # The reports need the three of Python.
+  set(CPACK_DEBIAN_CORE_PACKAGE_DEPENDS
+      "libeigen3-dev (>= 3.3), python3-pandas, python3-matplotlib, python3-jinja2")
+  set(CPACK_DEBIAN_CORE_PACKAGE_SUGGESTS "povray, snakemake")
+  set(CPACK_COMPONENT_CORE_DESCRIPTION
+      "initialization of monocular visual-inertial estimators\nProgram, libraries, headers, CMake \
+files and configuration.")
+  set(CPACK_DEBIAN_ROS_PACKAGE_NAME slim-init-ros)
+  set(CPACK_DEBIAN_ROS_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_ROS_PACKAGE_DEPENDS "slim-init (= ${PROJECT_VERSION})")
+  set(CPACK_DEBIAN_ROS_PACKAGE_RECOMMENDS "python3-roslaunch, rosbash, python3-rosbag")
+  set(CPACK_COMPONENT_ROS_DESCRIPTION
+      "initialization of monocular visual-inertial estimators, ROS 1\nNodes, messages and launch \
+files.")
+  include(CPack)
+endif()

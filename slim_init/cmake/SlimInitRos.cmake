@@ -169,9 +169,11 @@ add_custom_command(
 add_custom_target(slim_init_messages ALL DEPENDS ${_sir_outputs} ${_sir_python}/__init__.py)
 set(SLIM_INIT_ROS_INCLUDE_DIR ${_sir_include})
 
-install(DIRECTORY ${_sir_include}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(DIRECTORY ${SLIM_INIT_ROS_PYTHON_DIR}/ DESTINATION lib/python3/dist-packages
+install(DIRECTORY ${_sir_include}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT ros)
+install(DIRECTORY ${SLIM_INIT_ROS_PYTHON_DIR}/ DESTINATION lib/python3/dist-packages COMPONENT ros
         PATTERN "__pycache__" EXCLUDE)
-install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/slim_init)
-install(DIRECTORY ${SLIM_INIT_ROS_MESSAGE_DIR} DESTINATION ${CMAKE_INSTALL_DATADIR}/slim_init)
+install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/slim_init
+        COMPONENT ros)
+install(DIRECTORY ${SLIM_INIT_ROS_MESSAGE_DIR} DESTINATION ${CMAKE_INSTALL_DATADIR}/slim_init
+        COMPONENT ros)
 set(SLIM_INIT_ROS_NODE_DESTINATION lib/slim_init)

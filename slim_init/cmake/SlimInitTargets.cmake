@@ -5,6 +5,9 @@ if(SLIM_INIT_IS_TOP_LEVEL)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 endif()
 
+# What is installed belongs to the package slim-init unless a folder or command says `ros`.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME core)
+
 # version.h is what consumers see of the version; it has to be the project's.
 file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/../include/slim_init/version.h _version_lines
      REGEX "^#define SLIM_INIT_VERSION_(MAJOR|MINOR|PATCH) |kVersion = ")
@@ -25,7 +28,15 @@ endif()
 # Warnings, C++17 and sanitizers; private, so that no consumer inherits them.
 function(slim_init_configure_target target)
   target_compile_features(${target} PUBLIC cxx_std_17)
-  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+  # Programs too: what is precompiled once has one set of flags.
+  target_compile_options(${target} PRIVATE -fPIC)
+  # The headers that most sources include are parsed once, for the core, and taken over by the others.
+  if(target STREQUAL "slim_init_core")
+    target_precompile_headers(${target} PRIVATE ${PROJECT_SOURCE_DIR}/slim_init/cmake/precompiled.h)
+  else()
+    target_precompile_headers(${target} REUSE_FROM slim_init_core)
+  endif()
   if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
     target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                                              -Wcast-align -Woverloaded-virtual)

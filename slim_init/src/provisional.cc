@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "provisional.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 
 #include "alignment/starting_states.h"
 #include "data/with_observations.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "rotation_stage.h"
 #include "solver_support.h"
@@ -236,10 +236,9 @@ NewestSigmas newestSigmas(const InitResult& result) {
   J.block<3, 3>(0, 6) = R_b_w;
   const Eigen::Vector3d up = R_b_w.col(2);
   J.block<2, 3>(3, 0) = tangentBasis(up).transpose() * skew(up);
-  const Eigen::Matrix<double, 5, 5> S = J * P * J.transpose();
-  const auto largest = [](const Eigen::MatrixXd& A) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A, Eigen::EigenvaluesOnly);
-    return std::sqrt(eigen.eigenvalues().maxCoeff());
+  const Eigen::Matrix<double, 5, 5> S = propagated(J, P);
+  const auto largest = [](const DenseView& A) {
+    return std::sqrt(symmetricEigen(A).values.maxCoeff());
   };
   out.velocity = largest(S.topLeftCorner<3, 3>());
   out.tilt_deg = largest(S.bottomRightCorner<2, 2>()) * 180.0 / M_PI;
@@ -256,7 +255,7 @@ bool agrees(const InitResult& earlier, const InitResult& now) {
       });
   if (!(std::abs(nearest->t - before.t) < kSameInstant)) return false;
   const auto within = [](const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance) {
-    return difference.dot(covariance.ldlt().solve(difference)) < kMaxDisagreement;
+    return difference.dot(solveSymmetric(covariance, difference).col(0)) < kMaxDisagreement;
   };
   const Eigen::Matrix3d R_b_w = before.R_w_b.transpose();
   const Eigen::Vector3d v = R_b_w * before.v_w_b;

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recovery.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -12,6 +11,7 @@
 #include "data/with_calibration.h"
 #include "data/with_observations.h"
 #include "estimation/refine_window.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "minimum_search.h"
 #include "move_to_frame.h"
@@ -67,10 +67,9 @@ bool knownStateOf(const InitWindow& tracks, const RefinedWindow& refined, const 
   const int rest = kStateColumns - 3 - (refined.with_rig ? 0 : StateLayout::kRig - 1);
   J.middleRows(at.gyroBias() - StateLayout::kGauge, rest) =
       out->residual.J.middleCols(3, rest).transpose();
-  const Eigen::LLT<Eigen::MatrixXd> information(refined.information);
-  if (information.info() != Eigen::Success) return false;
-  const Eigen::MatrixXd half = information.matrixL().solve(J);
-  out->posterior = half.transpose() * half;
+  Eigen::MatrixXd posterior;
+  if (!inverseSeenBy(refined.information, J, &posterior)) return false;
+  out->posterior = posterior;
   return out->posterior.allFinite();
 }
 
@@ -79,8 +78,8 @@ bool knownStateOf(const InitWindow& tracks, const RefinedWindow& refined, const 
 // what follows from them follows all the same.
 NavState corrected(const StatePrior& prior, const StateVector& r) {
   const Eigen::Matrix<double, kStateRows, 15> Y = stateRows(prior.state);
-  const Eigen::Matrix<double, 15, kStateRows> PY = prior.covariance * Y.transpose();
-  const Eigen::Matrix<double, 15, 1> step = PY * StateCovariance(Y * PY).ldlt().solve(r);
+  const Eigen::MatrixXd PY = product(prior.covariance, Y.transpose());
+  const Eigen::Matrix<double, 15, 1> step = product(PY, solveSymmetric(product(Y, PY), r));
   NavState state = prior.state;
   state.R_w_b = state.R_w_b * expSO3(step.head<3>());
   state.p_w_b += step.segment<3>(3);
@@ -215,10 +214,9 @@ void setMessage(InitResult* result) {
 std::string checkPrior(const InitWindow& window, const StatePrior& prior,
                        const StateFactor& known) {
   if (std::string problem = prior.validate(); !problem.empty()) return problem;
-  if (Eigen::LLT<StateCovariance>(known.covariance).info() != Eigen::Success) {
+  if (!isPositiveDefinite(known.covariance)) {
     return "the covariance of the last healthy state is not positive definite in velocity, tilt "
-           "and "
-           "biases";
+           "and biases";
   }
   if (!(std::abs(prior.state.t - window.times().front()) < kSameInstant)) {
     return "the last healthy state is not that of the first keyframe";

@@ -11,7 +11,6 @@
 #include <sstream>
 #include <utility>
 
-#include "python_report.h"
 #include "slim_init/config/edit_distance.h"
 
 namespace slim_init::tools {
@@ -27,6 +26,8 @@ struct Subcommand {
   CommandLine::Action action;
 };
 constexpr Subcommand kSubcommands[] = {
+    {"demo", "Compare slim, vins and openvins on a built-in motion, as recorded and miscalibrated",
+     CommandLine::Action::kDemo},
     {"ab", "Compare initializers on identical windows", CommandLine::Action::kAb},
     {"simulate", "Render a motion through a scene: images, IMU data, ground truth",
      CommandLine::Action::kSimulate},
@@ -177,13 +178,6 @@ bool has(const Given& given, const std::string& name) {
                      [&name](const auto& option) { return option.first == name; });
 }
 
-/// --suite, which `slim_init ab` had once.
-bool asksForSuite(const std::vector<std::string>& arguments) {
-  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
-    return argument == "--suite" || argument.rfind("--suite=", 0) == 0;
-  });
-}
-
 std::string setOptions(const Given& given, const std::vector<AbOption>& table) {
   for (const auto& [name, value] : given) {
     const auto option =
@@ -236,13 +230,10 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
     line->report = after;
     return "";
   }
-  if (subcommand->action == CommandLine::Action::kAb && asksForSuite(after)) {
-    return "--suite is now a Snakemake workflow (package snakemake): snakemake -s " + suiteFile() +
-           " --cores 4 --config recorded=DIR euroc=DIR out=DIR (docs/evaluation.md, Suite)";
-  }
   // Bound to the fields of `line`; their values are the defaults that the help shows.
   std::vector<AbOption> table;
   if (subcommand->action == CommandLine::Action::kAb) table = abOptionTable(&line->ab);
+  if (subcommand->action == CommandLine::Action::kDemo) table = demoOptionTable(&line->demo);
   if (subcommand->action == CommandLine::Action::kSimulate) {
     table = simulateOptionTable(&line->simulate);
   }

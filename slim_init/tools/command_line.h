@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ab_options.h"
+#include "demo.h"
 #include "doctor_options.h"
 #include "options.h"
 #include "simulate_options.h"
@@ -18,6 +19,7 @@ struct CommandLine {
     kHelp,
     kVersion,
     kAb,
+    kDemo,
     kSimulate,
     kTracks,
     kDoctor,
@@ -28,6 +30,7 @@ struct CommandLine {
   Action action = Action::kHelp;
   std::string help;                 ///< kHelp: what to print
   AbOptions ab;                     ///< kAb
+  DemoCommand demo;                 ///< kDemo
   SimulateOptions simulate;         ///< kSimulate
   TracksOptions tracks;             ///< kTracks
   DoctorCommand doctor;             ///< kDoctor

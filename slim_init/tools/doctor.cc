@@ -1,20 +1,16 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "doctor.h"
 
-#include <iostream>
-
-#include "exit_code.h"
-
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
 #include <unistd.h>
 
 #include <cstdlib>
 #include <exception>
+#include <iostream>
 #include <memory>
 #include <opencv2/core/utility.hpp>
 #include <string>
 
+#include "exit_code.h"
 #include "load_images.h"
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
@@ -104,17 +100,3 @@ int runDoctor(const DoctorCommand& command) {
 }
 
 }  // namespace slim_init::tools
-
-#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-namespace slim_init::tools {
-
-int runDoctor(const DoctorCommand&) {
-  std::cerr << "slim_init: doctor is not part of this program: it was built without "
-               "feature_tracker_lines (SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)\n";
-  return kExitBadInput;
-}
-
-}  // namespace slim_init::tools
-
-#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

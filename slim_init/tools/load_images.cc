@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "load_images.h"
 
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
 #include <exception>
 #include <filesystem>
 #include <memory>
@@ -189,17 +187,3 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
 }
 
 }  // namespace slim_init::tools
-
-#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-namespace slim_init::tools {
-
-std::string loadImages(const AbOptions& options, LoadedSequence* /*loaded*/) {
-  return (options.asl.empty() ? options.bag : options.asl) +
-         " cannot be used: this program was built without feature_tracker_lines "
-         "(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)";
-}
-
-}  // namespace slim_init::tools
-
-#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

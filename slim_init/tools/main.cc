@@ -8,6 +8,7 @@
 
 #include "ab.h"
 #include "command_line.h"
+#include "demo.h"
 #include "doctor.h"
 #include "exit_code.h"
 #include "methods.h"
@@ -45,6 +46,7 @@ int run(int argc, char** argv) {
     case CommandLine::Action::kDoctor: return slim_init::tools::runDoctor(line.doctor);
     case CommandLine::Action::kTracks: return slim_init::tools::runTracks(line.tracks);
     case CommandLine::Action::kReport: return slim_init::tools::runReport(line.report);
+    case CommandLine::Action::kDemo: return slim_init::tools::runDemo(line.demo);
     case CommandLine::Action::kAb: break;
   }
   // For the report, so that the run can be repeated by copying the line.

@@ -5,10 +5,8 @@
 #include <utility>
 
 #include "exit_code.h"
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/write_file.h"
-#endif
 
 namespace slim_init::tools {
 
@@ -23,8 +21,6 @@ std::vector<AbOption> optionsOptionTable(OptionsCommand* options) {
        ""},
   };
 }
-
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 
 namespace {
 
@@ -58,15 +54,5 @@ int runOptions(const OptionsCommand& options) {
             << "', must be user, advanced, compared or all\n";
   return kExitBadInput;
 }
-
-#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-int runOptions(const OptionsCommand&) {
-  std::cerr << "slim_init: options: this program was built without feature_tracker_lines "
-               "(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)\n";
-  return kExitBadInput;
-}
-
-#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 
 }  // namespace slim_init::tools

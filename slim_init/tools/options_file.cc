@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "options_file.h"
 
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -109,18 +107,3 @@ std::string readConfiguration(AbOptions* options) {
 }
 
 }  // namespace slim_init::tools
-
-#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-namespace slim_init::tools {
-
-std::string readConfiguration(AbOptions* options) {
-  const bool config = !options->config_file.empty();
-  return (config ? "--config: " + options->config_file : "--options: " + options->options_file) +
-         " cannot be read: this program was built without feature_tracker_lines "
-         "(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)";
-}
-
-}  // namespace slim_init::tools
-
-#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

@@ -93,7 +93,7 @@ std::vector<std::string> packageCommand(std::string* message) {
 
 }  // namespace
 
-ReportOutcome makeReport(const std::string& directory) {
+ReportOutcome makeReport(const std::string& directory, const std::vector<std::string>& demo) {
   ReportOutcome outcome;
   std::vector<std::string> command = packageCommand(&outcome.message);
   if (command.empty()) {
@@ -101,7 +101,10 @@ ReportOutcome makeReport(const std::string& directory) {
         "no report: " + outcome.message + "; `slim_init report " + directory + "` writes it later";
     return outcome;
   }
-  command.insert(command.end(), {"--", directory});
+  if (!demo.empty()) command.insert(command.end(), {"--demo", "--out", directory});
+  command.emplace_back("--");
+  if (demo.empty()) command.push_back(directory);
+  command.insert(command.end(), demo.begin(), demo.end());
   outcome.written = run(command, false, true) == kExitOk;
   if (!outcome.written) {
     outcome.code = kExitInternal;
@@ -120,11 +123,6 @@ int runReport(const std::vector<std::string>& arguments) {
   command.insert(command.end(), arguments.begin(), arguments.end());
   const int code = run(command, true, true);
   return code < 0 ? static_cast<int>(kExitInternal) : code;
-}
-
-std::string suiteFile() {
-  const fs::path file = sharedFile("suite/Snakefile");
-  return file.empty() ? "slim_init/evaluation/suite/Snakefile" : file.string();
 }
 
 }  // namespace slim_init::tools

@@ -17,13 +17,11 @@ struct ReportOutcome {
   std::string message;  ///< why there is none; a missing python is no failure: code stays kExitOk
 };
 
-/// Writes report.md and report.html into `directory`, which holds the data of a run.
-ReportOutcome makeReport(const std::string& directory);
+/// Writes report.md and report.html into `directory`, which holds the data of a run; the page of
+/// the demo from the two folders of `demo`.
+ReportOutcome makeReport(const std::string& directory, const std::vector<std::string>& demo = {});
 
 /// `slim_init report ARGUMENTS`: hands them to the package. Returns its exit code.
 int runReport(const std::vector<std::string>& arguments);
-
-/// The file of the Snakemake workflow that runs the paper's cases, as it is found from here.
-std::string suiteFile();
 
 }  // namespace slim_init::tools

@@ -3,9 +3,7 @@
 
 #include <Eigen/SVD>
 
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 #include "slim_init/config/config.h"
-#endif
 
 namespace slim_init::tools {
 
@@ -25,17 +23,12 @@ Calibration eurocCalibration() {
 }
 
 Calibration rigOf(const AbOptions& options) {
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
   if (options.config != nullptr) return options.config->calibration;
-#else
-  (void)options;
-#endif
   return eurocCalibration();
 }
 
 simulation::PinholeCamera cameraOf(const AbOptions& options) {
   simulation::PinholeCamera camera = options.features.camera;
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
   if (options.config != nullptr) {
     const feature_tracker_lines::CameraParameters& from = options.config->camera;
     camera.width = from.width;
@@ -45,7 +38,6 @@ simulation::PinholeCamera cameraOf(const AbOptions& options) {
     camera.cx = from.cx;
     camera.cy = from.cy;
   }
-#endif
   return camera;
 }
 

@@ -1,21 +1,17 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "simulate.h"
 
-#include <iostream>
-
-#include "exit_code.h"
-
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "exit_code.h"
 #include "progress_bar.h"
 #include "rig.h"
 #include "simulate_motion.h"
@@ -311,17 +307,3 @@ int runSimulate(const SimulateOptions& options) {
 }
 
 }  // namespace slim_init::tools
-
-#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-namespace slim_init::tools {
-
-int runSimulate(const SimulateOptions&) {
-  std::cerr << "slim_init: simulate is not part of this program: it was built without "
-               "feature_tracker_lines (SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)\n";
-  return kExitBadInput;
-}
-
-}  // namespace slim_init::tools
-
-#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

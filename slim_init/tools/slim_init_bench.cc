@@ -17,10 +17,8 @@
 #include <string>
 #include <vector>
 
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-#include "bench_front_end.h"
-#endif
 #include "bench_faults.h"
+#include "bench_front_end.h"
 #include "bench_soak.h"
 #include "bench_times.h"
 #include "bench_windows.h"
@@ -151,11 +149,9 @@ int main(int argc, char** argv) {
   }
   benchmark::RegisterBenchmark("cut_window", slim_init::tools::cutWindow)
       ->Unit(benchmark::kMillisecond);
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
   if (!slim_init::tools::registerFrontEndBenchmarks(std::getenv("SLIM_INIT_BENCH_SEQUENCE"))) {
     return 1;
   }
-#endif
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();

@@ -1,16 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "tracks.h"
 
-#include <iostream>
-
-#include "exit_code.h"
-
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -22,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "exit_code.h"
 #include "load_images.h"
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
@@ -447,17 +443,3 @@ int runTracks(const TracksOptions& options) {
 }
 
 }  // namespace slim_init::tools
-
-#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-namespace slim_init::tools {
-
-int runTracks(const TracksOptions&) {
-  std::cerr << "slim_init: tracks is not part of this program: it was built without "
-               "feature_tracker_lines (SLIM_INIT_BUILD_FEATURE_TRACKER_LINES=OFF)\n";
-  return kExitBadInput;
-}
-
-}  // namespace slim_init::tools
-
-#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES

@@ -30,14 +30,6 @@ class Baselines : public ::testing::TestWithParam<std::string> {
   InitResult solve(const ExactWindow& exact, GateMode mode = GateMode::kOwn) const {
     return make(mode)->solve(*exact.window);
   }
-  static ExactWindow noisy(Motion motion, unsigned seed) {
-    ExactWindowOptions options;
-    options.motion = motion;
-    options.seed = seed;
-    options.pixel_noise = 0.6;
-    options.imu_noise = true;
-    return makeExactWindow(options);
-  }
 };
 
 INSTANTIATE_TEST_SUITE_P(Methods, Baselines, ::testing::Values("vins", "openvins"), methodTestName);
@@ -78,7 +70,7 @@ constexpr double kMedianGravityErrorDeg = 1.0;
 TEST_P(Baselines, StayWithinToleranceWithNoise) {
   std::vector<double> scale, gravity;
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const ExactWindow exact = noisy(Motion::kExcited, seed);
+    const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
     const InitResult result = solve(exact);
     ASSERT_TRUE(result.hasEstimate()) << "seed " << seed << ": " << result.message;
     scale.push_back(std::abs(scaleError(result.states, exact.truth)));
@@ -91,7 +83,7 @@ TEST_P(Baselines, StayWithinToleranceWithNoise) {
 }
 
 TEST_P(Baselines, ReportStagesAndCounts) {
-  const InitResult result = solve(noisy(Motion::kExcited, 1));
+  const InitResult result = solve(noisyWindow(Motion::kExcited, 1));
   EXPECT_GE(result.stages.size(), 3u);
   EXPECT_GT(result.totalMs(), 0.0);
   EXPECT_EQ(result.counts.keyframes, 10);
@@ -100,7 +92,7 @@ TEST_P(Baselines, ReportStagesAndCounts) {
 
 TEST_P(Baselines, AcceptExcitedMotionWithTheProjectsGates) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    const InitResult result = solve(noisy(Motion::kExcited, seed), GateMode::kOn);
+    const InitResult result = solve(noisyWindow(Motion::kExcited, seed), GateMode::kOn);
     EXPECT_EQ(result.status, InitStatus::kSuccess) << "seed " << seed << ": " << result.message;
   }
 }
@@ -108,7 +100,7 @@ TEST_P(Baselines, AcceptExcitedMotionWithTheProjectsGates) {
 TEST_P(Baselines, AcceptNoDegenerateMotionWithTheProjectsGates) {
   for (Motion motion : {Motion::kHover, Motion::kPureRotation, Motion::kConstantVelocity}) {
     for (unsigned seed = 1; seed <= 5; ++seed) {
-      const InitResult result = solve(noisy(motion, seed), GateMode::kOn);
+      const InitResult result = solve(noisyWindow(motion, seed), GateMode::kOn);
       EXPECT_NE(result.status, InitStatus::kSuccess)
           << static_cast<int>(motion) << " seed " << seed << ": " << result.message;
       EXPECT_FALSE(result.message.empty());
@@ -145,10 +137,10 @@ TEST_P(Baselines, SurviveParallelBearings) {
 }
 
 TEST_P(Baselines, GiveEqualBytesForEqualInputAlsoInParallel) {
-  const ExactWindow exact = noisy(Motion::kExcited, 1);
+  const ExactWindow exact = noisyWindow(Motion::kExcited, 1);
   const auto solver = make();
   const InitResult first = solver->solve(*exact.window);
-  solver->solve(*noisy(Motion::kExcited, 99).window);
+  solver->solve(*noisyWindow(Motion::kExcited, 99).window);
   EXPECT_TRUE(sameBytes(first, solver->solve(*exact.window)));
   std::vector<InitResult> results(4);
   std::vector<std::thread> threads;
@@ -160,7 +152,7 @@ TEST_P(Baselines, GiveEqualBytesForEqualInputAlsoInParallel) {
 }
 
 TEST_P(Baselines, DoNotCareForTheOrderOfObservations) {
-  const ExactWindow exact = noisy(Motion::kExcited, 2);
+  const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
   std::vector<FrameObservation> frames = exact.keyframes;
   std::mt19937_64 random(11);
   for (FrameObservation& frame : frames) {

@@ -95,10 +95,7 @@ TEST(AdjustEpipolar, ReturnsFromAPerturbedStartToTheTruth) {
 }
 
 TEST(AdjustEpipolar, LowersTheCostOnNoisyDataAndConverges) {
-  ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
-  const ExactWindow exact = makeExactWindow(options);
+  const ExactWindow exact = noisyWindow(Motion::kExcited, 1);
   WindowState state = movedBy(trueState(exact), 0.005);
   const EpipolarAdjustment out =
       adjustEpipolar(*exact.window, preintegrated(exact, state), DrtViBaOptions(), &state);

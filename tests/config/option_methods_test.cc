@@ -22,13 +22,6 @@ namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
-ExactWindow noisyWindow() {
-  ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
-  return makeExactWindow(options);
-}
-
 InitResult solve(const std::string& method, const Config& config, const InitWindow& window) {
   std::string error;
   const auto solver = baselines::makeMethod(method, config.options, config.baselines, &error,

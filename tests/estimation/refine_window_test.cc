@@ -13,6 +13,7 @@
 
 #include "estimation/posterior.h"
 #include "geometry/so3.h"
+#include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
 #include "support/unlimited_budget.h"
@@ -20,18 +21,12 @@
 namespace slim_init {
 namespace {
 
+using testing_support::dataSheetNoise;
 using testing_support::ExactWindow;
 using testing_support::ExactWindowOptions;
 using testing_support::makeExactWindow;
 using testing_support::trueState;
-
-// The simulated IMU is as good as its data sheet.
-InertialOptions dataSheetNoise() {
-  InertialOptions inertial;
-  inertial.accel_noise_factor = 1.0;
-  inertial.gyro_noise_factor = 1.0;
-  return inertial;
-}
+using testing_support::windowOf;
 
 RefinementOptions withoutVanishingPoints() {
   RefinementOptions options;
@@ -46,14 +41,6 @@ ExactWindowOptions noisy(unsigned seed, double pixel_noise = 0.6) {
   options.angular_noise = true;
   options.imu_noise = true;
   return options;
-}
-
-std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
-                                           const std::vector<FrameObservation>& frames) {
-  std::string error;
-  auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
 }
 
 RefinedWindow refine(const InitWindow& window, const std::vector<WindowState>& starts,

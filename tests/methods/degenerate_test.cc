@@ -20,19 +20,11 @@ class Degenerate : public ::testing::TestWithParam<std::string> {
     options.gates.mode = mode;
     return baselines::makeMethod(GetParam(), options)->solve(*exact.window);
   }
-  static ExactWindow window(Motion motion, unsigned seed) {
-    ExactWindowOptions options;
-    options.motion = motion;
-    options.seed = seed;
-    options.pixel_noise = 0.6;
-    options.imu_noise = true;
-    return makeExactWindow(options);
-  }
 };
 
 TEST_P(Degenerate, HoverIsStationaryWithGravityAndGyroBias) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    const ExactWindow exact = window(Motion::kHover, seed);
+    const ExactWindow exact = noisyWindow(Motion::kHover, seed);
     const InitResult result = solve(exact);
     EXPECT_EQ(result.status, InitStatus::kStationary) << result.message;
     EXPECT_FALSE(result.hasEstimate());
@@ -45,7 +37,7 @@ TEST_P(Degenerate, HoverIsStationaryWithGravityAndGyroBias) {
 
 TEST_P(Degenerate, PureRotationIsNamedWithItsGyroBias) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    const ExactWindow exact = window(Motion::kPureRotation, seed);
+    const ExactWindow exact = noisyWindow(Motion::kPureRotation, seed);
     const InitResult result = solve(exact);
     EXPECT_EQ(result.status, InitStatus::kPureRotation)
         << "seed " << seed << ": " << result.message;
@@ -56,7 +48,7 @@ TEST_P(Degenerate, PureRotationIsNamedWithItsGyroBias) {
 
 TEST_P(Degenerate, ConstantVelocityHasTooLittleExcitation) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    const InitResult result = solve(window(Motion::kConstantVelocity, seed));
+    const InitResult result = solve(noisyWindow(Motion::kConstantVelocity, seed));
     EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation)
         << "seed " << seed << ": " << result.message;
   }
@@ -64,7 +56,7 @@ TEST_P(Degenerate, ConstantVelocityHasTooLittleExcitation) {
 
 TEST_P(Degenerate, ExcitedMotionPassesTheSameGates) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    const InitResult result = solve(window(Motion::kExcited, seed));
+    const InitResult result = solve(noisyWindow(Motion::kExcited, seed));
     EXPECT_EQ(result.status, InitStatus::kSuccess) << "seed " << seed << ": " << result.message;
   }
 }
@@ -75,7 +67,7 @@ TEST_P(Degenerate, PublishedMethodsHaveNoGatesOfTheirOwn) {
     if (GetParam() == "slim" && mode == GateMode::kOwn) continue;  // slim has gates of its own
     int successes = 0;
     for (unsigned seed = 1; seed <= 20; ++seed) {
-      const InitResult result = solve(window(Motion::kConstantVelocity, seed), mode);
+      const InitResult result = solve(noisyWindow(Motion::kConstantVelocity, seed), mode);
       EXPECT_TRUE(result.hasEstimate());
       double scale = result.scale;  // of the alignment, in its own unit, where there is one
       for (const GateValue& gate : result.gates) {
@@ -127,7 +119,7 @@ TEST_P(Degenerate, ANonPositiveScaleIsNeverASuccess) {
   // At rest and without gates the sign of the scale is that of the noise.
   int positive = 0, others = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
-    const InitResult result = solve(window(Motion::kHover, seed), GateMode::kOff);
+    const InitResult result = solve(noisyWindow(Motion::kHover, seed), GateMode::kOff);
     if (result.scale > 0.0) {
       ++positive;
     } else {

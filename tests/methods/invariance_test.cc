@@ -20,13 +20,6 @@ namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
-ExactWindow noisyWindow(const ExactWindowOptions& base = ExactWindowOptions()) {
-  ExactWindowOptions options = base;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
-  return makeExactWindow(options);
-}
-
 class Invariance : public ::testing::TestWithParam<std::string> {
  protected:
   InitResult solve(const InitWindow& window,

@@ -14,13 +14,6 @@ namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
-ExactWindow noisyWindow() {
-  ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
-  return makeExactWindow(options);
-}
-
 // A window with what searchMinimum() needs, at the true state.
 struct Search {
   explicit Search(ExactWindow window)

@@ -28,11 +28,7 @@ TEST_P(Noisy, StaysWithinTolerance) {
   const auto solver = baselines::makeMethod(GetParam(), InitializerOptions());
   std::vector<double> scale, gravity;
   for (unsigned seed = 1; seed <= 30; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    options.pixel_noise = 0.6;
-    options.imu_noise = true;
-    const ExactWindow exact = makeExactWindow(options);
+    const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
     const InitResult result = solver->solve(*exact.window);
     ASSERT_TRUE(result.hasEstimate()) << "seed " << seed << ": " << result.message;
     scale.push_back(std::abs(scaleError(result.states, exact.truth)));

@@ -17,6 +17,7 @@
 
 #include "geometry/so3.h"
 #include "slim_init/initializer.h"
+#include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/plain_method.h"
 #include "support/true_state.h"
@@ -26,13 +27,6 @@ namespace slim_init {
 namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
-InertialOptions dataSheetNoise() {
-  InertialOptions inertial;
-  inertial.accel_noise_factor = 1.0;
-  inertial.gyro_noise_factor = 1.0;
-  return inertial;
-}
 
 // Data that are a draw from what the estimator assumes, images at 20 Hz.
 ExactWindowOptions shortWindowOptions(unsigned seed, int keyframes) {

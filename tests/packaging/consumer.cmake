@@ -3,19 +3,7 @@
 #         -DCMAKEDIR=.. -DCONSUMER_DIR=.. -DWORK_DIR=.. -P consumer.cmake
 cmake_minimum_required(VERSION 3.16)
 
-function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output
-                  ERROR_VARIABLE output)
-  message("${output}")
-  if(NOT result EQUAL 0)
-    string(REPLACE ";" " " command "${ARGN}")
-    message(FATAL_ERROR "failed (${result}): ${command}")
-  endif()
-endfunction()
-
-# An old folder would hide a file that is no longer installed.
-file(REMOVE_RECURSE ${WORK_DIR})
-file(MAKE_DIRECTORY ${WORK_DIR}/consumer)
+include(${CMAKE_CURRENT_LIST_DIR}/use_package.cmake)
 if(TREE STREQUAL "install")
   run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix --config ${CONFIG})
   # Moved, to prove that no path of this build is written into the package.
@@ -24,7 +12,4 @@ if(TREE STREQUAL "install")
 else()
   set(package_dir ${BUILD_DIR})
 endif()
-run(${CMAKE_COMMAND} -G ${GENERATOR} -S ${CONSUMER_DIR} -B ${WORK_DIR}/consumer
-    -Dslim_init_DIR=${package_dir} -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=${CONFIG})
-run(${CMAKE_COMMAND} --build ${WORK_DIR}/consumer --config ${CONFIG})
-run(${WORK_DIR}/consumer/consumer)
+use_package(${package_dir})

@@ -363,6 +363,26 @@ class SuiteReport(Folder):
             self.assertIn(" %s |" % name, markdown)
 
 
+class DemoPage(Folder):
+    def test_says_who_was_right(self):
+        def rows(slim_scale, vins_scale):
+            return [row(0, "slim", slim_scale), row(0, "vins", vins_scale),
+                    row(1, "slim", None, "scale_too_uncertain"), row(1, "vins", 1.5)]
+        folders = [write_run(os.path.join(self.folder, name), written) for name, written in
+                   (("recorded", rows(1.02, 0.97)), ("home_made", rows(1.02, 0.8)))]
+        page = os.path.join(self.folder, "page")
+        self.assertEqual(program.main(["--demo", "--out", page, *folders]), 0)
+        with open(os.path.join(page, "report.md"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn("Of 2 starts as recorded, a scale within 10 % of the ground truth was found by "
+                      "`slim` in 1 and `vins` in 1; of 2 starts as a home-made rig has it, by "
+                      "`slim` in 1 and `vins` in 0.", text)
+        self.assertIn("| as recorded | slim | 1 | 0 | 1 | 2.0 |", text)
+        self.assertIn("| as a home-made rig has it | vins | 0 | 2 | 0 | 35.0 |", text)
+        self.assertTrue(os.path.exists(os.path.join(page, "starts.png")))
+        self.assertEqual(program.main(["--demo", "--out", page, folders[0]]), 2)
+
+
 class CommandLine(Folder):
     def call(self, *arguments):
         out, err = io.StringIO(), io.StringIO()

@@ -51,14 +51,6 @@ struct Corrupted {
   std::set<std::pair<FeatureId, int>> moved;  // id and keyframe of the observations that were moved
 };
 
-std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
-                                           const std::vector<FrameObservation>& frames) {
-  std::string error;
-  auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
-}
-
 // Moves every observation with probability `rate`, by 20 px per axis (standard deviation).
 Corrupted withRandomOutliers(const ExactWindow& exact, double rate, unsigned seed) {
   std::mt19937_64 random(seed);

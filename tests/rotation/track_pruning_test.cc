@@ -14,29 +14,13 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
-ExactWindow noisyWindow() {
-  ExactWindowOptions options;
-  options.seed = 2;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
-  return makeExactWindow(options);
-}
-
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
   const Vector3d f = point->bearing / point->bearing.z();
   point->bearing = (f + Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
 }
 
-std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
-                                           const std::vector<FrameObservation>& frames) {
-  std::string error;
-  auto window = InitWindow::create(exact.calibration, frames, exact.imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
-}
-
 TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
-  const ExactWindow exact = noisyWindow();
+  const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
   // A track of at least six observations, bent in the middle, in both axes.
   const InitWindow& clean = *exact.window;
   const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
@@ -59,7 +43,7 @@ TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
 }
 
 TEST(TrackPruning, JumpForGoodCutsTheTrack) {
-  const ExactWindow exact = noisyWindow();
+  const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
   const InitWindow& clean = *exact.window;
   const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
                                   [](const Track& t) { return t.size() >= 8; });
@@ -117,7 +101,7 @@ TEST(TrackPruning, PairsWithFewPointsAreNotTested) {
 }
 
 TEST(TrackPruning, PairsAtHandGiveTheSameAnswer) {
-  const ExactWindow exact = noisyWindow();
+  const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
   const Vector3d bias = ExactWindowOptions().gyro_bias;
   const RobustBiasOptions options;
   const TrackPruning alone = pruneTracks(*exact.window, bias, options);

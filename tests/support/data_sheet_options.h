@@ -5,12 +5,19 @@
 
 namespace slim_init::testing_support {
 
+/// A simulated IMU is as good as its data sheet.
+inline InertialOptions dataSheetNoise() {
+  InertialOptions inertial;
+  inertial.accel_noise_factor = 1.0;
+  inertial.gyro_noise_factor = 1.0;
+  return inertial;
+}
+
 /// Options for draws from the model (drawnFromTheModel()): the IMU is as good as its data sheet,
 /// the calibration is exact.
 inline InitializerOptions dataSheetOptions() {
   InitializerOptions options;
-  options.inertial.accel_noise_factor = 1.0;
-  options.inertial.gyro_noise_factor = 1.0;
+  options.inertial = dataSheetNoise();
   options.slim.estimate_calibration = false;
   return options;
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
@@ -290,6 +291,27 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   miscalibrate(options, &out);
   out.window = InitWindow::create(out.calibration, out.keyframes, out.imu);
   return out;
+}
+
+ExactWindow noisyWindow(ExactWindowOptions options) {
+  options.pixel_noise = 0.6;
+  options.imu_noise = true;
+  return makeExactWindow(options);
+}
+
+ExactWindow noisyWindow(Motion motion, unsigned seed) {
+  ExactWindowOptions options;
+  options.motion = motion;
+  options.seed = seed;
+  return noisyWindow(options);
+}
+
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
+                                           const std::vector<FrameObservation>& keyframes) {
+  std::string error;
+  auto window = InitWindow::create(exact.calibration, keyframes, exact.imu, &error);
+  if (window == nullptr) throw std::runtime_error(error);
+  return window;
 }
 
 double positionRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {

@@ -67,6 +67,14 @@ ExactWindowOptions drawnWithCalibration(unsigned seed, double accel_bias_sigma);
 /// Makes a window; never fails for sensible options.
 ExactWindow makeExactWindow(const ExactWindowOptions& options);
 
+/// The same with noise: 0.6 px, IMU noise at the calibration's densities.
+ExactWindow noisyWindow(ExactWindowOptions options = ExactWindowOptions());
+ExactWindow noisyWindow(Motion motion, unsigned seed);
+
+/// Other keyframes with the calibration and the IMU data of `exact`; throws if there is no window.
+std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
+                                           const std::vector<FrameObservation>& keyframes);
+
 /// Root mean square over the keyframes of the position error, both trajectories shifted to their
 /// first keyframe and the estimate rotated by the yaw between the first attitudes [m].
 double positionRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth);

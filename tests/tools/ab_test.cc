@@ -132,10 +132,6 @@ const std::vector<BadCommand>& badCommands() {
        {"ab", "--builtin", "circle", "--imu-dropout", "1"},
        {"--imu-dropout: '1' is not a number in [0, 0.9]"}},
       {"ReportMode", {"ab", "--builtin", "circle", "--report", "3d"}, {"--report is '3d'"}},
-      {"Suite",
-       {"ab", "--suite", "paper", "--recorded", "x"},
-       {"Snakemake", "snakemake -s ", "/suite/Snakefile --cores"}},
-      {"SuiteAfterEquals", {"ab", "--suite=paper"}, {"snakemake -s "}},
       {"DownstreamEveryAlone",
        {"ab", "--builtin", "circle", "--downstream-every", "2"},
        {"--downstream-every has no effect without --downstream"}},
@@ -522,8 +518,6 @@ TEST(Ab, UnwritableReportExitsWithOne) {
   EXPECT_TRUE(contains(run.err, "--out: directory")) << run.err;
 }
 
-#ifdef SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
 /// A short run on the circle; `extra` are further arguments.
 ProgramRun runWithOptions(const ScratchFolder& folder, const std::string& out,
                           const std::vector<std::string>& extra) {
@@ -670,21 +664,6 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   refused("%YAML:1.0\nslim_init:\n  window: {keyframes: 16}\n",
           {"slim_init.window.keyframes is 16", "[4, 15]"});
 }
-
-#else  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
-
-TEST(AbOptionsFile, IsRefusedInABuildWithoutFeatureTrackerLines) {
-  const ScratchFolder folder;
-  folder.write("file.yaml", "%YAML:1.0\nslim_init:\n  slim_paper: {use_vp: 0}\n");
-  const ProgramRun run =
-      runProgram(folder, {"ab", "--builtin", "circle", "--options", folder.file("file.yaml"),
-                          "--out", folder.file("out")});
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_EQ(run.err.rfind("slim_init: --options: ", 0), 0u) << run.err;
-  EXPECT_TRUE(contains(run.err, "built without feature_tracker_lines")) << run.err;
-}
-
-#endif  // SLIM_INIT_HAS_FEATURE_TRACKER_LINES
 
 TEST(Ab, RecordingWithPosesOnlyGetsAFittedBias) {
   const ScratchFolder folder;

@@ -18,6 +18,7 @@
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/so3.h"
 #include "slim_init/window_solver.h"
+#include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
 #include "verdict/constants.h"
@@ -25,18 +26,12 @@
 namespace slim_init {
 namespace {
 
+using testing_support::dataSheetNoise;
 using testing_support::ExactWindow;
 using testing_support::ExactWindowOptions;
 using testing_support::makeExactWindow;
 using testing_support::Motion;
 using testing_support::trueState;
-
-InertialOptions dataSheetNoise() {
-  InertialOptions inertial;
-  inertial.accel_noise_factor = 1.0;
-  inertial.gyro_noise_factor = 1.0;
-  return inertial;
-}
 
 // Factors of a vibrating vehicle, whatever the samples of the simulated one look like.
 InertialOptions widenedNoise() {

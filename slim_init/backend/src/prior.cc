@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "prior.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init::backend {
@@ -49,9 +49,9 @@ struct ScaledEigen {
     for (double& s : scale) s = s > 0.0 ? s : 1.0;
     const Eigen::VectorXd inverse = scale.cwiseInverse();
     const Eigen::MatrixXd unit = inverse.asDiagonal() * A * inverse.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (unit + unit.transpose()));
-    values = eigen.eigenvalues();
-    vectors = eigen.eigenvectors();
+    const SymmetricEigen eigen = symmetricEigen(0.5 * (unit + unit.transpose()));
+    values = eigen.values;
+    vectors = eigen.vectors;
     floor = kNoInformation * std::max(1.0, values.size() > 0 ? values.maxCoeff() : 1.0);
   }
   // Pseudo-inverse of A.
@@ -59,7 +59,7 @@ struct ScaledEigen {
     Eigen::VectorXd s = values;
     for (double& v : s) v = v > floor ? 1.0 / v : 0.0;
     const Eigen::MatrixXd W = scale.cwiseInverse().asDiagonal() * vectors;
-    return W * s.asDiagonal() * W.transpose();
+    return product(W * s.asDiagonal(), W.transpose());
   }
   Eigen::VectorXd scale, values;
   Eigen::MatrixXd vectors;
@@ -119,7 +119,7 @@ bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
 // -----------------------------------------------------------------------------------
 
 Marginalization::Marginalization(const Frames& frames, const Prior& prior) : frames_(frames) {
-  H_ = prior.J.transpose() * prior.J;
+  H_ = product(prior.J.transpose(), prior.J);
   g_ = prior.J.transpose() * prior.r0;
   int column = 0;
   for (std::size_t k = 0; k < prior.blocks.size(); ++k) {
@@ -268,8 +268,8 @@ Prior Marginalization::eliminate(const std::set<BlockKey>& gone) const {
     for (Eigen::Index c = 0; c < m; ++c) H_mm(r, c) = H_(out_columns[r], out_columns[c]);
   }
   if (m > 0) {
-    const Eigen::MatrixXd gain = H_nm * ScaledEigen(H_mm).inverse();
-    H_nn -= gain * H_nm.transpose();
+    const Eigen::MatrixXd gain = product(H_nm, ScaledEigen(H_mm).inverse());
+    H_nn -= product(gain, H_nm.transpose());
     g_n -= gain * g_m;
   }
   if (n == 0) return prior;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "alignment/gravity_constrained.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init::baselines {
@@ -140,7 +141,7 @@ AlignmentEstimate alignLinear(const AlignmentProblem& problem) {
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(3 * n + 4, unknowns);
   T.topLeftCorner(3 * n + 1, 3 * n + 1).setIdentity();
   T.bottomRightCorner<3, 2>() = G * tangentBasis(estimate.gravity_b0.normalized());
-  const Eigen::LDLT<Eigen::MatrixXd> information(T.transpose() * H * T);
+  const Eigen::LDLT<Eigen::MatrixXd> information(propagated(T.transpose(), H));
   if (rows > unknowns && information.info() == Eigen::Success) {
     const double variance =
         cost / (rows - unknowns) * information.solve(Eigen::VectorXd::Unit(unknowns, 3 * n))[3 * n];

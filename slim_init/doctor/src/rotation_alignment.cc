@@ -425,7 +425,7 @@ class Aligner {
   /// stretches, whose errors (a scene that misleads the tracker, a lens model) last longer than a
   /// pair.
   Matrix8d covarianceOf(const System& system) const {
-    const Matrix8d inverse = system.H.inverse();
+    const Matrix8d inverse = system.H.ldlt().solve(Matrix8d::Identity());
     const double overlap = std::max(1.0, options_.pair_interval_s / options_.pair_spacing_s);
     const double blocks = static_cast<double>(system.block_gradients.size());
     Matrix8d scatter = Matrix8d::Zero();

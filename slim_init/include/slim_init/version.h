@@ -6,7 +6,7 @@
 #pragma once
 
 #define SLIM_INIT_VERSION_MAJOR 0
-#define SLIM_INIT_VERSION_MINOR 1
+#define SLIM_INIT_VERSION_MINOR 2
 #define SLIM_INIT_VERSION_PATCH 0
 
 /// For comparisons: SLIM_INIT_VERSION_CODE >= SLIM_INIT_MAKE_VERSION(0, 2, 0).
@@ -17,6 +17,6 @@
 namespace slim_init {
 
 /// "major.minor.patch"
-constexpr const char* kVersion = "0.1.0";
+constexpr const char* kVersion = "0.2.0";
 
 }  // namespace slim_init

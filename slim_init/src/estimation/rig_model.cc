@@ -1,11 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/rig_model.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "estimation/constants.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -24,11 +24,10 @@ struct SeenError {
 // Along the axes of the covariance, measured without a prior.
 std::vector<SeenError> seenBy(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance,
                               double /*sigma*/) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
+  const SymmetricEigen axes = symmetricEigen(covariance);
   std::vector<SeenError> seen;
   for (Eigen::Index i = 0; i < off.size(); ++i) {
-    seen.push_back(
-        {axes.eigenvectors().col(i).dot(off), 1.0, std::max(0.0, axes.eigenvalues()[i])});
+    seen.push_back({axes.vectors.col(i).dot(off), 1.0, std::max(0.0, axes.values[i])});
   }
   return seen;
 }
@@ -38,11 +37,11 @@ std::vector<SeenError> seenBy(const Eigen::VectorXd& off, const Eigen::MatrixXd&
 // rho).
 std::vector<SeenError> drawnBy(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance,
                                double sigma) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance / (sigma * sigma));
+  const SymmetricEigen axes = symmetricEigen(covariance / (sigma * sigma));
   std::vector<SeenError> seen;
   for (Eigen::Index i = 0; i < off.size(); ++i) {
-    const double kept = std::clamp(axes.eigenvalues()[i], 0.0, 1.0), gone = 1.0 - kept;
-    seen.push_back({axes.eigenvectors().col(i).dot(off), gone * gone,
+    const double kept = std::clamp(axes.values[i], 0.0, 1.0), gone = 1.0 - kept;
+    seen.push_back({axes.vectors.col(i).dot(off), gone * gone,
                     sigma * sigma * (gone * kept + kDrawnFloor * kDrawnFloor)});
   }
   return seen;

@@ -1,11 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/state_factor.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "estimation/constants.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -56,7 +55,7 @@ StateFactor stateFactor(const StatePrior& prior) {
   factor.gyro_bias = state.gyro_bias;
   factor.accel_bias = state.accel_bias;
   const Eigen::Matrix<double, kStateRows, 15> Y = stateRows(state);
-  factor.covariance = Y * prior.covariance * Y.transpose();
+  factor.covariance = propagated(Y, prior.covariance);
   return factor;
 }
 
@@ -105,13 +104,12 @@ StateCovariance without(const StateCovariance& covariance, StatePart part) {
     follows.middleRows(rows.at, rows.size).setIdentity();
   } else {
     // A bias, or a tilt, has been carried into the velocity: what correlates with it is wrong too.
-    follows = covariance.block(rows.at, rows.at, rows.size, rows.size)
-                  .ldlt()
-                  .solve(covariance.middleRows(rows.at, rows.size))
+    follows = solveSymmetric(covariance.block(rows.at, rows.at, rows.size, rows.size),
+                             covariance.middleRows(rows.at, rows.size))
                   .transpose();
   }
   const double sigma = kUnknown[static_cast<int>(part)];
-  return covariance + sigma * sigma * follows * follows.transpose();
+  return covariance + product(sigma * sigma * follows, follows.transpose());
 }
 
 bool StateTest::contradicts() const {
@@ -141,11 +139,11 @@ StateTest testDifference(const StateFactor& prior, const StateFactor& estimate) 
   // Both tilts by one basis.
   StateCovariance turn = StateCovariance::Identity();
   turn.block<2, 2>(3, 3) = B.transpose() * tangentBasis(estimate.down_b);
-  const StateCovariance of_estimate = turn * estimate.covariance * turn.transpose();
+  const StateCovariance of_estimate = propagated(turn, estimate.covariance);
   StateTest test;
   test.freedom = kStateRows;
   const auto distance = [&](const StateCovariance& of_prior) {
-    return r.dot((of_prior + of_estimate).ldlt().solve(r));
+    return r.dot(StateVector(solveSymmetric(of_prior + of_estimate, r)));
   };
   test.total = distance(prior.covariance);
   for (int i = 0; i < kStateParts; ++i) {
@@ -168,26 +166,24 @@ StateTest testState(const StateVector& r, const StateCovariance& covariance,
   };
   const StateCovariance P = scaled(covariance);
   const StateVector x = inverse.cwiseProduct(r);
-  const Eigen::LDLT<StateCovariance> prior(P);
+  const StateCovariance identity = StateCovariance::Identity();
   const StateCovariance of_data =
-      StateCovariance(scaled(posterior).ldlt().solve(StateCovariance::Identity())) -
-      StateCovariance(prior.solve(StateCovariance::Identity()));
-  const Eigen::SelfAdjointEigenSolver<StateCovariance> eigen(0.5 * (of_data + of_data.transpose()));
+      solveSymmetric(scaled(posterior), identity) - solveSymmetric(P, identity);
+  const SymmetricEigen eigen = symmetricEigen(0.5 * (of_data + of_data.transpose()));
   const int first = static_cast<int>(
-      std::count_if(eigen.eigenvalues().data(), eigen.eigenvalues().data() + kStateRows,
+      std::count_if(eigen.values.data(), eigen.values.data() + kStateRows,
                     [](double information) { return !(information > kLeastInformation); }));
   test.freedom = kStateRows - first;
   if (test.freedom == 0) return test;
-  const Eigen::MatrixXd A = eigen.eigenvalues().tail(test.freedom).cwiseSqrt().asDiagonal() *
-                            eigen.eigenvectors().rightCols(test.freedom).transpose();
+  const Eigen::VectorXd root = eigen.values.tail(test.freedom).cwiseSqrt();
+  const Eigen::MatrixXd axes = eigen.vectors.rightCols(test.freedom).transpose();
+  const Eigen::MatrixXd A = root.asDiagonal() * axes;
   const Eigen::VectorXd z =
-      eigen.eigenvalues().tail(test.freedom).cwiseSqrt().cwiseInverse().asDiagonal() *
-          (eigen.eigenvectors().rightCols(test.freedom).transpose() * StateVector(prior.solve(x))) +
-      A * x;
+      root.cwiseInverse().asDiagonal() * product(axes, solveSymmetric(P, x)) + product(A, x);
   const auto distance = [&A, &z](const StateCovariance& of_prior) {
-    Eigen::MatrixXd S = A * of_prior * A.transpose();
+    Eigen::MatrixXd S = propagated(A, of_prior);
     S.diagonal().array() += 1.0;
-    return z.dot(S.ldlt().solve(z));
+    return z.dot(solveSymmetric(S, z).col(0));
   };
   test.total = distance(P);
   for (int i = 0; i < kStateParts; ++i) {

@@ -7,6 +7,7 @@
 
 #include "estimation/constants.h"
 #include "estimation/inertial_factor.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -145,9 +146,9 @@ VisualInertialProblem::VisualInertialProblem(
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
   if (known_) {
-    const Eigen::LLT<StateCovariance> llt(known_->covariance);
-    whitening_valid_ = whitening_valid_ && llt.info() == Eigen::Success;
-    known_information_ = llt.solve(StateCovariance::Identity());
+    Eigen::MatrixXd information;
+    whitening_valid_ = invertSymmetric(known_->covariance, &information) && whitening_valid_;
+    known_information_ = information;
   }
   point_views_.reserve(window.pointObservations().size());
   for (const Track& track : window.pointTracks()) {
@@ -291,10 +292,9 @@ double VisualInertialProblem::addKnownState(const WindowState& state, System* sy
   const StateResidual known =
       rig_ ? stateResidual(state, *known_, window_.calibration(), instants_.front())
            : stateResidual(state, *known_);
-  const Eigen::Matrix<double, kStateColumns, kStateRows> weighted =
-      known.J.transpose() * known_information_;
-  const Eigen::Matrix<double, kStateColumns, kStateColumns> JJ = weighted * known.J;
-  const Eigen::Matrix<double, kStateColumns, 1> Jr = weighted * known.r;
+  const Eigen::MatrixXd weighted = product(known.J.transpose(), known_information_);
+  const Eigen::MatrixXd JJ = product(weighted, known.J);
+  const Eigen::VectorXd Jr = product(weighted, known.r);
   // The first velocity, then what follows the velocities.
   const int rest = kStateColumns - 3 - (rig_ ? 0 : StateLayout::kRig - 1);
   const int at_v = layout_.velocity(0), at_rest = layout_.gyroBias();

@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "translation/ligt.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "geometry/dense.h"
 #include "geometry/median.h"
 #include "geometry/so3.h"
 
@@ -170,14 +170,14 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
   }
 
   const int m = 3 * (n - 1);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(H.bottomRightCorner(m, m));
-  if (solver.info() != Eigen::Success) return estimate;
-  estimate.lambda_1 = std::max(solver.eigenvalues()[0], 0.0);
-  estimate.lambda_2 = solver.eigenvalues()[1];
-  estimate.lambda_max = solver.eigenvalues()[m - 1];
+  const SymmetricEigen eigen = symmetricEigen(H.bottomRightCorner(m, m));
+  if (!eigen.valid) return estimate;
+  estimate.lambda_1 = std::max(eigen.values[0], 0.0);
+  estimate.lambda_2 = eigen.values[1];
+  estimate.lambda_max = eigen.values[m - 1];
 
   Eigen::Matrix3Xd centres = Eigen::Matrix3Xd::Zero(3, n);
-  for (int k = 1; k < n; ++k) centres.col(k) = solver.eigenvectors().col(0).segment<3>(3 * (k - 1));
+  for (int k = 1; k < n; ++k) centres.col(k) = eigen.vectors.col(0).segment<3>(3 * (k - 1));
   const double spread = (centres.colwise() - centres.rowwise().mean()).norm();
   if (!std::isfinite(spread) || spread <= 0.0) return estimate;
   centres /= spread;

@@ -32,6 +32,8 @@ def parse(arguments):
                         help="where the report goes; needed with several folders")
     parser.add_argument("--suite", action="store_true",
                         help="the report over several runs also for a single folder")
+    parser.add_argument("--demo", action="store_true",
+                        help="the page of `slim_init demo` from its two folders")
     parser.add_argument("--note", action="append", default=[], metavar="TEXT",
                         help="a line for the report over several runs; may be repeated")
     parser.add_argument("--command", default="", metavar="TEXT",
@@ -57,13 +59,15 @@ def main(arguments=None):
     if options.check:
         return 0
     # Only now: these import pandas and matplotlib.
-    from . import run_report, suite_report
+    from . import demo_page, run_report, suite_report
     from .data import InputError, load_run
     try:
         runs = [load_run(folder) for folder in options.folders]
         out = options.out or options.folders[0]
         os.makedirs(out, exist_ok=True)
-        if len(runs) == 1 and not options.suite:
+        if options.demo:
+            files = demo_page.write(runs, out)
+        elif len(runs) == 1 and not options.suite:
             files = run_report.write(runs[0], out)
         else:
             files = suite_report.write(runs, out, options.note, options.command)

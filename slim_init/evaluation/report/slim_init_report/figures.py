@@ -148,6 +148,29 @@ def solve_time(windows, path):
     return "CPU time of a solve"
 
 
+def start_outcomes(panels, outcomes, path):
+    """A panel per calibration, a bar per method: its starts by outcome.
+
+    panels: titles, each with the counts by method and outcome."""
+    colors = ("tab:green", "tab:red", "lightgray")
+    figure, axes = pyplot.subplots(1, len(panels), sharey=True, figsize=(9.0, 3.0))
+    for axis, (title, by_method) in zip(axes, panels):
+        methods = list(by_method)[::-1]
+        left = numpy.zeros(len(methods))
+        for outcome, color in zip(outcomes, colors):
+            widths = numpy.array([by_method[method][outcome] for method in methods], dtype=float)
+            axis.barh(methods, widths, left=left, color=color, label=outcome)
+            for method, width, begin in zip(methods, widths, left):
+                if width:
+                    axis.text(begin + 0.5 * width, method, "%d" % width, ha="center", va="center")
+            left += widths
+        axis.set_title(title, fontsize=10)
+        axis.xaxis.get_major_locator().set_params(integer=True)
+        axis.set_xlabel("starts")
+    _legend(figure, axes)
+    _save(figure, path)
+
+
 def waiting_times(rows, growing):
     """Per window of one method [s]: the data from its first keyframe to the end of the first
     accepted estimate, and whether that is correct (|s - 1| < RIGHT_SCALE_ERROR); infinity and False

@@ -14,10 +14,13 @@ SUBSETS = (("excited", "Excited windows"), (None, "All windows"))
 
 
 def _subset_tables(run, columns):
-    """The same columns over both sets of windows: triples of title, number of windows and table."""
+    """The same columns over both sets of windows, as far as they have any: triples of title, number
+    of windows and table."""
     result = []
     for subset, title in SUBSETS:
         windows = select(run.windows, subset)
+        if windows.empty:
+            continue
         summaries = statistics.summarize(windows, methods_of(run.windows))
         result.append((title, windows.groupby(["run", "trial"]).ngroups,
                        method_table(columns, summaries, run.has_truth)))

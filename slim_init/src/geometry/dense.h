@@ -1,0 +1,40 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Products and decompositions of dense matrices as plain functions, so that Eigen's templates are
+// compiled once. They allocate: for what runs a few times in a solve.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace slim_init {
+
+/// A matrix of any size, without a copy where it is stored by columns.
+using DenseView = Eigen::Ref<const Eigen::MatrixXd>;
+
+/// A B
+Eigen::MatrixXd product(const DenseView& A, const DenseView& B);
+
+/// J P J^T: the covariance of J x, where x has the covariance P.
+Eigen::MatrixXd propagated(const DenseView& J, const DenseView& P);
+
+/// A^-1 B of a symmetric A, by LDL^T.
+Eigen::MatrixXd solveSymmetric(const DenseView& A, const DenseView& B);
+
+/// Whether the symmetric A has a Cholesky factor.
+bool isPositiveDefinite(const DenseView& A);
+
+/// A^-1 of a symmetric, positive definite A; false if it is not.
+bool invertSymmetric(const DenseView& A, Eigen::MatrixXd* inverse);
+
+/// J^T A^-1 J of a symmetric, positive definite A; false if it is not.
+bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out);
+
+/// Eigenvalues in rising order, and an eigenvector a column.
+struct SymmetricEigen {
+  bool valid = false;
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+SymmetricEigen symmetricEigen(const DenseView& A);
+
+}  // namespace slim_init

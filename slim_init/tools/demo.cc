@@ -1,0 +1,85 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "demo.h"
+
+#include <filesystem>
+#include <iostream>
+
+#include "ab.h"
+#include "command_line.h"
+#include "exit_code.h"
+#include "methods.h"
+#include "python_report.h"
+#include "shell_line.h"
+
+namespace slim_init::tools {
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// A calibration as of a home-made rig: stamps, mounting and IMU of the cheapest kind.
+const Words kHomeMade = {"--td-error", "0.02", "--extrinsic-error", "2",
+                         "--imu-rate", "100",  "--imu-dropout",     "0.02"};
+
+/// Those of the demo's methods that this build has.
+std::string demoMethods() {
+  std::string list;
+  for (const char* name : {"slim", "vins", "openvins"}) {
+    if (contains(methodNames(), name)) list += (list.empty() ? "" : ",") + std::string(name);
+  }
+  return list;
+}
+
+Words sourceOf(const DemoCommand& command) {
+  const auto stride = [&command](int usual) {
+    return std::to_string(command.stride > 0 ? command.stride : usual);
+  };
+  if (!command.asl.empty()) return {"--asl", command.asl, "--stride", stride(8)};
+  return {"--builtin", "corridor-walk", "--world", "corridor", "--duration",
+          "12",        "--stride",      stride(10)};
+}
+
+/// `slim_init ab WORDS`.
+int compare(Words words, const DemoCommand& command, const std::string& out) {
+  words.insert(words.begin(), "ab");
+  words.insert(words.end(), {"--methods", demoMethods(), "--gates", "own", "--keyframes", "10",
+                             "--report", "off", "--out", out});
+  if (command.quiet) words.emplace_back("--quiet");
+  CommandLine line;
+  if (const std::string error = parseCommandLine(words, &line); !error.empty()) {
+    std::cerr << "slim_init: demo: " << error << "\n";
+    return kExitInternal;
+  }
+  words.insert(words.begin(), "slim_init");
+  line.ab.command = shellLine(words);
+  return runAb(line.ab);
+}
+
+}  // namespace
+
+std::vector<AbOption> demoOptionTable(DemoCommand* command) {
+  DemoCommand& c = *command;
+  return {
+      {"asl", &c.asl, "DIR",
+       "Recording with images in ASL layout (default: simulated features of a built-in motion)",
+       ""},
+      {"out", &c.out, "DIR", "Folder for the page and the data", ""},
+      {"stride", &c.stride, "N", "Images between two starts (0: 10, with images 8)", "", 0, 100000},
+      {"quiet", &c.quiet, "", "No progress bars and no tables", ""},
+  };
+}
+
+int runDemo(const DemoCommand& command) {
+  const std::filesystem::path out(command.out);
+  const std::string recorded = (out / "recorded").string();
+  const std::string home_made = (out / "home_made").string();
+  Words words = sourceOf(command);
+  if (const int code = compare(words, command, recorded); code != kExitOk) return code;
+  words.insert(words.end(), kHomeMade.begin(), kHomeMade.end());
+  if (const int code = compare(words, command, home_made); code != kExitOk) return code;
+  const ReportOutcome page = makeReport(command.out, {recorded, home_made});
+  if (!page.message.empty()) std::cerr << "slim_init: demo: " << page.message << "\n";
+  if (page.written) std::cout << "Page: " << (out / "report.html").string() << "\n";
+  return page.code;
+}
+
+}  // namespace slim_init::tools
