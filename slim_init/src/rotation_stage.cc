@@ -18,12 +18,13 @@ namespace {
 using namespace estimation_constants;  // NOLINT: how far a calibration may be off
 
 constexpr double kRadPerDeg = M_PI / 180.0;
-// A calibration this near needs no other look at the window: the estimation is linear there.
+// With a calibration this near the rotations need not be solved again: the estimation is linear
+// there.
 constexpr double kNearRotation = 1.0 * kRadPerDeg;  // [rad]
 constexpr double kNearTd = 3e-3;                    // [s]
 // From an error of ten degrees or 50 ms two corrections are exact to kNear*; one more to see it.
 constexpr int kMaxRounds = 4;
-// A readout time this near [s], or to this share of it, needs no other look.
+// The same of a readout time [s], or of its share.
 constexpr double kNearReadout = 2e-3;
 constexpr double kNearReadoutShare = 0.25;
 // Share of the cameras whose readout time is not the one given, and how long it may be [s].
@@ -107,7 +108,7 @@ void estimateBias(const std::shared_ptr<const InitWindow>& raw, const Initialize
   if (stage->bias.valid()) compensate(stage->bias.gyro_bias);
 }
 
-// One look at a window as it was cut; a second one without what stands in the image.
+// Bias of a window as it was cut; a second time without what stands in the image.
 void solveRotations(const std::shared_ptr<const InitWindow>& raw, const InitializerOptions& options,
                     WorkBudget* budget, RotationStage* stage) {
   estimateBias(raw, options, budget, stage);
@@ -120,8 +121,8 @@ void solveRotations(const std::shared_ptr<const InitWindow>& raw, const Initiali
 }
 
 // What is known of the readout time before the estimate of the window: most are as given, the
-// others anything up to kLargestReadout. What a look has measured says which, and nothing more: the
-// estimate has the same tracks.
+// others anything up to kLargestReadout (docs/derivation.md, 6.1). What the pairs have measured
+// says which, and nothing more: the estimate has the same tracks.
 struct ReadoutBelief {
   double wrong = 0.0;     // probability that the time given is wrong
   double measured = 0.0;  // [s]
@@ -134,7 +135,8 @@ ReadoutBelief readoutBelief(const ReadoutCheck& check, const Calibration& handed
   // A global shutter is one, a readout time has an error.
   out.sigma = handed_in.readout_s > 0.0 ? handed_in.sigmas.readout_s : 0.0;
   if (!check.valid || handed_in.sigmas.readout_s == 0.0) return out;
-  out.measured = std::clamp(seen.readout_s + check.error_s, 0.0, kLargestReadout);
+  out.measured = std::clamp(seen.readout_s + check.error_s, 0.0,
+                            std::max(kLargestReadout, handed_in.readout_s));
   const double variance = std::pow(check.sigma_s, 2) + std::pow(out.sigma, 2);
   const double off2 = std::pow(out.measured - handed_in.readout_s, 2);
   const double as_given =
@@ -155,7 +157,7 @@ double assumedSigmaPx(const RobustBias& bias, const Calibration& handed_in) {
   return std::clamp(measured, kLeastSigmaPx, kMostSigmaPx);
 }
 
-// What a look says of the calibration: a better one, and whether the one looked through is near it.
+// What the rotations say of the calibration: a better one, and whether that of the window is near.
 struct BetterCalibration {
   Calibration value;
   bool is_near = true;
@@ -171,8 +173,9 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   out.value.sigma_px = assumedSigmaPx(stage.bias, handed_in);
   const double ratio = out.value.sigma_px / seen.pointSigmaPx();
   out.is_near = std::max(ratio, 1.0 / ratio) < kNearSigma;
+  out.readout =
+      readoutBelief(estimate_calibration ? stage.bias.readout : ReadoutCheck(), handed_in, seen);
   if (!estimate_calibration || stage.bias.point_pairs == 0) return out;
-  out.readout = readoutBelief(stage.bias.readout, handed_in, seen);
   // Rows that are exposed one after the other cost six times the work.
   out.value.readout_s = out.readout.wrong > 0.5 ? out.readout.measured : handed_in.readout_s;
   const double off = std::abs(out.value.readout_s - seen.readout_s);

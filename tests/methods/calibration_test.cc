@@ -9,8 +9,10 @@
 #include <random>
 
 #include "geometry/so3.h"
+#include "rotation_stage.h"
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/row_times.h"
+#include "slim_init/work_budget.h"
 #include "support/chi_square.h"
 #include "support/exact_window.h"
 
@@ -346,6 +348,31 @@ TEST(CalibrationOfSlim, ARollingShutterThatNobodyDeclaredIsFound) {
       EXPECT_EQ(hasWarning(result, "rolling_shutter"), readout_s > 0.0);
     }
   }
+}
+
+// One that is given may be longer than those that are looked for where none is.
+TEST(CalibrationOfSlim, ALongReadoutTimeThatIsRightStays) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ExactWindowOptions options = noisy(seed);
+    options.readout_s = 0.06;
+    const ExactWindow exact = makeExactWindow(options);
+    WorkBudget budget{WorkLimits()};
+    const RotationStage stage = estimateRotations(*exact.window, InitializerOptions(), &budget);
+    EXPECT_EQ(stage.window->calibration().readout_s, options.readout_s);
+  }
+}
+
+// Also if nothing of it is to be estimated.
+TEST(CalibrationOfSlim, TheUncertaintyOfAReadoutTimeIsKept) {
+  ExactWindowOptions options = noisy(1);
+  options.readout_s = 0.03;
+  ExactWindow exact = makeExactWindow(options);
+  exact.calibration.sigmas.readout_s = 0.004;
+  const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
+  InitializerOptions as_flown;
+  as_flown.slim.estimate_calibration = false;
+  WorkBudget budget{WorkLimits()};
+  EXPECT_EQ(estimateRotations(*window, as_flown, &budget).prior.sigmas.readout_s, 0.004);
 }
 
 // An exact readout time is never replaced.

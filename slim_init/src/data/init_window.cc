@@ -15,9 +15,9 @@ namespace {
 
 // Groups (id, observation) pairs into tracks with at least two observations, by id, ascending in
 // keyframe.
-template <typename Sighting>
-void buildTracks(std::vector<std::pair<FeatureId, Sighting>>& all, std::vector<Track>& tracks,
-                 std::vector<Sighting>& observations) {
+template <typename Observation>
+void buildTracks(std::vector<std::pair<FeatureId, Observation>>& all, std::vector<Track>& tracks,
+                 std::vector<Observation>& observations) {
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   observations.reserve(all.size());

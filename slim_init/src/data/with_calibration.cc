@@ -16,10 +16,10 @@ struct Selection {
   bool holds(int keyframe) const { return first <= keyframe && keyframe < last; }
 };
 
-template <typename Sighting>
-void select(const std::vector<Track>& tracks, const std::vector<Sighting>& observations,
+template <typename Observation>
+void select(const std::vector<Track>& tracks, const std::vector<Observation>& observations,
             const Selection& selection, std::vector<Track>* out_tracks,
-            std::vector<Sighting>* out_observations) {
+            std::vector<Observation>* out_observations) {
   out_tracks->reserve(tracks.size());
   out_observations->reserve(observations.size());
   for (const Track& track : tracks) {
@@ -28,7 +28,7 @@ void select(const std::vector<Track>& tracks, const std::vector<Sighting>& obser
     kept.begin = static_cast<int>(out_observations->size());
     for (int s = track.begin; s < track.end; ++s) {
       if (!selection.holds(observations[s].keyframe)) continue;
-      Sighting moved = observations[s];
+      Observation moved = observations[s];
       moved.keyframe -= selection.first;
       out_observations->push_back(moved);
     }

@@ -14,9 +14,9 @@ namespace slim_init {
 std::shared_ptr<const InitWindow> unowned(const InitWindow& window);
 
 /// The window as it had been cut with `calibration`: keyframe times move by the change of td.
-/// Keyframes that the IMU samples do not cover there,
-/// at either end, are left out with all their observations; a track keeps its id and needs two
-/// observations. Null where fewer than two keyframes are left or `calibration` is not valid.
+/// Keyframes that the IMU samples do not cover there, at either end, are left out with all their
+/// observations; a track keeps its id and needs two observations. Null where fewer than two
+/// keyframes are left or `calibration` is not valid.
 std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                   const Calibration& calibration);
 
