@@ -98,6 +98,17 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
     EXPECT_TRUE(jacobiansAgree(analytic.J_track, track, kTolerance));
   }
 
+  // Sets one in the state, and returns a calibration.
+  Calibration drawRigError() {
+    Calibration calibration;
+    calibration.R_b_c = expSO3(random());
+    calibration.t_b_c = t_b_c_;
+    state_.rig.dR = expSO3(0.1 * random());
+    state_.rig.dt = 0.05 * random();
+    state_.rig.dtd = 0.02;
+    return calibration;
+  }
+
   template <int D, typename View, typename Parameters>
   void checkRows(const View& view, const Parameters& parameters, double readout_s) {
     const RowMotion rows = {t_b_c_, readout_s};
@@ -222,12 +233,7 @@ TEST_P(RefinementJacobians, PointAndLineInARollingShutter) {
 // The residual of one pair under a rig error, by every state that enters and by the error itself.
 TEST_P(RefinementJacobians, InertialUnderARigError) {
   const Preintegration pre = somePreintegration();
-  Calibration calibration;
-  calibration.R_b_c = expSO3(random());
-  calibration.t_b_c = t_b_c_;
-  state_.rig.dR = expSO3(0.1 * random());
-  state_.rig.dt = 0.05 * random();
-  state_.rig.dtd = 0.02;
+  const Calibration calibration = drawRigError();
   constexpr double kTdShift = 0.005;
   std::vector<ImuInstant> instants(3);
   for (ImuInstant& instant : instants) instant = {random(), 9.81 * random().normalized()};
@@ -309,12 +315,7 @@ TEST_P(RefinementJacobians, KnownState) {
   EXPECT_LT((without_rig.r.segment<3>(5) - state_.gyro_bias + factor.gyro_bias).norm(), 1e-12);
   EXPECT_LT((without_rig.r.tail<3>() - state_.accel_bias + factor.accel_bias).norm(), 1e-12);
 
-  Calibration calibration;
-  calibration.R_b_c = expSO3(random());
-  calibration.t_b_c = t_b_c_;
-  state_.rig.dR = expSO3(0.1 * random());
-  state_.rig.dt = 0.05 * random();
-  state_.rig.dtd = 0.02;
+  const Calibration calibration = drawRigError();
   const ImuInstant instant = {random(), 9.81 * random().normalized()};
   const StateResidual with_rig = stateResidual(state_, factor, calibration, instant);
   const StateLayout rig_at(3, true);

@@ -113,22 +113,19 @@ TEST(RigErrors, AReadoutTimeCanBeWrongOrNotDeclared) {
 }
 
 TEST(RigErrors, SaysWhatCannotBe) {
-  const auto sentenceOf = [](const RigErrors& errors) { return errors.validate(); };
   RigErrors errors;
-  errors.td_s = -0.6;
-  EXPECT_EQ(sentenceOf(errors), "td_s is -0.6, must be in [-0.5, 0.5]");
-  errors = RigErrors();
-  errors.extrinsic_deg = 181.0;
-  EXPECT_EQ(sentenceOf(errors), "extrinsic_deg is 181, must be in [0, 180]");
-  errors = RigErrors();
-  errors.imu_jitter_s = 0.06;
-  EXPECT_EQ(sentenceOf(errors), "imu_jitter_s is 0.06, must be in [0, 0.05]");
-  errors = RigErrors();
-  errors.imu_dropout = 0.95;
-  EXPECT_EQ(sentenceOf(errors), "imu_dropout is 0.95, must be in [0, 0.9]");
-  errors = RigErrors();
-  errors.imu_rate_hz = 5.0;
-  EXPECT_EQ(sentenceOf(errors), "imu_rate_hz is 5, must be in [10, 10000]");
+  const std::tuple<double*, double, const char*> cases[] = {
+      {&errors.td_s, -0.6, "td_s is -0.6, must be in [-0.5, 0.5]"},
+      {&errors.extrinsic_deg, 181.0, "extrinsic_deg is 181, must be in [0, 180]"},
+      {&errors.imu_jitter_s, 0.06, "imu_jitter_s is 0.06, must be in [0, 0.05]"},
+      {&errors.imu_dropout, 0.95, "imu_dropout is 0.95, must be in [0, 0.9]"},
+      {&errors.imu_rate_hz, 5.0, "imu_rate_hz is 5, must be in [10, 10000]"},
+  };
+  for (const auto& [error, value, message] : cases) {
+    errors = RigErrors();
+    *error = value;
+    EXPECT_EQ(errors.validate(), message);
+  }
 
   Sequence sequence = makeCircleSequence(1.0);
   errors = RigErrors();

@@ -49,46 +49,45 @@ void expectRecovered(const ExactWindow& exact, const InitResult& result,
   EXPECT_NEAR(std::atan2(result.states[0].R_w_b(1, 0), result.states[0].R_w_b(0, 0)), 0.0, 1e-9);
 }
 
-class NoiseFree : public ::testing::TestWithParam<std::string> {};
-
-TEST_P(NoiseFree, RecoversEverythingForManyScenes) {
-  const auto solver = baselines::makeMethod(GetParam(), preciseOptions(), withoutEquation11());
-  ASSERT_NE(solver, nullptr);
-  for (unsigned seed = 1; seed <= 20; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
+class NoiseFree : public ::testing::TestWithParam<std::string> {
+ protected:
+  void checkWindow(ExactWindowOptions options, const std::string& trace) const {
     // Clutter inside the VP's inlier threshold bends it, noise or not.
     options.parallel_lines_only = true;
     const ExactWindow exact = makeExactWindow(options);
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    expectRecovered(exact, solver->solve(*exact.window), options.gyro_bias);
+    SCOPED_TRACE(trace);
+    expectRecovered(exact, solver_->solve(*exact.window), options.gyro_bias);
+  }
+
+  const std::unique_ptr<WindowSolver> solver_ =
+      baselines::makeMethod(GetParam(), preciseOptions(), withoutEquation11());
+};
+
+TEST_P(NoiseFree, RecoversEverythingForManyScenes) {
+  ASSERT_NE(solver_, nullptr);
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    ExactWindowOptions options;
+    options.seed = seed;
+    checkWindow(options, "seed " + std::to_string(seed));
   }
 }
 
 TEST_P(NoiseFree, KeyframesOnSamplesAndBetween) {
-  const auto solver = baselines::makeMethod(GetParam(), preciseOptions(), withoutEquation11());
   for (double offset : {0.0, 1e-7, 0.0025, 0.004999}) {
     ExactWindowOptions options;
     options.keyframe_offset_s = offset;
-    options.parallel_lines_only = true;
-    const ExactWindow exact = makeExactWindow(options);
-    SCOPED_TRACE("offset " + std::to_string(offset));
-    expectRecovered(exact, solver->solve(*exact.window), options.gyro_bias);
+    checkWindow(options, "offset " + std::to_string(offset));
   }
 }
 
 TEST_P(NoiseFree, OtherWindowLengthsAndIntervals) {
-  const auto solver = baselines::makeMethod(GetParam(), preciseOptions(), withoutEquation11());
   for (int keyframes : {6, 10, 15}) {
     for (double interval : {0.25, 0.4}) {
       ExactWindowOptions options;
       options.keyframes = keyframes;
       options.interval_s = interval;
-      options.parallel_lines_only = true;
-      const ExactWindow exact = makeExactWindow(options);
-      SCOPED_TRACE(std::to_string(keyframes) + " keyframes " + std::to_string(interval) +
-                   " s apart");
-      expectRecovered(exact, solver->solve(*exact.window), options.gyro_bias);
+      checkWindow(options, std::to_string(keyframes) + " keyframes " + std::to_string(interval) +
+                               " s apart");
     }
   }
 }

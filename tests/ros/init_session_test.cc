@@ -68,6 +68,14 @@ class ScriptedInitializer : public IInitializer {
 
 class InitSessionTest : public ::testing::Test {
  protected:
+  void startAt5s() {
+    make(everyFrame(false));
+    scripted_->script = {InitStatus::kSuccess};
+    session_->addPoints(frame(5.0));
+    next_imu_ = 4.9;
+    imuUpTo(5.0);
+    ASSERT_TRUE(session_->poll().has_value());
+  }
   void make(const InitSessionOptions& options, double td = 0.0, double readout_s = 0.0) {
     auto initializer = std::make_unique<ScriptedInitializer>(td, readout_s);
     scripted_ = initializer.get();
@@ -249,12 +257,7 @@ TEST_F(InitSessionTest, StopsAtAnAnswerUntilItIsAskedAgain) {
 }
 
 TEST_F(InitSessionTest, ARestartForgetsDataAndAnswer) {
-  make(everyFrame(false));
-  scripted_->script = {InitStatus::kSuccess};
-  session_->addPoints(frame(5.0));
-  next_imu_ = 4.9;
-  imuUpTo(5.0);
-  ASSERT_TRUE(session_->poll().has_value());
+  ASSERT_NO_FATAL_FAILURE(startAt5s());
   session_->restart();
   EXPECT_FALSE(session_->initialized());
   EXPECT_EQ(scripted_->counts().imu_added, 0);
@@ -269,12 +272,7 @@ TEST_F(InitSessionTest, ARestartForgetsDataAndAnswer) {
 
 // The streams show a jump in time, without a call of restart().
 TEST_F(InitSessionTest, AJumpInTimeForgetsTheAnswer) {
-  make(everyFrame(false));
-  scripted_->script = {InitStatus::kSuccess};
-  session_->addPoints(frame(5.0));
-  next_imu_ = 4.9;
-  imuUpTo(5.0);
-  ASSERT_TRUE(session_->poll().has_value());
+  ASSERT_NO_FATAL_FAILURE(startAt5s());
   ASSERT_TRUE(session_->initialized());
   session_->addPoints(frame(5.1));  // of the old time, not covered yet
   addImu(1.0);

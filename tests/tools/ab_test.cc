@@ -713,12 +713,16 @@ TEST(Ab, BrokenRecordingNamesFileLineAndValue) {
   EXPECT_FALSE(std::filesystem::exists(folder.file("out")));
 }
 
-TEST(Ab, RealRecordingRuns) {
-  const std::string data = SLIM_INIT_SHARED_DATA;
-  if (!std::filesystem::is_directory(data)) {
-    // The EuRoC recordings are not part of the repository (their licence is not ours).
-    GTEST_SKIP() << "no recordings at " << data;
+// The EuRoC recordings are not part of the repository (their licence is not ours).
+class AbOfRecordings : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
   }
+  const std::string data = SLIM_INIT_SHARED_DATA;
+};
+
+TEST_F(AbOfRecordings, OneRuns) {
   const ScratchFolder folder;
   const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/MH_04", "--world", "hall",
                                              "--limit", "20", "--out", folder.file("out")});
@@ -730,34 +734,29 @@ TEST(Ab, RealRecordingRuns) {
   EXPECT_EQ(json["methods"]["drt-l"]["all"]["windows"], 20);
 }
 
+// What `ab --from-rest` prints of a recording with one motion after a rest.
+std::string runFromRest(const std::string& recording, const ScratchFolder& folder) {
+  const ProgramRun run = runProgram(folder, {"ab", "--recorded", recording, "--from-rest",
+                                             "--keyframes", "5..15", "--out", folder.file("out")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (1 from the rest)")) << run.out;
+  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (0 from the rest)")) << run.out;
+  const std::string csv = readFile(folder.file("out/from_rest.csv"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << csv;
+  return run.out;
+}
+
 TEST(Ab, FromRestWritesEachStartWithThePriorAndWithout) {
   const ScratchFolder folder;
   writeRecording(folder, 6.0, 0.0, "", 3.0);
-  const ProgramRun run = runProgram(folder, {"ab", "--recorded", folder.path(), "--from-rest",
-                                             "--keyframes", "5..15", "--out", folder.file("out")});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (1 from the rest)")) << run.out;
-  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (0 from the rest)")) << run.out;
-  const std::string csv = readFile(folder.file("out/from_rest.csv"));
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << csv;
+  runFromRest(folder.path(), folder);
 }
 
-TEST(Ab, RealTakeOffFromRest) {
-  const std::string data = SLIM_INIT_SHARED_DATA;
-  if (!std::filesystem::is_directory(data)) {
-    // The EuRoC recordings are not part of the repository (their licence is not ours). Idling
-    // rotors and the noise of a real ground truth are in none that is generated.
-    GTEST_SKIP() << "no recordings at " << data;
-  }
+// No generated recording has idling rotors and the noise of a real ground truth.
+TEST_F(AbOfRecordings, TakeOffFromRest) {
   const ScratchFolder folder;
-  const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/V1_02", "--from-rest",
-                                             "--keyframes", "5..15", "--out", folder.file("out")});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (1 from the rest)")) << run.out;
-  EXPECT_TRUE(contains(run.out, "1 of 1 starts accepted (0 from the rest)")) << run.out;
-  EXPECT_TRUE(contains(run.out, "false rests 0")) << run.out;
-  const std::string csv = readFile(folder.file("out/from_rest.csv"));
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << csv;
+  const std::string printed = runFromRest(data + "/V1_02", folder);
+  EXPECT_TRUE(contains(printed, "false rests 0")) << printed;
 }
 
 }  // namespace

@@ -86,25 +86,14 @@ TEST(Ligt, LineRowsLeaveNoiseFreeCentresExact) {
     const Truth truth = cameraTruth(exact);
     const TranslationEstimate points =
         estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
+    ASSERT_TRUE(points.valid);
+    EXPECT_LT((points.centres_c0 - truth.centres_c0).norm(), 1e-9);
+    EXPECT_EQ(points.negative_votes, 0);
+    EXPECT_GT(points.linkage(), 1e6);
     const TranslationEstimate both = estimateTranslations(*exact.window, truth.R_c0_ck, with_lines);
     ASSERT_TRUE(both.valid);
     EXPECT_GT(both.rows, points.rows);
     EXPECT_LT((both.centres_c0 - truth.centres_c0).norm(), 1e-9);
-  }
-}
-
-TEST(Ligt, NoiseFreeCentresAreExactWithTheRightSign) {
-  for (unsigned seed = 1; seed <= 5; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    const ExactWindow exact = makeExactWindow(options);
-    const Truth truth = cameraTruth(exact);
-    const TranslationEstimate estimate =
-        estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
-    ASSERT_TRUE(estimate.valid);
-    EXPECT_LT((estimate.centres_c0 - truth.centres_c0).norm(), 1e-9);
-    EXPECT_EQ(estimate.negative_votes, 0);
-    EXPECT_GT(estimate.linkage(), 1e6);
   }
 }
 

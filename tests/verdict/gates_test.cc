@@ -159,31 +159,26 @@ TEST(EnforceGates, SwitchedOffNoGateIsEnforced) {
   EXPECT_EQ(result.status, InitStatus::kSuccess);
 }
 
+// Every measure by this share beyond its bound; negative: within.
+PosteriorMeasures beyondBounds(double share) {
+  PosteriorMeasures out;
+  out.chi2 = kOptions.max_chi2 * (1.0 + share);
+  out.inertial_chi2 = kOptions.max_inertial_chi2_short * (1.0 + share);  // zero keyframes: short
+  out.inlier_fraction = kOptions.min_inlier_fraction * (1.0 - share);
+  out.behind_fraction = kOptions.max_behind_fraction * (1.0 + share);
+  out.mean_acceleration = kOptions.max_mean_acceleration * (1.0 + share);
+  out.point_spread_deg = kOptions.min_point_spread_deg * (1.0 - share);
+  out.scale_sigma = kOptions.max_scale_sigma * (1.0 + share);
+  out.other_scale_rise = verdict_constants::kMinOtherScaleRise * (1.0 - share);
+  return out;
+}
+
 TEST(PosteriorGates, EachHasTwoSides) {
   MotionMeasures motion = goodMotion();
-  PosteriorMeasures good;
-  good.chi2 = kOptions.max_chi2 * 0.999;
-  good.inertial_chi2 = kOptions.max_inertial_chi2_short * 0.999;  // zero keyframes: short
-  good.inlier_fraction = kOptions.min_inlier_fraction * 1.001;
-  good.behind_fraction = kOptions.max_behind_fraction * 0.999;
-  good.mean_acceleration = kOptions.max_mean_acceleration * 0.999;
-  good.point_spread_deg = kOptions.min_point_spread_deg * 1.001;
-  good.scale_sigma = kOptions.max_scale_sigma * 0.999;
-  good.other_scale_rise = verdict_constants::kMinOtherScaleRise * 1.001;
-  for (const GateValue& gate : posteriorGates(good, motion, kOptions)) {
-    EXPECT_TRUE(gate.passed) << toString(gate.name);
-  }
-  PosteriorMeasures bad;
-  bad.chi2 = kOptions.max_chi2 * 1.001;
-  bad.inertial_chi2 = kOptions.max_inertial_chi2_short * 1.001;
-  bad.inlier_fraction = kOptions.min_inlier_fraction * 0.999;
-  bad.behind_fraction = kOptions.max_behind_fraction * 1.001;
-  bad.mean_acceleration = kOptions.max_mean_acceleration * 1.001;
-  bad.point_spread_deg = kOptions.min_point_spread_deg * 0.999;
-  bad.scale_sigma = kOptions.max_scale_sigma * 1.001;
-  bad.other_scale_rise = verdict_constants::kMinOtherScaleRise * 0.999;
-  for (const GateValue& gate : posteriorGates(bad, motion, kOptions)) {
-    EXPECT_FALSE(gate.passed) << toString(gate.name);
+  for (const double share : {-1e-3, 1e-3}) {
+    for (const GateValue& gate : posteriorGates(beyondBounds(share), motion, kOptions)) {
+      EXPECT_EQ(gate.passed, share < 0.0) << toString(gate.name);
+    }
   }
   for (const GateValue& gate : posteriorGates(PosteriorMeasures(), motion, kOptions)) {
     EXPECT_FALSE(gate.passed) << toString(gate.name) << " of a value that is not known";
