@@ -66,6 +66,13 @@ class ScriptedInitializer : public IInitializer {
   KeyframeWindow window_;
 };
 
+InitSessionOptions everyFrame(bool expect_lines) {
+  InitSessionOptions options;
+  options.attempt_interval_s = 0.0;
+  options.expect_lines = expect_lines;
+  return options;
+}
+
 class InitSessionTest : public ::testing::Test {
  protected:
   void startAt5s() {
@@ -112,13 +119,6 @@ class InitSessionTest : public ::testing::Test {
   std::unique_ptr<InitSession> session_;
   double next_imu_ = 0.0;
 };
-
-InitSessionOptions everyFrame(bool expect_lines) {
-  InitSessionOptions options;
-  options.attempt_interval_s = 0.0;
-  options.expect_lines = expect_lines;
-  return options;
-}
 
 // Rolling shutter: the row of points and of both ends of a line.
 TEST_F(InitSessionTest, RowsAreSet) {
