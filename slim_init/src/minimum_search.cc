@@ -110,26 +110,12 @@ RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& l
   return refined;
 }
 
-WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
-                              const std::vector<WindowState>& starts, InitializerOptions options) {
+WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines& lines,
+                              const std::vector<WindowState>& starts,
+                              const InitializerOptions& options) {
   WindowEstimate out;
   out.refined = searchMinimum(input, lines, starts, options);
-  if (!out.refined.valid) return out;
-  out.posterior = posteriorOf(input.tracks, out.refined);
-  if (!out.posterior.valid || !input.rig) return out;
-  const CalibrationSigmas wide =
-      widenedByEstimate(input.rig->sigmas, rigBetween(input.rig->mean, out.refined.state.rig),
-                        out.posterior.rig_covariance);
-  if (wide == input.rig->sigmas) return out;
-  if (!input.budget.allows("the estimate with a wider prior of the calibration")) return out;
-  input.rig->sigmas = wide;
-  // What no start has fitted is not searched for a second time: it takes longest where no motion
-  // explains the window.
-  if (!fits(out.refined, options)) options.slim.second_search = false;
-  const RefinedWindow again = searchMinimum(input, lines, {out.refined.state}, options);
-  if (!again.valid) return out;
-  out.refined = again;
-  out.posterior = posteriorOf(input.tracks, again);
+  if (out.refined.valid) out.posterior = posteriorOf(input.tracks, out.refined);
   return out;
 }
 

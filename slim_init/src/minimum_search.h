@@ -38,10 +38,9 @@ struct WindowEstimate {
   Posterior posterior;  ///< valid where the information is positive definite
 };
 
-/// searchMinimum() and its posterior; once more with wider priors where the rig found lies beyond
-/// its own (widenedByEstimate()), there without the second search where nothing fitted the first
-/// time.
-WindowEstimate estimateWindow(RefinementInput input, const AgreeingLines& lines,
-                              const std::vector<WindowState>& starts, InitializerOptions options);
+/// searchMinimum() and its posterior.
+WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines& lines,
+                              const std::vector<WindowState>& starts,
+                              const InitializerOptions& options);
 
 }  // namespace slim_init

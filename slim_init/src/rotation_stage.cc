@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "data/with_calibration.h"
-#include "estimation/constants.h"
+#include "geometry/robust_weight.h"
 #include "geometry/so3.h"
 #include "imu/row_compensation.h"
 #include "rotation/extrinsic_rotation.h"
@@ -14,8 +14,6 @@
 
 namespace slim_init {
 namespace {
-
-using namespace estimation_constants;  // NOLINT: how far a calibration may be off
 
 constexpr double kRadPerDeg = M_PI / 180.0;
 // With a calibration this near the rotations need not be solved again: the estimation is linear
@@ -38,6 +36,8 @@ constexpr double kLeastSigmaPx = Calibration::kTypicalSigmaPx;
 constexpr double kMostSigmaPx = 2.5;
 // A noise within this factor of the one assumed changes hardly a weight.
 constexpr double kNearSigma = 1.3;
+// Rounds of re-weighting of the prior: its weight has settled by then.
+constexpr int kPriorRounds = 8;
 // Without the steps that follow there is no estimate at all: they have the rest.
 constexpr double kShareOfRotations = 0.5;
 
@@ -57,26 +57,24 @@ PriorOfCheck priorOfCheck(const Calibration& handed_in, const Calibration& seen)
   return prior;
 }
 
-// The most probable [rotation, td] from check and prior; a part of the prior that the check
-// contradicts is taken as wide.
-Eigen::Vector4d correctionOf(const CalibrationCheck& check, PriorOfCheck prior) {
+// The most probable [rotation, td] from check and prior, which may be wrong.
+Eigen::Vector4d correctionOf(const CalibrationCheck& check, const PriorOfCheck& prior) {
   Eigen::Vector4d measured;
   measured << check.extrinsic_error, check.td_error_s;
   const Eigen::Vector4d off = measured - prior.mean;
-  const double rotation_variance = check.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff();
-  const auto beyond = [](double error, double bound, double prior_variance, double variance) {
-    return prior_variance > 0.0 && error > bound * std::sqrt(prior_variance + variance);
-  };
-  if (beyond(off.head<3>().norm(), kBeyondVector, prior.covariance(0, 0), rotation_variance)) {
-    const double wide =
-        std::max(prior.covariance(0, 0), std::pow(kWideRotationDeg * kRadPerDeg, 2));
-    prior.covariance.diagonal().head<3>().setConstant(wide);
+  // From the prior: where the check knows little, it stays there.
+  Eigen::Vector4d step = Eigen::Vector4d::Zero();
+  double weight = 1.0;
+  for (int round = 0; round < kPriorRounds; ++round) {
+    const Eigen::Matrix4d wide = prior.covariance / weight;
+    step = wide * Eigen::Matrix4d(wide + check.covariance).ldlt().solve(off);
+    double z2 = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      if (prior.covariance(i, i) > 0.0) z2 += step[i] * step[i] / prior.covariance(i, i);
+    }
+    weight = gemanMcClure(z2);
   }
-  if (beyond(std::abs(off[3]), kBeyondScalar, prior.covariance(3, 3), check.covariance(3, 3))) {
-    prior.covariance(3, 3) = std::max(prior.covariance(3, 3), kWideTd * kWideTd);
-  }
-  const Eigen::Matrix4d sum = prior.covariance + check.covariance;
-  return prior.mean + prior.covariance * sum.ldlt().solve(off);
+  return prior.mean + step;
 }
 
 bool isNear(const Eigen::Vector4d& correction) {
@@ -161,7 +159,6 @@ double assumedSigmaPx(const RobustBias& bias, const Calibration& handed_in) {
 struct BetterCalibration {
   Calibration value;
   bool is_near = true;
-  CalibrationCheck check;
   ReadoutBelief readout;
 };
 
@@ -184,9 +181,10 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   } else {
     out.is_near = false;
   }
-  out.check = checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
-  if (!out.check.valid) return out;
-  const Eigen::Vector4d correction = correctionOf(out.check, priorOfCheck(handed_in, seen));
+  const CalibrationCheck check =
+      checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
+  if (!check.valid) return out;
+  const Eigen::Vector4d correction = correctionOf(check, priorOfCheck(handed_in, seen));
   if (isNear(correction)) return out;
   out.is_near = false;
   out.value.R_b_c = seen.R_b_c * expSO3(correction.head<3>());
@@ -194,25 +192,15 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   return out;
 }
 
-// What is known of the calibration given, by the checks of the one found.
+// What is known of the calibration given, against the one found.
 RigPrior priorOf(const RotationStage& stage, const Calibration& handed_in,
                  const BetterCalibration& better) {
-  const CalibrationCheck& check = better.check;
   const Calibration& found = stage.window->calibration();
   RigPrior prior;
   prior.mean.dR = found.R_b_c.transpose() * handed_in.R_b_c;
   prior.mean.dtd = handed_in.td - found.td;
   prior.mean.dreadout = handed_in.readout_s - found.readout_s;
   prior.sigmas = handed_in.sigmas;
-  RigError measured;
-  RigCovariance covariance = RigCovariance::Zero();
-  if (check.valid) {
-    measured.dR = prior.mean.dR.transpose() * expSO3(check.extrinsic_error);
-    measured.dtd = check.td_error_s - prior.mean.dtd;
-    covariance.topLeftCorner<3, 3>() = check.covariance.topLeftCorner<3, 3>();
-    covariance(6, 6) = check.covariance(3, 3);
-  }
-  prior.sigmas = widenedByMeasurement(handed_in.sigmas, measured, covariance);
   prior.sigmas.readout_s = better.readout.sigma;
   return prior;
 }

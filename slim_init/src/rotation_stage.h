@@ -30,8 +30,7 @@ struct RotationStage {
   /// Not empty where the extrinsic rotation was unknown and the motion does not determine it; then
   /// there is no bias.
   std::string message;
-  /// Calibration of the window handed in, against that of `window`, and how far it may be off: the
-  /// standard deviations of the rig, wider where the rotations contradict them.
+  /// Calibration of the window handed in, against that of `window`, and its standard deviations.
   RigPrior prior;
   double measured_sigma_px = kNotComputed;  ///< noise of the tracks of `window` [px]
   int rounds = 0;                           ///< 1 where the calibration handed in was near enough

@@ -1,13 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// How wide the prior of a calibration has to be, from what the data say about it.
+// The prior of a calibration: Gaussian near its mean, and without a say far from it.
 #include "estimation/rig_model.h"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <cmath>
-#include <random>
 
 #include "geometry/so3.h"
 
@@ -15,8 +13,7 @@ namespace slim_init {
 namespace {
 
 constexpr double kRadPerDeg = M_PI / 180.0;
-// Of two seconds of recorded motion.
-constexpr double kMeasuredDeg = 0.35, kMeasuredTd = 0.7e-3;
+constexpr int kTranslation = 3, kTd = 6, kReadout = 7;  // rows
 
 RigError rigError(const Eigen::Vector3d& rotation_deg, double td) {
   RigError error;
@@ -25,147 +22,84 @@ RigError rigError(const Eigen::Vector3d& rotation_deg, double td) {
   return error;
 }
 
-RigCovariance measured(double rotation_deg, double td) {
-  RigCovariance covariance = RigCovariance::Zero();
-  covariance.topLeftCorner<3, 3>().diagonal().setConstant(std::pow(kRadPerDeg * rotation_deg, 2));
-  covariance(6, 6) = td * td;
-  return covariance;
-}
-
-// The estimate under `sigmas` of an error that the data alone see at `seen` with `covariance`.
-struct Drawn {
-  RigError error;
-  RigCovariance covariance = RigCovariance::Zero();
-};
-
-Drawn drawn(const CalibrationSigmas& sigmas, const RigError& seen, const RigCovariance& data) {
-  Drawn out;
-  const double rotation = std::pow(kRadPerDeg * sigmas.rotation_deg, 2);
-  const Eigen::Matrix3d of_data = data.topLeftCorner<3, 3>();
-  const Eigen::Matrix3d gain =
-      rotation *
-      (rotation * Eigen::Matrix3d::Identity() + of_data).ldlt().solve(Eigen::Matrix3d::Identity());
-  out.error.dR = expSO3(gain * logSO3(seen.dR));
-  out.covariance.topLeftCorner<3, 3>() = gain * of_data;
-  const double td = sigmas.td_s * sigmas.td_s, share = td / (td + data(6, 6));
-  out.error.dtd = share * seen.dtd;
-  out.covariance(6, 6) = share * data(6, 6);
-  out.covariance.block<3, 3>(3, 3).diagonal().setConstant(std::pow(sigmas.translation_m, 2));
+RigError moved(const RigError& error, int row, double by) {
+  RigVector step = RigVector::Zero();
+  step[row] = by;
+  RigError out;
+  out.dR = error.dR * expSO3(step.head<3>());
+  out.dt = error.dt + step.segment<3>(kTranslation);
+  out.dtd = error.dtd + step[kTd];
+  out.dreadout = error.dreadout + step[kReadout];
   return out;
 }
 
-TEST(WidenedRig, AnErrorThatThePriorExplainsChangesNothing) {
-  const CalibrationSigmas sigmas;
-  const RigError error = rigError(0.25 * Eigen::Vector3d::Ones(), 1e-3);
-  const RigCovariance data = measured(kMeasuredDeg, kMeasuredTd);
-  EXPECT_EQ(widenedByMeasurement(sigmas, error, data), sigmas);
-  const Drawn estimate = drawn(sigmas, error, data);
-  EXPECT_EQ(widenedByEstimate(sigmas, estimate.error, estimate.covariance), sigmas);
-}
-
-TEST(WidenedRig, WhatWasNotMeasuredChangesNothing) {
-  const CalibrationSigmas sigmas;
-  EXPECT_EQ(widenedByMeasurement(sigmas, rigError({5.0, 0.0, 0.0}, 0.03), RigCovariance::Zero()),
-            sigmas);
-  // Nor what is said to be exact, or unknown.
-  CalibrationSigmas exact;
-  exact.rotation_deg = exact.td_s = exact.translation_m = 0.0;
-  EXPECT_EQ(widenedByMeasurement(exact, rigError({5.0, 0.0, 0.0}, 0.03),
-                                 measured(kMeasuredDeg, kMeasuredTd)),
-            exact);
-  CalibrationSigmas unknown;
-  unknown.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
-  EXPECT_EQ(widenedByMeasurement(unknown, rigError({50.0, 0.0, 0.0}, 0.0),
-                                 measured(kMeasuredDeg, kMeasuredTd)),
-            unknown);
-}
-
-// Both tests see the same data, with and without the prior.
-TEST(WidenedRig, AContradictedPriorGetsTheWidthOfTheError) {
-  const CalibrationSigmas sigmas;
-  const RigCovariance data = measured(kMeasuredDeg, kMeasuredTd);
-  for (const double deg : {1.5, 3.0, 6.0}) {
-    const RigError error = rigError(deg * Eigen::Vector3d(0.6, 0.0, 0.8), 0.0);
-    const CalibrationSigmas wide = widenedByMeasurement(sigmas, error, data);
-    EXPECT_GT(wide.rotation_deg, deg / std::sqrt(3.0)) << deg;
-    EXPECT_LT(wide.rotation_deg, 2.0 * deg) << deg;
-    const Drawn estimate = drawn(sigmas, error, data);
-    const CalibrationSigmas again = widenedByEstimate(sigmas, estimate.error, estimate.covariance);
-    EXPECT_GT(again.rotation_deg, deg / std::sqrt(3.0)) << deg;
-    EXPECT_LT(again.rotation_deg, 2.0 * deg) << deg;
-  }
-  for (const double td : {0.005, 0.02}) {
-    const CalibrationSigmas wide =
-        widenedByMeasurement(sigmas, rigError(Eigen::Vector3d::Zero(), td), data);
-    EXPECT_GE(wide.td_s, td);
-    EXPECT_LT(wide.td_s, 4.0 * td);
+TEST(RigPrior, GradientIsThatOfTheCost) {
+  RigPrior prior;
+  prior.mean = rigError({0.3, -0.2, 0.5}, 0.002);
+  prior.mean.dt = {0.002, -0.001, 0.004};
+  prior.sigmas.readout_s = 0.003;
+  for (const double size : {0.3, 3.0, 30.0}) {
+    RigError at = rigError(size * Eigen::Vector3d(0.2, -0.1, 0.3), size * 1e-3);
+    at.dt = size * Eigen::Vector3d(0.004, 0.001, -0.002);
+    at.dreadout = size * 0.002;
+    const RigVector g = rigPriorTerm(prior, at).g;
+    for (int row = 0; row < StateLayout::kRig; ++row) {
+      constexpr double kStep = 1e-7;
+      const double slope = (rigPriorTerm(prior, moved(at, row, kStep)).cost -
+                            rigPriorTerm(prior, moved(at, row, -kStep)).cost) /
+                           (2.0 * kStep);
+      EXPECT_NEAR(2.0 * g[row], slope, 1e-5 * (1.0 + std::abs(slope))) << row << " at " << size;
+    }
   }
 }
 
-// Care is one property of a rig: stamps that are off by eight of their standard deviations say
-// that the rotation was not measured to a quarter of a degree either. Not where the file says so.
-TEST(WidenedRig, OnePartSpeaksForTheOthers) {
-  CalibrationSigmas sigmas;
-  const RigCovariance data = measured(kMeasuredDeg, kMeasuredTd);
-  const RigError late = rigError(Eigen::Vector3d::Zero(), 0.008);
-  const CalibrationSigmas wide = widenedByMeasurement(sigmas, late, data);
-  EXPECT_NEAR(wide.rotation_deg / sigmas.rotation_deg, wide.td_s / sigmas.td_s, 1e-9);
-  EXPECT_GT(wide.translation_m, sigmas.translation_m);
-  EXPECT_LE(wide.translation_m, 0.01) << "a wrong lever arm is less of a mistake";
-  EXPECT_EQ(wide.readout_s, sigmas.readout_s);
-  // And no part gets wider than what a rig without any calibration has.
-  const CalibrationSigmas turned =
-      widenedByMeasurement(sigmas, rigError({10.0, 5.0, -8.0}, 0.0), data);
-  EXPECT_LE(turned.rotation_deg, 10.0);
-  EXPECT_LE(turned.td_s, 0.05);
-
-  sigmas.td_s = 0.03;  // estimate_td: 1
-  EXPECT_EQ(widenedByMeasurement(sigmas, late, data), sigmas);
+TEST(RigPrior, NearItsMeanItIsTheGaussian) {
+  const RigPrior prior;
+  const CalibrationSigmas& sigmas = prior.sigmas;
+  const RigPriorTerm at_mean = rigPriorTerm(prior, RigError());
+  EXPECT_EQ(at_mean.cost, 0.0);
+  EXPECT_EQ(at_mean.g.norm(), 0.0);
+  EXPECT_DOUBLE_EQ(at_mean.H(0, 0), std::pow(sigmas.rotation_deg * kRadPerDeg, -2));
+  EXPECT_DOUBLE_EQ(at_mean.H(kTranslation, kTranslation), std::pow(sigmas.translation_m, -2));
+  EXPECT_DOUBLE_EQ(at_mean.H(kTd, kTd), std::pow(sigmas.td_s, -2));
+  // One standard deviation costs one, but for the tail.
+  const double cost = rigPriorTerm(prior, rigError({sigmas.rotation_deg, 0.0, 0.0}, 0.0)).cost;
+  EXPECT_LT(cost, 1.0);
+  EXPECT_GT(cost, 0.85);
 }
 
-// Along an axis that the window hardly knows an estimate stays at its prior whatever the truth is;
-// but it should not move there at all.
-TEST(WidenedRig, AnEstimateThatMovesAgainstItsPriorIsSeen) {
-  const CalibrationSigmas sigmas;
-  Drawn estimate;
-  const double kept = 0.95;  // of the variance
-  estimate.covariance.topLeftCorner<3, 3>().diagonal().setConstant(
-      kept * std::pow(kRadPerDeg * sigmas.rotation_deg, 2));
-  const double expected_deg = std::sqrt(1.0 - kept) * sigmas.rotation_deg;
-  estimate.error = rigError({expected_deg, 0.0, 0.0}, 0.0);
-  EXPECT_EQ(widenedByEstimate(sigmas, estimate.error, estimate.covariance), sigmas);
-  estimate.error = rigError({6.0 * expected_deg, 0.0, 0.0}, 0.0);
-  EXPECT_GT(widenedByEstimate(sigmas, estimate.error, estimate.covariance).rotation_deg,
-            4.0 * sigmas.rotation_deg);
-}
-
-// A right rig is rarely taken for a wrong one, and a wrong one always seen.
-TEST(WidenedRig, RightAndWrongRigs) {
-  const CalibrationSigmas sigmas;
-  const RigCovariance data = measured(kMeasuredDeg, kMeasuredTd);
-  std::mt19937 rng(3);
-  std::normal_distribution<double> normal;
-  const auto draw = [&](double rotation_deg, double td) {
-    const auto noisy = [&](double sigma, double noise) {
-      return std::hypot(sigma, noise) * normal(rng);
-    };
-    Eigen::Vector3d rotation;
-    for (int i = 0; i < 3; ++i) rotation[i] = noisy(rotation_deg, kMeasuredDeg);
-    const Drawn estimate = drawn(sigmas, rigError(rotation, noisy(td, kMeasuredTd)), data);
-    return widenedByEstimate(sigmas, estimate.error, estimate.covariance);
+// A calibration that is off by many of its standard deviations is not held back by them.
+TEST(RigPrior, FarFromItsMeanThePullEnds) {
+  const RigPrior prior;
+  const auto pull = [&](double sigmas) {
+    return rigPriorTerm(prior, rigError({sigmas * prior.sigmas.rotation_deg, 0.0, 0.0}, 0.0))
+        .g.norm();
   };
-  constexpr int kRigs = 2000;
-  int right = 0, wrong = 0;
-  double squares = 0.0;
-  for (int i = 0; i < kRigs; ++i) {
-    right += draw(sigmas.rotation_deg, sigmas.td_s) == sigmas ? 1 : 0;
-    const CalibrationSigmas wide = draw(4.0, 0.02);
-    wrong += wide.rotation_deg > 4.0 * sigmas.rotation_deg ? 1 : 0;
-    squares += std::pow(std::log(wide.rotation_deg / 4.0), 2);
-  }
-  EXPECT_GT(right, 0.8 * kRigs);
-  EXPECT_GT(wrong, 0.99 * kRigs);
-  EXPECT_LT(std::sqrt(squares / kRigs), std::log(2.5)) << "the width is that of the errors";
+  EXPECT_GT(pull(2.0), pull(1.0));
+  EXPECT_LT(pull(20.0), 0.5 * pull(2.0));
+  EXPECT_LT(pull(40.0), 0.6 * pull(20.0));
+}
+
+// Stamps that are off by twenty of their standard deviations say that the rotation was not measured
+// with care either; they say nothing of lever arm and readout time.
+TEST(RigPrior, RotationAndTdSpeakForEachOther) {
+  RigPrior prior;
+  prior.sigmas.readout_s = 0.003;
+  const RigPriorTerm right = rigPriorTerm(prior, RigError());
+  const RigPriorTerm late =
+      rigPriorTerm(prior, rigError(Eigen::Vector3d::Zero(), 20.0 * prior.sigmas.td_s));
+  EXPECT_LT(late.H(0, 0), 0.05 * right.H(0, 0));
+  EXPECT_LT(late.H(kTd, kTd), 0.05 * right.H(kTd, kTd));
+  EXPECT_EQ(late.H(kTranslation, kTranslation), right.H(kTranslation, kTranslation));
+  EXPECT_EQ(late.H(kReadout, kReadout), right.H(kReadout, kReadout));
+}
+
+TEST(RigPrior, WhatIsExactIsHeldAndSpeaksForNothing) {
+  RigPrior prior;
+  prior.sigmas.td_s = 0.0;
+  const RigPriorTerm late = rigPriorTerm(prior, rigError(Eigen::Vector3d::Zero(), 1e-3));
+  EXPECT_GT(late.H(kTd, kTd), 1e11);
+  EXPECT_EQ(late.H(0, 0), rigPriorTerm(prior, RigError()).H(0, 0));
 }
 
 }  // namespace

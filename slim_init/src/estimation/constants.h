@@ -40,30 +40,6 @@ inline constexpr double kMaxStartInverseDepth = 10.0;
 /// A point is behind the camera when its inverse depth is negative by this many sigma.
 inline constexpr double kBehindSigmas = 3.0;
 
-// ---- Rig (rig_model.h)
-
-/// A calibration further from its prior than this, in standard deviations of prior and measurement
-/// together, contradicts it: 97 % points of the length of a scalar and of a vector.
-inline constexpr double kBeyondScalar = 2.2;
-inline constexpr double kBeyondVector = 3.0;
-/// Gain in twice the log of the marginal likelihood from which a wider prior is taken: one in
-/// seven of the calibrations that are right reaches it, at the price of another short solve.
-inline constexpr double kContradiction = 1.0;
-/// An estimate of the lever arm is not looked at within so many standard deviations: two seconds
-/// hardly know it, and whatever else is wrong with a window looks like it.
-inline constexpr double kFarTranslation = 2.0;
-/// Step of the widths tried.
-inline constexpr double kWidthStep = 1.2;
-/// What an estimate moves away from its prior without any reason, in standard deviations of that:
-/// the model is first order, vibration is no white noise.
-inline constexpr double kDrawnFloor = 0.1;
-/// Standard deviations of a calibration whose own have proved wrong: mounted by eye, stamps of a
-/// driver.
-inline constexpr double kWideRotationDeg = 10.0;
-inline constexpr double kWideTranslation = 0.05;    // [m]
-inline constexpr double kTurnedTranslation = 0.01;  // [m], where the rotation is wrong
-inline constexpr double kWideTd = 0.05;             // [s]
-
 // ---- Window (refine_window.h)
 
 /// What gross errors among the tracks may make of the chi-square in the right minimum, as a factor

@@ -5,128 +5,45 @@
 #include <cmath>
 
 #include "estimation/constants.h"
-#include "geometry/dense.h"
+#include "geometry/robust_weight.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
 
 using namespace estimation_constants;  // NOLINT: the constants of this module
 
-namespace {
-constexpr double kDegPerRad = 180.0 / M_PI;
+RigPriorTerm rigPriorTerm(const RigPrior& prior, const RigError& rig) {
+  constexpr double kDegPerRad = 180.0 / M_PI;
+  RigVector sigma;
+  sigma << Eigen::Vector3d::Constant(prior.sigmas.rotation_deg / kDegPerRad),
+      Eigen::Vector3d::Constant(prior.sigmas.translation_m), prior.sigmas.td_s,
+      prior.sigmas.readout_s;
+  RigVector e;
+  e << logSO3(prior.mean.dR.transpose() * rig.dR), rig.dt - prior.mean.dt, rig.dtd - prior.mean.dtd,
+      rig.dreadout - prior.mean.dreadout;
 
-// An error of one part of the rig along one of its independent axes. Before the data the part has a
-// standard deviation t; then the variance of `off` is by_prior * t^2 + variance.
-struct SeenError {
-  double off = 0.0, by_prior = 1.0, variance = 0.0;
-};
-
-// Along the axes of the covariance, measured without a prior.
-std::vector<SeenError> seenBy(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance,
-                              double /*sigma*/) {
-  const SymmetricEigen axes = symmetricEigen(covariance);
-  std::vector<SeenError> seen;
-  for (Eigen::Index i = 0; i < off.size(); ++i) {
-    seen.push_back({axes.vectors.col(i).dot(off), 1.0, std::max(0.0, axes.values[i])});
+  enum Part { kRotationAndTd, kLeverArm, kReadout, kParts };
+  constexpr Part kPartOf[StateLayout::kRig] = {kRotationAndTd, kRotationAndTd, kRotationAndTd,
+                                               kLeverArm,      kLeverArm,      kLeverArm,
+                                               kRotationAndTd, kReadout};
+  double z2[kParts] = {};
+  for (int i = 0; i < StateLayout::kRig; ++i) {
+    if (!(sigma[i] > 0.0)) continue;  // held
+    z2[kPartOf[i]] += e[i] * e[i] / (sigma[i] * sigma[i]);
   }
-  return seen;
-}
-
-// The same of an estimate under a prior of standard deviation `sigma`, which has kept a share rho
-// of its variance: what the data alone say is off / (1 - rho), with the variance sigma^2 rho / (1 -
-// rho).
-std::vector<SeenError> drawnBy(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance,
-                               double sigma) {
-  const SymmetricEigen axes = symmetricEigen(covariance / (sigma * sigma));
-  std::vector<SeenError> seen;
-  for (Eigen::Index i = 0; i < off.size(); ++i) {
-    const double kept = std::clamp(axes.values[i], 0.0, 1.0), gone = 1.0 - kept;
-    seen.push_back({axes.vectors.col(i).dot(off), gone * gone,
-                    sigma * sigma * (gone * kept + kDrawnFloor * kDrawnFloor)});
+  RigPriorTerm term;
+  for (const double part : z2) term.cost += gemanMcClureCost(part);
+  RigVector information;
+  for (int i = 0; i < StateLayout::kRig; ++i) {
+    const bool held = !(sigma[i] > 0.0);
+    information[i] = held ? kHold : gemanMcClure(z2[kPartOf[i]]) / (sigma[i] * sigma[i]);
+    if (held) term.cost += kHold * e[i] * e[i];
   }
-  return seen;
-}
-
-// -2 log of the marginal likelihood of a prior of standard deviation t.
-double evidence(const std::vector<SeenError>& seen, double t) {
-  double sum = 0.0;
-  for (const SeenError& axis : seen) {
-    const double variance = axis.by_prior * t * t + axis.variance;
-    sum += std::log(variance) + axis.off * axis.off / variance;
-  }
-  return sum;
-}
-
-// Factor on `sigma` that the errors ask for: one where it explains them, else the upper end of the
-// likely ones, so that `widest` is not exceeded.
-double widening(const std::vector<SeenError>& seen, double sigma, double widest) {
-  const double before = evidence(seen, sigma);
-  double best = 1.0, lowest = before, upper = 1.0;
-  for (double factor = kWidthStep; factor * sigma < widest * kWidthStep; factor *= kWidthStep) {
-    const double here = evidence(seen, std::min(factor * sigma, widest));
-    if (here < lowest) {
-      lowest = here;
-      best = factor;
-    }
-  }
-  if (!(before - lowest > kContradiction)) return 1.0;
-  for (upper = best; upper * sigma < widest; upper *= kWidthStep) {
-    if (evidence(seen, upper * sigma) > lowest + 1.0) break;
-  }
-  return std::min(upper, widest / sigma);
-}
-
-// `read` makes the axes of one part of it.
-template <typename Read>
-CalibrationSigmas widened(const CalibrationSigmas& sigmas, const RigError& error,
-                          const RigCovariance& covariance, const Read& read) {
-  const auto factor = [&](const Eigen::VectorXd& off, int at, double sigma, double widest) {
-    const Eigen::Index size = off.size();
-    if (!(sigma > 0.0 && sigma < widest) ||
-        !(covariance.diagonal().segment(at, size).minCoeff() > 0.0)) {
-      return 1.0;
-    }
-    return widening(read(off, covariance.block(at, at, size, size), sigma), sigma, widest);
-  };
-  const auto scalar = [](double value) { return Eigen::VectorXd::Constant(1, value); };
-  const double rotation =
-      factor(logSO3(error.dR), 0, sigmas.rotation_deg / kDegPerRad, kWideRotationDeg / kDegPerRad);
-  const double translation = error.dt.norm() > kFarTranslation * sigmas.translation_m
-                                 ? factor(error.dt, 3, sigmas.translation_m, kWideTranslation)
-                                 : 1.0;
-  const double td = factor(scalar(error.dtd), 6, sigmas.td_s, kWideTd);
-  // A rig whose stamps are wrong by thirty of their standard deviations was not calibrated with the
-  // care that the others speak of: one factor for rotation and td, and the lever arm follows.
-  const double largest = std::max(rotation, td);
-  const auto times = [](double sigma, double own, double common, double widest) {
-    return std::max({sigma, own * sigma, std::min(common * sigma, widest)});
-  };
-  CalibrationSigmas wide = sigmas;
-  wide.rotation_deg = times(sigmas.rotation_deg, rotation, largest, kWideRotationDeg);
-  wide.translation_m = times(sigmas.translation_m, translation, largest, kTurnedTranslation);
-  wide.td_s = times(sigmas.td_s, td, largest, kWideTd);
-  return wide;
-}
-
-}  // namespace
-
-RigError rigBetween(const RigError& reference, const RigError& error) {
-  RigError out;
-  out.dR = reference.dR.transpose() * error.dR;
-  out.dt = error.dt - reference.dt;
-  out.dtd = error.dtd - reference.dtd;
-  out.dreadout = error.dreadout - reference.dreadout;
-  return out;
-}
-
-CalibrationSigmas widenedByMeasurement(const CalibrationSigmas& sigmas, const RigError& error,
-                                       const RigCovariance& covariance) {
-  return widened(sigmas, error, covariance, seenBy);
-}
-
-CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error,
-                                    const RigCovariance& covariance) {
-  return widened(sigmas, error, covariance, drawnBy);
+  RigMatrix J = RigMatrix::Identity();
+  J.topLeftCorner<3, 3>() = rightJacobianInverse(e.head<3>());
+  term.H = J.transpose() * information.asDiagonal() * J;
+  term.g = J.transpose() * information.cwiseProduct(e);
+  return term;
 }
 
 std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,

@@ -21,21 +21,22 @@ struct RigPrior {
   CalibrationSigmas sigmas;  ///< zero: held at the mean
 };
 
-/// `error` against `reference`.
-RigError rigBetween(const RigError& reference, const RigError& error);
+using RigMatrix = Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig>;
+using RigVector = Eigen::Matrix<double, StateLayout::kRig, 1>;
 
-using RigCovariance = Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig>;
+/// Normal equations of the prior at an error of the rig, rows as StateLayout has them: rotation,
+/// translation, td, readout time.
+struct RigPriorTerm {
+  RigMatrix H = RigMatrix::Zero();
+  RigVector g = RigVector::Zero();  ///< half the derivative of the cost
+  double cost = 0.0;
+};
 
-/// The standard deviations as the data want them (docs/derivation.md, 4.10): where those of a part
-/// are contradicted by `error` of the calibration, measured without them and with this covariance
-/// (zero: not measured), it gets the width with the largest marginal likelihood, and the others the
-/// same factor. `sigmas` themselves where nothing contradicts them.
-CalibrationSigmas widenedByMeasurement(const CalibrationSigmas& sigmas, const RigError& error,
-                                       const RigCovariance& covariance);
-/// The same for an estimate of the error that contains them as its prior, with its posterior
-/// covariance.
-CalibrationSigmas widenedByEstimate(const CalibrationSigmas& sigmas, const RigError& error,
-                                    const RigCovariance& covariance);
+/// A calibration may be wrong by more than its standard deviations say, so each part of the prior
+/// has the cost of Geman and McClure (docs/derivation.md, 4.10): extrinsic rotation with td, since
+/// who has one of them wrong has not measured the other with care either; the lever arm; the
+/// readout time. `rig` is an error against the calibration of the window.
+RigPriorTerm rigPriorTerm(const RigPrior& prior, const RigError& rig);
 
 /// Motion of the IMU at one instant, biases taken off.
 struct ImuInstant {

@@ -307,26 +307,10 @@ double VisualInertialProblem::addKnownState(const WindowState& state, System* sy
 }
 
 double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) const {
-  const RigPrior& prior = *rig_;
-  const auto information = [](double sigma) { return sigma > 0.0 ? 1.0 / square(sigma) : kHold; };
-  const double w_rotation = information(prior.sigmas.rotation_deg * M_PI / 180.0);
-  const Eigen::Vector3d rotation = logSO3(prior.mean.dR.transpose() * rig.dR);
-  const Eigen::Matrix3d J = rightJacobianInverse(rotation);
-  system->H.block<3, 3>(layout_.rig(), layout_.rig()) += w_rotation * J.transpose() * J;
-  system->g.segment<3>(layout_.rig()) += w_rotation * J.transpose() * rotation;
-  double cost = w_rotation * rotation.squaredNorm();
-  const auto add = [system, &cost](int at, double error, double weight) {
-    system->H(at, at) += weight;
-    system->g[at] += weight * error;
-    cost += weight * square(error);
-  };
-  const double w_translation = information(prior.sigmas.translation_m);
-  for (int i = 0; i < 3; ++i) {
-    add(layout_.rig() + 3 + i, rig.dt[i] - prior.mean.dt[i], w_translation);
-  }
-  add(layout_.td(), rig.dtd - prior.mean.dtd, information(prior.sigmas.td_s));
-  add(layout_.readout(), rig.dreadout - prior.mean.dreadout, information(prior.sigmas.readout_s));
-  return cost;
+  const RigPriorTerm prior = rigPriorTerm(*rig_, rig);
+  system->H.block<StateLayout::kRig, StateLayout::kRig>(layout_.rig(), layout_.rig()) += prior.H;
+  system->g.segment<StateLayout::kRig>(layout_.rig()) += prior.g;
+  return prior.cost;
 }
 
 template <int kColumns>

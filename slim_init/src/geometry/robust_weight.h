@@ -13,4 +13,10 @@ inline double gemanMcClure(double z2) {
   return 1.0 / (q * q);
 }
 
+/// The cost of which it is the weight, in the squares of least squares: it ends at the square of
+/// the cutoff, so that what is far off costs the same wherever it is.
+inline double gemanMcClureCost(double z2) {
+  return z2 / (1.0 + z2 / (kGemanMcClureSigmas * kGemanMcClureSigmas));
+}
+
 }  // namespace slim_init
