@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "geometry/partial_cholesky.h"
+#include "geometry/dense.h"
 
 namespace slim_init {
 
@@ -17,24 +17,21 @@ ArrowSolver::ArrowSolver(const StateLayout& layout, bool dense_velocities)
   const int after_poses = dense_velocities_ ? layout_.velocity(0) : layout_.gyroBias();
   for (int i = after_poses; i < layout_.size(); ++i) rest_.push_back(i);
   const int rows = static_cast<int>(rest_.size()) + 1;
-  ld_ = rows + rows % 2;
-  A_.setZero(ld_, rows);
-  x_.setZero(rows);
+  A_.setZero(rows, rows);
   if (dense_velocities_) return;
   velocities_.resize(n);
   // The last velocity has no next one; its poses are those of the last two keyframes.
   for (int k = 0; k < n; ++k) velocities_[k].first_row = 6 * (n - 1 - std::min(k + 1, n - 1));
-  panels_.setZero(static_cast<Eigen::Index>(3) * n * ld_);
+  panels_.setZero(rows, 3 * n);
 }
 
 void ArrowSolver::copyRest(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double damping) {
   const int m = static_cast<int>(rest_.size());
   for (int j = 0; j < m; ++j) {
     const int from = rest_[j];
-    double* column = &A_(0, j);
-    for (int i = j; i < m; ++i) column[i] = H(std::max(rest_[i], from), std::min(rest_[i], from));
-    column[j] *= 1.0 + damping;
-    column[m] = g[from];
+    for (int i = j; i < m; ++i) A_(i, j) = H(std::max(rest_[i], from), std::min(rest_[i], from));
+    A_(j, j) *= 1.0 + damping;
+    A_(m, j) = g[from];
   }
   A_(m, m) = 0.0;
 }
@@ -49,7 +46,7 @@ void ArrowSolver::copyVelocities(const Eigen::MatrixXd& H, const Eigen::VectorXd
     velocity.block.diagonal() *= 1.0 + damping;
     if (k + 1 < layout_.n) velocity.next = H.block<3, 3>(layout_.velocity(k + 1), v);
     for (int c = 0; c < 3; ++c) {
-      double* column = panel(k) + c * ld_;
+      auto column = panels_.col(3 * k + c);
       for (int i = 0; i < m; ++i) {
         column[i] = H(std::max(rest_[i], v + c), std::min(rest_[i], v + c));
       }
@@ -66,27 +63,22 @@ bool ArrowSolver::eliminateVelocities() {
     if (llt.info() != Eigen::Success) return false;
     velocity.block = llt.matrixL();
     const Eigen::Matrix3d& L = velocity.block;
-    const int first = velocity.first_row;
-    double *u0 = panel(k), *u1 = u0 + ld_, *u2 = u1 + ld_;
-    const double i0 = 1.0 / L(0, 0), i1 = 1.0 / L(1, 1), i2 = 1.0 / L(2, 2);
-    for (int i = first; i < rows; ++i) {
-      u0[i] *= i0;
-      u1[i] = (u1[i] - L(1, 0) * u0[i]) * i1;
-      u2[i] = (u2[i] - L(2, 0) * u0[i] - L(2, 1) * u1[i]) * i2;
+    const int first = velocity.first_row, left = rows - first;
+    auto panel = panels_.block<Eigen::Dynamic, 3>(first, 3 * k, left, 3);
+    panel.col(0) /= L(0, 0);
+    panel.col(1) = (panel.col(1) - L(1, 0) * panel.col(0)) / L(1, 1);
+    panel.col(2) = (panel.col(2) - L(2, 0) * panel.col(0) - L(2, 1) * panel.col(1)) / L(2, 2);
+    // Three columns: Eigen's kernel for large matrices would spend more on packing them.
+    for (int j = 0; j < left; ++j) {
+      A_.col(first + j).tail(left - j) -=
+          panel.bottomRows(left - j).lazyProduct(panel.row(j).transpose());
     }
-    // `first` is a multiple of six: the alignment of the pairs is kept.
-    subtractOuterProduct3(&A_(first, first), ld_, rows - first, u0 + first, ld_);
     if (k + 1 == layout_.n) break;
     llt.matrixU().solveInPlace<Eigen::OnTheRight>(velocity.next);
     const Eigen::Matrix3d& X = velocity.next;
-    Velocity& next = velocities_[k + 1];
-    next.block.noalias() -= X * X.transpose();
-    for (int c = 0; c < 3; ++c) {
-      double* column = panel(k + 1) + c * ld_;
-      for (int i = first; i < rows; ++i) {
-        column[i] -= u0[i] * X(c, 0) + u1[i] * X(c, 1) + u2[i] * X(c, 2);
-      }
-    }
+    velocities_[k + 1].block.noalias() -= X * X.transpose();
+    panels_.block<Eigen::Dynamic, 3>(first, 3 * (k + 1), left, 3) -=
+        panel.lazyProduct(X.transpose());
   }
   return true;
 }
@@ -99,26 +91,20 @@ bool ArrowSolver::solve(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, doub
     copyVelocities(H, g, damping);
     if (!eliminateVelocities()) return false;
   }
-  if (!partialCholesky(A_.data(), ld_, m + 1, m)) return false;
+  if (!eliminateFirst(A_, m)) return false;
   // The last row is L^-1 of the gradient.
-  for (int j = m - 1; j >= 0; --j) {
-    const double* column = &A_(0, j);
-    double sum = column[m];
-    for (int i = j + 1; i < m; ++i) sum -= column[i] * x_[i];
-    x_[j] = sum / column[j];
-  }
+  Eigen::VectorXd x = A_.row(m).head(m);
+  A_.topLeftCorner(m, m).triangularView<Eigen::Lower>().transpose().solveInPlace(x);
   step->setZero(layout_.size());
-  for (int j = 0; j < m; ++j) (*step)[rest_[j]] = -x_[j];
+  for (int j = 0; j < m; ++j) (*step)[rest_[j]] = -x[j];
   if (dense_velocities_) return true;
   Eigen::Vector3d next = Eigen::Vector3d::Zero();
   for (int k = layout_.n - 1; k >= 0; --k) {
     const Velocity& velocity = velocities_[k];
-    Eigen::Vector3d sum;
-    for (int c = 0; c < 3; ++c) {
-      const double* column = panel(k) + c * ld_;
-      sum[c] = column[m];
-      for (int i = velocity.first_row; i < m; ++i) sum[c] -= column[i] * x_[i];
-    }
+    const auto panel = panels_.middleCols<3>(3 * k);
+    const int first = velocity.first_row;
+    Eigen::Vector3d sum = panel.row(m);
+    sum -= panel.middleRows(first, m - first).transpose() * x.tail(m - first);
     if (k + 1 < layout_.n) sum -= velocity.next.transpose() * next;
     velocity.block.triangularView<Eigen::Lower>().transpose().solveInPlace(sum);
     next = sum;

@@ -37,16 +37,13 @@ class ArrowSolver {
   void copyVelocities(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double damping);
   void copyRest(const Eigen::MatrixXd& H, const Eigen::VectorXd& g, double damping);
   bool eliminateVelocities();
-  double* panel(int k) { return panels_.data() + static_cast<Eigen::Index>(3) * k * ld_; }
 
   StateLayout layout_;
   bool dense_velocities_;
   std::vector<int> rest_;  // index in the layout of every unknown of the rest
-  int ld_;
-  Eigen::MatrixXd A_;  // of the rest, the gradient as its last row
+  Eigen::MatrixXd A_;      // of the rest, the gradient as its last row
   std::vector<Velocity> velocities_;
-  Eigen::VectorXd panels_;  // rows of the rest with the velocities, three columns each
-  Eigen::VectorXd x_;
+  Eigen::MatrixXd panels_;  // rows of the rest with the velocities, three columns each
 };
 
 }  // namespace slim_init

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "estimation/constants.h"
-#include "geometry/partial_cholesky.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -98,35 +98,25 @@ Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& informat
                       const BodyErrors& errors, const StateLayout& at) {
   Posterior out;
   const int m = at.size() - StateLayout::kGauge;
-  EvenMatrix L(m);
-  for (int j = 0; j < m; ++j) L.column(j).segment(j, m - j) = information.col(j).tail(m - j);
-  if (!partialCholesky(L.data(), L.stride(), m, m)) return out;
-
-  // Scale and rig: a relative change of scale moves every position along its offset from the mean.
-  constexpr int kScale = 0, kRig = 1;
-  Eigen::MatrixXd parts = Eigen::MatrixXd::Zero(kRig + (at.rigs ? StateLayout::kRig : 0), m);
+  const int world = 9 * at.n + 6, rigs = at.rigs ? StateLayout::kRig : 0;
+  // What the host is told, then scale and rig: a relative change of scale moves every position
+  // along its offset from the mean.
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(world + 1 + rigs, m);
+  T.topRows(world) = worldErrors(visual, errors, at);
   const Eigen::Matrix3Xd centred = visual.p_b0.colwise() - visual.p_b0.rowwise().mean();
   for (int k = 1; k < at.n; ++k) {
-    parts.block<1, 3>(kScale, at.pose(k) + 3 - StateLayout::kGauge) =
+    T.block<1, 3>(world, at.pose(k) + 3 - StateLayout::kGauge) =
         centred.col(k).transpose() / centred.squaredNorm();
   }
+  if (at.rigs) T.block(world + 1, at.rig() - StateLayout::kGauge, rigs, rigs).setIdentity();
+  Eigen::MatrixXd covariance;
+  if (!inverseSeenBy(information, T.transpose(), &covariance)) return out;
+  out.covariance = covariance.topLeftCorner(world, world);
+  out.scale_sigma = std::sqrt(covariance(world, world));
+  out.by_scale = covariance.col(world).head(world) / covariance(world, world);
   if (at.rigs) {
-    parts.block<StateLayout::kRig, StateLayout::kRig>(kRig, at.rig() - StateLayout::kGauge)
-        .setIdentity();
+    out.rig_covariance = covariance.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>();
   }
-  const Eigen::MatrixXd of_parts = propagatedCovariance(L, parts);
-  out.scale_sigma = std::sqrt(of_parts(kScale, kScale));
-  if (at.rigs) {
-    out.rig_covariance = of_parts.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>();
-  }
-  // The scale once more, below what the host is told.
-  Eigen::MatrixXd T(9 * at.n + 7, m);
-  T.topRows(9 * at.n + 6) = worldErrors(visual, errors, at);
-  T.bottomRows<1>() = parts.row(kScale);
-  const Eigen::MatrixXd covariance = propagatedCovariance(L, T);
-  const Eigen::Index last = covariance.rows() - 1;
-  out.covariance = covariance.topLeftCorner(last, last);
-  out.by_scale = covariance.col(last).head(last) / covariance(last, last);
   out.valid = covariance.allFinite();
   return out;
 }

@@ -3,6 +3,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 
 namespace slim_init {
 
@@ -26,7 +28,36 @@ bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out)
   const Eigen::LLT<Eigen::MatrixXd> llt(A);
   if (llt.info() != Eigen::Success) return false;
   const Eigen::MatrixXd half = llt.matrixL().solve(J);
-  *out = half.transpose() * half;
+  out->setZero(J.cols(), J.cols());
+  out->selfadjointView<Eigen::Lower>().rankUpdate(half.transpose());
+  out->triangularView<Eigen::StrictlyUpper>() = out->transpose();
+  return true;
+}
+
+bool eliminateFirst(Eigen::Ref<Eigen::MatrixXd> A, int eliminated) {
+  // For up to two hundred unknowns Eigen's blocked factorisation spends as much on packing its
+  // operands as on arithmetic.
+  constexpr int kPanel = 4;
+  const Eigen::Index n = A.rows();
+  for (int first = 0; first < eliminated; first += kPanel) {
+    const int width = std::min(kPanel, eliminated - first);
+    for (int j = first; j < first + width; ++j) {
+      auto column = A.col(j).tail(n - j);
+      for (int k = first; k < j; ++k) column -= A(j, k) * A.col(k).tail(n - j);
+      const double pivot = column[0];
+      if (!(pivot > 0.0) || !std::isfinite(pivot)) return false;
+      column /= std::sqrt(pivot);
+    }
+    for (Eigen::Index j = first + width; j < n; ++j) {
+      auto column = A.col(j).tail(n - j);
+      if (width == kPanel) {
+        const Eigen::Matrix<double, kPanel, 1> row = A.block<1, kPanel>(j, first).transpose();
+        column -= A.block<Eigen::Dynamic, kPanel>(j, first, n - j, kPanel).lazyProduct(row);
+      } else {
+        for (int k = first; k < first + width; ++k) column -= A(j, k) * A.col(k).tail(n - j);
+      }
+    }
+  }
   return true;
 }
 

@@ -29,6 +29,13 @@ bool invertSymmetric(const DenseView& A, Eigen::MatrixXd* inverse);
 /// J^T A^-1 J of a symmetric, positive definite A; false if it is not.
 bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out);
 
+/// Eliminates the first `eliminated` unknowns of a symmetric matrix in place; the lower triangle is
+/// read. On return the first columns hold those of the Cholesky factor L (all rows of them), and
+/// the lower triangle of the rest the Schur complement, in which a row appended as a right-hand
+/// side has become that of the reduced problem. False where what is eliminated is not positive
+/// definite; A is then half done.
+bool eliminateFirst(Eigen::Ref<Eigen::MatrixXd> A, int eliminated);
+
 /// Eigenvalues in rising order, and an eigenvector a column.
 struct SymmetricEigen {
   bool valid = false;

@@ -8,7 +8,7 @@
 
 #include "alignment/gravity_constrained.h"
 #include "estimation/inertial_factor.h"
-#include "geometry/partial_cholesky.h"
+#include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "verdict/constants.h"
 
@@ -95,8 +95,6 @@ ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegrat
   const WindowState body = bodyState(refined.state, calibration.R_b_c, calibration.t_b_c);
   const Eigen::Vector3d t_b_c = calibration.t_b_c + body.rig.dt;
   predictCentres(body, pre, motion);
-  S1_.setZero(3 * (n - 1), 3 * (n - 1));
-  S2_.setZero(3 * (n - 1), 3 * (n - 1));
   shape_.resize(3 * (n - 1));
   for (int k = 1; k < n; ++k) {
     const Eigen::Matrix3d& R = body.R_b0_bk[k];
@@ -203,35 +201,19 @@ bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& 
   // Rows of the difference by attitudes, biases (first) and by the shape at ratio one, and the
   // gradient: what the elimination leaves of them is minus their products over H^-1.
   const int last = size + 2 * rows;
-  EvenMatrix A(last + 1);
-  for (int j = 0; j < size; ++j) {
-    A.column(j).segment(j, size - j) = H.col(j).tail(size - j);
-    A.column(j).segment(size, 2 * rows).setZero();
-    A.column(j)[last] = g[j];
-  }
-  for (int j = 0; j < rows; ++j) {
-    A.column(j).segment(size, rows) = by_attitudes_.col(j);
-    A.column(rows + j)[size + rows + j] = 1.0;
-  }
-  for (int j = 0; j < 3; ++j)
-    A.column(2 * rows + j).segment(size, rows) = by_attitudes_.col(rows + j);
-  for (int j = size; j <= last; ++j) A.column(j).setZero();
-  if (!partialCholesky(A.data(), A.stride(), last + 1, size)) return false;
-  for (int j = 0; j < rows; ++j) {
-    for (int i = j; i < rows; ++i) {
-      S0_(i, j) -= A.column(size + j)[size + i];
-      S2_(i, j) = -A.column(size + rows + j)[size + rows + i];
-    }
-    offset_[j] += A.column(size + j)[last];
-    shape_[j] += A.column(size + rows + j)[last];
-  }
-  // By attitudes and shape, both orders in one.
-  for (int j = 0; j < rows; ++j) {
-    for (int i = j; i < rows; ++i) {
-      S1_(i, j) = -A.column(size + j)[size + rows + i] - A.column(size + i)[size + rows + j];
-    }
-  }
-  work_ = EvenMatrix(rows + kUnknowns + 1);
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(last + 1, last + 1);
+  A.topLeftCorner(size, size) = H;
+  A.row(last).head(size) = g.transpose();
+  A.block(size, 0, rows, rows) = by_attitudes_.leftCols(rows);
+  A.block<Eigen::Dynamic, 3>(size, 2 * rows, rows, 3) = by_attitudes_.rightCols<3>();
+  A.block(size + rows, rows, rows, rows).setIdentity();
+  if (!eliminateFirst(A, size)) return false;
+  const auto by_shape = A.block(size + rows, size, rows, rows);
+  S0_ -= A.block(size, size, rows, rows);
+  S1_ = -by_shape - by_shape.transpose();
+  S2_ = -A.block(size + rows, size + rows, rows, rows);
+  offset_ += A.row(last).segment(size, rows).transpose();
+  shape_ += A.row(last).segment(size + rows, rows).transpose();
   return S0_.allFinite() && S2_.allFinite();
 }
 
@@ -240,23 +222,18 @@ double ScaleCost::operator()(double log_ratio) const {
   const double ratio = std::exp(log_ratio);
   const int rows = static_cast<int>(offset_.size());
   // Below the covariance what is weighted with its inverse: columns by the unknowns, constant part.
-  for (int j = 0; j < rows; ++j) {
-    const int tail = rows - j;
-    auto column = work_.column(j);
-    column.segment(j, tail) = S0_.col(j).tail(tail) - ratio * S1_.col(j).tail(tail) +
-                              (ratio * ratio) * S2_.col(j).tail(tail);
-    column.segment<kUnknowns>(rows) = by_unknowns_.row(j).transpose();
-    column[rows + kUnknowns] = ratio * shape_[j] - offset_[j];
-  }
-  for (int j = rows; j <= rows + kUnknowns; ++j) work_.column(j).setZero();
-  if (!partialCholesky(work_.data(), work_.stride(), rows + kUnknowns + 1, rows)) return kInfinity;
-  Eigen::Matrix<double, kUnknowns, kUnknowns> M;
-  Eigen::Matrix<double, kUnknowns, 1> b, x;
-  for (int j = 0; j < kUnknowns; ++j) {
-    for (int i = j; i < kUnknowns; ++i) M(i, j) = M(j, i) = -work_.column(rows + j)[rows + i];
-    b[j] = -work_.column(rows + j)[rows + kUnknowns];
-  }
-  const double constant = -work_.column(rows + kUnknowns)[rows + kUnknowns];
+  work_.resize(rows + kUnknowns + 1, rows + kUnknowns + 1);
+  work_.bottomRightCorner<kUnknowns + 1, kUnknowns + 1>().setZero();
+  work_.topLeftCorner(rows, rows).triangularView<Eigen::Lower>() =
+      S0_ - ratio * S1_ + (ratio * ratio) * S2_;
+  work_.block(rows, 0, kUnknowns, rows) = by_unknowns_.transpose();
+  work_.row(rows + kUnknowns).head(rows) = (ratio * shape_ - offset_).transpose();
+  if (!eliminateFirst(work_, rows)) return kInfinity;
+  Eigen::Matrix<double, kUnknowns, kUnknowns> M = -work_.block<kUnknowns, kUnknowns>(rows, rows);
+  M.triangularView<Eigen::StrictlyUpper>() = M.transpose();
+  Eigen::Matrix<double, kUnknowns, 1> x,
+      b = -work_.block<1, kUnknowns>(rows + kUnknowns, rows).transpose();
+  const double constant = -work_(rows + kUnknowns, rows + kUnknowns);
   M.diagonal().segment<3>(3).array() += accel_bias_information_;
   M += motion_by_unknowns_.transpose() * motion_by_unknowns_;  // zero without a prior
   b -= motion_by_unknowns_.transpose() * motion_offset_;

@@ -11,7 +11,6 @@
 
 #include "estimation/motion_prior.h"
 #include "estimation/refine_window.h"
-#include "geometry/partial_cholesky.h"
 #include "imu/preintegration.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
@@ -86,7 +85,7 @@ class ScaleCost {
   // Covariance of the difference: S0 - ratio S1 + ratio^2 S2.
   // Lower triangles.
   Eigen::MatrixXd S0_, S1_, S2_;
-  mutable EvenMatrix work_;  // of one evaluation
+  mutable Eigen::MatrixXd work_;  // of one evaluation
 };
 
 /// Searches the profile on a logarithmic grid, from 1/32 to 32 times the scale of the answer.
