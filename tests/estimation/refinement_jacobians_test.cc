@@ -115,7 +115,7 @@ class RefinementJacobians : public ::testing::TestWithParam<int> {
     const ImuInstant imu = {random(), 9.81 * random().normalized()};
     const auto residual = [&](const WindowState& state, ViewDerivatives<D>* at,
                               RowJacobian* by_row) {
-      evaluateAtRow(view, parameters, state, rows, imu, 300.0, at, by_row);
+      evaluateAtRow(view, parameters, {state, rows, imu}, 300.0, at, by_row);
     };
     ViewDerivatives<D> analytic;
     RowJacobian by_row;

@@ -25,17 +25,22 @@ struct RowMotion {
   double readout_s = 0.0;  ///< of the calibration; zero: a global shutter
 };
 
+/// Where the views of one keyframe are evaluated.
+struct RowExposure {
+  const WindowState& state;
+  const RowMotion& rows;
+  const ImuInstant& imu;  ///< motion at the keyframe
+};
+
 /// evaluate() at the exposure of the view's own row (of both, for a line), at the state's readout
-/// time, with the derivatives by velocity and readout time. `imu`: motion at the keyframe.
-void evaluateAtRow(const PointView& view, const PointParameters& point, const WindowState& state,
-                   const RowMotion& rows, const ImuInstant& imu, double sqrt_information,
-                   ViewDerivatives<3>* out, RowJacobian* by_row);
-void evaluateAtRow(const LineView& view, const LineParameters& line, const WindowState& state,
-                   const RowMotion& rows, const ImuInstant& imu, double sqrt_information,
-                   ViewDerivatives<4>* out, RowJacobian* by_row);
+/// time, with the derivatives by velocity and readout time.
+void evaluateAtRow(const PointView& view, const PointParameters& point, const RowExposure& at,
+                   double sqrt_information, ViewDerivatives<3>* out, RowJacobian* by_row);
+void evaluateAtRow(const LineView& view, const LineParameters& line, const RowExposure& at,
+                   double sqrt_information, ViewDerivatives<4>* out, RowJacobian* by_row);
 /// A vanishing direction does not depend on where the camera is.
 void evaluateAtRow(const DirectionView& view, const DirectionParameters& axis,
-                   const WindowState& state, const RowMotion& rows, const ImuInstant& imu,
-                   double sqrt_information, ViewDerivatives<2>* out, RowJacobian* by_row);
+                   const RowExposure& at, double sqrt_information, ViewDerivatives<2>* out,
+                   RowJacobian* by_row);
 
 }  // namespace slim_init

@@ -385,8 +385,8 @@ void VisualInertialProblem::evaluateView(const View& view, const Parameters& par
                                          const WindowState& state, double sqrt_information,
                                          ViewDerivatives<D>* out, RowJacobian* by_row) const {
   if (by_row_) {
-    evaluateAtRow(view, parameters, state, rows_, instants_[view.keyframe], sqrt_information, out,
-                  by_row);
+    const RowExposure at = {state, rows_, instants_[view.keyframe]};
+    evaluateAtRow(view, parameters, at, sqrt_information, out, by_row);
   } else {
     evaluate(view, parameters, state, t_b_c_, sqrt_information, out);
   }

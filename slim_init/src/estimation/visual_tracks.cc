@@ -27,13 +27,12 @@ DirectionParameters DirectionParameters::moved(const Eigen::Vector2d& step) cons
 }
 
 void evaluate(const PointView& view, const PointParameters& point, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<3>* out,
-              const Eigen::Vector3d& moved) {
+              const CameraPlace& camera, double sqrt_information, ViewDerivatives<3>* out) {
   const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
   const double rho = point.inverse_depth;
-  const Eigen::Vector3d from_body = point.origin - (state.p_b0.col(view.keyframe) + moved);
+  const Eigen::Vector3d from_body = point.origin - (state.p_b0.col(view.keyframe) + camera.moved);
   const Eigen::Vector3d z = R.transpose() * (point.direction + rho * from_body);
-  const Eigen::Vector3d y = z - rho * t_b_c;
+  const Eigen::Vector3d y = z - rho * camera.t_b_c;
   const double inverse_norm = 1.0 / y.norm();
   const Eigen::Vector3d u = y * inverse_norm;
   const Eigen::Vector2d across = view.tangent_b * u;
@@ -46,11 +45,11 @@ void evaluate(const PointView& view, const PointParameters& point, const WindowS
   const Eigen::Matrix<double, 2, 3> dr_dx = dr_dy * R.transpose();
   out->J_pose.rightCols<3>() = -rho * dr_dx;
   out->J_track.leftCols<2>() = dr_dx * point.tangent;
-  out->J_track.col(2) = dr_dy * (R.transpose() * from_body - t_b_c);
+  out->J_track.col(2) = dr_dy * (R.transpose() * from_body - camera.t_b_c);
 }
 
 void evaluate(const DirectionView& view, const DirectionParameters& axis, const WindowState& state,
-              const Eigen::Vector3d& /*t_b_c*/, double sqrt_information, ViewDerivatives<2>* out) {
+              const CameraPlace& /*camera*/, double sqrt_information, ViewDerivatives<2>* out) {
   const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
   const Eigen::Vector3d d_b = R.transpose() * axis.direction;
   const Eigen::Matrix<double, 2, 3> G = sqrt_information * view.whitened_tangent_b;

@@ -55,12 +55,10 @@ struct DirectionParameters {
 /// Residuals of one view and their derivatives. `sqrt_information` is 1 / sigma [1/rad].
 ///   point: components of the predicted bearing across the observed one
 ///   direction: components of the predicted direction across the observed one, whitened
-/// `moved`: of the body from the keyframe to the exposure of the row, in b0 [m].
 void evaluate(const PointView& view, const PointParameters& point, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<3>* out,
-              const Eigen::Vector3d& moved = Eigen::Vector3d::Zero());
+              const CameraPlace& camera, double sqrt_information, ViewDerivatives<3>* out);
 void evaluate(const DirectionView& view, const DirectionParameters& axis, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<2>* out);
+              const CameraPlace& camera, double sqrt_information, ViewDerivatives<2>* out);
 
 /// Starting parameters of a track from the state, by linear least squares with the known camera
 /// motion. `views` has at least two entries.

@@ -13,4 +13,14 @@ struct ViewDerivatives {
   Eigen::Matrix<double, 2, D> J_track;
 };
 
+/// Where the camera is at an exposure, seen from the body at its keyframe.
+struct CameraPlace {
+  // NOLINTNEXTLINE: mostly the lever arm is all.
+  CameraPlace(const Eigen::Vector3d& lever, const Eigen::Vector3d& way = Eigen::Vector3d::Zero())
+      : t_b_c(lever), moved(way) {}
+
+  Eigen::Vector3d t_b_c;  ///< in the body [m]
+  Eigen::Vector3d moved;  ///< of the body from the keyframe to the exposure, in b0 [m]
+};
+
 }  // namespace slim_init

@@ -20,21 +20,20 @@ LineParameters LineParameters::moved(const Eigen::Vector4d& step) const {
 }
 
 void evaluate(const LineView& view, const LineParameters& line, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out,
-              const Eigen::Vector3d& moved) {
+              const CameraPlace& camera, double sqrt_information, ViewDerivatives<4>* out) {
   const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
   const double rho = line.inverse_distance;
   const Eigen::Vector3d D = line.frame.col(1);
   const Eigen::Vector3d w = line.frame.col(2);
   const Eigen::Vector3d from_camera =
-      line.origin - (cameraCentre(state, view.keyframe, t_b_c) + moved);
+      line.origin - (cameraCentre(state, view.keyframe, camera.t_b_c) + camera.moved);
   const Eigen::Vector3d n = w + rho * from_camera.cross(D);
   const double inverse_norm = 1.0 / n.norm();
   const Eigen::Vector3d n_b = R.transpose() * n;
   const Eigen::Vector3d unit = n_b * inverse_norm;
   const Eigen::Vector3d D_b = R.transpose() * D;
 
-  const Eigen::Matrix3d dn_dtheta = skew(n_b) - rho * skew(D_b) * skew(t_b_c);
+  const Eigen::Matrix3d dn_dtheta = skew(n_b) - rho * skew(D_b) * skew(camera.t_b_c);
   const Eigen::Matrix3d dn_dp = rho * skew(D);  // in b0
   const Eigen::Matrix3d dn_dframe = -skew(w) - rho * skew(from_camera) * skew(D);
   const Eigen::Vector3d dn_drho = from_camera.cross(D);

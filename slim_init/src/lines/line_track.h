@@ -35,11 +35,9 @@ struct LineParameters {
 };
 
 /// Sines of the angles of both end points to the predicted plane, times `sqrt_information`
-/// (1 / sigma [1/rad]), and their derivatives. `moved`: of the body from the keyframe to the
-/// exposure, in b0 [m].
+/// (1 / sigma [1/rad]), and their derivatives.
 void evaluate(const LineView& view, const LineParameters& line, const WindowState& state,
-              const Eigen::Vector3d& t_b_c, double sqrt_information, ViewDerivatives<4>* out,
-              const Eigen::Vector3d& moved = Eigen::Vector3d::Zero());
+              const CameraPlace& camera, double sqrt_information, ViewDerivatives<4>* out);
 
 /// Starting parameters of a track from the state, by linear least squares with the known camera
 /// motion. `views` has at least two entries. Planes that are parallel to within noise put the line
