@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "gyro_bias.h"
+#include "support/chi_square.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
 
@@ -79,6 +80,23 @@ TEST(MultiGapBias, KeepsTheLowerCostOfSeveralStarts) {
   const MultiGapBiasEstimate both = from({far, Vector3d::Zero()});
   EXPECT_LE(both.cost, from({Vector3d::Zero()}).cost * (1 + 1e-9));
   EXPECT_LT(relativeError(both.gyro_bias, options.gyro_bias), 0.05);
+}
+
+TEST(MultiGapBias, InformationIsThatOfTheErrors) {
+  double sum = 0.0;
+  constexpr int kMany = 100;
+  for (unsigned seed = 1; seed <= kMany; ++seed) {
+    ExactWindowOptions options;
+    options.seed = seed;
+    options.pixel_noise = 0.6;
+    options.imu_noise = options.angular_noise = true;
+    const ExactWindow exact = makeExactWindow(options);
+    const MultiGapBiasEstimate estimate = estimateMultiGapBias(
+        *exact.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions(), InertialOptions());
+    const Vector3d error = estimate.gyro_bias - options.gyro_bias;
+    sum += error.dot(estimate.information * error);
+  }
+  EXPECT_TRUE(isChiSquare(sum, 3 * kMany));
 }
 
 TEST(MultiGapBias, WithoutDataItIsNotValid) {

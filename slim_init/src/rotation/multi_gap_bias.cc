@@ -179,15 +179,19 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, const GapRan
   return out;
 }
 
-BiasInformation MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+Baselines MultiGapProblem::baselinesAt(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+                                       const WeightedPairs& weighted, Baselines baselines) const {
+  evaluate(gyro_bias, gaps, weighted, &baselines);
+  return baselines;
+}
+
+Eigen::Matrix3d MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
                                              const WeightedPairs& weighted, double gyro_density,
                                              Baselines baselines) const {
-  BiasInformation out;
-  out.baselines = std::move(baselines);
   const double share = shareOf(gaps, pairs_.keyframes());
   const double sigma2 = pairs_.sigma() * pairs_.sigma();
   const Eigen::Matrix3d H_inverse =
-      evaluate(gyro_bias, gaps, weighted, &out.baselines).hessian.inverse();
+      evaluate(gyro_bias, gaps, weighted, &baselines).hessian.inverse();
   const PairRotations rotations = gyro_.at(gyro_bias, pairs_, gaps.to);
   std::vector<Eigen::Vector3d> gradients(window_.pointTracks().size(), Eigen::Vector3d::Zero());
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
@@ -204,9 +208,8 @@ BiasInformation MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, c
   const Eigen::Matrix3d covariance =
       kScatterInflation * (H_inverse * scatter * H_inverse) + kCurvatureShare * 2.0 * H_inverse;
   const double duration = window_.times().back() - window_.times().front();
-  out.information =
-      (covariance + gyro_density * gyro_density / duration * Eigen::Matrix3d::Identity()).inverse();
-  return out;
+  return (covariance + gyro_density * gyro_density / duration * Eigen::Matrix3d::Identity())
+      .inverse();
 }
 
 void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
@@ -256,11 +259,9 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
     best.valid = true;
     best.gyro_bias = bias;
     best.cost = rated.cost;
-    best.information =
-        problem
-            .information(bias, gaps, minimum.weighted, window.calibration().imu_noise.gyro_density,
-                         std::move(rated.baselines))
-            .information;
+    best.information = problem.information(bias, gaps, minimum.weighted,
+                                           window.calibration().imu_noise.gyro_density,
+                                           std::move(rated.baselines));
   }
   return best;
 }

@@ -69,12 +69,6 @@ struct BiasMinimum {
   int iterations = 0;                                   ///< accepted steps
 };
 
-/// Inverse covariance of a minimiser, and the baselines there.
-struct BiasInformation {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< [1/(rad/s)^2]
-  Baselines baselines;
-};
-
 /// The cost over the gyroscope bias (docs/derivation.md, 1.2) of one window. Pairs are built once;
 /// baselines, masks and weights are values that the caller passes in and gets back. The one thing
 /// that calls leave behind is the bias at which the gyro was last integrated. Keeps references to
@@ -113,11 +107,15 @@ class MultiGapProblem {
   WeightedPairs weigh(const Eigen::Vector3d& gyro_bias, const GapRange& gaps, double cutoff_sigmas,
                       const PointMasks& masks, Baselines* baselines);
 
-  /// Inverse covariance of a minimiser for given weights: the curvature of the cost and the scatter
-  /// of the tracks' gradients, so that points that enter at several gaps, or are worse than they
-  /// should be, count for what they are; and the gyro's white noise over the window, with
-  /// `gyro_density` [rad/s/sqrt(Hz)]. `baselines` as minimize() left them.
-  BiasInformation information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+  /// The baselines that minimise the cost at a bias. `baselines`: as minimize() left them.
+  Baselines baselinesAt(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+                        const WeightedPairs& weighted, Baselines baselines) const;
+
+  /// Inverse covariance [1/(rad/s)^2] of a minimiser for given weights: the curvature of the cost
+  /// and the scatter of the tracks' gradients, so that points that enter at several gaps, or are
+  /// worse than they should be, count for what they are; and the gyro's white noise over the
+  /// window, with `gyro_density` [rad/s/sqrt(Hz)]. `baselines` as minimize() left them.
+  Eigen::Matrix3d information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
                               const WeightedPairs& weighted, double gyro_density,
                               Baselines baselines) const;
 

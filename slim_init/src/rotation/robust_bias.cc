@@ -233,13 +233,11 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
   }
   if (out.candidates > 1) search.weighAgain(gaps, &best);
   out.imu_noise = assumedImuNoise(window, inertial);
-  BiasInformation information =
-      problem.information(out.gyro_bias, gaps, best.minimum.weighted, out.imu_noise.gyro_density,
-                          std::move(best.minimum.baselines));
-  out.information = information.information;
-  out.rotations = freeRotations(
-      problem.pairs(), problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),
-      information.baselines, kFreeGap, clean ? kFreeFromClean : kFreeFromFar);
+  const Baselines baselines = problem.baselinesAt(out.gyro_bias, gaps, best.minimum.weighted,
+                                                  std::move(best.minimum.baselines));
+  out.rotations = freeRotations(problem.pairs(),
+                                problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),
+                                baselines, kFreeGap, clean ? kFreeFromClean : kFreeFromFar);
   out.track_sigma = trackNoise(problem.pairs(), out.rotations);
   out.readout = checkReadout(window, problem.pairs(), out.rotations, out.gyro_bias,
                              std::fmax(out.track_sigma, problem.pairs().sigma()));

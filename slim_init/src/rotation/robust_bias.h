@@ -30,9 +30,6 @@ struct RobustBias {
   RobustBiasStatus status = RobustBiasStatus::kTooFewPoints;
   bool valid() const { return status == RobustBiasStatus::kOk; }
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
-  /// Inverse covariance of the bias [1/(rad/s)^2], from the scatter of the tracks' residuals, gyro
-  /// noise included. Positive definite when valid (gyro_bias_prior).
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   ImuNoise imu_noise;    ///< that is to be assumed of the window's IMU; set when valid
   TrackPruning pruning;  ///< keep mask for withObservations() and counts, at `gyro_bias`
   /// Mean squared residual over keyframe pairs at gaps 1, 2 and 4 before any pruning, truncated at
