@@ -41,6 +41,14 @@ inline constexpr double kGolden = 0.6180339887498949;
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
 inline constexpr double kMinOtherScaleRise = 16.0;
 
+/// By how much the cost of images and IMU alone may fall on the way to a scale other than that of
+/// the measured velocities [sigma^2]: beyond it by chance once in a thousand, one degree of
+/// freedom.
+inline constexpr double kMaxMotionScaleDrop = 10.83;
+/// Speeds that have to be there before the scale may rest on them: one that slips among fewer does
+/// not show.
+inline constexpr int kFewestSpeeds = 3;
+
 // ---- Rest (rest.h)
 
 /// Shortest rest [s]: in half of it 0.05 m/s towards a far scene pass for one (a quarter of such

@@ -103,7 +103,8 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.inlier_fraction = refined.inlier_fraction * tracks.pointObservations().size() /
                              window.pointObservations().size();
   measures.behind_fraction = refined.behind_fraction;
-  measures.scale_sigma = scaleSigma(posterior, profile);
+  measures.has_speeds = refined.speeds.keyframes > 0;
+  measures.scale_sigma = scaleSigma(posterior, measures.has_speeds ? nullptr : profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
   measures.scale = scale;
   const Eigen::Matrix3Xd& v = refined.state.v_b0;
@@ -112,6 +113,8 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   if (profile != nullptr) {
     measures.other_scale = scale * std::exp(profile->other_log_ratio);
     measures.other_scale_rise = profile->other_rise;
+    measures.motion_scale = scale * std::exp(profile->log_ratio);
+    measures.motion_scale_drop = profile->cost_here - profile->cost;
   }
   return measures;
 }
@@ -130,13 +133,15 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
   }
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
-  return {
+  std::vector<GateValue> gates = {
       makeGate(GateName::kParallax, "median rotation-compensated track motion", "px",
                motion.parallax_px, options.min_parallax_px, false, no_motion),
       makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
                motion.parallax_px, options.min_least_parallax_px, false, no_motion),
       makeGate(GateName::kExcitation, "deviation of the specific force from its mean", "m/s^2",
                motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
+  if (motion.has_speeds) gates.back().exception = "measured velocities: scale_sigma decides";
+  return gates;
 }
 
 std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options) {
@@ -230,6 +235,14 @@ std::string explainOtherScale(const PosteriorMeasures& measures) {
   return out.str();
 }
 
+std::string explainMotionScale(const PosteriorMeasures& measures) {
+  std::ostringstream out;
+  out.precision(3);
+  out << "images and IMU alone have another scale (mean baseline " << measures.motion_scale
+      << " m) than with the measured velocities (" << measures.scale << " m): cost difference";
+  return out.str();
+}
+
 std::string explainChi2(const PosteriorMeasures& measures) {
   std::ostringstream out;
   out.precision(2);
@@ -266,7 +279,13 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
       makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
                measures.point_spread_deg, options.min_point_spread_deg, false,
                InitStatus::kTooFewTracks)};
-  if (measures.profiled) {
+  if (measures.has_speeds) {
+    if (std::isfinite(measures.motion_scale_drop)) {
+      gates.push_back(makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
+                               measures.motion_scale_drop, kMaxMotionScaleDrop, true,
+                               InitStatus::kInconsistentResiduals));
+    }
+  } else if (measures.profiled) {
     gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
                              measures.other_scale_rise, kMinOtherScaleRise, false, uncertain));
   }
@@ -323,8 +342,8 @@ void enforceGates(GateMode mode, InitResult* result) {
   };
   bool others_passed = result->hasEstimate();
   for (GateValue& gate : result->gates) {
-    gate.enforced = true;
-    others_passed = others_passed && (gate.passed || isParallax(gate));
+    gate.enforced = gate.exception.empty();
+    others_passed = others_passed && (gate.passed || !gate.enforced || isParallax(gate));
   }
   if (!others_passed) return;
   for (GateValue& gate : result->gates) {

@@ -25,6 +25,7 @@ struct MotionMeasures {
   double parallax_px = kNotComputed;   ///< see medianParallaxPx()
   double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
   double excitation = kNotComputed;    ///< see forceDeviation() [m/s^2]
+  bool has_speeds = false;  ///< measured velocities give the scale without excitation too
 };
 
 /// Median over the tracks of the largest rotation-compensated angle between the first observation
@@ -45,7 +46,8 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 /// force (below max_rest_deviation over 0.25 s means, so that a vibrating vehicle is at rest)
 /// stationary; with an unsteady one too little excitation of the camera, the scene is too far.
 /// Where it could not be measured, too few tracks. Tracks that move while the IMU is quiet are a
-/// slide at constant velocity and fail "excitation".
+/// slide at constant velocity and fail "excitation", which is not enforced with measured
+/// velocities.
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
 /// Of those the gates that a provisional answer needs: all but "excitation".
@@ -85,6 +87,9 @@ struct PosteriorMeasures {
   bool profiled = true;                     ///< other scales were looked for
   double other_scale = kNotComputed;        ///< the best other one, as InitResult::scale [m]
   double other_scale_rise = kNotComputed;   ///< ScaleProfile::other_rise
+  bool has_speeds = false;                  ///< measured velocities are part of the estimate
+  double motion_scale = kNotComputed;       ///< the best one without them, as InitResult::scale [m]
+  double motion_scale_drop = kNotComputed;  ///< by how much the cost without them is lower there
   double mean_acceleration = kNotComputed;  ///< |v_last - v_first| by the time between [m/s^2]
 };
 
@@ -100,13 +105,15 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
                                    const ScaleProfile* profile, double scale);
 
 /// Relative standard deviation of the scale: that of the posterior, or of the interval of the
-/// profile where that is wider. `profile` may be null.
+/// profile where that is wider. `profile` may be null; it knows no measured velocities, and with
+/// those in the estimate it has to be.
 double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
 
 /// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction"
 /// (inconsistent residuals), "point_spread" (too few tracks), "other_scale" and "scale_sigma"
 /// (scale too uncertain; where the motion fails the excitation gate as well, too little
-/// excitation). "other_scale" names both scales; without a profile it is left out.
+/// excitation). "other_scale" names both scales; without a profile it is left out. With measured
+/// velocities it compares the scale with that of images and IMU alone (inconsistent residuals).
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
 
