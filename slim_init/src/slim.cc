@@ -132,18 +132,20 @@ void setAnswer(const InitWindow& seen, const Calibration& handed_in, const Metri
     result->calibration = calibrationEstimate(calibration, state.rig, metric.posterior);
     appendCalibrationWarnings(handed_in, *result->calibration, result);
   }
-  const bool has_speeds = metric.refined.speeds.keyframes > 0;
-  result->scale_sigma = scaleSigma(metric.posterior, has_speeds ? nullptr : metric.profileOrNull());
   setSpeeds(seen, metric.refined.speeds, result);
   result->covariance = metric.posterior.covariance;
 }
 
+// Sets scale_sigma as well, which may rest on measured velocities.
 std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& seen,
                                const InitWindow& tracks, const MotionMeasures& motion,
-                               const InitializerOptions& options, double scale) {
-  return posteriorGates(measurePosterior(seen, tracks, metric.refined, metric.posterior,
-                                         metric.profileOrNull(), scale),
-                        motion, gatesInForce(options.gates, seen, options.window));
+                               const InitializerOptions& options, InitResult* result) {
+  const GateOptions bounds = gatesInForce(options.gates, seen, options.window);
+  PosteriorMeasures measures = measurePosterior(seen, tracks, metric.refined, metric.posterior,
+                                                metric.profileOrNull(), result->scale);
+  measures.scale_sigma = result->scale_sigma = scaleSigma(
+      measures, metric.posterior.scale_sigma, isFull(seen, options.window), bounds.max_scale_sigma);
+  return posteriorGates(measures, motion, bounds);
 }
 
 // The scale cannot be accepted, whatever the estimate is.
@@ -243,7 +245,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
-    appendGates(gatesOf(metric, seen, tracks, motion, options, result.scale), &result);
+    appendGates(gatesOf(metric, seen, tracks, motion, options, &result), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);
   }

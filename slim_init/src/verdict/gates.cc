@@ -104,17 +104,22 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
                              window.pointObservations().size();
   measures.behind_fraction = refined.behind_fraction;
   measures.has_speeds = refined.speeds.keyframes > 0;
-  measures.scale_sigma = scaleSigma(posterior, measures.has_speeds ? nullptr : profile);
+  measures.scale_sigma = measures.motion_scale_sigma = scaleSigma(posterior, profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
   measures.scale = scale;
   const Eigen::Matrix3Xd& v = refined.state.v_b0;
+  const Eigen::Vector3d mean = v.rowwise().mean();
+  measures.velocity_change = (v.colwise() - mean).colwise().norm().maxCoeff() / mean.norm();
   measures.mean_acceleration = (v.rightCols<1>() - v.leftCols<1>()).norm() / spanOf(window);
   measures.profiled = profile != nullptr;
   if (profile != nullptr) {
     measures.other_scale = scale * std::exp(profile->other_log_ratio);
     measures.other_scale_rise = profile->other_rise;
     measures.motion_scale = scale * std::exp(profile->log_ratio);
-    measures.motion_scale_drop = profile->cost_here - profile->cost;
+    // The answer lies between both: its distance from the one grows to that of both.
+    const double ratio = posterior.scale_sigma / measures.motion_scale_sigma;
+    measures.speed_disagreement =
+        (profile->cost_here - profile->cost) / std::max(1.0 - ratio * ratio, kLeastSpeedShare);
   }
   return measures;
 }
@@ -122,6 +127,15 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
 double scaleSigma(const Posterior& posterior, const ScaleProfile* profile) {
   if (profile == nullptr || !profile->valid) return posterior.scale_sigma;
   return std::max(posterior.scale_sigma, profile->sigma());
+}
+
+double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, bool full,
+                  double max_scale_sigma) {
+  const double alone = measures.motion_scale_sigma;
+  const bool steady =
+      alone >= kShownScaleSigma && measures.velocity_change <= kSteadyVelocityChange;
+  const bool waits = !full && !steady && alone > max_scale_sigma;
+  return measures.has_speeds && !waits ? posterior_sigma : alone;
 }
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
@@ -208,12 +222,14 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
   return gates;
 }
 
+bool isFull(const InitWindow& window, const WindowOptions& options) {
+  return spanOf(window) >= ConsistencyCheck::kFullFraction * options.fullSpan();
+}
+
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options) {
   GateOptions gates = options;
-  const bool is_full =
-      spanOf(window) >= ConsistencyCheck::kFullFraction * window_options.fullSpan();
-  if (!is_full) {
+  if (!isFull(window, window_options)) {
     gates.max_scale_sigma = options.max_scale_sigma_expanding;
   } else if (window_options.min_keyframes == window_options.keyframes) {
     gates.max_scale_sigma = options.max_scale_sigma_fixed_size;
@@ -239,7 +255,7 @@ std::string explainMotionScale(const PosteriorMeasures& measures) {
   std::ostringstream out;
   out.precision(3);
   out << "images and IMU alone have another scale (mean baseline " << measures.motion_scale
-      << " m) than with the measured velocities (" << measures.scale << " m): cost difference";
+      << " m) than with the measured velocities (" << measures.scale << " m): squared difference";
   return out.str();
 }
 
@@ -280,10 +296,12 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                measures.point_spread_deg, options.min_point_spread_deg, false,
                InitStatus::kTooFewTracks)};
   if (measures.has_speeds) {
-    if (std::isfinite(measures.motion_scale_drop)) {
+    if (std::isfinite(measures.speed_disagreement)) {
+      const bool alone_suffices = measures.motion_scale_sigma <= options.max_scale_sigma;
       gates.push_back(makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
-                               measures.motion_scale_drop, kMaxMotionScaleDrop, true,
-                               InitStatus::kInconsistentResiduals));
+                               measures.speed_disagreement,
+                               alone_suffices ? kMaxNeedlessDisagreement : kMaxSpeedDisagreement,
+                               true, InitStatus::kInconsistentResiduals));
     }
   } else if (measures.profiled) {
     gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
