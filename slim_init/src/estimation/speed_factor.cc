@@ -45,7 +45,7 @@ std::vector<SpeedFactor> speedFactors(const InitWindow& window, double td_shift)
     if (after == speeds.end() || (after == speeds.begin() && after->t > t)) continue;
     const auto before = after == speeds.begin() ? after : std::prev(after);
     const double gap = after->t - before->t;
-    if (gap > InitWindow::kMaxSpeedGap) continue;
+    if (after->t > t && gap > InitWindow::kMaxSpeedGap) continue;
     factors.push_back(interpolated(*before, *after, gap > 0.0 ? (t - before->t) / gap : 1.0,
                                    window.calibration().speed_sensor.lateral_sigma));
     factors.back().keyframe = k;

@@ -296,7 +296,8 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                measures.point_spread_deg, options.min_point_spread_deg, false,
                InitStatus::kTooFewTracks)};
   if (measures.has_speeds) {
-    if (std::isfinite(measures.speed_disagreement)) {
+    // A cost that is flat over the scale falls towards large ones, whatever the wheel says.
+    if (measures.motion_scale_sigma < kShownScaleSigma) {
       const bool alone_suffices = measures.motion_scale_sigma <= options.max_scale_sigma;
       gates.push_back(makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
                                measures.speed_disagreement,
