@@ -322,18 +322,15 @@ OptionTable rigTable(Config* c) {
   return {
       userKey("imu_topic", &c->imu_topic, "topic of the IMU: ROS nodes and bags"),
       userKey("image_topic", &c->image_topic, "topic of the camera"),
-      userKey(
-          "speed_topic", &c->speed_topic,
-          "topic of a velocity sensor (wheel odometry), geometry_msgs/TwistWithCovarianceStamped "
-          "or nav_msgs/Odometry; needs speed_rotation (3 x 3, sensor to body, its x axis "
-          "forward) and speed_translation (its origin in the body [m]); empty: none"),
+      userKey("speed_topic", &c->speed_topic,
+              "topic of a velocity sensor, geometry_msgs/TwistWithCovarianceStamped or "
+              "nav_msgs/Odometry; needs speed_rotation and speed_translation"),
       userKey("speed_forward_only", &c->speed_forward_only,
-              "1: only the forward speed of its messages is measured (a wheel)"),
+              "1: a wheel, only the forward speed is measured"),
       userKey("speed_scale_sigma", &c->calibration.speed_sensor.scale_sigma, {1e-4, 0.5}, "",
-              "relative error that all its speeds have in common: the radius of the wheel"),
+              "relative error that all speeds have in common: radius of the wheel"),
       userKey("speed_lateral_sigma", &c->calibration.speed_sensor.lateral_sigma, {0.0, 10.0}, "m/s",
-              "with speed_forward_only: velocity sideways and upwards is zero with this standard "
-              "deviation; 0: not known"),
+              "a wheel does not move sideways or upwards faster than this; 0: no constraint"),
       userKey("estimate_extrinsic", &c->host.estimate_extrinsic, {0, 2}, "",
               "0: extrinsicRotation and extrinsicTranslation are measured; 1: an initial guess "
               "(5 deg, 5 cm), refined by the estimator; 2: unknown, both may be absent"),
