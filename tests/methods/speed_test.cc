@@ -288,8 +288,6 @@ TEST_F(SpeedStream, WhatCannotBeUsedIsNamedAndCounted) {
     EXPECT_EQ(initializer_->addSpeed(one.sample), one.status);
     EXPECT_EQ(initializer_->counts().*one.count, before + 1);
   }
-  const StreamCounts counts = initializer_->counts();
-  EXPECT_EQ(counts.speeds_added + counts.speedsDropped(), std::int64_t(std::size(cases)));
 }
 
 TEST_F(SpeedStream, ASensorWithoutExtrinsicsIsRefused) {

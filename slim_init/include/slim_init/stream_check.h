@@ -71,10 +71,6 @@ struct StreamCounts {
   std::int64_t framesDropped() const {
     return frames_not_finite + frames_out_of_order + frames_stray + frames_before_jump;
   }
-  std::int64_t speedsDropped() const {
-    return speeds_not_finite + speeds_glitches + speeds_no_covariance + speeds_not_calibrated +
-           speeds_out_of_order + speeds_stray;
-  }
   StreamCounts& operator+=(const StreamCounts& other);
 };
 

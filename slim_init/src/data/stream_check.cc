@@ -85,29 +85,28 @@ AddStatus StreamCheck::checkFrame(double t) {
 
 AddStatus StreamCheck::checkSpeed(const SpeedSample& sample, const SpeedSensor& sensor) {
   const int rows = sample.forward_only ? 1 : 3;
-  const Eigen::VectorXd velocity = sample.velocity.head(rows);
-  const Eigen::MatrixXd covariance = sample.covariance.topLeftCorner(rows, rows);
-  const auto drop = [](std::int64_t* count, AddStatus status) {
+  const auto covariance = sample.covariance.topLeftCorner(rows, rows);
+  const auto velocity = sample.velocity.head(rows);
+  const auto counted = [](std::int64_t* count, AddStatus status) {
     ++*count;
     return status;
   };
-  if (!sensor.calibrated) return drop(&counts_.speeds_not_calibrated, AddStatus::kNotCalibrated);
+  if (!sensor.calibrated) return counted(&counts_.speeds_not_calibrated, AddStatus::kNotCalibrated);
   if (!std::isfinite(sample.t) || !velocity.allFinite() || !covariance.allFinite()) {
-    return drop(&counts_.speeds_not_finite, AddStatus::kNotFinite);
+    return counted(&counts_.speeds_not_finite, AddStatus::kNotFinite);
   }
-  if (velocity.norm() > kMaxSpeed) return drop(&counts_.speeds_glitches, AddStatus::kGlitch);
+  if (velocity.norm() > kMaxSpeed) return counted(&counts_.speeds_glitches, AddStatus::kGlitch);
   if (!isPositiveDefinite(covariance)) {
-    return drop(&counts_.speeds_no_covariance, AddStatus::kNoCovariance);
+    return counted(&counts_.speeds_no_covariance, AddStatus::kNoCovariance);
   }
   if (options_.live && std::abs(sample.t - newest_) > kJump) {
-    return drop(&counts_.speeds_stray, AddStatus::kStray);
+    return counted(&counts_.speeds_stray, AddStatus::kStray);
   }
   if (sample.t <= last_speed_) {
-    return drop(&counts_.speeds_out_of_order, AddStatus::kOutOfOrder);
+    return counted(&counts_.speeds_out_of_order, AddStatus::kOutOfOrder);
   }
   last_speed_ = sample.t;
-  ++counts_.speeds_added;
-  return AddStatus::kAdded;
+  return counted(&counts_.speeds_added, AddStatus::kAdded);
 }
 
 void StreamCheck::forgetTimes() {

@@ -74,6 +74,7 @@ SpeedResidual speedResidual(const WindowState& state, const SpeedFactor& factor,
 
 SpeedFit fitSpeeds(const std::vector<SpeedResidual>& residuals, double scale_sigma) {
   SpeedFit fit;
+  fit.use.keyframes = static_cast<int>(residuals.size());
   fit.weights.assign(residuals.size(), 1.0);
   for (int pass = 0; pass < kSpeedScalePasses; ++pass) {
     double information = 1.0 / (scale_sigma * scale_sigma), gradient = 0.0;
@@ -82,27 +83,20 @@ SpeedFit fitSpeeds(const std::vector<SpeedResidual>& residuals, double scale_sig
       information += fit.weights[i] * one.by_scale.squaredNorm();
       gradient += fit.weights[i] * one.by_scale.dot(one.r);
     }
-    fit.scale_error = -gradient / information;
-    const double z = fit.scale_error / scale_sigma;
+    fit.use.scale_error = -gradient / information;
+    const double z = fit.use.scale_error / scale_sigma;
     fit.cost = z * z;
     for (std::size_t i = 0; i < residuals.size(); ++i) {
       const SpeedResidual& one = residuals[i];
-      const double z2 = (one.r + fit.scale_error * one.by_scale).squaredNorm();
+      const double z2 = (one.r + fit.use.scale_error * one.by_scale).squaredNorm();
       fit.cost += studentCost(z2, one.rows);
       fit.weights[i] = studentWeight(z2, one.rows);
     }
   }
-  return fit;
-}
-
-SpeedUse speedUse(const SpeedFit& fit, const std::vector<SpeedResidual>& residuals) {
-  SpeedUse use;
-  use.keyframes = static_cast<int>(residuals.size());
-  use.contradicted =
+  fit.use.contradicted =
       static_cast<int>(std::count_if(fit.weights.begin(), fit.weights.end(),
                                      [](double weight) { return weight < kContradictedSpeed; }));
-  use.scale_error = fit.scale_error;
-  return use;
+  return fit;
 }
 
 }  // namespace slim_init

@@ -45,15 +45,12 @@ SpeedResidual speedResidual(const WindowState& state, const SpeedFactor& factor,
 
 /// All of them together.
 struct SpeedFit {
-  double scale_error = 0.0;     ///< most probable common relative error of the measurements
-  double cost = 0.0;            ///< there, its prior included
+  SpeedUse use;                 ///< with the most probable common error; `missing` is not set
+  double cost = 0.0;            ///< there, the prior of that error included
   std::vector<double> weights;  ///< studentWeight() of each residual there
 };
 
 /// Minimises over the common relative error, which is zero with `scale_sigma`.
 SpeedFit fitSpeeds(const std::vector<SpeedResidual>& residuals, double scale_sigma);
-
-/// What has become of them: those with little weight are contradicted.
-SpeedUse speedUse(const SpeedFit& fit, const std::vector<SpeedResidual>& residuals);
 
 }  // namespace slim_init

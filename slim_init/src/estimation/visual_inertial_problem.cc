@@ -321,9 +321,8 @@ std::vector<SpeedResidual> VisualInertialProblem::speedResiduals(const WindowSta
 
 SpeedUse VisualInertialProblem::speedUse() const {
   if (speeds_.empty()) return {};
-  const std::vector<SpeedResidual> residuals = speedResiduals(final_state_);
-  return slim_init::speedUse(fitSpeeds(residuals, window_.calibration().speed_sensor.scale_sigma),
-                             residuals);
+  return fitSpeeds(speedResiduals(final_state_), window_.calibration().speed_sensor.scale_sigma)
+      .use;
 }
 
 // The common error of the speeds is eliminated: of the normal equations it leaves a product over
@@ -333,11 +332,11 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
   const std::vector<SpeedResidual> residuals = speedResiduals(state);
   const double scale_sigma = window_.calibration().speed_sensor.scale_sigma;
   const SpeedFit fit = fitSpeeds(residuals, scale_sigma);
-  double information = 1.0 / square(scale_sigma), gradient = fit.scale_error * information;
+  double information = 1.0 / square(scale_sigma), gradient = fit.use.scale_error * information;
   Eigen::VectorXd with_scale = Eigen::VectorXd::Zero(layout_.size());
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     const SpeedResidual& one = residuals[i];
-    const Eigen::Vector3d r = one.r + fit.scale_error * one.by_scale;
+    const Eigen::Vector3d r = one.r + fit.use.scale_error * one.by_scale;
     const Eigen::Matrix<double, 3, kSpeedColumns> weighted = fit.weights[i] * one.J;
     information += fit.weights[i] * one.by_scale.squaredNorm();
     gradient += fit.weights[i] * one.by_scale.dot(r);
