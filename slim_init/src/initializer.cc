@@ -56,6 +56,10 @@ class Initializer : public IInitializer {
     const std::lock_guard<std::mutex> lock(mutex_);
     return window_.addLines(stamp, std::move(lines));
   }
+  AddStatus addSpeed(const SpeedSample& sample) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return window_.addSpeed(sample);
+  }
   void setTd(double td) override {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (std::abs(td - window_.calibration().td) > kSameTd) forget();

@@ -330,6 +330,7 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   if (recovery.refined.with_rig) {
     result.calibration = calibrationEstimate(calibration, state.rig, posterior);
   }
+  setSpeeds(tracks, recovery.refined.speeds, &result);
   result.covariance = posterior.covariance;
   result.scale_sigma = posterior.scale_sigma;
   decideWithPrior(

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "alignment/starting_states.h"
+#include "data/with_calibration.h"
 #include "data/with_observations.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
@@ -131,23 +132,27 @@ void setAnswer(const InitWindow& seen, const Calibration& handed_in, const Metri
     result->calibration = calibrationEstimate(calibration, state.rig, metric.posterior);
     appendCalibrationWarnings(handed_in, *result->calibration, result);
   }
-  result->scale_sigma = scaleSigma(metric.posterior, metric.profileOrNull());
+  setSpeeds(seen, metric.refined.speeds, result);
   result->covariance = metric.posterior.covariance;
 }
 
+// Sets scale_sigma as well, which may rest on measured velocities.
 std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& seen,
                                const InitWindow& tracks, const MotionMeasures& motion,
-                               const InitializerOptions& options, double scale) {
-  return posteriorGates(measurePosterior(seen, tracks, metric.refined, metric.posterior,
-                                         metric.profileOrNull(), scale),
-                        motion, gatesInForce(options.gates, seen, options.window));
+                               const InitializerOptions& options, InitResult* result) {
+  const GateOptions bounds = gatesInForce(options.gates, seen, options.window);
+  PosteriorMeasures measures = measurePosterior(seen, tracks, metric.refined, metric.posterior,
+                                                metric.profileOrNull(), result->scale);
+  measures.scale_sigma = result->scale_sigma = scaleSigma(
+      measures, metric.posterior.scale_sigma, isFull(seen, options.window), bounds.max_scale_sigma);
+  return posteriorGates(measures, motion, bounds);
 }
 
 // The scale cannot be accepted, whatever the estimate is.
 bool lacksExcitation(GateMode mode, const InitResult& result) {
   return mode != GateMode::kOff &&
          std::any_of(result.gates.begin(), result.gates.end(), [](const GateValue& gate) {
-           return gate.name == GateName::kExcitation && !gate.passed;
+           return gate.name == GateName::kExcitation && !gate.passed && gate.exception.empty();
          });
 }
 
@@ -164,6 +169,20 @@ bool endsWithoutTranslation(GateMode mode, InitResult* result) {
   enforceGates(mode, result);
   decide(false, result);
   return true;
+}
+
+// A success whose scale images and IMU alone do not give: nothing has checked the sensor's.
+void nameScaleOfSpeeds(const MetricEstimate& metric, double max_scale_sigma, InitResult* result) {
+  if (!result->success() || metric.refined.speeds.keyframes == 0) return;
+  const double alone = scaleSigma(metric.posterior, metric.profileOrNull());
+  if (alone <= max_scale_sigma) return;
+  std::ostringstream message;
+  message.precision(2);
+  message << "the scale is that of the measured velocities: images and IMU alone give it to "
+          << 100.0 * alone << " % (limit " << 100.0 * max_scale_sigma
+          << " %), an error of the sensor would not show";
+  result->message = message.str();
+  result->warnings.push_back(message.str());
 }
 
 // Numbers in brackets are the sections of docs/derivation.md.
@@ -226,16 +245,44 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   if (metric.posterior.valid) {
     setAnswer(tracks, window.calibration(), metric, &result);
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
-    appendGates(gatesOf(metric, seen, tracks, motion, options, result.scale), &result);
+    appendGates(gatesOf(metric, seen, tracks, motion, options, &result), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);
   }
   enforceGates(options.gates.mode, &result);
   decide(false, &result);
+  nameScaleOfSpeeds(metric, gatesInForce(options.gates, seen, options.window).max_scale_sigma,
+                    &result);
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
   if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, options, &result);
   failAtLimit(budget, &result);
+  return result;
+}
+
+// Most speeds have little weight, or images and IMU have another scale than they.
+bool contradictsSpeeds(const InitResult& result) {
+  if (result.speeds.keyframes == 0) return false;
+  return 2 * result.speeds.contradicted > result.speeds.keyframes ||
+         result.status == InitStatus::kInconsistentResiduals;
+}
+
+// Measured velocities that the data contradict are overruled: the window is solved without them.
+InitResult answerAboutSpeeds(const InitWindow& window, const InitializerOptions& options,
+                             WorkBudget* budget) {
+  InitResult result = answerAboutKnownBiases(window, options, budget, answer);
+  if (!contradictsSpeeds(result)) return result;
+  if (!budget->allows("the solve without the measured velocities, which the data contradict")) {
+    failAtLimit(budget, &result);
+    return result;
+  }
+  const SpeedUse refused = result.speeds;
+  result = answerAboutKnownBiases(*withoutSpeeds(window), options, budget, answer);
+  result.speeds = refused;
+  result.speeds.contradicted = refused.keyframes;
+  result.warnings.push_back(
+      "the measured velocities contradict images and IMU and are not used: a slipping wheel, or an "
+      "incorrect scale or extrinsic of the sensor");
   return result;
 }
 
@@ -252,11 +299,12 @@ InitResult Slim::solve(const InitWindow& window) const {
 }
 
 InitResult Slim::solveWithin(const InitWindow& window, WorkBudget* budget) const {
-  return answerAboutKnownBiases(window, options_, budget, answer);
+  return answerAboutSpeeds(window, options_, budget);
 }
 
 InitResult Slim::solveProvisional(const InitWindow& window, WorkBudget* budget) const {
-  return answerAboutKnownBiases(window, options_, budget, provisionalAnswer);
+  // The integral over the scale knows no speeds; with them a success comes as early.
+  return answerAboutKnownBiases(*withoutSpeeds(window), options_, budget, provisionalAnswer);
 }
 
 InitResult Slim::solveWithPrior(const InitWindow& window, const StatePrior& prior,

@@ -198,7 +198,11 @@ std::optional<InitResult> SnapshotSolve::solveFromRest() {
   }
   InitResult result = solveWithPrior(rest.prior);
   const bool uncertain = isWait(result.status) || result.status == InitStatus::kScaleTooUncertain;
-  if (!result.prior_dropped.empty() || !(result.success() || uncertain)) return std::nullopt;
+  // Which of them is wrong, rest or speeds, the window alone says.
+  const bool no_speed_fits = 2 * result.speeds.contradicted > result.speeds.keyframes;
+  if (!result.prior_dropped.empty() || no_speed_fits || !(result.success() || uncertain)) {
+    return std::nullopt;
+  }
   memory_.answers.judge(&result);
   if (result.success()) result.at_rest_since = rest.since;
   return result;

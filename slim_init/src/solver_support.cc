@@ -4,7 +4,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "estimation/speed_factor.h"
 #include "geometry/so3.h"
+#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
@@ -59,6 +61,8 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
       medianParallaxPx(window, cameraRotations(R_b0_bk, window.calibration().R_b_c));
   motion.rotation_deg = maxRotationDeg(R_b0_bk);
   motion.excitation = forceDeviation(pre, R_b0_bk);
+  motion.has_speeds =
+      static_cast<int>(speedFactors(window, 0.0).size()) >= verdict_constants::kFewestSpeeds;
   return motion;
 }
 
@@ -179,6 +183,24 @@ void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result
       << " point tracks are static in the image while the camera turns and are not used (a part of"
       << " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
       << " the key mask, the back end uses these tracks too";
+  result->warnings.push_back(message.str());
+}
+
+void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result) {
+  if (window.speeds().empty()) return;
+  result->speeds = use;
+  result->speeds.missing = window.size() - use.keyframes;
+  std::ostringstream message;
+  if (use.contradicted > 0) {
+    message << use.contradicted << " of " << use.keyframes
+            << " measured velocities contradict the motion and have little weight: a slipping wheel"
+            << " or an incorrect extrinsic of the sensor";
+    result->warnings.push_back(message.str());
+  }
+  if (result->speeds.missing == 0) return;
+  message.str("");
+  message << "no measured velocity at " << result->speeds.missing << " of " << window.size()
+          << " keyframes: none on both sides within " << InitWindow::kMaxSpeedGap << " s";
   result->warnings.push_back(message.str());
 }
 

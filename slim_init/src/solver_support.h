@@ -84,6 +84,9 @@ void setTrackNoise(double measured_px, const Calibration& used, InitResult* resu
 /// `tracks` that are left: numbers and what to do. None where it is zero.
 void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result);
 
+/// InitResult::speeds, with a warning where some were contradicted and where keyframes had none.
+void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result);
+
 /// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
 /// with gravity of this size along -z of w and the biases of the newest state.
 WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude);

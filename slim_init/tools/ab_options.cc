@@ -223,6 +223,11 @@ std::string checkSource(const AbOptions& options) {
   if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
     return "--random-rig has no effect without --td-error or --extrinsic-error";
   }
+  for (const char* name : {"speed-scale", "speed-slip"}) {
+    if (typed(o, name) && !typed(o, "speed")) {
+      return "--" + std::string(name) + " has no effect without --speed";
+    }
+  }
   if (o.from_rest && o.provisional) return "--from-rest and --provisional exclude each other";
   if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
     return "--downstream-every has no effect without --downstream";
@@ -333,6 +338,17 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        kSimulated},
       {"line-misassociation", &f.line_misassociation, "X",
        "Chance per line and image that it jumps to another line", "line_misassociation", 0.0, 1.0,
+       kSimulated},
+      {"velocity", &o.velocity, "X", "Forward speed of --builtin constant-velocity [m/s] (0: 0.5)",
+       "velocity", 0.0, 50.0, kSimulated},
+      {"speed", &o.speed.noise, "X",
+       "Simulated forward speed at 50 Hz, half a metre behind the body: its noise as a fraction of "
+       "the speed, at least 0.01 m/s",
+       "speed_noise", 0.0, 1.0, kSimulated},
+      {"speed-scale", &o.speed.scale_error, "X", "Relative error of all these speeds",
+       "speed_scale_error", -0.9, 2.0, kSimulated},
+      {"speed-slip", &o.speed.slip, "X",
+       "For 1 s of every 2.5 s they are too fast by this fraction", "speed_slip", 0.0, 2.0,
        kSimulated},
       {"td-error", &o.rig.td_s, "S", "Injected td error [s]: td_given = td_true - S", "td_error_s",
        -0.5, 0.5, kRig},
@@ -450,6 +466,8 @@ NamedValues describeAbOptions(const AbOptions& options) {
   for (const AbOption& option : abOptionTable(&copy)) {
     if (option.report_key.empty()) continue;
     if (option.name == "duration" && options.builtin.empty()) continue;
+    const bool of_speed = option.name == "velocity" || option.name.rfind("speed", 0) == 0;
+    if (of_speed && !typed(options, option.name.c_str())) continue;
     const bool of_rig = option.name == "seed" && options.rig.any();
     if (option.scope == OptionScope::kSimulatedFeatures && options.hasImages() && !of_rig) continue;
     if (option.scope == OptionScope::kRig && !typed(options, option.name.c_str())) continue;

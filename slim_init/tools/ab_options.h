@@ -14,6 +14,7 @@
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/options.h"
 #include "slim_init/simulation/feature_simulator.h"
+#include "slim_init/simulation/speed_simulator.h"
 #include "slim_init/simulation/world.h"
 
 namespace slim_init {
@@ -59,6 +60,8 @@ struct AbOptions {
   bool auto_exposure = false;  ///< the images are not equally spaced
   double readout_s = 0.0;      ///< of the camera, where it was typed; else that of the calibration
   evaluation::RigErrors rig;   ///< rig.seed is `seed`
+  double velocity = 0.0;       ///< of "constant-velocity" [m/s]; 0: its own
+  simulation::SpeedSimulationOptions speed;  ///< in use if --speed was typed; its seed is `seed`
 
   /// The features come from pixels.
   bool hasImages() const { return !asl.empty() || !bag.empty(); }

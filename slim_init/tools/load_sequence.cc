@@ -14,6 +14,7 @@
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/image_times.h"
 #include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/simulation/speed_simulator.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
 
@@ -119,6 +120,23 @@ std::string addFeatures(const AbOptions& options, const simulation::Trajectory& 
   return "";
 }
 
+/// Simulated speeds in place of recorded ones. Those of a sensor without extrinsics are discarded.
+void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajectory,
+               evaluation::Sequence* sequence) {
+  SpeedSensor& sensor = sequence->calibration.speed_sensor;
+  if (options.given.count("speed") > 0) {
+    if (!sensor.calibrated) sensor = simulation::simulatedSpeedSensor(sequence->calibration);
+    simulation::SpeedSimulationOptions speed = options.speed;
+    speed.seed = options.seed;
+    sequence->speeds = simulation::simulateSpeeds(trajectory, sensor, speed);
+  } else if (!sensor.calibrated && !sequence->speeds.empty()) {
+    sequence->notes.push_back(std::to_string(sequence->speeds.size()) +
+                              " speeds of speed0.csv were discarded: speed_rotation and "
+                              "speed_translation of the sensor are not in --config");
+    sequence->speeds.clear();
+  }
+}
+
 std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::RecordedOptions read_options;
   read_options.max_imu_gap_s = options.initializer.window.max_imu_gap_s;
@@ -133,6 +151,7 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   sequence.t0_ns = motion.t0_ns;
   sequence.notes = motion.notes;
   sequence.imu = std::move(motion.imu);
+  sequence.speeds = std::move(motion.speeds);
   if (std::string problem = settleBiases(motion.has_velocity_and_bias, &motion.truth, loaded);
       !problem.empty()) {
     return options.recorded + ": " + problem;
@@ -151,6 +170,7 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
     return options.recorded + ": every image lies in a gap of groundtruth.csv";
   }
   for (NavState& state : sequence.truth) setBiases(motion.truth, &state);
+  addSpeeds(options, *trajectory, &sequence);
   std::string sentence = addFeatures(options, *trajectory, motion.image_times, loaded);
   setTruthBetween(std::move(trajectory), std::move(motion.truth), &sequence);
   return sentence;
@@ -163,8 +183,9 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   loaded->gyro_bias_truth = "simulated";
 
   std::string error;
-  auto trajectory = simulation::makeBuiltinTrajectory(
-      options.builtin, options.duration_s, sequence.calibration.R_b_c, options.seed, &error);
+  auto trajectory = simulation::makeBuiltinTrajectory(options.builtin, options.duration_s,
+                                                      sequence.calibration.R_b_c, options.seed,
+                                                      &error, options.velocity);
   if (trajectory == nullptr) return "--builtin: " + error;
 
   simulation::ImuSimulationOptions imu;
@@ -189,6 +210,7 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
     state.gyro_bias = imu.gyro_bias;
     state.accel_bias = imu.accel_bias;
   }
+  addSpeeds(options, *trajectory, &sequence);
   std::string sentence = addFeatures(options, *trajectory, image_times, loaded);
   // The biases are constant: one state has them.
   if (!sequence.truth.empty()) {

@@ -16,11 +16,13 @@
 #include "rig.h"
 #include "simulate_motion.h"
 #include "slim_init/config/config.h"
+#include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/write_file.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
+#include "slim_init/simulation/speed_simulator.h"
 
 namespace slim_init::tools {
 namespace {
@@ -261,6 +263,28 @@ std::string prepare(const SimulateOptions& options, Setup* setup) {
   return error;
 }
 
+// As speed0.csv of a recording. Returns an empty string or a message.
+std::string writeSpeeds(const SimulateOptions& options, const Setup& setup) {
+  if (options.speed < 0.0) return "";
+  simulation::SpeedSimulationOptions speed;
+  speed.noise = options.speed;
+  speed.seed = options.seed;
+  std::ostringstream out;
+  out.precision(9);
+  out << "#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]\n";
+  const SpeedSensor sensor = simulation::simulatedSpeedSensor(setup.calibration);
+  for (const SpeedSample& sample :
+       simulation::simulateSpeeds(*setup.motion.trajectory, sensor, speed)) {
+    out << stampOf(setup.motion, sample.t) << ',' << sample.velocity.x() << ','
+        << std::sqrt(sample.covariance(0, 0)) << '\n';
+  }
+  const std::filesystem::path folder = std::filesystem::path(options.out) / "mav0" / "speed0";
+  if (std::string error = evaluation::makeReportDirectory(folder.string()); !error.empty()) {
+    return error;
+  }
+  return evaluation::writeFile((folder / "data.csv").string(), out.str());
+}
+
 void printResult(const SimulateOptions& options, const Setup& setup, double seconds) {
   const std::vector<double>& times = setup.motion.image_times;
   std::ostringstream out;
@@ -284,6 +308,7 @@ int runSimulate(const SimulateOptions& options) {
 
   error = writeScene(setup.scene, options.out);
   if (error.empty()) error = writeMotion(setup.motion, &writers);
+  if (error.empty()) error = writeSpeeds(options, setup);
   if (!error.empty()) return fail(kExitInternal, error);
 
   simulation::RenderOptions render;

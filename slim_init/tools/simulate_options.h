@@ -21,6 +21,7 @@ struct SimulateOptions {
   std::string distortion = "on";  ///< "off": a pinhole of the same focal length
   double rate_hz = 20.0;          ///< of images where the motion has no image times of its own
   bool auto_exposure = false;     ///< autoExposureTimes() in place of all other image times
+  double speed = -1.0;  ///< noise of written speeds, as a fraction; below zero: none are written
   double imu_rate_hz = 200.0;     ///< where the IMU is simulated
   std::string imu_errors = "on";  ///< noise and bias of a simulated IMU
   double vignetting = 0.25;

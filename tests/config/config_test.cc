@@ -343,6 +343,28 @@ TEST_F(ConfigErrors, AnAbsentExtrinsicHasToBeLookedFor) {
   expectError("slim_init.calibration_sigmas.td_s is 2, must be in [0, 0.5]");
 }
 
+TEST_F(ConfigFile, AVelocitySensorNeedsItsExtrinsic) {
+  const std::string rotation =
+      "speed_rotation: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+      "   data: [0, -1, 0, 1, 0, 0, 0, 0, 1]\n";
+  const std::string topic = std::string(kHostFile) + "speed_topic: \"/odom\"\n";
+  write(topic);
+  expectError("speed_rotation is missing");
+  write(topic + rotation);
+  expectError("speed_translation is missing");
+  write(topic + rotation +
+        "speed_translation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n"
+        "   data: [-0.5, 0, 0.1]\nspeed_scale_sigma: 0.05\n");
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  const SpeedSensor& sensor = config.calibration.speed_sensor;
+  EXPECT_TRUE(sensor.calibrated);
+  EXPECT_EQ(sensor.R_b_s.col(0), Eigen::Vector3d::UnitY());
+  EXPECT_EQ(sensor.t_b_s, Eigen::Vector3d(-0.5, 0.0, 0.1));
+  EXPECT_EQ(sensor.scale_sigma, 0.05);
+}
+
 TEST_F(ConfigFile, RollingShutter) {
   Config config;
   write(std::string(kHostFile) + "rolling_shutter: 1\nrolling_shutter_tr: 0.033\n");

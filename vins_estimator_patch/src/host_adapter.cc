@@ -804,6 +804,11 @@ AddStatus HostAdapter::addLines(double stamp, std::vector<LineObservation> lines
   return state_->initializer->addLines(stamp, std::move(frame.lines));
 }
 
+AddStatus HostAdapter::addSpeed(const SpeedSample& sample) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  return state_->initializer->addSpeed(sample);
+}
+
 void HostAdapter::received(double stamp) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   if (!std::isfinite(stamp)) return;

@@ -73,6 +73,7 @@ void checkRanges(const Config& config) {
       {"sigma_line_px", "slim_init.sigma_line_px"},
       {"norm of t_b_c", "the length of extrinsicTranslation [m]"},
       {"distance of R_b_c", "the distance of extrinsicRotation"},
+      {"speed_sensor.norm of t_b_s", "the length of speed_translation [m]"},
   };
   for (const auto& [field, key] : renames) {
     const std::string name(field);

@@ -232,6 +232,19 @@ void readExtrinsic(const cv::FileNode& root, Config* config) {
   config->calibration.t_b_c = t;
 }
 
+void readSpeedSensor(const cv::FileNode& root, Config* config) {
+  SpeedSensor& sensor = config->calibration.speed_sensor;
+  const bool has_rotation = !root["speed_rotation"].empty();
+  const bool has_translation = !root["speed_translation"].empty();
+  if (config->speed_topic.empty() && !has_rotation && !has_translation) return;
+  if (!has_rotation) fail("speed_rotation is missing; it is needed for the velocity sensor");
+  if (!has_translation) fail("speed_translation is missing; it is needed for the velocity sensor");
+  sensor.R_b_s = nearestRotation("speed_rotation", readMatrix(root, "speed_rotation", 3, 3));
+  sensor.t_b_s = readMatrix(root, "speed_translation", 3, 1);
+  if (!sensor.t_b_s.allFinite()) fail("speed_translation has a value that is not a number");
+  sensor.calibrated = true;
+}
+
 void raise(double to, double* sigma) { *sigma = std::max(*sigma, to); }
 
 // What the host estimates itself is a starting value.
@@ -309,6 +322,15 @@ OptionTable rigTable(Config* c) {
   return {
       userKey("imu_topic", &c->imu_topic, "topic of the IMU: ROS nodes and bags"),
       userKey("image_topic", &c->image_topic, "topic of the camera"),
+      userKey("speed_topic", &c->speed_topic,
+              "topic of a velocity sensor, geometry_msgs/TwistWithCovarianceStamped or "
+              "nav_msgs/Odometry; needs speed_rotation and speed_translation"),
+      userKey("speed_forward_only", &c->speed_forward_only,
+              "1: a wheel, only the forward speed is measured"),
+      userKey("speed_scale_sigma", &c->calibration.speed_sensor.scale_sigma, {1e-4, 0.5}, "",
+              "relative error that all speeds have in common: radius of the wheel"),
+      userKey("speed_lateral_sigma", &c->calibration.speed_sensor.lateral_sigma, {0.0, 10.0}, "m/s",
+              "a wheel does not move sideways or upwards faster than this; 0: no constraint"),
       userKey("estimate_extrinsic", &c->host.estimate_extrinsic, {0, 2}, "",
               "0: extrinsicRotation and extrinsicTranslation are measured; 1: an initial guess "
               "(5 deg, 5 cm), refined by the estimator; 2: unknown, both may be absent"),
@@ -377,6 +399,7 @@ void readHost(const cv::FileNode& root, const std::string& path, Config* config)
   readOptional(root, "image0_topic", &config->image_topic);
   readTable(root, rigTable(config));
   readExtrinsic(root, config);
+  readSpeedSensor(root, config);
   readSigmas(config);
   applyRollingShutter(config);
   readTable(root, optionTable(&config->front_end.host));

@@ -86,6 +86,9 @@ class WindowCutter {
     };
     const double t_first = imuTime(first_frame);
     std::size_t next_imu = lastSampleAtOrBefore(t_first - InitWindow::kImuMargin);
+    auto speed = std::lower_bound(sequence_.speeds.begin(), sequence_.speeds.end(),
+                                  t_first - InitWindow::kMaxSpeedGap,
+                                  [](const SpeedSample& sample, double t) { return sample.t < t; });
     Cut result;
     for (std::size_t i = first_frame; i < sequence_.frames.size(); ++i) {
       const double elapsed = imuTime(i) - t_first;
@@ -99,6 +102,8 @@ class WindowCutter {
           (buffer.imu().empty() || buffer.imu().back().t < imuTime(i) + InitWindow::kImuMargin)) {
         buffer.addImu(sequence_.imu[next_imu++]);
       }
+      const double until = imuTime(i) + InitWindow::kMaxSpeedGap;
+      for (; speed != sequence_.speeds.end() && speed->t < until; ++speed) buffer.addSpeed(*speed);
       buffer.addFrame(sequence_.frames[i]);
       // cut() copies the window's data: asked only when there can be one.
       if (elapsed < (options_.min_keyframes - 1) * options_.min_interval_s - 1e-9) continue;

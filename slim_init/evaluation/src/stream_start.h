@@ -23,6 +23,9 @@ class StreamStart {
         std::upper_bound(sequence.imu.begin(), sequence.imu.end(), t,
                          [](double time, const ImuSample& sample) { return time < sample.t; });
     next_ = after == sequence.imu.begin() ? after : std::prev(after);
+    speed_ =
+        std::lower_bound(sequence.speeds.begin(), sequence.speeds.end(), t,
+                         [](const SpeedSample& sample, double time) { return sample.t < time; });
   }
 
   /// Time of a frame on the IMU clock [s].
@@ -37,6 +40,9 @@ class StreamStart {
       t_imu_ = next_->t;
       initializer_->addImu(*next_++);
     }
+    for (; speed_ != sequence_.speeds.end() && speed_->t < t; ++speed_) {
+      initializer_->addSpeed(*speed_);
+    }
     initializer_->addFrame(sequence_.frames[frame]);
   }
 
@@ -44,6 +50,7 @@ class StreamStart {
   const Sequence& sequence_;
   IInitializer* initializer_;
   std::vector<ImuSample>::const_iterator next_;
+  std::vector<SpeedSample>::const_iterator speed_;
   double t_imu_ = -1e300;
 };
 

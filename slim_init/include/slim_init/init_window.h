@@ -46,14 +46,18 @@ struct Track {
 class InitWindow {
  public:
   /// Builds a window. `keyframes` ascending in time on the IMU clock, `imu` ascending and covering
-  /// [first keyframe, last keyframe]. On a violated invariant returns null and a message in `error`
-  /// (may be null) naming the value and the bound.
+  /// [first keyframe, last keyframe]; `speeds` ascending, of Calibration::speed_sensor. On a
+  /// violated invariant returns null and a message in `error` (may be null) naming the value and
+  /// the bound.
   static std::shared_ptr<const InitWindow> create(const Calibration& calibration,
                                                   const std::vector<FrameObservation>& keyframes,
                                                   std::vector<ImuSample> imu,
-                                                  std::string* error = nullptr);
+                                                  std::string* error = nullptr,
+                                                  std::vector<SpeedSample> speeds = {});
 
   static constexpr double kImuMargin = 0.1;  ///< [s]
+  /// Between speeds further apart none is interpolated [s]: two messages of a wheel at 10 Hz.
+  static constexpr double kMaxSpeedGap = 0.2;
 
   int size() const { return static_cast<int>(common_->times.size()); }
   /// Keyframe times on the IMU clock [s].
@@ -63,6 +67,9 @@ class InitWindow {
   /// after times().back(). Up to kImuMargin more on either side, where there are any, so that the
   /// keyframes can be moved by an error of td.
   const std::vector<ImuSample>& imu() const { return common_->imu; }
+
+  /// Measured velocities, ascending in time; those around the keyframes among them.
+  const std::vector<SpeedSample>& speeds() const { return common_->speeds; }
 
   const std::vector<Track>& pointTracks() const { return point_tracks_; }
   const std::vector<WindowPoint>& pointObservations() const { return point_observations_; }
@@ -80,6 +87,7 @@ class InitWindow {
     Calibration calibration;
     std::vector<double> times;
     std::vector<ImuSample> imu;
+    std::vector<SpeedSample> speeds;
     std::vector<Track> line_tracks;
     std::vector<WindowLine> line_observations;
     std::vector<std::vector<WindowLine>> keyframe_lines;
@@ -91,13 +99,15 @@ class InitWindow {
   /// As create(), of frames that cleanFrame() has been applied to.
   static std::shared_ptr<const InitWindow> fromCleanFrames(
       const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
-      std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts = StreamCounts());
+      std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts = StreamCounts(),
+      std::vector<SpeedSample> speeds = {});
   friend std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
                                                             const std::vector<char>& keep);
   friend std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
                                                            const Calibration& calibration);
   friend std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window,
                                                          const ImuBiases& biases);
+  friend std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window);
   friend std::shared_ptr<const InitWindow> withRowsCompensated(const InitWindow& window,
                                                                const Eigen::Vector3d& gyro_bias);
 

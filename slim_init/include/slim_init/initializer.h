@@ -42,6 +42,12 @@ class IInitializer {
     return AddStatus::kNotSupported;
   }
 
+  /// A velocity measured by Calibration::speed_sensor: wheel odometry, airspeed, optical flow. With
+  /// it the scale is known at constant velocity. One that contradicts the motion (a slipping wheel)
+  /// is not used and named in InitResult::warnings. An initializer without use for it keeps this
+  /// default.
+  virtual AddStatus addSpeed(const SpeedSample& /*sample*/) { return AddStatus::kNotSupported; }
+
   /// Time offset [s] (as Calibration::td) of the frames that follow, from a host that estimates it
   /// online. A value that Calibration::validate() refuses is ignored.
   virtual void setTd(double td) = 0;

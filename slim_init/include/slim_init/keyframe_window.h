@@ -49,6 +49,9 @@ class KeyframeWindow {
   AddStatus addLines(double stamp, std::vector<LineObservation> lines);
   static constexpr std::size_t kMaxWaitingLines = 100;
 
+  /// Appends a velocity of Calibration::speed_sensor; time must increase.
+  AddStatus addSpeed(const SpeedSample& sample);
+
   /// The time offset [s] (as Calibration::td) of the frames that follow; those in the buffer keep
   /// their times. A value that Calibration::validate() refuses is ignored.
   void setTd(double td);
@@ -70,7 +73,7 @@ class KeyframeWindow {
   WindowCut cutWithin(const WindowOptions& selection, const TimeSpan& span) const;
 
   /// The buffer as it is, to cut from while this one receives more data. Frames are shared, IMU
-  /// samples are copied. It has no counts and no waiting lines.
+  /// samples and speeds are copied. It has no counts and no waiting lines.
   KeyframeWindow snapshot() const;
 
   /// IMU samples held, oldest first.
@@ -115,6 +118,7 @@ class KeyframeWindow {
   StreamCheck check_;
   std::deque<ImuSample> imu_;
   std::deque<BufferedFrame> frames_;
+  std::deque<SpeedSample> speeds_;
   std::deque<WaitingLines> waiting_;  // ascending in stamp
 };
 

@@ -118,6 +118,14 @@ struct SolveCounts {
   int gyro_bias_iterations = 0;
 };
 
+/// The measured velocities behind an estimate.
+struct SpeedUse {
+  int keyframes = 0;         ///< with a speed
+  int missing = 0;           ///< keyframes without one although some were given: gaps between them
+  int contradicted = 0;      ///< of `keyframes`: did not agree with the motion, had little weight
+  double scale_error = 0.0;  ///< relative error that the measurements have in common, estimated
+};
+
 /// The calibration that a window has measured, together with what was known before.
 struct CalibrationEstimate {
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();  ///< camera to body rotation
@@ -194,6 +202,9 @@ struct InitResult {
     double assumed_px = kNotComputed;   ///< what the checks compare with: Calibration::sigma_px, or
                                         ///< the measured one within its bounds
   } track_noise;
+
+  /// Measured velocities (IInitializer::addSpeed()); without any, all zero.
+  SpeedUse speeds;
 
   /// Warnings beside a valid estimate, one message each: a calibration that is
   /// outside its standard deviations, with value, sigma and key; point tracks that are

@@ -15,16 +15,18 @@ namespace slim_init {
 /// What became of one message.
 enum class AddStatus {
   kAdded,
-  kRestarted,    ///< time had jumped: all earlier data was dropped, then the message was added
-  kNotFinite,    ///< NaN or infinity in time, gyro or accelerometer: dropped and counted
-  kGlitch,       ///< IMU sample beyond ImuLimits: dropped and counted
-  kOutOfOrder,   ///< time not after the previous message of its kind: dropped and counted
-  kStray,        ///< time more than StreamCheck::kJump from its stream, not confirmed by another
-                 ///< message yet: dropped and counted
-  kBeforeJump,   ///< from before a jump in time that another stream has made: dropped and counted
-  kWaiting,      ///< lines whose frame has not come yet: kept for it
-  kUnmatched,    ///< lines whose frame is unknown or has lines already: dropped and counted
-  kNotSupported  ///< lines, passed to an initializer that does not use them
+  kRestarted,      ///< time had jumped: all earlier data was dropped, then the message was added
+  kNotFinite,      ///< NaN or infinity in time, gyro or accelerometer: dropped and counted
+  kGlitch,         ///< IMU sample beyond ImuLimits, speed beyond kMaxSpeed: dropped and counted
+  kOutOfOrder,     ///< time not after the previous message of its kind: dropped and counted
+  kStray,          ///< time more than StreamCheck::kJump from its stream, not confirmed by another
+                   ///< message yet: dropped and counted
+  kBeforeJump,     ///< from before a jump in time that another stream has made: dropped and counted
+  kWaiting,        ///< lines whose frame has not come yet: kept for it
+  kUnmatched,      ///< lines whose frame is unknown or has lines already: dropped and counted
+  kNotSupported,   ///< lines or a speed, passed to an initializer that does not use them
+  kNoCovariance,   ///< speed whose covariance is not positive definite: dropped and counted
+  kNotCalibrated,  ///< speed of a sensor without extrinsics (SpeedSensor): dropped and counted
 };
 
 /// True where the message is data now.
@@ -55,6 +57,13 @@ struct StreamCounts {
   std::int64_t observations_not_finite = 0;    ///< point or line with NaN/inf or a zero bearing
   std::int64_t observations_duplicate_id = 0;  ///< second use of an id within one frame
   std::int64_t lines_degenerate = 0;           ///< end points less than 1e-6 rad apart
+  std::int64_t speeds_added = 0;
+  std::int64_t speeds_not_finite = 0;
+  std::int64_t speeds_glitches = 0;        ///< beyond StreamCheck::kMaxSpeed
+  std::int64_t speeds_no_covariance = 0;   ///< AddStatus::kNoCovariance
+  std::int64_t speeds_not_calibrated = 0;  ///< AddStatus::kNotCalibrated
+  std::int64_t speeds_out_of_order = 0;    ///< time not after the previous one
+  std::int64_t speeds_stray = 0;           ///< AddStatus::kStray
 
   std::int64_t imuDropped() const {
     return imu_not_finite + imu_glitches + imu_out_of_order + imu_stray + imu_before_jump;
@@ -95,8 +104,9 @@ struct StreamOptions {
 /// but a stream that goes on for longer has a clock of its own.
 class StreamCheck {
  public:
-  static constexpr double kJump = 1.0;      ///< [s]; VINS-Mono's own bound for images
-  static constexpr double kPatience = 5.0;  ///< [s]
+  static constexpr double kJump = 1.0;        ///< [s]; VINS-Mono's own bound for images
+  static constexpr double kPatience = 5.0;    ///< [s]
+  static constexpr double kMaxSpeed = 100.0;  ///< [m/s]; no vehicle of a camera rig is faster
 
   explicit StreamCheck(const StreamOptions& options = StreamOptions()) : options_(options) {}
 
@@ -104,6 +114,10 @@ class StreamCheck {
   AddStatus checkImu(const ImuSample& sample);
   /// `t` [s] on a clock less than kJump off the IMU clock.
   AddStatus checkFrame(double t);
+
+  /// A speed is no clock: one with a stamp more than kJump from the other live streams is dropped
+  /// (kStray), and never a reason to restart.
+  AddStatus checkSpeed(const SpeedSample& sample, const SpeedSensor& sensor);
 
   /// Forgets the times, as before the first message; the counts stay.
   void forgetTimes();
@@ -129,7 +143,8 @@ class StreamCheck {
   StreamOptions options_;
   StreamCounts counts_;
   Stream imu_, frames_;
-  double newest_ = kNotComputed;  // of both streams since the last restart
+  double newest_ = kNotComputed;      // of both streams since the last restart
+  double last_speed_ = kNotComputed;  // likewise
 };
 
 }  // namespace slim_init

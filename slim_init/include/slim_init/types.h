@@ -98,6 +98,36 @@ struct ImuBiases {
   std::string validate() const;
 };
 
+/// A velocity sensor on the vehicle: wheel odometry, airspeed, optical flow. Its frame s has its
+/// origin in the point whose velocity is measured (the centre of the driven axle) and x forward.
+struct SpeedSensor {
+  bool calibrated = false;  ///< false: R_b_s and t_b_s are not known, its measurements are refused
+  Eigen::Matrix3d R_b_s = Eigen::Matrix3d::Identity();  ///< sensor to body rotation
+  Eigen::Vector3d t_b_s = Eigen::Vector3d::Zero();      ///< origin of s in b [m]
+  /// Standard deviation of the relative error that all measurements have in common: wheel radius,
+  /// wind. However many there are, they do not know the scale better than this.
+  double scale_sigma = 0.02;
+  /// Non-holonomic constraint for forward speeds: velocity along y and z of s is zero with this
+  /// standard deviation [m/s]. Zero: no constraint.
+  double lateral_sigma = 0.0;
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
+};
+
+/// One measurement of a SpeedSensor.
+struct SpeedSample {
+  double t = 0.0;                                      ///< [s], IMU clock
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< of the origin of s, in s [m/s]
+  /// Of `velocity` [m^2/s^2], positive definite.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// Only the x component is measured: y and z of `velocity` and their covariance are not used.
+  bool forward_only = false;
+
+  /// Forward speed [m/s] with its standard deviation [m/s].
+  static SpeedSample forward(double t, double speed, double sigma);
+};
+
 /// What has to be known about the rig: extrinsics, time offset, noise.
 struct Calibration {
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();  ///< camera to body rotation
@@ -117,6 +147,7 @@ struct Calibration {
   double readout_s = 0.0;
   CalibrationSigmas sigmas;  ///< standard deviations of R_b_c, t_b_c, td and readout_s
   ImuBiases imu_biases;      ///< nothing is known of them unless somebody has measured them before
+  SpeedSensor speed_sensor;  ///< of IInitializer::addSpeed()
 
   /// From the camera clock to the IMU clock and back [s]. Streams and messages carry image stamps;
   /// buffers, windows and states are on the IMU clock.

@@ -27,6 +27,13 @@ std::vector<std::pair<const char*, std::int64_t>> dropsOf(StreamKind kind,
               {"stray stamp", counts.frames_stray},
               {"before a time jump", counts.frames_before_jump}};
     case StreamKind::kLines: return {{"without frame", counts.lines_unmatched}};
+    case StreamKind::kSpeeds:
+      return {{"not finite", counts.speeds_not_finite},
+              {"absurd speed", counts.speeds_glitches},
+              {"covariance not positive definite", counts.speeds_no_covariance},
+              {"sensor not calibrated", counts.speeds_not_calibrated},
+              {"late", counts.speeds_out_of_order},
+              {"stray stamp", counts.speeds_stray}};
     case StreamKind::kOther: break;
   }
   return {};

@@ -220,7 +220,7 @@ const std::vector<std::string>& builtinTrajectoryNames() {
 
 std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, double duration_s,
                                                   const Eigen::Matrix3d& R_b_c, unsigned seed,
-                                                  std::string* error) {
+                                                  std::string* error, double speed) {
   const auto* builtin = std::find_if(std::begin(kBuiltins), std::end(kBuiltins),
                                      [&](const Builtin& b) { return name == b.name; });
   if (builtin == std::end(kBuiltins)) {
@@ -252,8 +252,9 @@ std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, doubl
       -1, 0, 0,      //
       0, -1, 0;
   const Eigen::Matrix3d R_c_b = Eigen::Quaterniond(R_b_c).normalized().conjugate().matrix();
-  return std::make_unique<AnalyticTrajectory>(builtin->make(Phases(seed, name)), R_h_c * R_c_b,
-                                              duration_s);
+  Motion motion = builtin->make(Phases(seed, name));
+  if (speed > 0.0 && builtin->make == constantVelocity) motion.x.rate = speed;
+  return std::make_unique<AnalyticTrajectory>(std::move(motion), R_h_c * R_c_b, duration_s);
 }
 
 }  // namespace slim_init::simulation

@@ -31,30 +31,34 @@ class ReverseCost {
     c0Hc0_ = c0.dot(information * c0);
     shape_A_ = motion.position.transpose() * shape;
     shape_c0_ = shape.dot(c0);
-    prior_.setZero();
-    prior_.segment<3>(3).setConstant(1.0 / (accel_bias_prior * accel_bias_prior));
+    prior_ = motion.speed_information;
+    prior_.diagonal().segment<3>(3).array() += 1.0 / (accel_bias_prior * accel_bias_prior);
+    speed_gradient_ = motion.speed_gradient;
+    speed_cost_ = motion.speed_cost;
   }
 
   // Cost at inverse scale u, minimised over the other unknowns; infinity where that fails.
   double operator()(double u, Vector9d* x) const {
     Matrix9d M = u * u * (AHA_ + kappa_ * shape_A_ * shape_A_.transpose());
-    M.diagonal() += prior_;
-    const Vector9d b = kappa_ * u * shape_A_ - u * u * (AHc0_ + kappa_ * shape_c0_ * shape_A_);
+    M += prior_;
+    const Vector9d b =
+        kappa_ * u * shape_A_ - u * u * (AHc0_ + kappa_ * shape_c0_ * shape_A_) + speed_gradient_;
     if (!solveGravityConstrained(M, b, gravity_magnitude_, x)) {
       return std::numeric_limits<double>::infinity();
     }
     const double length = u * (shape_A_.dot(*x) + shape_c0_) - 1.0;
     return u * u * (x->dot(AHA_ * *x) + 2.0 * AHc0_.dot(*x) + c0Hc0_) + kappa_ * length * length +
-           x->dot(prior_.asDiagonal() * *x);
+           x->dot(prior_ * *x) - 2.0 * speed_gradient_.dot(*x) + speed_cost_;
   }
 
  private:
   double kappa_;
   double gravity_magnitude_;
-  Matrix9d AHA_;
-  Vector9d AHc0_, shape_A_, prior_;
+  Matrix9d AHA_, prior_;
+  Vector9d AHc0_, shape_A_, speed_gradient_;
   double c0Hc0_ = 0.0;
   double shape_c0_ = 0.0;
+  double speed_cost_ = 0.0;
 };
 
 // The cost over log(scale) has one basin per plausible scale: a grid first, golden section search

@@ -25,6 +25,10 @@ struct LinearMotion {
   Eigen::Matrix<double, Eigen::Dynamic, 9> velocity;  ///< 3N x 9
   Eigen::VectorXd velocity0;                          ///< 3N
   Eigen::VectorXd lever;                              ///< 3N, R_b0_bk t_b_c: body to camera centre
+  /// Measured velocities cost x^T M x - 2 b^T x + c: M, b, c; zero without any.
+  Eigen::Matrix<double, 9, 9> speed_information = Eigen::Matrix<double, 9, 9>::Zero();
+  Eigen::Matrix<double, 9, 1> speed_gradient = Eigen::Matrix<double, 9, 1>::Zero();
+  double speed_cost = 0.0;
 };
 
 /// Chains the preintegrations (made with derivatives) with given attitudes.
@@ -51,10 +55,11 @@ void setSolution(const LinearMotion& motion, const Eigen::Matrix<double, 9, 1>& 
 
 /// Minimises over u and x
 ///   u^2 C^T H C + kappa (u c^T C - 1)^2 + |b_a|^2 / sigma_ba^2,   |g| fixed,
-/// with the visual shape c (3xN, in b0, unit spread about its mean) and its information H (3N x 3N,
-/// in b0, for a shape of unit spread). The second term fixes the length of u C along the shape.
-/// Each u is a small least-squares problem with a fixed |g|; u by a logarithmic grid, then a
-/// bracketed search. Fails (valid == false) on input that is not finite or a singular problem.
+/// and the cost of measured velocities, with the visual shape c (3xN, in b0, unit spread about its
+/// mean) and its information H (3N x 3N, in b0, for a shape of unit spread). The second term fixes
+/// the length of u C along the shape. Each u is a small least-squares problem with a fixed |g|; u
+/// by a logarithmic grid, then a bracketed search. Fails (valid == false) on input that is not
+/// finite or a singular problem.
 ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
                              const Eigen::MatrixXd& information_b0, double gravity_magnitude,
                              const ReverseAlignmentOptions& options, double accel_bias_prior);

@@ -8,6 +8,7 @@
 #include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
 #include "data/with_observations.h"
+#include "estimation/speed_factor.h"
 
 namespace slim_init {
 namespace {
@@ -37,6 +38,28 @@ WindowState stateOf(const ReverseEstimate& estimate, const std::vector<Eigen::Ma
   state.accel_bias = estimate.accel_bias;
   state.gravity_b0 = estimate.gravity_b0;
   return state;
+}
+
+// The measured velocities as a cost of x: with the shape they give the scale. A slipping wheel is
+// the refinement's matter.
+void addSpeeds(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b0_bk,
+               const Eigen::Vector3d& gyro_bias, LinearMotion* motion) {
+  const std::vector<SpeedFactor> speeds = speedFactors(window, 0.0);
+  if (speeds.empty()) return;
+  const std::vector<ImuInstant> instants =
+      imuInstants(window, 0.0, gyro_bias, Eigen::Vector3d::Zero());
+  WindowState at_zero;
+  at_zero.R_b0_bk = R_b0_bk;
+  at_zero.v_b0 = Eigen::Map<const Eigen::Matrix3Xd>(motion->velocity0.data(), 3, window.size());
+  for (const SpeedFactor& speed : speeds) {
+    const SpeedResidual residual =
+        speedResidual(at_zero, speed, window.calibration(), instants[speed.keyframe].rate);
+    const Eigen::Matrix<double, 3, 9> by_x =
+        residual.J.middleCols<3>(3) * motion->velocity.middleRows<3>(3 * speed.keyframe);
+    motion->speed_information += by_x.transpose() * by_x;
+    motion->speed_gradient -= by_x.transpose() * residual.r;
+    motion->speed_cost += residual.r.squaredNorm();
+  }
 }
 
 }  // namespace
@@ -90,7 +113,8 @@ std::vector<WindowState> startingStates(const InitWindow& window,
                                         const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
+  LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
+  addSpeeds(window, R_b0_bk, pre.front().gyro_bias, &motion);
   const Eigen::Matrix3Xd shape_b0 = calibration.R_b_c * translation.centres_c0;
   const Eigen::MatrixXd H_b0 = rotated(translation.normal_matrix, calibration.R_b_c);
   const int observations = static_cast<int>(window.pointObservations().size());

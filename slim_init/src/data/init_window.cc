@@ -85,6 +85,18 @@ std::string checkSamples(const std::vector<ImuSample>& imu) {
   return out.str();
 }
 
+// Empty, or a message naming the first speed that a stream would not take.
+std::string checkSpeeds(const std::vector<SpeedSample>& speeds, const SpeedSensor& sensor) {
+  StreamCheck check;
+  for (std::size_t i = 0; i < speeds.size(); ++i) {
+    if (isAdded(check.checkSpeed(speeds[i], sensor))) continue;
+    return "speed " + std::to_string(i) +
+           " is not finite, too fast, without positive definite covariance, not after the one "
+           "before, or of a sensor without extrinsics";
+  }
+  return "";
+}
+
 std::shared_ptr<const InitWindow> fail(std::string* error, const std::string& message) {
   if (error != nullptr) *error = message;
   return nullptr;
@@ -94,8 +106,8 @@ std::shared_ptr<const InitWindow> fail(std::string* error, const std::string& me
 
 std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibration,
                                                      const std::vector<FrameObservation>& keyframes,
-                                                     std::vector<ImuSample> imu,
-                                                     std::string* error) {
+                                                     std::vector<ImuSample> imu, std::string* error,
+                                                     std::vector<SpeedSample> speeds) {
   std::vector<FrameObservation> clean = keyframes;
   std::vector<const FrameObservation*> pointers;
   StreamCounts counts;
@@ -103,12 +115,13 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
     cleanFrame(frame, counts);
     pointers.push_back(&frame);
   }
-  return fromCleanFrames(calibration, pointers, std::move(imu), error, counts);
+  return fromCleanFrames(calibration, pointers, std::move(imu), error, counts, std::move(speeds));
 }
 
 std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
-    std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts) {
+    std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts,
+    std::vector<SpeedSample> speeds) {
   std::ostringstream out;
   if (const std::string message = calibration.validate(); !message.empty()) {
     return fail(error, "calibration: " + message);
@@ -121,6 +134,9 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     return fail(error, message);
   }
   if (const std::string message = checkSamples(imu); !message.empty()) return fail(error, message);
+  if (const std::string message = checkSpeeds(speeds, calibration.speed_sensor); !message.empty()) {
+    return fail(error, message);
+  }
   if (imu.size() < 2 || imu.front().t > keyframes.front()->t ||
       imu.back().t < keyframes.back()->t) {
     out << "IMU data do not cover the window: " << imu.size() << " samples";
@@ -136,6 +152,7 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   // Its digits may leave it off a rotation by as much as validate() accepts.
   common->calibration.R_b_c = nearestRotation(calibration.R_b_c);
   common->imu = std::move(imu);
+  common->speeds = std::move(speeds);
   common->counts = counts;
   common->times.reserve(keyframes.size());
   common->keyframe_lines.resize(keyframes.size());

@@ -47,6 +47,13 @@ AddStatus KeyframeWindow::addFrame(FrameObservation frame) {
   return status;
 }
 
+AddStatus KeyframeWindow::addSpeed(const SpeedSample& sample) {
+  const AddStatus status = check_.checkSpeed(sample, calibration_.speed_sensor);
+  if (isAdded(status)) speeds_.push_back(sample);
+  trim();
+  return status;
+}
+
 AddStatus KeyframeWindow::addLines(double stamp, std::vector<LineObservation> lines) {
   StreamCounts& counts = check_.counts();
   if (!std::isfinite(stamp)) {
@@ -265,9 +272,15 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
     keyframes.push_back(frames_[*i].observation.get());
   }
   const double t_first = keyframes.front()->t, t_last = keyframes.back()->t;
+  std::vector<SpeedSample> speeds;
+  constexpr double kReach = InitWindow::kImuMargin + InitWindow::kMaxSpeedGap;
+  std::copy_if(
+      speeds_.begin(), speeds_.end(), std::back_inserter(speeds),
+      [&](const SpeedSample& s) { return s.t > t_first - kReach && s.t < t_last + kReach; });
   std::string error;
-  result.window = InitWindow::fromCleanFrames(calibration_, keyframes,
-                                              samplesCovering(t_first, t_last), &error);
+  result.window =
+      InitWindow::fromCleanFrames(calibration_, keyframes, samplesCovering(t_first, t_last), &error,
+                                  StreamCounts(), std::move(speeds));
   if (result.window == nullptr) {
     result.status = InitStatus::kInvalidInput;
     result.message = error;
@@ -284,12 +297,14 @@ KeyframeWindow KeyframeWindow::snapshot() const {
   KeyframeWindow copy(calibration_, options_, check_.options());
   copy.imu_ = imu_;
   copy.frames_ = frames_;
+  copy.speeds_ = speeds_;
   return copy;
 }
 
 void KeyframeWindow::reset() {
   imu_.clear();
   frames_.clear();
+  speeds_.clear();
   waiting_.clear();
   check_ = StreamCheck(check_.options());
 }
@@ -301,6 +316,7 @@ void KeyframeWindow::dropData() {
   counts.lines_waiting = 0;
   imu_.clear();
   frames_.clear();
+  speeds_.clear();
   waiting_.clear();
 }
 
@@ -311,6 +327,9 @@ void KeyframeWindow::trim() {
   while (frames_.size() > 1 &&
          frames_.front().observation->t < frames_.back().observation->t - options_.buffer_s) {
     frames_.pop_front();
+  }
+  while (!speeds_.empty() && speeds_.front().t < speeds_.back().t - options_.buffer_s) {
+    speeds_.pop_front();
   }
 }
 

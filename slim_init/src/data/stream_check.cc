@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "geometry/dense.h"
+
 namespace slim_init {
 
 StreamCounts& StreamCounts::operator+=(const StreamCounts& other) {
@@ -25,6 +27,13 @@ StreamCounts& StreamCounts::operator+=(const StreamCounts& other) {
   observations_not_finite += other.observations_not_finite;
   observations_duplicate_id += other.observations_duplicate_id;
   lines_degenerate += other.lines_degenerate;
+  speeds_added += other.speeds_added;
+  speeds_not_finite += other.speeds_not_finite;
+  speeds_glitches += other.speeds_glitches;
+  speeds_no_covariance += other.speeds_no_covariance;
+  speeds_not_calibrated += other.speeds_not_calibrated;
+  speeds_out_of_order += other.speeds_out_of_order;
+  speeds_stray += other.speeds_stray;
   return *this;
 }
 
@@ -74,10 +83,36 @@ AddStatus StreamCheck::checkFrame(double t) {
   return status;
 }
 
+AddStatus StreamCheck::checkSpeed(const SpeedSample& sample, const SpeedSensor& sensor) {
+  const int rows = sample.forward_only ? 1 : 3;
+  const auto covariance = sample.covariance.topLeftCorner(rows, rows);
+  const auto velocity = sample.velocity.head(rows);
+  const auto counted = [](std::int64_t* count, AddStatus status) {
+    ++*count;
+    return status;
+  };
+  if (!sensor.calibrated) return counted(&counts_.speeds_not_calibrated, AddStatus::kNotCalibrated);
+  if (!std::isfinite(sample.t) || !velocity.allFinite() || !covariance.allFinite()) {
+    return counted(&counts_.speeds_not_finite, AddStatus::kNotFinite);
+  }
+  if (velocity.norm() > kMaxSpeed) return counted(&counts_.speeds_glitches, AddStatus::kGlitch);
+  if (!isPositiveDefinite(covariance)) {
+    return counted(&counts_.speeds_no_covariance, AddStatus::kNoCovariance);
+  }
+  if (options_.live && std::abs(sample.t - newest_) > kJump) {
+    return counted(&counts_.speeds_stray, AddStatus::kStray);
+  }
+  if (sample.t <= last_speed_) {
+    return counted(&counts_.speeds_out_of_order, AddStatus::kOutOfOrder);
+  }
+  last_speed_ = sample.t;
+  return counted(&counts_.speeds_added, AddStatus::kAdded);
+}
+
 void StreamCheck::forgetTimes() {
   imu_ = Stream();
   frames_ = Stream();
-  newest_ = kNotComputed;
+  newest_ = last_speed_ = kNotComputed;
 }
 
 // Comparisons with NaN are false: nothing is confirmed, late or stale before it is known.

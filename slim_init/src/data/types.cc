@@ -30,6 +30,33 @@ std::string ImuBiases::validate() const {
       .message();
 }
 
+namespace {
+
+double distanceFromRotation(const Eigen::Matrix3d& R) {
+  return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() + std::abs(R.determinant() - 1.0);
+}
+
+}  // namespace
+
+std::string SpeedSensor::validate() const {
+  RangeCheck check;
+  check.within("distance of R_b_s from a rotation", distanceFromRotation(R_b_s), 0.0, 1e-3)
+      .within("norm of t_b_s", t_b_s.norm(), 0.0, 20.0)
+      .within("scale_sigma", scale_sigma, 1e-4, 0.5)
+      .within("lateral_sigma", lateral_sigma, 0.0, 10.0);
+  return check.message();
+}
+
+SpeedSample SpeedSample::forward(double t, double speed, double sigma) {
+  SpeedSample sample;
+  sample.t = t;
+  sample.velocity.x() = speed;
+  // The square of a negative one would look like a variance.
+  sample.covariance(0, 0) = sigma > 0.0 ? sigma * sigma : sigma;
+  sample.forward_only = true;
+  return sample;
+}
+
 std::string Calibration::validate() const {
   Calibration copy = *this;
   RangeCheck check;
@@ -42,9 +69,8 @@ std::string Calibration::validate() const {
       .within("td", td, -1.0, 1.0)
       .within("readout_s", readout_s, 0.0, 0.2)
       .within("norm of t_b_c", t_b_c.norm(), 0.0, 10.0);
-  const double not_rotation = (R_b_c.transpose() * R_b_c - Eigen::Matrix3d::Identity()).norm() +
-                              std::abs(R_b_c.determinant() - 1.0);
-  check.within("distance of R_b_c from a rotation", not_rotation, 0.0, 1e-3);
+  check.within("distance of R_b_c from a rotation", distanceFromRotation(R_b_c), 0.0, 1e-3)
+      .nested("speed_sensor", speed_sensor.validate());
   return check.message();
 }
 

@@ -91,6 +91,7 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   const auto common = std::make_shared<InitWindow::Common>();
   common->calibration = calibration;
   common->imu = old.imu;
+  common->speeds = old.speeds;
   common->counts = old.counts;
   for (int k = selection.first; k < selection.last; ++k) {
     common->times.push_back(old.times[k] + shift);
@@ -113,6 +114,15 @@ std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window, const 
     sample.gyro -= biases.gyro;
     sample.accel -= biases.accel;
   }
+  const std::shared_ptr<InitWindow> out(new InitWindow(window));
+  out->common_ = common;
+  return out;
+}
+
+std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window) {
+  if (window.speeds().empty()) return unowned(window);
+  const auto common = std::make_shared<InitWindow::Common>(*window.common_);
+  common->speeds.clear();
   const std::shared_ptr<InitWindow> out(new InitWindow(window));
   out->common_ = common;
   return out;

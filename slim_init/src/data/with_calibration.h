@@ -23,6 +23,9 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
 /// The window with these biases taken off its samples. Nothing is known of those that are left.
 std::shared_ptr<const InitWindow> withoutBiases(const InitWindow& window, const ImuBiases& biases);
 
+/// The window without its measured velocities.
+std::shared_ptr<const InitWindow> withoutSpeeds(const InitWindow& window);
+
 /// `calibration` with the extrinsics that were found elsewhere, and with their td where it has a
 /// variance. Their standard deviations replace those of `calibration`, but are not wider (a host's
 /// own covariance may be none) and not below 0.05 deg, 1 mm and 0.1 ms.

@@ -83,6 +83,14 @@ inline constexpr double kLeastInformation = 1e-3;
 inline constexpr double kBiasTestMargin = 1.5;
 inline constexpr double kStateTestMargin = 2.25;
 
+// ---- Measured velocities (speed_factor.h)
+
+/// Re-weightings of the common error of the speeds at one state: it has moved by less than a
+/// hundredth of its sigma after three.
+inline constexpr int kSpeedScalePasses = 4;
+/// A speed with a smaller weight is contradicted: 3.6 standard deviations.
+inline constexpr double kContradictedSpeed = 0.17;
+
 // ---- Work (WorkBudget)
 
 /// Work of a linearisation per view, per pair of views of a track (with a rolling shutter), per

@@ -235,6 +235,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   out.line_tracks = map.lineTracks();
   out.sigma_px = noise.sigma_point * focal;
   out.sigma_line_px = noise.sigma_line * focal;
+  out.speeds = map.speedUse();
   out.information = map.information();
   out.visual_information = map.visualInformation();
   out.visual_gradient = map.visualGradient();

@@ -16,6 +16,7 @@
 #include "lines/vanishing_point.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
+#include "slim_init/result.h"
 #include "slim_init/work_budget.h"
 
 namespace slim_init {
@@ -47,6 +48,7 @@ struct RefinedWindow {
   double line_cost = 0.0;      ///< its part from lines
   bool cost_is_bound = false;  ///< both are upper bounds (StartMode::kRough)
   int chosen_start = -1;       ///< index into the starts
+  SpeedUse speeds;             ///< VisualInertialProblem::speedUse()
 };
 
 /// Preintegrations with covariance at the biases, from the noise that is to be assumed of the

@@ -141,8 +141,9 @@ VisualInertialProblem::VisualInertialProblem(
       rig_(rig),
       motion_(motion),
       known_(known),
-      // A prior on the motion couples velocities that are not neighbours.
-      solver_(layout_, rolling_ || motion.has_value()) {
+      // A prior on the motion, or the common error of speeds, couples velocities that are not
+      // neighbours.
+      solver_(layout_, rolling_ || motion.has_value() || !window.speeds().empty()) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
   if (known_) {
@@ -222,7 +223,8 @@ void VisualInertialProblem::setPreintegrated(double td_shift) {
   for (std::size_t i = 0; i < pre_.size(); ++i) {
     whitening_valid_ = inertialWhitening(pre_[i], &whitening_[i]) && whitening_valid_;
   }
-  if (rig_ || rolling_) {
+  speeds_ = speedFactors(window_, td_shift);
+  if (rig_ || rolling_ || !speeds_.empty()) {
     instants_ = imuInstants(window_, td_shift, pre_.front().gyro_bias, pre_.front().accel_bias);
   }
 }
@@ -304,6 +306,55 @@ double VisualInertialProblem::addKnownState(const WindowState& state, System* sy
   system->H.block(at_rest, at_v, rest, 3) += JJ.block(3, 0, rest, 3);
   system->H.block(at_rest, at_rest, rest, rest) += JJ.block(3, 3, rest, rest);
   return known.r.dot(known_information_ * known.r);
+}
+
+std::vector<SpeedResidual> VisualInertialProblem::speedResiduals(const WindowState& state) const {
+  std::vector<SpeedResidual> residuals;
+  residuals.reserve(speeds_.size());
+  for (const SpeedFactor& speed : speeds_) {
+    const Eigen::Vector3d rate =
+        instants_[speed.keyframe].rate + pre_.front().gyro_bias - state.gyro_bias;
+    residuals.push_back(speedResidual(state, speed, window_.calibration(), rate));
+  }
+  return residuals;
+}
+
+SpeedUse VisualInertialProblem::speedUse() const {
+  if (speeds_.empty()) return {};
+  return fitSpeeds(speedResiduals(final_state_), window_.calibration().speed_sensor.scale_sigma)
+      .use;
+}
+
+// The common error of the speeds is eliminated: of the normal equations it leaves a product over
+// all velocities, like a track over its poses.
+double VisualInertialProblem::addSpeeds(const WindowState& state, System* system) const {
+  if (speeds_.empty()) return 0.0;
+  const std::vector<SpeedResidual> residuals = speedResiduals(state);
+  const double scale_sigma = window_.calibration().speed_sensor.scale_sigma;
+  const SpeedFit fit = fitSpeeds(residuals, scale_sigma);
+  double information = 1.0 / square(scale_sigma), gradient = fit.use.scale_error * information;
+  Eigen::VectorXd with_scale = Eigen::VectorXd::Zero(layout_.size());
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const SpeedResidual& one = residuals[i];
+    const Eigen::Vector3d r = one.r + fit.use.scale_error * one.by_scale;
+    const Eigen::Matrix<double, 3, kSpeedColumns> weighted = fit.weights[i] * one.J;
+    information += fit.weights[i] * one.by_scale.squaredNorm();
+    gradient += fit.weights[i] * one.by_scale.dot(r);
+    // Ascending, so that the blocks are in the lower triangle.
+    const int k = speeds_[i].keyframe;
+    const int at[] = {layout_.pose(k), layout_.velocity(k), layout_.gyroBias(), layout_.rig()};
+    for (int a = 0; a < (rig_ ? 4 : 3); ++a) {
+      const Eigen::Matrix3d J_a = weighted.middleCols<3>(3 * a);
+      system->g.segment<3>(at[a]) += J_a.transpose() * r;
+      with_scale.segment<3>(at[a]) += J_a.transpose() * one.by_scale;
+      for (int b = 0; b <= a; ++b) {
+        system->H.block<3, 3>(at[a], at[b]) += J_a.transpose() * one.J.middleCols<3>(3 * b);
+      }
+    }
+  }
+  system->H.selfadjointView<Eigen::Lower>().rankUpdate(with_scale, -1.0 / information);
+  system->g -= (gradient / information) * with_scale;
+  return fit.cost;
 }
 
 double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) const {
@@ -571,7 +622,7 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
   system->visual_g = system->g.head(6 * n);
   system->rig_cost = rig_ ? addRigPrior(state.rig, system) : 0.0;
-  system->state_cost = known_ ? addKnownState(state, system) : 0.0;
+  system->state_cost = (known_ ? addKnownState(state, system) : 0.0) + addSpeeds(state, system);
   system->cost = system->visual_cost + addInertial(state, system) + addPriors(state, system) +
                  system->rig_cost + system->state_cost;
 }

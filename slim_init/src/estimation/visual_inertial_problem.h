@@ -6,8 +6,9 @@
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
-// readout time as well (rig_model.h), with a prior on the motion (motion_prior.h), and with a known
-// state of the first body in place of the priors of the biases (state_factor.h). The parameters of
+// readout time as well (rig_model.h), with a prior on the motion (motion_prior.h), with measured
+// velocities of the window (speed_factor.h), and with a known state of the first body in place of
+// the priors of the biases (state_factor.h). The parameters of
 // every track are eliminated inside each Gauss-Newton step (Schur complement), which is the same
 // step as on their null space.
 #pragma once
@@ -20,6 +21,7 @@
 #include "estimation/motion_prior.h"
 #include "estimation/rig_model.h"
 #include "estimation/row_motion.h"
+#include "estimation/speed_factor.h"
 #include "estimation/state_factor.h"
 #include "estimation/visual_tracks.h"
 #include "imu/preintegration.h"
@@ -41,7 +43,7 @@ struct MapSummary {
   double visual_cost = 0.0;  ///< its part from points, lines and vanishing points
   double line_cost = 0.0;    ///< its part from lines
   double rig_cost = 0.0;     ///< its part from the prior of the rig
-  double state_cost = 0.0;   ///< its part from a known state
+  double state_cost = 0.0;   ///< its part from a known state and measured velocities
 };
 
 /// Residuals of the observations that take part, at a state.
@@ -103,6 +105,9 @@ class VisualInertialProblem {
   /// Removes observations beyond the bounds [rad], and tracks left with fewer than two point or
   /// three line views. `now` as residuals() gave it.
   void reject(const MapResiduals& now, double max_point, double max_line);
+
+  /// What has become of the measured velocities, at the answer of minimize().
+  SpeedUse speedUse() const;
 
   /// Share of the point tracks whose inverse depth is negative by more than three sigma.
   double behindFraction() const;
@@ -177,6 +182,8 @@ class VisualInertialProblem {
   double addMotionPrior(const WindowState& state, System* system) const;
   double addRigPrior(const RigError& rig, System* system) const;
   double addKnownState(const WindowState& state, System* system) const;
+  std::vector<SpeedResidual> speedResiduals(const WindowState& state) const;
+  double addSpeeds(const WindowState& state, System* system) const;
   double addInertial(const WindowState& state, System* system);
   template <int kColumns>
   double addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
@@ -217,6 +224,7 @@ class VisualInertialProblem {
   std::optional<MotionPrior> motion_;
   std::optional<StateFactor> known_;
   StateCovariance known_information_ = StateCovariance::Zero();
+  std::vector<SpeedFactor> speeds_;
   double td_shift_ = 0.0;              // of the preintegrations [s]
   std::vector<ImuInstant> instants_;   // at the ends of the preintegrations, with a rig prior
   WindowState nominal_;                // scratch of addInertial()

@@ -103,15 +103,23 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.inlier_fraction = refined.inlier_fraction * tracks.pointObservations().size() /
                              window.pointObservations().size();
   measures.behind_fraction = refined.behind_fraction;
-  measures.scale_sigma = scaleSigma(posterior, profile);
+  measures.has_speeds = refined.speeds.keyframes > 0;
+  measures.scale_sigma = measures.motion_scale_sigma = scaleSigma(posterior, profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
   measures.scale = scale;
   const Eigen::Matrix3Xd& v = refined.state.v_b0;
+  const Eigen::Vector3d mean = v.rowwise().mean();
+  measures.velocity_change = (v.colwise() - mean).colwise().norm().maxCoeff() / mean.norm();
   measures.mean_acceleration = (v.rightCols<1>() - v.leftCols<1>()).norm() / spanOf(window);
   measures.profiled = profile != nullptr;
   if (profile != nullptr) {
     measures.other_scale = scale * std::exp(profile->other_log_ratio);
     measures.other_scale_rise = profile->other_rise;
+    measures.motion_scale = scale * std::exp(profile->log_ratio);
+    // The answer lies between both: its distance from the one grows to that of both.
+    const double ratio = posterior.scale_sigma / measures.motion_scale_sigma;
+    measures.speed_disagreement =
+        (profile->cost_here - profile->cost) / std::max(1.0 - ratio * ratio, kLeastSpeedShare);
   }
   return measures;
 }
@@ -119,6 +127,15 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
 double scaleSigma(const Posterior& posterior, const ScaleProfile* profile) {
   if (profile == nullptr || !profile->valid) return posterior.scale_sigma;
   return std::max(posterior.scale_sigma, profile->sigma());
+}
+
+double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, bool full,
+                  double max_scale_sigma) {
+  const double alone = measures.motion_scale_sigma;
+  const bool steady =
+      alone >= kShownScaleSigma && measures.velocity_change <= kSteadyVelocityChange;
+  const bool waits = !full && !steady && alone > max_scale_sigma;
+  return measures.has_speeds && !waits ? posterior_sigma : alone;
 }
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
@@ -130,13 +147,15 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
   }
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
-  return {
+  std::vector<GateValue> gates = {
       makeGate(GateName::kParallax, "median rotation-compensated track motion", "px",
                motion.parallax_px, options.min_parallax_px, false, no_motion),
       makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
                motion.parallax_px, options.min_least_parallax_px, false, no_motion),
       makeGate(GateName::kExcitation, "deviation of the specific force from its mean", "m/s^2",
                motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
+  if (motion.has_speeds) gates.back().exception = "measured velocities: scale_sigma decides";
+  return gates;
 }
 
 std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options) {
@@ -203,12 +222,14 @@ std::vector<GateValue> alignmentGates(double linkage, double scale, double resid
   return gates;
 }
 
+bool isFull(const InitWindow& window, const WindowOptions& options) {
+  return spanOf(window) >= ConsistencyCheck::kFullFraction * options.fullSpan();
+}
+
 GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
                          const WindowOptions& window_options) {
   GateOptions gates = options;
-  const bool is_full =
-      spanOf(window) >= ConsistencyCheck::kFullFraction * window_options.fullSpan();
-  if (!is_full) {
+  if (!isFull(window, window_options)) {
     gates.max_scale_sigma = options.max_scale_sigma_expanding;
   } else if (window_options.min_keyframes == window_options.keyframes) {
     gates.max_scale_sigma = options.max_scale_sigma_fixed_size;
@@ -227,6 +248,14 @@ std::string explainOtherScale(const PosteriorMeasures& measures) {
         << " m)";
   }
   out << " fits nearly as well: cost difference";
+  return out.str();
+}
+
+std::string explainMotionScale(const PosteriorMeasures& measures) {
+  std::ostringstream out;
+  out.precision(3);
+  out << "images and IMU alone have another scale (mean baseline " << measures.motion_scale
+      << " m) than with the measured velocities (" << measures.scale << " m): squared difference";
   return out.str();
 }
 
@@ -266,7 +295,16 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
       makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
                measures.point_spread_deg, options.min_point_spread_deg, false,
                InitStatus::kTooFewTracks)};
-  if (measures.profiled) {
+  if (measures.has_speeds) {
+    // A cost that is flat over the scale falls towards large ones, whatever the wheel says.
+    if (measures.motion_scale_sigma < kShownScaleSigma) {
+      const bool alone_suffices = measures.motion_scale_sigma <= options.max_scale_sigma;
+      gates.push_back(makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
+                               measures.speed_disagreement,
+                               alone_suffices ? kMaxNeedlessDisagreement : kMaxSpeedDisagreement,
+                               true, InitStatus::kInconsistentResiduals));
+    }
+  } else if (measures.profiled) {
     gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
                              measures.other_scale_rise, kMinOtherScaleRise, false, uncertain));
   }
@@ -323,8 +361,8 @@ void enforceGates(GateMode mode, InitResult* result) {
   };
   bool others_passed = result->hasEstimate();
   for (GateValue& gate : result->gates) {
-    gate.enforced = true;
-    others_passed = others_passed && (gate.passed || isParallax(gate));
+    gate.enforced = gate.exception.empty();
+    others_passed = others_passed && (gate.passed || !gate.enforced || isParallax(gate));
   }
   if (!others_passed) return;
   for (GateValue& gate : result->gates) {

@@ -25,6 +25,7 @@ struct MotionMeasures {
   double parallax_px = kNotComputed;   ///< see medianParallaxPx()
   double rotation_deg = kNotComputed;  ///< see maxRotationDeg()
   double excitation = kNotComputed;    ///< see forceDeviation() [m/s^2]
+  bool has_speeds = false;  ///< measured velocities give the scale without excitation too
 };
 
 /// Median over the tracks of the largest rotation-compensated angle between the first observation
@@ -45,7 +46,8 @@ double forceDeviation(const std::vector<Preintegration>& pre,
 /// force (below max_rest_deviation over 0.25 s means, so that a vibrating vehicle is at rest)
 /// stationary; with an unsteady one too little excitation of the camera, the scene is too far.
 /// Where it could not be measured, too few tracks. Tracks that move while the IMU is quiet are a
-/// slide at constant velocity and fail "excitation".
+/// slide at constant velocity and fail "excitation", which is not enforced with measured
+/// velocities.
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options);
 
 /// Of those the gates that a provisional answer needs: all but "excitation".
@@ -65,6 +67,9 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options);
 
+/// Whether a window spans what is possible (ConsistencyCheck::kFullFraction).
+bool isFull(const InitWindow& window, const WindowOptions& options);
+
 /// The bounds in force for a window: `options` with max_scale_sigma replaced by
 /// max_scale_sigma_expanding if the window is not full (ConsistencyCheck::kFullFraction), and by
 /// max_scale_sigma_fixed_size if it is and all windows have one number of keyframes.
@@ -73,18 +78,25 @@ GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
 
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
-  int keyframes = 0;                        ///< of the window
-  double sigma_px = kNotComputed;           ///< noise of the tracks that `chi2` is in [px]
-  double chi2 = kNotComputed;               ///< RefinedWindow::chi2
-  double inertial_chi2 = kNotComputed;      ///< RefinedWindow::inertial_chi2
-  double inlier_fraction = kNotComputed;    ///< of all point observations of the window
-  double behind_fraction = kNotComputed;    ///< of the point tracks
-  double scale_sigma = kNotComputed;        ///< relative
-  double point_spread_deg = kNotComputed;   ///< see pointSpreadDeg()
-  double scale = kNotComputed;              ///< InitResult::scale [m]
-  bool profiled = true;                     ///< other scales were looked for
-  double other_scale = kNotComputed;        ///< the best other one, as InitResult::scale [m]
-  double other_scale_rise = kNotComputed;   ///< ScaleProfile::other_rise
+  int keyframes = 0;                         ///< of the window
+  double sigma_px = kNotComputed;            ///< noise of the tracks that `chi2` is in [px]
+  double chi2 = kNotComputed;                ///< RefinedWindow::chi2
+  double inertial_chi2 = kNotComputed;       ///< RefinedWindow::inertial_chi2
+  double inlier_fraction = kNotComputed;     ///< of all point observations of the window
+  double behind_fraction = kNotComputed;     ///< of the point tracks
+  double scale_sigma = kNotComputed;         ///< relative
+  double point_spread_deg = kNotComputed;    ///< see pointSpreadDeg()
+  double scale = kNotComputed;               ///< InitResult::scale [m]
+  bool profiled = true;                      ///< other scales were looked for
+  double other_scale = kNotComputed;         ///< the best other one, as InitResult::scale [m]
+  double other_scale_rise = kNotComputed;    ///< ScaleProfile::other_rise
+  bool has_speeds = false;                   ///< measured velocities are part of the estimate
+  double motion_scale = kNotComputed;        ///< of images and IMU alone, as InitResult::scale [m]
+  double motion_scale_sigma = kNotComputed;  ///< relative, of it
+  /// Squared difference of that scale from the one of the velocities alone, in its variance.
+  double speed_disagreement = kNotComputed;
+  /// Largest difference of a velocity from their mean, divided by that.
+  double velocity_change = kNotComputed;
   double mean_acceleration = kNotComputed;  ///< |v_last - v_first| by the time between [m/s^2]
 };
 
@@ -99,14 +111,23 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
                                    const RefinedWindow& refined, const Posterior& posterior,
                                    const ScaleProfile* profile, double scale);
 
-/// Relative standard deviation of the scale: that of the posterior, or of the interval of the
-/// profile where that is wider. `profile` may be null.
+/// Relative standard deviation of the scale of images and IMU: that of the posterior, or of the
+/// interval of the profile, which knows no measured velocities, where that is wider. `profile` may
+/// be null.
 double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
+
+/// The same of an answer that may rest on measured velocities, under the bounds in force.
+/// Velocities count where images and IMU do not show the scale, so that nothing can check them, and
+/// in a window that is `full`. In a motion that begins to show the scale the check comes first: an
+/// answer waits until images and IMU alone reach the bound.
+double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, bool full,
+                  double max_scale_sigma);
 
 /// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction"
 /// (inconsistent residuals), "point_spread" (too few tracks), "other_scale" and "scale_sigma"
 /// (scale too uncertain; where the motion fails the excitation gate as well, too little
-/// excitation). "other_scale" names both scales; without a profile it is left out.
+/// excitation). "other_scale" names both scales; without a profile it is left out. With measured
+/// velocities it compares the scale with that of images and IMU alone (inconsistent residuals).
 std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                       const MotionMeasures& motion, const GateOptions& options);
 

@@ -24,6 +24,9 @@ const std::array<const char*, 17> kTruthColumns = {
     "timestamp", "p_x", "p_y",  "p_z",  "q_w",  "q_x",  "q_y",  "q_z", "v_x",
     "v_y",       "v_z", "bw_x", "bw_y", "bw_z", "ba_x", "ba_y", "ba_z"};
 constexpr std::size_t kPoseColumns = 8;
+const std::array<const char*, 7> kSpeedColumns = {"timestamp", "v_x", "sigma_x", "v_y",
+                                                  "sigma_y",   "v_z", "sigma_z"};
+constexpr std::size_t kForwardColumns = 3;
 
 ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
 
@@ -206,6 +209,10 @@ CsvFormat truthFormat(RowOrder order, int min_rows) {
   return {kTruthColumns.data(), {kPoseColumns, kTruthColumns.size()}, false, order, min_rows};
 }
 
+CsvFormat speedFormat(RowOrder order) {
+  return {kSpeedColumns.data(), {kForwardColumns, kSpeedColumns.size()}, false, order, 1};
+}
+
 std::string quoted(const std::string& text) {
   constexpr std::size_t kLongest = 40;
   std::string shown = "'";
@@ -233,6 +240,24 @@ std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns) {
     sample.t = relativeSeconds(row.stamp_ns, t0_ns);
     sample.gyro = vectorAt(row, 0);
     sample.accel = vectorAt(row, 3);
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+std::vector<SpeedSample> speedSamples(const CsvTable& table, std::int64_t t0_ns) {
+  std::vector<SpeedSample> samples;
+  for (const CsvRow& row : table.rows) {
+    const double t = relativeSeconds(row.stamp_ns, t0_ns);
+    SpeedSample sample = SpeedSample::forward(t, row.values[0], row.values[1]);
+    if (table.columns == kSpeedColumns.size()) {
+      sample.forward_only = false;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double sigma = row.values[2 * axis + 1];
+        sample.velocity[axis] = row.values[2 * axis];
+        sample.covariance(axis, axis) = sigma > 0.0 ? sigma * sigma : sigma;
+      }
+    }
     samples.push_back(sample);
   }
   return samples;

@@ -55,6 +55,13 @@ CsvFormat imuFormat(RowOrder order, int min_rows);
 /// Pose, or pose with velocity and biases.
 CsvFormat truthFormat(RowOrder order, int min_rows);
 
+/// Forward speed and its standard deviation, or so for all three axes; in the frame of the sensor
+/// [m/s]. Speeds are positive or negative, and a standard deviation that is
+/// not positive is left to the stream check.
+CsvFormat speedFormat(RowOrder order);
+/// Rows of a speedFormat() table.
+std::vector<SpeedSample> speedSamples(const CsvTable& table, std::int64_t t0_ns);
+
 /// In quotes, for a sentence. Values are quoted from files we know nothing about: cut, and
 /// printable only.
 std::string quoted(const std::string& text);

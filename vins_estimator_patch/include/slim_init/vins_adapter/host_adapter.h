@@ -144,6 +144,10 @@ class HostAdapter {
   /// message for one stamp is unmatched.
   AddStatus addLines(double stamp, std::vector<LineObservation> lines);
 
+  /// A velocity of Calibration::speed_sensor, `sample.t` on the IMU clock
+  /// (IInitializer::addSpeed()).
+  AddStatus addSpeed(const SpeedSample& sample);
+
   /// The stamp [s] of an image that the host has received, whether or not it will use it: a host
   /// drops images while it has no IMU data, and its tracks go on. Without these calls each long
   /// interval between two frames counts as a gap in the images.

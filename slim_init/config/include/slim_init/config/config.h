@@ -54,6 +54,8 @@ struct Config {
   bool estimate_td = false;  ///< the host estimates td itself; ours is its starting value
   std::string imu_topic;
   std::string image_topic;
+  std::string speed_topic;         ///< of Calibration::speed_sensor; empty: none
+  bool speed_forward_only = true;  ///< SpeedSample::forward_only of its messages
   HostKeys host;
   /// What the reader should know, one message each; nothing here is an error. Renamed keys and keys
   /// that `method` does not read (noteUnreadKeys()) are among them.

@@ -55,6 +55,7 @@ struct RecordedMotion {
   std::string name;        ///< last component of the directory
   std::int64_t t0_ns = 0;  ///< stamp of the first IMU sample
   std::vector<ImuSample> imu;
+  std::vector<SpeedSample> speeds;  ///< of speed0.csv, where there is one
   std::vector<double> image_times;  ///< those within both the IMU data and the ground truth
   std::vector<NavState> truth;
   /// Recorded; else v_w_b of `truth` is that of deriveVelocities() and its biases are NaN.
@@ -63,8 +64,8 @@ struct RecordedMotion {
   std::vector<std::string> notes;  ///< one sentence per thing dropped or suspicious
 };
 
-/// Reads DIR/imu0.csv, DIR/cam0_timestamps.csv and DIR/groundtruth.csv (docs/evaluation.md, "Input
-/// files"). On an error `motion` is left as it was.
+/// Reads DIR/imu0.csv, DIR/cam0_timestamps.csv, DIR/groundtruth.csv and, if it exists,
+/// DIR/speed0.csv (docs/evaluation.md, "Input files"). On an error `motion` is left as it was.
 ReadStatus readRecordedMotion(const std::string& directory, const RecordedOptions& options,
                               RecordedMotion* motion);
 

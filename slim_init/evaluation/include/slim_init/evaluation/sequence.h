@@ -43,6 +43,7 @@ struct Sequence {
   std::optional<Calibration> true_calibration;
   std::int64_t t0_ns = 0;                ///< stamp of t = 0 in the recording [ns]
   std::vector<ImuSample> imu;            ///< ascending in time
+  std::vector<SpeedSample> speeds;       ///< of calibration.speed_sensor, ascending in time
   std::vector<FrameObservation> frames;  ///< ascending in time
   /// Ground truth at the time of frames[i] (frames[i].t + td on the IMU clock, td that of the true
   /// calibration), one entry per frame; t is NaN where there is none.

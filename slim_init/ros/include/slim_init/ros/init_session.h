@@ -57,6 +57,7 @@ class InitSession {
   InitSession(std::unique_ptr<IInitializer> initializer, const InitSessionOptions& options);
 
   AddStatus addImu(const ImuSample& sample);
+  AddStatus addSpeed(const SpeedSample& sample) { return initializer_->addSpeed(sample); }
   /// Points of one image; its lines come by addLines(), before or after.
   AddStatus addPoints(FrameObservation frame);
   /// Lines of the image with stamp `t`, which has to agree with that of its points to 0.1 ms.

@@ -36,7 +36,7 @@ diagnostic_msgs::DiagnosticStatus makeStatus(const std::string& part, const std:
 void raise(int level, const std::string& message, diagnostic_msgs::DiagnosticStatus* status);
 
 /// Which part of StreamCounts is about a stream.
-enum class StreamKind { kImu, kFrames, kLines, kOther };
+enum class StreamKind { kImu, kFrames, kLines, kSpeeds, kOther };
 
 /// One subscribed stream as the diagnostics see it.
 class StreamMonitor {

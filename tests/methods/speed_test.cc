@@ -1,0 +1,326 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Measured velocities: with them the scale is known at constant velocity, a slipping wheel is found
+// where the motion shows the scale, and what cannot be used is named and counted.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "slim_init/initializer.h"
+#include "support/exact_window.h"
+
+namespace slim_init {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+enum class Kind { kForward, kNonHolonomic, kVelocity };
+
+// How the wheel measures.
+struct Wheel {
+  Kind kind = Kind::kForward;
+  Eigen::Vector3d t_b_s = Eigen::Vector3d(-0.5, 0.2, -0.3);  // [m]
+  double noise = 0.0;                                        // fraction of the speed
+  double scale = 1.0;                                        // of all measurements
+  int slipping = 0;   // so many keyframes of the window, the first ones...
+  double slip = 1.0;  // ...by this factor
+  int left_out = 0;   // keyframes without a measurement, the last ones
+  double lag = 0.0;   // a measurement so long before and one so long after each keyframe [s]
+  unsigned seed = 1;
+};
+
+// x along the velocity of the first keyframe, so that nothing moves sideways at constant velocity.
+SpeedSensor sensorOf(const Wheel& wheel, const ExactWindow& exact) {
+  const NavState& first = exact.truth.front();
+  SpeedSensor sensor;
+  sensor.calibrated = true;
+  sensor.R_b_s = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(),
+                                                    first.R_w_b.transpose() * first.v_w_b)
+                     .matrix();
+  sensor.t_b_s = wheel.t_b_s;
+  if (wheel.kind == Kind::kNonHolonomic) sensor.lateral_sigma = 0.05;
+  return sensor;
+}
+
+// Rate of the body at time t from the samples, without their bias.
+Eigen::Vector3d rateAt(const ExactWindow& exact, double t) {
+  const auto after = std::find_if(exact.imu.begin(), exact.imu.end(),
+                                  [t](const ImuSample& sample) { return sample.t >= t; });
+  const auto before = std::prev(after);
+  const double u = (t - before->t) / (after->t - before->t);
+  return (1.0 - u) * before->gyro + u * after->gyro - exact.truth.front().gyro_bias;
+}
+
+std::vector<SpeedSample> measure(const Wheel& wheel, const SpeedSensor& sensor,
+                                 const ExactWindow& exact) {
+  std::mt19937 random(wheel.seed);
+  std::normal_distribution<double> gaussian(0.0, 1.0);
+  std::vector<SpeedSample> samples;
+  const int n = static_cast<int>(exact.truth.size());
+  for (int k = 0; k < n - wheel.left_out; ++k) {
+    const NavState& state = exact.truth[k];
+    const Eigen::Vector3d v_b =
+        state.R_w_b.transpose() * state.v_w_b + rateAt(exact, state.t).cross(sensor.t_b_s);
+    const double factor = wheel.scale * (k < wheel.slipping ? wheel.slip : 1.0);
+    Eigen::Vector3d v_s = factor * sensor.R_b_s.transpose() * v_b;
+    const double sigma = std::max(0.01, wheel.noise * v_s.norm());
+    if (wheel.noise > 0.0) v_s.x() += sigma * gaussian(random);
+    SpeedSample sample = SpeedSample::forward(state.t - wheel.lag, v_s.x(), sigma);
+    if (wheel.kind == Kind::kVelocity) {
+      sample.velocity = v_s;
+      sample.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+      sample.forward_only = false;
+    }
+    samples.push_back(sample);
+    if (wheel.lag == 0.0) continue;
+    sample.t = state.t + wheel.lag;
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+InitializerOptions exactCalibration() {
+  InitializerOptions options;
+  options.slim.estimate_calibration = false;
+  return options;
+}
+
+InitResult solve(const ExactWindow& exact, const Wheel* wheel,
+                 const InitializerOptions& options = exactCalibration()) {
+  Calibration calibration = exact.calibration;
+  std::vector<SpeedSample> speeds;
+  if (wheel != nullptr) {
+    calibration.speed_sensor = sensorOf(*wheel, exact);
+    speeds = measure(*wheel, calibration.speed_sensor, exact);
+  }
+  std::string error;
+  const auto window = InitWindow::create(calibration, exact.keyframes, exact.imu, &error, speeds);
+  EXPECT_NE(window, nullptr) << error;
+  return makeSlimSolver(options)->solve(*window);
+}
+
+bool warns(const InitResult& result, const std::string& text) {
+  return std::any_of(result.warnings.begin(), result.warnings.end(),
+                     [&](const std::string& one) { return one.find(text) != std::string::npos; });
+}
+
+ExactWindow constantVelocity() {
+  ExactWindowOptions options;
+  options.motion = Motion::kConstantVelocity;
+  return makeExactWindow(options);
+}
+
+TEST(Speed, GivesTheScaleAtConstantVelocity) {
+  const ExactWindow exact = constantVelocity();
+  EXPECT_EQ(solve(exact, nullptr).status, InitStatus::kTooLittleExcitation);
+  for (const Kind kind : {Kind::kForward, Kind::kNonHolonomic, Kind::kVelocity}) {
+    for (const Eigen::Vector3d& t_b_s :
+         {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(-0.5, 0.2, -0.3)}) {
+      Wheel wheel;
+      wheel.kind = kind;
+      wheel.t_b_s = t_b_s;
+      const InitResult result = solve(exact, &wheel);
+      ASSERT_TRUE(result.success()) << result.message;
+      EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 1e-3);
+      EXPECT_EQ(result.speeds.keyframes, 10);
+      EXPECT_EQ(result.speeds.contradicted, 0);
+      // No more certain than the wheel, and the reader is told whose scale it is.
+      EXPECT_GT(result.scale_sigma, SpeedSensor().scale_sigma);
+      EXPECT_TRUE(warns(result, "the scale is that of the measured velocities"));
+      EXPECT_NE(result.message.find("an error of the sensor would not show"), std::string::npos);
+    }
+  }
+}
+
+TEST(Speed, IsInterpolatedToTheKeyframes) {
+  const ExactWindow exact = constantVelocity();
+  for (const double lag : {0.02, 0.09}) {
+    Wheel wheel;
+    wheel.lag = lag;
+    const InitResult result = solve(exact, &wheel);
+    EXPECT_TRUE(result.success()) << result.message;
+    EXPECT_EQ(result.speeds.missing, 0);
+    EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 1e-3);
+  }
+  // More than kMaxSpeedGap apart: none of them is used, and the window is what it is without.
+  Wheel wheel;
+  wheel.lag = 0.11;
+  const InitResult result = solve(exact, &wheel);
+  EXPECT_FALSE(result.success());
+  EXPECT_EQ(result.status, InitStatus::kTooLittleExcitation);
+}
+
+TEST(Speed, NeedsSomeKeyframesAndSaysHowManyAreWithout) {
+  const ExactWindow exact = constantVelocity();
+  struct Case {
+    int left_out;
+    bool success;
+  };
+  for (const Case& one : {Case{0, true}, {3, true}, {7, true}, {8, false}}) {
+    Wheel wheel;
+    wheel.left_out = one.left_out;
+    const InitResult result = solve(exact, &wheel);
+    EXPECT_EQ(result.success(), one.success) << one.left_out << ": " << result.message;
+    if (!one.success) continue;
+    EXPECT_EQ(result.speeds.missing, one.left_out);
+    EXPECT_EQ(warns(result, "no measured velocity at " + std::to_string(one.left_out) + " of 10"),
+              one.left_out > 0);
+  }
+}
+
+// Noise of 5 % at ten keyframes and the error that all have in common: 2.6 %, three of them.
+TEST(Speed, NoiseLeavesTheScaleWithinThreeSigma) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = noisyWindow(Motion::kConstantVelocity, seed);
+    Wheel wheel;
+    wheel.noise = 0.05;
+    wheel.seed = seed;
+    const InitResult result = solve(exact, &wheel);
+    ASSERT_TRUE(result.success()) << result.message;
+    EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 0.08) << seed;
+  }
+}
+
+TEST(Speed, SomeThatSlipAreNamedAndDoNoHarm) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
+    Wheel wheel;
+    wheel.kind = Kind::kVelocity;
+    wheel.noise = 0.05;
+    wheel.seed = seed;
+    wheel.slipping = 4;
+    wheel.slip = 1.5;
+    const InitResult result = solve(exact, &wheel);
+    ASSERT_TRUE(result.success()) << result.message;
+    EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 0.06) << seed;
+    EXPECT_GE(result.speeds.contradicted, 3);
+    EXPECT_TRUE(warns(result, "measured velocities contradict")) << seed;
+  }
+}
+
+// 20 % too fast all the time, in a motion that shows the scale: solved as if there were no wheel.
+TEST(Speed, AWheelWithAnotherScaleIsOverruled) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
+    Wheel wheel;
+    wheel.kind = Kind::kVelocity;
+    wheel.noise = 0.05;
+    wheel.seed = seed;
+    wheel.scale = 1.2;
+    const InitResult with = solve(exact, &wheel), without = solve(exact, nullptr);
+    ASSERT_TRUE(with.success()) << with.message;
+    EXPECT_EQ(with.scale, without.scale);
+    EXPECT_EQ(with.speeds.contradicted, 10);
+    EXPECT_TRUE(warns(with, "the measured velocities contradict images and IMU"));
+  }
+}
+
+TEST(Speed, StandsBesideAnEstimatedCalibration) {
+  ExactWindowOptions options = drawnWithCalibration(3, 0.05);
+  options.motion = Motion::kConstantVelocity;
+  const ExactWindow exact = makeExactWindow(options);
+  Wheel wheel;
+  wheel.noise = 0.02;
+  wheel.lag = 0.02;
+  const InitResult result = solve(exact, &wheel, InitializerOptions());
+  ASSERT_TRUE(result.success()) << result.message;
+  EXPECT_TRUE(result.calibration.has_value());
+  EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 0.08);
+}
+
+class SpeedStream : public ::testing::Test {
+ protected:
+  SpeedStream() {
+    calibration_ = eurocCalibration();
+    calibration_.speed_sensor.calibrated = true;
+    make();
+  }
+  void make() { initializer_ = makeInitializer(calibration_, InitializerOptions(), &error_); }
+
+  Calibration calibration_;
+  std::unique_ptr<IInitializer> initializer_;
+  std::string error_;
+};
+
+TEST_F(SpeedStream, WhatCannotBeUsedIsNamedAndCounted) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  ImuSample sample;
+  for (sample.t = 9.0; sample.t < 10.0; sample.t += 0.005) initializer_->addImu(sample);
+  SpeedSample skew = SpeedSample::forward(10.1, 1.0, 0.1);
+  skew.forward_only = false;
+  skew.covariance = Eigen::Vector3d(0.01, 0.01, -0.01).asDiagonal();
+  struct Case {
+    SpeedSample sample;
+    AddStatus status;
+    std::int64_t StreamCounts::*count;
+  };
+  const Case cases[] = {
+      {SpeedSample::forward(10.0, 1.0, 0.1), AddStatus::kAdded, &StreamCounts::speeds_added},
+      {SpeedSample::forward(10.0, 1.0, 0.1), AddStatus::kOutOfOrder,
+       &StreamCounts::speeds_out_of_order},
+      {SpeedSample::forward(9.9, 1.0, 0.1), AddStatus::kOutOfOrder,
+       &StreamCounts::speeds_out_of_order},
+      {SpeedSample::forward(kNan, 1.0, 0.1), AddStatus::kNotFinite,
+       &StreamCounts::speeds_not_finite},
+      {SpeedSample::forward(10.1, kInfinity, 0.1), AddStatus::kNotFinite,
+       &StreamCounts::speeds_not_finite},
+      {SpeedSample::forward(10.1, 1.0, kNan), AddStatus::kNotFinite,
+       &StreamCounts::speeds_not_finite},
+      {SpeedSample::forward(10.1, 1.0, 0.0), AddStatus::kNoCovariance,
+       &StreamCounts::speeds_no_covariance},
+      {SpeedSample::forward(10.1, 1.0, -0.1), AddStatus::kNoCovariance,
+       &StreamCounts::speeds_no_covariance},
+      {skew, AddStatus::kNoCovariance, &StreamCounts::speeds_no_covariance},
+      {SpeedSample::forward(10.1, -101.0, 0.1), AddStatus::kGlitch, &StreamCounts::speeds_glitches},
+      {SpeedSample::forward(12.0, 1.0, 0.1), AddStatus::kStray, &StreamCounts::speeds_stray},
+      {SpeedSample::forward(10.1, -1.0, 0.1), AddStatus::kAdded, &StreamCounts::speeds_added},
+  };
+  for (const Case& one : cases) {
+    const std::int64_t before = initializer_->counts().*one.count;
+    EXPECT_EQ(initializer_->addSpeed(one.sample), one.status);
+    EXPECT_EQ(initializer_->counts().*one.count, before + 1);
+  }
+}
+
+TEST_F(SpeedStream, ASensorWithoutExtrinsicsIsRefused) {
+  calibration_.speed_sensor.calibrated = false;
+  make();
+  const SpeedSample sample = SpeedSample::forward(10.0, 1.0, 0.1);
+  EXPECT_EQ(initializer_->addSpeed(sample), AddStatus::kNotCalibrated);
+  EXPECT_EQ(initializer_->counts().speeds_not_calibrated, 1);
+  const ExactWindow exact = constantVelocity();
+  EXPECT_EQ(InitWindow::create(exact.calibration, exact.keyframes, exact.imu, &error_, {sample}),
+            nullptr);
+  EXPECT_NE(error_.find("sensor without extrinsics"), std::string::npos) << error_;
+}
+
+TEST_F(SpeedStream, AnImpossibleSensorIsNamed) {
+  struct Case {
+    const char* name;
+    void (*spoil)(SpeedSensor*);
+  };
+  const Case cases[] = {
+      {"speed_sensor.distance of R_b_s", [](SpeedSensor* s) { s->R_b_s *= 2.0; }},
+      {"speed_sensor.norm of t_b_s", [](SpeedSensor* s) { s->t_b_s.x() = 30.0; }},
+      {"speed_sensor.scale_sigma", [](SpeedSensor* s) { s->scale_sigma = 0.0; }},
+      {"speed_sensor.lateral_sigma", [](SpeedSensor* s) { s->lateral_sigma = -1.0; }},
+  };
+  for (const Case& one : cases) {
+    calibration_.speed_sensor = SpeedSensor();
+    one.spoil(&calibration_.speed_sensor);
+    make();
+    EXPECT_EQ(initializer_, nullptr);
+    EXPECT_NE(error_.find(one.name), std::string::npos) << error_;
+  }
+}
+
+}  // namespace
+}  // namespace slim_init
