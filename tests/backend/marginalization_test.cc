@@ -21,9 +21,7 @@
 namespace slim_init::backend {
 namespace {
 
-using testing_support::ExactWindow;
-using testing_support::ExactWindowOptions;
-using testing_support::makeExactWindow;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 struct Point {
   std::vector<std::pair<int, Eigen::Vector3d>> views;  ///< frame and bearing

@@ -1,0 +1,21 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "slim_init/feature_tracker_lines/camera.h"
+
+namespace slim_init::testing_support {
+
+/// EuRoC's cam0, `scale` times its size.
+inline feature_tracker_lines::CameraParameters eurocCamera(double scale = 1.0) {
+  feature_tracker_lines::CameraParameters camera;
+  camera.width = static_cast<int>(scale * camera.width);
+  camera.height = static_cast<int>(scale * camera.height);
+  camera.fx = scale * 458.654;
+  camera.fy = scale * 457.296;
+  camera.cx = scale * 367.215;
+  camera.cy = scale * 248.375;
+  camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
+  return camera;
+}
+
+}  // namespace slim_init::testing_support
