@@ -35,10 +35,8 @@ class SmallProblem {
     ExactWindowOptions options;
     options.keyframes = 5;
     options.points = 40;
-    options.pixel_noise = 0.6;
-    options.imu_noise = true;
     options.seed = seed;
-    const ExactWindow exact = makeExactWindow(options);
+    const ExactWindow exact = noisyWindow(options);
     calibration = exact.calibration;
     seed_state_ = exact.truth.front();
     for (int k = 0; k < 5; ++k) {

@@ -630,10 +630,8 @@ TEST(ConfigTable, HoldsTheTablesOfAllStructs) {
 }
 
 TEST(ConfigTable, FrontEndHasEveryFieldAndKeepsItsBounds) {
-  expectBothSidesOfEveryBound<FrontEndOptions>();
-  expectBothSidesOfEveryBound<PointTrackerOptions>();
-  expectBothSidesOfEveryBound<LineTrackerOptions>();
-  expectBothSidesOfEveryBound<HostFrontEnd>();
+  expectBothSidesOfEveryBound<FrontEndOptions, PointTrackerOptions, LineTrackerOptions,
+                              HostFrontEnd>();
   expectEveryFieldHasARow<FrontEndOptions>([](FrontEndOptions* options) {
     OptionTable table = optionTable(options);
     // No keys of its own; the host's keys are at the top level of the file.

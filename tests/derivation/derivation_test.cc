@@ -436,10 +436,8 @@ TEST(Alignment, TightStartShrinksWithoutTheNoiseTermAndNotWithIt) {
 
 TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   ExactWindowOptions window_options;
-  window_options.pixel_noise = 0.6;
-  window_options.imu_noise = true;
   window_options.points = 40;
-  const ExactWindow exact = makeExactWindow(window_options);
+  const ExactWindow exact = noisyWindow(window_options);
   const InitWindow& window = *exact.window;
   const Vector3d& t_b_c = window.calibration().t_b_c;
   RefinementOptions options;

@@ -41,12 +41,10 @@ WindowState perturbed(const WindowState& state, double amount, unsigned seed) {
 
 ExactWindow noisyWindow(unsigned seed) {
   ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
   options.accel_bias = Eigen::Vector3d(0.05, -0.08, 0.1);
   options.seed = seed;
   options.points = 60;
-  return makeExactWindow(options);
+  return noisyWindow(options);
 }
 
 TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {

@@ -266,7 +266,7 @@ std::vector<int> livesIn(double light, double noise, int images, TrackErrors* er
   const auto texture = [light](int wall, double u, double v) {
     return light * textures::panels(wall, u, v);
   };
-  RoomWalk walk(testing_support::eurocCamera(), BoxRoom(kRoom, texture), Motion(), 1);
+  RoomWalk walk(eurocCamera(), BoxRoom(kRoom, texture), Motion(), 1);
   walk.noise = noise;
   ImageFrontEnd front_end(walk.parameters, walk.calibration, FrontEndOptions());
   std::map<FeatureId, int> seen;

@@ -14,12 +14,30 @@
 #include "box_room.h"
 #include "geometry/so3.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
-#include "support/euroc_camera.h"
 
 namespace slim_init::feature_tracker_lines {
 
 /// EuRoC's lens at half its resolution.
-inline CameraParameters smallCamera() { return testing_support::eurocCamera(0.5); }
+inline CameraParameters smallCamera() {
+  CameraParameters camera;
+  camera.width = 376;
+  camera.height = 240;
+  camera.fx = 229.3;
+  camera.fy = 228.6;
+  camera.cx = 183.6;
+  camera.cy = 124.2;
+  camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
+  return camera;
+}
+
+/// EuRoC's lens at its own resolution.
+inline CameraParameters eurocCamera() {
+  CameraParameters camera = smallCamera();
+  camera.width *= 2;
+  camera.height *= 2;
+  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value *= 2.0;
+  return camera;
+}
 
 /// The colour camera of a RealSense, twice EuRoC's focal length.
 inline CameraParameters hdCamera() {

@@ -5,15 +5,13 @@
 
 namespace slim_init::testing_support {
 
-/// EuRoC's cam0, `scale` times its size.
-inline feature_tracker_lines::CameraParameters eurocCamera(double scale = 1.0) {
+/// EuRoC's cam0 (sensor.yaml of the dataset).
+inline feature_tracker_lines::CameraParameters eurocCamera() {
   feature_tracker_lines::CameraParameters camera;
-  camera.width = static_cast<int>(scale * camera.width);
-  camera.height = static_cast<int>(scale * camera.height);
-  camera.fx = scale * 458.654;
-  camera.fy = scale * 457.296;
-  camera.cx = scale * 367.215;
-  camera.cy = scale * 248.375;
+  camera.fx = 458.654;
+  camera.fy = 457.296;
+  camera.cx = 367.215;
+  camera.cy = 248.375;
   camera.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
   return camera;
 }
