@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Times of the solvers on simulated windows of 10 keyframes (Google Benchmark).
+// Times of the solvers and their stages on simulated windows of 10 keyframes (Google Benchmark).
 // Windows come from the built-in circle, seen by 30, 100 or 300 tracked points and 25 lines a
 // frame. Each iteration solves the next of 40 windows, so that no single one decides.
 // SLIM_INIT_BENCH_SEQUENCE=DIR adds the image front end on the recording in that ASL folder.
 //
-// `slim_init_bench times`, `growth` and `count` (each with --help) print tables of solves and their
-// stages instead, also on recorded motion; `faults` and `soak` run a host on streams with
+// `slim_init_bench times`, `growth` and `count` (each with --help) print tables of whole solves
+// instead, also on recorded motion; `faults` and `soak` run a host on streams with
 // faults (bench_commands.h).
 #include <benchmark/benchmark.h>
 
@@ -67,6 +67,39 @@ void solve(benchmark::State& state, const std::string& method) {
   state.counters["tracks"] = tracks / static_cast<double>(std::max<std::size_t>(solved, 1));
 }
 
+// The median of what every solve took, and of every stage as the solver reports it: the mean of a
+// shared machine is that of its interruptions. Also the slowest of a hundred, and the gyroscope
+// bias and translations together (steps 1 and 2 of the paper). Every window is solved equally
+// often.
+void stages(benchmark::State& state, const std::string& method) {
+  const auto& input = windows(100);
+  const auto solver = makeKnownMethod(method, InitializerOptions());
+  std::map<std::string, std::vector<double>> times;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const InitResult result = solver->solve(*input[i]);
+    double all = 0.0, steps = 0.0;
+    for (const StageTime& stage : result.stages) {
+      times[stage.name + "_ms"].push_back(stage.ms);
+      all += stage.ms;
+      if (stage.name == "vanishing_points" || stage.name == "gyro_bias" ||
+          stage.name == "integration" || stage.name == "translation") {
+        steps += stage.ms;
+      }
+    }
+    times["all_ms"].push_back(all);
+    times["steps_1_2_ms"].push_back(steps);
+    i = (i + 1) % input.size();
+  }
+  const auto quantile = [](std::vector<double>& values, double share) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * (values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  for (auto& [name, values] : times) state.counters[name] = quantile(values, 0.5);
+  if (!times.empty()) state.counters["all_p99_ms"] = quantile(times["all_ms"], 0.99);
+}
+
 // From ring buffer to window: what a host pays before the solve.
 void cutWindow(benchmark::State& state) {
   const evaluation::Sequence& data = sequence(100);
@@ -108,6 +141,9 @@ int main(int argc, char** argv) {
         ->Arg(100)
         ->Arg(300)
         ->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark(("stages/" + name).c_str(), [name](benchmark::State& state) {
+      slim_init::tools::stages(state, name);
+    })->Unit(benchmark::kMillisecond);
   }
   benchmark::RegisterBenchmark("cut_window", slim_init::tools::cutWindow)
       ->Unit(benchmark::kMillisecond);

@@ -705,6 +705,60 @@ TEST_F(ConfigFile, EveryNumberIsRefusedOutsideOfItsRangeByNameOfItsKey) {
   EXPECT_GT(tested, 150);
 }
 
+// ------------------------------------------------------------------------------- renamed keys
+
+std::string valueOf(Config* config, const std::string& key) {
+  for (const OptionField& option : configTable(config)) {
+    if (option.key != key) continue;
+    if (const auto* whole = std::get_if<int*>(&option.value)) return std::to_string(**whole);
+    if (const auto* real = std::get_if<double*>(&option.value)) return std::to_string(**real);
+  }
+  return "no such key";
+}
+
+TEST_F(ConfigFile, EarlierNamesAreReadWithANote) {
+  for (const RenamedKey& renamed : renamedKeys()) {
+    Config config;
+    EXPECT_EQ(valueOf(&config, renamed.old_key), "no such key");
+    writeOptions(fileWithKey(renamed.old_key, "7"));
+    std::string error;
+    ASSERT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
+    EXPECT_EQ(std::stod(valueOf(&config, renamed.key)), 7.0) << renamed.old_key;
+    ASSERT_EQ(config.notes.size(), 1u);
+    EXPECT_NE(config.notes[0].find("slim_init." + renamed.old_key + " is now " + renamed.key),
+              std::string::npos)
+        << config.notes[0];
+
+    config = Config();
+    writeOptions(fileWithKey(renamed.key, "7"));
+    ASSERT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
+    EXPECT_TRUE(config.notes.empty()) << config.notes[0];
+  }
+}
+
+TEST_F(ConfigFile, TwoNamesOfOneKeyHaveToAgree) {
+  writeOptions(
+      "%YAML:1.0\nslim_init:\n  refinement: {vp_inflation: 3.0}\n"
+      "  robust_bias: {refinement: {vp_inflation: 3.0}}\n");
+  Config config;
+  std::string error;
+  ASSERT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
+  EXPECT_EQ(config.options.vanishing_point.covariance_inflation, 3.0);
+  writeOptions(
+      "%YAML:1.0\nslim_init:\n  refinement: {vp_inflation: 3.0}\n"
+      "  robust_bias: {refinement: {vp_inflation: 4.0}}\n");
+  EXPECT_FALSE(loadOptions(optionsPath(), &config, &error));
+  EXPECT_NE(error.find("slim_init.robust_bias.refinement.vp_inflation is 4.0 and "
+                       "slim_init.refinement.vp_inflation is 3.0"),
+            std::string::npos)
+      << error;
+  // The file of our own wins over the host's, whatever the names.
+  write(kHostFile + "slim_init:\n  refinement: {accel_noise_factor: 2.0}\n");
+  writeOptions("%YAML:1.0\nslim_init:\n  inertial: {accel_noise_factor: 5.0}\n");
+  ASSERT_TRUE(loadConfig(path_, optionsPath(), &config, &error)) << error;
+  EXPECT_EQ(config.options.inertial.accel_noise_factor, 5.0);
+}
+
 // ------------------------------------------------------------------------ keys without effect
 
 TEST_F(ConfigFile, NotesKeysThatTheMethodDoesNotRead) {

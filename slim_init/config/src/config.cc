@@ -32,7 +32,17 @@ void noteNoise(const cv::FileNode& root, const SectionLog& log, Config* config) 
   config->notes.push_back(out.str());
 }
 
-void noteKeys(Config* config) {
+// What the reader should know about the names and the use of keys.
+void noteKeys(const SectionLog& log, Config* config) {
+  if (!log.renamed.empty()) {
+    std::ostringstream out;
+    out << "keys with a new name, read under the old one in this release only: ";
+    for (const RenamedKey& renamed : log.renamed) {
+      if (&renamed != &log.renamed.front()) out << ", ";
+      out << kSection << "." << renamed.old_key << " is now " << renamed.key;
+    }
+    config->notes.push_back(out.str());
+  }
   const std::string note = noteUnreadKeys(*config, {config->method});
   // A second file on the same configuration says it again.
   const bool is_new = std::count(config->notes.begin(), config->notes.end(), note) == 0;
@@ -109,7 +119,7 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
       *file = originOf(problem.message, log, *file);
       throw;
     }
-    noteKeys(&result);
+    noteKeys(log, &result);
     *config = std::move(result);
     return true;
   } catch (const Problem& problem) {
@@ -135,6 +145,23 @@ OptionTable configTable(Config* config) {
   appendSection("", optionTable(&config->baselines), {}, &table);
   appendSection("", optionTable(&config->front_end), {}, &table);
   return table;
+}
+
+const std::vector<RenamedKey>& renamedKeys() {
+  static const std::vector<RenamedKey> kRenamed = {
+      {"refinement.accel_noise_factor", "inertial.accel_noise_factor"},
+      {"refinement.gyro_noise_factor", "inertial.gyro_noise_factor"},
+      {"robust_bias.gyro_noise_inflation", "inertial.gyro_noise_factor"},
+      {"refinement.accel_bias_prior", "inertial.accel_bias_prior"},
+      {"reverse_alignment.accel_bias_prior", "inertial.accel_bias_prior"},
+      {"refinement.gyro_bias_prior", "inertial.gyro_bias_prior"},
+      {"robust_bias.refinement.bias_prior", "inertial.gyro_bias_prior"},
+      {"refinement.vp_inflation", "vanishing_point.covariance_inflation"},
+      {"robust_bias.refinement.vp_inflation", "vanishing_point.covariance_inflation"},
+      {"robust_bias.pruning.min_points_per_pair", "robust_bias.refinement.min_points_per_pair"},
+      {"gates.max_scale_sigma_growing", "gates.max_scale_sigma_expanding"},
+  };
+  return kRenamed;
 }
 
 std::string noteUnreadKeys(const Config& config, const std::vector<std::string>& methods) {

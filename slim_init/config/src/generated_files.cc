@@ -334,6 +334,8 @@ These files list them with default, range and reason, as above:
 |---|---|
 | [config/advanced.yaml](../config/advanced.yaml) | parts of `slim` with measured defaults; those marked as ablation are for comparisons only |
 | [config/compared_methods.yaml](../config/compared_methods.yaml) | parameters of the compared methods ([baselines.md](baselines.md)) |
+
+Renamed keys are read under the old name in this release, with a note that has the new one.
 )";
 
 // What the host does without the key.

@@ -6,6 +6,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 #include "slim_init/config/config.h"
 
@@ -18,10 +19,13 @@ inline constexpr char kSection[] = "slim_init";
 struct SectionLog {
   /// File that a key came from, by its full name ("slim_init.window.keyframes").
   std::map<std::string, std::string> origins;
+  /// Earlier names that were met, with the present one.
+  std::vector<RenamedKey> renamed;
 };
 
 /// Reads the section below `root` onto `config`; without one throws if it is `required`. Throws a
-/// Problem (yaml_value.h) on unknown keys, keys given twice, and wrong kinds.
+/// Problem (yaml_value.h) on unknown keys, wrong kinds, and two names of one key with different
+/// values.
 void readSection(const cv::FileNode& root, const std::string& file, bool required, Config* config,
                  SectionLog* log);
 

@@ -55,14 +55,22 @@ struct Config {
   std::string imu_topic;
   std::string image_topic;
   HostKeys host;
-  /// What the reader should know, one message each; nothing here is an error. Keys that `method`
-  /// does not read (noteUnreadKeys()) are among them.
+  /// What the reader should know, one message each; nothing here is an error. Renamed keys and keys
+  /// that `method` does not read (noteUnreadKeys()) are among them.
   std::vector<std::string> notes;
 };
 
 /// All our keys, bound to the fields of `config`; `key` is the path below `slim_init:`, e.g.
 /// "window.keyframes". Made of the tables that stand beside the structs (slim_init/option_table.h).
 OptionTable configTable(Config* config);
+
+/// A key that had another name in the release before. It is still read under the old one, with a
+/// note; the next release refuses it.
+struct RenamedKey {
+  std::string old_key;
+  std::string key;
+};
+const std::vector<RenamedKey>& renamedKeys();
 
 /// A note that names the keys with another value than the default that none of `methods` reads, or
 /// an empty string.
