@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "bench_faults.h"
-
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "bench_commands.h"
 #include "bench_host.h"
 #include "bench_options.h"
 #include "bench_windows.h"

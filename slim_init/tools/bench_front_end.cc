@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Times of the image front end on a recording, image by image.
-#include "bench_front_end.h"
-
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench_commands.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 

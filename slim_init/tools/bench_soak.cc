@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "bench_soak.h"
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include <random>
 #include <utility>
 
+#include "bench_commands.h"
 #include "bench_host.h"
 #include "bench_options.h"
 #include "bench_windows.h"

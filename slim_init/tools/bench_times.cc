@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "bench_times.h"
-
 #include <algorithm>
 #include <boost/program_options.hpp>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <memory>
 #include <sstream>
 
+#include "bench_commands.h"
 #include "bench_options.h"
 #include "bench_windows.h"
 #include "methods.h"
@@ -281,11 +280,6 @@ int runCount(const Command& command) {
 }
 
 }  // namespace
-
-bool isTimesCommand(const std::vector<std::string>& arguments) {
-  return !arguments.empty() &&
-         (arguments[0] == "times" || arguments[0] == "growth" || arguments[0] == "count");
-}
 
 int runTimesCommand(const std::vector<std::string>& arguments) {
   Command command;

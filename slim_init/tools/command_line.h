@@ -6,10 +6,10 @@
 
 #include "ab_options.h"
 #include "demo.h"
-#include "doctor_options.h"
+#include "doctor.h"
 #include "options.h"
 #include "simulate_options.h"
-#include "tracks_options.h"
+#include "tracks.h"
 
 namespace slim_init::tools {
 

@@ -6,8 +6,8 @@
 // SLIM_INIT_BENCH_SEQUENCE=DIR adds the image front end on the recording in that ASL folder.
 //
 // `slim_init_bench times`, `growth` and `count` (each with --help) print tables of whole solves
-// instead, also on recorded motion (bench_times.h); `faults` and `soak` run a host on streams with
-// faults (bench_faults.h, bench_soak.h).
+// instead, also on recorded motion; `faults` and `soak` run a host on streams with
+// faults (bench_commands.h).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -17,10 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "bench_faults.h"
-#include "bench_front_end.h"
-#include "bench_soak.h"
-#include "bench_times.h"
+#include "bench_commands.h"
 #include "bench_windows.h"
 #include "methods.h"
 #include "slim_init/evaluation/protocol.h"
@@ -126,13 +123,14 @@ void cutWindow(benchmark::State& state) {
 
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  if (!arguments.empty() && arguments[0] == "faults") {
+  const std::string command = arguments.empty() ? "" : arguments[0];
+  if (command == "faults") {
     return slim_init::tools::runFaultsCommand({arguments.begin() + 1, arguments.end()});
   }
-  if (!arguments.empty() && arguments[0] == "soak") {
+  if (command == "soak") {
     return slim_init::tools::runSoakCommand({arguments.begin() + 1, arguments.end()});
   }
-  if (slim_init::tools::isTimesCommand(arguments)) {
+  if (command == "times" || command == "growth" || command == "count") {
     return slim_init::tools::runTimesCommand(arguments);
   }
   for (const std::string& name : slim_init::tools::methodNames()) {

@@ -29,7 +29,35 @@
 #include "slim_init/simulation/trajectory.h"
 
 namespace slim_init::tools {
+
+std::vector<AbOption> tracksOptionTable(TracksOptions* options) {
+  TracksOptions& o = *options;
+  return {
+      {"asl", &o.asl, "DIR",
+       "Sequence in ASL layout; with DIR/scene.json and ground truth errors are measured", ""},
+      {"config", &o.config_file, "FILE",
+       "YAML file with camera, extrinsic, td and section slim_init: (default: the sensor.yaml "
+       "files beside the data)",
+       ""},
+      {"options", &o.options_file, "FILE",
+       "YAML file whose section slim_init: takes precedence over --config's", ""},
+      {"stride", &o.stride, "N", "Take every N-th image", "", 1, 1000},
+      {"limit", &o.limit, "N", "Stop after this many images (0: no limit)", "", 0, 1000000000},
+      {"interval", &o.interval_s, "X", "Time between keyframes [s]", "", 0.01, 100.0},
+      {"out", &o.out, "DIR",
+       "Folder for tracks.json, frames.csv, points.csv and lines.csv (default: nothing is written)",
+       ""},
+      {"quiet", &o.quiet, "", "No progress bar and no table", ""},
+  };
+}
+
 namespace {
+
+/// Conditions over several options: an empty string, or a message.
+std::string checkOptions(const TracksOptions& o) {
+  if (o.asl.empty()) return "--asl DIR is needed";
+  return "";
+}
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
@@ -307,40 +335,38 @@ std::string surfaceName(const simulation::Scene& scene, int solid) {
   return name + " " + std::to_string(solid);
 }
 
-/// Writes the columns that points and lines have in common.
-template <typename Error>
-void writeObservation(const char* against, const Error& e, const MeasuredTracks& measured,
-                      const Input& input, std::ostream& out) {
-  out << against << ',' << e.id << ',' << measured.stamps_ns[static_cast<std::size_t>(e.frame)]
-      << ',' << e.age << ',' << surfaceName(*input.scene, e.solid) << ',';
+/// points.csv or lines.csv: `columns` behind those that both have, which `write` fills in.
+template <typename Error, typename Write>
+std::string errorsCsv(const MeasuredTracks& measured, const Input& input, const char* columns,
+                      std::vector<Error> simulation::TrackQuality::*first,
+                      std::vector<Error> simulation::TrackQuality::*keyframe, const Write& write) {
+  std::ostringstream out;
+  out << "against,id,stamp_ns,age_images,surface," << columns << "\n";
+  for (const auto& [against, errors] :
+       {std::pair("first", first), std::pair("keyframe", keyframe)}) {
+    for (const Error& e : measured.quality.*errors) {
+      out << against << ',' << e.id << ',' << measured.stamps_ns[static_cast<std::size_t>(e.frame)]
+          << ',' << e.age << ',' << surfaceName(*input.scene, e.solid) << ',' << write(e) << '\n';
+    }
+  }
+  return out.str();
 }
 
 std::string pointsCsv(const MeasuredTracks& measured, const Input& input) {
-  std::ostringstream out;
-  out << "against,id,stamp_ns,age_images,surface,error_px,occluded\n";
-  const auto write = [&](const char* against, const std::vector<simulation::PointError>& errors) {
-    for (const simulation::PointError& e : errors) {
-      writeObservation(against, e, measured, input, out);
-      out << number(e.error_px) << ',' << e.occluded << '\n';
-    }
-  };
-  write("first", measured.quality.points);
-  write("keyframe", measured.quality.keyframe_points);
-  return out.str();
+  using simulation::TrackQuality;
+  return errorsCsv(measured, input, "error_px,occluded", &TrackQuality::points,
+                   &TrackQuality::keyframe_points, [](const simulation::PointError& e) {
+                     return number(e.error_px) + (e.occluded ? ",1" : ",0");
+                   });
 }
 
 std::string linesCsv(const MeasuredTracks& measured, const Input& input) {
-  std::ostringstream out;
-  out << "against,id,stamp_ns,age_images,surface,angle_deg,offset_px,end_px\n";
-  const auto write = [&](const char* against, const std::vector<simulation::LineError>& errors) {
-    for (const simulation::LineError& e : errors) {
-      writeObservation(against, e, measured, input, out);
-      out << number(e.angle_deg) << ',' << number(e.offset_px) << ',' << number(e.end_px) << '\n';
-    }
-  };
-  write("first", measured.quality.lines);
-  write("keyframe", measured.quality.keyframe_lines);
-  return out.str();
+  using simulation::TrackQuality;
+  return errorsCsv(measured, input, "angle_deg,offset_px,end_px", &TrackQuality::lines,
+                   &TrackQuality::keyframe_lines, [](const simulation::LineError& e) {
+                     return number(e.angle_deg) + "," + number(e.offset_px) + "," +
+                            number(e.end_px);
+                   });
 }
 
 /// Name and text of every file of --out.
@@ -399,7 +425,7 @@ void printSummary(const Json& summary, std::ostream& out) {
 }  // namespace
 
 int runTracks(const TracksOptions& options) {
-  std::string error = checkTracksOptions(options);
+  std::string error = checkOptions(options);
   if (!error.empty()) return fail(kExitBadInput, error);
   Input input;
   if (error = openInput(options, &input); !error.empty()) return fail(kExitBadInput, error);

@@ -17,9 +17,7 @@
 namespace slim_init {
 namespace {
 
-using testing_support::ExactWindow;
-using testing_support::ExactWindowOptions;
-using testing_support::makeExactWindow;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 struct Prepared {
   ExactWindow exact;

@@ -19,9 +19,7 @@
 namespace slim_init::backend {
 namespace {
 
-using testing_support::eurocCalibration;
-using testing_support::jacobiansAgree;
-using testing_support::numericJacobian;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 constexpr double kStep = 1e-6;
 constexpr double kTolerance = 1e-6;

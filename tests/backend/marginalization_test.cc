@@ -21,9 +21,7 @@
 namespace slim_init::backend {
 namespace {
 
-using testing_support::ExactWindow;
-using testing_support::ExactWindowOptions;
-using testing_support::makeExactWindow;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 struct Point {
   std::vector<std::pair<int, Eigen::Vector3d>> views;  ///< frame and bearing
@@ -37,10 +35,8 @@ class SmallProblem {
     ExactWindowOptions options;
     options.keyframes = 5;
     options.points = 40;
-    options.pixel_noise = 0.6;
-    options.imu_noise = true;
     options.seed = seed;
-    const ExactWindow exact = makeExactWindow(options);
+    const ExactWindow exact = noisyWindow(options);
     calibration = exact.calibration;
     seed_state_ = exact.truth.front();
     for (int k = 0; k < 5; ++k) {

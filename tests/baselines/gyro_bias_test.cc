@@ -106,8 +106,6 @@ TEST(GyroBias, SameMinimumAsCeres) {
   const GyroBiasProblem ours = pointsOnly(PairLoss::kSumOfSquares);
   const GyroBiasEstimate estimate = estimateGyroBias(window, ours, GyroBiasOptions());
   EXPECT_LT((estimate.gyro_bias - Vector3d(bias[0], bias[1], bias[2])).norm(), 1e-6);
-  EXPECT_NEAR(gyroBiasCost(window, ours, GyroBiasOptions(), estimate.gyro_bias),
-              2.0 * summary.final_cost, 1e-6 * summary.final_cost);
 }
 
 TEST(GyroBias, StartDoesNotMatterInARichScene) {

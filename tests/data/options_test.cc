@@ -20,21 +20,10 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 TEST(OptionTable, BothSidesOfEveryBound) {
-  expectBothSidesOfEveryBound<WindowOptions>();
-  expectBothSidesOfEveryBound<InertialOptions>();
-  expectBothSidesOfEveryBound<MultiGapBiasOptions>();
-  expectBothSidesOfEveryBound<TrackPruningOptions>();
-  expectBothSidesOfEveryBound<RobustBiasOptions>();
-  expectBothSidesOfEveryBound<VanishingPointOptions>();
-  expectBothSidesOfEveryBound<AlignmentOptions>();
-  expectBothSidesOfEveryBound<ReverseAlignmentOptions>();
-  expectBothSidesOfEveryBound<RefinementOptions>();
-  expectBothSidesOfEveryBound<SlimOptions>();
-  expectBothSidesOfEveryBound<GateOptions>();
-  expectBothSidesOfEveryBound<InitializerOptions>();
-  expectBothSidesOfEveryBound<Calibration>();
-  expectBothSidesOfEveryBound<ImuNoise>();
-  expectBothSidesOfEveryBound<ImuLimits>();
+  expectBothSidesOfEveryBound<
+      WindowOptions, InertialOptions, MultiGapBiasOptions, TrackPruningOptions, RobustBiasOptions,
+      VanishingPointOptions, AlignmentOptions, ReverseAlignmentOptions, RefinementOptions,
+      SlimOptions, GateOptions, InitializerOptions, Calibration, ImuNoise, ImuLimits>();
 }
 
 TEST(InertialOptions, NoiseFactorIsMeasuredOrAtLeastTheDataSheet) {

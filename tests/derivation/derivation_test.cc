@@ -22,6 +22,7 @@
 #include "rotation/normalized_epipolar_pair.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
+#include "support/track_views.h"
 #include "support/true_state.h"
 #include "translation/ligt.h"
 
@@ -34,10 +35,7 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using testing_support::ExactWindow;
-using testing_support::ExactWindowOptions;
-using testing_support::makeExactWindow;
-using testing_support::trueState;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 class Random {
  public:
@@ -438,12 +436,9 @@ TEST(Alignment, TightStartShrinksWithoutTheNoiseTermAndNotWithIt) {
 
 TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   ExactWindowOptions window_options;
-  window_options.pixel_noise = 0.6;
-  window_options.imu_noise = true;
   window_options.points = 40;
-  const ExactWindow exact = makeExactWindow(window_options);
+  const ExactWindow exact = noisyWindow(window_options);
   const InitWindow& window = *exact.window;
-  const Matrix3d& R_b_c = window.calibration().R_b_c;
   const Vector3d& t_b_c = window.calibration().t_b_c;
   RefinementOptions options;
   options.use_vanishing_points = false;
@@ -467,14 +462,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
     g.head(J.cols()) += J.transpose() * r;
   };
   for (const Track& track : window.pointTracks()) {
-    std::vector<PointView> views;
-    for (int s = track.begin; s < track.end; ++s) {
-      PointView view;
-      view.keyframe = window.pointObservations()[s].keyframe;
-      view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
-      view.tangent_b = tangentBasis(view.bearing_b).transpose();
-      views.push_back(view);
-    }
+    const std::vector<PointView> views = testing_support::pointViews(window, track);
     const PointParameters point =
         triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c);
     VectorXd r;
@@ -486,11 +474,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   int lines = 0;
   for (const Track& track : window.lineTracks()) {
     if (track.size() < options.min_line_views) continue;
-    std::vector<LineView> views;
-    for (int s = track.begin; s < track.end; ++s) {
-      const WindowLine& line = window.lineObservations()[s];
-      views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
-    }
+    const std::vector<LineView> views = testing_support::lineViews(window, track);
     LineParameters line;
     ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c, &line));
     VectorXd r;

@@ -21,12 +21,7 @@
 namespace slim_init {
 namespace {
 
-using testing_support::dataSheetNoise;
-using testing_support::ExactWindow;
-using testing_support::ExactWindowOptions;
-using testing_support::makeExactWindow;
-using testing_support::trueState;
-using testing_support::windowOf;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 RefinementOptions withoutVanishingPoints() {
   RefinementOptions options;

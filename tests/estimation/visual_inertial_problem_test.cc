@@ -20,17 +20,13 @@
 #include "geometry/so3.h"
 #include "support/chi_square.h"
 #include "support/exact_window.h"
+#include "support/track_views.h"
 #include "support/true_state.h"
 
 namespace slim_init {
 namespace {
 
-using testing_support::drawnFromTheModel;
-using testing_support::ExactWindow;
-using testing_support::ExactWindowOptions;
-using testing_support::isChiSquare;
-using testing_support::makeExactWindow;
-using testing_support::trueState;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 WindowState perturbed(const WindowState& state, double amount, unsigned seed) {
   std::mt19937 rng(seed);
@@ -45,12 +41,10 @@ WindowState perturbed(const WindowState& state, double amount, unsigned seed) {
 
 ExactWindow noisyWindow(unsigned seed) {
   ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  options.imu_noise = true;
   options.accel_bias = Eigen::Vector3d(0.05, -0.08, 0.1);
   options.seed = seed;
   options.points = 60;
-  return makeExactWindow(options);
+  return noisyWindow(options);
 }
 
 TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
@@ -189,7 +183,6 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   ASSERT_TRUE(summary.valid && summary.converged);
 
   const int n = window.size();
-  const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   const Eigen::Vector3d& t_b_c = window.calibration().t_b_c;
   std::vector<RotationStart> starts(n);
   std::vector<Eigen::Vector3d> w(n, Eigen::Vector3d::Zero()), p(n), v(n);
@@ -228,14 +221,7 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   std::vector<std::array<Eigen::Vector3d, 2>> ends(window.lineTracks().size());
   for (std::size_t t = 0; t < X.size(); ++t) {
     const Track& track = window.pointTracks()[t];
-    std::vector<PointView> views;
-    for (int s = track.begin; s < track.end; ++s) {
-      PointView view;
-      view.keyframe = window.pointObservations()[s].keyframe;
-      view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
-      view.tangent_b = tangentBasis(view.bearing_b).transpose();
-      views.push_back(view);
-    }
+    const std::vector<PointView> views = testing_support::pointViews(window, track);
     const PointParameters start =
         triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c);
     X[t] = start.origin + start.direction / std::max(start.inverse_depth, 1e-2);
@@ -250,11 +236,7 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   for (std::size_t t = 0; t < ends.size(); ++t) {
     const Track& track = window.lineTracks()[t];
     if (track.size() < options.min_line_views) continue;
-    std::vector<LineView> views;
-    for (int s = track.begin; s < track.end; ++s) {
-      const WindowLine& line = window.lineObservations()[s];
-      views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing});
-    }
+    const std::vector<LineView> views = testing_support::lineViews(window, track);
     LineParameters start;
     ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c, &start));
     const double rho = std::max(std::abs(start.inverse_distance), 1e-2) *

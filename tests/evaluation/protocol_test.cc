@@ -18,12 +18,18 @@ int trialsAccountedFor(const ProtocolCounts& c) {
          c.invalid;
 }
 
+ProtocolResult run(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
+                   const ProtocolOptions& options = {}, const ProgressCallback& progress = {}) {
+  ProtocolResult result;
+  EXPECT_EQ(runProtocol(sequence, solvers, options, progress, &result), "");
+  return result;
+}
+
 TEST(Protocol, StartsATrialEveryStrideAndCountsTheEnd) {
   // 10 s: 201 frames, 21 trials. A window takes 45 frame intervals, so the last start is frame 150.
   const Sequence sequence = makeCircleSequence(10.0);
   const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver});
   EXPECT_EQ(result.counts.frames, 201);
   EXPECT_EQ(result.counts.trials, 21);
   EXPECT_EQ(result.counts.windows, 16);
@@ -49,8 +55,7 @@ TEST(Protocol, EveryMethodGetsTheSameWindow) {
   const Sequence sequence = makeCircleSequence(6.0);
   const FakeSolver first = makePerfectSolver("first");
   const FakeSolver second = makePerfectSolver("second");
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&first, &second}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&first, &second});
   EXPECT_EQ(result.methods, (std::vector<std::string>{"first", "second"}));
   ASSERT_EQ(first.windows.size(), result.windows.size());
   // The same object: it is immutable, so the bytes are the same too.
@@ -63,10 +68,9 @@ TEST(Protocol, AWindowDoesNotDependOnWhatCameBefore) {
   const FakeSolver all = makePerfectSolver("all");
   const FakeSolver some = makePerfectSolver("some");
   ProtocolOptions options;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&all}, options, nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&all}, options);
   options.stride = 30;
-  ASSERT_EQ(runProtocol(sequence, {&some}, options, nullptr, &result), "");
+  result = run(sequence, {&some}, options);
   ASSERT_GE(some.times.size(), 2u);
   EXPECT_EQ(all.times[3], some.times[1]);
 }
@@ -78,8 +82,7 @@ TEST(Protocol, HonoursKeyframesAndLimit) {
   options.window.keyframes = 5;
   options.window.min_keyframes = 4;  // smaller windows are possible but do not count
   options.max_windows = 3;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver}, options);
   EXPECT_EQ(result.counts.windows, 3);
   EXPECT_EQ(result.counts.trials, 3);
   for (const auto& times : solver.times) EXPECT_EQ(times.size(), 5u);
@@ -90,8 +93,7 @@ TEST(Protocol, WindowsWithoutTruthAreCountedAndNotSolved) {
   // Keyframes of the windows fall on every fifth frame from 0 on.
   sequence.truth[100].t = kNotComputed;
   const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver});
   // Starts 60, 70, 80, 90, 100 hold frame 100.
   EXPECT_EQ(result.counts.without_truth, 5);
   EXPECT_EQ(result.counts.windows, 11);
@@ -110,8 +112,7 @@ TEST(Protocol, ImuGapInterruptsInsteadOfStretchingAWindow) {
   }
   sequence.imu = imu;
   const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver});
   EXPECT_EQ(trialsAccountedFor(result.counts), result.counts.trials);
   std::set<double> starts;
   for (const auto& times : solver.times) {
@@ -130,13 +131,12 @@ TEST(Protocol, ImuGlitchesAreDroppedAndCounted) {
   const FakeSolver solver = makePerfectSolver("fake");
   ProtocolOptions options;
   options.max_windows = 1;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver}, options);
   EXPECT_EQ(result.counts.windows, 1);
   EXPECT_EQ(result.dropped.imu_glitches, 1);
 
   options.imu.max_accel = 500.0;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  result = run(sequence, {&solver}, options);
   EXPECT_EQ(result.dropped.imu_glitches, 0);
   options.imu.max_accel = 16.0;
   EXPECT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result),
@@ -155,8 +155,7 @@ TEST(Protocol, LongFrameGapInterrupts) {
   sequence.frames = frames;
   sequence.truth = truth;
   const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver});
   EXPECT_GT(result.counts.interrupted, 0);
   EXPECT_GT(result.counts.windows, 8);
   for (const auto& times : solver.times) EXPECT_NEAR(times.back() - times.front(), 2.25, 1e-9);
@@ -170,8 +169,7 @@ TEST(Protocol, TimeOffsetOfTheCameraIsRespected) {
     sequence.truth[i] = circle.state(sequence.frames[i].t + 0.013);
   }
   const FakeSolver solver = makePerfectSolver("fake", circle);
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver});
   ASSERT_FALSE(result.windows.empty());
   EXPECT_NEAR(result.windows[0].t_start, 0.013, 1e-12);
   EXPECT_NEAR(result.windows[0].methods[0].metrics.pose_rmse, 0.0, 1e-12);
@@ -195,8 +193,7 @@ TEST(Protocol, RefusalsWithAndWithoutEstimateAreKeptApart) {
     result.message = "2 tracks (minimum 8)";
     return result;
   });
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&refuses, &waits}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&refuses, &waits});
   ASSERT_FALSE(result.windows.empty());
   const MethodRecord& refused = result.windows[0].methods[0];
   EXPECT_TRUE(refused.attempted);
@@ -214,15 +211,10 @@ TEST(Protocol, ReportsProgressToTheEnd) {
   const FakeSolver solver = makePerfectSolver("fake");
   std::vector<int> done;
   int total = 0;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(
-                sequence, {&solver}, ProtocolOptions(),
-                [&](int d, int t) {
-                  done.push_back(d);
-                  total = t;
-                },
-                &result),
-            "");
+  run(sequence, {&solver}, ProtocolOptions(), [&](int d, int t) {
+    done.push_back(d);
+    total = t;
+  });
   EXPECT_EQ(total, 13);
   ASSERT_EQ(done.size(), 13u);
   EXPECT_EQ(done.front(), 1);
@@ -232,45 +224,28 @@ TEST(Protocol, ReportsProgressToTheEnd) {
 TEST(Protocol, UnusableInputIsASentence) {
   const FakeSolver solver = makePerfectSolver("fake");
   const Sequence good = makeCircleSequence(3.0);
-  ProtocolResult result;
-  ProtocolOptions options;
-  options.stride = 0;
-  EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("stride is 0"),
-            std::string::npos);
+  const auto expectNamed = [&](const std::string& words, auto change) {
+    ProtocolOptions options;
+    Sequence sequence = good;
+    change(&options, &sequence);
+    ProtocolResult result;
+    const std::string sentence = runProtocol(sequence, {&solver}, options, nullptr, &result);
+    EXPECT_NE(sentence, "");
+    EXPECT_NE(sentence.find(words), std::string::npos) << sentence;
+  };
+  expectNamed("stride is 0", [](auto* options, auto*) { options->stride = 0; });
   for (const int threads : {0, -1, 257}) {
-    options = ProtocolOptions();
-    options.threads = threads;
-    EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result)
-                  .find("threads is " + std::to_string(threads)),
-              std::string::npos);
+    expectNamed("threads is " + std::to_string(threads),
+                [threads](auto* options, auto*) { options->threads = threads; });
   }
-  options = ProtocolOptions();
-  options.downstream_every = 0;
-  EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("downstream_every is 0"),
-            std::string::npos);
-  options = ProtocolOptions();
-  options.window.keyframes = 1;
-  EXPECT_NE(runProtocol(good, {&solver}, options, nullptr, &result).find("window."),
-            std::string::npos);
-  options = ProtocolOptions();
-  Sequence bad = good;
-  bad.truth.pop_back();
-  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result), "");
-  bad = good;
-  std::swap(bad.frames[3].t, bad.frames[4].t);
-  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result).find("frame 4"),
-            std::string::npos);
-  bad = good;
-  bad.imu[5].t = bad.imu[4].t;
-  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result).find("IMU sample 5"),
-            std::string::npos);
-  bad = good;
-  bad.calibration.focal_px = -1.0;
-  EXPECT_NE(runProtocol(bad, {&solver}, options, nullptr, &result).find("calibration."),
-            std::string::npos);
+  expectNamed("downstream_every is 0", [](auto* options, auto*) { options->downstream_every = 0; });
+  expectNamed("window.", [](auto* options, auto*) { options->window.keyframes = 1; });
+  expectNamed("", [](auto*, auto* bad) { bad->truth.pop_back(); });
+  expectNamed("frame 4", [](auto*, auto* bad) { std::swap(bad->frames[3].t, bad->frames[4].t); });
+  expectNamed("IMU sample 5", [](auto*, auto* bad) { bad->imu[5].t = bad->imu[4].t; });
+  expectNamed("calibration.", [](auto*, auto* bad) { bad->calibration.focal_px = -1.0; });
   // No data at all is no error; there is just no window.
-  EXPECT_EQ(runProtocol(Sequence(), {&solver}, options, nullptr, &result), "");
-  EXPECT_EQ(result.counts.trials, 0);
+  EXPECT_EQ(run(Sequence(), {&solver}).counts.trials, 0);
 }
 
 TEST(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
@@ -278,8 +253,7 @@ TEST(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
   sequence.has_truth = false;
   for (NavState& state : sequence.truth) state = NavState();
   const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver});
   EXPECT_FALSE(result.has_truth);
   ASSERT_EQ(result.windows.size(), 8u);
   for (const WindowRecord& window : result.windows) {
@@ -292,8 +266,7 @@ TEST(Protocol, WithoutAnyTruthWindowsAreSolvedAndNotJudged) {
 TEST(Protocol, TheTruePositionIsThatOfTheFirstKeyframe) {
   const Sequence sequence = makeCircleSequence(6.0);
   const FakeSolver solver = makePerfectSolver("fake");
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, ProtocolOptions(), nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver});
   for (const WindowRecord& window : result.windows) {
     EXPECT_EQ(window.p_w_b, Circle().state(window.t_start).p_w_b);
   }
@@ -317,8 +290,7 @@ TEST(AnytimeProtocol, AWindowGrowsUntilTheMethodAccepts) {
   const FakeSolver never = makePatientSolver("never", 99);
   ProtocolOptions options;
   options.first_keyframes = 4;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&early, &later, &never}, options, nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&early, &later, &never}, options);
   EXPECT_EQ(result.first_keyframes, 4);
   ASSERT_EQ(result.windows.size(), 8u);  // as many as without
   for (const WindowRecord& window : result.windows) {
@@ -349,8 +321,7 @@ TEST(AnytimeProtocol, AWindowGrowsToItsSpanWithAllItsKeyframes) {
   ProtocolOptions options;
   options.window = WindowOptions();
   options.first_keyframes = options.window.min_keyframes;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(makeCircleSequence(6.0), {&never}, options, nullptr, &result), "");
+  ProtocolResult result = run(makeCircleSequence(6.0), {&never}, options);
   ASSERT_EQ(result.windows.size(), 7u);
   for (const WindowRecord& window : result.windows) {
     EXPECT_EQ(window.keyframes, 15);
@@ -360,7 +331,7 @@ TEST(AnytimeProtocol, AWindowGrowsToItsSpanWithAllItsKeyframes) {
   // Without growing only the full ones are asked for.
   const FakeSolver full = makePatientSolver("full", 0);
   options.first_keyframes = 0;
-  ASSERT_EQ(runProtocol(makeCircleSequence(6.0), {&full}, options, nullptr, &result), "");
+  result = run(makeCircleSequence(6.0), {&full}, options);
   ASSERT_EQ(full.times.size(), 7u);
   for (const auto& times : full.times) EXPECT_NEAR(times.back() - times.front(), 3.0, 1e-9);
 }
@@ -386,8 +357,7 @@ TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
   ProtocolOptions options;
   options.first_keyframes = 4;
   options.max_windows = 1;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&solver}, options);
   ASSERT_EQ(result.windows.size(), 1u);
   // At 1.4 s those of 1.2 and 1.3 s agree: six keyframes, the oldest at 0.15 s.
   EXPECT_TRUE(result.windows[0].methods[0].accepted());
@@ -395,7 +365,7 @@ TEST(AnytimeProtocol, AnAnswerIsJudgedByThoseBefore) {
   EXPECT_NEAR(result.windows[0].methods[0].data_s, 1.25, 1e-9);
   // A window that does not grow is asked once.
   options.first_keyframes = 0;
-  ASSERT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result), "");
+  result = run(sequence, {&solver}, options);
   for (const WindowRecord& window : result.windows) {
     EXPECT_TRUE(window.methods[0].accepted());
   }
@@ -406,10 +376,9 @@ TEST(AnytimeProtocol, TheLongestWindowIsThatOfThePlainProtocol) {
   const FakeSolver plain = makePatientSolver("plain", 10);
   const FakeSolver growing = makePatientSolver("growing", 10);
   ProtocolOptions options;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(sequence, {&plain}, options, nullptr, &result), "");
+  ProtocolResult result = run(sequence, {&plain}, options);
   options.first_keyframes = 10;
-  ASSERT_EQ(runProtocol(sequence, {&growing}, options, nullptr, &result), "");
+  result = run(sequence, {&growing}, options);
   EXPECT_EQ(plain.times, growing.times);
 }
 
@@ -436,12 +405,9 @@ TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
     options.threads = threads;
     options.first_keyframes = 6;
     options.downstream = runNothing;
-    ProtocolResult result;
     progress.emplace_back();
-    ASSERT_EQ(runProtocol(
-                  sequence, {&first, &second}, options,
-                  [&](int done, int) { progress.back().push_back(done); }, &result),
-              "");
+    ProtocolResult result = run(sequence, {&first, &second}, options,
+                                [&](int done, int) { progress.back().push_back(done); });
     EXPECT_GT(result.counts.without_truth, 0);
     EXPECT_EQ(trialsAccountedFor(result.counts), result.counts.trials);
     forgetTimes(&result);
@@ -460,8 +426,7 @@ TEST(ParallelProtocol, TheLimitIsThatOfOneThread) {
   ProtocolOptions options;
   options.threads = 4;
   options.max_windows = 3;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(makeCircleSequence(10.0), {&solver}, options, nullptr, &result), "");
+  ProtocolResult result = run(makeCircleSequence(10.0), {&solver}, options);
   EXPECT_EQ(result.counts.trials, 3);
   EXPECT_EQ(result.windows.size(), 3u);
   EXPECT_EQ(solver.solved, 3);
@@ -481,9 +446,7 @@ TEST(Protocol, CpuTimeCountsWorkAndNotSleep) {
     ProtocolOptions options;
     options.threads = threads;
     options.max_windows = 1;
-    ProtocolResult result;
-    ASSERT_EQ(runProtocol(makeCircleSequence(3.0), {&works, &sleeps}, options, nullptr, &result),
-              "");
+    const ProtocolResult result = run(makeCircleSequence(3.0), {&works, &sleeps}, options);
     const MethodRecord &work = result.windows[0].methods[0], &sleep = result.windows[0].methods[1];
     EXPECT_GT(work.solve_cpu_ms, 1.0);
     EXPECT_LT(work.solve_cpu_ms, 1.01 * work.solve_ms + 0.1);
@@ -497,8 +460,7 @@ TEST(Protocol, TheEstimatorRunsInEveryNthTrial) {
   ProtocolOptions options;
   options.downstream = runNothing;
   options.downstream_every = 4;
-  ProtocolResult result;
-  ASSERT_EQ(runProtocol(makeCircleSequence(10.0), {&solver}, options, nullptr, &result), "");
+  ProtocolResult result = run(makeCircleSequence(10.0), {&solver}, options);
   int accepted = 0, ran = 0;
   for (const WindowRecord& window : result.windows) {
     const MethodRecord& record = window.methods[0];

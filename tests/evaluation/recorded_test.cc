@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
+#include "support/text_parts.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -53,10 +54,6 @@ ReadStatus readFiles(const Files& files, RecordedMotion* motion) {
   return readRecordedMotion(folder.path(), RecordedOptions(), motion);
 }
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
   RecordedMotion motion;
   const ReadStatus status = readFiles(Files(), &motion);
@@ -77,7 +74,7 @@ TEST(RecordedMotion, ReadsPosesAndKeepsNanoseconds) {
   EXPECT_TRUE(std::isnan(motion.truth[0].gyro_bias.x()));
   EXPECT_EQ(motion.counts.imu_gaps, 0);
   ASSERT_EQ(motion.notes.size(), 1u);
-  EXPECT_TRUE(contains(motion.notes[0], "ground truth has no velocities")) << motion.notes[0];
+  expectParts(motion.notes[0], "ground truth has no velocities");
 }
 
 TEST(RecordedMotion, ReadsVelocityAndBiases) {
@@ -137,7 +134,7 @@ TEST(RecordedMotion, MissingFolderAndFilesAreNamed) {
   RecordedMotion motion;
   ReadStatus status = readRecordedMotion(folder.file("nowhere"), RecordedOptions(), &motion);
   EXPECT_EQ(status.error, ReadError::kMissingFile);
-  EXPECT_TRUE(contains(status.message, "nowhere is not a directory")) << status.message;
+  expectParts(status.message, "nowhere is not a directory");
   for (const char* name : {"imu0.csv", "cam0_timestamps.csv", "groundtruth.csv"}) {
     Files().write(folder);
     std::filesystem::remove(folder.file(name));
@@ -147,7 +144,7 @@ TEST(RecordedMotion, MissingFolderAndFilesAreNamed) {
     std::filesystem::create_directory(folder.file(name));
     status = readRecordedMotion(folder.path(), RecordedOptions(), &motion);
     EXPECT_EQ(status.error, ReadError::kMissingFile);
-    EXPECT_TRUE(contains(status.message, "not a regular file")) << status.message;
+    expectParts(status.message, "not a regular file");
     std::filesystem::remove(folder.file(name));
   }
 }
@@ -156,137 +153,92 @@ struct BadFile {
   const char* name;
   std::function<void(Files&)> damage;
   ReadError error;
-  std::vector<std::string> parts;  ///< what the sentence must say
+  const char* said;  ///< parts of the sentence, with | between them
 };
 
-// Line 1 is the header, so data row i stands in line i + 1.
-const std::vector<BadFile>& badFiles() {
-  static const std::vector<BadFile> kBadFiles = {
-      {"ImuColumnMissing",
-       [](Files& f) { f.imu[5] = "1403715523912143104,1,2,3,4,5"; },
-       ReadError::kMalformed,
-       {"imu0.csv line 6", "6 columns, must have 7"}},
-      {"FirstTruthRowHasNoKnownLayout",
-       [](Files& f) { f.truth[1] += ",1,2"; },
-       ReadError::kMalformed,
-       {"groundtruth.csv line 2", "10 columns, must have 8 or 17"}},
-      {"TruthLayoutChanges",
-       [](Files& f) { f.truth[4] += ",1,1,1,1,1,1,1,1,1"; },
-       ReadError::kMalformed,
-       {"groundtruth.csv line 5", "17 columns, must have 8"}},
-      {"ImageRowHasTwoColumns",
-       [](Files& f) { f.images[2] += ",file.png"; },
-       ReadError::kMalformed,
-       {"cam0_timestamps.csv line 3", "2 columns, must have 1"}},
-      {"NotANumber",
-       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,abc,0,0,0,0"; },
-       ReadError::kMalformed,
-       {"imu0.csv line 18", "column 3 (w_y)", "'abc' is not a number"}},
-      {"NumberWithTail",
-       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,0,0,0,0,1.5x"; },
-       ReadError::kMalformed,
-       {"imu0.csv line 18", "column 7 (a_z)", "'1.5x'"}},
-      {"EmptyFieldDoesNotBorrowFromTheNext",
-       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,,0,0,0,0"; },
-       ReadError::kMalformed,
-       {"imu0.csv line 18", "column 3 (w_y)", "''"}},
-      {"EmptyLastFieldDoesNotBorrowFromTheNextLine",
-       [](Files& f) { f.imu[17] = std::to_string(kT0Ns + 160000000) + ",0,0,0,0,0,"; },
-       ReadError::kMalformed,
-       {"imu0.csv line 18", "column 7 (a_z)", "''"}},
-      {"Nan",
-       [](Files& f) { f.imu[9] = std::to_string(kT0Ns + 80000000) + ",0,0,0,nan,0,0"; },
-       ReadError::kBadValue,
-       {"imu0.csv line 10", "column 5 (a_x)", "'nan' is not finite"}},
-      {"Infinity",
-       [](Files& f) { f.truth[3] = std::to_string(kT0Ns + 100000000) + ",0,0,-inf,1,0,0,0"; },
-       ReadError::kBadValue,
-       {"groundtruth.csv line 4", "column 4 (p_z)", "'-inf'"}},
-      {"Overflow",
-       [](Files& f) { f.truth[3] = std::to_string(kT0Ns + 100000000) + ",1e999,0,0,1,0,0,0"; },
-       ReadError::kBadValue,
-       {"groundtruth.csv line 4", "column 2 (p_x)", "'1e999'"}},
-      {"StampIsNoInteger",
-       [](Files& f) { f.images[3] = "1.4037155241e18"; },
-       ReadError::kMalformed,
-       {"cam0_timestamps.csv line 4", "(timestamp)", "'1.4037155241e18'", "whole number"}},
-      {"StampIsNegative",
-       [](Files& f) { f.images[3] = "-5"; },
-       ReadError::kMalformed,
-       {"cam0_timestamps.csv line 4", "'-5'"}},
-      {"StampOverflows",
-       [](Files& f) { f.images[3] = "99999999999999999999"; },
-       ReadError::kMalformed,
-       {"cam0_timestamps.csv line 4", "'99999999999999999999'"}},
-      {"TimeGoesBack",
-       [](Files& f) { std::swap(f.imu[20], f.imu[21]); },
-       ReadError::kOutOfOrder,
-       {"imu0.csv line 22", "of line 21", "must increase", std::to_string(kT0Ns + 190000000)}},
-      {"TimeRepeats",
-       [](Files& f) { f.images[3] = f.images[2]; },
-       ReadError::kOutOfOrder,
-       {"cam0_timestamps.csv line 4", "repeats that of line 3"}},
-      {"TruthTimeRepeats",
-       [](Files& f) { f.truth[3] = f.truth[2]; },
-       ReadError::kOutOfOrder,
-       {"groundtruth.csv line 4", "repeats that of line 3"}},
-      {"QuaternionIsNoRotation",
-       [](Files& f) { f.truth[6] = std::to_string(kT0Ns + 250000000) + ",0,0,0,0.9,0,0,0"; },
-       ReadError::kBadValue,
-       {"groundtruth.csv line 7", "(q_w, q_x, q_y, q_z)", "0.9", "0.01 of 1"}},
-      {"QuaternionIsZero",
-       [](Files& f) { f.truth[6] = std::to_string(kT0Ns + 250000000) + ",0,0,0,0,0,0,0"; },
-       ReadError::kBadValue,
-       {"groundtruth.csv line 7", "norm is 0"}},
-      {"EmptyLineInside",
-       [](Files& f) { f.imu[30] = ""; },
-       ReadError::kMalformed,
-       {"imu0.csv line 31 is empty"}},
-      {"OnlyAHeader",
-       [](Files& f) { f.imu.resize(1); },
-       ReadError::kTooFewRows,
-       {"imu0.csv has 0 rows", "(minimum 2)"}},
-      {"EmptyFile",
-       [](Files& f) { f.images.clear(); },
-       ReadError::kTooFewRows,
-       {"cam0_timestamps.csv has 0 rows"}},
-      {"TooFewTruthRows",
-       [](Files& f) { f.truth.resize(4); },
-       ReadError::kTooFewRows,
-       {"groundtruth.csv has 3 rows", "(minimum 4)"}},
-      {"HeaderWithoutHash",
-       [](Files& f) { f.imu[0] = "timestamp,wx,wy,wz,ax,ay,az"; },
-       ReadError::kMalformed,
-       {"imu0.csv line 1", "'timestamp' is not a whole number"}},
-      {"BinaryRubbish",
-       [](Files& f) { f.imu[2] = std::string("\x01\x00\xff,", 4); },
-       ReadError::kMalformed,
-       {"imu0.csv line 3", "'???,'"}},
+/// Another row, behind a + one that goes on; @MS is a stamp.
+std::function<void(Files&)> row(std::vector<std::string> Files::*file, std::size_t index,
+                                std::string text) {
+  if (const std::size_t at = text.find('@'); at != std::string::npos) {
+    const std::size_t comma = text.find(',');
+    const long long ms = std::stoll(text.substr(at + 1, comma - at - 1));
+    text = std::to_string(kT0Ns + 1000000LL * ms) + text.substr(comma);
+  }
+  return [=](Files& f) {
+    std::string& line = (f.*file)[index];
+    line = text[0] == '+' ? line + text.substr(1) : text;
   };
-  return kBadFiles;
 }
 
-class RecordedMotionBadFile : public ::testing::TestWithParam<std::size_t> {};
+// Line 1 is the header, so data row i stands in line i + 1.
+const BadFile kBadFiles[] = {
+    {"ImuColumnMissing", row(&Files::imu, 5, "1403715523912143104,1,2,3,4,5"),
+     ReadError::kMalformed, "imu0.csv line 6|6 columns, must have 7"},
+    {"FirstTruthRowHasNoKnownLayout", row(&Files::truth, 1, "+,1,2"), ReadError::kMalformed,
+     "groundtruth.csv line 2|10 columns, must have 8 or 17"},
+    {"TruthLayoutChanges", row(&Files::truth, 4, "+,1,1,1,1,1,1,1,1,1"), ReadError::kMalformed,
+     "groundtruth.csv line 5|17 columns, must have 8"},
+    {"ImageRowHasTwoColumns", row(&Files::images, 2, "+,file.png"), ReadError::kMalformed,
+     "cam0_timestamps.csv line 3|2 columns, must have 1"},
+    {"NotANumber", row(&Files::imu, 17, "@160,0,abc,0,0,0,0"), ReadError::kMalformed,
+     "imu0.csv line 18|column 3 (w_y)|'abc' is not a number"},
+    {"NumberWithTail", row(&Files::imu, 17, "@160,0,0,0,0,0,1.5x"), ReadError::kMalformed,
+     "imu0.csv line 18|column 7 (a_z)|'1.5x'"},
+    {"EmptyFieldDoesNotBorrowFromTheNext", row(&Files::imu, 17, "@160,0,,0,0,0,0"),
+     ReadError::kMalformed, "imu0.csv line 18|column 3 (w_y)|''"},
+    {"EmptyLastFieldDoesNotBorrowFromTheNextLine", row(&Files::imu, 17, "@160,0,0,0,0,0,"),
+     ReadError::kMalformed, "imu0.csv line 18|column 7 (a_z)|''"},
+    {"Nan", row(&Files::imu, 9, "@80,0,0,0,nan,0,0"), ReadError::kBadValue,
+     "imu0.csv line 10|column 5 (a_x)|'nan' is not finite"},
+    {"Infinity", row(&Files::truth, 3, "@100,0,0,-inf,1,0,0,0"), ReadError::kBadValue,
+     "groundtruth.csv line 4|column 4 (p_z)|'-inf'"},
+    {"Overflow", row(&Files::truth, 3, "@100,1e999,0,0,1,0,0,0"), ReadError::kBadValue,
+     "groundtruth.csv line 4|column 2 (p_x)|'1e999'"},
+    {"StampIsNoInteger", row(&Files::images, 3, "1.4037155241e18"), ReadError::kMalformed,
+     "cam0_timestamps.csv line 4|(timestamp)|'1.4037155241e18'|whole number"},
+    {"StampIsNegative", row(&Files::images, 3, "-5"), ReadError::kMalformed,
+     "cam0_timestamps.csv line 4|'-5'"},
+    {"StampOverflows", row(&Files::images, 3, "99999999999999999999"), ReadError::kMalformed,
+     "cam0_timestamps.csv line 4|'99999999999999999999'"},
+    {"TimeGoesBack", [](Files& f) { std::swap(f.imu[20], f.imu[21]); }, ReadError::kOutOfOrder,
+     "imu0.csv line 22|of line 21|must increase|1403715524102143104"},
+    {"TimeRepeats", [](Files& f) { f.images[3] = f.images[2]; }, ReadError::kOutOfOrder,
+     "cam0_timestamps.csv line 4|repeats that of line 3"},
+    {"TruthTimeRepeats", [](Files& f) { f.truth[3] = f.truth[2]; }, ReadError::kOutOfOrder,
+     "groundtruth.csv line 4|repeats that of line 3"},
+    {"QuaternionIsNoRotation", row(&Files::truth, 6, "@250,0,0,0,0.9,0,0,0"), ReadError::kBadValue,
+     "groundtruth.csv line 7|(q_w, q_x, q_y, q_z)|0.9|0.01 of 1"},
+    {"QuaternionIsZero", row(&Files::truth, 6, "@250,0,0,0,0,0,0,0"), ReadError::kBadValue,
+     "groundtruth.csv line 7|norm is 0"},
+    {"EmptyLineInside", row(&Files::imu, 30, ""), ReadError::kMalformed,
+     "imu0.csv line 31 is empty"},
+    {"OnlyAHeader", [](Files& f) { f.imu.resize(1); }, ReadError::kTooFewRows,
+     "imu0.csv has 0 rows|(minimum 2)"},
+    {"EmptyFile", [](Files& f) { f.images.clear(); }, ReadError::kTooFewRows,
+     "cam0_timestamps.csv has 0 rows"},
+    {"TooFewTruthRows", [](Files& f) { f.truth.resize(4); }, ReadError::kTooFewRows,
+     "groundtruth.csv has 3 rows|(minimum 4)"},
+    {"HeaderWithoutHash", row(&Files::imu, 0, "timestamp,wx,wy,wz,ax,ay,az"), ReadError::kMalformed,
+     "imu0.csv line 1|'timestamp' is not a whole number"},
+    {"BinaryRubbish", [](Files& f) { f.imu[2] = std::string("\x01\x00\xff,", 4); },
+     ReadError::kMalformed, "imu0.csv line 3|'???,'"},
+};
+
+class RecordedMotionBadFile : public ::testing::TestWithParam<BadFile> {};
 
 TEST_P(RecordedMotionBadFile, IsAStatusWithAPlace) {
-  const BadFile& bad = badFiles()[GetParam()];
   Files files;
-  bad.damage(files);
+  GetParam().damage(files);
   RecordedMotion motion;
   motion.name = "untouched";
   const ReadStatus status = readFiles(files, &motion);
-  EXPECT_EQ(status.error, bad.error) << status.message;
-  for (const std::string& part : bad.parts) {
-    EXPECT_TRUE(contains(status.message, part)) << "\"" << part << "\" in: " << status.message;
-  }
+  EXPECT_EQ(status.error, GetParam().error) << status.message;
+  expectParts(status.message, GetParam().said);
   EXPECT_EQ(motion.name, "untouched");
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RecordedMotionBadFile,
-                         ::testing::Range(std::size_t{0}, badFiles().size()),
-                         [](const auto& instance) {
-                           return std::string(badFiles()[instance.param].name);
-                         });
+INSTANTIATE_TEST_SUITE_P(All, RecordedMotionBadFile, ::testing::ValuesIn(kBadFiles),
+                         [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(RecordedMotion, ImuGapsAreCountedAndNoted) {
   Files files;
@@ -298,9 +250,7 @@ TEST(RecordedMotion, ImuGapsAreCountedAndNoted) {
   EXPECT_EQ(motion.counts.imu_gaps, 2);
   EXPECT_NEAR(motion.counts.largest_imu_gap_s, 0.21, 1e-9);
   ASSERT_FALSE(motion.notes.empty());
-  for (const char* part : {"imu0.csv has 2 IMU gaps", "0.05 s", "0.21 s", "line 42", "0.39 s"}) {
-    EXPECT_TRUE(contains(motion.notes[0], part)) << part << " in: " << motion.notes[0];
-  }
+  expectParts(motion.notes[0], "imu0.csv has 2 IMU gaps|0.05 s|0.21 s|line 42|0.39 s");
 }
 
 TEST(RecordedMotion, ImagesOutsideImuAndTruthAreCountedAndLeftOut) {
@@ -316,9 +266,8 @@ TEST(RecordedMotion, ImagesOutsideImuAndTruthAreCountedAndLeftOut) {
   EXPECT_EQ(motion.counts.images_outside_truth, 2);  // 0.0 s and 0.2 s
   EXPECT_EQ(motion.image_times.size(), 3u);
   ASSERT_GE(motion.notes.size(), 2u);
-  EXPECT_TRUE(contains(motion.notes[0], "2 of 7 images")) << motion.notes[0];
-  EXPECT_TRUE(contains(motion.notes[0], "outside the IMU data")) << motion.notes[0];
-  EXPECT_TRUE(contains(motion.notes[1], "outside the ground truth")) << motion.notes[1];
+  expectParts(motion.notes[0], "2 of 7 images|outside the IMU data");
+  expectParts(motion.notes[1], "outside the ground truth");
 }
 
 TEST(RecordedMotion, NoUsableImageIsAnError) {
@@ -330,9 +279,7 @@ TEST(RecordedMotion, NoUsableImageIsAnError) {
   RecordedMotion motion;
   const ReadStatus status = readFiles(files, &motion);
   EXPECT_EQ(status.error, ReadError::kNoOverlap);
-  for (const char* part : {"4 of 4 images", "cam0_timestamps.csv", "outside the IMU data", "5 s"}) {
-    EXPECT_TRUE(contains(status.message, part)) << part << " in: " << status.message;
-  }
+  expectParts(status.message, "4 of 4 images|cam0_timestamps.csv|outside the IMU data|5 s");
 }
 
 TEST(RecordedMotion, NameIsTheLastFolder) {

@@ -79,6 +79,10 @@ RunInfo someRun() {
   return info;
 }
 
+nlohmann::json jsonOf(const ProtocolResult& result, const RunInfo& info = someRun()) {
+  return nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+}
+
 TEST(Summary, StatisticsByHand) {
   const std::vector<MethodSummary> summaries = summarize(handMade());
   ASSERT_EQ(summaries.size(), 1u);
@@ -178,8 +182,7 @@ TEST(Summary, NumbersThatDoNotExistAreNull) {
 }
 
 TEST(SummaryJson, HasEveryPromisedKey) {
-  const ProtocolResult result = handMade();
-  const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summarize(result)));
+  const auto json = jsonOf(handMade());
   EXPECT_EQ(json["dataset"], "V9_99");
   EXPECT_EQ(json["command"], "slim_init ab --something");
   EXPECT_EQ(json["gyro_bias_truth"], "fitted");
@@ -191,14 +194,13 @@ TEST(SummaryJson, HasEveryPromisedKey) {
   EXPECT_EQ(json["trials"]["ended"], 5);
   for (const char* subset : {"all", "excited"}) {
     const auto& object = json["methods"]["hand"][subset];
-    for (const char* key : {"windows",           "attempted",           "success",
-                            "success_rate",      "scale_rmse",          "scale_median",
-                            "gravity_rmse_deg",  "velocity_rmse",       "velocity_vec_rmse",
-                            "pose_rmse",         "gyro_bias_err_pct",   "gyro_bias_vec_rmse",
-                            "accepted",          "accepted_within_0_1", "accepted_within_0_5",
-                            "solve_ms_median",   "solve_ms_mean",       "solve_cpu_ms_median",
-                            "solve_cpu_ms_mean", "solve_cpu_ms_p90",    "velocity_median",
-                            "velocity_p90",      "pose_median",         "pose_p90"}) {
+    std::istringstream keys(
+        "windows attempted success success_rate scale_rmse "
+        "scale_median gravity_rmse_deg velocity_rmse velocity_vec_rmse pose_rmse "
+        "gyro_bias_err_pct gyro_bias_vec_rmse accepted accepted_within_0_1 accepted_within_0_5 "
+        "solve_ms_median solve_ms_mean solve_cpu_ms_median solve_cpu_ms_mean solve_cpu_ms_p90 "
+        "velocity_median velocity_p90 pose_median pose_p90 ");
+    for (std::string key; keys >> key;) {
       ASSERT_TRUE(object.contains(key)) << key;
       EXPECT_TRUE(object[key].is_number()) << key;
     }
@@ -209,8 +211,7 @@ TEST(SummaryJson, HasEveryPromisedKey) {
 TEST(SummaryJson, SurvivesBytesThatAreNoText) {
   RunInfo info = someRun();
   info.dataset = "bad\xff\"name";
-  const ProtocolResult result = handMade();
-  const auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  const auto json = jsonOf(handMade(), info);
   EXPECT_NE(json["dataset"].get<std::string>().find("\"name"), std::string::npos);
 }
 
@@ -328,25 +329,24 @@ TEST(Report, FailureToWriteIsASentence) {
 TEST(Report, NamesTheProgramAndItsCommit) {
   RunInfo info = someRun();
   info.version = "9.8.7";
-  const ProtocolResult result = handMade();
-  auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  auto json = jsonOf(handMade(), info);
   EXPECT_EQ(json["version"], "9.8.7");
   EXPECT_TRUE(json["commit"].is_null());
   info.commit = "0123abcd";
-  json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  json = jsonOf(handMade(), info);
   EXPECT_EQ(json["commit"], "0123abcd");
 }
 
 TEST(Report, SummaryKeepsNotesAndRefusals) {
   RunInfo info = someRun();
   ProtocolResult result = handMade();
-  auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  auto json = jsonOf(result, info);
   EXPECT_FALSE(json.contains("method_notes"));
   EXPECT_FALSE(json.contains("first_refusal"));
   info.method_notes = {{"hand[less]", "with less"}};
   result.first_refusal = "times go back";
   result.dropped.imu_out_of_order = 3;
-  json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  json = jsonOf(result, info);
   EXPECT_EQ(json["method_notes"]["hand[less]"], "with less");
   EXPECT_EQ(json["first_refusal"], "times go back");
   EXPECT_EQ(json["dropped"]["imu_out_of_order"], 3);
@@ -390,7 +390,7 @@ TEST(Report, WithoutTruthThereAreNoErrorColumns) {
   const std::string text = summaryTable(result, summaries);
   EXPECT_EQ(text.find("scale rmse"), std::string::npos) << text;
   EXPECT_NE(text.find("accepted"), std::string::npos) << text;
-  const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summaries));
+  const auto json = jsonOf(result);
   EXPECT_EQ(json["has_truth"], false);
   EXPECT_TRUE(json["methods"]["hand"]["all"]["success_rate"].is_null());
 }
@@ -414,7 +414,7 @@ TEST(Report, PartialAnswersAreSummedByStatus) {
   EXPECT_DOUBLE_EQ(partial.gravity_max_deg, 2.5);
   EXPECT_DOUBLE_EQ(partial.gyro_bias_max_pct, 2.0);
   EXPECT_NEAR(partial.gyro_bias_vec_rmse, 0.001, 1e-15);
-  const auto json = nlohmann::json::parse(summaryJson(someRun(), result, summaries));
+  const auto json = jsonOf(result);
   EXPECT_EQ(json["methods"]["hand"]["all"]["partial"]["stationary"]["windows"], 3);
   const auto rows = parseCsv(windowsCsv(someRun(), result));
   EXPECT_EQ(field(rows, 2, "gravity_error_deg"), "1.5");
@@ -433,8 +433,7 @@ TEST(Report, TellsWhatTheFrontEndDid) {
   info.tracking->stages_ms_median = {{"points", 2.5}};
   info.tracking->line_detector = "EDLines";
   info.simulated = {{"outlier_tracks", 17}};
-  const ProtocolResult result = handMade();
-  const auto json = nlohmann::json::parse(summaryJson(info, result, summarize(result)));
+  const auto json = jsonOf(handMade(), info);
   EXPECT_EQ(json["tracking"]["images"], 70);
   EXPECT_EQ(json["tracking"]["tracked"], 65);
   EXPECT_EQ(json["tracking"]["unreadable"], 5);

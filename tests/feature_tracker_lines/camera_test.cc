@@ -10,21 +10,13 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "support/euroc_camera.h"
+
 namespace slim_init::feature_tracker_lines {
 namespace {
 
 // Rays are asked for to 1e-9 of a radian and pixels to 1e-9; both leave room for rounding only.
 constexpr double kRoundTrip = 1e-9;
-
-CameraParameters pinhole() {  // EuRoC cam0
-  CameraParameters p;
-  p.fx = 458.654;
-  p.fy = 457.296;
-  p.cx = 367.215;
-  p.cy = 248.375;
-  p.distortion = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
-  return p;
-}
 
 CameraParameters widePinhole() {  // corners at 60 degrees and more, heavily distorted
   CameraParameters p;
@@ -128,20 +120,21 @@ TEST_P(CameraRoundTrip, BadArgumentsHaveNoAnswer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, CameraRoundTrip,
-                         ::testing::Values(pinhole(), widePinhole(), CameraParameters(),
-                                           kannalaBrandt(), mei(), meiBelowOne()));
+                         ::testing::Values(testing_support::eurocCamera(), widePinhole(),
+                                           CameraParameters(), kannalaBrandt(), mei(),
+                                           meiBelowOne()));
 
-// OpenCV as an independent reference.
-TEST(Camera, PinholeProjectsAsOpenCv) {
-  const CameraParameters p = pinhole();
+// OpenCV as an independent reference, on a grid of rays up to `x` and `y` beside the axis.
+// `project` takes the ray, K and the distortion.
+template <typename Project>
+void expectAsOpenCv(const CameraParameters& p, double x_end, double y_end, const Project& project) {
   const Camera camera(p);
   const cv::Matx33d k(p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1);
   const cv::Vec4d d(p.distortion[0], p.distortion[1], p.distortion[2], p.distortion[3]);
-  for (double y = -0.4; y <= 0.4; y += 0.1) {
-    for (double x = -0.6; x <= 0.6; x += 0.1) {
+  for (double y = -y_end; y <= y_end; y += y_end / 4) {
+    for (double x = -x_end; x <= x_end; x += x_end / 6) {
       std::vector<cv::Point2d> expected;
-      cv::projectPoints(std::vector<cv::Point3d>{{x, y, 1.0}}, cv::Vec3d(0, 0, 0),
-                        cv::Vec3d(0, 0, 0), k, d, expected);
+      project(std::vector<cv::Point3d>{{x, y, 1.0}}, k, d, &expected);
       Eigen::Vector2d pixel;
       ASSERT_TRUE(camera.project({x, y, 1.0}, &pixel));
       EXPECT_NEAR(pixel.x(), expected[0].x, 1e-9);
@@ -150,26 +143,20 @@ TEST(Camera, PinholeProjectsAsOpenCv) {
   }
 }
 
-TEST(Camera, KannalaBrandtProjectsAsOpenCvFisheye) {
-  const CameraParameters p = kannalaBrandt();
-  const Camera camera(p);
-  const cv::Matx33d k(p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1);
-  const cv::Vec4d d(p.distortion[0], p.distortion[1], p.distortion[2], p.distortion[3]);
-  for (double y = -1.0; y <= 1.0; y += 0.25) {
-    for (double x = -1.0; x <= 1.0; x += 0.25) {
-      std::vector<cv::Point2d> expected;
-      cv::fisheye::projectPoints(std::vector<cv::Point3d>{{x, y, 1.0}}, expected,
-                                 cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), k, d);
-      Eigen::Vector2d pixel;
-      ASSERT_TRUE(camera.project({x, y, 1.0}, &pixel));
-      EXPECT_NEAR(pixel.x(), expected[0].x, 1e-9);
-      EXPECT_NEAR(pixel.y(), expected[0].y, 1e-9);
-    }
-  }
+TEST(Camera, PinholeAndKannalaBrandtProjectAsOpenCv) {
+  const cv::Vec3d zero(0, 0, 0);
+  expectAsOpenCv(testing_support::eurocCamera(), 0.6, 0.4,
+                 [&](const auto& ray, const auto& k, const auto& d, auto* pixels) {
+                   cv::projectPoints(ray, zero, zero, k, d, *pixels);
+                 });
+  expectAsOpenCv(kannalaBrandt(), 1.0, 1.0,
+                 [&](const auto& ray, const auto& k, const auto& d, auto* pixels) {
+                   cv::fisheye::projectPoints(ray, *pixels, zero, zero, k, d);
+                 });
 }
 
 TEST(Camera, MeiWithoutMirrorIsAPinhole) {
-  CameraParameters p = pinhole();
+  CameraParameters p = testing_support::eurocCamera();
   const Camera reference(p);
   p.model = CameraModel::kMei;
   p.xi = 0.0;
@@ -209,7 +196,7 @@ TEST(Camera, FisheyeSeesBehindTheImagePlane) {
 // Far off the axis barrel distortion turns back: rays from there land inside the image again, on
 // top of the true ones, and must not be reported as seen.
 TEST(Camera, FoldedRaysAreNotSeen) {
-  CameraParameters p = pinhole();
+  CameraParameters p = testing_support::eurocCamera();
   p.distortion = {-0.3, 0.0, 0.0, 0.0};
   const Camera camera(p);
   const double fold = std::sqrt(1.0 / 0.9);  // 1 - 0.9 r^2 = 0

@@ -24,6 +24,16 @@
 namespace slim_init::feature_tracker_lines {
 namespace {
 
+// An image of value(x, y), as grey levels.
+template <typename Value>
+cv::Mat painted(int width, int height, const Value& value) {
+  cv::Mat image(height, width, CV_8UC1);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) image.at<uchar>(y, x) = cv::saturate_cast<uchar>(value(x, y));
+  }
+  return image;
+}
+
 cv::Mat flatImage(double brightness, double noise, std::uint64_t seed) {
   cv::Mat image(480, 752, CV_8UC1, cv::Scalar(brightness));
   if (noise > 0.0) addNoise(noise, seed, &image);
@@ -98,12 +108,7 @@ TEST(ImageNoise, IsMeasuredOnFlatAndOnTexturedImages) {
   for (const double sigma : {1.0, 2.0, 5.0, 10.0}) {
     // The tenth percentile of the blocks lies some ten percent low.
     EXPECT_NEAR(measureNoise(flatImage(120.0, sigma, 3)), 0.9 * sigma, 0.07 * sigma);
-    cv::Mat ramp(480, 752, CV_8UC1);
-    for (int y = 0; y < ramp.rows; ++y) {
-      for (int x = 0; x < ramp.cols; ++x) {
-        ramp.at<uchar>(y, x) = cv::saturate_cast<uchar>(60.0 + 0.1 * x + 0.2 * y);
-      }
-    }
+    cv::Mat ramp = painted(752, 480, [](int x, int y) { return 60.0 + 0.1 * x + 0.2 * y; });
     addNoise(sigma, 5, &ramp);
     EXPECT_NEAR(measureNoise(ramp), 0.9 * sigma, 0.09 * sigma);
   }
@@ -232,17 +237,13 @@ TEST(Corners, ABoundedSearchReachesEveryCellInTurn) {
 // Smooth texture about a centre, seen through an affine map.
 cv::Mat texture(const Eigen::Vector2d& centre, const Eigen::Matrix2d& affine, double gain,
                 double bias) {
-  cv::Mat image(120, 120, CV_8UC1);
   const Eigen::Matrix2d inverse = affine.inverse();
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      const Eigen::Vector2d p = inverse * (Eigen::Vector2d(x, y) - centre);
-      const double value = 60.0 * textures::cloud(1, p.x(), p.y(), 5.0) +
-                           60.0 * textures::cloud(2, p.x(), p.y(), 9.0);
-      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(gain * value + bias);
-    }
-  }
-  return image;
+  return painted(120, 120, [&](int x, int y) {
+    const Eigen::Vector2d p = inverse * (Eigen::Vector2d(x, y) - centre);
+    const double value =
+        60.0 * textures::cloud(1, p.x(), p.y(), 5.0) + 60.0 * textures::cloud(2, p.x(), p.y(), 9.0);
+    return gain * value + bias;
+  });
 }
 
 TEST(PatchAnchorTest, FindsItselfThroughAffineMapsAndExposure) {
@@ -432,19 +433,16 @@ TEST(Fundamental, RaysFarOffTheAxisAreNotJudged) {
 // One straight 3D edge: a plane through the camera centre parts bright from dark.
 cv::Mat edgeImage(const RowCamera& camera, const CameraParameters& size,
                   const Eigen::Vector3d& normal, double dark, double bright) {
-  cv::Mat image(size.height, size.width, CV_8UC1);
   constexpr int kRays = 4;
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      double sum = 0.0;
-      for (int s = 0; s < kRays * kRays; ++s) {
-        const Eigen::Vector2d pixel(x + (s % kRays + 0.5) / kRays - 0.5,
-                                    y + (s / kRays + 0.5) / kRays - 0.5);
-        sum += camera.bearing(pixel).dot(normal) > 0.0 ? bright : dark;
-      }
-      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(sum / (kRays * kRays));
+  cv::Mat image = painted(size.width, size.height, [&](int x, int y) {
+    double sum = 0.0;
+    for (int s = 0; s < kRays * kRays; ++s) {
+      const Eigen::Vector2d pixel(x + (s % kRays + 0.5) / kRays - 0.5,
+                                  y + (s / kRays + 0.5) / kRays - 0.5);
+      sum += camera.bearing(pixel).dot(normal) > 0.0 ? bright : dark;
     }
-  }
+    return sum / (kRays * kRays);
+  });
   cv::GaussianBlur(image, image, cv::Size(), 0.7);
   return image;
 }
@@ -572,13 +570,10 @@ TEST(LineDetectorTest, SidesOfARectangleWithTheirBrighterSide) {
 TEST(LineDetectorTest, SlantedEdgesAreOneSegment) {
   for (const double degrees : {3.0, 20.0, 40.0, 45.0, 50.0, 70.0, 88.0, 130.0}) {
     const double angle = degrees * 0.017453292519943295;
-    cv::Mat image(240, 240, CV_8UC1);
-    for (int y = 0; y < image.rows; ++y) {
-      for (int x = 0; x < image.cols; ++x) {
-        const double side = (x - 120) * std::sin(angle) - (y - 120) * std::cos(angle);
-        image.at<uchar>(y, x) = cv::saturate_cast<uchar>(120.0 + 60.0 * std::tanh(side));
-      }
-    }
+    const cv::Mat image = painted(240, 240, [angle](int x, int y) {
+      const double side = (x - 120) * std::sin(angle) - (y - 120) * std::cos(angle);
+      return 120.0 + 60.0 * std::tanh(side);
+    });
     const std::vector<cv::Vec4f> segments = segmentsOf(image, 20.0);
     ASSERT_EQ(segments.size(), 1U) << degrees;
     EXPECT_GT(lengthOf(segments[0]), 220.0) << degrees;
@@ -592,13 +587,9 @@ TEST(LineDetectorTest, SlantedEdgesAreOneSegment) {
 
 // What a lens bends stays one segment, whose ends lie on the edge; a corner ends it.
 TEST(LineDetectorTest, FollowsABendButNotACorner) {
-  cv::Mat image(240, 376, CV_8UC1);
   const auto height = [](double x) { return 100.0 + 12.0 * std::pow((x - 188.0) / 188.0, 2); };
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      image.at<uchar>(y, x) = cv::saturate_cast<uchar>(120.0 + 60.0 * std::tanh(y - height(x)));
-    }
-  }
+  cv::Mat image =
+      painted(376, 240, [&](int x, int y) { return 120.0 + 60.0 * std::tanh(y - height(x)); });
   const std::vector<cv::Vec4f> bent = segmentsOf(image, 20.0);
   ASSERT_EQ(bent.size(), 1U);
   EXPECT_GT(lengthOf(bent[0]), 360.0);
@@ -645,15 +636,10 @@ TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
   camera.cx = 160.0;
   camera.cy = 120.0;
   const auto imageAt = [&](double shift) {
-    cv::Mat image(camera.height, camera.width, CV_8UC1);
-    for (int y = 0; y < image.rows; ++y) {
-      for (int x = 0; x < image.cols; ++x) {
-        image.at<uchar>(y, x) =
-            cv::saturate_cast<uchar>(140.0 * textures::cloud(1, x - shift, y, 9.0) +
-                                     60.0 * textures::cloud(2, x - shift, y, 5.0));
-      }
-    }
-    return image;
+    return painted(camera.width, camera.height, [shift](int x, int y) {
+      return 140.0 * textures::cloud(1, x - shift, y, 9.0) +
+             60.0 * textures::cloud(2, x - shift, y, 5.0);
+    });
   };
   FrontEndOptions options;
   PointTracker tracker(camera, options);
@@ -744,13 +730,8 @@ TEST(PointTrackerTest, CornersThatNoiseHidesAreTakenFromTheNextLevel) {
 
 // Blotches of light have the slopes of corners on the next level, but they are not sharp.
 TEST(PointTrackerTest, ShadingHasNoCornersOnAnyLevel) {
-  cv::Mat image(480, 752, CV_8UC1);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      image.at<uchar>(y, x) =
-          cv::saturate_cast<uchar>(60.0 + 120.0 * textures::cloud(1, x, y, 30.0));
-    }
-  }
+  const cv::Mat image =
+      painted(752, 480, [](int x, int y) { return 60.0 + 120.0 * textures::cloud(1, x, y, 30.0); });
   ImagePyramid pyramid;
   cv::Mat noisy = image.clone();
   addNoise(4.0, 6, &noisy);

@@ -51,12 +51,10 @@ TEST(Heap, DoesNotGrowWithTheNumberOfWindows) {
   for (unsigned seed = 1; seed <= 8; ++seed) {
     ExactWindowOptions options;
     options.seed = seed;
-    options.pixel_noise = 0.6;
-    options.imu_noise = true;
     // Refusals take other ways through the program.
     if (seed == 7) options.motion = Motion::kHover;
     if (seed == 8) options.points = 5;
-    inputs.push_back(makeExactWindow(options));
+    inputs.push_back(noisyWindow(options));
   }
   for (const std::string& name : baselines::namesOf(baselines::methods())) {
     const auto solver = baselines::makeMethod(name, InitializerOptions());

@@ -42,9 +42,7 @@ TEST(MultiGapBias, BeatsConsecutivePairsAndDrtUnderNoise) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     ExactWindowOptions options;
     options.seed = seed;
-    options.pixel_noise = 0.6;
-    options.imu_noise = true;
-    const ExactWindow exact = makeExactWindow(options);
+    const ExactWindow exact = noisyWindow(options);
     const auto run = [&](int max_gap) {
       MultiGapBiasOptions bias_options;
       bias_options.max_gap = max_gap;

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
 #include <set>
@@ -169,6 +168,13 @@ void expectSameLines(const std::vector<FrameObservation>& a,
   }
 }
 
+template <typename Observation>
+std::vector<FeatureId> idsOf(const std::vector<Observation>& list) {
+  std::vector<FeatureId> ids;
+  for (const Observation& o : list) ids.push_back(o.id);
+  return ids;
+}
+
 // ---- seeds and streams
 
 TEST(FeatureStreams, EqualSeedsGiveEqualBytes) {
@@ -218,14 +224,8 @@ TEST(FeatureStreams, NoiseLevelsDoNotChangeTheTracks) {
   const auto a = s.run(noiseFree());
   const auto b = s.run(loud);
   for (std::size_t k = 0; k < a.size(); ++k) {
-    ASSERT_EQ(a[k].points.size(), b[k].points.size());
-    ASSERT_EQ(a[k].lines.size(), b[k].lines.size());
-    for (std::size_t i = 0; i < a[k].points.size(); ++i) {
-      ASSERT_EQ(a[k].points[i].id, b[k].points[i].id);
-    }
-    for (std::size_t i = 0; i < a[k].lines.size(); ++i) {
-      ASSERT_EQ(a[k].lines[i].id, b[k].lines[i].id);
-    }
+    ASSERT_EQ(idsOf(a[k].points), idsOf(b[k].points));
+    ASSERT_EQ(idsOf(a[k].lines), idsOf(b[k].lines));
   }
 }
 
@@ -402,11 +402,10 @@ TEST(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
   options.outlier_rate = 0.1;
   FeatureSimulationCounts counts;
   const auto frames = s.run(options, 400, &counts);
-  const auto check = [&](const std::function<std::vector<FeatureId>(const FrameObservation&)>& ids,
-                         int tracks) {
+  const auto check = [&](auto list, int tracks) {
     std::set<FeatureId> seen, previous;
     for (const FrameObservation& frame : frames) {
-      const std::vector<FeatureId> now = ids(frame);
+      const std::vector<FeatureId> now = idsOf(frame.*list);
       ASSERT_TRUE(std::is_sorted(now.begin(), now.end()));
       ASSERT_TRUE(std::adjacent_find(now.begin(), now.end()) == now.end()) << "id twice";
       for (const FeatureId id : now) {
@@ -418,20 +417,8 @@ TEST(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
     EXPECT_EQ(*seen.begin(), 0);
     EXPECT_EQ(*seen.rbegin(), tracks - 1);
   };
-  check(
-      [](const FrameObservation& f) {
-        std::vector<FeatureId> ids;
-        for (const PointObservation& o : f.points) ids.push_back(o.id);
-        return ids;
-      },
-      counts.point_tracks);
-  check(
-      [](const FrameObservation& f) {
-        std::vector<FeatureId> ids;
-        for (const LineObservation& o : f.lines) ids.push_back(o.id);
-        return ids;
-      },
-      counts.line_tracks);
+  check(&FrameObservation::points, counts.point_tracks);
+  check(&FrameObservation::lines, counts.line_tracks);
 }
 
 TEST(FeatureTracks, NumbersStayBelowTheLimitAndReachIt) {
@@ -788,20 +775,18 @@ TEST(FeatureWorlds, EmptyInputGivesEmptyFrames) {
 
 TEST(FeatureOptions, AreValidated) {
   EXPECT_EQ(FeatureSimulationOptions().validate(), "");
-  const auto message = [](const std::function<void(FeatureSimulationOptions*)>& change) {
+  const auto expectNamed = [](const char* words, auto change) {
     FeatureSimulationOptions options;
     change(&options);
-    return options.validate();
+    EXPECT_NE(options.validate().find(words), std::string::npos) << options.validate();
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(message([](auto* o) { o->max_points = -1; }).find("max_points is -1"),
-            std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->track_life = 0.5; }).find("track_life"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->line_slide = 0.5; }).find("line_slide"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->outlier_rate = 1.1; }).find("outlier_rate"),
-            std::string::npos);
-  EXPECT_NE(message([=](auto* o) { o->pixel_noise = nan; }).find("pixel_noise"), std::string::npos);
-  EXPECT_NE(message([](auto* o) { o->camera.fx = 0.0; }).find("camera.fx"), std::string::npos);
+  expectNamed("max_points is -1", [](auto* o) { o->max_points = -1; });
+  expectNamed("track_life", [](auto* o) { o->track_life = 0.5; });
+  expectNamed("line_slide", [](auto* o) { o->line_slide = 0.5; });
+  expectNamed("outlier_rate", [](auto* o) { o->outlier_rate = 1.1; });
+  expectNamed("pixel_noise", [=](auto* o) { o->pixel_noise = nan; });
+  expectNamed("camera.fx", [](auto* o) { o->camera.fx = 0.0; });
   FeatureSimulationOptions bad;
   bad.drift = -1.0;
   EXPECT_TRUE(stillScene().run(bad, 3).empty());

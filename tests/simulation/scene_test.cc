@@ -8,6 +8,8 @@
 #include <limits>
 #include <random>
 
+#include "support/text_parts.h"
+
 namespace slim_init::simulation {
 namespace {
 
@@ -30,10 +32,6 @@ Scene sceneOf(std::vector<Solid> solids) {
   scene.looks = {Look()};
   scene.solids = std::move(solids);
   return scene;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(CastRay, MeetsTheNearFaceOfABox) {
@@ -246,9 +244,9 @@ TEST(MakeScene, RefusesUnknownKindAndEmptyPath) {
   Scene scene;
   std::string error;
   EXPECT_FALSE(makeScene({"moon", 1}, {Vector3d::Zero()}, &scene, &error));
-  EXPECT_TRUE(contains(error, "'moon'") && contains(error, "brick-room")) << error;
+  expectParts(error, "'moon'|brick-room");
   EXPECT_FALSE(makeScene({"room", 1}, {}, &scene, &error));
-  EXPECT_TRUE(contains(error, "no finite position")) << error;
+  expectParts(error, "no finite position");
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(makeScene({"room", 1}, {Vector3d(nan, 0, 0)}, &scene, &error));
   EXPECT_TRUE(scene.solids.empty());

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <utility>
 
+#include "support/euroc_camera.h"
+
 namespace slim_init::simulation {
 namespace {
 
@@ -15,19 +17,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using feature_tracker_lines::Camera;
 using feature_tracker_lines::CameraParameters;
+using testing_support::eurocCamera;
 
 constexpr double kDegree = 3.141592653589793 / 180.0;
 constexpr double kInterval = 0.05;  // [s] of the images
-
-CameraParameters eurocCamera() {
-  CameraParameters camera;
-  camera.fx = 458.654;
-  camera.fy = 457.296;
-  camera.cx = 367.215;
-  camera.cy = 248.375;
-  camera.distortion = {-0.283, 0.0739, 2e-4, 2e-5};
-  return camera;
-}
 
 // A wall at x = 5 and a box in front of it.
 Scene wallAndBox() {

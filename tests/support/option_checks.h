@@ -59,7 +59,7 @@ inline void setNumber(const OptionField& option, double value) {
 /// The defaults are valid; validate() refuses every number just outside of either bound and what is
 /// not a number, naming its key, and takes it at the bound, unless another field forbids it.
 template <typename Options>
-void expectBothSidesOfEveryBound() {
+void expectBothSidesOfItsBounds() {
   Options defaults;
   EXPECT_EQ(defaults.validate(), "");
   const std::size_t rows = optionTable(&defaults).size();
@@ -88,6 +88,12 @@ void expectBothSidesOfEveryBound() {
     }
   }
   EXPECT_GT(tested, 0);
+}
+
+/// The same of several structs.
+template <typename... Options>
+void expectBothSidesOfEveryBound() {
+  (expectBothSidesOfItsBounds<Options>(), ...);
 }
 
 /// Every field of `Options`, which is trivially destructible, has a row: a field that was added and

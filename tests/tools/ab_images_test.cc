@@ -66,7 +66,7 @@ TEST(AbAsl, RunsFromPixelsToTheReport) {
   EXPECT_EQ(all["windows"], 4);
   EXPECT_EQ(all["attempted"], 4);
   EXPECT_GE(all["success"].get<int>(), 3);
-  EXPECT_TRUE(contains(run.out, "81 of 81 images tracked")) << run.out;
+  expectParts(run.out, "81 of 81 images tracked");
 
   // A debug image per tracked image, named by its stamp.
   int pictures = 0;
@@ -165,9 +165,9 @@ TEST(AbAsl, TheTruthIsTakenAtTheTimeOffsetOfTheConfiguration) {
                             {"--asl", folder.file("wall"), "--methods", "drt-l", "--keyframes",
                              "10", "--config", folder.file("late.yaml")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(contains(run.err, "10 of 81 images lie outside the IMU data")) << run.err;
+  expectParts(run.err, "10 of 81 images lie outside the IMU data");
   const auto windows = readFile(folder.file("late/windows.csv"));
-  EXPECT_TRUE(contains(windows, "wall,0,0.5,1500000000500000000,2.25,10,")) << windows;
+  expectParts(windows, "wall,0,0.5,1500000000500000000,2.25,10,");
 }
 
 TEST(AbAsl, WithoutTruthTheReportHasVerdictsOnly) {
@@ -176,7 +176,7 @@ TEST(AbAsl, WithoutTruthTheReportHasVerdictsOnly) {
   fs::remove_all(folder.file("wall/mav0/state_groundtruth_estimate0"));
   const ProgramRun run = ab(folder, "out", {"--asl", folder.file("wall"), "--methods", "drt-l"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(contains(run.err, "state_groundtruth_estimate0/data.csv does not exist")) << run.err;
+  expectParts(run.err, "state_groundtruth_estimate0/data.csv does not exist");
   EXPECT_FALSE(contains(run.out, "scale rmse")) << run.out;
   const auto json = summaryOf(folder.file("out"));
   EXPECT_EQ(json["has_truth"], false);
@@ -201,9 +201,8 @@ TEST(AbAsl, UnreadableImagesAreCountedAndTheRunGoesOn) {
              ".png");
   const ProgramRun run = ab(folder, "out", {"--asl", folder.file("wall"), "--methods", "drt-l"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(contains(run.err, "2 of 80 images cannot be read")) << run.err;
-  EXPECT_TRUE(contains(run.err, "1 of 80 images were refused")) << run.err;
-  EXPECT_TRUE(contains(run.err, "1 of 81 images of")) << run.err;
+  expectParts(run.err,
+              "2 of 80 images cannot be read|1 of 80 images were refused|1 of 81 images of");
   EXPECT_EQ(summaryOf(folder.file("out"))["tracking"]["tracked"], 77);
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "evaluation/scratch_folder.h"
+#include "support/text_parts.h"
 
 namespace slim_init {
 
@@ -47,8 +48,19 @@ inline ProgramRun runProgram(const ScratchFolder& folder, std::vector<std::strin
   return run;
 }
 
-inline bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+/// The same with the arguments as one line, with spaces between them; @NAME is the file of that
+/// name in the folder, and two quotes are an empty word.
+inline std::vector<std::string> words(const ScratchFolder& folder, const std::string& line) {
+  std::istringstream in(line);
+  std::vector<std::string> words;
+  for (std::string word; in >> word;) {
+    if (word[0] == '@') word = folder.file(word.substr(1));
+    words.push_back(word == "''" ? "" : word);
+  }
+  return words;
+}
+inline ProgramRun runLine(const ScratchFolder& folder, const std::string& line) {
+  return runProgram(folder, words(folder, line));
 }
 
 /// windows.csv without its last three columns, which hold times. None holds a comma or a quote, so

@@ -20,18 +20,14 @@
 #include "slim_init/window_solver.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
+#include "support/track_views.h"
 #include "support/true_state.h"
 #include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
 
-using testing_support::dataSheetNoise;
-using testing_support::ExactWindow;
-using testing_support::ExactWindowOptions;
-using testing_support::makeExactWindow;
-using testing_support::Motion;
-using testing_support::trueState;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 // Factors of a vibrating vehicle, whatever the samples of the simulated one look like.
 InertialOptions widenedNoise() {
@@ -221,14 +217,7 @@ double costWithScaleHeld(const Minimum& at, double log_ratio) {
   std::vector<Eigen::Vector3d> X(window.pointTracks().size());
   for (std::size_t t = 0; t < X.size(); ++t) {
     const Track& track = window.pointTracks()[t];
-    std::vector<PointView> views;
-    for (int s = track.begin; s < track.end; ++s) {
-      PointView view;
-      view.keyframe = window.pointObservations()[s].keyframe;
-      view.bearing_b = calibration.R_b_c * window.pointObservations()[s].bearing;
-      view.tangent_b = tangentBasis(view.bearing_b).transpose();
-      views.push_back(view);
-    }
+    const std::vector<PointView> views = testing_support::pointViews(window, track);
     const PointParameters start =
         triangulate(views.data(), static_cast<int>(views.size()), state, calibration.t_b_c);
     X[t] = start.origin + start.direction / std::max(start.inverse_depth, 1e-2);

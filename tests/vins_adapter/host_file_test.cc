@@ -38,6 +38,21 @@ class HostFileTest : public ::testing::Test {
     written_.push_back(name);
     return folder_ + "/" + name;
   }
+  // The host's file with this text, as read into file_, and the adapter made of it.
+  const HostFile& reading(const std::string& text) {
+    EXPECT_TRUE(readHostFile(write("host.yaml", text), &file_, &error_)) << error_;
+    return file_;
+  }
+  std::unique_ptr<HostAdapter> opened(const std::string& text) {
+    auto adapter = openHostFile(write("host.yaml", text), &file_, &error_);
+    EXPECT_NE(adapter, nullptr) << error_;
+    return adapter;
+  }
+  void expectRefused(const std::string& keys, const std::string& sentence) {
+    const std::string path = write("host.yaml", "%YAML:1.0\n" + keys);
+    EXPECT_FALSE(readHostFile(path, &file_, &error_));
+    EXPECT_EQ(error_, path + ": " + sentence);
+  }
   // euroc.yaml with `from` replaced.
   std::string edited(const std::string& from, const std::string& to) const {
     std::string text = euroc_;
@@ -49,29 +64,24 @@ class HostFileTest : public ::testing::Test {
   std::string folder_, shipped_;
   std::string euroc_;  // without our switches
   std::vector<std::string> written_;
+  HostFile file_;
+  std::string error_;
 };
 
 // The default of vins_mono_slim.launch.
 TEST_F(HostFileTest, TheShippedFileSwitchesUsOn) {
-  HostFile file;
-  std::string error;
-  ASSERT_TRUE(readHostFile(write("host.yaml", shipped_), &file, &error)) << error;
-  EXPECT_EQ(file.mode, HostMode::kSlim);
-  EXPECT_TRUE(file.reinit);
+  EXPECT_EQ(reading(shipped_).mode, HostMode::kSlim);
+  EXPECT_TRUE(file_.reinit);
 }
 
 TEST_F(HostFileTest, AbsentKeysAreAnUnpatchedHost) {
-  const std::string path = write("host.yaml", euroc_);
-  HostFile file;
-  file.mode = HostMode::kSlim;
-  std::string error;
-  ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
-  EXPECT_EQ(file.mode, HostMode::kStock);
-  EXPECT_FALSE(file.reinit);
-  EXPECT_FALSE(file.watchdog);
-  EXPECT_FALSE(file.keep_heading);
-  EXPECT_EQ(file.max_wait_ms, 10.0);
-  EXPECT_FALSE(file.output_path.empty());
+  file_.mode = HostMode::kSlim;
+  EXPECT_EQ(reading(euroc_).mode, HostMode::kStock);
+  EXPECT_FALSE(file_.reinit);
+  EXPECT_FALSE(file_.watchdog);
+  EXPECT_FALSE(file_.keep_heading);
+  EXPECT_EQ(file_.max_wait_ms, 10.0);
+  EXPECT_FALSE(file_.output_path.empty());
 }
 
 // GVINS has output_dir and puts $HOME in place of a ~ in front; output_path goes first and is as
@@ -81,10 +91,7 @@ TEST_F(HostFileTest, TheFolderForResultsOfGvins) {
   ASSERT_NE(home, nullptr);
   const std::string line = "output_path: \"/tmp\"";
   const auto folder = [this, &line](const std::string& lines) {
-    HostFile file;
-    std::string error;
-    EXPECT_TRUE(readHostFile(write("host.yaml", edited(line, lines)), &file, &error)) << error;
-    return file.output_path;
+    return reading(edited(line, lines)).output_path;
   };
   EXPECT_EQ(folder("output_dir: \"/var/tmp\""), "/var/tmp");
   EXPECT_EQ(folder("output_dir: \"~/output/\""), std::string(home) + "/output/");
@@ -94,21 +101,18 @@ TEST_F(HostFileTest, TheFolderForResultsOfGvins) {
 }
 
 TEST_F(HostFileTest, OurKeysAndDefaults) {
-  const std::string path = write("host.yaml", edited("slim_init:\n",
-                                                     "initializer: slim\nreinit: 1\nslim_init:\n"
-                                                     "  window:\n    max_span_s: 2\n"
-                                                     "  imu:\n    max_accel: 300\n"));
-  HostFile file;
-  std::string error;
-  const auto adapter = openHostFile(path, &file, &error);
-  ASSERT_NE(adapter, nullptr) << error;
-  EXPECT_EQ(file.mode, HostMode::kSlim);
+  const auto adapter = opened(edited("slim_init:\n",
+                                     "initializer: slim\nreinit: 1\nslim_init:\n"
+                                     "  window:\n    max_span_s: 2\n"
+                                     "  imu:\n    max_accel: 300\n"));
+  ASSERT_NE(adapter, nullptr);
+  EXPECT_EQ(file_.mode, HostMode::kSlim);
   EXPECT_EQ(adapter->options().mode, HostMode::kSlim);
   EXPECT_TRUE(adapter->options().reinit);
   EXPECT_TRUE(adapter->options().watchdog);  // as reinit
-  EXPECT_TRUE(file.keep_heading);            // as reinit
-  EXPECT_EQ(file.imu_limits.max_accel, 300.0);
-  EXPECT_EQ(file.imu_limits.max_gyro, ImuLimits().max_gyro);
+  EXPECT_TRUE(file_.keep_heading);           // as reinit
+  EXPECT_EQ(file_.imu_limits.max_accel, 300.0);
+  EXPECT_EQ(file_.imu_limits.max_gyro, ImuLimits().max_gyro);
   EXPECT_EQ(adapter->addImu(1.0, Eigen::Vector3d(299.0, 0, 0), Eigen::Vector3d::Zero()),
             AddStatus::kAdded);
   EXPECT_EQ(adapter->addImu(1.1, Eigen::Vector3d(301.0, 0, 0), Eigen::Vector3d::Zero()),
@@ -118,10 +122,10 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
   EXPECT_EQ(adapter->maxWindowSpan(), 2.0);
   // acc_n and gyr_n are in the file and are not densities; both densities are, so no note.
   EXPECT_EQ(adapter->calibration().imu_noise.accel_density, 2.0e-3);
-  EXPECT_TRUE(file.notes.empty()) << file.notes.front();
+  EXPECT_TRUE(file_.notes.empty()) << file_.notes.front();
 }
 
-// The lines that docs/vins_mono.md gives for the file, comments included.
+// The lines that docs/vins_mono.md gives for the file_, comments included.
 TEST_F(HostFileTest, TheGuidesLinesAreRead) {
   std::ifstream in(std::string(SLIM_INIT_SOURCE_DIR) + "/docs/vins_mono.md");
   std::ostringstream text;
@@ -130,24 +134,18 @@ TEST_F(HostFileTest, TheGuidesLinesAreRead) {
   const std::size_t begin = guide.find(fence) + fence.size();
   const std::string lines = guide.substr(begin, guide.find("```", begin) - begin);
   ASSERT_NE(lines.find("slim_init:\n"), std::string::npos);
-  HostFile file;
-  std::string error;
-  const auto adapter = openHostFile(
-      write("host.yaml", euroc_.substr(0, euroc_.find("slim_init:\n")) + lines), &file, &error);
-  ASSERT_NE(adapter, nullptr) << error;
-  EXPECT_EQ(file.mode, HostMode::kSlim);
-  EXPECT_TRUE(file.reinit);
-  EXPECT_TRUE(file.notes.empty()) << file.notes.front();
+  const auto adapter = opened(euroc_.substr(0, euroc_.find("slim_init:\n")) + lines);
+  ASSERT_NE(adapter, nullptr);
+  EXPECT_EQ(file_.mode, HostMode::kSlim);
+  EXPECT_TRUE(file_.reinit);
+  EXPECT_TRUE(file_.notes.empty()) << file_.notes.front();
 }
 
 TEST_F(HostFileTest, WithoutDensitiesOneSentenceNamesTheDefaults) {
-  const std::string path = write("host.yaml", euroc_.substr(0, euroc_.find("slim_init:\n")));
-  HostFile file;
-  std::string error;
-  const auto adapter = openHostFile(path, &file, &error);
-  ASSERT_NE(adapter, nullptr) << error;
-  ASSERT_EQ(file.notes.size(), 1u);
-  EXPECT_NE(file.notes[0].find("acc_n and gyr_n tune the host"), std::string::npos);
+  const auto adapter = opened(euroc_.substr(0, euroc_.find("slim_init:\n")));
+  ASSERT_NE(adapter, nullptr);
+  ASSERT_EQ(file_.notes.size(), 1u);
+  EXPECT_NE(file_.notes[0].find("acc_n and gyr_n tune the host"), std::string::npos);
   EXPECT_EQ(adapter->calibration().imu_noise.gyro_density, ImuNoise().gyro_density);
   EXPECT_EQ(adapter->calibration().imu_noise.accel_density, ImuNoise().accel_density);
 }
@@ -163,49 +161,46 @@ TEST_F(HostFileTest, VinsFusionsLayout) {
       "body_T_cam0: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n"
       "   data: [ 0., -1., 0., 0.1, 1., 0., 0., 0.2, 0., 0., 1., 0.3, 0., 0., 0., 1. ]\n"
       "g_norm: 9.81\ninitializer: shadow\n";
-  HostFile file;
-  std::string error;
-  const auto adapter = openHostFile(write("host.yaml", text), &file, &error);
-  ASSERT_NE(adapter, nullptr) << error;
-  EXPECT_EQ(file.mode, HostMode::kShadow);
+  const auto adapter = opened(text);
+  ASSERT_NE(adapter, nullptr);
+  EXPECT_EQ(file_.mode, HostMode::kShadow);
   const Calibration calibration = adapter->calibration();
   EXPECT_EQ(calibration.t_b_c, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_NEAR(calibration.R_b_c(1, 0), 1.0, 1e-12);
   EXPECT_NEAR(calibration.focal_px, 457.5, 0.1);
-  EXPECT_TRUE(file.rig.extrinsic_in_one_matrix);
-  EXPECT_TRUE(file.rig.has_rotation);
+  EXPECT_TRUE(file_.rig.extrinsic_in_one_matrix);
+  EXPECT_TRUE(file_.rig.has_rotation);
 
   // Without the matrix: looked for where the host does so as well.
   const std::size_t matrix = text.find("body_T_cam0");
   std::string without = text.substr(0, matrix) + text.substr(text.find("g_norm"));
-  EXPECT_EQ(openHostFile(write("host.yaml", without), nullptr, &error), nullptr);
-  EXPECT_NE(error.find("body_T_cam0 is missing; it is needed unless"), std::string::npos) << error;
+  EXPECT_EQ(openHostFile(write("host.yaml", without), nullptr, &error_), nullptr);
+  EXPECT_NE(error_.find("body_T_cam0 is missing; it is needed unless"), std::string::npos)
+      << error_;
   without.replace(without.find("estimate_extrinsic: 0"), 21, "estimate_extrinsic: 2");
-  ASSERT_NE(openHostFile(write("host.yaml", without), &file, &error), nullptr) << error;
-  EXPECT_TRUE(file.rig.extrinsic_in_one_matrix);
-  EXPECT_FALSE(file.rig.has_rotation);
+  ASSERT_NE(openHostFile(write("host.yaml", without), &file_, &error_), nullptr) << error_;
+  EXPECT_TRUE(file_.rig.extrinsic_in_one_matrix);
+  EXPECT_FALSE(file_.rig.has_rotation);
   write("host.yaml", text);
 
   // What is wrong in the camera's file is said to be there.
   write("cam0.yaml", "%YAML:1.0\n---\nmodel_type: PINHOLE\n");
-  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file, &error), nullptr);
-  EXPECT_NE(error.find("host.yaml: cam0_calib, " + folder_ + "/cam0.yaml: image_width is missing"),
+  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file_, &error_), nullptr);
+  EXPECT_NE(error_.find("host.yaml: cam0_calib, " + folder_ + "/cam0.yaml: image_width is missing"),
             std::string::npos)
-      << error;
+      << error_;
   unlink((folder_ + "/cam0.yaml").c_str());
-  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file, &error), nullptr);
-  EXPECT_NE(error.find("cam0.yaml: the file cannot be opened"), std::string::npos) << error;
+  EXPECT_EQ(openHostFile(folder_ + "/host.yaml", &file_, &error_), nullptr);
+  EXPECT_NE(error_.find("cam0.yaml: the file cannot be opened"), std::string::npos) << error_;
 }
 
 TEST_F(HostFileTest, WhatTheHostEstimatesIsHandedOver) {
-  HostFile file;
-  std::string error;
-  auto adapter = openHostFile(write("host.yaml", euroc_), &file, &error);
-  ASSERT_NE(adapter, nullptr) << error;
+  auto adapter = opened(euroc_);
+  ASSERT_NE(adapter, nullptr);
   EXPECT_FALSE(adapter->options().estimate_td);
   EXPECT_FALSE(adapter->options().estimate_extrinsic);
   EXPECT_EQ(adapter->options().image_height, 480);
-  EXPECT_TRUE(file.rig.has_rotation);
+  EXPECT_TRUE(file_.rig.has_rotation);
 
   const std::size_t rotation = euroc_.find("\nextrinsicRotation"),
                     end = euroc_.find("]", euroc_.find("\nextrinsicTranslation")) + 1;
@@ -216,51 +211,36 @@ TEST_F(HostFileTest, WhatTheHostEstimatesIsHandedOver) {
     ASSERT_NE(text.find(from), std::string::npos);
     text.replace(text.find(from), from.size(), to);
   }
-  adapter = openHostFile(write("host.yaml", text), &file, &error);
-  ASSERT_NE(adapter, nullptr) << error;
+  adapter = opened(text);
+  ASSERT_NE(adapter, nullptr);
   EXPECT_TRUE(adapter->options().estimate_td);
   EXPECT_TRUE(adapter->options().estimate_extrinsic);
-  EXPECT_FALSE(file.rig.has_rotation);
-  EXPECT_FALSE(file.rig.extrinsic_in_one_matrix);
+  EXPECT_FALSE(file_.rig.has_rotation);
+  EXPECT_FALSE(file_.rig.extrinsic_in_one_matrix);
   EXPECT_EQ(adapter->calibration().sigmas.td_s, 0.03);
   EXPECT_EQ(adapter->calibration().sigmas.rotation_deg, 180.0);
-  ASSERT_EQ(file.notes.size(), 1u);
-  EXPECT_NE(file.notes[0].find("two axes"), std::string::npos);
+  ASSERT_EQ(file_.notes.size(), 1u);
+  EXPECT_NE(file_.notes[0].find("two axes"), std::string::npos);
 }
 
 TEST_F(HostFileTest, RefusesWithFileKeyAndBound) {
-  HostFile file;
-  std::string error;
-  std::string path = write("host.yaml", "%YAML:1.0\ninitializer: Slim\n");
-  EXPECT_FALSE(readHostFile(path, &file, &error));
-  EXPECT_EQ(error, path + ": initializer is \"Slim\", must be stock, slim or shadow");
-  path = write("host.yaml", "%YAML:1.0\nreinit: 1\nwatchdog: 0\n");
-  ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
-  EXPECT_TRUE(file.reinit);
-  EXPECT_FALSE(file.watchdog);
-  EXPECT_TRUE(file.keep_heading);
-  path = write("host.yaml", "%YAML:1.0\nreinit: 1\nkeep_heading: 0\n");
-  ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
-  EXPECT_TRUE(file.watchdog);
-  EXPECT_FALSE(file.keep_heading);
-  path = write("host.yaml", "%YAML:1.0\nwatchdog: 3\n");
-  EXPECT_FALSE(readHostFile(path, &file, &error));
-  EXPECT_EQ(error, path + ": watchdog is 3, must be 0, 1, true or false");
-  for (const char* inside : {"-1", "1000.0"}) {
-    path = write("host.yaml", std::string("%YAML:1.0\nmax_wait_ms: ") + inside + "\n");
-    ASSERT_TRUE(readHostFile(path, &file, &error)) << error;
-    EXPECT_EQ(file.max_wait_ms, std::stod(inside));
+  expectRefused("initializer: Slim\n", "initializer is \"Slim\", must be stock, slim or shadow");
+  EXPECT_TRUE(reading("%YAML:1.0\nreinit: 1\nwatchdog: 0\n").reinit);
+  EXPECT_FALSE(file_.watchdog);
+  EXPECT_TRUE(file_.keep_heading);
+  EXPECT_TRUE(reading("%YAML:1.0\nreinit: 1\nkeep_heading: 0\n").watchdog);
+  EXPECT_FALSE(file_.keep_heading);
+  expectRefused("watchdog: 3\n", "watchdog is 3, must be 0, 1, true or false");
+  expectRefused("reinit: 2\n", "reinit is 2, must be 0, 1, true or false");
+  for (const std::string inside : {"-1", "1000.0"}) {
+    EXPECT_EQ(reading("%YAML:1.0\nmax_wait_ms: " + inside + "\n").max_wait_ms, std::stod(inside));
   }
-  for (const char* outside : {"-1.5", "1000.5"}) {
-    path = write("host.yaml", std::string("%YAML:1.0\nmax_wait_ms: ") + outside + "\n");
-    EXPECT_FALSE(readHostFile(path, &file, &error));
-    EXPECT_EQ(error, path + ": max_wait_ms is " + outside + ", must be in [-1, 1000]");
+  for (const std::string outside : {"-1.5", "1000.5"}) {
+    expectRefused("max_wait_ms: " + outside + "\n",
+                  "max_wait_ms is " + outside + ", must be in [-1, 1000]");
   }
-  path = write("host.yaml", "%YAML:1.0\nreinit: 2\n");
-  EXPECT_FALSE(readHostFile(path, &file, &error));
-  EXPECT_EQ(error, path + ": reinit is 2, must be 0, 1, true or false");
-  EXPECT_FALSE(readHostFile(folder_ + "/absent.yaml", &file, &error));
-  EXPECT_NE(error.find("absent.yaml: the file cannot be opened"), std::string::npos);
+  EXPECT_FALSE(readHostFile(folder_ + "/absent.yaml", &file_, &error_));
+  EXPECT_NE(error_.find("absent.yaml: the file cannot be opened"), std::string::npos);
 }
 
 }  // namespace

@@ -204,12 +204,4 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
   return estimate;
 }
 
-double gyroBiasCost(const InitWindow& window, const GyroBiasProblem& problem,
-                    const GyroBiasOptions& options, const Eigen::Vector3d& gyro_bias) {
-  const Objective objective(window, problem, options);
-  const std::vector<Preintegration> pre = preintegrateWindow(
-      window, gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
-  return objective.evaluate(pre, gyro_bias).cost;
-}
-
 }  // namespace slim_init::baselines

@@ -59,8 +59,4 @@ GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProble
                                   const GyroBiasOptions& options,
                                   const Eigen::Vector3d& initial_bias = Eigen::Vector3d::Zero());
 
-/// Cost of `problem` at a bias, gyro integrated there exactly; for tests and diagnostics.
-double gyroBiasCost(const InitWindow& window, const GyroBiasProblem& problem,
-                    const GyroBiasOptions& options, const Eigen::Vector3d& gyro_bias);
-
 }  // namespace slim_init::baselines

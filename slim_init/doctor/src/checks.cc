@@ -53,6 +53,10 @@ Finding& add(Findings* findings, const char* check, Severity severity, double va
   return findings->back();
 }
 
+void advise(Finding* finding, const std::string& advice) {
+  if (finding->severity != Severity::kOk) finding->advice = advice;
+}
+
 Severity DoctorReport::worst() const {
   Severity worst = Severity::kOk;
   for (const Finding& finding : findings) worst = std::max(worst, finding.severity);

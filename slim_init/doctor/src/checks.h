@@ -55,4 +55,7 @@ std::string percent(double share);
 Finding& add(Findings* findings, const char* check, Severity severity, double value,
              const char* unit);
 
+/// Sets the advice of a finding that is not kOk.
+void advise(Finding* finding, const std::string& advice);
+
 }  // namespace slim_init::evaluation

@@ -41,7 +41,7 @@ void checkImages(const DoctorData& data, const DoctorOptions& options, Findings*
     Finding& f = add(findings, name, severityAbove(share, bound), 100.0 * share, "%");
     f.max = 100.0 * bound.warn;
     f.message = countText(count, total) + " " + what;
-    if (f.severity != Severity::kOk) f.advice = advice;
+    advise(&f, advice);
   };
   const int total = static_cast<int>(data.images.size());
   check("image_size", wrong_size, total, {0.0, 0.0}, "do not have the configured size",
@@ -81,11 +81,9 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
   p.min = options.points.warn;
   p.message = points.empty() ? "No image could be tracked"
                              : "An image has " + number(count) + " points (median)";
-  if (p.severity != Severity::kOk) {
-    p.advice =
-        "Too little texture: check light, focus, exposure and blank walls, and whether a mask or "
-        "an incorrect image size hides most of the image.";
-  }
+  advise(&p,
+         "Too little texture: check light, focus, exposure and blank walls, and whether a mask or "
+         "an incorrect image size hides most of the image.");
 
   if (survival.empty()) {
     Finding& s = add(findings, "point_survival", Severity::kNotChecked, kNotComputed, "%");
@@ -97,11 +95,9 @@ void checkTracks(const DoctorData& data, const DoctorOptions& options, Findings*
         add(findings, "point_survival", severityBelow(share, options.survival), 100.0 * share, "%");
     s.min = 100.0 * options.survival.warn;
     s.message = percent(share) + " of the points are found in the next image (median)";
-    if (s.severity != Severity::kOk) {
-      s.advice =
-          "Images are too far apart, too blurred or too noisy to track: use more images per "
-          "second, a shorter exposure, slower motion.";
-    }
+    advise(&s,
+           "Images are too far apart, too blurred or too noisy to track: use more images per "
+           "second, a shorter exposure, slower motion.");
   }
 
   if (!data.lines_enabled) return;

@@ -128,11 +128,9 @@ void checkGravity(const DoctorData& data, const RotationAlignment& alignment,
   f.max = g * (1.0 + options.gravity.warn);
   f.message =
       "The measured gravity is " + number(measured) + " m/s^2, the configured one " + number(g);
-  if (f.severity != Severity::kOk) {
-    f.advice =
-        "Calibrate the accelerometer's scale and bias at rest; if gravity is correct at rest, "
-        "check that gyro and accelerometer have the same axes.";
-  }
+  advise(&f,
+         "Calibrate the accelerometer's scale and bias at rest; if gravity is correct at rest, "
+         "check that gyro and accelerometer have the same axes.");
 }
 
 void checkGyroRange(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
@@ -165,11 +163,9 @@ void checkGyroBias(const RotationAlignment& alignment, const DoctorOptions& opti
   f.severity = severityAbove(f.value, options.gyro_still);
   f.message = "The gyro bias is " + number(f.value) + " rad/s" +
               (still ? ", its mean while the camera does not turn" : "");
-  if (f.severity != Severity::kOk) {
-    f.advice =
-        "No MEMS gyro has a bias this large. A gyro in deg/s looks like this (multiply by "
-        "0.0174533); otherwise calibrate it at rest.";
-  }
+  advise(&f,
+         "No MEMS gyro has a bias this large. A gyro in deg/s looks like this (multiply by "
+         "0.0174533); otherwise calibrate it at rest.");
 }
 
 }  // namespace

@@ -269,9 +269,7 @@ void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Fin
   f.max = options.epipolar_px.warn;
   f.message = "Tracked points scatter by " + number(a.residual_px, 2) +
               " px about their epipolar lines (median)";
-  if (f.severity != Severity::kOk) {
-    f.advice = "Possible causes: incorrect intrinsics, a rolling shutter, a moving scene.";
-  }
+  advise(&f, "Possible causes: incorrect intrinsics, a rolling shutter, a moving scene.");
 }
 
 /// Fills `f` where the data do not suffice to compare camera and gyro; false where they do.

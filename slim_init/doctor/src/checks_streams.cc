@@ -80,21 +80,17 @@ void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findin
   Finding& r = add(findings, "imu_rate", severityBelow(rate, options.imu_rate), rate, "Hz");
   r.min = options.imu_rate.warn;
   r.message = "The IMU rate is " + number(rate) + " Hz";
-  if (r.severity != Severity::kOk) {
-    r.advice =
-        "Set the driver to 100 Hz or more, better 200 Hz, and check that the topic is the "
-        "raw one and not a throttled copy.";
-  }
+  advise(&r,
+         "Set the driver to 100 Hz or more, better 200 Hz, and check that the topic is the "
+         "raw one and not a throttled copy.");
 
   Finding& l = add(findings, "imu_lost", severityAbove(steps.lost, options.imu_lost),
                    100.0 * steps.lost, "%");
   l.max = 100.0 * options.imu_lost.warn;
   l.message = percent(steps.lost) + " of the IMU samples are missing";
-  if (l.severity != Severity::kOk) {
-    l.advice =
-        "Lost between sensor and recording: larger queues, tcp_nodelay, a faster disk, no "
-        "USB hub shared with the camera.";
-  }
+  advise(&l,
+         "Lost between sensor and recording: larger queues, tcp_nodelay, a faster disk, no "
+         "USB hub shared with the camera.");
 
   // At too low a rate every step is too long, which imu_rate reports.
   const double max_gap = std::max(options.max_imu_gap_s, 3.0 * steps.period);
@@ -113,9 +109,7 @@ void checkImuStream(const DoctorData& data, const DoctorOptions& options, Findin
   j.max = 100.0 * options.max_imu_jitter;
   j.message = "Nine of ten steps between IMU samples deviate from the period by at most " +
               percent(steps.jitter);
-  if (j.severity != Severity::kOk) {
-    j.advice = "The stamps are arrival times, not measurement times: use the sensor's own clock.";
-  }
+  advise(&j, "The stamps are arrival times, not measurement times: use the sensor's own clock.");
 }
 
 void checkImageStream(const DoctorData& data, const DoctorOptions& options, Findings* findings) {
@@ -138,20 +132,16 @@ void checkImageStream(const DoctorData& data, const DoctorOptions& options, Find
   Finding& r = add(findings, "image_rate", severityBelow(rate, options.image_rate), rate, "Hz");
   r.min = options.image_rate.warn;
   r.message = "The image rate is " + number(rate) + " Hz";
-  if (r.severity != Severity::kOk) {
-    r.advice =
-        "Set the camera to 20 Hz or more; tracks are lost between images that are further apart.";
-  }
+  advise(&r,
+         "Set the camera to 20 Hz or more; tracks are lost between images that are further apart.");
   Finding& l = add(findings, "images_lost", severityAbove(steps.lost, options.images_lost),
                    100.0 * steps.lost, "%");
   l.max = 100.0 * options.images_lost.warn;
   l.message = percent(steps.lost) + " of the images are missing, the longest step is " +
               number(1e3 * steps.largest) + " ms";
-  if (l.severity != Severity::kOk) {
-    l.advice =
-        "Lost between camera and recording: larger queues, less resolution or rate, a "
-        "faster disk or link.";
-  }
+  advise(&l,
+         "Lost between camera and recording: larger queues, less resolution or rate, a "
+         "faster disk or link.");
 
   int outside = 0;
   for (const double t : times) {

@@ -51,24 +51,14 @@ NewestErrors errorsOf(const Sequence& sequence, const InitResult& answer) {
   return evaluateNewest(answer, truth);
 }
 
-double meanOf(const std::vector<double>& values) {
-  double sum = 0.0;
-  int count = 0;
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    sum += value;
-    ++count;
-  }
-  return count > 0 ? sum / count : kNotComputed;
+std::vector<double> finite(std::vector<double> values) {
+  const auto is_not = [](double value) { return !std::isfinite(value); };
+  values.erase(std::remove_if(values.begin(), values.end(), is_not), values.end());
+  return values;
 }
 
-double medianOf(const std::vector<double>& values) {
-  std::vector<double> finite;
-  for (const double value : values) {
-    if (std::isfinite(value)) finite.push_back(value);
-  }
-  return finite.empty() ? kNotComputed : median(finite);
-}
+double meanOf(const std::vector<double>& values) { return mean(finite(values)); }
+double medianOf(const std::vector<double>& values) { return median(finite(values)); }
 
 template <typename Value>
 std::vector<double> collect(const std::vector<const ProvisionalRecord*>& records, Value value) {

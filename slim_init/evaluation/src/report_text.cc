@@ -99,38 +99,102 @@ std::string csvText(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string csvRow(const std::vector<std::string>& fields) {
-  std::string row;
-  for (std::size_t i = 0; i < fields.size(); ++i) row += (i > 0 ? "," : "") + fields[i];
-  return row + "\n";
+std::string joined(const std::vector<std::string>& fields, const char* separator) {
+  std::string text;
+  for (const std::string& field : fields) text += (&field == &fields[0] ? "" : separator) + field;
+  return text;
 }
+
+std::string csvRow(const std::vector<std::string>& fields) { return joined(fields, ",") + "\n"; }
 
 std::string yesNo(bool value) { return value ? "1" : "0"; }
 
 // "name=value;name=value"; names are identifiers of our own.
-std::string joinGates(const std::vector<GateValue>& gates) {
-  std::string text;
+std::string gatesText(const std::vector<GateValue>& gates) {
+  std::vector<std::string> texts;
   for (const GateValue& gate : gates) {
-    if (!text.empty()) text += ';';
-    text += std::string(toString(gate.name)) + "=" + csvNumber(gate.value);
+    texts.push_back(std::string(toString(gate.name)) + "=" + csvNumber(gate.value));
   }
-  return text;
+  return joined(texts, ";");
 }
 
-std::string joinStages(const std::vector<StageTime>& stages) {
-  std::string text;
-  for (const StageTime& stage : stages) {
-    if (!text.empty()) text += ';';
-    text += stage.name + "=" + csvNumber(stage.ms);
-  }
-  return text;
+std::string stagesText(const std::vector<StageTime>& stages) {
+  std::vector<std::string> texts;
+  for (const StageTime& stage : stages) texts.push_back(stage.name + "=" + csvNumber(stage.ms));
+  return joined(texts, ";");
 }
 
-// "one | two"; messages are sentences of our own.
-std::string joinTexts(const std::vector<std::string>& texts) {
-  std::string joined;
-  for (const std::string& text : texts) joined += (joined.empty() ? "" : " | ") + text;
-  return joined;
+using Columns = std::vector<std::pair<const char*, std::string>>;  // name and value
+
+Columns windowColumns(const RunInfo& info, const WindowRecord& window) {
+  return {{"dataset", csvText(info.dataset)},
+          {"trial", std::to_string(window.trial)},
+          {"t_start_s", csvNumber(window.t_start)},
+          {"t_start_ns", std::to_string(window.t_start_ns)},
+          {"duration_s", csvNumber(window.duration_s)},
+          {"keyframes", std::to_string(window.keyframes)},
+          {"excited", yesNo(window.excitation.excited)},
+          {"force_deviation", csvNumber(window.excitation.mean_deviation)},
+          {"quiet_pairs", std::to_string(window.excitation.quiet_pairs)},
+          {"truth_mismatch", csvNumber(window.truth_mismatch)},
+          {"p_x", csvNumber(window.p_w_b.x())},
+          {"p_y", csvNumber(window.p_w_b.y())},
+          {"p_z", csvNumber(window.p_w_b.z())},
+          {"rig_td_ms", csvNumber(1e3 * window.rig.td_s)},
+          {"rig_rotation_deg", csvNumber(window.rig.rotation_deg)},
+          {"rig_readout_ms", csvNumber(1e3 * window.rig.readout_s)}};
+}
+
+Columns methodColumns(const std::string& method, const MethodRecord& record) {
+  const WindowMetrics& metrics = record.metrics;
+  // An estimate without states has these three at most.
+  const PartialMetrics& partial = record.partial;
+  const bool all = metrics.computed();
+  const CalibrationErrors& calibration = record.calibration;
+  const DownstreamRecord& downstream = record.downstream;
+  return {
+      {"method", csvText(method)},
+      {"status", toString(record.status)},
+      {"answer_keyframes", std::to_string(record.keyframes)},
+      {"answer_s", csvNumber(record.data_s)},
+      {"attempted", yesNo(record.attempted)},
+      {"success", yesNo(record.attempted && metrics.success())},
+      {"scale", csvNumber(metrics.scale)},
+      {"scale_error", csvNumber(metrics.scale_error)},
+      {"gravity_error_deg", csvNumber(all ? metrics.gravity_error_deg : partial.gravity_error_deg)},
+      {"velocity_rmse", csvNumber(metrics.velocity_rmse)},
+      {"velocity_vec_rmse", csvNumber(metrics.velocity_vec_rmse)},
+      {"pose_rmse", csvNumber(metrics.pose_rmse)},
+      {"gyro_bias_err_pct", csvNumber(all ? metrics.gyro_bias_err_pct : partial.gyro_bias_err_pct)},
+      {"gyro_bias_vec_err", csvNumber(all ? metrics.gyro_bias_vec_err : partial.gyro_bias_vec_err)},
+      {"scale_sigma", csvNumber(record.scale_sigma)},
+      {"td_error_ms", csvNumber(1e3 * calibration.td_s)},
+      {"td_sigma_ms", csvNumber(1e3 * calibration.td_sigma_s)},
+      {"rotation_error_deg", csvNumber(calibration.rotation_deg)},
+      {"rotation_error_x_deg", csvNumber(calibration.rotation_c_deg.x())},
+      {"rotation_error_y_deg", csvNumber(calibration.rotation_c_deg.y())},
+      {"rotation_error_z_deg", csvNumber(calibration.rotation_c_deg.z())},
+      {"rotation_sigma_deg", csvNumber(calibration.rotation_sigma_deg)},
+      {"rotation_over_sigma", csvNumber(calibration.rotation_over_sigma)},
+      {"readout_error_ms", csvNumber(1e3 * calibration.readout_s)},
+      {"readout_sigma_ms", csvNumber(1e3 * calibration.readout_sigma_s)},
+      {"noise_px", csvNumber(record.noise_px)},
+      {"warnings", csvText(joined(record.warnings, " | "))},
+      {"point_tracks", std::to_string(record.point_tracks)},
+      {"line_tracks", std::to_string(record.line_tracks)},
+      {"gates", csvText(gatesText(record.gates))},
+      {"message", csvText(record.message)},
+      {"not_evaluated", csvText(metrics.failure)},
+      {"downstream", yesNo(downstream.ran)},
+      {"downstream_s", downstream.ran ? csvNumber(downstream.seconds) : ""},
+      {"downstream_diverged", downstream.ran ? yesNo(downstream.diverged) : ""},
+      {"downstream_ate", csvNumber(downstream.ate)},
+      {"downstream_scale_error", csvNumber(downstream.scale_error)},
+      {"downstream_message", csvText(downstream.message)},
+      // Times come last: without the last three columns equal runs give equal bytes.
+      {"solve_cpu_ms", csvNumber(record.solve_cpu_ms)},
+      {"solve_ms", csvNumber(record.solve_ms)},
+      {"stages_ms", csvText(stagesText(record.stages))}};
 }
 
 Json jsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -186,128 +250,18 @@ Json jsonSubset(const SubsetSummary& subset) {
 }  // namespace
 
 std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
-  // Times come last: without the last three columns equal runs give equal bytes.
-  std::string text = csvRow({"dataset",
-                             "trial",
-                             "t_start_s",
-                             "t_start_ns",
-                             "duration_s",
-                             "keyframes",
-                             "excited",
-                             "force_deviation",
-                             "quiet_pairs",
-                             "truth_mismatch",
-                             "p_x",
-                             "p_y",
-                             "p_z",
-                             "rig_td_ms",
-                             "rig_rotation_deg",
-                             "rig_readout_ms",
-                             "method",
-                             "status",
-                             "answer_keyframes",
-                             "answer_s",
-                             "attempted",
-                             "success",
-                             "scale",
-                             "scale_error",
-                             "gravity_error_deg",
-                             "velocity_rmse",
-                             "velocity_vec_rmse",
-                             "pose_rmse",
-                             "gyro_bias_err_pct",
-                             "gyro_bias_vec_err",
-                             "scale_sigma",
-                             "td_error_ms",
-                             "td_sigma_ms",
-                             "rotation_error_deg",
-                             "rotation_error_x_deg",
-                             "rotation_error_y_deg",
-                             "rotation_error_z_deg",
-                             "rotation_sigma_deg",
-                             "rotation_over_sigma",
-                             "readout_error_ms",
-                             "readout_sigma_ms",
-                             "noise_px",
-                             "warnings",
-                             "point_tracks",
-                             "line_tracks",
-                             "gates",
-                             "message",
-                             "not_evaluated",
-                             "downstream",
-                             "downstream_s",
-                             "downstream_diverged",
-                             "downstream_ate",
-                             "downstream_scale_error",
-                             "downstream_message",
-                             "solve_cpu_ms",
-                             "solve_ms",
-                             "stages_ms"});
+  std::vector<std::string> names;
+  for (const auto& column : windowColumns(info, {})) names.emplace_back(column.first);
+  for (const auto& column : methodColumns("", {})) names.emplace_back(column.first);
+  std::string text = csvRow(names);
   for (const WindowRecord& window : result.windows) {
     for (std::size_t m = 0; m < window.methods.size(); ++m) {
-      const MethodRecord& record = window.methods[m];
-      const WindowMetrics& metrics = record.metrics;
-      text += csvRow({csvText(info.dataset),
-                      std::to_string(window.trial),
-                      csvNumber(window.t_start),
-                      std::to_string(window.t_start_ns),
-                      csvNumber(window.duration_s),
-                      std::to_string(window.keyframes),
-                      yesNo(window.excitation.excited),
-                      csvNumber(window.excitation.mean_deviation),
-                      std::to_string(window.excitation.quiet_pairs),
-                      csvNumber(window.truth_mismatch),
-                      csvNumber(window.p_w_b.x()),
-                      csvNumber(window.p_w_b.y()),
-                      csvNumber(window.p_w_b.z()),
-                      csvNumber(1e3 * window.rig.td_s),
-                      csvNumber(window.rig.rotation_deg),
-                      csvNumber(1e3 * window.rig.readout_s),
-                      csvText(result.methods[m]),
-                      toString(record.status),
-                      std::to_string(record.keyframes),
-                      csvNumber(record.data_s),
-                      yesNo(record.attempted),
-                      yesNo(record.attempted && metrics.success()),
-                      csvNumber(metrics.scale),
-                      csvNumber(metrics.scale_error),
-                      csvNumber(metrics.computed() ? metrics.gravity_error_deg
-                                                   : record.partial.gravity_error_deg),
-                      csvNumber(metrics.velocity_rmse),
-                      csvNumber(metrics.velocity_vec_rmse),
-                      csvNumber(metrics.pose_rmse),
-                      csvNumber(metrics.computed() ? metrics.gyro_bias_err_pct
-                                                   : record.partial.gyro_bias_err_pct),
-                      csvNumber(metrics.computed() ? metrics.gyro_bias_vec_err
-                                                   : record.partial.gyro_bias_vec_err),
-                      csvNumber(record.scale_sigma),
-                      csvNumber(1e3 * record.calibration.td_s),
-                      csvNumber(1e3 * record.calibration.td_sigma_s),
-                      csvNumber(record.calibration.rotation_deg),
-                      csvNumber(record.calibration.rotation_c_deg.x()),
-                      csvNumber(record.calibration.rotation_c_deg.y()),
-                      csvNumber(record.calibration.rotation_c_deg.z()),
-                      csvNumber(record.calibration.rotation_sigma_deg),
-                      csvNumber(record.calibration.rotation_over_sigma),
-                      csvNumber(1e3 * record.calibration.readout_s),
-                      csvNumber(1e3 * record.calibration.readout_sigma_s),
-                      csvNumber(record.noise_px),
-                      csvText(joinTexts(record.warnings)),
-                      std::to_string(record.point_tracks),
-                      std::to_string(record.line_tracks),
-                      csvText(joinGates(record.gates)),
-                      csvText(record.message),
-                      csvText(metrics.failure),
-                      yesNo(record.downstream.ran),
-                      record.downstream.ran ? csvNumber(record.downstream.seconds) : "",
-                      record.downstream.ran ? yesNo(record.downstream.diverged) : "",
-                      csvNumber(record.downstream.ate),
-                      csvNumber(record.downstream.scale_error),
-                      csvText(record.downstream.message),
-                      csvNumber(record.solve_cpu_ms),
-                      csvNumber(record.solve_ms),
-                      csvText(joinStages(record.stages))});
+      std::vector<std::string> row;
+      for (auto& column : windowColumns(info, window)) row.push_back(column.second);
+      for (auto& column : methodColumns(result.methods[m], window.methods[m])) {
+        row.push_back(column.second);
+      }
+      text += csvRow(row);
     }
   }
   return text;

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -26,11 +27,17 @@ constexpr std::uint64_t kMaxHeader = std::uint64_t{1} << 24;
 // Time and offset of an entry of the index; connection and count of an entry of a chunk's record.
 constexpr std::uint64_t kIndexEntry = 12, kChunkInfoEntry = 8;
 
-class Damage : public std::runtime_error {
- public:
-  Damage(std::uint64_t at, const std::string& what)
-      : std::runtime_error("byte " + std::to_string(at) + ": " + what) {}
+struct Damage : std::runtime_error {
+  using std::runtime_error::runtime_error;
 };
+
+template <typename... Parts>
+[[noreturn]] void fail(std::uint64_t at, const Parts&... parts) {
+  std::ostringstream what;
+  what << "byte " << at << ": ";
+  (what << ... << parts);
+  throw Damage(what.str());
+}
 
 std::uint32_t number32(const char* bytes) {
   std::uint32_t value = 0;
@@ -44,17 +51,16 @@ class Header {
   Header(const std::string& bytes, std::uint64_t at) : at_(at) {
     std::uint64_t i = 0;
     while (i < bytes.size()) {
-      if (bytes.size() - i < 4) throw Damage(at, "a header ends within a length");
+      if (bytes.size() - i < 4) fail(at, "a header ends within a length");
       const std::uint64_t length = number32(&bytes[i]);
       i += 4;
       if (length > bytes.size() - i) {
-        throw Damage(at, "a field of " + std::to_string(length) + " bytes, " +
-                             std::to_string(bytes.size() - i) + " are left of its header");
+        fail(at, "a field of ", length, " bytes, ", bytes.size() - i, " are left of its header");
       }
       const std::string field = bytes.substr(i, length);
       i += length;
       const std::size_t equals = field.find('=');
-      if (equals == std::string::npos) throw Damage(at, "a field without a name");
+      if (equals == std::string::npos) fail(at, "a field without a name");
       fields_[field.substr(0, equals)] = field.substr(equals + 1);
     }
   }
@@ -68,14 +74,13 @@ class Header {
   }
   std::string text(const std::string& name) const {
     const auto field = fields_.find(name);
-    if (field == fields_.end()) throw Damage(at_, "no field \"" + name + "\"");
+    if (field == fields_.end()) fail(at_, "no field \"", name, "\"");
     return field->second;
   }
   std::uint64_t number(const std::string& name, std::size_t bytes) const {
     const std::string value = text(name);
     if (value.size() != bytes) {
-      throw Damage(at_, "field \"" + name + "\" has " + std::to_string(value.size()) +
-                            " bytes, must have " + std::to_string(bytes));
+      fail(at_, "field \"", name, "\" has ", value.size(), " bytes, must have ", bytes);
     }
     const std::uint64_t low = number32(value.data());
     return bytes == 8 ? low | std::uint64_t{number32(value.data() + 4)} << 32 : low;
@@ -102,18 +107,17 @@ class BagCheck {
   }
 
   void run() {
-    if (read(0, kMagicLength) != kMagic) throw Damage(0, "not a bag of format 2.0");
+    if (read(0, kMagicLength) != kMagic) fail(0, "not a bag of format 2.0");
     for (std::uint64_t at = kMagicLength; at < size_;) at = record(at);
     for (const auto& [at, position] : claimed_chunks_) {
       const auto chunk = records_.find(position);
       if (chunk == records_.end() || chunk->second != kChunk) {
-        throw Damage(at, "no chunk at byte " + std::to_string(position));
+        fail(at, "no chunk at byte ", position);
       }
     }
     for (const auto& [connection, at] : indexed_connections_) {
       if (known_connections_.count(connection) == 0) {
-        throw Damage(
-            at, "an index of connection " + std::to_string(connection) + ", which is not listed");
+        fail(at, "an index of connection ", connection, ", which is not listed");
       }
     }
     followSummary();
@@ -122,13 +126,12 @@ class BagCheck {
  private:
   std::string read(std::uint64_t at, std::uint64_t count) {
     if (at > size_ || count > size_ - at) {
-      throw Damage(at, std::to_string(count) + " bytes are wanted, the file ends after " +
-                           std::to_string(size_ - std::min(at, size_)));
+      fail(at, count, " bytes are wanted, the file ends after ", size_ - std::min(at, size_));
     }
     std::string bytes(count, '\0');
     file_.seekg(static_cast<std::streamoff>(at));
     file_.read(&bytes[0], static_cast<std::streamsize>(count));
-    if (!file_) throw Damage(at, "cannot be read");
+    if (!file_) fail(at, "cannot be read");
     return bytes;
   }
 
@@ -138,19 +141,18 @@ class BagCheck {
   std::uint64_t record(std::uint64_t at) {
     const std::uint64_t header_length = read32(at);
     if (header_length > kMaxHeader) {
-      throw Damage(at, "a header of " + std::to_string(header_length) + " bytes");
+      fail(at, "a header of ", header_length, " bytes");
     }
     const Header header(read(at + 4, header_length), at);
     const std::uint64_t data = at + 4 + header_length + 4;
     const std::uint64_t length = read32(data - 4);
     if (length > size_ - data) {
-      throw Damage(at, "a record of " + std::to_string(length) + " bytes, the file ends after " +
-                           std::to_string(size_ - data));
+      fail(at, "a record of ", length, " bytes, the file ends after ", size_ - data);
     }
     records_[at] = header.op();
     switch (header.op()) {
       case kFileHeader:
-        if (at != kMagicLength) throw Damage(at, "a second file header");
+        if (at != kMagicLength) fail(at, "a second file header");
         summary_at_ = header.number("index_pos", 8);
         connections_ = header.number("conn_count", 4);
         chunk_infos_ = header.number("chunk_count", 4);
@@ -162,7 +164,7 @@ class BagCheck {
         entries(header, at, length, kChunkInfoEntry);
         break;
       case kConnection:
-        if (length > kMaxHeader) throw Damage(at, "a connection of " + std::to_string(length));
+        if (length > kMaxHeader) fail(at, "a connection of ", length);
         Header(read(data, length), data);
         known_connections_.insert(header.number("conn", 4));
         break;
@@ -180,10 +182,8 @@ class BagCheck {
     for (std::uint64_t i = 0; i < connections_ + chunk_infos_; ++i) {
       const bool connection = i < connections_;
       if (next == records_.end() || next->second != (connection ? kConnection : kChunkInfo)) {
-        throw Damage(kMagicLength, std::to_string(connections_) + " connections and " +
-                                       std::to_string(chunk_infos_) + " chunks from byte " +
-                                       std::to_string(summary_at_) + " on: number " +
-                                       std::to_string(i) + " is not there");
+        fail(kMagicLength, connections_, " connections and ", chunk_infos_, " chunks from byte ",
+             summary_at_, " on: number ", i, " is not there");
       }
       ++next;
     }
@@ -194,8 +194,7 @@ class BagCheck {
                                std::uint64_t size) {
     const std::uint64_t count = header.number("count", 4);
     if (count * size != length) {
-      throw Damage(at, std::to_string(count) + " entries of " + std::to_string(size) +
-                           " bytes in a record of " + std::to_string(length));
+      fail(at, count, " entries of ", size, " bytes in a record of ", length);
     }
     return count;
   }
@@ -205,13 +204,12 @@ class BagCheck {
     chunk_.at = data;
     chunk_.size = header.number("size", 4);
     if (chunk_.size > kMaxChunk) {
-      throw Damage(at, "a chunk of " + std::to_string(chunk_.size) + " bytes");
+      fail(at, "a chunk of ", chunk_.size, " bytes");
     }
     const std::string compression = header.text("compression");
     if (compression == "none") {
       if (chunk_.size > length) {
-        throw Damage(at, "a chunk of " + std::to_string(chunk_.size) + " bytes in a record of " +
-                             std::to_string(length));
+        fail(at, "a chunk of ", chunk_.size, " bytes in a record of ", length);
       }
       return;
     }
@@ -227,7 +225,7 @@ class BagCheck {
     } else if (compression == "lz4") {
       rosbag::LZ4Stream(nullptr).decompress(chunk_.unpacked.data(), size, from, count);
     } else {
-      throw Damage(at, "compression is \"" + compression + "\", must be none, bz2 or lz4");
+      fail(at, "compression is \"", compression, "\", must be none, bz2 or lz4");
     }
   }
 
@@ -242,8 +240,7 @@ class BagCheck {
       const std::uint64_t length = number32(inChunk(offset, 4).data());
       if (length <= chunk_.size - offset - 4) return length;
     }
-    throw Damage(at, "an entry of the index points behind the end of its chunk of " +
-                         std::to_string(chunk_.size) + " bytes");
+    fail(at, "an entry of the index points behind the end of its chunk of ", chunk_.size, " bytes");
   }
 
   // The message at an offset of the chunk: its header, then its data. Whatever else stood there the
@@ -251,19 +248,18 @@ class BagCheck {
   void followEntry(std::uint64_t at, std::uint64_t offset) {
     const std::uint64_t length = lengthInChunk(at, offset);
     if (length > kMaxHeader) {
-      throw Damage(at, "a message with a header of " + std::to_string(length) + " bytes");
+      fail(at, "a message with a header of ", length, " bytes");
     }
     const int op = Header(inChunk(offset + 4, length), at).op();
     if (op != kMessage) {
-      throw Damage(at, "an entry of the index points at a record of kind " + std::to_string(op) +
-                           ", not at a message");
+      fail(at, "an entry of the index points at a record of kind ", op, ", not at a message");
     }
     lengthInChunk(at, offset + 4 + length);
   }
 
   void followIndex(const Header& header, std::uint64_t at, std::uint64_t data,
                    std::uint64_t length) {
-    if (chunk_.at == 0) throw Damage(at, "an index without a chunk before it");
+    if (chunk_.at == 0) fail(at, "an index without a chunk before it");
     const std::uint64_t count = entries(header, at, length, kIndexEntry);
     indexed_connections_[header.number("conn", 4)] = at;
     const std::string offsets = read(data, length);
