@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "alignment/starting_states.h"
-#include "data/with_observations.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "rotation_stage.h"
@@ -94,17 +93,24 @@ void inflateForShortWindow(double age_s, InitResult* result) {
   result->scale_sigma *= std::sqrt(factor);
 }
 
-// All that an answer has: states, calibration, covariance.
-void setStates(const InitWindow& tracks, const ProvisionalEstimate& estimate, InitResult* result) {
-  const WindowState& state = estimate.refined.state;
-  const Calibration& calibration = tracks.calibration();
-  setWorldStates(tracks, bodyState(state, calibration.R_b_c, calibration.t_b_c), result);
-  if (estimate.refined.with_rig) {
-    result->calibration = calibrationEstimate(calibration, state.rig, estimate.posterior);
-  }
-  result->covariance = estimate.posterior.covariance;
-  moveToMean(estimate.scale, estimate.posterior, result);
-  inflateForShortWindow(tracks.times().back() - tracks.times().front(), result);
+std::vector<GateValue> gatesOf(const InitWindow& seen, const InitWindow& tracks,
+                               const ProvisionalEstimate& estimate,
+                               const InitializerOptions& options, const InitResult& result) {
+  PosteriorMeasures measures =
+      measurePosterior(seen, tracks, estimate.refined, estimate.posterior, nullptr, result.scale);
+  measures.scale_sigma = result.scale_sigma;
+  const NewestSigmas newest = newestSigmas(result);
+  return provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
+                          options.provisional);
+}
+
+void setProvisional(InitResult* result) {
+  const NewestSigmas newest = newestSigmas(*result);
+  std::ostringstream message;
+  message.precision(2);
+  message << "standard deviations: velocity " << newest.velocity << " m/s, tilt " << newest.tilt_deg
+          << " deg, scale " << 100.0 * result->scale_sigma << " %";
+  fail(InitStatus::kProvisional, message.str(), result);
 }
 
 // Whether a gate refuses; all are enforced here.
@@ -270,7 +276,6 @@ bool agrees(const InitResult& earlier, const InitResult& now) {
 // The stages of Slim::solve() up to the starts.
 InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions& options,
                              WorkBudget* budget) {
-  const SlimOptions& use = options.slim;
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
@@ -283,63 +288,46 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
     return result;
   }
   result.gyro_bias = rotation.bias.gyro_bias;
-  const std::vector<VanishingPoint>* vps =
-      use.vanishing_points ? &rotation.vanishing_points : nullptr;
-  const InitWindow& seen = *rotation.window;
-  const std::shared_ptr<const InitWindow> pruned =
-      use.prune_tracks ? withObservations(seen, rotation.bias.pruning.keep) : nullptr;
-  const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
+  const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
+  const double G = seen.calibration().gravity_magnitude;
   clock.lap("gyro_bias");
 
-  const std::vector<Preintegration> pre =
-      preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), options.inertial);
-  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, seen.calibration().R_b_c);
-  appendGates(parallaxGates(measureMotion(tracks, pre, R_b0_bk), options.gates), &result);
+  const auto [pre, R_b0_bk, R_c0_ck, motion] =
+      integrateWindow(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), rotation.bias.imu_noise);
+  appendGates(parallaxGates(motion, options.gates), &result);
   if (refusedByGates(options.gates.mode, &result)) {
-    keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result);
+    keepObservable(pre, R_b0_bk, G, &result);
     clock.lap("verdict");
     return result;
   }
   const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options.alignment);
   clock.lap("translation");
 
-  std::optional<RigPrior> rig;
-  if (use.estimate_calibration) rig = rotation.prior;
   ProvisionalEstimate estimate;
   if (translation.valid) {
-    const RefinementInput input = {tracks,           pre,     vps, options.refinement,
-                                   options.inertial, *budget, rig};
-    const std::vector<WindowState> starts =
-        startingStates(tracks, pre, translation, use, options.reverse_alignment, options.inertial);
     // Without lines: which of them are believed depends on the start, so that costs do not compare.
-    estimate = estimateProvisional(input, starts, options);
+    estimate = estimateProvisional({tracks, pre, rotation.vanishingPoints(), options.refinement,
+                                    options.inertial, *budget, rotation.rigPrior(options.slim)},
+                                   startingStates(tracks, pre, translation, options.slim,
+                                                  options.reverse_alignment, options.inertial),
+                                   options);
   }
   clock.lap("refinement");
 
   if (estimate.valid) {
-    setStates(tracks, estimate, &result);
+    setEstimate(tracks, estimate.refined, estimate.posterior, &result);
+    moveToMean(estimate.scale, estimate.posterior, &result);
+    inflateForShortWindow(tracks.times().back() - tracks.times().front(), &result);
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
-    PosteriorMeasures measures =
-        measurePosterior(seen, tracks, estimate.refined, estimate.posterior, nullptr, result.scale);
-    measures.scale_sigma = result.scale_sigma;
-    const NewestSigmas newest = newestSigmas(result);
-    appendGates(provisionalGates(measures, newest.velocity, newest.tilt_deg, options.gates,
-                                 options.provisional),
-                &result);
+    appendGates(gatesOf(seen, tracks, estimate, options, result), &result);
   }
   if (!refusedByGates(options.gates.mode, &result) && !estimate.valid) {
     fail(InitStatus::kTooFewTracks, "the tracks give no estimate", &result);
   } else if (result.success()) {
-    const NewestSigmas newest = newestSigmas(result);
-    std::ostringstream message;
-    message.precision(2);
-    message << "standard deviations: velocity " << newest.velocity << " m/s, tilt "
-            << newest.tilt_deg << " deg, scale " << 100.0 * result.scale_sigma << " %";
-    fail(InitStatus::kProvisional, message.str(), &result);
+    setProvisional(&result);
   }
   failAtLimit(budget, &result);
-  keepObservable(pre, R_b0_bk, seen.calibration().gravity_magnitude, &result);
+  keepObservable(pre, R_b0_bk, G, &result);
   clock.lap("verdict");
   return result;
 }

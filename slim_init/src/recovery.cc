@@ -9,10 +9,10 @@
 
 #include "alignment/starting_states.h"
 #include "data/with_calibration.h"
-#include "data/with_observations.h"
 #include "estimation/refine_window.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
+#include "imu/imu_quality.h"
 #include "minimum_search.h"
 #include "move_to_frame.h"
 #include "provisional.h"
@@ -96,18 +96,21 @@ struct Recovery {
 
 class Refiner {
  public:
-  Refiner(const InitWindow& tracks, const std::vector<Preintegration>& pre,
-          const std::vector<VanishingPoint>* vps, const std::optional<RigPrior>& rig,
-          const InitializerOptions& options, WorkBudget* budget)
-      : tracks_(tracks), pre_(pre), vps_(vps), rig_(rig), options_(options), budget_(*budget) {}
+  Refiner(const InitWindow& tracks, const IntegratedWindow& integrated,
+          const RotationStage& rotation, const InitializerOptions& options, WorkBudget* budget)
+      : tracks_(tracks),
+        integrated_(integrated),
+        rotation_(rotation),
+        options_(options),
+        budget_(*budget) {}
 
   // `min_parallax_px`: below it points are directions.
   Recovery run(const StateFactor& known, double min_parallax_px, InitResult* result) {
     Recovery out;
     out.factor = known;
-    out.factor.points_at_infinity = !(parallaxPx() >= min_parallax_px);
+    out.factor.points_at_infinity = !(integrated_.motion.parallax_px >= min_parallax_px);
     std::vector<WindowState> starts = {
-        deadReckoned(known, pre_, tracks_.calibration().gravity_magnitude)};
+        deadReckoned(known, integrated_.pre, tracks_.calibration().gravity_magnitude)};
     for (;;) {
       if (!refine(starts, &out)) return out;
       if (result->prior_dropped.size() == kStateParts) break;
@@ -145,32 +148,26 @@ class Refiner {
     refinement.tolerance = std::min(refinement.tolerance, kTolerance);
     refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
     return refineWindow(
-        {tracks_, pre_, vps_, refinement, options_.inertial, budget_, rig_, std::nullopt, known},
+        {tracks_, integrated_.pre, rotation_.vanishingPoints(), refinement, options_.inertial,
+         budget_, rotation_.rigPrior(options_.slim), std::nullopt, known},
         {}, starts, StartMode::kFine);
-  }
-
-  double parallaxPx() const {
-    return medianParallaxPx(tracks_,
-                            cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c));
   }
 
   const std::vector<WindowState>& ownStarts() {
     if (own_) return *own_;
     own_.emplace();
-    const TranslationEstimate translation = estimateTranslations(
-        tracks_, cameraRotations(chainRotations(pre_), tracks_.calibration().R_b_c),
-        options_.alignment);
+    const TranslationEstimate translation =
+        estimateTranslations(tracks_, integrated_.R_c0_ck, options_.alignment);
     if (translation.valid) {
-      *own_ = startingStates(tracks_, pre_, translation, options_.slim, options_.reverse_alignment,
-                             options_.inertial);
+      *own_ = startingStates(tracks_, integrated_.pre, translation, options_.slim,
+                             options_.reverse_alignment, options_.inertial);
     }
     return *own_;
   }
 
   const InitWindow& tracks_;
-  const std::vector<Preintegration>& pre_;
-  const std::vector<VanishingPoint>* vps_;
-  const std::optional<RigPrior>& rig_;
+  const IntegratedWindow& integrated_;
+  const RotationStage& rotation_;
   const InitializerOptions& options_;
   WorkBudget& budget_;
   std::optional<std::vector<WindowState>> own_;
@@ -198,15 +195,20 @@ std::string list(const std::vector<std::string>& names) {
   return text;
 }
 
+// The message of a success; refuses one for whose scale nothing has vouched.
 void setMessage(InitResult* result) {
+  const std::vector<std::string>& dropped = result->prior_dropped;
+  if (std::count(dropped.begin(), dropped.end(), toString(StatePart::kVelocity)) > 0) {
+    fail(InitStatus::kScaleTooUncertain,
+         "the data contradict the last healthy state: " + list(dropped), result);
+    return;
+  }
   const NewestSigmas newest = newestSigmas(*result);
   std::ostringstream message;
   message.precision(2);
   message << "from a known state: standard deviations of velocity " << newest.velocity
           << " m/s, tilt " << newest.tilt_deg << " deg";
-  if (!result->prior_dropped.empty()) {
-    message << "; the data contradict its " << list(result->prior_dropped);
-  }
+  if (!dropped.empty()) message << "; the data contradict its " << list(dropped);
   result->message = message.str();
 }
 
@@ -222,6 +224,20 @@ std::string checkPrior(const InitWindow& window, const StatePrior& prior,
     return "the last healthy state is not that of the first keyframe";
   }
   return "";
+}
+
+// The window through the calibration of the prior; null, with status and message set, where they
+// cannot be solved together.
+std::shared_ptr<const InitWindow> windowOfPrior(const InitWindow& window, const StatePrior& prior,
+                                                const StateFactor& known, InitResult* result) {
+  std::string problem = checkPrior(window, prior, known);
+  std::shared_ptr<const InitWindow> through;
+  if (problem.empty()) through = throughCalibration(window, prior);
+  if (through == nullptr && problem.empty()) {
+    problem = "the calibration of the last healthy state is not valid";
+  }
+  if (!problem.empty()) fail(InitStatus::kInvalidInput, problem, result);
+  return through;
 }
 
 // Gates and status. A start answers for its scale and its calibration, `handed_in` null otherwise;
@@ -271,16 +287,8 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
   const StateFactor known = stateFactor(prior);
-  if (const std::string problem = checkPrior(window, prior, known); !problem.empty()) {
-    fail(InitStatus::kInvalidInput, problem, &result);
-    return result;
-  }
-  const std::shared_ptr<const InitWindow> through = throughCalibration(window, prior);
-  if (through == nullptr) {
-    fail(InitStatus::kInvalidInput, "the calibration of the last healthy state is not valid",
-         &result);
-    return result;
-  }
+  const std::shared_ptr<const InitWindow> through = windowOfPrior(window, prior, known, &result);
+  if (through == nullptr) return result;
 
   // Consensus of the tracks about the rotations, under the calibration that the host has flown
   // with; nothing has been flown with at rest.
@@ -292,65 +300,34 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
     fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
     return result;
   }
-  const bool consensus = rotation.message.empty() && rotation.bias.valid();
-  const std::vector<VanishingPoint>* vps =
-      consensus && options.slim.vanishing_points ? &rotation.vanishing_points : nullptr;
-  const InitWindow& seen = *rotation.window;
-  const std::shared_ptr<const InitWindow> pruned =
-      consensus && options.slim.prune_tracks ? withObservations(seen, rotation.bias.pruning.keep)
-                                             : nullptr;
-  const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
+  const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
   clock.lap("gyro_bias");
 
-  const std::vector<Preintegration> pre =
-      preintegrateInflated(tracks, known.gyro_bias, known.accel_bias, options.inertial);
-  std::optional<RigPrior> rig;
-  if (options.slim.estimate_calibration) {
-    rig = rotation.prior;
-  }
+  const IntegratedWindow integrated = integrateWindow(tracks, known.gyro_bias, known.accel_bias,
+                                                      assumedImuNoise(tracks, options.inertial));
   const double min_parallax_px =
       prior.at_rest ? options.gates.min_least_parallax_px : options.gates.min_parallax_px;
   const Recovery recovery =
-      Refiner(tracks, pre, vps, rig, options, budget).run(known, min_parallax_px, &result);
+      Refiner(tracks, integrated, rotation, options, budget).run(known, min_parallax_px, &result);
   clock.lap("refinement");
-  if (!recovery.valid) {
+  const Posterior posterior = recovery.valid ? posteriorOf(tracks, recovery.refined) : Posterior();
+  if (!posterior.valid) {
     fail(InitStatus::kNumericalFailure, "no estimate with the last healthy state", &result);
     failAtLimit(budget, &result);
     return result;
   }
-  const Posterior posterior = posteriorOf(tracks, recovery.refined);
-  if (!posterior.valid) {
-    fail(InitStatus::kNumericalFailure, "the estimate with the last healthy state is singular",
-         &result);
-    return result;
-  }
-  const WindowState& state = recovery.refined.state;
-  const Calibration& calibration = tracks.calibration();
-  setWorldStates(tracks, bodyState(state, calibration.R_b_c, calibration.t_b_c), &result);
-  if (recovery.refined.with_rig) {
-    result.calibration = calibrationEstimate(calibration, state.rig, posterior);
-  }
-  setSpeeds(tracks, recovery.refined.speeds, &result);
-  result.covariance = posterior.covariance;
+
+  setEstimate(tracks, recovery.refined, posterior, &result);
   result.scale_sigma = posterior.scale_sigma;
   decideWithPrior(
       measurePosterior(seen, tracks, recovery.refined, posterior, nullptr, result.scale),
-      measureMotion(tracks, pre, chainRotations(pre)),
-      prior.at_rest ? &window.calibration() : nullptr,
+      integrated.motion, prior.at_rest ? &window.calibration() : nullptr,
       gatesInForce(options.gates, seen, options.window), &result);
   NavState there = corrected(prior, recovery.known.residual.r);
   // An estimated td has moved the first keyframe.
   there.p_w_b += (result.states.front().t - there.t) * there.v_w_b;
   moveToFrame(there, result.states.front(), &result);
-  const bool without_velocity = std::count(result.prior_dropped.begin(), result.prior_dropped.end(),
-                                           std::string(toString(StatePart::kVelocity))) > 0;
-  if (result.success() && without_velocity) {
-    // Nothing else has vouched for the scale.
-    fail(InitStatus::kScaleTooUncertain,
-         "the data contradict the last healthy state: " + list(result.prior_dropped), &result);
-  } else if (result.success()) {
-    setMessage(&result);
-  }
+  if (result.success()) setMessage(&result);
   failAtLimit(budget, &result);
   clock.lap("verdict");
   return result;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "data/with_calibration.h"
+#include "data/with_observations.h"
 #include "geometry/robust_weight.h"
 #include "geometry/so3.h"
 #include "imu/row_compensation.h"
@@ -219,6 +220,7 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     const ExtrinsicRotation found =
         estimateExtrinsicRotation(window, options.robust_bias.refinement.min_points_per_pair);
     stage.message = found.message;
+    stage.tracks = raw;
     if (!found.valid) return stage;
     Calibration better = handed_in;
     better.R_b_c = found.R_b_c;
@@ -241,6 +243,10 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     stage.window = withCalibration(*stage.window, found);
   }
   stage.prior = priorOf(stage, handed_in, better);
+  stage.tracks = stage.window;
+  if (!stage.bias.valid()) stage.vanishing_points.clear();
+  if (!stage.bias.valid() || !options.slim.prune_tracks) return stage;
+  if (auto pruned = withObservations(*stage.window, stage.bias.pruning.keep)) stage.tracks = pruned;
   return stage;
 }
 

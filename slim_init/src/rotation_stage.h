@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,11 @@ struct RotationStage {
   /// own it).
   std::shared_ptr<const InitWindow> window;
   int static_tracks = 0;  ///< point tracks that `window` lacks (withoutStaticTracks())
-  std::vector<VanishingPoint> vanishing_points;  ///< of `window`; empty where they are not used
+  /// `window` without the observations that contradict the bias (SlimOptions::prune_tracks): what
+  /// everything after this step takes.
+  std::shared_ptr<const InitWindow> tracks;
+  /// Of `window`; empty where they are not used, or there is no bias.
+  std::vector<VanishingPoint> vanishing_points;
   RobustBias bias;
   /// Not empty where the extrinsic rotation was unknown and the motion does not determine it; then
   /// there is no bias.
@@ -34,6 +39,14 @@ struct RotationStage {
   RigPrior prior;
   double measured_sigma_px = kNotComputed;  ///< noise of the tracks of `window` [px]
   int rounds = 0;                           ///< 1 where the calibration handed in was near enough
+
+  const std::vector<VanishingPoint>* vanishingPoints() const {
+    return vanishing_points.empty() ? nullptr : &vanishing_points;
+  }
+  /// `prior` where the calibration is to be estimated.
+  std::optional<RigPrior> rigPrior(const SlimOptions& options) const {
+    return options.estimate_calibration ? std::optional<RigPrior>(prior) : std::nullopt;
+  }
 };
 
 /// Estimates the bias under the calibration of the window. Where rotations that the points see

@@ -10,14 +10,12 @@
 
 #include "alignment/starting_states.h"
 #include "data/with_calibration.h"
-#include "data/with_observations.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
 #include "known_biases.h"
 #include "minimum_search.h"
 #include "provisional.h"
 #include "recovery.h"
-#include "rotation/robust_bias.h"
 #include "rotation_stage.h"
 #include "solver_support.h"
 #include "translation/ligt.h"
@@ -27,13 +25,25 @@
 namespace slim_init {
 namespace {
 
-// Sets the bias. False, with status and message set, where there is none.
-bool acceptGyroBias(const RobustBias& bias, const RobustBiasOptions& options, InitResult* result) {
+// Sets the bias, and reports on the tracks. False, with status and message set, where there is
+// none.
+bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& options,
+                     InitResult* result) {
+  if (!stage.message.empty()) {
+    fail(InitStatus::kTooLittleExcitation, stage.message, result);
+    return false;
+  }
+  const RobustBias& bias = stage.bias;
+  setTrackNoise(stage.measured_sigma_px, stage.window->calibration(), result);
   result->counts.gyro_bias_iterations = bias.iterations;
   result->counts.vp_pairs = bias.vp_pairs;
   std::ostringstream message;
   switch (bias.status) {
-    case RobustBiasStatus::kOk: result->gyro_bias = bias.gyro_bias; return true;
+    case RobustBiasStatus::kOk:
+      result->gyro_bias = bias.gyro_bias;
+      appendStaticTracksWarning(stage.static_tracks,
+                                static_cast<int>(stage.window->pointTracks().size()), result);
+      return true;
     case RobustBiasStatus::kTooFewPoints:
       message << "0 keyframe pairs with " << options.refinement.min_points_per_pair
               << " or more common points (minimum 1)";
@@ -122,20 +132,6 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   return out;
 }
 
-// `seen`: the window through the calibration found by the first step; `handed_in`: that of before.
-void setAnswer(const InitWindow& seen, const Calibration& handed_in, const MetricEstimate& metric,
-               InitResult* result) {
-  const WindowState& state = metric.refined.state;
-  const Calibration& calibration = seen.calibration();
-  setWorldStates(seen, bodyState(state, calibration.R_b_c, calibration.t_b_c), result);
-  if (metric.refined.with_rig) {
-    result->calibration = calibrationEstimate(calibration, state.rig, metric.posterior);
-    appendCalibrationWarnings(handed_in, *result->calibration, result);
-  }
-  setSpeeds(seen, metric.refined.speeds, result);
-  result->covariance = metric.posterior.covariance;
-}
-
 // Sets scale_sigma as well, which may rest on measured velocities.
 std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& seen,
                                const InitWindow& tracks, const MotionMeasures& motion,
@@ -195,37 +191,19 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
   // calibration that the rotations agree with; observations that contradict it are pruned.
   const RotationStage rotation = estimateRotations(window, options, budget);
-  if (!rotation.message.empty()) {
-    fail(InitStatus::kTooLittleExcitation, rotation.message, &result);
-    return result;
-  }
-  const RobustBias& bias = rotation.bias;
-  setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), &result);
-  if (!acceptGyroBias(bias, options.robust_bias, &result)) return result;
-  const std::vector<VanishingPoint>* vps =
-      use.vanishing_points ? &rotation.vanishing_points : nullptr;
-  const InitWindow& seen = *rotation.window;
-  const Calibration& calibration = seen.calibration();
-  const std::shared_ptr<const InitWindow> pruned =
-      use.prune_tracks ? withObservations(seen, bias.pruning.keep) : nullptr;
-  const InitWindow& tracks = pruned != nullptr ? *pruned : seen;
-  appendStaticTracksWarning(rotation.static_tracks, static_cast<int>(seen.pointTracks().size()),
-                            &result);
+  if (!acceptRotations(rotation, options.robust_bias, &result)) return result;
+  const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
+  const double G = seen.calibration().gravity_magnitude;
   clock.lap("gyro_bias");
 
-  // [4.2] Preintegrations at b_g; they fix the rotations up to section 3.
-  const std::vector<Preintegration> pre =
-      preintegrateInflated(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), bias.imu_noise);
-  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
-  clock.lap("integration");
-
-  // [6] What the motion offers.
-  const MotionMeasures motion = measureMotion(tracks, pre, R_b0_bk);
+  // [4.2] Preintegrations at b_g; they fix the rotations up to section 3. [6] What the motion
+  // offers.
+  const auto [pre, R_b0_bk, R_c0_ck, motion] =
+      integrateWindow(tracks, result.gyro_bias, Eigen::Vector3d::Zero(), rotation.bias.imu_noise);
   appendGates(motionGates(motion, options.gates), &result);
-
+  clock.lap("integration");
   if (endsWithoutTranslation(options.gates.mode, &result)) {
-    keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
+    keepObservable(pre, R_b0_bk, G, &result);
     clock.lap("verdict");
     return result;
   }
@@ -235,15 +213,17 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   clock.lap("translation");
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
-  std::optional<RigPrior> rig;
-  if (use.estimate_calibration) rig = rotation.prior;
   const MetricEstimate metric =
-      estimateMetric({tracks, pre, vps, options.refinement, options.inertial, *budget, rig},
+      estimateMetric({tracks, pre, rotation.vanishingPoints(), options.refinement, options.inertial,
+                      *budget, rotation.rigPrior(use)},
                      translation, options, lacksExcitation(options.gates.mode, result), &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
-    setAnswer(tracks, window.calibration(), metric, &result);
+    setEstimate(tracks, metric.refined, metric.posterior, &result);
+    if (result.calibration) {
+      appendCalibrationWarnings(window.calibration(), *result.calibration, &result);
+    }
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
     appendGates(gatesOf(metric, seen, tracks, motion, options, &result), &result);
   } else if (!use.refine && !metric.starts.empty()) {
@@ -253,7 +233,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   decide(false, &result);
   nameScaleOfSpeeds(metric, gatesInForce(options.gates, seen, options.window).max_scale_sigma,
                     &result);
-  keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
+  keepObservable(pre, R_b0_bk, G, &result);
   clock.lap("verdict");
   if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, options, &result);
   failAtLimit(budget, &result);

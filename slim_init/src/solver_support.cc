@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "estimation/refine_window.h"
 #include "estimation/speed_factor.h"
 #include "geometry/so3.h"
 #include "verdict/constants.h"
@@ -66,6 +67,16 @@ MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preinte
   return motion;
 }
 
+IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
+                                 const Eigen::Vector3d& accel_bias, const ImuNoise& noise) {
+  IntegratedWindow out;
+  out.pre = preintegrateInflated(window, gyro_bias, accel_bias, noise);
+  out.R_b0_bk = chainRotations(out.pre);
+  out.R_c0_ck = cameraRotations(out.R_b0_bk, window.calibration().R_b_c);
+  out.motion = measureMotion(window, out.pre, out.R_b0_bk);
+  return out;
+}
+
 namespace {
 
 Eigen::Matrix3Xd cameraCentres(const InitWindow& window, const WindowState& state) {
@@ -113,6 +124,9 @@ void setWorldStates(const InitWindow& window, const WindowState& state, InitResu
   result->scale = meanBaseline(result->states, window.calibration().t_b_c + state.rig.dt);
 }
 
+namespace {
+
+// The calibration of the window with the estimated error, and its covariance.
 CalibrationEstimate calibrationEstimate(const Calibration& calibration, const RigError& rig,
                                         const Posterior& posterior) {
   CalibrationEstimate out;
@@ -133,6 +147,38 @@ CalibrationEstimate calibrationEstimate(const Calibration& calibration, const Ri
   constexpr double kHeldVariance = 1e-9;
   if (!(out.covariance(7, 7) > kHeldVariance)) hold(7, 1);
   return out;
+}
+
+// InitResult::speeds, with a warning where some were contradicted and where keyframes had none.
+void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result) {
+  if (window.speeds().empty()) return;
+  result->speeds = use;
+  result->speeds.missing = window.size() - use.keyframes;
+  std::ostringstream message;
+  if (use.contradicted > 0) {
+    message << use.contradicted << " of " << use.keyframes
+            << " measured velocities contradict the motion and have little weight: a slipping wheel"
+            << " or an incorrect extrinsic of the sensor";
+    result->warnings.push_back(message.str());
+  }
+  if (result->speeds.missing == 0) return;
+  message.str("");
+  message << "no measured velocity at " << result->speeds.missing << " of " << window.size()
+          << " keyframes: none on both sides within " << InitWindow::kMaxSpeedGap << " s";
+  result->warnings.push_back(message.str());
+}
+
+}  // namespace
+
+void setEstimate(const InitWindow& window, const RefinedWindow& refined, const Posterior& posterior,
+                 InitResult* result) {
+  const Calibration& calibration = window.calibration();
+  setWorldStates(window, bodyState(refined.state, calibration.R_b_c, calibration.t_b_c), result);
+  if (refined.with_rig) {
+    result->calibration = calibrationEstimate(calibration, refined.state.rig, posterior);
+  }
+  setSpeeds(window, refined.speeds, result);
+  result->covariance = posterior.covariance;
 }
 
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
@@ -183,24 +229,6 @@ void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result
       << " point tracks are static in the image while the camera turns and are not used (a part of"
       << " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
       << " the key mask, the back end uses these tracks too";
-  result->warnings.push_back(message.str());
-}
-
-void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result) {
-  if (window.speeds().empty()) return;
-  result->speeds = use;
-  result->speeds.missing = window.size() - use.keyframes;
-  std::ostringstream message;
-  if (use.contradicted > 0) {
-    message << use.contradicted << " of " << use.keyframes
-            << " measured velocities contradict the motion and have little weight: a slipping wheel"
-            << " or an incorrect extrinsic of the sensor";
-    result->warnings.push_back(message.str());
-  }
-  if (result->speeds.missing == 0) return;
-  message.str("");
-  message << "no measured velocity at " << result->speeds.missing << " of " << window.size()
-          << " keyframes: none on both sides within " << InitWindow::kMaxSpeedGap << " s";
   result->warnings.push_back(message.str());
 }
 

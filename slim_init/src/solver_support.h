@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "estimation/posterior.h"
+#include "estimation/refine_window.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "slim_init/init_window.h"
@@ -56,6 +57,18 @@ bool hasEnoughKeyframes(const InitWindow& window, InitResult* result);
 MotionMeasures measureMotion(const InitWindow& window, const std::vector<Preintegration>& pre,
                              const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
+/// A window at known biases: they fix its attitudes until the refinement.
+struct IntegratedWindow {
+  std::vector<Preintegration> pre;       ///< with derivatives and covariance, a pair each
+  std::vector<Eigen::Matrix3d> R_b0_bk;  ///< attitudes of the body
+  std::vector<Eigen::Matrix3d> R_c0_ck;  ///< of the camera
+  MotionMeasures motion;
+};
+
+/// With `noise` as what is to be assumed of the IMU (assumedImuNoise()).
+IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
+                                 const Eigen::Vector3d& accel_bias, const ImuNoise& noise);
+
 /// Root of the summed squared distances of the camera centres from their mean [m]: what one unit of
 /// estimateTranslations() is in metres.
 double cameraSpread(const InitWindow& window, const WindowState& state);
@@ -68,9 +81,10 @@ double meanBaseline(const std::vector<NavState>& states, const Eigen::Vector3d& 
 /// and scale of `result`, in its gravity-aligned world. Keyframe times move with the error of td.
 void setWorldStates(const InitWindow& window, const WindowState& state, InitResult* result);
 
-/// The calibration of the window with the estimated error, and its covariance.
-CalibrationEstimate calibrationEstimate(const Calibration& calibration, const RigError& rig,
-                                        const Posterior& posterior);
+/// Sets states, covariance, the calibration found and what became of measured velocities. `window`:
+/// as it was refined.
+void setEstimate(const InitWindow& window, const RefinedWindow& refined, const Posterior& posterior,
+                 InitResult* result);
 
 /// A warning for every part of the calibration `found` that differs from the one handed in by more
 /// than kWarnSigmas of both standard deviations: value, sigma and the key to change.
@@ -83,9 +97,6 @@ void setTrackNoise(double measured_px, const Calibration& used, InitResult* resu
 /// A warning where `static_tracks` point tracks were taken out (withoutStaticTracks()), beside the
 /// `tracks` that are left: numbers and what to do. None where it is zero.
 void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result);
-
-/// InitResult::speeds, with a warning where some were contradicted and where keyframes had none.
-void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result);
 
 /// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
 /// with gravity of this size along -z of w and the biases of the newest state.
