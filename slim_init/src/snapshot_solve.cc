@@ -10,10 +10,10 @@
 #include "data/with_calibration.h"
 #include "imu/preintegration.h"
 #include "imu/propagate_prior.h"
-#include "move_to_frame.h"
-#include "provisional.h"
+#include "pipeline/move_to_frame.h"
+#include "pipeline/provisional.h"
+#include "pipeline/solver_support.h"
 #include "slim_init/state_at.h"
-#include "solver_support.h"
 #include "verdict/constants.h"
 
 namespace slim_init {

@@ -11,7 +11,7 @@
 #include <memory>
 
 #include "alignment/consistent_tracks.h"
-#include "solver_support.h"
+#include "pipeline/solver_support.h"
 #include "support/exact_window.h"
 
 namespace slim_init {

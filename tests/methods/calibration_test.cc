@@ -9,7 +9,7 @@
 #include <random>
 
 #include "geometry/so3.h"
-#include "rotation_stage.h"
+#include "pipeline/rotation_stage.h"
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/row_times.h"
 #include "slim_init/work_budget.h"

@@ -3,7 +3,7 @@
 // Answers before the scale is known: the integral over the scale, the prior on the motion in
 // refinement and profile alike, the covariance over many windows, both sides of every gate, and
 // what a host sees of it.
-#include "provisional.h"
+#include "pipeline/provisional.h"
 
 #include <gtest/gtest.h>
 

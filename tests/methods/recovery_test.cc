@@ -3,7 +3,7 @@
 // Answers from a window at whose beginning a state is known: exact without noise, also where the
 // motion says nothing about the scale; the covariance over many windows; states that are wrong; and
 // what a host gets.
-#include "recovery.h"
+#include "pipeline/recovery.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include "epipolar_bundle_adjustment.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
-#include "solver_support.h"
+#include "pipeline/solver_support.h"
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {

@@ -11,7 +11,7 @@
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "inertial_bundle_adjustment.h"
-#include "solver_support.h"
+#include "pipeline/solver_support.h"
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {

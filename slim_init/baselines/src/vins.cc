@@ -11,7 +11,7 @@
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "linear_alignment.h"
-#include "solver_support.h"
+#include "pipeline/solver_support.h"
 #include "structure_from_motion.h"
 #include "verdict/gates.h"
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "minimum_search.h"
+#include "pipeline/minimum_search.h"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "provisional.h"
+#include "pipeline/provisional.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@
 #include "alignment/starting_states.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
-#include "rotation_stage.h"
-#include "solver_support.h"
+#include "pipeline/rotation_stage.h"
+#include "pipeline/solver_support.h"
 #include "translation/ligt.h"
 #include "verdict/gates.h"
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "recovery.h"
+#include "pipeline/recovery.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,11 +13,11 @@
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "imu/imu_quality.h"
-#include "minimum_search.h"
-#include "move_to_frame.h"
-#include "provisional.h"
-#include "rotation_stage.h"
-#include "solver_support.h"
+#include "pipeline/minimum_search.h"
+#include "pipeline/move_to_frame.h"
+#include "pipeline/provisional.h"
+#include "pipeline/rotation_stage.h"
+#include "pipeline/solver_support.h"
 #include "translation/ligt.h"
 #include "verdict/gates.h"
 

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "known_biases.h"
+#include "pipeline/known_biases.h"
 
 #include <Eigen/Core>
 #include <limits>
@@ -8,7 +8,7 @@
 #include "data/with_calibration.h"
 #include "estimation/constants.h"
 #include "estimation/state_factor.h"
-#include "solver_support.h"
+#include "pipeline/solver_support.h"
 
 namespace slim_init {
 namespace {

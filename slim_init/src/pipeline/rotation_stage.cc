@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "rotation_stage.h"
+#include "pipeline/rotation_stage.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "solver_support.h"
+#include "pipeline/solver_support.h"
 
 #include <cmath>
 #include <sstream>

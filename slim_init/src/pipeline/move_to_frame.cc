@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "move_to_frame.h"
+#include "pipeline/move_to_frame.h"
 
 #include <cmath>
 

@@ -9,7 +9,7 @@
 
 #include "estimation/posterior.h"
 #include "estimation/refine_window.h"
-#include "minimum_search.h"
+#include "pipeline/minimum_search.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
