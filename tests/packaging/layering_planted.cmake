@@ -65,10 +65,11 @@ planted_order(data/p.cc rotation/track_pruning.h data)
 planted_order(geometry/p.h data/p.h geometry)
 planted_order(lines/p.cc estimation/p.h lines)
 planted_order(rotation/p.cc alignment/p.h rotation)
-planted_order(alignment/p.cc estimation/p.h alignment)
+planted_order(alignment/p.cc verdict/p.h alignment)
 planted_order(estimation/p.cc alignment/p.h estimation)
 planted_order(estimation/p.cc verdict/p.h estimation)
-planted_order(verdict/p.cc slim.h verdict)
+planted_order(verdict/p.cc pipeline/p.h verdict)
+planted_order(pipeline/p.cc slim.h pipeline)
 
 # The same the right way round passes, own headers and those of the files on top included.
 reset()

@@ -23,17 +23,28 @@ using namespace verdict_constants;  // NOLINT: the constants of this module
 // First to last keyframe [s].
 double spanOf(const InitWindow& window) { return window.times().back() - window.times().front(); }
 
-GateValue makeGate(GateName name, const std::string& explanation, const char* unit, double value,
-                   double threshold, bool upper_bound, InitStatus status_if_failed) {
+// A value with its bound. Comparisons with NaN are false: a value that is not known does not pass.
+GateValue atMost(double value, double threshold) {
   GateValue gate;
+  gate.value = value;
+  gate.threshold = threshold;
+  gate.upper_bound = true;
+  gate.passed = value <= threshold;
+  return gate;
+}
+
+GateValue atLeast(double value, double threshold) {
+  GateValue gate = atMost(value, threshold);
+  gate.upper_bound = false;
+  gate.passed = value >= threshold;
+  return gate;
+}
+
+GateValue makeGate(GateName name, const std::string& explanation, const char* unit, GateValue gate,
+                   InitStatus status_if_failed) {
   gate.name = name;
   gate.explanation = explanation;
   gate.unit = unit;
-  gate.value = value;
-  gate.threshold = threshold;
-  gate.upper_bound = upper_bound;
-  // Comparisons with NaN are false: a value that is not known does not pass.
-  gate.passed = upper_bound ? value <= threshold : value >= threshold;
   gate.status_if_failed = status_if_failed;
   return gate;
 }
@@ -149,11 +160,12 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
   std::vector<GateValue> gates = {
       makeGate(GateName::kParallax, "median rotation-compensated track motion", "px",
-               motion.parallax_px, options.min_parallax_px, false, no_motion),
+               atLeast(motion.parallax_px, options.min_parallax_px), no_motion),
       makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
-               motion.parallax_px, options.min_least_parallax_px, false, no_motion),
+               atLeast(motion.parallax_px, options.min_least_parallax_px), no_motion),
       makeGate(GateName::kExcitation, "deviation of the specific force from its mean", "m/s^2",
-               motion.excitation, options.min_excitation, false, InitStatus::kTooLittleExcitation)};
+               atLeast(motion.excitation, options.min_excitation),
+               InitStatus::kTooLittleExcitation)};
   if (motion.has_speeds) gates.back().exception = "measured velocities: scale_sigma decides";
   return gates;
 }
@@ -187,37 +199,38 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
     const double sigma = found->rotationSigmaDeg();
     gates.push_back(makeGate(GateName::kExtrinsicRotation,
                              explain("extrinsic rotation", error, sigma, "deg"), "deg",
-                             certain(error, sigma), options.max_extrinsic_error_deg, true,
+                             atMost(certain(error, sigma), options.max_extrinsic_error_deg),
                              InitStatus::kInconsistentResiduals));
   } else {
     gates.push_back(makeGate(GateName::kExtrinsicSigma,
                              "standard deviation of the unknown extrinsic rotation (also rotate "
                              "about another axis)",
-                             "deg", found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg,
-                             true, InitStatus::kTooLittleExcitation));
+                             "deg",
+                             atMost(found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg),
+                             InitStatus::kTooLittleExcitation));
   }
   constexpr double kMsPerS = 1e3;
   const double td_error = kMsPerS * (found->td - handed_in.td);
   const double td_sigma = kMsPerS * found->tdSigma();
-  gates.push_back(makeGate(GateName::kTimeOffset,
-                           explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
-                           certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s,
-                           true, InitStatus::kInconsistentResiduals));
+  gates.push_back(makeGate(
+      GateName::kTimeOffset, explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
+      atMost(certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s),
+      InitStatus::kInconsistentResiduals));
   return gates;
 }
 
 std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
                                       double scale_sigma, const GateOptions& options) {
   std::vector<GateValue> gates = {
-      makeGate(GateName::kLinkage, "eigenvalue ratio of the translation system", "", linkage,
-               options.min_linkage, false, InitStatus::kDegenerateAlignment),
-      makeGate(GateName::kScalePositive, "scale", "m", scale, kMinScale, false,
+      makeGate(GateName::kLinkage, "eigenvalue ratio of the translation system", "",
+               atLeast(linkage, options.min_linkage), InitStatus::kDegenerateAlignment),
+      makeGate(GateName::kScalePositive, "scale", "m", atLeast(scale, kMinScale),
                InitStatus::kDegenerateAlignment),
       makeGate(GateName::kAlignmentResidual, "rms residual of the alignment", "m, m/s",
-               residual_rms, options.max_alignment_residual, true,
+               atMost(residual_rms, options.max_alignment_residual),
                InitStatus::kInconsistentResiduals),
-      makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "", scale_sigma,
-               options.max_scale_sigma, true, InitStatus::kScaleTooUncertain)};
+      makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
+               atMost(scale_sigma, options.max_scale_sigma), InitStatus::kScaleTooUncertain)};
   gates[1].enforced = true;
   return gates;
 }
@@ -276,40 +289,41 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                                    ? InitStatus::kTooLittleExcitation
                                    : InitStatus::kScaleTooUncertain;
   std::vector<GateValue> gates = {
-      makeGate(GateName::kChi2, explainChi2(measures), "", measures.chi2, options.max_chi2, true,
+      makeGate(GateName::kChi2, explainChi2(measures), "", atMost(measures.chi2, options.max_chi2),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kInertialChi2, "inertial chi-square per residual", "",
-               measures.inertial_chi2,
-               measures.keyframes < kShortWindow ? options.max_inertial_chi2_short
-                                                 : options.max_inertial_chi2,
-               true, InitStatus::kInconsistentResiduals),
+               atMost(measures.inertial_chi2, measures.keyframes < kShortWindow
+                                                  ? options.max_inertial_chi2_short
+                                                  : options.max_inertial_chi2),
+               InitStatus::kInconsistentResiduals),
       makeGate(GateName::kInlierFraction, "fraction of the point observations kept", "",
-               measures.inlier_fraction, options.min_inlier_fraction, false,
+               atLeast(measures.inlier_fraction, options.min_inlier_fraction),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kBehindFraction, "fraction of the points behind the camera", "",
-               measures.behind_fraction, options.max_behind_fraction, true,
+               atMost(measures.behind_fraction, options.max_behind_fraction),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kMeanAcceleration, "mean acceleration over the window", "m/s^2",
-               measures.mean_acceleration, options.max_mean_acceleration, true,
+               atMost(measures.mean_acceleration, options.max_mean_acceleration),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
-               measures.point_spread_deg, options.min_point_spread_deg, false,
+               atLeast(measures.point_spread_deg, options.min_point_spread_deg),
                InitStatus::kTooFewTracks)};
   if (measures.has_speeds) {
     // A cost that is flat over the scale falls towards large ones, whatever the wheel says.
     if (measures.motion_scale_sigma < kShownScaleSigma) {
       const bool alone_suffices = measures.motion_scale_sigma <= options.max_scale_sigma;
-      gates.push_back(makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
-                               measures.speed_disagreement,
-                               alone_suffices ? kMaxNeedlessDisagreement : kMaxSpeedDisagreement,
-                               true, InitStatus::kInconsistentResiduals));
+      gates.push_back(
+          makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
+                   atMost(measures.speed_disagreement,
+                          alone_suffices ? kMaxNeedlessDisagreement : kMaxSpeedDisagreement),
+                   InitStatus::kInconsistentResiduals));
     }
   } else if (measures.profiled) {
     gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
-                             measures.other_scale_rise, kMinOtherScaleRise, false, uncertain));
+                             atLeast(measures.other_scale_rise, kMinOtherScaleRise), uncertain));
   }
   gates.push_back(makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
-                           measures.scale_sigma, options.max_scale_sigma, true, uncertain));
+                           atMost(measures.scale_sigma, options.max_scale_sigma), uncertain));
   return gates;
 }
 
@@ -321,10 +335,10 @@ std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, doubl
   any.excitation = options.min_excitation;
   std::vector<GateValue> gates = posteriorGates(measures, any, options);
   gates.push_back(makeGate(GateName::kVelocitySigma, "standard deviation of the newest velocity",
-                           "m/s", velocity_sigma, provisional.max_velocity_sigma, true,
+                           "m/s", atMost(velocity_sigma, provisional.max_velocity_sigma),
                            InitStatus::kScaleTooUncertain));
   gates.push_back(makeGate(GateName::kTiltSigma, "standard deviation of the newest attitude", "deg",
-                           tilt_sigma_deg, provisional.max_tilt_sigma_deg, true,
+                           atMost(tilt_sigma_deg, provisional.max_tilt_sigma_deg),
                            InitStatus::kScaleTooUncertain));
   return gates;
 }
@@ -334,8 +348,8 @@ GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
                          ? "difference of the scale from the earlier solves"
                          : "consistency check not possible yet: too few earlier solves to compare "
                            "the scale with";
-  return makeGate(GateName::kAgreement, what, "sigma", disagreement_sigmas, max_disagreement, true,
-                  InitStatus::kScaleTooUncertain);
+  return makeGate(GateName::kAgreement, what, "sigma",
+                  atMost(disagreement_sigmas, max_disagreement), InitStatus::kScaleTooUncertain);
 }
 
 std::string describe(const GateValue& gate) {
