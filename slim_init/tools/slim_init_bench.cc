@@ -6,8 +6,8 @@
 // SLIM_INIT_BENCH_SEQUENCE=DIR adds the image front end on the recording in that ASL folder.
 //
 // `slim_init_bench times`, `growth` and `count` (each with --help) print tables of whole solves
-// instead, also on recorded motion; `faults` and `soak` run a host on streams with
-// faults (bench_commands.h).
+// instead, also on recorded motion; `faults` and `soak` run a host on streams with faults
+// (bench_commands.h).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

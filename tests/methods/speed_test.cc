@@ -36,6 +36,15 @@ struct Wheel {
   unsigned seed = 1;
 };
 
+// Of the whole velocity, with noise of 5 %.
+Wheel noisyVelocity(unsigned seed) {
+  Wheel wheel;
+  wheel.kind = Kind::kVelocity;
+  wheel.noise = 0.05;
+  wheel.seed = seed;
+  return wheel;
+}
+
 // x along the velocity of the first keyframe, so that nothing moves sideways at constant velocity.
 SpeedSensor sensorOf(const Wheel& wheel, const ExactWindow& exact) {
   const NavState& first = exact.truth.front();
@@ -191,10 +200,7 @@ TEST(Speed, NoiseLeavesTheScaleWithinThreeSigma) {
 TEST(Speed, SomeThatSlipAreNamedAndDoNoHarm) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
-    Wheel wheel;
-    wheel.kind = Kind::kVelocity;
-    wheel.noise = 0.05;
-    wheel.seed = seed;
+    Wheel wheel = noisyVelocity(seed);
     wheel.slipping = 4;
     wheel.slip = 1.5;
     const InitResult result = solve(exact, &wheel);
@@ -209,10 +215,7 @@ TEST(Speed, SomeThatSlipAreNamedAndDoNoHarm) {
 TEST(Speed, AWheelWithAnotherScaleIsOverruled) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
-    Wheel wheel;
-    wheel.kind = Kind::kVelocity;
-    wheel.noise = 0.05;
-    wheel.seed = seed;
+    Wheel wheel = noisyVelocity(seed);
     wheel.scale = 1.2;
     const InitResult with = solve(exact, &wheel), without = solve(exact, nullptr);
     ASSERT_TRUE(with.success()) << with.message;

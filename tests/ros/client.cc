@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Talks to the running nodes as a user's program would: init.test, loop.test.
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sensor_msgs/Image.h>
@@ -286,6 +287,31 @@ TEST_F(Init, TheServiceInitializesAgain) {
     ASSERT_TRUE(listener_->wait([&] { return listener_->results.size() == 2; }));
     EXPECT_NEAR(scaleOf(listener_->results.back(), *bag_), 1.0, 0.1);
   }
+}
+
+// The node looks for the type of its speed_topic until somebody publishes there.
+TEST_F(Init, SpeedsAreReceivedAndTheirFaultsNamed) {
+  ASSERT_FALSE(listener_->features.empty());
+  ros::Publisher speed =
+      listener_->handle.advertise<geometry_msgs::TwistWithCovarianceStamped>("/wheel/speed", 100);
+  ASSERT_TRUE(listener_->wait([&] { return speed.getNumSubscribers() >= 1; }));
+  geometry_msgs::TwistWithCovarianceStamped message;
+  message.header.stamp = listener_->features.back().header.stamp;
+  message.twist.twist.linear.x = 1.0;
+  message.twist.covariance[0] = 0.01;
+  speed.publish(message);
+  speed.publish(message);  // once more: late
+  message.twist.covariance[0] = 0.0;
+  speed.publish(message);
+  message.twist.twist.linear.x = std::numeric_limits<double>::quiet_NaN();
+  speed.publish(message);
+  const std::string discarded = "slim_init: streams/speed discarded: ";
+  EXPECT_TRUE(listener_->wait([&] {
+    return listener_->value("slim_init: streams/speed received") == 4 &&
+           listener_->value(discarded + "late") == 1 &&
+           listener_->value(discarded + "covariance not positive definite") == 1 &&
+           listener_->value(discarded + "not finite") == 1;
+  }));
 }
 
 TEST_F(Init, GarbageIsCountedAndTheNodesLiveOn) {

@@ -8,9 +8,8 @@
 // each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
 // readout time as well (rig_model.h), with a prior on the motion (motion_prior.h), with measured
 // velocities of the window (speed_factor.h), and with a known state of the first body in place of
-// the priors of the biases (state_factor.h). The parameters of
-// every track are eliminated inside each Gauss-Newton step (Schur complement), which is the same
-// step as on their null space.
+// the priors of the biases (state_factor.h). The parameters of every track are eliminated inside
+// each Gauss-Newton step (Schur complement), which is the same step as on their null space.
 #pragma once
 
 #include <Eigen/Core>

@@ -55,9 +55,8 @@ CsvFormat imuFormat(RowOrder order, int min_rows);
 /// Pose, or pose with velocity and biases.
 CsvFormat truthFormat(RowOrder order, int min_rows);
 
-/// Forward speed and its standard deviation, or so for all three axes; in the frame of the sensor
-/// [m/s]. Speeds are positive or negative, and a standard deviation that is
-/// not positive is left to the stream check.
+/// Forward speed and its standard deviation, or both for each of the three axes, in the frame of
+/// the sensor [m/s]. A standard deviation that is not positive is left to the stream check.
 CsvFormat speedFormat(RowOrder order);
 /// Rows of a speedFormat() table.
 std::vector<SpeedSample> speedSamples(const CsvTable& table, std::int64_t t0_ns);
