@@ -3,6 +3,7 @@
 // The inserted lines, compiled as C++11 into a stand-in for the host and run there: what lands in
 // which member, and when. Built once per host.
 #include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
 #include <sensor_msgs/PointCloud.h>
 #include <std_msgs/Bool.h>
 #include <unistd.h>
@@ -519,6 +520,50 @@ TEST_F(StandInRun, LidarOdometryComesFirst) {
 #endif
 
 // With the first full window, so that one reads it before the start.
+// Those that cannot be used are named once each.
+TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
+  const std::string identity =
+      "  rows: 3\n  cols: 3\n  dt: d\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n";
+  start(
+      "initializer: slim\nspeed_topic: \"/wheel\"\nspeed_forward_only: 0\n"
+      "speed_rotation: !!opencv-matrix\n" +
+      identity +
+      "speed_translation: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n  data: [0, 0, 0]\n");
+  ASSERT_EQ(ros::timers().size(), 1u) << logText();
+  ros::timers().front()();  // nobody publishes yet
+  ros::master::topics() = {{"/other", "std_msgs/Bool"}, {"/wheel", "nav_msgs/Odometry"}};
+  ros::timers().front()();
+  EXPECT_TRUE(ros::timers().empty());
+  const auto wheel = ros::callbacks<nav_msgs::Odometry>().at("/wheel");
+  for (int k = 0; k < 30 && host().solver_flag == Estimator::INITIAL; ++k) {
+    const NavState& truth = exact_.truth[k];
+    const Eigen::Vector3d v = truth.R_w_b.transpose() * truth.v_w_b;
+    nav_msgs::Odometry message;
+    message.header.stamp.seconds = truth.t;
+    message.twist.twist.linear = {v.x(), v.y(), v.z()};
+    for (int i = 0; i < 3; ++i) message.twist.covariance[7 * i] = 1e-4;
+    wheel(message);
+    if (k == 3) {
+      wheel(message);  // once more
+      message.header.stamp.seconds += 0.01;
+      message.twist.covariance.fill(0.0);
+      wheel(message);
+      wheel(message);
+    }
+    frame(k);
+  }
+  EXPECT_EQ(host().solver_flag, Estimator::NON_LINEAR) << logText();
+  EXPECT_EQ(timesLogged("a measured velocity of"), 2) << logText();
+  EXPECT_EQ(timesLogged("its stamp is not after that of the velocity before it"), 1) << logText();
+  EXPECT_EQ(timesLogged("its covariance is not positive definite"), 1) << logText();
+}
+
+// Without one, and in a stock host, the master is not asked.
+TEST_F(StandInRun, NoSpeedTopic) {
+  start("initializer: slim\n");
+  EXPECT_TRUE(ros::timers().empty());
+}
+
 TEST_F(StandInRun, MissingLinesAreReportedBeforeTheFirstAttempt) {
   start("initializer: slim\n");
   int k = 0;

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <limits>
 #include <mutex>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -108,6 +109,18 @@ void moveWindow(const HostState& anchor, HostWindow* window) {
   }
 }
 
+const char* whyDropped(AddStatus status) {
+  switch (status) {
+    case AddStatus::kNotFinite: return "a value is not finite";
+    case AddStatus::kGlitch: return "it is faster than 100 m/s";
+    case AddStatus::kNoCovariance: return "its covariance is not positive definite";
+    case AddStatus::kNotCalibrated: return "speed_rotation and speed_translation are missing";
+    case AddStatus::kStray: return "its stamp is more than a second from those of IMU and images";
+    case AddStatus::kNotSupported: return "the method does not use velocities";
+    default: return "its stamp is not after that of the velocity before it";
+  }
+}
+
 }  // namespace
 
 struct HostGlue::State {
@@ -153,6 +166,7 @@ struct HostGlue::State {
   bool requested = false;
   bool reset_if_refused = false;
   bool reset_wanted = false;
+  std::set<AddStatus> speeds_reported;  // refused ones
 
   void report(ReportLevel level, const std::string& text) {
     Listener to;
@@ -448,6 +462,30 @@ void HostGlue::addLineCloud(const GlueCloud& cloud) {
   } else {
     state_->report(ReportLevel::kWarn, error + "; the message is discarded");
   }
+}
+
+std::string HostGlue::speedTopic() const {
+  return active() ? state_->file.speed_topic : std::string();
+}
+
+void HostGlue::addVelocity(double t, const Eigen::Vector3d& velocity,
+                           const Eigen::Matrix3d& covariance) {
+  State& state = *state_;
+  SpeedSample sample;
+  sample.t = t;
+  sample.velocity = velocity;
+  sample.covariance = covariance;
+  sample.forward_only = state.file.speed_forward_only;
+  const AddStatus status = state.adapter->addSpeed(sample);
+  if (isAdded(status)) return;
+  {
+    const std::lock_guard<std::mutex> lock(state.mutex);
+    if (!state.speeds_reported.insert(status).second) return;
+  }
+  std::ostringstream out;
+  out << "a measured velocity of " << velocity.transpose() << " m/s at " << std::fixed << t
+      << " s is discarded, as all others of which the following holds: " << whyDropped(status);
+  state.report(ReportLevel::kWarn, out.str());
 }
 
 bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Features, lines and IMU in; verdicts and, after a success, the initial states out (docs/ros.md).
-#include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <ros/ros.h>
 #include <sensor_msgs/PointCloud.h>
 #include <std_msgs/Bool.h>
@@ -22,6 +21,7 @@
 #include "slim_init/ros/run_node.h"
 #include "slim_init/ros/stream_monitor.h"
 #include "slim_init/vins_adapter/feature_message.h"
+#include "slim_init/vins_adapter/speed_topic.h"
 #include "slim_init/work_budget.h"
 
 namespace slim_init::node {
@@ -38,9 +38,7 @@ class SlimInitNode {
   void onImu(const sensor_msgs::Imu& message);
   void onPoints(const sensor_msgs::PointCloud& message);
   void onLines(const sensor_msgs::PointCloud& message);
-  void findSpeed();
-  template <typename Message>
-  void onSpeed(const Message& message);
+  void onSpeed(const std_msgs::Header& header, const geometry_msgs::TwistWithCovariance& twist);
   void onRestart(const std_msgs::Bool& message);
   bool onInitialize(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
@@ -68,10 +66,9 @@ class SlimInitNode {
   std::string last_status_;
   double last_attempt_ms_ = kNotComputed;
 
-  std::string speed_topic_;
   bool speed_forward_only_ = true;
-  ros::WallTimer find_speed_;
-  ros::Subscriber imu_, points_, lines_, speed_, restart_;
+  vins_adapter::SpeedTopic speed_;
+  ros::Subscriber imu_, points_, lines_, restart_;
   ros::Publisher status_, result_, odometry_, path_, markers_, tf_static_;
   ros::ServiceServer service_;
   Diagnostics diagnostics_;
@@ -102,12 +99,9 @@ std::string SlimInitNode::start() {
   calibration_ = config.calibration;
   imu_limits_ = config.options.imu;
   speed_forward_only_ = config.speed_forward_only;
-  if (!config.speed_topic.empty()) {
-    speed_topic_ = ros::names::resolve(config.speed_topic);
-    find_speed_ = handle_.createWallTimer(ros::WallDuration(1.0),
-                                          [this](const ros::WallTimerEvent&) { findSpeed(); });
-    findSpeed();
-  }
+  speed_.open(handle_, config.speed_topic,
+              [this](const std_msgs::Header& header,
+                     const geometry_msgs::TwistWithCovariance& twist) { onSpeed(header, twist); });
   context_.method = config.method;
   context_.td = config.calibration.td;
 
@@ -157,32 +151,10 @@ void SlimInitNode::onLines(const sensor_msgs::PointCloud& message) {
   use(session_->addLines(frame.t, std::move(frame.lines)));
 }
 
-// The topic has a type as soon as somebody publishes it.
-void SlimInitNode::findSpeed() {
-  ros::master::V_TopicInfo topics;
-  if (!ros::master::getTopics(topics)) return;
-  for (const ros::master::TopicInfo& topic : topics) {
-    if (topic.name != speed_topic_) continue;
-    find_speed_.stop();
-    if (topic.datatype == "nav_msgs/Odometry") {
-      speed_ =
-          handle_.subscribe(speed_topic_, 500, &SlimInitNode::onSpeed<nav_msgs::Odometry>, this);
-    } else if (topic.datatype == "geometry_msgs/TwistWithCovarianceStamped") {
-      speed_ = handle_.subscribe(speed_topic_, 500,
-                                 &SlimInitNode::onSpeed<geometry_msgs::TwistWithCovarianceStamped>,
-                                 this);
-    } else {
-      ROS_ERROR_STREAM("speed_topic " << speed_topic_ << " has the type " << topic.datatype
-                                      << ", must be geometry_msgs/TwistWithCovarianceStamped or "
-                                         "nav_msgs/Odometry");
-    }
-  }
-}
-
-template <typename Message>
-void SlimInitNode::onSpeed(const Message& message) {
-  SpeedSample sample = speedSample(message.twist, speed_forward_only_);
-  if (streams_.accept(kSpeed, message.header, "", &sample.t)) session_->addSpeed(sample);
+void SlimInitNode::onSpeed(const std_msgs::Header& header,
+                           const geometry_msgs::TwistWithCovariance& twist) {
+  SpeedSample sample = speedSample(twist, speed_forward_only_);
+  if (streams_.accept(kSpeed, header, "", &sample.t)) session_->addSpeed(sample);
 }
 
 void SlimInitNode::onRestart(const std_msgs::Bool& message) {

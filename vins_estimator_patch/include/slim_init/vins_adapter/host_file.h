@@ -16,9 +16,11 @@ namespace slim_init::vins_adapter {
 struct HostFile {
   HostMode mode = HostMode::kStock;
   bool reinit = false;
-  bool watchdog = false;      ///< absent: as `reinit`
-  bool keep_heading = false;  ///< HostGlue::keepHeading() acts; absent: as `reinit`
-  ImuLimits imu_limits;       ///< samples beyond are dropped; for messages about them
+  bool watchdog = false;           ///< absent: as `reinit`
+  bool keep_heading = false;       ///< HostGlue::keepHeading() acts; absent: as `reinit`
+  std::string speed_topic;         ///< of measured velocities, or ""
+  bool speed_forward_only = true;  ///< their x alone is measured
+  ImuLimits imu_limits;            ///< samples beyond are dropped; for messages about them
   FileCalibration rig;
   double max_wait_ms = 10.0;  ///< an image waits so long for a solve [ms]; negative: until it ends
   std::string sensors_file;   ///< what is known of the sensors goes from run to run, or ""

@@ -230,7 +230,7 @@ void moveWindow(const HostState& anchor, Estimator& e) {
 /// A member of the host's estimator. Until open() finds a reason to be active, and always in a host
 /// whose file has none of our keys, every call returns at once and changes nothing.
 ///
-/// All calls come from the host's processing thread, except addLines(), received(),
+/// All calls come from the host's processing thread, except addLines(), addSpeed(), received(),
 /// requestRecovery() and listen(), which may come from any. None of them waits for a solve longer
 /// than `max_wait_ms` of the host's file.
 class HostGlue {
@@ -306,6 +306,22 @@ class HostGlue {
                                       message.channels[c].values.end());
     }
     addLineCloud(cloud);
+  }
+
+  /// Topic of measured velocities in the host's file; empty: none, or the host stays stock.
+  std::string speedTopic() const;
+
+  /// Header and twist of a message with them, its stamp on the IMU clock. The first one of each
+  /// kind that cannot be used is reported.
+  template <typename Header, typename Twist>
+  void addSpeed(const Header& header, const Twist& twist) {
+    if (!active()) return;
+    const auto& v = twist.twist.linear;
+    Eigen::Matrix3d covariance;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) covariance(r, c) = twist.covariance[6 * r + c];
+    }
+    addVelocity(glue_detail::stampOf(header), Eigen::Vector3d(v.x, v.y, v.z), covariance);
   }
 
   // ------------------------------------------------------------------------------------- seed
@@ -488,6 +504,7 @@ class HostGlue {
   bool endsRide();
   void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
+  void addVelocity(double t, const Eigen::Vector3d& velocity, const Eigen::Matrix3d& covariance);
   bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
   bool solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
   void recordShadow(const std::vector<HostState>& window, bool tried, bool result);

@@ -57,6 +57,40 @@ class Publisher {
 
 class Subscriber {};
 
+/// The master's list of topics.
+namespace master {
+struct TopicInfo {
+  std::string name, datatype;
+};
+typedef std::vector<TopicInfo> V_TopicInfo;
+inline V_TopicInfo& topics() {
+  static V_TopicInfo all;
+  return all;
+}
+inline bool getTopics(V_TopicInfo& all) {
+  all = topics();
+  return true;
+}
+}  // namespace master
+
+namespace names {
+inline std::string resolve(const std::string& name) { return name; }
+}  // namespace names
+
+struct WallDuration {
+  explicit WallDuration(double) {}
+};
+struct WallTimerEvent {};
+
+/// Called by hand, as subscribers are.
+inline std::vector<std::function<void()>>& timers() {
+  static std::vector<std::function<void()>> all;
+  return all;
+}
+struct WallTimer {
+  void stop() const { timers().clear(); }
+};
+
 /// What a message on a topic calls.
 template <typename Pointer>
 std::map<std::string, std::function<void(const Pointer&)>>& callbacks() {
@@ -81,6 +115,20 @@ class NodeHandle {
   Subscriber subscribe(const std::string& topic, std::uint32_t, void (*callback)(const Pointer&)) {
     callbacks<Pointer>()[topic] = callback;
     return Subscriber();
+  }
+  template <typename Message, typename Object>
+  Subscriber subscribe(const std::string& topic, std::uint32_t,
+                       void (Object::*callback)(const Message&), Object* object) {
+    callbacks<Message>()[topic] = [object, callback](const Message& message) {
+      (object->*callback)(message);
+    };
+    return Subscriber();
+  }
+  template <typename Object>
+  WallTimer createWallTimer(WallDuration, void (Object::*callback)(const WallTimerEvent&),
+                            Object* object) const {
+    timers().push_back([object, callback] { (object->*callback)(WallTimerEvent()); });
+    return WallTimer();
   }
   bool getParam(const std::string& name, std::string& value) const {
     if (parameters().count(name) == 0) return false;

@@ -1,0 +1,11 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
+
+namespace nav_msgs {
+struct Odometry {
+  std_msgs::Header header;
+  geometry_msgs::TwistWithCovariance twist;
+};
+}  // namespace nav_msgs
