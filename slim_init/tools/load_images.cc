@@ -30,6 +30,8 @@ std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
   evaluation::BagTopics topics;
   if (!options.config->imu_topic.empty()) topics.imu = options.config->imu_topic;
   if (!options.config->image_topic.empty()) topics.image = options.config->image_topic;
+  topics.speed = options.config->speed_topic;
+  topics.speed_forward_only = options.config->speed_forward_only;
   std::string truth = options.groundtruth;
   std::error_code code;
   if (truth.empty() && fs::exists(evaluation::groundtruthFileOf(options.bag), code)) {
@@ -145,6 +147,8 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
   sequence.t0_ns = images->t0Ns();
   sequence.imu = images->imu();
   sequence.notes = images->notes();
+  sequence.speeds = images->speeds();
+  discardUncalibratedSpeeds(&sequence);
   // The front end runs on the same rig as the methods: wrong calibration, worse IMU.
   std::vector<ImuSample> imu = sequence.imu;
   if (std::string sentence = evaluation::disturbImu(options.rig, &imu); !sentence.empty()) {

@@ -120,7 +120,7 @@ std::string addFeatures(const AbOptions& options, const simulation::Trajectory& 
   return "";
 }
 
-/// Simulated speeds in place of recorded ones. Those of a sensor without extrinsics are discarded.
+/// Simulated speeds in place of recorded ones.
 void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajectory,
                evaluation::Sequence* sequence) {
   SpeedSensor& sensor = sequence->calibration.speed_sensor;
@@ -129,11 +129,8 @@ void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajector
     simulation::SpeedSimulationOptions speed = options.speed;
     speed.seed = options.seed;
     sequence->speeds = simulation::simulateSpeeds(trajectory, sensor, speed);
-  } else if (!sensor.calibrated && !sequence->speeds.empty()) {
-    sequence->notes.push_back(std::to_string(sequence->speeds.size()) +
-                              " speeds of speed0.csv were discarded: speed_rotation and "
-                              "speed_translation of the sensor are not in --config");
-    sequence->speeds.clear();
+  } else {
+    discardUncalibratedSpeeds(sequence);
   }
 }
 
@@ -220,6 +217,14 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
 }
 
 }  // namespace
+
+void discardUncalibratedSpeeds(evaluation::Sequence* sequence) {
+  if (sequence->calibration.speed_sensor.calibrated || sequence->speeds.empty()) return;
+  sequence->notes.push_back(std::to_string(sequence->speeds.size()) +
+                            " measured velocities were discarded: speed_rotation and "
+                            "speed_translation of the sensor are not in --config");
+  sequence->speeds.clear();
+}
 
 std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::string& source,
                      const std::vector<double>& times, LoadedSequence* loaded) {

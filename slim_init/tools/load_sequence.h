@@ -35,6 +35,9 @@ struct LoadedSequence {
 std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::string& source,
                      const std::vector<double>& times, LoadedSequence* loaded);
 
+/// Empties sequence->speeds, with a note, where the calibration lacks the sensor.
+void discardUncalibratedSpeeds(evaluation::Sequence* sequence);
+
 /// Reads --recorded or simulates --builtin and projects the world at the image times, or tracks
 /// through the images of --asl or --bag. Returns an empty string, or a sentence naming file, line,
 /// value or option.

@@ -263,26 +263,21 @@ std::string prepare(const SimulateOptions& options, Setup* setup) {
   return error;
 }
 
-// As speed0.csv of a recording. Returns an empty string or a message.
-std::string writeSpeeds(const SimulateOptions& options, const Setup& setup) {
+std::string writeSpeeds(const SimulateOptions& options, const Setup& setup, Writers* writers) {
   if (options.speed < 0.0) return "";
   simulation::SpeedSimulationOptions speed;
   speed.noise = options.speed;
   speed.seed = options.seed;
-  std::ostringstream out;
-  out.precision(9);
-  out << "#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]\n";
   const SpeedSensor sensor = simulation::simulatedSpeedSensor(setup.calibration);
   for (const SpeedSample& sample :
        simulation::simulateSpeeds(*setup.motion.trajectory, sensor, speed)) {
-    out << stampOf(setup.motion, sample.t) << ',' << sample.velocity.x() << ','
-        << std::sqrt(sample.covariance(0, 0)) << '\n';
+    const std::int64_t stamp = stampOf(setup.motion, sample.t);
+    if (std::string error = writers->each([&](auto* w) { return w->addSpeed(stamp, sample); });
+        !error.empty()) {
+      return error;
+    }
   }
-  const std::filesystem::path folder = std::filesystem::path(options.out) / "mav0" / "speed0";
-  if (std::string error = evaluation::makeReportDirectory(folder.string()); !error.empty()) {
-    return error;
-  }
-  return evaluation::writeFile((folder / "data.csv").string(), out.str());
+  return "";
 }
 
 void printResult(const SimulateOptions& options, const Setup& setup, double seconds) {
@@ -308,7 +303,7 @@ int runSimulate(const SimulateOptions& options) {
 
   error = writeScene(setup.scene, options.out);
   if (error.empty()) error = writeMotion(setup.motion, &writers);
-  if (error.empty()) error = writeSpeeds(options, setup);
+  if (error.empty()) error = writeSpeeds(options, setup, &writers);
   if (!error.empty()) return fail(kExitInternal, error);
 
   simulation::RenderOptions render;

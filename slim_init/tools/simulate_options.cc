@@ -41,7 +41,9 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
       {"imu-errors", &o.imu_errors, "MODE",
        "on: noise and biases of EuRoC's IMU, off: none; not with --recorded", ""},
       {"speed", &o.speed, "X",
-       "Write the forward speeds of `ab --speed X` into DIR/mav0/speed0/data.csv", "", 0.0, 1.0},
+       "Write the forward speeds of `ab --speed X` into DIR/mav0/speed0/data.csv and the bag's "
+       "/speed0",
+       "", 0.0, 1.0},
       {"vignetting", &o.vignetting, "X", "Fraction of the light lost in the corners", "", 0.0, 1.0},
       {"read-noise", &o.read_noise, "X", "Noise in the dark, standard deviation [grey levels]", "",
        0.0, 100.0},

@@ -197,8 +197,8 @@ TEST_F(DoctorTool, ReadsABag) {
   // rosbag is optional; that a build without it says so is tested in image_sequence_test.
   if (!evaluation::rosbagSupported()) GTEST_SKIP() << "this build has no rosbag";
   std::string error;
-  const auto writer =
-      evaluation::makeBagWriter(folder_.file("room.bag"), {"/hand/imu", "/hand/image"}, &error);
+  const auto writer = evaluation::makeBagWriter(folder_.file("room.bag"),
+                                                {"/hand/imu", "/hand/image", "", true}, &error);
   ASSERT_NE(writer, nullptr) << error;
   film(writer.get());
   folder_.write("config.yaml",

@@ -22,6 +22,8 @@ struct TinyRecording {
   static constexpr int kImuSamples = 201;
   static constexpr int kImages = 20;
   static constexpr int kTruthRows = 101;
+  static constexpr std::int64_t kSpeedStepNs = 20000000;
+  static constexpr int kSpeeds = 50;
 
   static ImuSample imu(int k) {
     ImuSample sample;
@@ -29,6 +31,10 @@ struct TinyRecording {
     sample.gyro = Eigen::Vector3d(0.1, -0.2, 0.3) * (1.0 + k / 3.0);
     sample.accel = Eigen::Vector3d(1.0 / 3.0, -2.0 / 7.0, 9.81 + 1e-9 * k);
     return sample;
+  }
+
+  static SpeedSample speed(int k) {
+    return SpeedSample::forward(1e-9 * static_cast<double>(k * kSpeedStepNs), k / 3.0, 0.25);
   }
 
   static cv::Mat image(int k) {
@@ -75,6 +81,9 @@ struct TinyRecording {
     for (int k = 0; k < kImuSamples; ++k) {
       EXPECT_EQ(writer->addImu(kT0Ns + k * kImuStepNs, imu(k)), "");
     }
+    for (int k = 0; k < kSpeeds; ++k) {
+      EXPECT_EQ(writer->addSpeed(kT0Ns + k * kSpeedStepNs, speed(k)), "");
+    }
     for (int k = 0; k < kImages; ++k) {
       EXPECT_EQ(writer->addImage(kT0Ns + k * kImageStepNs, image(k)), "");
     }
@@ -87,6 +96,14 @@ struct TinyRecording {
   /// Expects `sequence` to be what write() wrote, bit for bit.
   static void expectIn(ImageSequence* sequence) {
     EXPECT_EQ(sequence->t0Ns(), kT0Ns);
+    ASSERT_EQ(sequence->speeds().size(), static_cast<std::size_t>(kSpeeds));
+    for (int k = 0; k < kSpeeds; ++k) {
+      const SpeedSample& sample = sequence->speeds()[static_cast<std::size_t>(k)];
+      EXPECT_EQ(sample.t, speed(k).t);
+      EXPECT_EQ(sample.velocity.x(), speed(k).velocity.x());
+      EXPECT_EQ(sample.covariance(0, 0), speed(k).covariance(0, 0));
+      EXPECT_TRUE(sample.forward_only);
+    }
     ASSERT_EQ(sequence->imu().size(), static_cast<std::size_t>(kImuSamples));
     for (int k = 0; k < kImuSamples; ++k) {
       const ImuSample& sample = sequence->imu()[static_cast<std::size_t>(k)];

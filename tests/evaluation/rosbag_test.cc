@@ -2,6 +2,7 @@
 //
 // Bags: what is written is read back; bags that others wrote, whole and broken.
 #include <gtest/gtest.h>
+#include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
@@ -103,7 +104,9 @@ class RosbagTest : public ::testing::Test {
 
 TEST_F(RosbagTest, ReadsBackWhatWasWritten) {
   writeTiny();
-  const auto sequence = open(BagTopics(), groundtruthFileOf(file()));
+  BagTopics topics;
+  topics.speed = "/speed0";
+  const auto sequence = open(topics, groundtruthFileOf(file()));
   ASSERT_NE(sequence, nullptr) << status_.message;
   TinyRecording::expectIn(sequence.get());
   EXPECT_EQ(sequence->name(), "tiny");
@@ -111,9 +114,45 @@ TEST_F(RosbagTest, ReadsBackWhatWasWritten) {
   EXPECT_FALSE(sequence->calibration().has_value());
 }
 
+// nav_msgs/Odometry has a frame and a pose before the velocity; all three components are measured.
+TEST_F(RosbagTest, VelocitiesOfOdometry) {
+  writeBag([](rosbag::Bag& bag) {
+    for (int k = 0; k < TinyRecording::kImages; ++k) {
+      const sensor_msgs::CompressedImage image = compressedMessage(k);
+      bag.write("/cam0/image_raw", image.header.stamp, image);
+    }
+    for (const int k : {1, 0, 1}) {
+      nav_msgs::Odometry message;
+      message.header.stamp = rosTime(TinyRecording::kT0Ns + k * 100000000);
+      message.child_frame_id = "base_link";
+      message.pose.pose.position.x = 7.0;
+      message.twist.twist.linear.x = 1.0 + k;
+      message.twist.twist.linear.y = -0.5;
+      for (int i = 0; i < 36; ++i) message.twist.covariance[i] = i;
+      bag.write("/odom", message.header.stamp, message);
+    }
+    bag.write("/imu1", rosTime(TinyRecording::kT0Ns), imuMessage(0));
+  });
+  BagTopics topics;
+  topics.speed = "odom";
+  topics.speed_forward_only = false;
+  const auto sequence = open(topics);
+  ASSERT_NE(sequence, nullptr) << status_.message;
+  ASSERT_EQ(sequence->speeds().size(), 2u);
+  const SpeedSample& second = sequence->speeds()[1];
+  EXPECT_NEAR(second.t, 0.1, 1e-12);
+  EXPECT_EQ(second.velocity, Eigen::Vector3d(2.0, -0.5, 0.0));
+  EXPECT_EQ(second.covariance(1, 2), 8.0);
+  EXPECT_FALSE(second.forward_only);
+  EXPECT_TRUE(contains(sequence->notes().front(), "velocities")) << sequence->notes().front();
+  topics.speed = "/imu1";
+  EXPECT_EQ(open(topics), nullptr);
+  expectParts(status_.message, "speed_topic|/imu1|sensor_msgs/Imu|nav_msgs/Odometry");
+}
+
 TEST_F(RosbagTest, WithoutTruthAndWithoutLeadingSlashes) {
   writeTiny();
-  const auto sequence = open({"imu0", "cam0/image_raw"});
+  const auto sequence = open({"imu0", "cam0/image_raw", "", true});
   ASSERT_NE(sequence, nullptr) << status_.message;
   EXPECT_TRUE(sequence->truth().empty());
   EXPECT_EQ(sequence->images(), static_cast<std::size_t>(TinyRecording::kImages));
@@ -162,7 +201,7 @@ TEST_F(RosbagTest, CompressedImagesAreDecodedAndFoundBesideTheRawTopic) {
     }
   });
   for (const char* topic : {"/cam0/image_raw", "/cam0/image_raw/compressed"}) {
-    const auto sequence = open({"/imu0", topic});
+    const auto sequence = open({"/imu0", topic, "", true});
     ASSERT_NE(sequence, nullptr) << status_.message;
     EXPECT_EQ(cv::norm(sequence->image(1, nullptr), TinyRecording::image(1), cv::NORM_INF), 0.0);
     std::string error;
@@ -203,12 +242,12 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
 
 TEST_F(RosbagTest, MissingTopicsAreListedWithThoseThatAreThere) {
   writeTiny();
-  EXPECT_EQ(open({"/imu0", "/camera/image"}), nullptr);
+  EXPECT_EQ(open({"/imu0", "/camera/image", "", true}), nullptr);
   EXPECT_EQ(status_.error, ReadError::kMissingTopic);
   expectParts(status_.message,
               "tiny.bag has no topic '/camera/image' (image_topic)|/imu0 "
               "(sensor_msgs/Imu)|/cam0/image_raw (sensor_msgs/Image)");
-  EXPECT_EQ(open({"/cam0/image_raw", "/cam0/image_raw"}), nullptr);
+  EXPECT_EQ(open({"/cam0/image_raw", "/cam0/image_raw", "", true}), nullptr);
   expectParts(status_.message, "imu_topic /cam0/image_raw carries 'sensor_msgs/Image'");
 }
 
@@ -384,7 +423,7 @@ TEST_F(RosbagTest, TheLengthOfThePixelsIsChecked) {
     ASSERT_NE(at, std::string::npos);
     bytes.replace(at + before.size(), 4, "\xff\xff\xff\x7f");
     folder_.write("tiny.bag", bytes);
-    const auto sequence = open({"/imu0", topic});
+    const auto sequence = open({"/imu0", topic, "", true});
     ASSERT_NE(sequence, nullptr) << status_.message;
     std::string error;
     EXPECT_TRUE(sequence->image(0, &error).empty());

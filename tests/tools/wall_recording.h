@@ -94,7 +94,8 @@ struct Wall {
 
   static void writeBag(const std::string& file) {
     std::string error;
-    const auto writer = evaluation::makeBagWriter(file, {"/wall/imu", "/wall/image"}, &error);
+    const auto writer =
+        evaluation::makeBagWriter(file, {"/wall/imu", "/wall/image", "", true}, &error);
     ASSERT_NE(writer, nullptr) << error;
     write(writer.get());
   }

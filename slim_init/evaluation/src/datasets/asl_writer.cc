@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -21,6 +22,7 @@ class AslWriter : public SequenceWriter {
   std::string open(const std::string& directory, const WriterRig& rig) {
     const fs::path root = fs::path(directory) / "mav0";
     image_folder_ = root / "cam0" / "data";
+    speed_folder_ = root / "speed0";
     std::error_code code;
     for (const fs::path& folder :
          {image_folder_, root / "imu0", root / "state_groundtruth_estimate0"}) {
@@ -55,6 +57,20 @@ class AslWriter : public SequenceWriter {
     return imu_.add(stamp_ns, {w.x(), w.y(), w.z(), a.x(), a.y(), a.z()});
   }
 
+  std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) override {
+    if (!has_speeds_) {
+      std::error_code code;
+      fs::create_directories(speed_folder_, code);
+      if (std::string problem = speeds_.open((speed_folder_ / "data.csv").string(),
+                                             "#timestamp [ns],v_x [m s^-1],sigma_x [m s^-1]");
+          !problem.empty()) {
+        return problem;
+      }
+      has_speeds_ = true;
+    }
+    return speeds_.add(stamp_ns, {sample.velocity.x(), std::sqrt(sample.covariance(0, 0))});
+  }
+
   std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
     if (image.empty() || image.type() != CV_8UC1) {
       return image_folder_.string() + ": image at " + std::to_string(stamp_ns) +
@@ -78,6 +94,7 @@ class AslWriter : public SequenceWriter {
     std::string problem = images_.finish();
     if (problem.empty()) problem = imu_.finish();
     if (problem.empty()) problem = truth_.finish();
+    if (problem.empty() && has_speeds_) problem = speeds_.finish();
     return problem;
   }
 
@@ -85,6 +102,9 @@ class AslWriter : public SequenceWriter {
   fs::path image_folder_;
   CsvFile images_;
   CsvFile imu_;
+  fs::path speed_folder_;
+  CsvFile speeds_;  // made with the first one
+  bool has_speeds_ = false;
   TruthCsv truth_;
 };
 

@@ -209,10 +209,6 @@ CsvFormat truthFormat(RowOrder order, int min_rows) {
   return {kTruthColumns.data(), {kPoseColumns, kTruthColumns.size()}, false, order, min_rows};
 }
 
-CsvFormat speedFormat(RowOrder order) {
-  return {kSpeedColumns.data(), {kForwardColumns, kSpeedColumns.size()}, false, order, 1};
-}
-
 std::string quoted(const std::string& text) {
   constexpr std::size_t kLongest = 40;
   std::string shown = "'";
@@ -245,8 +241,14 @@ std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns) {
   return samples;
 }
 
-std::vector<SpeedSample> speedSamples(const CsvTable& table, std::int64_t t0_ns) {
-  std::vector<SpeedSample> samples;
+ReadStatus readSpeeds(const std::string& path, RowOrder order, std::int64_t t0_ns,
+                      std::vector<SpeedSample>* speeds) {
+  speeds->clear();
+  if (std::error_code no_file; !std::filesystem::exists(path, no_file)) return {};
+  CsvTable table;
+  const CsvFormat format = {
+      kSpeedColumns.data(), {kForwardColumns, kSpeedColumns.size()}, false, order, 1};
+  if (ReadStatus status = readTable(path, format, &table); !status.ok()) return status;
   for (const CsvRow& row : table.rows) {
     const double t = relativeSeconds(row.stamp_ns, t0_ns);
     SpeedSample sample = SpeedSample::forward(t, row.values[0], row.values[1]);
@@ -258,9 +260,9 @@ std::vector<SpeedSample> speedSamples(const CsvTable& table, std::int64_t t0_ns)
         sample.covariance(axis, axis) = sigma > 0.0 ? sigma * sigma : sigma;
       }
     }
-    samples.push_back(sample);
+    speeds->push_back(sample);
   }
-  return samples;
+  return {};
 }
 
 ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<NavState>* states,

@@ -79,22 +79,19 @@ ReadStatus readRecordedMotion(const std::string& directory, const RecordedOption
     status = readTable(file("groundtruth.csv"),
                        truthFormat(RowOrder::kReject, options.min_truth_rows), &truth);
   }
-  CsvTable speeds;
-  if (std::error_code no_file; status.ok() && fs::exists(file("speed0.csv"), no_file)) {
-    status = readTable(file("speed0.csv"), speedFormat(RowOrder::kReject), &speeds);
-  }
   if (!status.ok()) return status;
 
   RecordedMotion read;
   read.name = lastComponent(directory);
   read.t0_ns = imu.rows.front().stamp_ns;
   read.imu = imuSamples(imu, read.t0_ns);
-  read.speeds = speedSamples(speeds, read.t0_ns);
   read.counts.imu_samples = static_cast<int>(read.imu.size());
   const ImuGaps gaps = findImuGaps(imu.path, read.imu, options.max_imu_gap_s, &imu);
   read.counts.imu_gaps = gaps.count;
   read.counts.largest_imu_gap_s = gaps.largest_s;
   if (!gaps.note.empty()) read.notes.push_back(gaps.note);
+  status = readSpeeds(file("speed0.csv"), RowOrder::kReject, read.t0_ns, &read.speeds);
+  if (!status.ok()) return status;
   status = truthStates(truth, read.t0_ns, &read.truth, &read.has_velocity_and_bias);
   if (status.ok()) status = convertImages(images, &read);
   if (!status.ok()) return status;

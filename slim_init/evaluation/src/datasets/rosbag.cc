@@ -2,6 +2,8 @@
 //
 // Bags of ROS 1 through the rosbag library. Everything that library and its message code may throw
 // ends in this file.
+#include <geometry_msgs/PoseWithCovariance.h>
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -30,6 +32,8 @@ namespace fs = std::filesystem;
 constexpr char kImuType[] = "sensor_msgs/Imu";
 constexpr char kImageType[] = "sensor_msgs/Image";
 constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
+constexpr char kTwistType[] = "geometry_msgs/TwistWithCovarianceStamped";
+constexpr char kOdometryType[] = "nav_msgs/Odometry";
 
 ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
 
@@ -60,6 +64,28 @@ std::int64_t headerStampNs(const rosbag::MessageInstance& message) {
   ros::serialization::IStream in = streamOf(&bytes);
   std_msgs::Header header;
   ros::serialization::deserialize(in, header);
+  return stampNs(header.stamp);
+}
+
+/// Velocity and covariance of a kTwistType or kOdometryType; returns the stamp.
+std::int64_t readTwist(const rosbag::MessageInstance& message, SpeedSample* sample) {
+  std::vector<std::uint8_t> bytes = bytesOf(message);
+  ros::serialization::IStream in = streamOf(&bytes);
+  std_msgs::Header header;
+  in.next(header);
+  if (message.getDataType() == kOdometryType) {
+    std::string child_frame;
+    geometry_msgs::PoseWithCovariance pose;
+    in.next(child_frame);
+    in.next(pose);
+  }
+  geometry_msgs::TwistWithCovariance twist;
+  in.next(twist);
+  const geometry_msgs::Vector3& v = twist.twist.linear;
+  sample->velocity = Eigen::Vector3d(v.x, v.y, v.z);
+  sample->covariance =
+      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(twist.covariance.data())
+          .topLeftCorner<3, 3>();
   return stampNs(header.stamp);
 }
 
@@ -170,7 +196,8 @@ class BagFile : public ImageSequence {
         if (withoutSlash(name) != withoutSlash(wanted) + suffix) continue;
         if (std::find(types.begin(), types.end(), type) == types.end()) {
           return error(ReadError::kMissingTopic, file_ + ": " + key + " " + wanted + " carries " +
-                                                     quoted(type) + ", must be " + types.front());
+                                                     quoted(type) + ", must be " + types.front() +
+                                                     (types.size() > 1 ? " or " + types[1] : ""));
         }
         if (!suffix.empty()) note(file_ + ": " + wanted + " is there as " + name);
         *topic = name;
@@ -204,7 +231,13 @@ class BagFile : public ImageSequence {
       status = findTopic(known, "image_topic", topics.image, {kImageType, kCompressedType},
                          &image_topic);
     }
+    std::string speed_topic;
+    if (status.ok() && !topics.speed.empty()) {
+      status =
+          findTopic(known, "speed_topic", topics.speed, {kTwistType, kOdometryType}, &speed_topic);
+    }
     if (status.ok()) status = readImu(imu_topic, options);
+    if (status.ok() && !speed_topic.empty()) readSpeeds(speed_topic, topics.speed_forward_only);
     if (status.ok()) status = readImageStamps(image_topic, options.min_images);
     if (status.ok() && !groundtruth_file.empty()) {
       status = readTruth(groundtruth_file, options.min_truth_rows);
@@ -267,6 +300,36 @@ class BagFile : public ImageSequence {
     counts_.imu_gaps = gaps.count;
     note(gaps.note);
     return {};
+  }
+
+  void readSpeeds(const std::string& topic, bool forward_only) {
+    struct Stamped {
+      std::int64_t stamp_ns;
+      SpeedSample sample;
+    };
+    std::vector<Stamped> samples;
+    int unreadable = 0;
+    rosbag::View view(bag_, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& instance : view) {
+      Stamped stamped;
+      stamped.sample.forward_only = forward_only;
+      try {
+        stamped.stamp_ns = readTwist(instance, &stamped.sample);
+        samples.push_back(stamped);
+      } catch (const std::exception&) {
+        ++unreadable;
+      }
+    }
+    if (unreadable > 0) {
+      note(file_ + ": " + std::to_string(unreadable) + " messages of " + topic +
+           " cannot be read and were discarded");
+    }
+    const auto [repeated, out_of_order] = sortByStamp(&samples);
+    note(disorderNote(file_, "velocities", repeated, out_of_order));
+    for (Stamped& stamped : samples) {
+      stamped.sample.t = relativeSeconds(stamped.stamp_ns, t0_ns_);
+      speeds_.push_back(stamped.sample);
+    }
   }
 
   ReadStatus readImageStamps(const std::string& topic, int min_images) {
@@ -343,6 +406,18 @@ class BagWriter : public SequenceWriter {
     return guarded([&] { bag_.write(topics_.imu, message.header.stamp, message); });
   }
 
+  std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) override {
+    geometry_msgs::TwistWithCovarianceStamped message;
+    if (std::string problem = fillHeader(stamp_ns, "speed0", &speeds_, &message.header);
+        !problem.empty()) {
+      return problem;
+    }
+    message.twist.twist.linear.x = sample.velocity.x();
+    message.twist.covariance[0] = sample.covariance(0, 0);
+    const std::string topic = topics_.speed.empty() ? "/speed0" : topics_.speed;
+    return guarded([&] { bag_.write(topic, message.header.stamp, message); });
+  }
+
   std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) override {
     if (image.empty() || image.type() != CV_8UC1) return file_ + ": image is not CV_8UC1";
     sensor_msgs::Image message;
@@ -405,6 +480,7 @@ class BagWriter : public SequenceWriter {
   rosbag::Bag bag_;
   TruthCsv truth_;
   Stream imu_;
+  Stream speeds_;
   Stream images_;
 };
 

@@ -61,6 +61,9 @@ class ImageSequence {
   std::int64_t t0Ns() const { return t0_ns_; }
   const std::vector<ImuSample>& imu() const { return imu_; }  ///< ascending in time
 
+  /// Measured velocities, where there are any; ascending in time.
+  const std::vector<SpeedSample>& speeds() const { return speeds_; }
+
   /// Puts another IMU in place of the recorded one, ascending in time on the same clock.
   void replaceImu(std::vector<ImuSample> imu) { imu_ = std::move(imu); }
 
@@ -101,6 +104,7 @@ class ImageSequence {
   std::string name_;
   std::int64_t t0_ns_ = 0;
   std::vector<ImuSample> imu_;
+  std::vector<SpeedSample> speeds_;
   std::vector<NavState> truth_;
   bool has_velocity_and_bias_ = false;
   std::vector<std::int64_t> image_stamps_ns_;
@@ -112,26 +116,30 @@ class ImageSequence {
 
 /// Opens an ASL folder (EuRoC's layout): DIR/mav0 or DIR itself with imu0/data.csv, cam0/data.csv,
 /// cam0/data/*, cam0/sensor.yaml, imu0/sensor.yaml and, where known,
-/// state_groundtruth_estimate0/data.csv. Without sensor.yaml files there is no calibration(). On an
-/// error null, and `status` says what, where and which bound (docs/evaluation.md, "Images").
+/// state_groundtruth_estimate0/data.csv and speed0/data.csv. Without sensor.yaml files there is no
+/// calibration(). On an error null, and `status` says what, where and which bound
+/// (docs/evaluation.md, "Images").
 std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory,
                                              const ImageSequenceOptions& options,
                                              ReadStatus* status);
 
-/// Topics of a bag, as in `imu_topic` and `image_topic` of the host's configuration file.
+/// Topics of a bag, as in `imu_topic`, `image_topic` and `speed_topic` of the host's file.
 struct BagTopics {
   std::string imu = "/imu0";
   std::string image = "/cam0/image_raw";
+  std::string speed;               ///< empty: none
+  bool speed_forward_only = true;  ///< x alone is measured
 };
 
 /// Whether this build has the rosbag library.
 bool rosbagSupported();
 
 /// Opens a bag of ROS 1 (version 2.0): sensor_msgs/Imu, and sensor_msgs/Image (mono8, 8UC1, bgr8,
-/// rgb8, bgra8, rgba8) or sensor_msgs/CompressedImage. Times are those of the message headers. The
-/// ground truth is read from `groundtruth_file`, columns as in an ASL folder; empty: none. Neither
-/// a master nor any process of ROS is needed. On an error null, and a sentence in `status`; in a
-/// build without rosbag always so.
+/// rgb8, bgra8, rgba8) or sensor_msgs/CompressedImage; velocities as
+/// geometry_msgs/TwistWithCovarianceStamped or nav_msgs/Odometry. Times are those of the message
+/// headers. The ground truth is read from `groundtruth_file`, columns as in an ASL folder; empty:
+/// none. Neither a master nor any process of ROS is needed. On an error null, and a sentence in
+/// `status`; in a build without rosbag always so.
 std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopics& topics,
                                           const std::string& groundtruth_file,
                                           const ImageSequenceOptions& options, ReadStatus* status);

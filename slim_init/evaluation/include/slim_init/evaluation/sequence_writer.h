@@ -24,6 +24,8 @@ class SequenceWriter {
   SequenceWriter& operator=(const SequenceWriter&) = delete;
 
   virtual std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) = 0;
+  /// Forward speed, all others of a velocity are dropped. A sequence may have none.
+  virtual std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) = 0;
   /// `image` is CV_8UC1, not empty; written without loss.
   virtual std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) = 0;
   /// All fields finite; written with velocity and biases (17 columns).
@@ -44,14 +46,15 @@ struct WriterRig {
   std::string comment = "simulated";  ///< of both sensors; one line
 };
 
-/// Writes DIR/mav0/{cam0,imu0,state_groundtruth_estimate0}; images as PNG files named by their
-/// stamp. Makes the folders; files of the same name are replaced, but a folder that already holds
-/// images is refused. Null and a sentence in `error` when that fails.
+/// Writes DIR/mav0/{cam0,imu0,speed0,state_groundtruth_estimate0}; images as PNG files named by
+/// their stamp. Makes the folders; files of the same name are replaced, but a folder that already
+/// holds images is refused. Null and a sentence in `error` when that fails.
 std::unique_ptr<SequenceWriter> makeAslWriter(const std::string& directory, const WriterRig& rig,
                                               std::string* error);
 
-/// Writes a bag (not compressed) with sensor_msgs/Imu and sensor_msgs/Image (mono8), header stamp
-/// and record time alike, and the ground truth beside it as groundtruthFileOf(file). Stamps must
+/// Writes a bag (not compressed) with sensor_msgs/Imu and sensor_msgs/Image (mono8), and speeds as
+/// geometry_msgs/TwistWithCovarianceStamped on `topics.speed` or /speed0, header stamp and record
+/// time alike, and the ground truth beside it as groundtruthFileOf(file). Stamps must
 /// fit ros::Time: whole seconds below 2^32. Null and a sentence in `error` when the file cannot be
 /// made, in a build without rosbag always.
 std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& topics,
