@@ -139,8 +139,10 @@ std::vector<GateValue> gatesOf(const MetricEstimate& metric, const InitWindow& s
   const GateOptions bounds = gatesInForce(options.gates, seen, options.window);
   PosteriorMeasures measures = measurePosterior(seen, tracks, metric.refined, metric.posterior,
                                                 metric.profileOrNull(), result->scale);
-  measures.scale_sigma = result->scale_sigma = scaleSigma(
-      measures, metric.posterior.scale_sigma, isFull(seen, options.window), bounds.max_scale_sigma);
+  // The noise of the tracks makes short paths longer, and the scale of speeds would be about those.
+  const bool full = isFull(seen, options.window) && motion.parallax_px >= bounds.min_parallax_px;
+  measures.scale_sigma = result->scale_sigma =
+      scaleSigma(measures, metric.posterior.scale_sigma, full, bounds.max_scale_sigma);
   return posteriorGates(measures, motion, bounds);
 }
 

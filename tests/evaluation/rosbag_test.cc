@@ -145,6 +145,11 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
   EXPECT_EQ(second.covariance(1, 2), 8.0);
   EXPECT_FALSE(second.forward_only);
   EXPECT_TRUE(contains(sequence->notes().front(), "velocities")) << sequence->notes().front();
+  topics.speed = "/wheel";
+  const auto without = open(topics);
+  ASSERT_NE(without, nullptr) << status_.message;
+  EXPECT_TRUE(without->speeds().empty());
+  expectParts(without->notes().front(), "no topic /wheel|speed_topic");
   topics.speed = "/imu1";
   EXPECT_EQ(open(topics), nullptr);
   expectParts(status_.message, "speed_topic|/imu1|sensor_msgs/Imu|nav_msgs/Odometry");

@@ -4,9 +4,11 @@
 // joins the rest, and nothing of it for a body that has not stood.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -34,6 +36,21 @@ ExactWindow streams(Motion motion, unsigned seed) {
   return makeExactWindow(options);
 }
 
+// The velocity of the body at every image, 0.02 m/s and 5 % of it.
+void feedVelocity(const ExactWindow& exact, std::size_t k, double factor, unsigned seed,
+                  IInitializer* initializer) {
+  std::mt19937 random(100 * seed + static_cast<unsigned>(k));
+  std::normal_distribution<double> gaussian(0.0, 1.0);
+  const NavState& truth = exact.truth[k];
+  SpeedSample sample;
+  sample.t = truth.t;
+  sample.velocity = factor * truth.R_w_b.transpose() * truth.v_w_b;
+  const double sigma = 0.02 + 0.05 * sample.velocity.norm();
+  for (int axis = 0; axis < 3; ++axis) sample.velocity[axis] += sigma * gaussian(random);
+  sample.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+  EXPECT_EQ(initializer->addSpeed(sample), AddStatus::kAdded);
+}
+
 struct Start {
   std::unique_ptr<IInitializer> initializer;
   std::vector<InitResult> results;  // one per image, up to the first success
@@ -43,11 +60,14 @@ struct Start {
 };
 
 // Fed and solved at every image from `first` on until there is a success.
+// With `factor` above zero a wheel measures that times the velocity.
 Start solveAtEveryImage(const ExactWindow& exact, const InitializerOptions& options,
-                        std::size_t first = 0) {
+                        std::size_t first = 0, double factor = 0.0, unsigned seed = 1) {
   Start out;
   std::string error;
-  out.initializer = makeInitializer(exact.calibration, options, &error);
+  Calibration calibration = exact.calibration;
+  calibration.speed_sensor.calibrated = factor > 0.0;
+  out.initializer = makeInitializer(calibration, options, &error);
   EXPECT_NE(out.initializer, nullptr) << error;
   auto sample = exact.imu.begin();
   for (std::size_t k = 0; k < exact.keyframes.size(); ++k) {
@@ -55,6 +75,7 @@ Start solveAtEveryImage(const ExactWindow& exact, const InitializerOptions& opti
       if (sample->t > exact.keyframes[first].t - 0.1) out.initializer->addImu(*sample);
     }
     if (k < first) continue;
+    if (factor > 0.0) feedVelocity(exact, k, factor, seed, out.initializer.get());
     out.initializer->addFrame(exact.keyframes[k]);
     out.results.push_back(out.initializer->initialize());
     out.frames = k + 1;
@@ -116,6 +137,38 @@ TEST(FromRest, TheFirstMotionStartsItAndJoinsTheRest) {
   std::cout << "mean time of the start: " << with << " s, without the rest " << without << " s\n";
   EXPECT_LT(with, without);
   EXPECT_LT(with, kRestBefore + 0.4);
+}
+
+// Way from the first keyframe to the last; of an estimate that is accepted.
+void expectPath(const ExactWindow& exact, const InitResult& result, unsigned seed) {
+  if (!result.success()) return;
+  const auto truthAt = [&exact](double t) {
+    return *std::min_element(exact.truth.begin(), exact.truth.end(),
+                             [t](const NavState& a, const NavState& b) {
+                               return std::abs(a.t - t) < std::abs(b.t - t);
+                             });
+  };
+  const NavState &first = result.states.front(), &last = result.states.back();
+  const double path = (truthAt(last.t).p_w_b - truthAt(first.t).p_w_b).norm();
+  EXPECT_NEAR((last.p_w_b - first.p_w_b).norm(), path, 0.005 + 0.25 * path) << "seed " << seed;
+}
+
+// In the first moments speeds and paths are hardly more than noise: the wheel must neither make the
+// start from rest impossible nor its scale seem certain.
+TEST(FromRest, SpeedsGiveAScaleThatIsRight) {
+  for (const double factor : {1.0, 1.2}) {
+    int from_rest = 0;
+    for (unsigned seed = 1; seed <= 6; ++seed) {
+      const ExactWindow exact = streams(Motion::kFromRest, seed);
+      const Start start = solveAtEveryImage(exact, InitializerOptions(), 0, factor, seed);
+      const InitResult& result = start.last();
+      ASSERT_TRUE(result.success()) << "seed " << seed << ": " << result.message;
+      from_rest += std::isfinite(result.at_rest_since);
+      expectPath(exact, result, seed);
+      expectPath(exact, solveAtEveryImage(exact, withoutRest(), 0, factor, seed).last(), seed);
+    }
+    EXPECT_GE(from_rest, factor == 1.0 ? 6 : 4);
+  }
 }
 
 TEST(FromRest, StatesBeforeTheFirstKeyframeAreThoseOfTheRest) {

@@ -100,7 +100,7 @@ layer("simulation" FOLDERS slim_init/simulation
 layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
       ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
             slim_init/evaluation/include slim_init/evaluation/src
-      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|sensor_msgs)/[A-Za-z_]+\\.h")
+      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|(geometry|sensor)_msgs)/[A-Za-z_]+\\.h")
 # Instruments of this repository, not installed, that look into the core.
 layer("back end" FOLDERS slim_init/backend
       ROOTS slim_init/include slim_init/src slim_init/evaluation/include
@@ -121,7 +121,7 @@ layer("baselines" FOLDERS slim_init/baselines
 layer("feature_tracker_lines" FOLDERS feature_tracker_lines/include feature_tracker_lines/src
       ROOTS slim_init/include slim_init/src feature_tracker_lines/include feature_tracker_lines/src
       ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp")
-layer("vins_estimator_patch" FOLDERS vins_estimator_patch
+layer("vins_estimator_patch" FOLDERS vins_estimator_patch/src vins_estimator_patch/include/slim_init/vins_adapter
       ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include
             slim_init/config/include vins_estimator_patch/include vins_estimator_patch/src
       ANGLE "${std}|${eigen}")
@@ -131,6 +131,10 @@ layer("tools" FOLDERS slim_init/tools
             slim_init/config/include slim_init/doctor/include slim_init/backend/include slim_init/tools
             slim_init/tools/src slim_init/tools/include
       ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost|benchmark|valgrind)/[A-Za-z_0-9/]+\\.h(pp)?")
+
+# For nodes alone, the hosts' and ours.
+layer("node headers" FOLDERS vins_estimator_patch/include/slim_init/vins_ros
+      ROOTS slim_init/include ANGLE "${std}|(ros|[a-z]+_msgs)/[A-Za-z_]+\\.h")
 
 # Nothing includes these two.
 layer("ros edge" FOLDERS slim_init/ros feature_tracker_lines/ros

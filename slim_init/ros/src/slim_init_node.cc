@@ -21,7 +21,7 @@
 #include "slim_init/ros/run_node.h"
 #include "slim_init/ros/stream_monitor.h"
 #include "slim_init/vins_adapter/feature_message.h"
-#include "slim_init/vins_adapter/speed_topic.h"
+#include "slim_init/vins_ros/speed_topic.h"
 #include "slim_init/work_budget.h"
 
 namespace slim_init::node {
@@ -67,7 +67,7 @@ class SlimInitNode {
   double last_attempt_ms_ = kNotComputed;
 
   bool speed_forward_only_ = true;
-  vins_adapter::SpeedTopic speed_;
+  vins_ros::SpeedTopic speed_;
   ros::Subscriber imu_, points_, lines_, restart_;
   ros::Publisher status_, result_, odometry_, path_, markers_, tf_static_;
   ros::ServiceServer service_;

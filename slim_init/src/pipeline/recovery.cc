@@ -246,7 +246,10 @@ void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& mo
                      const Calibration* handed_in, const GateOptions& options, InitResult* result) {
   if (handed_in != nullptr) {
     if (result->calibration) appendCalibrationWarnings(*handed_in, *result->calibration, result);
-    result->gates = parallaxGates(motion, options);
+    // Hardly moved yet, and no profile checks the speeds: as in a start without the prior.
+    GateOptions bounds = options;
+    if (motion.has_speeds) bounds.min_least_parallax_px = bounds.min_parallax_px;
+    result->gates = parallaxGates(motion, bounds);
     appendGates(calibrationGates(*handed_in, result->calibration, options), result);
     appendGates(posteriorGates(measures, motion, options), result);
     enforceGates(options.mode, result);

@@ -154,15 +154,14 @@ void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result
   if (window.speeds().empty()) return;
   result->speeds = use;
   result->speeds.missing = window.size() - use.keyframes;
-  std::ostringstream message;
   if (use.contradicted > 0) {
-    message << use.contradicted << " of " << use.keyframes
-            << " measured velocities contradict the motion and have little weight: a slipping wheel"
-            << " or an incorrect extrinsic of the sensor";
-    result->warnings.push_back(message.str());
+    result->warnings.push_back(
+        std::to_string(use.contradicted) + " of " + std::to_string(use.keyframes) +
+        " measured velocities contradict the motion and have little weight: a slipping wheel or an "
+        "incorrect extrinsic of the sensor");
   }
   if (result->speeds.missing == 0) return;
-  message.str("");
+  std::ostringstream message;
   message << "no measured velocity at " << result->speeds.missing << " of " << window.size()
           << " keyframes: none on both sides within " << InitWindow::kMaxSpeedGap << " s";
   result->warnings.push_back(message.str());

@@ -308,17 +308,16 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
       makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
                atLeast(measures.point_spread_deg, options.min_point_spread_deg),
                InitStatus::kTooFewTracks)};
-  if (measures.has_speeds) {
-    // A cost that is flat over the scale falls towards large ones, whatever the wheel says.
-    if (measures.motion_scale_sigma < kShownScaleSigma) {
-      const bool alone_suffices = measures.motion_scale_sigma <= options.max_scale_sigma;
-      gates.push_back(
-          makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
-                   atMost(measures.speed_disagreement,
-                          alone_suffices ? kMaxNeedlessDisagreement : kMaxSpeedDisagreement),
-                   InitStatus::kInconsistentResiduals));
-    }
-  } else if (measures.profiled) {
+  // A cost that is flat over the scale falls towards large ones, whatever the wheel says.
+  const bool shows_scale = measures.profiled && measures.motion_scale_sigma < kShownScaleSigma;
+  if (measures.has_speeds && shows_scale) {
+    const bool alone_suffices = measures.motion_scale_sigma <= options.max_scale_sigma;
+    gates.push_back(
+        makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
+                 atMost(measures.speed_disagreement,
+                        alone_suffices ? kMaxNeedlessDisagreement : kMaxSpeedDisagreement),
+                 InitStatus::kInconsistentResiduals));
+  } else if (measures.profiled && !measures.has_speeds) {
     gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
                              atLeast(measures.other_scale_rise, kMinOtherScaleRise), uncertain));
   }

@@ -118,8 +118,8 @@ double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
 
 /// The same of an answer that may rest on measured velocities, under the bounds in force.
 /// Velocities count where images and IMU do not show the scale, so that nothing can check them, and
-/// in a window that is `full`. In a motion that begins to show the scale the check comes first: an
-/// answer waits until images and IMU alone reach the bound.
+/// in a window that is `full` and shows parallax. In a motion that begins to show the scale the
+/// check comes first: an answer waits until images and IMU alone reach the bound.
 double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, bool full,
                   double max_scale_sigma);
 

@@ -232,7 +232,13 @@ class BagFile : public ImageSequence {
                          &image_topic);
     }
     std::string speed_topic;
-    if (status.ok() && !topics.speed.empty()) {
+    const bool has_speeds = std::any_of(known.begin(), known.end(), [&](const auto& topic) {
+      return withoutSlash(topic.first) == withoutSlash(topics.speed);
+    });
+    if (!topics.speed.empty() && !has_speeds) {
+      note(file_ + " has no topic " + topics.speed + " (speed_topic): no velocities");
+    }
+    if (status.ok() && has_speeds) {
       status =
           findTopic(known, "speed_topic", topics.speed, {kTwistType, kOdometryType}, &speed_topic);
     }

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The subscription of `speed_topic`, for ROS nodes: a patched host's and that of slim_init. Of the
-// adapter's headers the only one that needs ROS; C++11, like the hosts.
+// The subscription of `speed_topic`, for ROS nodes: a patched host's and that of slim_init. C++11,
+// like the hosts. The adapter's library knows no ROS.
 #pragma once
 
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
@@ -13,10 +13,10 @@
 #include <string>
 
 namespace slim_init {
-namespace vins_adapter {
+namespace vins_ros {
 
 /// Velocities of a vehicle from geometry_msgs/TwistWithCovarianceStamped or nav_msgs/Odometry. The
-/// topic has a type as soon as somebody publishes it; until then the master is asked every second.
+/// topic has a type as soon as somebody publishes it; until then a timer looks every second.
 class SpeedTopic {
  public:
   typedef std::function<void(const std_msgs::Header&, const geometry_msgs::TwistWithCovariance&)>
@@ -64,5 +64,5 @@ class SpeedTopic {
   ros::Subscriber subscription_;
 };
 
-}  // namespace vins_adapter
+}  // namespace vins_ros
 }  // namespace slim_init
