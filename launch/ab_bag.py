@@ -54,11 +54,14 @@ def config_of(text, mode, out):
     return with_key(with_key(text, "initializer", mode), "output_path", out)
 
 
+def topics_of(text, keys):
+    """Those of `keys` that have a value in the file."""
+    found = [re.search(r'(?m)^%s[ \t]*:[ \t]*"?([^"#\s]+)' % key, text) for key in keys]
+    return [topic.group(1) for topic in found if topic]
+
+
 def topic_of(text, key):
-    found = re.search(r'(?m)^%s[ \t]*:[ \t]*"?([^"#\s]+)' % key, text)
-    if not found:
-        fail("the configuration file has no %s" % key)
-    return found.group(1)
+    return (topics_of(text, [key]) or fail("the configuration file has no %s" % key))[0]
 
 
 # ------------------------------------------------------------------------------------- odometries
@@ -284,11 +287,13 @@ def begin_of(bag):
         fail("%s: rosbag info gives no start" % bag)
 
 
-def play(bag, text, rate):
+def play(bag, text, rate, mode):
+    topics = [topic_of(text, "imu_topic"), topic_of(text, "image_topic")]
+    # The stock host does not listen to it, and would be waited for.
+    topics += topics_of(text, ["speed_topic"]) if mode == "slim" else []
     # What is played before the nodes listen is lost; the delay is for the slowest of them.
     return subprocess.call(["rosbag", "play", "--clock", "--quiet", "--wait-for-subscribers",
-                            "--delay=3", "--rate", rate, bag, "--topics",
-                            topic_of(text, "imu_topic"), topic_of(text, "image_topic")])
+                            "--delay=3", "--rate", rate, bag, "--topics"] + topics)
 
 
 @contextlib.contextmanager
@@ -333,7 +338,7 @@ def fly(mode, bag, config, text, out, rate, tracker):
     log = os.path.join(folder, "roslaunch.log")
     print("\n==> %s: the host plays the whole bag (%s)" % (TITLES[mode], log), flush=True)
     with host(config, own, log, tracker) as launch:
-        played = play(bag, text, rate)
+        played = play(bag, text, rate, mode)
         if launch.poll() is None and played != 0:
             fail("%s could not be played" % bag)
         if launch.poll() is None:

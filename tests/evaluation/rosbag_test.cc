@@ -104,9 +104,8 @@ class RosbagTest : public ::testing::Test {
 
 TEST_F(RosbagTest, ReadsBackWhatWasWritten) {
   writeTiny();
-  BagTopics topics;
-  topics.speed = "/speed0";
-  const auto sequence = open(topics, groundtruthFileOf(file()));
+  const auto sequence =
+      open({"/imu0", "/cam0/image_raw", "/speed0", true}, groundtruthFileOf(file()));
   ASSERT_NE(sequence, nullptr) << status_.message;
   TinyRecording::expectIn(sequence.get());
   EXPECT_EQ(sequence->name(), "tiny");
@@ -133,9 +132,7 @@ TEST_F(RosbagTest, VelocitiesOfOdometry) {
     }
     bag.write("/imu1", rosTime(TinyRecording::kT0Ns), imuMessage(0));
   });
-  BagTopics topics;
-  topics.speed = "odom";
-  topics.speed_forward_only = false;
+  BagTopics topics = {"/imu0", "/cam0/image_raw", "odom", false};
   const auto sequence = open(topics);
   ASSERT_NE(sequence, nullptr) << status_.message;
   ASSERT_EQ(sequence->speeds().size(), 2u);

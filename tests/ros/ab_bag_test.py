@@ -82,9 +82,9 @@ class AbBag(unittest.TestCase):
         with open(os.path.join(self.folder.name, name), "w", encoding="utf-8") as file:
             file.write(text)
 
-    def run_script(self, host="true", rate="1"):
+    def run_script(self, host="true", rate="1", config=CONFIG):
         environment = dict(os.environ, PATH=self.folder.name + ":" + os.environ["PATH"])
-        return subprocess.run([sys.executable, SCRIPT, "run", self.bag, CONFIG, self.out,
+        return subprocess.run([sys.executable, SCRIPT, "run", self.bag, config, self.out,
                                "slim,vins", rate, host, "stock", "__name:=ab_bag"],
                               env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                               universal_newlines=True, check=False, timeout=120)
@@ -96,6 +96,16 @@ class AbBag(unittest.TestCase):
     def results(self):
         with open(os.path.join(self.out, "ab_bag.csv"), newline="", encoding="utf-8") as file:
             return {row["run"]: row for row in csv.DictReader(file)}
+
+    def test_speeds_are_played_to_the_host_that_listens(self):
+        for mode in ("stock", "slim"):
+            self.write(mode + ".odometry", rows(1, 3))
+        with open(CONFIG, encoding="utf-8") as file:
+            self.write("wheel.yaml", file.read() + 'speed_topic: "/wheel"\n')
+        run = self.run_script(config=os.path.join(self.folder.name, "wheel.yaml"))
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+        played = [call.split("--topics ")[1] for call in self.calls() if "--topics" in call]
+        self.assertEqual(played, ["/imu0 /cam0/image_raw", "/imu0 /cam0/image_raw /wheel"])
 
     def test_two_runs_against_the_truth(self):
         self.write("some.bag.groundtruth.csv", rows(0, 12))

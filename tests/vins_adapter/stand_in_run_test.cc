@@ -519,7 +519,6 @@ TEST_F(StandInRun, LidarOdometryComesFirst) {
 }
 #endif
 
-// With the first full window, so that one reads it before the start.
 // Those that cannot be used are named once each.
 TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
   const std::string identity =
@@ -530,16 +529,16 @@ TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
       identity +
       "speed_translation: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n  data: [0, 0, 0]\n");
   ASSERT_EQ(ros::timers().size(), 1u) << logText();
-  ros::timers().front()();  // nobody publishes yet
+  const std::function<void()> look = ros::timers().front();
+  look();  // nobody publishes yet
   ros::master::topics() = {{"/other", "std_msgs/Bool"}, {"/wheel", "nav_msgs/Odometry"}};
-  ros::timers().front()();
+  look();
   EXPECT_TRUE(ros::timers().empty());
   const auto wheel = ros::callbacks<nav_msgs::Odometry>().at("/wheel");
   for (int k = 0; k < 30 && host().solver_flag == Estimator::INITIAL; ++k) {
-    const NavState& truth = exact_.truth[k];
-    const Eigen::Vector3d v = truth.R_w_b.transpose() * truth.v_w_b;
+    const Eigen::Vector3d v = exact_.truth[k].R_w_b.transpose() * exact_.truth[k].v_w_b;
     nav_msgs::Odometry message;
-    message.header.stamp.seconds = truth.t;
+    message.header.stamp.seconds = exact_.truth[k].t;
     message.twist.twist.linear = {v.x(), v.y(), v.z()};
     for (int i = 0; i < 3; ++i) message.twist.covariance[7 * i] = 1e-4;
     wheel(message);
@@ -564,6 +563,7 @@ TEST_F(StandInRun, NoSpeedTopic) {
   EXPECT_TRUE(ros::timers().empty());
 }
 
+// With the first full window, so that one reads it before the start.
 TEST_F(StandInRun, MissingLinesAreReportedBeforeTheFirstAttempt) {
   start("initializer: slim\n");
   int k = 0;

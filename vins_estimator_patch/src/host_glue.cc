@@ -109,13 +109,18 @@ void moveWindow(const HostState& anchor, HostWindow* window) {
   }
 }
 
-const char* whyDropped(AddStatus status) {
+std::string whyDropped(AddStatus status) {
+  std::ostringstream out;
   switch (status) {
     case AddStatus::kNotFinite: return "a value is not finite";
-    case AddStatus::kGlitch: return "it is faster than 100 m/s";
+    case AddStatus::kGlitch:
+      out << "it is faster than " << StreamCheck::kMaxSpeed << " m/s";
+      return out.str();
     case AddStatus::kNoCovariance: return "its covariance is not positive definite";
     case AddStatus::kNotCalibrated: return "speed_rotation and speed_translation are missing";
-    case AddStatus::kStray: return "its stamp is more than a second from those of IMU and images";
+    case AddStatus::kStray:
+      out << "its stamp is more than " << StreamCheck::kJump << " s from IMU and images";
+      return out.str();
     case AddStatus::kNotSupported: return "the method does not use velocities";
     default: return "its stamp is not after that of the velocity before it";
   }
@@ -166,7 +171,7 @@ struct HostGlue::State {
   bool requested = false;
   bool reset_if_refused = false;
   bool reset_wanted = false;
-  std::set<AddStatus> speeds_reported;  // refused ones
+  std::set<AddStatus> speeds_reported;  // what became of refused ones
 
   void report(ReportLevel level, const std::string& text) {
     Listener to;
@@ -468,8 +473,9 @@ std::string HostGlue::speedTopic() const {
   return active() ? state_->file.speed_topic : std::string();
 }
 
-void HostGlue::addVelocity(double t, const Eigen::Vector3d& velocity,
-                           const Eigen::Matrix3d& covariance) {
+void HostGlue::addSpeed(double t, const Eigen::Vector3d& velocity,
+                        const Eigen::Matrix3d& covariance) {
+  if (!active()) return;
   State& state = *state_;
   SpeedSample sample;
   sample.t = t;

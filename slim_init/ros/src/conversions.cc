@@ -101,17 +101,6 @@ std::string readImu(const sensor_msgs::Imu& message, ImuSample* sample) {
   return finite ? "" : "a value is not finite";
 }
 
-SpeedSample speedSample(const geometry_msgs::TwistWithCovariance& twist, bool forward_only) {
-  const geometry_msgs::Vector3& velocity = twist.twist.linear;
-  SpeedSample sample;
-  sample.velocity = Eigen::Vector3d(velocity.x, velocity.y, velocity.z);
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) sample.covariance(r, c) = twist.covariance[6 * r + c];
-  }
-  sample.forward_only = forward_only;
-  return sample;
-}
-
 InitStatusMessage statusMessage(const Attempt& attempt, const ResultContext& context) {
   const InitResult& result = attempt.result;
   InitStatusMessage message;

@@ -38,7 +38,8 @@ class SlimInitNode {
   void onImu(const sensor_msgs::Imu& message);
   void onPoints(const sensor_msgs::PointCloud& message);
   void onLines(const sensor_msgs::PointCloud& message);
-  void onSpeed(const std_msgs::Header& header, const geometry_msgs::TwistWithCovariance& twist);
+  void onSpeed(const std_msgs::Header& header, const Eigen::Vector3d& velocity,
+               const Eigen::Matrix3d& covariance);
   void onRestart(const std_msgs::Bool& message);
   bool onInitialize(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
@@ -100,8 +101,8 @@ std::string SlimInitNode::start() {
   imu_limits_ = config.options.imu;
   speed_forward_only_ = config.speed_forward_only;
   speed_.open(handle_, config.speed_topic,
-              [this](const std_msgs::Header& header,
-                     const geometry_msgs::TwistWithCovariance& twist) { onSpeed(header, twist); });
+              [this](const std_msgs::Header& header, const Eigen::Vector3d& velocity,
+                     const Eigen::Matrix3d& covariance) { onSpeed(header, velocity, covariance); });
   context_.method = config.method;
   context_.td = config.calibration.td;
 
@@ -151,9 +152,12 @@ void SlimInitNode::onLines(const sensor_msgs::PointCloud& message) {
   use(session_->addLines(frame.t, std::move(frame.lines)));
 }
 
-void SlimInitNode::onSpeed(const std_msgs::Header& header,
-                           const geometry_msgs::TwistWithCovariance& twist) {
-  SpeedSample sample = speedSample(twist, speed_forward_only_);
+void SlimInitNode::onSpeed(const std_msgs::Header& header, const Eigen::Vector3d& velocity,
+                           const Eigen::Matrix3d& covariance) {
+  SpeedSample sample;
+  sample.velocity = velocity;
+  sample.covariance = covariance;
+  sample.forward_only = speed_forward_only_;
   if (streams_.accept(kSpeed, header, "", &sample.t)) session_->addSpeed(sample);
 }
 

@@ -23,9 +23,7 @@ class AslFolder : public ImageSequence {
   ReadStatus open(const std::string& directory, const ImageSequenceOptions& options) {
     if (ReadStatus status = findRoot(directory); !status.ok()) return status;
     if (ReadStatus status = readImu(options); !status.ok()) return status;
-    if (ReadStatus status =
-            readSpeeds(file("speed0/data.csv"), RowOrder::kReject, t0_ns_, &speeds_);
-        !status.ok()) {
+    if (ReadStatus status = readSpeeds(file("speed0/data.csv"), t0_ns_, &speeds_); !status.ok()) {
       return status;
     }
     if (ReadStatus status = readImages(options.min_images); !status.ok()) return status;

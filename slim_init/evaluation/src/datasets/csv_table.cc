@@ -241,13 +241,13 @@ std::vector<ImuSample> imuSamples(const CsvTable& table, std::int64_t t0_ns) {
   return samples;
 }
 
-ReadStatus readSpeeds(const std::string& path, RowOrder order, std::int64_t t0_ns,
+ReadStatus readSpeeds(const std::string& path, std::int64_t t0_ns,
                       std::vector<SpeedSample>* speeds) {
   speeds->clear();
   if (std::error_code no_file; !std::filesystem::exists(path, no_file)) return {};
   CsvTable table;
   const CsvFormat format = {
-      kSpeedColumns.data(), {kForwardColumns, kSpeedColumns.size()}, false, order, 1};
+      kSpeedColumns.data(), {kForwardColumns, kSpeedColumns.size()}, false, RowOrder::kReject, 1};
   if (ReadStatus status = readTable(path, format, &table); !status.ok()) return status;
   for (const CsvRow& row : table.rows) {
     const double t = relativeSeconds(row.stamp_ns, t0_ns);

@@ -57,8 +57,8 @@ CsvFormat truthFormat(RowOrder order, int min_rows);
 
 /// Forward speed and its standard deviation, or both for each of the three axes, in the frame of
 /// the sensor [m/s]. A standard deviation that is not positive is left to the stream check.
-/// Without the file `speeds` is empty.
-ReadStatus readSpeeds(const std::string& path, RowOrder order, std::int64_t t0_ns,
+/// Stamps must increase. Without the file `speeds` is empty.
+ReadStatus readSpeeds(const std::string& path, std::int64_t t0_ns,
                       std::vector<SpeedSample>* speeds);
 
 /// In quotes, for a sentence. Values are quoted from files we know nothing about: cut, and

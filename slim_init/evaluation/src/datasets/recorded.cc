@@ -90,7 +90,7 @@ ReadStatus readRecordedMotion(const std::string& directory, const RecordedOption
   read.counts.imu_gaps = gaps.count;
   read.counts.largest_imu_gap_s = gaps.largest_s;
   if (!gaps.note.empty()) read.notes.push_back(gaps.note);
-  status = readSpeeds(file("speed0.csv"), RowOrder::kReject, read.t0_ns, &read.speeds);
+  status = readSpeeds(file("speed0.csv"), read.t0_ns, &read.speeds);
   if (!status.ok()) return status;
   status = truthStates(truth, read.t0_ns, &read.truth, &read.has_velocity_and_bias);
   if (status.ok()) status = convertImages(images, &read);

@@ -311,18 +311,9 @@ class HostGlue {
   /// Topic of measured velocities in the host's file; empty: none, or the host stays stock.
   std::string speedTopic() const;
 
-  /// Header and twist of a message with them, its stamp on the IMU clock. The first one of each
-  /// kind that cannot be used is reported.
-  template <typename Header, typename Twist>
-  void addSpeed(const Header& header, const Twist& twist) {
-    if (!active()) return;
-    const auto& v = twist.twist.linear;
-    Eigen::Matrix3d covariance;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) covariance(r, c) = twist.covariance[6 * r + c];
-    }
-    addVelocity(glue_detail::stampOf(header), Eigen::Vector3d(v.x, v.y, v.z), covariance);
-  }
+  /// One of them in the frame of the sensor [m/s], `t` on the IMU clock. The first one of each kind
+  /// that cannot be used is reported.
+  void addSpeed(double t, const Eigen::Vector3d& velocity, const Eigen::Matrix3d& covariance);
 
   // ------------------------------------------------------------------------------------- seed
 
@@ -504,7 +495,6 @@ class HostGlue {
   bool endsRide();
   void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
-  void addVelocity(double t, const Eigen::Vector3d& velocity, const Eigen::Matrix3d& covariance);
   bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
   bool solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
   void recordShadow(const std::vector<HostState>& window, bool tried, bool result);

@@ -8,6 +8,7 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
 
+#include <Eigen/Core>
 #include <functional>
 #include <memory>
 #include <string>
@@ -19,7 +20,9 @@ namespace vins_ros {
 /// topic has a type as soon as somebody publishes it; until then a timer looks every second.
 class SpeedTopic {
  public:
-  typedef std::function<void(const std_msgs::Header&, const geometry_msgs::TwistWithCovariance&)>
+  /// Header, linear velocity [m/s] and its covariance, in the frame of the sensor.
+  typedef std::function<void(const std_msgs::Header&, const Eigen::Vector3d&,
+                             const Eigen::Matrix3d&)>
       Callback;
 
   /// Once. Without a topic nothing happens. Another type is an error in the log.
@@ -54,7 +57,12 @@ class SpeedTopic {
 
   template <typename Message>
   void receive(const Message& message) {
-    callback_(message.header, message.twist);
+    const auto& v = message.twist.twist.linear;
+    Eigen::Matrix3d covariance;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) covariance(r, c) = message.twist.covariance[6 * r + c];
+    }
+    callback_(message.header, Eigen::Vector3d(v.x, v.y, v.z), covariance);
   }
 
   std::unique_ptr<ros::NodeHandle> node_;  // hosts have globals from before ros::init()

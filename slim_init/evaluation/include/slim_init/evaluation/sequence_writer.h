@@ -24,7 +24,7 @@ class SequenceWriter {
   SequenceWriter& operator=(const SequenceWriter&) = delete;
 
   virtual std::string addImu(std::int64_t stamp_ns, const ImuSample& sample) = 0;
-  /// Forward speed, all others of a velocity are dropped. A sequence may have none.
+  /// velocity.x() and its standard deviation; other components are not written. There may be none.
   virtual std::string addSpeed(std::int64_t stamp_ns, const SpeedSample& sample) = 0;
   /// `image` is CV_8UC1, not empty; written without loss.
   virtual std::string addImage(std::int64_t stamp_ns, const cv::Mat& image) = 0;
@@ -54,8 +54,8 @@ std::unique_ptr<SequenceWriter> makeAslWriter(const std::string& directory, cons
 
 /// Writes a bag (not compressed) with sensor_msgs/Imu and sensor_msgs/Image (mono8), and speeds as
 /// geometry_msgs/TwistWithCovarianceStamped on `topics.speed` or /speed0, header stamp and record
-/// time alike, and the ground truth beside it as groundtruthFileOf(file). Stamps must
-/// fit ros::Time: whole seconds below 2^32. Null and a sentence in `error` when the file cannot be
+/// time alike, and the ground truth beside it as groundtruthFileOf(file). Stamps must fit
+/// ros::Time: whole seconds below 2^32. Null and a sentence in `error` when the file cannot be
 /// made, in a build without rosbag always.
 std::unique_ptr<SequenceWriter> makeBagWriter(const std::string& file, const BagTopics& topics,
                                               std::string* error);

@@ -5,7 +5,6 @@
 
 #include <geometry_msgs/Point.h>
 #include <geometry_msgs/Transform.h>
-#include <geometry_msgs/TwistWithCovariance.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 #include <ros/time.h>
@@ -30,10 +29,6 @@ ros::Time rosTime(std::int64_t stamp_ns);
 /// Angular rate and specific force into `sample`, whose time the caller sets. Returns an empty
 /// string, or why the message cannot be used: a value is not finite.
 std::string readImu(const sensor_msgs::Imu& message, ImuSample* sample);
-
-/// Linear velocity and its covariance into `sample`, whose time the caller sets: of
-/// geometry_msgs/TwistWithCovarianceStamped and nav_msgs/Odometry, in the frame of the sensor.
-SpeedSample speedSample(const geometry_msgs::TwistWithCovariance& twist, bool forward_only);
 
 /// What the messages need besides the result.
 struct ResultContext {

@@ -4,8 +4,5 @@
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 
 namespace nav_msgs {
-struct Odometry {
-  std_msgs::Header header;
-  geometry_msgs::TwistWithCovariance twist;
-};
+struct Odometry : geometry_msgs::TwistWithCovarianceStamped {};
 }  // namespace nav_msgs
