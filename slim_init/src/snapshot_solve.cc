@@ -150,15 +150,15 @@ TimeSpan SnapshotSolve::restWithin(double first, double last, RestMeasures* rest
 bool SnapshotSolve::restUntil(double last) {
   RestMeasures rest, of_longer;
   TimeSpan span = restWithin(last - kRestSpan, last, &rest);
+  const TimeSpan longer = restWithin(last - 2.0 * kRestSpan, last, &of_longer);
+  if (!std::isnan(longer.last)) {
+    rest = of_longer;
+    span = longer;
+  }
   if (std::isnan(span.last)) return false;
   LastRest& known = memory_.rest;
   const bool goes_on = known.until >= span.first;
   double since = goes_on ? known.since : span.first;
-  const TimeSpan longer = restWithin(span.last - 2.0 * kRestSpan, span.last, &of_longer);
-  if (!std::isnan(longer.last)) {
-    rest = of_longer;
-    since = std::min(since, longer.first);
-  }
   // Of a rest that is new, the begin.
   for (RestMeasures before; !goes_on;) {
     const double middle = since + 0.5 * kRestSpan;

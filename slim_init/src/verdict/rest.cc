@@ -40,7 +40,13 @@ void measureTracks(const InitWindow& window, RestMeasures* out) {
   // Of a bearing: a second difference has six times its variance, a difference of means 2 / third.
   const double noise = std::max(median(std::move(second_differences)) / std::sqrt(6.0),
                                 kLeastTrackNoise / window.calibration().focal_px);
-  out->tracks = median(std::move(moved)) / (noise * std::sqrt(2.0 / third));
+  const double distance = median(std::move(moved)), by_noise = noise * std::sqrt(2.0 / third);
+  out->tracks = distance / by_noise;
+  const std::vector<double>& times = window.times();
+  const int n = window.size();
+  double apart = 0.0;  // of the mean times of both thirds
+  for (int k = 0; k < third; ++k) apart += (times[n - 1 - k] - times[k]) / third;
+  out->turn_rate = std::sqrt(std::max(0.0, distance * distance - by_noise * by_noise)) / apart;
 }
 
 // Rms of the deviation of means over kRestStep from their own mean.
@@ -78,21 +84,21 @@ RestMeasures measureRest(const InitWindow& window) {
   const double gyro = std::max(quality.noise.gyro_density, sheet.gyro_density);
   const double accel = std::max(quality.noise.accel_density, sheet.accel_density);
   const double first = window.times().front(), last = window.times().back();
+  out.span = last - first;
   double step = 0.0;
   out.rate = spreadOfMeans(window.imu(), first, last, &ImuSample::gyro, &out.mean_rate, &step);
   out.rate /= gyro / std::sqrt(step);
   out.force = spreadOfMeans(window.imu(), first, last, &ImuSample::accel, &out.mean_force, &step);
   out.force /= accel / std::sqrt(step);
-  out.rate_sigma = gyro / std::sqrt(last - first);
-  out.force_sigma = accel / std::sqrt(last - first);
+  out.rate_sigma = gyro / std::sqrt(out.span);
+  out.force_sigma = accel / std::sqrt(out.span);
   return out;
 }
 
 bool RestMeasures::isRest(double gravity_magnitude, const InertialOptions& inertial) const {
   if (track_count < kFewestTracksAtRest) return false;
-  // The median of n tracks scatters by 0.72 / sqrt(n) of itself.
-  const double bound = 1.0 + 3.0 * 0.72 / std::sqrt(track_count);
-  return tracks <= bound && rate <= kMaxImuAtRest && force <= kMaxImuAtRest &&
+  const double bound = kMaxMotionAtRest * span / kRestSpan;
+  return tracks <= bound && rate <= bound && force <= bound &&
          std::abs(mean_force.norm() - gravity_magnitude) <= 5.0 * inertial.accel_bias_prior &&
          mean_rate.norm() <= inertial.gyro_bias_prior;
 }
@@ -121,7 +127,7 @@ StatePrior priorAtRest(const RestMeasures& rest, double t, double gravity_magnit
   prior.covariance.block<3, 3>(12, 12) = of_bias;
   prior.covariance.diagonal().segment<3>(6).setConstant(kRestVelocitySigma * kRestVelocitySigma);
   prior.covariance.diagonal().segment<3>(9).setConstant(
-      std::pow(std::hypot(rest.rate_sigma, kRestRateSigma), 2));
+      std::pow(std::hypot(rest.rate_sigma, rest.turn_rate, kRestRateSigma), 2));
   return prior;
 }
 

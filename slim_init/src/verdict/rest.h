@@ -11,12 +11,16 @@
 
 namespace slim_init {
 
-/// How much a window moves, each in units of its own measured noise: about 1 at rest. NaN where it
-/// could not be measured, which is no rest.
+/// How much a window moves, each in units of its own measured noise: about 1 for a body that stands
+/// on firm ground. NaN where it could not be measured, which is no rest.
 struct RestMeasures {
+  double span = kNotComputed;  ///< of the window [s]
   /// Median over the tracks of the distance between the mean bearings of their first and last
   /// thirds, without any compensation of a rotation.
   double tracks = kNotComputed;
+  /// What of that distance is not noise, over its time [rad/s]: so much the body turns all the
+  /// same.
+  double turn_rate = 0.0;
   int track_count = 0;          ///< tracks behind it
   double rate = kNotComputed;   ///< rms deviation of the angular rate, averaged over kRestStep
   double force = kNotComputed;  ///< the same of the specific force
@@ -25,8 +29,8 @@ struct RestMeasures {
   double rate_sigma = kNotComputed;   ///< standard deviation of an axis of mean_rate [rad/s]
   double force_sigma = kNotComputed;  ///< the same of mean_force [m/s^2]
 
-  /// Nothing moves by more than noise, and the rest is what a body at rest measures: gravity, and a
-  /// rate within the prior of the gyroscope bias.
+  /// Nothing moves by much more than noise, and the rest is what a body at rest measures: gravity,
+  /// and a rate within the prior of the gyroscope bias.
   bool isRest(double gravity_magnitude, const InertialOptions& inertial) const;
 };
 
