@@ -50,16 +50,18 @@ def condensed(line):
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 HOST_KEYS = {"title", "repository", "checked_at", "like", "folder", "files", "recognised_by", "in",
-             "words", "insertions", "members", "members_in", "why"}
-INSERTION_KEYS = {"file", "before", "after", "text", "indent", "in", "why"}
-KINDS = ("header", "source", "node", "cmake", "package")
+             "words", "insertions", "repairs", "members", "members_in", "why"}
+INSERTION_KEYS = {"file", "before", "after", "text", "in", "why"}
 PLACEHOLDER = re.compile("@([a-z_]+)@")
 
 
 class Host:
-    """A description in hosts/, with what it takes over from the one that it is like."""
+    """A description in hosts/, with what it takes over from the one that it is like.
 
-    def __init__(self, name, data):
+    Its "repairs" are names of insertions and of words that improve the host itself: without
+    `repaired` these insertions are omitted, and these words are empty."""
+
+    def __init__(self, name, data, repaired=True):
         self.name = name
         self.title = data["title"]
         self.checked_at = data.get("checked_at", "")
@@ -69,21 +71,24 @@ class Host:
         folder = data.get("folder", "")
         paths = {kind: "/".join(filter(None, [folder, path]))
                  for kind, path in data["files"].items()}
-        missing = [kind for kind in KINDS if kind not in paths]
-        if missing:
-            raise Problem("%s: files has no \"%s\"" % (name, missing[0]))
         self.header = paths["header"]
         self.code_files = [paths[kind] for kind in ("header", "source", "node")]
         for sign in data.get("recognised_by", []):
             self.recognised_by.append((paths[sign["file"]], condensed(sign["line"])))
         self.files = {}  # path: insertions
         self.names = {}  # path: names of the insertions
+        repairs = data.get("repairs", [])
+        for key in repairs:
+            if key not in data["insertions"] and key not in data["words"]:
+                raise Problem("%s: the repair \"%s\" is no insertion and no word" % (name, key))
+        left_out = [] if repaired else repairs
+        words = {key: type(word)() if key in left_out else word
+                 for key, word in data["words"].items()}
         for key, entry in data["insertions"].items():
-            if entry is None:
-                continue
-            self.add(key, entry, data, paths)
+            if entry is not None and key not in left_out:
+                self.add(key, entry, data, paths, words)
 
-    def add(self, key, entry, data, paths):
+    def add(self, key, entry, data, paths, words):
         what = "%s, insertion \"%s\"" % (self.name, key)
         unknown = set(entry) - INSERTION_KEYS
         if unknown:
@@ -95,8 +100,7 @@ class Host:
             raise Problem("%s: needs either \"before\" or \"after\"" % what)
         where = "before" if "before" in entry else "after"
         inside = entry.get("in", data.get("in", {}).get(entry["file"], ""))
-        code = filled(text_of(entry.get("text", key), what), data["words"], what)
-        code = [shifted(line, entry.get("indent", 0)) for line in code]
+        code = filled(text_of(entry.get("text", key), what), words, what)
         path = paths[entry["file"]]
         insertion = Insertion(entry[where], where, "\n".join(code), inside)
         self.files.setdefault(path, []).append(insertion)
@@ -130,15 +134,6 @@ def filled(lines, words, what):
         else:
             result.append(PLACEHOLDER.sub(lambda match: word(match.group(1)), line))
     return result
-
-
-def shifted(line, columns):
-    """Whitespace in front of `line` grows by `columns`; preprocessor lines stay."""
-    if not line.strip() or line.startswith("#"):
-        return line
-    if columns < 0:
-        return line[min(-columns, len(line) - len(line.lstrip())):]
-    return " " * columns + line
 
 
 def description(path):
@@ -184,19 +179,19 @@ def complete(data, seen, path):
     return merged
 
 
-def load_host(path):
+def load_host(path, repaired=True):
     name, data = description(path)
     try:
-        return Host(name, complete(data, [name], path))
+        return Host(name, complete(data, [name], path), repaired)
     except (AttributeError, KeyError, TypeError) as problem:
         raise Problem("%s: not a description of a host: %s" % (path, problem))
 
 
-def known_hosts():
+def known_hosts(repaired=True):
     """{name: Host}"""
-    folder = os.path.join(HERE, "hosts")
-    return {name[:-len(".json")]: load_host(os.path.join(folder, name))
-            for name in sorted(os.listdir(folder)) if name.endswith(".json")}
+    names = sorted(os.listdir(os.path.join(HERE, "hosts")))
+    return {name[:-len(".json")]: load_host(os.path.join(HERE, "hosts", name), repaired)
+            for name in names if name.endswith(".json")}
 
 
 # ------------------------------------------------------------------------------------ text of files
@@ -347,8 +342,7 @@ def holds(checkout, host):
     return True
 
 
-def host_of(checkout):
-    hosts = known_hosts()
+def host_of(checkout, hosts):
     fits = [host for host in hosts.values() if holds(checkout, host)]
     # The one that asks for most: a fork has the files of its original.
     most = max([len(host.recognised_by) for host in fits] or [0])
@@ -362,15 +356,13 @@ def host_of(checkout):
 
 
 def chosen_host(options):
-    if not options.host:
-        return host_of(options.checkout)
-    if options.host.endswith(".json"):
-        return load_host(options.host)
-    hosts = known_hosts()
-    if options.host not in hosts:
+    if options.host and options.host.endswith(".json"):
+        return load_host(options.host, not options.without_repairs)
+    hosts = known_hosts(not options.without_repairs)
+    if options.host and options.host not in hosts:
         raise Problem("%s: no such host; known are %s, or give a file *.json"
                       % (options.host, ", ".join(hosts)))
-    return hosts[options.host]
+    return hosts[options.host] if options.host else host_of(options.checkout, hosts)
 
 
 # ---------------------------------------------------------------------------------- what fits
@@ -449,7 +441,7 @@ def diagnosis(options):
         host = chosen_host(options)
     else:
         scored = []
-        for host in known_hosts().values():
+        for host in known_hosts(not options.without_repairs).values():
             found = count_matches(examined(options.checkout, host))
             scored.append((holds(options.checkout, host), len(host.recognised_by), found, host))
         scored.sort(key=lambda row: (row[0], row[1] if row[0] else 0, row[2]), reverse=True)
@@ -496,42 +488,30 @@ def diagnosis(options):
 
 
 def run(options):
-    if not os.path.isdir(options.checkout):
-        raise Problem("%s: no such folder" % options.checkout)
     host = chosen_host(options)
-    present, bare, wanted, blocks = {}, {}, {}, 0
+    present, wanted, blocks = {}, {}, 0
     for path, insertions in host.files.items():
         file = os.path.join(options.checkout, path)
         try:
             present[file] = read(file)
         except OSError as problem:
             raise Problem("%s: cannot be read: %s" % (file, problem.strerror))
-        bare[file], count = stripped(file, present[file])
+        bare, count = stripped(file, present[file])
         blocks += count
-        if not options.revert:
-            wanted[file] = inserted(file, bare[file], insertions)
-    if options.revert:
-        wanted = bare
+        wanted[file] = bare if options.revert else inserted(file, bare, insertions)
     changed = {file: text for file, text in wanted.items() if text != present[file]}
-    total = host.total()
-
-    if options.revert:
-        done = "%d insertions taken out of %d files" % (blocks, len(changed))
-        todo = "%d insertions in %d files can be taken out" % (blocks, len(changed))
-        nothing = "nothing of slim_init is in it"
-    else:
-        done = "%d insertions in %d files" % (total, len(wanted))
-        todo = "%d insertions in %d files can be made" % (total, len(wanted))
-        if blocks:
-            done += ", in place of %d earlier ones" % blocks
-            todo += ", in place of %d earlier ones" % blocks
-        nothing = "already applied, %d insertions in %d files" % (total, len(wanted))
+    made = "%d insertions in %d files" % (host.total(), len(wanted))
     if not changed:
-        return "%s: %s" % (host.name, nothing)
-    if options.check:
-        return "%s: %s" % (host.name, todo)
-    write_all(changed)
-    return "%s: %s" % (host.name, done)
+        return "%s: %s" % (host.name, "nothing of slim_init is in it" if options.revert
+                           else "already applied, " + made)
+    if not options.check:
+        write_all(changed)
+    if options.revert:
+        return "%s: %d insertions %s %d files" % (
+            host.name, blocks, "can be taken out of" if options.check else "taken out of",
+            len(changed))
+    return "%s: %s%s%s" % (host.name, made, " can be made" if options.check else "",
+                           ", in place of %d earlier ones" % blocks if blocks else "")
 
 
 def main():
@@ -543,13 +523,16 @@ def main():
                       help="list every anchor: found, found more than once, not found and the "
                       "nearest line; ends with 1 unless all fit; changes nothing")
     parser.add_argument("--revert", action="store_true", help="remove all insertions")
+    parser.add_argument("--without-repairs", action="store_true",
+                        help="leave out what improves the host itself and not its start: "
+                        "keep_heading, and depths from all views")
     parser.add_argument("--host", "--flavour", metavar="NAME|FILE.json",
                         help="a name in hosts/ or a description of your own; default: recognised")
     options = parser.parse_args()
     try:
+        if not os.path.isdir(options.checkout):
+            raise Problem("%s: no such folder" % options.checkout)
         if options.diagnose:
-            if not os.path.isdir(options.checkout):
-                raise Problem("%s: no such folder" % options.checkout)
             text, fits = diagnosis(options)
             print(text)
             return 0 if fits else 1

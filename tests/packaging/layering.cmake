@@ -134,7 +134,8 @@ layer("tools" FOLDERS slim_init/tools
 
 # For nodes alone, the hosts' and ours.
 layer("node headers" FOLDERS vins_estimator_patch/include/slim_init/vins_ros
-      ROOTS slim_init/include ANGLE "${std}|${eigen}|(ros|[a-z]+_msgs)/[A-Za-z_]+\\.h")
+      ROOTS slim_init/include vins_estimator_patch/include
+      ANGLE "${std}|${eigen}|(ros|[a-z]+_msgs)/[A-Za-z_]+\\.h")
 
 # Nothing includes these two.
 layer("ros edge" FOLDERS slim_init/ros feature_tracker_lines/ros

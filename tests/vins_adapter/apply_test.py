@@ -19,22 +19,8 @@ import apply  # noqa: E402
 import forks  # noqa: E402
 
 HOSTS = apply.known_hosts()
+UNREPAIRED = apply.known_hosts(repaired=False)
 CPP = {name: host.code_files[1] for name, host in HOSTS.items()}
-
-# Hosts of the first released version, and what the blocks called in it: (now, then).
-RELEASED = ["vins-mono", "vins-fusion"]
-NAMES_OF_VERSION_0_1 = [
-    ("slim_init_glue.timeStock()", "slim_init_glue.beforeStock()"),
-    ("slim_init_glue.recordStock(", "slim_init_glue.afterStock("),
-    ("slim_init_glue.rememberHealthy(", "slim_init_glue.healthy("),
-    ("slim_init_glue.serveRequest(", "slim_init_glue.requestFailed("),
-    ("slim_init_glue.requestReset()", "slim_init_glue.wantReset()"),
-    ("slim_init_glue.requestRecovery(", "slim_init_glue.request("),
-    ("slim_init_glue.open(", "slim_init_glue.start("),
-    ("slim_init_recover_callback", "slim_init_reinit_callback"),
-    ("slim_init_sub_recover", "slim_init_sub_reinit"),
-    ("slim_init/recover", "slim_init/reinit"),
-]
 
 
 def tool(*arguments):
@@ -50,6 +36,7 @@ class Options:
 
     def __init__(self, checkout, check=False, revert=False, host=None):
         self.checkout, self.check, self.revert, self.host = checkout, check, revert, host
+        self.without_repairs = False
 
 
 def read(path):
@@ -120,6 +107,21 @@ class ApplyTest(unittest.TestCase):
                 self.assertEqual(self.tree(path), pristine)
                 self.assertIn("nothing of slim_init", self.succeeds(path, "--revert"))
                 self.assertEqual(self.tree(path), pristine)
+
+    def test_repairs_of_the_host_can_be_left_out(self):
+        for flavour, host in HOSTS.items():
+            with self.subTest(flavour):
+                path = self.checkout(flavour)
+                self.succeeds(path)
+                repairs, total = b"keepHeading|fillDepths", UNREPAIRED[flavour].total()
+                found = [file for file, (text, _) in self.tree(path).items()
+                         if re.search(repairs, text)]
+                self.assertEqual(found, [] if flavour in ("gvins", "open_vins") else [CPP[flavour]])
+                self.assertIn("%d insertions" % total, self.succeeds(path, "--without-repairs"))
+                self.assertFalse(any(re.search(repairs, text)
+                                     for text, _ in self.tree(path).values()))
+                self.assertIn("%d of %d anchors match" % (total, total),
+                              self.succeeds(path, "--without-repairs", "--diagnose"))
 
     def test_only_whole_lines_are_added(self):
         for flavour in HOSTS:
@@ -200,16 +202,14 @@ class ApplyTest(unittest.TestCase):
         self.succeeds(path, "--revert")
         self.assertEqual(self.tree(path), pristine)
 
-    def patched_by_version_0_1(self, flavour):
-        """A stand-in as the first released version left it, and its files before that."""
+    def patched_by_an_old_version(self, flavour):
+        """A stand-in with blocks of other texts, one of them elsewhere, and its files before."""
         path = self.checkout(flavour)
         pristine = self.tree(path)
         for file, insertions in HOSTS[flavour].files.items():
             old = []
             for insertion in insertions:
-                code = "\n".join(insertion.code)
-                for now, then in NAMES_OF_VERSION_0_1:
-                    code = code.replace(now, then)
+                code = "\n".join(insertion.code).replace("slim_init", "old_name") + "\nold_line();"
                 old.append(apply.Insertion(insertion.anchor, insertion.where, code, insertion.inside))
             if file == CPP[flavour]:
                 # A block where this version has none.
@@ -220,15 +220,10 @@ class ApplyTest(unittest.TestCase):
         return path, pristine
 
     def test_a_host_patched_by_the_previous_version_is_upgraded(self):
-        for flavour in RELEASED:
+        for flavour in ("vins-mono", "vins-fusion"):
             with self.subTest(flavour):
-                path, pristine = self.patched_by_version_0_1(flavour)
+                path, pristine = self.patched_by_an_old_version(flavour)
                 old = self.tree(path)
-                text = b"".join(data for data, _ in old.values())
-                for _, then in NAMES_OF_VERSION_0_1:
-                    if flavour == "vins-mono" and then == "slim_init_glue.wantReset()":
-                        continue  # of VINS-Fusion alone
-                    self.assertIn(then.encode(), text)
                 blocks = HOSTS[flavour].total()
                 self.assertIn("%d insertions" % blocks, self.succeeds(path, "--check"))
                 self.assertEqual(self.tree(path), old)
@@ -244,7 +239,7 @@ class ApplyTest(unittest.TestCase):
                 shutil.rmtree(path)
 
                 # Without the upgrade between them as well.
-                self.patched_by_version_0_1(flavour)
+                self.patched_by_an_old_version(flavour)
                 self.assertIn("%d insertions taken out" % (blocks + 1),
                               self.succeeds(path, "--revert"))
                 self.assertEqual(self.tree(path), pristine)
@@ -323,7 +318,7 @@ class ApplyTest(unittest.TestCase):
         header = os.path.join(path, "vins_estimator", "src", "estimator.h")
         text = read(source)
         write(source, text.replace(b"if(result)", b"if(result && ok)").replace(
-            b"    key_poses.clear();", b"    key_poses.clear();\n    key_poses.clear();"))
+            b"        if (failureDetection())", b"        if (failureDetection())\n" * 2))
         write(header, read(header).replace(b"IntegrationBase* tmp_pre_integration;", b""))
         before = self.tree(path)
         code, lines = self.diagnosed(path)
@@ -331,9 +326,9 @@ class ApplyTest(unittest.TestCase):
         said = "\n".join(lines)
         self.assertRegex(said, r"NOT FOUND after_stock  if\(result\)\n *nearest is line \d+: "
                          r"if\(result && ok\)")
-        self.assertRegex(said, r"2 TIMES   healthy      lines \d+, \d+: key_poses.clear\(\);")
+        self.assertRegex(said, r"2 TIMES   optimized    lines \d+, \d+: if \(failureDetection\(\)\)")
         self.assertRegex(said, r"NOT FOUND member  ")
-        self.assertIn("16 of 19 anchors match; what to do", said)
+        self.assertIn("10 of 13 anchors match; what to do", said)
         # What the inserted calls use and the stand-in's header does not spell out.
         self.assertNotIn("member Ps", said)
         self.assertEqual(self.tree(path), before)
@@ -372,9 +367,9 @@ class ApplyTest(unittest.TestCase):
         pristine = self.tree(path)
         self.assertIn("holds none of the known hosts", self.refuses(path))
         self.assertEqual(self.diagnosed(path, "--host", described)[0], 0)
-        self.assertIn("my_fork: 19 insertions in 5 files", self.succeeds(path, "--host", described))
+        self.assertIn("my_fork: 13 insertions in 5 files", self.succeeds(path, "--host", described))
         source = read(os.path.join(path, "my_estimator", "src", "estimator.cpp"))
-        self.assertIn(b"continueFrameOfStock(*this);\n// <<< slim_init\n            if(result == true)",
+        self.assertIn(b"stockTried(*this, result);\n// <<< slim_init\n            if(result == true)",
                       source)
         self.succeeds(path, "--host", described, "--revert")
         self.assertEqual(self.tree(path), pristine)
@@ -392,6 +387,7 @@ class ApplyTest(unittest.TestCase):
                 (b', "before": "if (result == true)"', b"", 'either "before" or "after"'),
                 (b'"like": "vins-mono", ', b"", 'needs "files"'),
                 (b'"my_estimator"', b"7", "not a description"),
+                (b'"like"', b'"repairs": ["yaw"], "like"', 'repair "yaw" is no insertion'),
                 (b"}\n}", b"}\n", "not JSON")):
             self.assertIn(old, good)
             write(described, good.replace(old, new))
@@ -452,8 +448,10 @@ class ApplyTest(unittest.TestCase):
         with open(os.path.join(REPOSITORY, "vins_estimator_patch", "README.md")) as stream:
             readme = stream.read()
         for name, host in HOSTS.items():
-            self.assertIn("| %s | `%s` | %s | %d in %d |" % (
-                host.title, name, host.checked_at, host.total(), len(host.files)), readme)
+            bare = UNREPAIRED[name].total()
+            self.assertIn("| %s | `%s` | %s | %d | %d | %d |" % (
+                host.title, name, host.checked_at, bare, host.total() - bare, len(host.files)),
+                readme)
         with open(os.path.join(REPOSITORY, "docs", "vins_mono.md")) as stream:
             guide = stream.read()
         mono = HOSTS["vins-mono"]

@@ -378,6 +378,7 @@ TEST_F(StandInRun, SeedLandsInTheRightMembers) {
 #endif
   EXPECT_NE(logText().find("info: slim_init: seed done: "), std::string::npos) << logText();
   EXPECT_EQ(timesLogged(kNoLines), 0);
+  EXPECT_TRUE(ros::timers().empty()) << "without speed_topic the master is not asked";
   EXPECT_NE(csv().back().find(",slim,seed,success,"), std::string::npos) << csv().back();
   EXPECT_FALSE(ros::published()["slim_init/status"].empty());
 }
@@ -437,14 +438,15 @@ TEST_F(StandInRun, WhatOnlyThisHostHasStartsAnew) {
 
 // Biases of a flight are there for the next run.
 TEST_F(StandInRun, WhatIsKnownOfTheSensorsGoesFromRunToRun) {
-  start("initializer: slim\nreinit: 1\nsensors_file: \"sensors.yaml\"\n");
+  start("initializer: slim\nreinit: 1\nwatchdog: 0\nsensors_file: \"sensors.yaml\"\n");
   EXPECT_EQ(timesLogged("sensors.yaml: the file cannot be opened; no warm start"), 1) << logText();
   const int frames = fly(40);
   Estimator& e = host();
   e.Bas[kNewest] = Eigen::Vector3d(0.1, -0.2, 0.3);
   for (int i = 1; i <= 46; ++i) {  // 23 s
     setStamp(exact_.keyframes[frames - 1].t + 0.5 * i, &e.Headers[kNewest]);
-    e.slim_init_glue.rememberHealthy(e);
+    e.slim_init_glue.optimized(
+        e, [] { return false; }, [] {});
   }
   std::string reports;
   HostGlue next_run;
@@ -555,12 +557,6 @@ TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
   EXPECT_EQ(timesLogged("a measured velocity of"), 2) << logText();
   EXPECT_EQ(timesLogged("its stamp is not after that of the velocity before it"), 1) << logText();
   EXPECT_EQ(timesLogged("its covariance is not positive definite"), 1) << logText();
-}
-
-// Without one, and in a stock host, the master is not asked.
-TEST_F(StandInRun, NoSpeedTopic) {
-  start("initializer: slim\n");
-  EXPECT_TRUE(ros::timers().empty());
 }
 
 // With the first full window, so that one reads it before the start.
@@ -684,6 +680,23 @@ TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
   EXPECT_GT(values[2], 0.01);
   EXPECT_LT(values[2], 1.0);
 }
+
+// VINS-Fusion and DynaVINS track their images themselves.
+#if !defined(STAND_IN_VINS_FUSION) && !defined(STAND_IN_DYNAVINS)
+TEST_F(StandInRun, FeaturesThatWaitAreADelayOfTheOdometry) {
+  start("initializer: slim\nreinit: 1\n");
+  const int k = fly(30);
+  EXPECT_EQ(timesLogged("behind the newest image"), 0) << logText();
+  sensor_msgs::PointCloud features;
+  features.header.stamp.seconds = exact_.keyframes[k].t + 0.5;
+  for (const auto& [topic, callback] : ros::callbacks<sensor_msgs::PointCloudConstPtr>()) {
+    if (topic.find("lines") != std::string::npos) continue;
+    callback(std::make_shared<const sensor_msgs::PointCloud>(features));
+  }
+  frame(k);
+  EXPECT_EQ(timesLogged("odometry is 0.5 s behind the newest image (limit 0.3)"), 1) << logText();
+}
+#endif
 
 // Hosts without a restart of the tracker have no insertion there.
 #if !defined(STAND_IN_VINS_FUSION) && !defined(STAND_IN_DYNAVINS) && !defined(STAND_IN_PL_VINS)

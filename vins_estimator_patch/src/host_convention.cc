@@ -84,6 +84,19 @@ bool toHostWindow(const std::vector<NavState>& states, double gravity_magnitude,
   return true;
 }
 
+FrameObservation toFrame(double stamp, const std::vector<double>& points) {
+  FrameObservation frame;
+  frame.t = stamp;
+  for (std::size_t k = 0; k + 6 <= points.size(); k += 6) {
+    PointObservation point;
+    point.id = static_cast<FeatureId>(points[k]);
+    point.bearing = Eigen::Vector3d(points[k + 1], points[k + 2], points[k + 3]);
+    point.pixel = Eigen::Vector2d(points[k + 4], points[k + 5]);
+    frame.points.push_back(point);
+  }
+  return frame;
+}
+
 HostState toHostState(const NavState& state, double td) {
   HostState host;
   host.stamp = state.t - td;

@@ -17,6 +17,7 @@
 #include "flight_monitor.h"
 #include "slim_init/remedy.h"
 #include "slim_init/vins_adapter/feature_message.h"
+#include "slim_init/vins_adapter/host_convention.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"
 
@@ -66,6 +67,12 @@ constexpr double kUncertainFrame = 1.0;
 constexpr double kUnknownSpeed = 1.0;
 constexpr double kUnknownTurn = 57.3;
 
+std::vector<double> stampsOf(const std::vector<HostState>& frames) {
+  std::vector<double> stamps;
+  for (const HostState& frame : frames) stamps.push_back(frame.stamp);
+  return stamps;
+}
+
 // The shortest time between two frames [s].
 double shortestInterval(const std::vector<HostState>& states) {
   double shortest = std::numeric_limits<double>::infinity();
@@ -97,12 +104,26 @@ GlueWindow toGlueWindow(const HostResult& answer, const Calibration& host,
   return result;
 }
 
+// The rotation about z that brings `from` closest to `to`: the twist about z of their difference.
+// Unlike a difference of Euler yaws it is well defined for every mounting. False, and `turn` as it
+// was, where the difference tilts by 180 deg.
+bool turnAboutVertical(const Eigen::Matrix3d& to, const Eigen::Matrix3d& from,
+                       Eigen::Matrix3d* turn) {
+  const Eigen::Matrix3d difference = to * from.transpose();
+  const double sine = difference(1, 0) - difference(0, 1);
+  const double cosine = difference(0, 0) + difference(1, 1);
+  const double norm = std::hypot(sine, cosine);
+  if (!(norm > 1e-3)) return false;
+  *turn << cosine / norm, -sine / norm, 0.0, sine / norm, cosine / norm, 0.0, 0.0, 0.0, 1.0;
+  return true;
+}
+
 // So that its first frame has the position and the heading of `anchor`.
-void moveWindow(const HostState& anchor, HostWindow* window) {
+void moveWindow(const HostState& anchor, std::vector<HostState>* window) {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  glue_detail::turnAboutVertical(anchor.R, window->states.front().R, &R);
-  const Eigen::Vector3d origin = window->states.front().P;
-  for (HostState& state : window->states) {
+  turnAboutVertical(anchor.R, window->front().R, &R);
+  const Eigen::Vector3d origin = window->front().P;
+  for (HostState& state : *window) {
     state.P = anchor.P + R * (state.P - origin);
     state.R = R * state.R;
     state.V = R * state.V;
@@ -410,13 +431,11 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
 }
 
 bool HostGlue::active() const { return state_->active; }
-bool HostGlue::decides() const { return active() && state_->file.mode == HostMode::kSlim; }
-bool HostGlue::shadows() const { return active() && state_->file.mode == HostMode::kShadow; }
-bool HostGlue::reinit() const { return active() && state_->file.reinit; }
-bool HostGlue::watches() const { return active() && state_->file.watchdog; }
-bool HostGlue::continuesFrameOfStock() const {
-  return reinit() && state_->file.mode == HostMode::kStock;
+bool HostGlue::decides() {
+  state_->stock_began = Clock::now();
+  return active() && state_->file.mode == HostMode::kSlim;
 }
+bool HostGlue::reinit() const { return active() && state_->file.reinit; }
 
 void HostGlue::addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro) {
   // The host hands the sample after a frame over again with the next frame.
@@ -442,21 +461,11 @@ void HostGlue::received(double stamp) {
   state_->adapter->received(stamp);
 }
 
-void HostGlue::addPoints(double stamp, const std::vector<GluePoint>& points, double td) {
+void HostGlue::addPoints(double stamp, const std::vector<double>& points, double td) {
   State& state = *state_;
   state.frame_began = Clock::now();
-  FrameObservation frame;
-  frame.t = stamp;
-  frame.points.reserve(points.size());
-  for (const GluePoint& point : points) {
-    PointObservation observation;
-    observation.id = point.id;
-    observation.bearing = Eigen::Vector3d(point.x, point.y, point.z);
-    observation.pixel = Eigen::Vector2d(point.u, point.v);
-    frame.points.push_back(observation);
-  }
   state.adapter->setTd(td);
-  state.adapter->addFrame(std::move(frame));
+  state.adapter->addFrame(toFrame(stamp, points));
 }
 
 void HostGlue::addLineCloud(const GlueCloud& cloud) {
@@ -494,9 +503,10 @@ void HostGlue::addSpeed(double t, const Eigen::Vector3d& velocity,
   state.report(ReportLevel::kWarn, out.str());
 }
 
-bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
+bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* window,
                           bool* drop_oldest) {
   State& state = *state_;
+  const std::vector<double> stamps = stampsOf(frames);
   state.reportMissingLines();
   const bool join = state.continues(stamps.front());
   HostPropagation propagated;
@@ -509,7 +519,8 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   state.reportAnswer(action, answer);
   if (answer.success()) {
     *window = toGlueWindow(answer, state.adapter->calibration(), state.adapter->options());
-    if (join && !propagated.ok) moveWindow(propagated.state, window);
+    window->intervals = state.adapter->imuIntervals(stamps);
+    if (join && !propagated.ok) moveWindow(propagated.state, &window->states);
     state.reportStart(answer);
     state.monitor.reset();
     if (join) {
@@ -525,15 +536,17 @@ bool HostGlue::seedWindow(const std::vector<double>& stamps, GlueWindow* window,
   return false;
 }
 
-// The request is served with the next frame.
-bool HostGlue::isPending() {
+// Not while the solve runs: the request is then served with the next frame.
+bool HostGlue::resetsAfterRefusal() {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   state_->requested = state_->requested || state_->pending;
-  return state_->pending;
+  return state_->reset_if_refused && !state_->pending;
 }
 
-bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window) {
+bool HostGlue::solveRecovery(const std::vector<HostState>& frames, bool failed,
+                             GlueWindow* window) {
   State& state = *state_;
+  const std::vector<double> stamps = stampsOf(frames);
   state.pending = false;
   state.reportMissingLines();
   if (state.healthy.empty()) {
@@ -553,6 +566,7 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
     if (!failed) return false;
     const HostResult bridge = state.adapter->bridge(stamps, healthy);
     static_cast<HostWindow&>(*window) = bridge.window;
+    window->intervals = state.adapter->imuIntervals(stamps);
     return bridge.success();
   }
   state.record("recover", answer, nullptr);
@@ -564,6 +578,7 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
   }
   // What the host has learned about its calibration in flight stays.
   static_cast<HostWindow&>(*window) = answer.window;
+  window->intervals = state.adapter->imuIntervals(stamps);
   state.pause = 0.0;
   state.monitor.recovered(stamps.back());
   if (failed) state.continueFrame(stamps.back(), answer.frame);
@@ -573,6 +588,7 @@ bool HostGlue::solveRecovery(const std::vector<double>& stamps, bool failed, Glu
 bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                            const Eigen::Vector3d& tic) {
   State& state = *state_;
+  if (!state.file.watchdog) return false;
   const double stamp = window.back().stamp;
   const FlightStatus before = state.monitor.status();
   const HostHealth health =
@@ -602,7 +618,7 @@ bool HostGlue::judgeWindow(const std::vector<HostState>& window, const Eigen::Ma
   return stamp >= state.next_recovery;
 }
 
-bool HostGlue::ridesThrough(double newest_sample) {
+bool HostGlue::bridgesGap(double newest_sample) {
   if (!reinit()) return false;
   State& state = *state_;
   if (state.healthy.empty() || state.monitor.suspectsFrame() ||
@@ -639,19 +655,6 @@ void HostGlue::hostCleared() {
   state.monitor.reset();
 }
 
-bool HostGlue::continuedAt(double stamp, HostState* anchor) {
-  State& state = *state_;
-  if (!state.continues(stamp)) return false;
-  const HostPropagation propagated = state.continued(stamp);
-  state.continueFrame(stamp, propagated);
-  *anchor = propagated.state;
-  return true;
-}
-
-std::vector<HostImuInterval> HostGlue::imuIntervals(const std::vector<double>& stamps) const {
-  return state_->adapter->imuIntervals(stamps);
-}
-
 HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
                                        const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) {
   State& state = *state_;
@@ -684,23 +687,25 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
   state.adapter->learn(newest);
   state.saveSensors();
   if (state.healthy.empty()) {
-    // A window that has slid has its newest frame twice.
-    for (const HostState& one : window) {
-      if (one.stamp < newest.stamp) state.healthy.push_back(one);
-    }
+    state.healthy.assign(window.begin(), window.end());
+  } else {
+    state.healthy.push_back(newest);
   }
-  state.healthy.push_back(newest);
   while (state.healthy.front().stamp < newest.stamp - kHealthyKept) state.healthy.pop_front();
   // After a stream that started anew the old states are of another time.
   while (state.healthy.front().stamp > newest.stamp) state.healthy.pop_front();
 }
 
-void HostGlue::timeStock() {
-  if (shadows()) state_->stock_began = Clock::now();
-}
-
-void HostGlue::recordShadow(const std::vector<HostState>& window, bool tried, bool result) {
+bool HostGlue::takeStock(bool tried, bool result, std::vector<HostState>* window) {
   State& state = *state_;
+  const double first = window->front().stamp;
+  if (state.file.mode == HostMode::kStock && result && state.continues(first)) {
+    const HostPropagation propagated = state.continued(first);
+    state.continueFrame(first, propagated);
+    moveWindow(propagated.state, window);
+    return true;
+  }
+  if (state.file.mode != HostMode::kShadow) return false;
   state.reportMissingLines();
   StockStart stock;
   stock.tried = tried;
@@ -708,13 +713,12 @@ void HostGlue::recordShadow(const std::vector<HostState>& window, bool tried, bo
   if (tried) {
     stock.ms = std::chrono::duration<double, std::milli>(Clock::now() - state.stock_began).count();
   }
-  if (result) stock.window.states = window;
-  std::vector<double> stamps;
-  for (const HostState& frame : window) stamps.push_back(frame.stamp);
-  const HostResult answer = state.adapter->seed(stamps);
+  if (result) stock.window.states = *window;
+  const HostResult answer = state.adapter->seed(stampsOf(*window));
   state.record("seed", answer, &stock);
   state.reportAnswer("shadow", answer);
   if (result && answer.success()) state.reportStart(answer);
+  return false;
 }
 
 void HostGlue::requestRecovery(bool reset_if_refused) {
@@ -727,18 +731,14 @@ void HostGlue::requestRecovery(bool reset_if_refused) {
   state_->reset_if_refused = reset_if_refused;
 }
 
-bool HostGlue::takeRequest(bool* reset_if_refused) {
-  if (!reinit()) return false;
+bool HostGlue::takeRequest() {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  if (!state_->requested) return false;
-  state_->requested = false;
-  *reset_if_refused = state_->reset_if_refused;
-  return true;
+  return std::exchange(state_->requested, false);
 }
 
 void HostGlue::keepHeading(const Eigen::Matrix3d& before, const Eigen::Matrix3d& optimized,
                            Eigen::Matrix3d* turn) const {
-  if (state_->file.keep_heading) glue_detail::turnAboutVertical(before, optimized, turn);
+  if (state_->file.keep_heading) turnAboutVertical(before, optimized, turn);
 }
 
 void HostGlue::requestReset() {

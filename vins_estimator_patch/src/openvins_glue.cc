@@ -14,6 +14,7 @@
 #include "slim_init/initializer.h"
 #include "slim_init/remedy.h"
 #include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/vins_adapter/host_convention.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -178,19 +179,9 @@ double OpenVinsGlue::newestFrame() const {
   return state_->newest_frame;
 }
 
-void OpenVinsGlue::addPoints(double stamp, const std::vector<OpenVinsPoint>& points) {
-  FrameObservation frame;
-  frame.t = stamp;
-  frame.points.reserve(points.size());
-  for (const OpenVinsPoint& point : points) {
-    PointObservation seen;
-    seen.id = point.id;
-    seen.bearing = Eigen::Vector3d(point.x, point.y, 1.0).normalized();
-    seen.pixel = Eigen::Vector2d(point.u, point.v);
-    frame.points.push_back(seen);
-  }
+void OpenVinsGlue::addPoints(double stamp, const std::vector<double>& points) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  state_->frames.push_back(std::move(frame));
+  state_->frames.push_back(toFrame(stamp, points));
   state_->newest_frame = std::max(state_->newest_frame, stamp);
 }
 

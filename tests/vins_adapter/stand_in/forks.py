@@ -131,15 +131,6 @@ class Estimator : public EstimatorParts<std_msgs::Header, 1, NoTimeOffset> {""")
             "vins_estimator/src/estimator.cpp": with_its_overloads,
             "vins_estimator/src/estimator_node.cpp": [
                 ("#include <mutex>\n#include <queue>\n\n", ""),
-                ("""\
-std::queue<sensor_msgs::PointCloudConstPtr> feature_buf;
-
-void feature_callback(const sensor_msgs::PointCloudConstPtr &feature_msg)
-{
-    feature_buf.push(feature_msg);
-}
-
-""", ""),
                 # Its samples come one by one, and it has no restart.
                 ("std::queue<sensor_msgs::ImuConstPtr> imu_buf;\nstd::mutex m_buf, m_estimator;", """
 void send_imu(const sensor_msgs::ImuConstPtr &imu_msg)
@@ -201,7 +192,8 @@ extern int lidar_reset_id;
 """),
                 ("        TicToc t_solve;\n", ""), ("        (void)t_solve;\n", "")],
             "src/visual_odometry/visual_estimator/estimator_node.cpp": [
-                ("m_buf, m_estimator;\n", "m_buf, m_estimator;\nint lidar_reset_id = -1;\n"),
+                ("m_buf, m_estimator;\n", "m_buf, m_estimator;\nint lidar_reset_id = -1;\n"
+                 "const std::string PROJECT_NAME = \"lvi_sam\";\n"),
                 ("(image, img_msg", "(image, std::vector<float>(1, lidar_reset_id), img_msg")],
         }),
         "dynavins": Fork("vins_fusion", {"vins_estimator/src": "vins_estimator",

@@ -33,6 +33,10 @@ double hostYaw(const Eigen::Matrix3d& R_w_b);
 bool toHostWindow(const std::vector<NavState>& states, double gravity_magnitude, double td,
                   HostOrigin origin, HostWindow* window, std::string* error);
 
+/// Tracked points of camera 0 as a host passes them, six numbers each: id, x, y, z (undistorted,
+/// z = 1), u, v [px].
+FrameObservation toFrame(double stamp, const std::vector<double>& points);
+
 /// One state, in the world it is in: the same values under the host's names, stamp = t - td [s].
 HostState toHostState(const NavState& state, double td);
 

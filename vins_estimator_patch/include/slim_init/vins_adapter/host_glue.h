@@ -15,6 +15,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -45,13 +46,7 @@ struct GlueWindow : HostWindow {
   Eigen::Vector3d tic = Eigen::Vector3d::Zero();
   /// t_imu = stamp + td [s]; NaN: the host's stays.
   double td = std::numeric_limits<double>::quiet_NaN();
-};
-
-/// One tracked point of camera 0.
-struct GluePoint {
-  long long id = -1;
-  double x = 0.0, y = 0.0, z = 1.0;  ///< undistorted normalised
-  double u = 0.0, v = 0.0;           ///< [px]
+  std::vector<HostImuInterval> intervals;  ///< as in HostPreparation
 };
 
 /// A sensor_msgs::PointCloud without ROS.
@@ -67,7 +62,7 @@ struct GlueCloud {
   };
   /// A point in the plane z = 1.
   struct Point {
-    float x = 0.0f, y = 0.0f, z = 0.0f;
+    float x, y, z;
   };
   /// Named values, one per point.
   struct Channel {
@@ -112,6 +107,46 @@ std::vector<HostState> windowOf(const Estimator& e) {
   return window;
 }
 
+/// The interval of the host before frame `i` measured again: its own samples hold a glitch, which
+/// would throw off the optimization that follows, or have a hole.
+template <typename Estimator>
+void rebuildInterval(const HostImuInterval& interval, int i, Estimator& e) {
+  typedef typename std::remove_pointer<
+      typename std::remove_reference<decltype(e.pre_integrations[0])>::type>::type Integration;
+  if (e.pre_integrations[i] == nullptr || interval.dt.empty()) return;
+  Integration* fresh =
+      new Integration(interval.accel[0], interval.gyro[0], e.Bas[i - 1], e.Bgs[i - 1]);
+  e.dt_buf[i].clear();
+  e.linear_acceleration_buf[i].clear();
+  e.angular_velocity_buf[i].clear();
+  for (std::size_t k = 1; k < interval.dt.size(); ++k) {
+    fresh->push_back(interval.dt[k], interval.accel[k], interval.gyro[k]);
+    e.dt_buf[i].push_back(interval.dt[k]);
+    e.linear_acceleration_buf[i].push_back(interval.accel[k]);
+    e.angular_velocity_buf[i].push_back(interval.gyro[k]);
+  }
+  // The host's order: position, rotation, velocity, biases.
+  fresh->covariance.diagonal().template segment<3>(0).array() +=
+      interval.sigma_p * interval.sigma_p;
+  fresh->covariance.diagonal().template segment<3>(3).array() +=
+      interval.sigma_theta * interval.sigma_theta;
+  fresh->covariance.diagonal().template segment<3>(6).array() +=
+      interval.sigma_v * interval.sigma_v;
+  delete e.pre_integrations[i];
+  e.pre_integrations[i] = fresh;
+  if (i + 1 == windowFrames<Estimator>()) {
+    e.acc_0 = interval.accel.back();
+    e.gyr_0 = interval.gyro.back();
+  }
+}
+
+template <typename Estimator>
+void rebuildDamaged(const std::vector<HostImuInterval>& intervals, Estimator& e) {
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    if (intervals[i].damaged) rebuildInterval(intervals[i], static_cast<int>(i) + 1, e);
+  }
+}
+
 /// Everything that the host's next optimization reads. The window has all frames.
 template <typename Estimator>
 void writeWindow(const GlueWindow& window, Estimator& e) {
@@ -148,39 +183,7 @@ void writeWindow(const GlueWindow& window, Estimator& e) {
   e.last_R0 = e.Rs[0];
   e.last_P0 = e.Ps[0];
   e.failure_occur = false;
-}
-
-/// The interval of the host before frame `i` measured again: its own samples hold a glitch, which
-/// would throw off the optimization that follows, or have a hole.
-template <typename Estimator>
-void rebuildInterval(const HostImuInterval& interval, int i, Estimator& e) {
-  typedef typename std::remove_pointer<
-      typename std::remove_reference<decltype(e.pre_integrations[0])>::type>::type Integration;
-  if (e.pre_integrations[i] == nullptr || interval.dt.empty()) return;
-  Integration* fresh =
-      new Integration(interval.accel[0], interval.gyro[0], e.Bas[i - 1], e.Bgs[i - 1]);
-  e.dt_buf[i].clear();
-  e.linear_acceleration_buf[i].clear();
-  e.angular_velocity_buf[i].clear();
-  for (std::size_t k = 1; k < interval.dt.size(); ++k) {
-    fresh->push_back(interval.dt[k], interval.accel[k], interval.gyro[k]);
-    e.dt_buf[i].push_back(interval.dt[k]);
-    e.linear_acceleration_buf[i].push_back(interval.accel[k]);
-    e.angular_velocity_buf[i].push_back(interval.gyro[k]);
-  }
-  // The host's order: position, rotation, velocity, biases.
-  fresh->covariance.diagonal().template segment<3>(0).array() +=
-      interval.sigma_p * interval.sigma_p;
-  fresh->covariance.diagonal().template segment<3>(3).array() +=
-      interval.sigma_theta * interval.sigma_theta;
-  fresh->covariance.diagonal().template segment<3>(6).array() +=
-      interval.sigma_v * interval.sigma_v;
-  delete e.pre_integrations[i];
-  e.pre_integrations[i] = fresh;
-  if (i + 1 == windowFrames<Estimator>()) {
-    e.acc_0 = interval.accel.back();
-    e.gyr_0 = interval.gyro.back();
-  }
+  rebuildDamaged(window.intervals, e);
 }
 
 /// Takes features out of the host's window, whole: their views are counted from the first one on.
@@ -198,41 +201,16 @@ void forgetTracks(const std::vector<long long>& ids, Estimator& e) {
   }
 }
 
-/// The rotation about z that brings `from` closest to `to`: the twist about z of their difference.
-/// Unlike a difference of Euler yaws it is well defined for every mounting. False, and `turn` as it
-/// was, where the difference tilts by 180 deg.
-inline bool turnAboutVertical(const Eigen::Matrix3d& to, const Eigen::Matrix3d& from,
-                              Eigen::Matrix3d* turn) {
-  const Eigen::Matrix3d difference = to * from.transpose();
-  const double sine = difference(1, 0) - difference(0, 1);
-  const double cosine = difference(0, 0) + difference(1, 1);
-  const double norm = std::hypot(sine, cosine);
-  if (!(norm > 1e-3)) return false;
-  *turn << cosine / norm, -sine / norm, 0.0, sine / norm, cosine / norm, 0.0, 0.0, 0.0, 1.0;
-  return true;
-}
-
-/// Moves the whole window so that its first frame has the position and the yaw of `anchor`.
-template <typename Estimator>
-void moveWindow(const HostState& anchor, Estimator& e) {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  turnAboutVertical(anchor.R, e.Rs[0], &R);
-  const Eigen::Vector3d origin = e.Ps[0];
-  for (int i = 0; i < windowFrames<Estimator>(); ++i) {
-    e.Ps[i] = anchor.P + R * (e.Ps[i] - origin);
-    e.Rs[i] = R * e.Rs[i];
-    e.Vs[i] = R * e.Vs[i];
-  }
-}
-
 }  // namespace glue_detail
 
 /// A member of the host's estimator. Until open() finds a reason to be active, and always in a host
 /// whose file has none of our keys, every call returns at once and changes nothing.
 ///
+/// The host calls it at six events: addImu(), addFrame(), the initialization (decides(), seed(),
+/// stockTried()), optimized(), hostCleared(), and ridesThrough() before a restart of its tracker.
 /// All calls come from the host's processing thread, except addLines(), addSpeed(), received(),
-/// requestRecovery() and listen(), which may come from any. None of them waits for a solve longer
-/// than `max_wait_ms` of the host's file.
+/// requestRecovery() and listen(), which may come from any, and ridesThrough(). None of them waits
+/// for a solve longer than `max_wait_ms` of the host's file.
 class HostGlue {
  public:
   typedef std::function<void(ReportLevel, const std::string&)> Listener;
@@ -260,32 +238,18 @@ class HostGlue {
 
   /// As received, `t` on the IMU clock. A sample passed twice is added once.
   void addImu(double t, const Eigen::Vector3d& accel, const Eigen::Vector3d& gyro);
+  /// The same from a sensor_msgs::Imu.
+  template <typename Message>
+  void addImu(const Message& message) {
+    const auto& a = message.linear_acceleration;
+    const auto& w = message.angular_velocity;
+    addImu(message.header.stamp.toSec(), Eigen::Vector3d(a.x, a.y, a.z),
+           Eigen::Vector3d(w.x, w.y, w.z));
+  }
 
   /// The stamp of an image whose features have arrived and wait to be processed [s]: how far the
   /// odometry is behind it is watched. In the thread that receives it.
   void received(double stamp);
-
-  /// The host's `image` map, its header or stamp, and its present `td`.
-  template <typename Header, typename Image>
-  void addFrame(const Header& header, const Image& image, double td) {
-    if (!active()) return;
-    std::vector<GluePoint> points;
-    points.reserve(image.size());
-    for (const auto& feature : image) {
-      for (const auto& view : feature.second) {
-        if (view.first != 0) continue;
-        GluePoint point;
-        point.id = feature.first;
-        point.x = view.second(0);
-        point.y = view.second(1);
-        point.z = view.second(2);
-        point.u = view.second(3);
-        point.v = view.second(4);
-        points.push_back(point);
-      }
-    }
-    addPoints(glue_detail::stampOf(header), points, td);
-  }
 
   /// A message of the line tracker (feature_message.h).
   template <typename Cloud>
@@ -293,17 +257,9 @@ class HostGlue {
     if (!active()) return;
     GlueCloud cloud;
     cloud.header.stamp.seconds = message.header.stamp.toSec();
-    cloud.points.resize(message.points.size());
-    for (std::size_t i = 0; i < message.points.size(); ++i) {
-      cloud.points[i].x = message.points[i].x;
-      cloud.points[i].y = message.points[i].y;
-      cloud.points[i].z = message.points[i].z;
-    }
-    cloud.channels.resize(message.channels.size());
-    for (std::size_t c = 0; c < message.channels.size(); ++c) {
-      cloud.channels[c].name = message.channels[c].name;
-      cloud.channels[c].values.assign(message.channels[c].values.begin(),
-                                      message.channels[c].values.end());
+    for (const auto& point : message.points) cloud.points.push_back({point.x, point.y, point.z});
+    for (const auto& one : message.channels) {
+      cloud.channels.push_back({one.name, {one.values.begin(), one.values.end()}});
     }
     addLineCloud(cloud);
   }
@@ -315,84 +271,36 @@ class HostGlue {
   /// that cannot be used is reported.
   void addSpeed(double t, const Eigen::Vector3d& velocity, const Eigen::Matrix3d& covariance);
 
-  // ------------------------------------------------------------------------------------- seed
+  /// Requests a recovery with the next frame in flight, without a failure. If it is refused, the
+  /// host goes on, or resets itself when `reset_if_refused`.
+  void requestRecovery(bool reset_if_refused);
 
-  /// The adapter seeds the host, in place of the host's own initialization.
-  bool decides() const;
+  // ------------------------------------------------------------------------------------ events
 
-  /// Fills the host's full window, and the calibration that was found where the host estimates it,
-  /// and returns true; or declines. When it declines, it may have the
-  /// host drop its oldest frame, so that frames from before a standstill do not stay in it.
-  template <typename Estimator>
-  bool seed(Estimator& e) {
-    if (!decides() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
-    bool drop_oldest = false;
-    GlueWindow window;
-    const std::vector<double> frames = stamps(e);
-    if (seedWindow(frames, &window, &drop_oldest)) {
-      glue_detail::writeWindow(window, e);
-      rebuildDamaged(imuIntervals(frames), e);
-      // In flight the host may know them better by now.
-      e.ric[0] = window.ric;
-      e.tic[0] = window.tic;
-      e.f_manager.setRic(e.ric);
-      if (!std::isnan(window.td)) glue_detail::setTd(e, window.td, 0);
-      return true;
+  /// Once per frame, when the host's window has it and before it is used: the host's `image` map,
+  /// its header or stamp, and its present `td`. In flight, if the tracks of the frame contradict
+  /// the IMU data, or these are missing, the data are replaced in the host's window, with the
+  /// covariance of what is not known, and so is the prediction of its newest state: the images
+  /// carry the host. If a part of the tracks moves against the scene, it is taken out of the
+  /// window. With the first frame after a gap that it rides through, the host's failure detection
+  /// is to compare to that prediction: the frame before the gap is far away. A recovery that was
+  /// requested is made here. True: it was refused, and the host is to reset itself.
+  template <typename Estimator, typename Header, typename Image>
+  bool addFrame(Estimator& e, const Header& header, const Image& image, double td) {
+    if (!active()) return false;
+    std::vector<double> points;
+    for (const auto& feature : image) {
+      for (const auto& view : feature.second) {
+        if (view.first != 0) continue;
+        points.push_back(feature.first);
+        for (int i = 0; i < 5; ++i) points.push_back(view.second(i));  // x, y, z, u, v
+      }
     }
-    if (drop_oldest) e.marginalization_flag = Estimator::MARGIN_OLD;
-    return false;
-  }
-
-  /// Shadow mode: before the host's own attempt, and after it with its `result`. The second call
-  /// solves the same window and records both estimates; the host is not touched.
-  void timeStock();
-  template <typename Estimator>
-  void recordStock(const Estimator& e, bool result) {
-    if (!shadows() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
-    const bool tried =
-        result || e.initial_timestamp == glue_detail::stampOf(e.Headers[e.frame_count]);
-    recordShadow(glue_detail::windowOf(e), tried, result);
-  }
-
-  /// After a start by the host's own initialization: its window continues the odometry frame from
-  /// before a reset.
-  template <typename Estimator>
-  void continueFrameOfStock(Estimator& e) {
-    if (!continuesFrameOfStock() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>())
-      return;
-    HostState anchor;
-    if (continuedAt(glue_detail::stampOf(e.Headers[0]), &anchor)) {
-      glue_detail::moveWindow(anchor, e);
-    }
-  }
-
-  // ---------------------------------------------------------------------------------- recover
-
-  /// In flight, once per frame and before the window slides: judges the host's states. When they
-  /// are inconsistent, it fills the window again, and returns true when it did: the host is to
-  /// optimize it.
-  template <typename Estimator>
-  bool watch(Estimator& e) {
-    if (!watches() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
-    const Eigen::Matrix3d ric = e.ric[0];
-    const Eigen::Vector3d tic = e.tic[0];
-    return judgeWindow(glue_detail::windowOf(e), ric, tic) && recoverWindow(e, true);
-  }
-
-  /// In flight, once per frame and before the host's optimization. Where the tracks of the frame
-  /// contradict the IMU data, or these are missing, the data are replaced in the host's window,
-  /// with the covariance of what is not known, and so is the prediction of its newest state: the
-  /// images carry the host. Where a part of the tracks moves against the scene, that part is taken
-  /// out of the window. With the first frame after a gap that it rides through, the host's failure
-  /// detection is to compare to that prediction: the frame before the gap is far away.
-  template <typename Estimator>
-  void prepare(Estimator& e) {
-    if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return;
+    addPoints(glue_detail::stampOf(header), points, td);
+    if (!reinit() || e.solver_flag != Estimator::NON_LINEAR || !isFull(e)) return false;
     const int newest = e.frame_count;
-    const Eigen::Matrix3d ric = e.ric[0];
-    const Eigen::Vector3d tic = e.tic[0];
-    const HostPreparation frame = prepareFrame(glue_detail::windowOf(e), ric, tic);
-    rebuildDamaged(frame.intervals, e);
+    const HostPreparation frame = prepareFrame(glue_detail::windowOf(e), e.ric[0], e.tic[0]);
+    glue_detail::rebuildDamaged(frame.intervals, e);
     if (frame.replaces_newest) {
       e.Ps[newest] = frame.newest.P;
       e.Rs[newest] = frame.newest.R;
@@ -403,104 +311,141 @@ class HostGlue {
       e.last_P = e.Ps[newest];
       e.last_R = e.Rs[newest];
     }
+    return takeRequest() && !recoverWindow(e, false) && resetsAfterRefusal();
   }
 
-  /// The tracker was restarted after a gap in the images and requests a restart of the host: true
-  /// where that is not needed, because the state before the gap was healthy and the IMU data since
-  /// are whole. `newest_sample`: stamp of the last IMU sample that waits to be processed [s];
-  /// negative: none.
-  bool ridesThrough(double newest_sample);
+  /// The adapter seeds the host, in place of the host's own initialization. If not, the host's own
+  /// attempt begins, whose time is taken in shadow mode.
+  bool decides();
+
+  /// Fills the host's full window and returns true, or declines. If the host estimates its
+  /// calibration, the one that was found goes into the host and into its parameters, which a reset
+  /// returns to. When it declines, it may have the host drop its oldest frame, so that frames from
+  /// before a standstill do not stay in it.
+  template <typename Estimator>
+  bool seed(Estimator& e, int& estimate_extrinsic, Eigen::Matrix3d& ric, Eigen::Vector3d& tic) {
+    if (!decides() || !isFull(e)) return false;
+    bool drop_oldest = false;
+    GlueWindow window;
+    if (!seedWindow(glue_detail::windowOf(e), &window, &drop_oldest)) {
+      if (drop_oldest) e.marginalization_flag = Estimator::MARGIN_OLD;
+      return false;
+    }
+    glue_detail::writeWindow(window, e);
+    // In flight the host may know them better by now.
+    e.ric[0] = window.ric;
+    e.tic[0] = window.tic;
+    e.f_manager.setRic(e.ric);
+    if (!std::isnan(window.td)) glue_detail::setTd(e, window.td, 0);
+    if (estimate_extrinsic != 0) {
+      estimate_extrinsic = 1;
+      ric = window.ric;
+      tic = window.tic;
+    }
+    return true;
+  }
+
+  /// After the host's own attempt, with its `result`. Shadow mode solves the same window and
+  /// records both estimates; the host is not touched. After a stock start that follows a reset, the
+  /// window continues the odometry frame from before it.
+  template <typename Estimator>
+  void stockTried(Estimator& e, bool result) {
+    if (!active() || !isFull(e)) return;
+    std::vector<HostState> window = glue_detail::windowOf(e);
+    const bool tried = result || e.initial_timestamp == window.back().stamp;
+    if (!takeStock(tried, result, &window)) return;
+    for (std::size_t i = 0; i < window.size(); ++i) {
+      e.Ps[i] = window[i].P;
+      e.Rs[i] = window[i].R;
+      e.Vs[i] = window[i].V;
+    }
+  }
+
+  /// In flight, once per frame, after the host's optimization and before its own failure detection.
+  /// If the watchdog finds the states inconsistent, or the host finds a failure, the window is
+  /// filled again so that position and yaw continue; while the solve runs, with the last healthy
+  /// states, propagated by the IMU. The host then optimizes it: `solve()`. `failed()` is its
+  /// failure detection. A state without a finding may be needed later and is kept, and with the
+  /// first one those before it.
+  template <typename Estimator, typename Failed, typename Solve>
+  void optimized(Estimator& e, Failed failed, Solve solve) {
+    if (!active() || !isFull(e)) return;
+    if (judgeWindow(glue_detail::windowOf(e), e.ric[0], e.tic[0]) && recoverWindow(e, true)) {
+      solve();
+    }
+    if (!reinit()) return;
+    if (!failed()) {
+      addHealthy(glue_detail::windowOf(e));
+    } else if (recoverWindow(e, true)) {
+      solve();
+    }
+  }
 
   /// The host forgets its states, for whatever reason: the next start continues its odometry frame.
   void hostCleared();
-
-  /// After every frame that went well: the newest state may be needed, and of the first such frame
-  /// those before it. What the watchdog suspects is not kept.
-  template <typename Estimator>
-  void rememberHealthy(const Estimator& e) {
-    if (reinit()) addHealthy(glue_detail::windowOf(e));
+  /// The same for a host whose reset empties its queues of (stamp, vector), which are given.
+  template <typename Samples>
+  void hostCleared(Samples accel, Samples gyro) {
+    for (; !accel.empty() && !gyro.empty(); accel.pop(), gyro.pop()) {
+      addImu(accel.front().first, accel.front().second, gyro.front().second);
+    }
+    hostCleared();
   }
 
-  /// After a failure: fills the window so that position and yaw continue, or declines. While the
-  /// solve runs it fills it with the last healthy states, propagated by the IMU.
-  template <typename Estimator>
-  bool recover(Estimator& e) {
-    return recoverWindow(e, true);
+  /// The tracker was restarted after a gap in the images and requests a restart of the host: true
+  /// if that is not needed, because the state before the gap was healthy and the IMU data since are
+  /// whole. Otherwise the samples in the queue, which the restart empties, are added. Takes the
+  /// mutexes of the host's estimator and of its queue.
+  template <typename Mutex, typename Queue>
+  bool ridesThrough(Mutex& estimator, Mutex& buffer, const Queue& samples) {
+    if (!active()) return false;
+    const std::lock_guard<Mutex> estimator_lock(estimator);
+    const std::lock_guard<Mutex> buffer_lock(buffer);
+    if (bridgesGap(samples.empty() ? -1.0 : samples.back()->header.stamp.toSec())) return true;
+    for (Queue waiting = samples; !waiting.empty(); waiting.pop()) addImu(*waiting.front());
+    return false;
   }
 
-  /// Requests a recovery with the next frame, without a failure. If it is refused, the host goes
-  /// on, or resets itself when `reset_if_refused`.
-  void requestRecovery(bool reset_if_refused);
-
-  /// Recovers where it was requested. True: that was refused, and the host is to reset itself.
-  template <typename Estimator>
-  bool serveRequest(Estimator& e) {
-    bool reset_if_refused = false;
-    if (!takeRequest(&reset_if_refused)) return false;
-    return !recoverWindow(e, false) && !isPending() && reset_if_refused;
-  }
-
-  /// After each optimization the host turns its window about the vertical (z), so that its oldest
-  /// frame has the yaw from before; it takes that from Euler angles, which near a pitch of 90 deg
-  /// change with the slightest tilt. Where the file says keep_heading: 1 this puts the turn that
-  /// keeps the heading into `turn`. `before`, `optimized`: the oldest frame, body to world.
+  /// A repair of the host: after each optimization it turns its window about the vertical (z) to
+  /// the former yaw of its oldest frame, an Euler angle, which near a pitch of 90 deg changes with
+  /// the slightest tilt. With keep_heading: 1 in the file this puts the turn that keeps the heading
+  /// into `turn`. `before`, `optimized`: the oldest frame, body to world.
   void keepHeading(const Eigen::Matrix3d& before, const Eigen::Matrix3d& optimized,
                    Eigen::Matrix3d* turn) const;
 
-  /// For a host that cannot reset itself where the request is served: takeReset() is true once
-  /// after each requestReset().
-  void requestReset();
+  /// For a host that cannot reset itself in addFrame(): true once after each requestReset().
   bool takeReset();
+  void requestReset();
 
  private:
   template <typename Estimator>
-  static std::vector<double> stamps(const Estimator& e) {
-    std::vector<double> result;
-    for (int i = 0; i <= e.frame_count; ++i) {
-      result.push_back(glue_detail::stampOf(e.Headers[i]));
-    }
-    return result;
-  }
-
-  template <typename Estimator>
-  static void rebuildDamaged(const std::vector<HostImuInterval>& intervals, Estimator& e) {
-    for (std::size_t i = 0; i < intervals.size(); ++i) {
-      if (intervals[i].damaged) {
-        glue_detail::rebuildInterval(intervals[i], static_cast<int>(i) + 1, e);
-      }
-    }
+  static bool isFull(const Estimator& e) {
+    return e.frame_count + 1 == glue_detail::windowFrames<Estimator>();
   }
 
   template <typename Estimator>
   bool recoverWindow(Estimator& e, bool failed) {
-    if (!reinit() || e.frame_count + 1 != glue_detail::windowFrames<Estimator>()) return false;
     GlueWindow window;
-    const std::vector<double> frames = stamps(e);
-    if (!solveRecovery(frames, failed, &window)) return false;
+    if (!solveRecovery(glue_detail::windowOf(e), failed, &window)) return false;
     glue_detail::writeWindow(window, e);
-    rebuildDamaged(imuIntervals(frames), e);
     return true;
   }
 
-  bool shadows() const;
   bool reinit() const;
-  bool watches() const;
-  bool continuesFrameOfStock() const;
   bool judgeWindow(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                    const Eigen::Vector3d& tic);
-  bool continuedAt(double stamp, HostState* state);
-  std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
   HostPreparation prepareFrame(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                                const Eigen::Vector3d& tic);
+  bool bridgesGap(double newest_sample);
   bool endsRide();
-  void addPoints(double stamp, const std::vector<GluePoint>& points, double td);
+  void addPoints(double stamp, const std::vector<double>& points, double td);
   void addLineCloud(const GlueCloud& cloud);
-  bool seedWindow(const std::vector<double>& stamps, GlueWindow* window, bool* drop_oldest);
-  bool solveRecovery(const std::vector<double>& stamps, bool failed, GlueWindow* window);
-  void recordShadow(const std::vector<HostState>& window, bool tried, bool result);
+  bool seedWindow(const std::vector<HostState>& frames, GlueWindow* window, bool* drop_oldest);
+  bool solveRecovery(const std::vector<HostState>& frames, bool failed, GlueWindow* window);
+  bool takeStock(bool tried, bool result, std::vector<HostState>* window);
   void addHealthy(const std::vector<HostState>& window);
-  bool takeRequest(bool* reset_if_refused);
-  bool isPending();
+  bool takeRequest();
+  bool resetsAfterRefusal();
 
   struct State;
   std::unique_ptr<State> state_;

@@ -28,13 +28,6 @@ struct OpenVinsRig {
   double accel_density = 0.0;                           ///< [m/s^2/sqrt(Hz)]
 };
 
-/// One tracked point of camera 0.
-struct OpenVinsPoint {
-  long long id = -1;
-  double x = 0.0, y = 0.0;  ///< undistorted, in the plane z = 1
-  double u = 0.0, v = 0.0;  ///< [px]
-};
-
 namespace openvins_detail {
 
 /// Of the host's options; its extrinsic is q_ItoC (JPL: x, y, z, w) and p_IinC.
@@ -100,7 +93,7 @@ class OpenVinsGlue {
   void addFrames(Database& database) {
     if (!active()) return;
     const double before = newestFrame();
-    std::map<double, std::vector<OpenVinsPoint>> frames;
+    std::map<double, std::vector<double>> frames;
     for (const auto& entry : database.get_internal_data()) {
       const auto& feature = *entry.second;
       const auto times = feature.timestamps.find(0);
@@ -108,13 +101,10 @@ class OpenVinsGlue {
       const auto& rays = feature.uvs_norm.at(0);
       const auto& pixels = feature.uvs.at(0);
       for (std::size_t i = times->second.size(); i > 0 && times->second[i - 1] > before; --i) {
-        OpenVinsPoint point;
-        point.id = static_cast<long long>(feature.featid);
-        point.x = rays[i - 1](0);
-        point.y = rays[i - 1](1);
-        point.u = pixels[i - 1](0);
-        point.v = pixels[i - 1](1);
-        frames[times->second[i - 1]].push_back(point);
+        std::vector<double>& points = frames[times->second[i - 1]];
+        const auto &ray = rays[i - 1], &pixel = pixels[i - 1];
+        points.insert(points.end(), {double(feature.featid), double(ray(0)), double(ray(1)), 1.0,
+                                     double(pixel(0)), double(pixel(1))});
       }
     }
     for (const auto& frame : frames) addPoints(frame.first, frame.second);
@@ -152,7 +142,7 @@ class OpenVinsGlue {
 
  private:
   double newestFrame() const;
-  void addPoints(double stamp, const std::vector<OpenVinsPoint>& points);
+  void addPoints(double stamp, const std::vector<double>& points);
   MsckfState solve();
   void compare(bool success, double timestamp, const std::vector<double>& stock);
 

@@ -10,7 +10,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <memory>
 #include <string>
 
 namespace slim_init {
@@ -28,10 +27,10 @@ class SpeedTopic {
   /// Once. Without a topic nothing happens. Another type is an error in the log.
   void open(const ros::NodeHandle& node, const std::string& topic, const Callback& callback) {
     if (topic.empty()) return;
-    node_.reset(new ros::NodeHandle(node));
+    node_ = node;
     topic_ = ros::names::resolve(topic);
     callback_ = callback;
-    find_ = node_->createWallTimer(ros::WallDuration(1.0), &SpeedTopic::find, this);
+    find_ = node_.createWallTimer(ros::WallDuration(1.0), &SpeedTopic::find, this);
   }
 
  private:
@@ -43,9 +42,9 @@ class SpeedTopic {
       find_.stop();
       if (topic.datatype == "nav_msgs/Odometry") {
         subscription_ =
-            node_->subscribe(topic_, 500, &SpeedTopic::receive<nav_msgs::Odometry>, this);
+            node_.subscribe(topic_, 500, &SpeedTopic::receive<nav_msgs::Odometry>, this);
       } else if (topic.datatype == "geometry_msgs/TwistWithCovarianceStamped") {
-        subscription_ = node_->subscribe(
+        subscription_ = node_.subscribe(
             topic_, 500, &SpeedTopic::receive<geometry_msgs::TwistWithCovarianceStamped>, this);
       } else {
         ROS_ERROR_STREAM("speed_topic " << topic_ << " has the type " << topic.datatype
@@ -65,7 +64,7 @@ class SpeedTopic {
     callback_(message.header, Eigen::Vector3d(v.x, v.y, v.z), covariance);
   }
 
-  std::unique_ptr<ros::NodeHandle> node_;  // hosts have globals from before ros::init()
+  ros::NodeHandle node_;
   std::string topic_;
   Callback callback_;
   ros::WallTimer find_;

@@ -111,11 +111,6 @@ class NodeHandle {
     publisher.topic_ = topic;
     return publisher;
   }
-  template <typename Pointer>
-  Subscriber subscribe(const std::string& topic, std::uint32_t, void (*callback)(const Pointer&)) {
-    callbacks<Pointer>()[topic] = callback;
-    return Subscriber();
-  }
   template <typename Message, typename Object>
   Subscriber subscribe(const std::string& topic, std::uint32_t,
                        void (Object::*callback)(const Message&), Object* object) {
@@ -130,10 +125,9 @@ class NodeHandle {
     timers().push_back([object, callback] { (object->*callback)(WallTimerEvent()); });
     return WallTimer();
   }
-  bool getParam(const std::string& name, std::string& value) const {
-    if (parameters().count(name) == 0) return false;
-    value = parameters()[name];
-    return true;
+  template <typename Value>
+  Value param(const std::string& name, const Value& otherwise) const {
+    return parameters().count(name) == 0 ? otherwise : parameters()[name];
   }
 };
 

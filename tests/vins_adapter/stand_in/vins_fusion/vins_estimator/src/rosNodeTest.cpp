@@ -47,7 +47,6 @@ void registerPub(ros::NodeHandle &)
 void startNode()
 {
     ros::NodeHandle n;
-    std::string config_file;
-    n.getParam("config_file", config_file);
+    std::string config_file = n.param<std::string>("config_file", "");
     registerPub(n);
 }

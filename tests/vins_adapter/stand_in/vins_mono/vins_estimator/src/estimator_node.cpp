@@ -48,13 +48,6 @@ void restart(const std::vector<sensor_msgs::ImuConstPtr> &waiting)
     estimator.setParameter();
 }
 
-std::queue<sensor_msgs::PointCloudConstPtr> feature_buf;
-
-void feature_callback(const sensor_msgs::PointCloudConstPtr &feature_msg)
-{
-    feature_buf.push(feature_msg);
-}
-
 void registerPub(ros::NodeHandle &)
 {
 }
