@@ -37,7 +37,6 @@ libceres-dev        | needed | 2.1.0  | 1.14.0 | methods vins, openvins; ab --do
 povray              | needed | 3.7.0  | 3.7.0  | rendered sequences (slim_init simulate)
 libgtest-dev        | needed for tests | 1.12.1 | 1.10.0 | test framework
 libgmock-dev        | needed for tests | 1.12.1 | 1.10.0 | asked for by the package file of GoogleTest 1.10
-libbenchmark-dev    | needed for tests | 1.7.1  | 1.5.0  | slim_init_bench
 python3-pandas      | needed | 1.5.3  | 0.25.3 | report of slim_init ab
 python3-jinja2      | needed | 3.1.2  | 2.10.1 | report of slim_init ab
 python3-matplotlib  | needed | 3.6.3  | 3.1.2  | pictures in the report of slim_init ab
@@ -243,14 +242,14 @@ slim_init_install_packages() {
   slim_init_install_optional "${missing_optional[@]}"
 }
 
-# Configures Release with tests and benchmarks; without, if the program alone is wanted and the build
+# Configures Release with tests; without, if the program alone is wanted and the build
 # folder is new.
 slim_init_configure() {
   local -a options=(-DCMAKE_BUILD_TYPE=Release)
   local tests=ON
   [[ -z "${SLIM_INIT_PROGRAM_ONLY:-}" ]] || tests=OFF
   if [[ "${tests}" == ON || ! -f "${SLIM_INIT_BUILD_DIR}/CMakeCache.txt" ]]; then
-    options+=("-DSLIM_INIT_BUILD_TESTS=${tests}" "-DSLIM_INIT_BUILD_BENCHMARKS=${tests}")
+    options+=("-DSLIM_INIT_BUILD_TESTS=${tests}")
   fi
   # Only said where it is meant, so that a user's own choice in the build folder stays.
   if [[ "${CI:-}" == true || "${CI:-}" == 1 ]]; then

@@ -32,8 +32,8 @@ answers() {
   local build="build-compare/$1" name="$1" source
   shift
   slim_init_say "${name}"
-  cmake -S . -B "${build}" -DSLIM_INIT_BUILD_TESTS=OFF -DSLIM_INIT_BUILD_BENCHMARKS=ON \
-    -DSLIM_INIT_BUILD_ROS=OFF -DSLIM_INIT_WERROR=ON "$@" >/dev/null
+  cmake -S . -B "${build}" -DSLIM_INIT_BUILD_ROS=OFF \
+    -DSLIM_INIT_WERROR=ON "$@" >/dev/null
   cmake --build "${build}" --parallel "${SLIM_INIT_JOBS}" --target slim_init_bench
   rm -f "build-compare/${name}.csv"
   for source in "${sources[@]}"; do

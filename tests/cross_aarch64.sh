@@ -60,7 +60,7 @@ sysroot="${dir}/sysroot"
 build="${dir}/build"
 
 # What is built against, and what of it (tests of the core's modules and of the front end).
-packages=(libc6-dev libstdc++-12-dev libeigen3-dev nlohmann-json3-dev libgtest-dev libbenchmark-dev
+packages=(libc6-dev libstdc++-12-dev libeigen3-dev nlohmann-json3-dev libgtest-dev
   libboost-program-options-dev libceres-dev libopencv-core-dev libopencv-imgproc-dev
   libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-video-dev)
 folders=(alignment config data derivation estimation feature_tracker_lines geometry imu lines methods
@@ -108,7 +108,7 @@ say "Build in ${build}"
 # This compiler alone takes a loop within Eigen's destructor of an array for a use after free.
 cmake -S "${root}" -B "${build}" -DCMAKE_TOOLCHAIN_FILE="${here}/toolchain.cmake" \
   -DSLIM_INIT_SYSROOT="${sysroot}" -DCMAKE_BUILD_TYPE=Release -DSLIM_INIT_BUILD_TESTS=ON \
-  -DSLIM_INIT_BUILD_BENCHMARKS=ON -DSLIM_INIT_BUILD_ROS=OFF -DSLIM_INIT_WERROR=ON \
+  -DSLIM_INIT_BUILD_ROS=OFF -DSLIM_INIT_WERROR=ON \
   -DCMAKE_CXX_FLAGS=-Wno-error=use-after-free >"${dir}/configure.log" ||
   die "configuring failed: $(tail -n 20 "${dir}/configure.log")"
 targets=()
@@ -127,7 +127,6 @@ if [[ -n "${with_tests}" ]]; then
 fi
 if [[ -n "${with_counts}" ]]; then
   targets+=(slim_init_bench)
-  [[ -z "${asl}" ]] || targets+=(slim_init)
 fi
 [[ ${#targets[@]} -gt 0 ]] || die "--no-tests and --no-counts together leave nothing to do"
 cmake --build "${build}" --parallel "${jobs}" --target "${targets[@]}" >"${dir}/build.log" ||
@@ -198,7 +197,7 @@ if [[ -n "${with_counts}" ]]; then
     row "a solve of ${method}" 8 countedSolves slim_init_bench count --methods "${method}" "${windows[@]}"
   done
   if [[ -n "${asl}" ]]; then
-    row "an image of the front end" 0 ImageFrontEnd8addImage slim_init tracks --asl "${asl}" --limit 25 --quiet
+    row "an image of the front end" 0 ImageFrontEnd8addImage slim_init_bench tracks --asl "${asl}" --limit 25
   fi
 fi
 exit "${failed}"

@@ -16,7 +16,7 @@ else()
   set(SLIM_INIT_IN_CATKIN ${SLIM_INIT_CATKIN})
 endif()
 
-# Tests and benchmarks are for those who work on the project, not for those who build it as a part.
+# Tests are for those who work on the project, not for those who build it as a part.
 if(SLIM_INIT_IS_TOP_LEVEL AND NOT SLIM_INIT_IN_CATKIN)
   set(_slim_init_developing ON)
 else()
@@ -31,8 +31,7 @@ cmake_dependent_option(SLIM_INIT_BUILD_TOOLS "Build the slim_init program" ON
 # The nodes: where ROS 1 is found, or not at all, or an error where it is missing.
 set(SLIM_INIT_BUILD_ROS AUTO CACHE STRING "Build the ROS 1 nodes: AUTO (where ROS is found), ON, OFF")
 set_property(CACHE SLIM_INIT_BUILD_ROS PROPERTY STRINGS AUTO ON OFF)
-option(SLIM_INIT_BUILD_TESTS "Build the tests" ${_slim_init_developing})
-option(SLIM_INIT_BUILD_BENCHMARKS "Build slim_init_bench" ${_slim_init_developing})
+option(SLIM_INIT_BUILD_TESTS "Build the tests and slim_init_bench" ${_slim_init_developing})
 option(SLIM_INIT_WERROR "Turn compiler warnings into errors (our CI preset)" OFF)
 option(SLIM_INIT_FUZZ "Build the fuzz targets of tests/fuzz with libFuzzer (Clang)" OFF)
 set(SLIM_INIT_SANITIZE "" CACHE STRING "Sanitizers, for example \"address;undefined\"")

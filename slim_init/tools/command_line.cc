@@ -31,8 +31,6 @@ constexpr Subcommand kSubcommands[] = {
     {"ab", "Compare initializers on identical windows", CommandLine::Action::kAb},
     {"simulate", "Render a motion through a scene: images, IMU data, ground truth",
      CommandLine::Action::kSimulate},
-    {"tracks", "Run the front end over images: how many features, how long, how well",
-     CommandLine::Action::kTracks},
     {"doctor", "Check a recording and its configuration: why does it not initialize?",
      CommandLine::Action::kDoctor},
     {"report", "Tables, pictures and HTML from the folders of one or several runs of ab",
@@ -237,7 +235,6 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   if (subcommand->action == CommandLine::Action::kSimulate) {
     table = simulateOptionTable(&line->simulate);
   }
-  if (subcommand->action == CommandLine::Action::kTracks) table = tracksOptionTable(&line->tracks);
   if (subcommand->action == CommandLine::Action::kDoctor) table = doctorOptionTable(&line->doctor);
   if (subcommand->action == CommandLine::Action::kOptions) {
     table = optionsOptionTable(&line->options);

@@ -9,7 +9,6 @@
 #include "doctor.h"
 #include "options.h"
 #include "simulate_options.h"
-#include "tracks.h"
 
 namespace slim_init::tools {
 
@@ -21,7 +20,6 @@ struct CommandLine {
     kAb,
     kDemo,
     kSimulate,
-    kTracks,
     kDoctor,
     kReport,
     kMethods,
@@ -32,7 +30,6 @@ struct CommandLine {
   AbOptions ab;                     ///< kAb
   DemoCommand demo;                 ///< kDemo
   SimulateOptions simulate;         ///< kSimulate
-  TracksOptions tracks;             ///< kTracks
   DoctorCommand doctor;             ///< kDoctor
   OptionsCommand options;           ///< kOptions
   std::vector<std::string> report;  ///< kReport: the arguments, which the Python package reads

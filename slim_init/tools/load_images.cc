@@ -13,6 +13,7 @@
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
+#include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/track_images.h"
@@ -117,13 +118,6 @@ std::string configureFromData(const std::string& source, const std::string& opti
   return "";
 }
 
-std::string makeFolder(const std::string& option, const std::string& folder) {
-  if (folder.empty()) return "";
-  std::error_code code;
-  fs::create_directories(folder, code);
-  return fs::is_directory(folder, code) ? "" : option + ": folder " + folder + " cannot be made";
-}
-
 std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
   evaluation::ReadStatus status;
   const std::unique_ptr<evaluation::ImageSequence> images = openImages(options, &status);
@@ -136,8 +130,9 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
              !sentence.empty()) {
     return sentence;
   }
-  if (std::string sentence = makeFolder("--frames", options.frames); !sentence.empty()) {
-    return sentence;
+  if (!options.frames.empty()) {
+    const std::string sentence = evaluation::makeReportDirectory(options.frames);
+    if (!sentence.empty()) return "--frames: " + sentence;
   }
 
   evaluation::Sequence& sequence = loaded->sequence;

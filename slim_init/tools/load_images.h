@@ -21,11 +21,6 @@ namespace slim_init::tools {
 std::string configureFromData(const std::string& source, const std::string& options_file,
                               const evaluation::ImageSequence& images, Config* config);
 
-/// Makes a folder for results before the work starts; none where `folder` is empty. `option` is
-/// what named it, as in "--out". Returns an empty string or a sentence. Only in a build with
-/// feature_tracker_lines.
-std::string makeFolder(const std::string& option, const std::string& folder);
-
 /// Reads --asl or --bag and tracks points and lines through its images, with a progress bar and the
 /// debug images of --frames. Returns an empty string, or a sentence naming file, line, value or
 /// option; in a build without feature_tracker_lines always a sentence.

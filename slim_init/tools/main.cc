@@ -16,7 +16,6 @@
 #include "python_report.h"
 #include "shell_line.h"
 #include "simulate.h"
-#include "tracks.h"
 
 namespace {
 
@@ -44,7 +43,6 @@ int run(int argc, char** argv) {
     case CommandLine::Action::kOptions: return slim_init::tools::runOptions(line.options);
     case CommandLine::Action::kSimulate: return slim_init::tools::runSimulate(line.simulate);
     case CommandLine::Action::kDoctor: return slim_init::tools::runDoctor(line.doctor);
-    case CommandLine::Action::kTracks: return slim_init::tools::runTracks(line.tracks);
     case CommandLine::Action::kReport: return slim_init::tools::runReport(line.report);
     case CommandLine::Action::kDemo: return slim_init::tools::runDemo(line.demo);
     case CommandLine::Action::kAb: break;

@@ -24,7 +24,7 @@ SOURCE_SUFFIXES = (".cc", ".h", ".py", ".sh", ".cmake", ".launch", ".msg")
 # Topics of ROS that begin like folders of the repository.
 NOT_PATHS = {"feature_tracker_lines/lines", "feature_tracker_lines/markers",
              "/feature_tracker_lines/lines"}
-PROGRAM = re.compile(r"\bslim_init (ab|bench-front-end|doctor|methods|options|report|simulate|tracks)\b(.*)")
+PROGRAM = re.compile(r"\bslim_init (ab|doctor|methods|options|report|simulate)\b(.*)")
 
 
 def files_of(root):

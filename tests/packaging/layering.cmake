@@ -130,7 +130,7 @@ layer("tools" FOLDERS slim_init/tools
             feature_tracker_lines/include vins_estimator_patch/include slim_init/baselines/include
             slim_init/config/include slim_init/doctor/include slim_init/backend/include slim_init/tools
             slim_init/tools/src slim_init/tools/include
-      ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost|benchmark|valgrind)/[A-Za-z_0-9/]+\\.h(pp)?")
+      ANGLE "${std}|${eigen}|(sys/)?[a-z_]+\\.h|(opencv2|nlohmann|boost)/[A-Za-z_0-9/]+\\.h(pp)?")
 
 # For nodes alone, the hosts' and ours.
 layer("node headers" FOLDERS vins_estimator_patch/include/slim_init/vins_ros

@@ -1,12 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// `slim_init simulate` and `slim_init tracks` as a user runs them. Without POV-Ray only what needs
-// no picture is tested, and the rest skipped with a line that says so.
+// `slim_init simulate` as a user runs it, and `slim_init_bench tracks` on its output. Without POV-Ray
+// only what needs no picture is tested, and the rest skipped with a line that says so.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
 #include <string>
@@ -290,42 +289,39 @@ TEST(Tracks, MeasuresARenderedSequence) {
                     "@seq")
                 .exit_code,
             0);
-  const ProgramRun run = runLine(folder, "tracks --asl @seq --out @tracks");
+  const auto tracks = [&folder](const std::string& options) {
+    return runProgram(folder, words(folder, "tracks " + options), SLIM_INIT_BENCH);
+  };
+  const ProgramRun run = tracks("--asl @seq");
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  expectParts(run.out, "keyframe to keyframe");
-  const auto json = nlohmann::json::parse(readFile(folder.file("tracks/tracks.json")));
-  EXPECT_EQ(json["images"], 13);
-  const auto& points = json["points"];
-  EXPECT_GT(points["per_image_median"].get<double>(), 20.0);
-  EXPECT_GT(points["survival"].get<double>(), 0.7);
-  EXPECT_GT(points["errors"]["observations"].get<int>(), 100);
+  expectParts(run.out, "13 images|keyframe to keyframe");
+  // The value behind the n-th line of this name: points come first, then lines.
+  const auto value = [&run](const std::string& name, int n = 0) {
+    std::size_t at = run.out.find("  " + name + " ");
+    for (; n > 0; --n) at = run.out.find("  " + name + " ", at + 1);
+    EXPECT_NE(at, std::string::npos) << name << "\n" << run.out;
+    return at == std::string::npos ? NAN : std::stod(run.out.substr(at + 2 + name.size()));
+  };
+  EXPECT_GT(value("per image, median"), 20.0);
+  EXPECT_GT(value("survival to the next image"), 70.0);
+  EXPECT_GT(value("observations, against first"), 100);
   // A sanity bound, not the front end's quality: a wrong lens, pose or time gives several pixels.
-  EXPECT_LT(points["errors"]["median_px"].get<double>(), 0.5);
-  EXPECT_GT(json["lines"]["errors"]["observations"].get<int>(), 10);
-  EXPECT_LT(json["lines"]["errors"]["offset_px_median"].get<double>(), 1.0);
-  for (const char* name : {"frames.csv", "points.csv", "lines.csv"}) {
-    EXPECT_GT(readFile(folder.file(std::string("tracks/") + name)).size(), 200u) << name;
-  }
+  EXPECT_LT(value("error, against first, median"), 0.5);
+  EXPECT_GT(value("observations, against first", 1), 10);
+  EXPECT_LT(value("offset, against first, median"), 1.0);
   // Without the scene there is nothing to measure against.
   std::filesystem::remove(folder.file("seq/scene.json"));
-  const ProgramRun without = runLine(folder, "tracks --asl @seq");
+  const ProgramRun without = tracks("--asl @seq");
   ASSERT_EQ(without.exit_code, 0) << without.err;
-  expectParts(without.err, "no scene.json: no errors are measured");
+  expectParts(without.err, "no scene.json or no ground truth: no errors are measured");
   EXPECT_FALSE(contains(without.out, "keyframe to keyframe")) << without.out;
   folder.write("seq/scene.json", "{}");
-  const ProgramRun broken = runLine(folder, "tracks --asl @seq");
+  const ProgramRun broken = tracks("--asl @seq");
   EXPECT_EQ(broken.exit_code, 2);
   expectParts(broken.err, "scene.json: format");
-}
-
-TEST(Tracks, BadInputIsASentence) {
-  const ScratchFolder folder;
-  ProgramRun run = runLine(folder, "tracks");
-  EXPECT_EQ(run.exit_code, 2);
-  expectParts(run.err, "--asl DIR is needed");
-  run = runLine(folder, "tracks --asl @none");
-  EXPECT_EQ(run.exit_code, 2);
-  expectParts(run.err, "none");
+  const ProgramRun missing = tracks("--asl @none");
+  EXPECT_EQ(missing.exit_code, 2);
+  expectParts(missing.err, "none");
 }
 
 }  // namespace

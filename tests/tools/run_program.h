@@ -23,7 +23,8 @@ struct ProgramRun {
 
 /// Arguments are plain words of the test; quoting keeps scratch paths with spaces whole. The
 /// report in Python is written only where a test asks for it: it takes longer than most runs.
-inline ProgramRun runProgram(const ScratchFolder& folder, std::vector<std::string> arguments) {
+inline ProgramRun runProgram(const ScratchFolder& folder, std::vector<std::string> arguments,
+                             const std::string& program = SLIM_INIT_PROGRAM) {
   if (arguments.size() > 1 && arguments.front() == "ab" &&
       std::find(arguments.begin(), arguments.end(), "--report") == arguments.end()) {
     arguments.insert(arguments.begin() + 1, {"--report", "off"});
@@ -37,7 +38,7 @@ inline ProgramRun runProgram(const ScratchFolder& folder, std::vector<std::strin
       !has("--options") && !has("--config") && !has("--help")) {
     arguments.insert(arguments.end(), {"--keyframes", "10"});
   }
-  std::string command = "\"" SLIM_INIT_PROGRAM "\"";
+  std::string command = "\"" + program + "\"";
   for (const std::string& argument : arguments) command += " \"" + argument + "\"";
   command += " >\"" + folder.file("stdout") + "\" 2>\"" + folder.file("stderr") + "\" </dev/null";
   const int status = std::system(command.c_str());

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/camera.h"
@@ -25,9 +24,6 @@ struct TrackTruthOptions {
   /// A line observation is the same line as at the keyframe before when both its ends lie within
   /// this distance of it.
   double same_line_px = 2.5;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// One observation of a track after its first, against what was seen first.

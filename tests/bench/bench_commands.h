@@ -19,9 +19,8 @@ int runSoakCommand(const std::vector<std::string>& arguments);
 /// `times`, `growth` and `count`, the first of `arguments`: times of whole solves as tables.
 int runTimesCommand(const std::vector<std::string>& arguments);
 
-/// Registers the benchmarks of the image front end on the recording in `folder` (ASL layout with
-/// its calibration). Null or empty: prints that they are left out. False, with a message on
-/// standard error, when the folder cannot be read.
-bool registerFrontEndBenchmarks(const char* folder);
+/// `tracks`: runs the front end over the images of a sequence and prints how many features it has,
+/// how long it tracks them, with a scene and ground truth how exactly, and its times.
+int runTracksCommand(const std::vector<std::string>& arguments);
 
 }  // namespace slim_init::tools

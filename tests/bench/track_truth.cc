@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/simulation/track_truth.h"
+#include "track_truth.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,8 +7,6 @@
 #include <map>
 #include <optional>
 #include <utility>
-
-#include "range_message.h"
 
 namespace slim_init::simulation {
 namespace {
@@ -343,15 +341,6 @@ class TrackTruth::Evaluation {
   double px_;                         // [rad] of one pixel at the axis
   std::vector<int> keyframe_before_;  // of a view that is a keyframe; otherwise -1
 };
-
-std::string TrackTruthOptions::validate() const {
-  std::string message;
-  requireWithin("outlier_px", outlier_px, 0.01, 1e3, &message);
-  requireWithin("border_px", border_px, 0.0, 100.0, &message);
-  requireWithin("keyframe_interval_s", keyframe_interval_s, 1e-3, 1e3, &message);
-  requireWithin("same_line_px", same_line_px, 0.01, 1e3, &message);
-  return message;
-}
 
 TrackTruth::TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera,
                        const TrackTruthOptions& options)

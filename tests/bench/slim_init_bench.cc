@@ -1,0 +1,29 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// slim_init_bench COMMAND [options], each with --help. `times`, `growth` and `count` print tables of
+// whole solves, on built-in or recorded motion; `faults` and `soak` run a host on streams with
+// faults; `tracks` measures the image front end (bench_commands.h).
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "bench_commands.h"
+#include "exit_code.h"
+
+int main(int argc, char** argv) {
+  using namespace slim_init::tools;  // NOLINT: the commands
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  const std::string command = arguments.empty() ? "" : arguments[0];
+  if (command == "times" || command == "growth" || command == "count") {
+    return runTimesCommand(arguments);
+  }
+  if (!arguments.empty()) arguments.erase(arguments.begin());
+  if (command == "faults") return runFaultsCommand(arguments);
+  if (command == "soak") return runSoakCommand(arguments);
+  if (command == "tracks") return runTracksCommand(arguments);
+  std::fprintf(stderr,
+               "slim_init_bench: the command is \"%s\", must be times, growth, count, faults, soak or "
+               "tracks\n",
+               command.c_str());
+  return kExitBadInput;
+}
