@@ -14,10 +14,9 @@ std::vector<AbOption> optionsOptionTable(OptionsCommand* options) {
   OptionsCommand& o = *options;
   return {
       {"keys", &o.keys, "WHICH", "Keys to print: user, advanced, compared or all", ""},
-      {"markdown", &o.markdown, "", "Print the page docs/options.md: keys for users as tables", ""},
       {"update", &o.update, "DIR",
-       "Write config/template.yaml, user.yaml, advanced.yaml, compared_methods.yaml and "
-       "docs/options.md of the repository DIR",
+       "Write config/template.yaml, user.yaml, advanced.yaml and compared_methods.yaml of the "
+       "repository DIR",
        ""},
   };
 }
@@ -47,7 +46,7 @@ int runOptions(const OptionsCommand& options) {
   if (!options.update.empty()) return update(options.update);
   for (const auto& [name, keys] : kGroups) {
     if (options.keys != name) continue;
-    std::cout << (options.markdown ? optionsPage() : optionsYaml(keys));
+    std::cout << optionsYaml(keys);
     return kExitOk;
   }
   std::cerr << "slim_init: --keys is '" << options.keys

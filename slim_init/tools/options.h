@@ -11,14 +11,13 @@ namespace slim_init::tools {
 /// What `slim_init options` prints or writes.
 struct OptionsCommand {
   std::string keys = "user";  ///< user, advanced, compared or all
-  bool markdown = false;      ///< docs/options.md in place of YAML
   std::string update;         ///< repository whose generated files are written; "" prints
 };
 
 std::vector<AbOption> optionsOptionTable(OptionsCommand* options);
 
-/// Prints the keys of the section `slim_init:`, or writes config/*.yaml and docs/options.md of a
-/// repository anew. Returns the exit code.
+/// Prints the keys of the section `slim_init:`, or writes config/*.yaml of a repository anew.
+/// Returns the exit code.
 int runOptions(const OptionsCommand& options);
 
 }  // namespace slim_init::tools

@@ -19,8 +19,8 @@ using namespace config;  // the parts of this library
 namespace {
 
 void noteNoise(const cv::FileNode& root, const SectionLog& log, Config* config) {
-  const bool has_gyro = log.origins.count("slim_init.noise.gyro_density") > 0;
-  const bool has_accel = log.origins.count("slim_init.noise.accel_density") > 0;
+  const bool has_gyro = log.count("slim_init.noise.gyro_density") > 0;
+  const bool has_accel = log.count("slim_init.noise.accel_density") > 0;
   const bool host_has = !root["acc_n"].empty() || !root["gyr_n"].empty();
   if (has_gyro && has_accel) return;
   const ImuNoise& noise = config->calibration.imu_noise;
@@ -32,17 +32,8 @@ void noteNoise(const cv::FileNode& root, const SectionLog& log, Config* config) 
   config->notes.push_back(out.str());
 }
 
-// What the reader should know about the names and the use of keys.
-void noteKeys(const SectionLog& log, Config* config) {
-  if (!log.renamed.empty()) {
-    std::ostringstream out;
-    out << "keys with a new name, read under the old one in this release only: ";
-    for (const RenamedKey& renamed : log.renamed) {
-      if (&renamed != &log.renamed.front()) out << ", ";
-      out << kSection << "." << renamed.old_key << " is now " << renamed.key;
-    }
-    config->notes.push_back(out.str());
-  }
+// What the reader should know about the use of keys.
+void noteKeys(Config* config) {
   const std::string note = noteUnreadKeys(*config, {config->method});
   // A second file on the same configuration says it again.
   const bool is_new = std::count(config->notes.begin(), config->notes.end(), note) == 0;
@@ -87,10 +78,10 @@ void checkRanges(const Config& config) {
 std::string originOf(const std::string& message, const SectionLog& log,
                      const std::string& fallback) {
   const std::string key = message.substr(0, message.find(' '));
-  const auto exact = log.origins.find(key);
-  if (exact != log.origins.end()) return exact->second;
+  const auto exact = log.find(key);
+  if (exact != log.end()) return exact->second;
   const std::string section = key.substr(0, key.rfind('.') + 1);
-  for (const auto& [other, file] : log.origins) {
+  for (const auto& [other, file] : log) {
     if (other.compare(0, section.size(), section) == 0 &&
         message.find(" " + other.substr(section.size()) + " ") != std::string::npos) {
       return file;
@@ -120,7 +111,7 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
       *file = originOf(problem.message, log, *file);
       throw;
     }
-    noteKeys(log, &result);
+    noteKeys(&result);
     *config = std::move(result);
     return true;
   } catch (const Problem& problem) {
@@ -146,23 +137,6 @@ OptionTable configTable(Config* config) {
   appendSection("", optionTable(&config->baselines), {}, &table);
   appendSection("", optionTable(&config->front_end), {}, &table);
   return table;
-}
-
-const std::vector<RenamedKey>& renamedKeys() {
-  static const std::vector<RenamedKey> kRenamed = {
-      {"refinement.accel_noise_factor", "inertial.accel_noise_factor"},
-      {"refinement.gyro_noise_factor", "inertial.gyro_noise_factor"},
-      {"robust_bias.gyro_noise_inflation", "inertial.gyro_noise_factor"},
-      {"refinement.accel_bias_prior", "inertial.accel_bias_prior"},
-      {"reverse_alignment.accel_bias_prior", "inertial.accel_bias_prior"},
-      {"refinement.gyro_bias_prior", "inertial.gyro_bias_prior"},
-      {"robust_bias.refinement.bias_prior", "inertial.gyro_bias_prior"},
-      {"refinement.vp_inflation", "vanishing_point.covariance_inflation"},
-      {"robust_bias.refinement.vp_inflation", "vanishing_point.covariance_inflation"},
-      {"robust_bias.pruning.min_points_per_pair", "robust_bias.refinement.min_points_per_pair"},
-      {"gates.max_scale_sigma_growing", "gates.max_scale_sigma_expanding"},
-  };
-  return kRenamed;
 }
 
 std::string noteUnreadKeys(const Config& config, const std::vector<std::string>& methods) {

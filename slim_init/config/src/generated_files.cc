@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The shipped YAML files and docs/options.md, from the table of all keys.
+// The shipped YAML files, from the table of all keys.
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -39,7 +39,7 @@ OptionTable select(const OptionTable& table, OptionKeys keys) {
   return select(table, [keys](const OptionField& option) { return belongsTo(option, keys); });
 }
 
-// The first screen of template.yaml and of the page: these keys of the host's file and, of our
+// The first screen of template.yaml: these keys of the host's file and, of our
 // section, the noise of the IMU.
 constexpr const char* kFirstKeys[] = {"initializer", "reinit",          "estimate_extrinsic",
                                       "estimate_td", "rolling_shutter", "rolling_shutter_tr"};
@@ -81,12 +81,6 @@ std::string rangeOf(const OptionField& option) {
   if (option.range.min == option.range.max) return "";  // is not checked
   if (std::isinf(option.range.max)) return "from " + number(option.range.min);
   return number(option.range.min) + " to " + number(option.range.max);
-}
-
-// "0.01 to 5 s"
-std::string rangeWithUnit(const OptionField& option) {
-  const std::string range = rangeOf(option);
-  return range + (range.empty() || option.unit.empty() ? "" : " ") + option.unit;
 }
 
 // A comment of YAML: reason, and in brackets unit and range, in lines of kColumns.
@@ -134,11 +128,9 @@ std::string sectionYaml(const OptionTable& table) {
   return out.str();
 }
 
-// ----------------------------------------------------------------------------------- YAML files
-
 constexpr char kTemplateHead[] = R"(%YAML:1.0
-# Copy this file and fill in your rig: a configuration of VINS-Mono with slim_init switched on. The
-# keys are listed in docs/options.md. `slim_init options --update .` writes this file.
+# Copy this file and fill in your rig: a configuration of VINS-Mono with slim_init switched on. Each
+# key has its range and reason. `slim_init options --update .` writes this file.
 
 # ---- The keys that matter
 
@@ -267,176 +259,7 @@ std::string userYaml(const OptionTable& table) {
   return kUserFileHead + sectionYaml(otherUserKeys(table));
 }
 
-// ----------------------------------------------------------------------------------- the page
-
-constexpr char kPageHead[] = R"(# Options
-
-The keys of a configuration file, the most important first. Format of the files:
-[config/README.md](../config/README.md). `slim_init options --update .` writes this page.
-
-## The keys that matter
-
-| key | if absent | range | what it does |
-|---|---|---|---|
-)";
-
-constexpr char kAfterFirst[] = R"(
-The files in `config` set `initializer: slim` and `reinit: 1`. A file to copy:
-[config/template.yaml](../config/template.yaml). With a new rig begin with its noise densities, then
-see [calibration.md](calibration.md).
-
-A value outside of its range is refused with a message that names file, key, value and range. An
-unknown key under `slim_init:` is an error, too.
-
-## Keys at the top level of the file
-
-Beside camera and extrinsic, which are as VINS-Mono has them.
-)";
-
-constexpr char kSwitchHead[] = R"(
-### Switches of slim_init in the estimator
-
-)";
-
-constexpr char kRigHead[] = R"(
-### Rig
-
-)";
-
-constexpr char kTrackerHead[] = R"(
-### Tracker of VINS-Mono
-
-The tracker of slim_init reads `fisheye` and `equalize`, and all of them with
-`slim_init.front_end.profile: vins`.
-
-)";
-
-constexpr char kVinsMonoHead[] = R"(
-### Read by VINS-Mono only
-
-VINS-Mono takes an absent number as 0. [config/template.yaml](../config/template.yaml) explains
-these keys and has their values for EuRoC:
-)";
-
-constexpr char kUserHead[] = R"(
-## Keys of the section `slim_init:` for users
-
-They depend on rig, motion or application. As a file: [config/user.yaml](../config/user.yaml). A key
-has no effect on methods that do not read it, and a note says so.
-)";
-
-constexpr char kOtherFiles[] = R"(
-## Other keys of `slim_init:`
-
-These files list them with default, range and reason, as above:
-
-| file | keys |
-|---|---|
-| [config/advanced.yaml](../config/advanced.yaml) | parts of `slim` with measured defaults; those marked as ablation are for comparisons only |
-| [config/compared_methods.yaml](../config/compared_methods.yaml) | parameters of the compared methods ([baselines.md](baselines.md)) |
-
-Renamed keys are read under the old name in this release, with a note that has the new one.
-)";
-
-// What the host does without the key.
-std::string ifAbsent(const OptionField& option) {
-  if (followsReinit(option.key)) return "as `reinit`";
-  const std::string text = written(option);
-  return text.empty() ? "none" : text;
-}
-
-std::string firstTable(const OptionTable& host, const OptionTable& ours) {
-  std::string text;
-  for (OptionField& option : joined(firstKeys(host), select(ours, isNoise))) {
-    if (isNoise(option)) option.key = "slim_init." + option.key;
-    text += "| `" + option.key + "` | " + ifAbsent(option) + " | " + rangeWithUnit(option) + " | " +
-            option.reason + " |\n";
-  }
-  return text;
-}
-
-// The keys of the host's file but those of the first screen.
-std::string hostTable(const OptionTable& table) {
-  std::string text = "| key | if absent | range | what it does |\n|---|---|---|---|\n";
-  for (const OptionField& option : table) {
-    if (isFirst(option)) continue;
-    text += "| `" + option.key + "` | " + ifAbsent(option) + " | " + rangeWithUnit(option) + " | " +
-            option.reason + " |\n";
-  }
-  return text;
-}
-
-// The keys of a table as a sentence, in lines of kColumns.
-std::string keyList(const OptionTable& table) {
-  std::string text, line;
-  for (const OptionField& option : table) {
-    const bool last = &option == &table.back();
-    const std::string word = "`" + option.key + (last ? "`." : "`,");
-    if (line.size() + 1 + word.size() > kColumns) {
-      text += line + "\n";
-      line.clear();
-    }
-    line += (line.empty() ? "" : " ") + word;
-  }
-  return text + line + "\n";
-}
-
-// Rows of one section. A column names the methods unless they are those of all rows.
-std::string sectionTable(const OptionTable& rows) {
-  const bool mixed = std::any_of(rows.begin(), rows.end(), [&](const OptionField& option) {
-    return option.methods != rows.front().methods;
-  });
-  const auto methods = [](const OptionField& option) {
-    return option.methods.empty() ? std::string("all") : listed(option.methods, " and ");
-  };
-  std::string text;
-  if (!mixed && !rows.front().methods.empty()) text += "Read by " + methods(rows.front()) + ".\n\n";
-  text += std::string("| key | default | range | what it does |") +
-          (mixed ? " methods |\n|---|---|---|---|---|\n" : "\n|---|---|---|---|\n");
-  for (const OptionField& option : rows) {
-    text += "| `" + option.key + "` | " + written(option) + " | " + rangeWithUnit(option) + " | " +
-            option.reason + (mixed ? " | " + methods(option) : "") + " |\n";
-  }
-  return text;
-}
-
-// A table for each section of keys, below a heading.
-std::string sectionTables(const OptionTable& table) {
-  const auto sectionOf = [](const OptionField& option) {
-    const std::size_t dot = option.key.find('.');
-    return dot == std::string::npos ? std::string() : option.key.substr(0, dot);
-  };
-  std::vector<std::string> sections;
-  for (const OptionField& option : table) {
-    const std::string section = sectionOf(option);
-    if (std::find(sections.begin(), sections.end(), section) == sections.end()) {
-      sections.push_back(section);
-    }
-  }
-  std::string text;
-  for (const std::string& section : sections) {
-    text += "\n### " + (section.empty() ? "General" : "`" + section + "`") + "\n\n";
-    text += sectionTable(
-        select(table, [&](const OptionField& option) { return sectionOf(option) == section; }));
-  }
-  return text;
-}
-
 }  // namespace
-
-std::string optionsPage() {
-  Config defaults;
-  const OptionTable table = configTable(&defaults);
-  const OptionTable switches = switchTable(&defaults.host), rig = rigTable(&defaults);
-  VinsMonoKeys vins_mono;
-  std::string text = kPageHead + firstTable(joined(switches, rig), table) + kAfterFirst;
-  text += kSwitchHead + hostTable(switches);
-  text += kRigHead + hostTable(rig);
-  text += kTrackerHead + hostTable(optionTable(&defaults.front_end.host));
-  text += kVinsMonoHead + keyList(vinsMonoTable(&vins_mono));
-  text += kUserHead + sectionTables(otherUserKeys(table));
-  return text + kOtherFiles;
-}
 
 std::string optionsYaml(OptionKeys keys) {
   Config defaults;
@@ -452,7 +275,6 @@ std::vector<GeneratedFile> generatedFiles() {
       {"config/advanced.yaml", kAdvancedHead + sectionYaml(select(table, OptionKeys::kAdvanced))},
       {"config/compared_methods.yaml",
        kComparedHead + sectionYaml(select(table, OptionKeys::kCompared))},
-      {"docs/options.md", optionsPage()},
   };
 }
 

@@ -316,8 +316,6 @@ OptionTable switchTable(HostKeys* o) {
   };
 }
 
-bool followsReinit(const std::string& key) { return key == "watchdog" || key == "keep_heading"; }
-
 OptionTable rigTable(Config* c) {
   return {
       userKey("imu_topic", &c->imu_topic, "topic of the IMU: ROS nodes and bags"),
@@ -379,12 +377,9 @@ OptionTable vinsMonoTable(VinsMonoKeys* o) {
 }
 
 void readHostKeys(const cv::FileNode& root, HostKeys* host) {
-  const OptionTable table = switchTable(host);
-  readTable(root, table);
-  for (const OptionField& option : table) {
-    if (!followsReinit(option.key) || !root[option.key].empty()) continue;
-    *std::get<bool*>(option.value) = host->reinit;
-  }
+  readTable(root, switchTable(host));
+  if (root["watchdog"].empty()) host->watchdog = host->reinit;
+  if (root["keep_heading"].empty()) host->keep_heading = host->reinit;
   readOutputFolder(root, &host->output_path);
   if (!host->sensors_file.empty() && host->sensors_file.front() != '/' &&
       !host->output_path.empty()) {

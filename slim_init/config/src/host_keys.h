@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The keys of the host's own file. The tables here are read by loadConfig(), and the shipped YAML
-// files and docs/options.md are made from them.
+// files are made from them.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -17,9 +17,6 @@ OptionTable switchTable(HostKeys* host);
 /// The host's own scalar keys that slim_init reads: topics, how far the calibration is to be
 /// trusted, time offset, rolling shutter, gravity, masks.
 OptionTable rigTable(Config* config);
-
-/// A key of switchTable() that is taken as `reinit` if the file does not have it.
-bool followsReinit(const std::string& key);
 
 /// Keys that VINS-Mono reads and slim_init does not, with values that suit the template. VINS-Mono
 /// takes an absent number as 0.

@@ -24,10 +24,8 @@ class SectionReader {
       if (std::count(seen.begin(), seen.end(), key) > 0) fail(fullName(key), " is given twice");
       seen.push_back(key);
       if (const OptionField* option = find(key)) {
-        readOption(key, node, *option);
-      } else if (const RenamedKey* renamed = findRenamed(key)) {
-        readOption(key, node, *find(renamed->key));
-        log_->renamed.push_back(*renamed);
+        config::read(fullName(key), node, *option);
+        (*log_)[fullName(key)] = file_;
       } else if (isSection(key)) {
         if (!node.isMap()) wrongKind(fullName(key), node, "a section of keys");
         read(node, key + ".");
@@ -47,29 +45,10 @@ class SectionReader {
     return nullptr;
   }
 
-  static const RenamedKey* findRenamed(const std::string& key) {
-    for (const RenamedKey& renamed : renamedKeys()) {
-      if (renamed.old_key == key) return &renamed;
-    }
-    return nullptr;
-  }
-
   bool isSection(const std::string& key) const {
     return std::any_of(table_.begin(), table_.end(), [&key](const OptionField& option) {
       return option.key.compare(0, key.size() + 1, key + ".") == 0;
     });
-  }
-
-  // `key` is the name in the file, which may be an earlier one of `option`.
-  void readOption(const std::string& key, const cv::FileNode& node, const OptionField& option) {
-    config::read(fullName(key), node, option);
-    log_->origins[fullName(option.key)] = file_;
-    const std::string value = written(option);
-    const auto [first, is_new] = given_.insert({option.key, {key, value}});
-    if (!is_new && first->second.value != value) {
-      fail(fullName(key), " is ", value, " and ", fullName(first->second.name), " is ",
-           first->second.value, ", but both are ", option.key, " in this version; give that once");
-    }
   }
 
   [[noreturn]] void unknown(const std::string& key) const {
@@ -88,15 +67,9 @@ class SectionReader {
     fail(fullName(key), " is not a known key; `slim_init options --keys all` lists them");
   }
 
-  struct Given {
-    std::string name;  // in the file
-    std::string value;
-  };
-
   const std::string file_;
   const OptionTable table_;
   SectionLog* const log_;
-  std::map<std::string, Given> given_;
 };
 
 }  // namespace

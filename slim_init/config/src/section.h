@@ -6,7 +6,6 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <string>
-#include <vector>
 
 #include "slim_init/config/config.h"
 
@@ -15,17 +14,12 @@ namespace slim_init::config {
 /// Name of our section.
 inline constexpr char kSection[] = "slim_init";
 
-/// What was read from the files so far.
-struct SectionLog {
-  /// File that a key came from, by its full name ("slim_init.window.keyframes").
-  std::map<std::string, std::string> origins;
-  /// Earlier names that were met, with the present one.
-  std::vector<RenamedKey> renamed;
-};
+/// What was read from the files so far: the file that a key came from, by its full name
+/// ("slim_init.window.keyframes").
+using SectionLog = std::map<std::string, std::string>;
 
 /// Reads the section below `root` onto `config`; without one throws if it is `required`. Throws a
-/// Problem (yaml_value.h) on unknown keys, wrong kinds, and two names of one key with different
-/// values.
+/// Problem (yaml_value.h) on unknown keys, wrong kinds, and a key that is given twice.
 void readSection(const cv::FileNode& root, const std::string& file, bool required, Config* config,
                  SectionLog* log);
 

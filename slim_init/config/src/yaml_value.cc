@@ -105,10 +105,10 @@ std::string written(const OptionField& option) {
       option.value);
 }
 
-std::string listed(const std::vector<std::string>& words, const char* last) {
+std::string listed(const std::vector<std::string>& words) {
   std::string list;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) list += i + 1 == words.size() ? last : ", ";
+    if (i > 0) list += i + 1 == words.size() ? " or " : ", ";
     list += words[i];
   }
   return list;

@@ -40,8 +40,8 @@ void read(const std::string& key, const cv::FileNode& node, const OptionField& o
 /// The value of an option as a file has it: "0.22", "1", "own".
 std::string written(const OptionField& option);
 
-/// "own, on or off"; `last` stands before the last word.
-std::string listed(const std::vector<std::string>& words, const char* last = " or ");
+/// "own, on or off".
+std::string listed(const std::vector<std::string>& words);
 
 std::string lower(std::string text);
 

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The one description of every option: validate(), the reader of configuration files, the shipped
-// YAML files and docs/options.md are made from it. A struct's table stands in the source file
+// YAML files are made from it. A struct's table stands in the source file
 // beside its validate(); sections are linked by the key's prefix.
 #pragma once
 

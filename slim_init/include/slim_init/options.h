@@ -3,7 +3,7 @@
 // The parameters of `slim` and of what all methods share. Configuration keys are the field names:
 // InertialOptions::accel_bias_prior is `inertial.accel_bias_prior`. The comment of a field says
 // what it is and in which unit. Its bounds, the reason of its default, and whether it is meant for
-// every user stand in one table (src/data/options.cc), which also prints docs/options.md.
+// every user stand in one table (src/data/options.cc), from which config/*.yaml is made.
 #pragma once
 
 #include <string>

@@ -16,7 +16,7 @@
 namespace slim_init {
 
 /// What a patched host finds in its own file beside our section; without these keys it runs as it
-/// did unpatched (docs/vins_mono.md). Ranges and reasons: docs/options.md.
+/// did unpatched (docs/vins_mono.md). Ranges and reasons: config/template.yaml.
 struct HostKeys {
   std::string initializer = "stock";  ///< who initializes: stock, slim or shadow
   bool reinit = false;                ///< reinitialize on a failure and on request
@@ -57,22 +57,14 @@ struct Config {
   std::string speed_topic;         ///< of Calibration::speed_sensor; empty: none
   bool speed_forward_only = true;  ///< SpeedSample::forward_only of its messages
   HostKeys host;
-  /// What the reader should know, one message each; nothing here is an error. Renamed keys and keys
-  /// that `method` does not read (noteUnreadKeys()) are among them.
+  /// What the reader should know, one message each; nothing here is an error. Keys that
+  /// `method` does not read (noteUnreadKeys()) are among them.
   std::vector<std::string> notes;
 };
 
 /// All our keys, bound to the fields of `config`; `key` is the path below `slim_init:`, e.g.
 /// "window.keyframes". Made of the tables that stand beside the structs (slim_init/option_table.h).
 OptionTable configTable(Config* config);
-
-/// A key that had another name in the release before. It is still read under the old one, with a
-/// note; the next release refuses it.
-struct RenamedKey {
-  std::string old_key;
-  std::string key;
-};
-const std::vector<RenamedKey>& renamedKeys();
 
 /// A note that names the keys with another value than the default that none of `methods` reads, or
 /// an empty string.
@@ -85,9 +77,6 @@ enum class OptionKeys { kUser, kAdvanced, kCompared, kAll };
 /// A section `slim_init:` with these keys, their defaults, units, ranges and reasons.
 std::string optionsYaml(OptionKeys keys);
 
-/// docs/options.md: the keys for users as tables.
-std::string optionsPage();
-
 /// A file of this repository that is written from configTable().
 struct GeneratedFile {
   std::string path;  ///< from the top of the repository: "config/template.yaml"
@@ -95,8 +84,7 @@ struct GeneratedFile {
 };
 
 /// config/template.yaml (a rig: the host's keys, our switches and the noise of the IMU),
-/// config/user.yaml (our other keys for users), config/advanced.yaml, config/compared_methods.yaml,
-/// docs/options.md.
+/// config/user.yaml (our other keys for users), config/advanced.yaml, config/compared_methods.yaml.
 std::vector<GeneratedFile> generatedFiles();
 
 /// Reads the host's configuration file: camera (model_type, image_width, image_height,
