@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/evaluation/report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -12,192 +13,204 @@ namespace {
 
 namespace fs = std::filesystem;
 
-double ratio(int part, int whole) {
-  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : kNotComputed;
-}
+using Record = MethodRecord;
 
-/// Adds the windows of one method one by one.
-class SubsetCollector {
- public:
-  void add(const MethodRecord& record) {
-    ++summary_.windows;
-    ++summary_.statuses[toString(record.status)];
-    if (record.attempted) {
-      ++summary_.attempted;
-      solve_ms_.push_back(record.solve_ms);
-      solve_cpu_ms_.push_back(record.solve_cpu_ms);
-    }
-    if (record.accepted()) {
-      addAccepted(record);
-      addDownstream(record.downstream);
-    } else if (isWait(record.status)) {
-      ++summary_.waiting;
-    } else if (isRefused(record.status)) {
-      ++summary_.refused;
-    } else {
-      ++summary_.failed;
-    }
-    if (record.attempted && record.metrics.success()) addSuccess(record.metrics);
-    if (!record.attempted) addPartial(toString(record.status), record.partial);
-  }
+double scaleError(const Record& r) { return r.metrics.scale_error; }
+double gravity(const Record& r) { return r.metrics.gravity_error_deg; }
+double velocity(const Record& r) { return r.metrics.velocity_rmse; }
+double velocityVector(const Record& r) { return r.metrics.velocity_vec_rmse; }
+double pose(const Record& r) { return r.metrics.pose_rmse; }
+double biasPercent(const Record& r) { return r.metrics.gyro_bias_err_pct; }
+double biasVector(const Record& r) { return r.metrics.gyro_bias_vec_err; }
+double scaleOverSigma(const Record& r) { return r.metrics.scale_error / r.scale_sigma; }
+double tdMs(const Record& r) { return 1e3 * r.calibration.td_s; }
+double tdOverSigma(const Record& r) { return r.calibration.tdOverSigma(); }
+double rotation(const Record& r) { return r.calibration.rotation_deg; }
+double rotationOverSigma(const Record& r) { return r.calibration.rotation_over_sigma; }
+double readoutMs(const Record& r) { return 1e3 * r.calibration.readout_s; }
+double seconds(const Record& r) { return r.data_s; }
+double keyframes(const Record& r) { return r.keyframes; }
+double ate(const Record& r) { return r.downstream.ate; }
+double lastScale(const Record& r) { return r.downstream.scale_error; }
+double wallMs(const Record& r) { return r.solve_ms; }
+double cpuMs(const Record& r) { return r.solve_cpu_ms; }
 
-  SubsetSummary summary(bool has_truth) const {
-    SubsetSummary s = summary_;
-    if (has_truth) s.success_rate = ratio(s.success, s.windows);
-    s.scale_rmse = rootMeanSquare(scale_);
-    s.scale_median = median(scale_);
-    s.scale_p90 = quantile(scale_, 0.9);
-    s.gravity_rmse_deg = rootMeanSquare(gravity_);
-    s.gravity_median_deg = median(gravity_);
-    s.gravity_p90_deg = quantile(gravity_, 0.9);
-    s.velocity_rmse = rootMeanSquare(velocity_);
-    s.velocity_median = median(velocity_);
-    s.velocity_p90 = quantile(velocity_, 0.9);
-    s.velocity_vec_rmse = rootMeanSquare(velocity_vec_);
-    s.pose_rmse = rootMeanSquare(pose_);
-    s.pose_median = median(pose_);
-    s.pose_p90 = quantile(pose_, 0.9);
-    s.gyro_bias_err_pct = rootMeanSquare(gyro_bias_pct_);
-    s.gyro_bias_vec_rmse = rootMeanSquare(gyro_bias_vec_);
-    s.accepted_rate = ratio(s.accepted, s.windows);
-    s.accept_s_median = median(accept_s_);
-    s.accept_s_p90 = quantile(accept_s_, 0.9);
-    s.accept_keyframes_median = median(accept_keyframes_);
-    s.right_s_median = median(right_s_);
-    s.right_s_p90 = quantile(right_s_, 0.9);
-    s.accepted_scale_rmse = rootMeanSquare(accepted_scale_);
-    s.accepted_scale_median = median(accepted_scale_);
-    s.accepted_gravity_rmse_deg = rootMeanSquare(accepted_gravity_);
-    s.accepted_velocity_rmse = rootMeanSquare(accepted_velocity_);
-    s.accepted_scale_over_sigma = rootMeanSquare(scale_over_sigma_);
-    s.accepted_td_rmse_ms = rootMeanSquare(td_ms_);
-    s.accepted_td_over_sigma = rootMeanSquare(td_over_sigma_);
-    s.accepted_rotation_rmse_deg = rootMeanSquare(rotation_deg_);
-    s.accepted_rotation_over_sigma = rootMeanSquare(rotation_over_sigma_);
-    s.accepted_readout_rmse_ms = rootMeanSquare(readout_ms_);
-    s.downstream_divergence_rate = ratio(s.downstream_diverged, s.downstream_runs);
-    s.downstream_ate_median = median(downstream_ate_);
-    s.downstream_ate_p90 = quantile(downstream_ate_, 0.9);
-    s.downstream_scale_median = median(downstream_scale_);
-    s.downstream_scale_p90 = quantile(downstream_scale_, 0.9);
-    if (has_truth) {
-      s.accepted_within_0_1_rate = ratio(s.accepted_within_0_1, s.accepted);
-      s.accepted_within_0_5_rate = ratio(s.accepted_within_0_5, s.accepted);
-      s.right_rate = ratio(s.accepted_within_0_1, s.windows);
-    }
-    for (const auto& [status, errors] : partial_) {
-      PartialSummary& partial = s.partial[status];
-      partial.windows = errors.windows;
-      partial.gravity_median_deg = median(errors.gravity);
-      partial.gravity_max_deg = quantile(errors.gravity, 1.0);
-      partial.gyro_bias_median_pct = median(errors.bias_pct);
-      partial.gyro_bias_max_pct = quantile(errors.bias_pct, 1.0);
-      partial.gyro_bias_vec_rmse = rootMeanSquare(errors.bias_vec);
-    }
-    s.solve_ms_median = median(solve_ms_);
-    s.solve_ms_mean = mean(solve_ms_);
-    s.solve_cpu_ms_median = median(solve_cpu_ms_);
-    s.solve_cpu_ms_mean = mean(solve_cpu_ms_);
-    s.solve_cpu_ms_p90 = quantile(solve_cpu_ms_, 0.9);
-    return s;
-  }
+bool any(const Record& /*r*/) { return true; }
+bool attempted(const Record& r) { return r.attempted; }
+bool successful(const Record& r) { return r.attempted && r.metrics.success(); }
+bool accepted(const Record& r) { return r.accepted(); }
+bool evaluated(const Record& r) { return r.accepted() && r.metrics.computed(); }
+bool within10(const Record& r) { return evaluated(r) && scaleError(r) < 0.1; }
+bool within50(const Record& r) { return evaluated(r) && scaleError(r) < 0.5; }
+bool beyond25(const Record& r) { return evaluated(r) && scaleError(r) > 0.25; }
+bool ran(const Record& r) { return r.accepted() && r.downstream.ran; }
+bool diverged(const Record& r) { return ran(r) && r.downstream.diverged; }
+bool waiting(const Record& r) { return !r.accepted() && isWait(r.status); }
+bool refused(const Record& r) { return !r.accepted() && !waiting(r) && isRefused(r.status); }
+bool failed(const Record& r) { return !r.accepted() && !waiting(r) && !refused(r); }
 
- private:
-  void addAccepted(const MethodRecord& record) {
-    ++summary_.accepted;
-    accept_s_.push_back(record.data_s);
-    accept_keyframes_.push_back(record.keyframes);
-    if (!record.metrics.computed()) return;
-    const double scale_error = record.metrics.scale_error;
-    accepted_scale_.push_back(scale_error);
-    accepted_gravity_.push_back(record.metrics.gravity_error_deg);
-    accepted_velocity_.push_back(record.metrics.velocity_rmse);
-    addFinite(scale_error / record.scale_sigma, &scale_over_sigma_);
-    addFinite(1e3 * record.calibration.td_s, &td_ms_);
-    addFinite(record.calibration.tdOverSigma(), &td_over_sigma_);
-    addFinite(record.calibration.rotation_deg, &rotation_deg_);
-    addFinite(record.calibration.rotation_over_sigma, &rotation_over_sigma_);
-    addFinite(1e3 * record.calibration.readout_s, &readout_ms_);
-    if (scale_error < 0.1) {
-      ++summary_.accepted_within_0_1;
-      right_s_.push_back(record.data_s);
-    }
-    if (scale_error > 0.25) ++summary_.accepted_beyond_0_25;
-    if (scale_error < 0.5) ++summary_.accepted_within_0_5;
-    // Written so that the first window replaces the NaN.
-    if (!(summary_.accepted_scale_error_max >= scale_error)) {
-      summary_.accepted_scale_error_max = scale_error;
-    }
-  }
+double middle(const std::vector<double>& values) { return median(values); }
+double p90(const std::vector<double>& values) { return quantile(values, 0.9); }
+double largest(const std::vector<double>& values) { return quantile(values, 1.0); }
+constexpr auto rms = rootMeanSquare;
 
-  static void addFinite(double value, std::vector<double>* values) {
-    if (std::isfinite(value)) values->push_back(value);
-  }
+using Is = bool (*)(const Record&);
 
-  void addDownstream(const DownstreamRecord& record) {
-    if (!record.ran) return;
-    ++summary_.downstream_runs;
-    summary_.downstream_diverged += record.diverged ? 1 : 0;
-    if (std::isfinite(record.ate)) downstream_ate_.push_back(record.ate);
-    if (std::isfinite(record.scale_error)) downstream_scale_.push_back(record.scale_error);
-  }
+/// A figure of the windows that are `over`: their number, that as a fraction of those that are
+/// `of`, or what `reduce` makes of the finite ones of their values.
+struct Definition {
+  const char* key;
+  Is over;
+  Is of = nullptr;
+  double (*value)(const Record&) = nullptr;
+  double (*reduce)(const std::vector<double>&) = nullptr;
+  bool needs_truth = false;
 
-  void addSuccess(const WindowMetrics& metrics) {
-    ++summary_.success;
-    scale_.push_back(metrics.scale_error);
-    gravity_.push_back(metrics.gravity_error_deg);
-    velocity_.push_back(metrics.velocity_rmse);
-    velocity_vec_.push_back(metrics.velocity_vec_rmse);
-    pose_.push_back(metrics.pose_rmse);
-    gyro_bias_vec_.push_back(metrics.gyro_bias_vec_err);
-    // Does not exist for a true bias of zero.
-    if (std::isfinite(metrics.gyro_bias_err_pct)) {
-      gyro_bias_pct_.push_back(metrics.gyro_bias_err_pct);
-    }
-  }
-
-  void addPartial(const std::string& status, const PartialMetrics& metrics) {
-    const bool gravity = std::isfinite(metrics.gravity_error_deg);
-    const bool bias = std::isfinite(metrics.gyro_bias_vec_err);
-    if (!gravity && !bias) return;
-    PartialErrors& errors = partial_[status];
-    ++errors.windows;
-    if (gravity) errors.gravity.push_back(metrics.gravity_error_deg);
-    if (bias) errors.bias_vec.push_back(metrics.gyro_bias_vec_err);
-    if (std::isfinite(metrics.gyro_bias_err_pct)) {
-      errors.bias_pct.push_back(metrics.gyro_bias_err_pct);
-    }
-  }
-
-  struct PartialErrors {
-    int windows = 0;
-    std::vector<double> gravity, bias_pct, bias_vec;
-  };
-
-  SubsetSummary summary_;
-  std::map<std::string, PartialErrors> partial_;
-  std::vector<double> scale_, gravity_, velocity_, velocity_vec_, pose_;
-  std::vector<double> gyro_bias_pct_, gyro_bias_vec_, solve_ms_, solve_cpu_ms_;
-  std::vector<double> accept_s_, accept_keyframes_, right_s_;
-  std::vector<double> downstream_ate_, downstream_scale_;
-  std::vector<double> accepted_scale_, accepted_gravity_, accepted_velocity_;
-  std::vector<double> scale_over_sigma_, td_ms_, td_over_sigma_;
-  std::vector<double> rotation_deg_, rotation_over_sigma_, readout_ms_;
+  double ofWindows(const std::vector<const Record*>& records, bool has_truth) const;
 };
 
+constexpr Definition count(const char* key, Is over) { return {key, over}; }
+constexpr Definition fraction(const char* key, Is over, Is of, bool needs_truth = false) {
+  return {key, over, of, nullptr, nullptr, needs_truth};
+}
+constexpr Definition figure(const char* key, Is over, double (*value)(const Record&),
+                            double (*reduce)(const std::vector<double>&)) {
+  return {key, over, nullptr, value, reduce};
+}
+
+double Definition::ofWindows(const std::vector<const Record*>& records, bool has_truth) const {
+  if (needs_truth && !has_truth) return kNotComputed;
+  std::vector<double> values;
+  double part = 0.0, whole = 0.0;
+  for (const Record* record : records) {
+    if (of != nullptr && of(*record)) ++whole;
+    if (!over(*record)) continue;
+    ++part;
+    if (value == nullptr) continue;
+    const double x = value(*record);
+    if (std::isfinite(x)) values.push_back(x);
+  }
+  if (reduce != nullptr) return reduce(values);
+  if (of == nullptr) return part;
+  return whole > 0.0 ? part / whole : kNotComputed;
+}
+
+constexpr Definition kDefinitions[] = {
+    count("windows", any),
+    count("attempted", attempted),
+    count("success", successful),
+    fraction("success_rate", successful, any, true),
+    figure("scale_rmse", successful, scaleError, rms),
+    figure("scale_median", successful, scaleError, middle),
+    figure("scale_p90", successful, scaleError, p90),
+    figure("gravity_rmse_deg", successful, gravity, rms),
+    figure("gravity_median_deg", successful, gravity, middle),
+    figure("gravity_p90_deg", successful, gravity, p90),
+    figure("velocity_rmse", successful, velocity, rms),
+    figure("velocity_median", successful, velocity, middle),
+    figure("velocity_p90", successful, velocity, p90),
+    figure("velocity_vec_rmse", successful, velocityVector, rms),
+    figure("pose_rmse", successful, pose, rms),
+    figure("pose_median", successful, pose, middle),
+    figure("pose_p90", successful, pose, p90),
+    figure("gyro_bias_err_pct", successful, biasPercent, rms),
+    figure("gyro_bias_vec_rmse", successful, biasVector, rms),
+    count("accepted", accepted),
+    count("accepted_within_0_1", within10),
+    count("accepted_within_0_5", within50),
+    count("accepted_beyond_0_25", beyond25),
+    fraction("accepted_within_0_1_rate", within10, accepted, true),
+    fraction("accepted_within_0_5_rate", within50, accepted, true),
+    figure("accepted_scale_error_max", evaluated, scaleError, largest),
+    fraction("accepted_rate", accepted, any),
+    figure("accepted_scale_rmse", evaluated, scaleError, rms),
+    figure("accepted_scale_median", evaluated, scaleError, middle),
+    figure("accepted_gravity_rmse_deg", evaluated, gravity, rms),
+    figure("accepted_velocity_rmse", evaluated, velocity, rms),
+    figure("accepted_scale_over_sigma", evaluated, scaleOverSigma, rms),
+    figure("accepted_td_rmse_ms", evaluated, tdMs, rms),
+    figure("accepted_td_over_sigma", evaluated, tdOverSigma, rms),
+    figure("accepted_rotation_rmse_deg", evaluated, rotation, rms),
+    figure("accepted_rotation_over_sigma", evaluated, rotationOverSigma, rms),
+    figure("accepted_readout_rmse_ms", evaluated, readoutMs, rms),
+    figure("accept_s_median", accepted, seconds, middle),
+    figure("accept_s_p90", accepted, seconds, p90),
+    figure("accept_keyframes_median", accepted, keyframes, middle),
+    fraction("right_rate", within10, any, true),
+    figure("right_s_median", within10, seconds, middle),
+    figure("right_s_p90", within10, seconds, p90),
+    count("downstream_runs", ran),
+    count("downstream_diverged", diverged),
+    fraction("downstream_divergence_rate", diverged, ran),
+    figure("downstream_ate_median", ran, ate, middle),
+    figure("downstream_ate_p90", ran, ate, p90),
+    figure("downstream_scale_median", ran, lastScale, middle),
+    figure("downstream_scale_p90", ran, lastScale, p90),
+    count("waiting", waiting),
+    count("refused", refused),
+    count("failed", failed),
+    figure("solve_ms_median", attempted, wallMs, middle),
+    figure("solve_ms_mean", attempted, wallMs, mean),
+    figure("solve_cpu_ms_median", attempted, cpuMs, middle),
+    figure("solve_cpu_ms_mean", attempted, cpuMs, mean),
+    figure("solve_cpu_ms_p90", attempted, cpuMs, p90),
+};
+
+/// What is known in windows with this status and without an estimate.
+PartialSummary partialOf(const std::vector<const Record*>& records, InitStatus status) {
+  PartialSummary summary;
+  std::vector<double> tilt, percent, vector;
+  for (const Record* record : records) {
+    const PartialMetrics& known = record->partial;
+    const bool has_gravity = std::isfinite(known.gravity_error_deg);
+    const bool has_bias = std::isfinite(known.gyro_bias_vec_err);
+    if (record->attempted || record->status != status || !(has_gravity || has_bias)) continue;
+    ++summary.windows;
+    if (has_gravity) tilt.push_back(known.gravity_error_deg);
+    if (has_bias) vector.push_back(known.gyro_bias_vec_err);
+    if (std::isfinite(known.gyro_bias_err_pct)) percent.push_back(known.gyro_bias_err_pct);
+  }
+  summary.gravity_median_deg = median(tilt);
+  summary.gravity_max_deg = largest(tilt);
+  summary.gyro_bias_median_pct = median(percent);
+  summary.gyro_bias_max_pct = largest(percent);
+  summary.gyro_bias_vec_rmse = rms(vector);
+  return summary;
+}
+
+SubsetSummary subsetOf(const std::vector<const Record*>& records, bool has_truth) {
+  SubsetSummary summary;
+  for (const Definition& one : kDefinitions) {
+    const bool is_count = one.reduce == nullptr && one.of == nullptr;
+    summary.figures.push_back({one.key, one.ofWindows(records, has_truth), is_count});
+  }
+  for (const Record* record : records) {
+    const std::string status = toString(record->status);
+    if (++summary.statuses[status] > 1) continue;
+    const PartialSummary partial = partialOf(records, record->status);
+    if (partial.windows > 0) summary.partial[status] = partial;
+  }
+  return summary;
+}
+
 }  // namespace
+
+double SubsetSummary::at(const std::string& key) const {
+  const auto found = std::find_if(figures.begin(), figures.end(),
+                                  [&key](const Figure& figure) { return key == figure.key; });
+  return found == figures.end() ? kNotComputed : found->value;
+}
 
 std::vector<MethodSummary> summarize(const ProtocolResult& result) {
   std::vector<MethodSummary> summaries;
   for (std::size_t method = 0; method < result.methods.size(); ++method) {
-    SubsetCollector all;
-    SubsetCollector excited;
+    std::vector<const Record*> all, excited;
     for (const WindowRecord& window : result.windows) {
-      all.add(window.methods[method]);
-      if (window.excitation.excited) excited.add(window.methods[method]);
+      all.push_back(&window.methods[method]);
+      if (window.excitation.excited) excited.push_back(&window.methods[method]);
     }
-    summaries.push_back(
-        {result.methods[method], all.summary(result.has_truth), excited.summary(result.has_truth)});
+    summaries.push_back({result.methods[method], subsetOf(all, result.has_truth),
+                         subsetOf(excited, result.has_truth)});
   }
   return summaries;
 }

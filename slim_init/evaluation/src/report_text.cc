@@ -12,74 +12,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// A column of summary.csv and a key of summary.json.
-struct SummaryField {
-  const char* key;
-  double SubsetSummary::*real;
-  int SubsetSummary::*count;
-};
-
-constexpr SummaryField kSummaryFields[] = {
-    {"windows", nullptr, &SubsetSummary::windows},
-    {"attempted", nullptr, &SubsetSummary::attempted},
-    {"success", nullptr, &SubsetSummary::success},
-    {"success_rate", &SubsetSummary::success_rate, nullptr},
-    {"scale_rmse", &SubsetSummary::scale_rmse, nullptr},
-    {"scale_median", &SubsetSummary::scale_median, nullptr},
-    {"scale_p90", &SubsetSummary::scale_p90, nullptr},
-    {"gravity_rmse_deg", &SubsetSummary::gravity_rmse_deg, nullptr},
-    {"gravity_median_deg", &SubsetSummary::gravity_median_deg, nullptr},
-    {"gravity_p90_deg", &SubsetSummary::gravity_p90_deg, nullptr},
-    {"velocity_rmse", &SubsetSummary::velocity_rmse, nullptr},
-    {"velocity_median", &SubsetSummary::velocity_median, nullptr},
-    {"velocity_p90", &SubsetSummary::velocity_p90, nullptr},
-    {"velocity_vec_rmse", &SubsetSummary::velocity_vec_rmse, nullptr},
-    {"pose_rmse", &SubsetSummary::pose_rmse, nullptr},
-    {"pose_median", &SubsetSummary::pose_median, nullptr},
-    {"pose_p90", &SubsetSummary::pose_p90, nullptr},
-    {"gyro_bias_err_pct", &SubsetSummary::gyro_bias_err_pct, nullptr},
-    {"gyro_bias_vec_rmse", &SubsetSummary::gyro_bias_vec_rmse, nullptr},
-    {"accepted", nullptr, &SubsetSummary::accepted},
-    {"accepted_within_0_1", nullptr, &SubsetSummary::accepted_within_0_1},
-    {"accepted_within_0_5", nullptr, &SubsetSummary::accepted_within_0_5},
-    {"accepted_beyond_0_25", nullptr, &SubsetSummary::accepted_beyond_0_25},
-    {"accepted_within_0_1_rate", &SubsetSummary::accepted_within_0_1_rate, nullptr},
-    {"accepted_within_0_5_rate", &SubsetSummary::accepted_within_0_5_rate, nullptr},
-    {"accepted_scale_error_max", &SubsetSummary::accepted_scale_error_max, nullptr},
-    {"accepted_rate", &SubsetSummary::accepted_rate, nullptr},
-    {"accepted_scale_rmse", &SubsetSummary::accepted_scale_rmse, nullptr},
-    {"accepted_scale_median", &SubsetSummary::accepted_scale_median, nullptr},
-    {"accepted_gravity_rmse_deg", &SubsetSummary::accepted_gravity_rmse_deg, nullptr},
-    {"accepted_velocity_rmse", &SubsetSummary::accepted_velocity_rmse, nullptr},
-    {"accepted_scale_over_sigma", &SubsetSummary::accepted_scale_over_sigma, nullptr},
-    {"accepted_td_rmse_ms", &SubsetSummary::accepted_td_rmse_ms, nullptr},
-    {"accepted_td_over_sigma", &SubsetSummary::accepted_td_over_sigma, nullptr},
-    {"accepted_rotation_rmse_deg", &SubsetSummary::accepted_rotation_rmse_deg, nullptr},
-    {"accepted_rotation_over_sigma", &SubsetSummary::accepted_rotation_over_sigma, nullptr},
-    {"accepted_readout_rmse_ms", &SubsetSummary::accepted_readout_rmse_ms, nullptr},
-    {"accept_s_median", &SubsetSummary::accept_s_median, nullptr},
-    {"accept_s_p90", &SubsetSummary::accept_s_p90, nullptr},
-    {"accept_keyframes_median", &SubsetSummary::accept_keyframes_median, nullptr},
-    {"right_rate", &SubsetSummary::right_rate, nullptr},
-    {"right_s_median", &SubsetSummary::right_s_median, nullptr},
-    {"right_s_p90", &SubsetSummary::right_s_p90, nullptr},
-    {"downstream_runs", nullptr, &SubsetSummary::downstream_runs},
-    {"downstream_diverged", nullptr, &SubsetSummary::downstream_diverged},
-    {"downstream_divergence_rate", &SubsetSummary::downstream_divergence_rate, nullptr},
-    {"downstream_ate_median", &SubsetSummary::downstream_ate_median, nullptr},
-    {"downstream_ate_p90", &SubsetSummary::downstream_ate_p90, nullptr},
-    {"downstream_scale_median", &SubsetSummary::downstream_scale_median, nullptr},
-    {"downstream_scale_p90", &SubsetSummary::downstream_scale_p90, nullptr},
-    {"waiting", nullptr, &SubsetSummary::waiting},
-    {"refused", nullptr, &SubsetSummary::refused},
-    {"failed", nullptr, &SubsetSummary::failed},
-    {"solve_ms_median", &SubsetSummary::solve_ms_median, nullptr},
-    {"solve_ms_mean", &SubsetSummary::solve_ms_mean, nullptr},
-    {"solve_cpu_ms_median", &SubsetSummary::solve_cpu_ms_median, nullptr},
-    {"solve_cpu_ms_mean", &SubsetSummary::solve_cpu_ms_mean, nullptr},
-    {"solve_cpu_ms_p90", &SubsetSummary::solve_cpu_ms_p90, nullptr},
-};
-
 std::string format(const char* pattern, double value) {
   char text[64];
   std::snprintf(text, sizeof(text), pattern, value);
@@ -230,9 +162,9 @@ Json jsonTracking(const TrackingSummary& tracking) {
 
 Json jsonSubset(const SubsetSummary& subset) {
   Json json = Json::object();
-  for (const SummaryField& field : kSummaryFields) {
-    json[field.key] =
-        field.real != nullptr ? jsonNumber(subset.*field.real) : Json(subset.*field.count);
+  for (const Figure& figure : subset.figures) {
+    json[figure.key] =
+        figure.is_count ? Json(static_cast<int>(figure.value)) : jsonNumber(figure.value);
   }
   json["statuses"] = subset.statuses;
   Json& partial = json["partial"] = Json::object();
@@ -268,18 +200,17 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
 }
 
 std::string summaryCsv(const RunInfo& info, const std::vector<MethodSummary>& summaries) {
-  std::vector<std::string> header = {"dataset", "method", "subset"};
-  for (const SummaryField& field : kSummaryFields) header.emplace_back(field.key);
-  std::string text = csvRow(header);
+  std::string text;
   for (const MethodSummary& summary : summaries) {
     for (const bool excited : {false, true}) {
-      const SubsetSummary& subset = excited ? summary.excited : summary.all;
+      std::vector<std::string> header = {"dataset", "method", "subset"};
       std::vector<std::string> row = {csvText(info.dataset), csvText(summary.name),
                                       excited ? "excited" : "all"};
-      for (const SummaryField& field : kSummaryFields) {
-        row.push_back(field.real != nullptr ? csvNumber(subset.*field.real)
-                                            : std::to_string(subset.*field.count));
+      for (const Figure& figure : (excited ? summary.excited : summary.all).figures) {
+        header.emplace_back(figure.key);
+        row.push_back(csvNumber(figure.value));
       }
+      if (text.empty()) text = csvRow(header);
       text += csvRow(row);
     }
   }

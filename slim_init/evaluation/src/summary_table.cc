@@ -21,57 +21,50 @@ struct Column {
   bool needs_truth;  ///< left out of the tables of a sequence without truth
   Best best;
   const char* pattern;  ///< of printf
-  double SubsetSummary::*real;
-  int SubsetSummary::*count = nullptr;  ///< in place of `real`
+  const char* key;
   double factor = 1.0;
 };
 
-using S = SubsetSummary;
 constexpr Column kAccuracy[] = {
-    {"success %", true, Best::kHighest, "%.1f", &S::success_rate, nullptr, 100.0},
-    {"scale rmse", true, Best::kLowest, "%.4f", &S::scale_rmse},
-    {"median", true, Best::kLowest, "%.4f", &S::scale_median},
-    {"p90", true, Best::kLowest, "%.4f", &S::scale_p90},
-    {"gravity deg", true, Best::kLowest, "%.3f", &S::gravity_rmse_deg},
-    {"speed m/s", true, Best::kLowest, "%.4f", &S::velocity_rmse},
-    {"velocity m/s", true, Best::kLowest, "%.4f", &S::velocity_vec_rmse},
-    {"pose m", true, Best::kLowest, "%.4f", &S::pose_rmse},
-    {"gyro bias %", true, Best::kLowest, "%.2f", &S::gyro_bias_err_pct},
-    {"accepted", false, Best::kNone, "%.0f", nullptr, &S::accepted},
-    {"|s-1|<0.1 %", true, Best::kHighest, "%.1f", &S::accepted_within_0_1_rate, nullptr, 100.0},
-    {"solve ms", false, Best::kNone, "%.3f", &S::solve_cpu_ms_median}};
+    {"success %", true, Best::kHighest, "%.1f", "success_rate", 100.0},
+    {"scale rmse", true, Best::kLowest, "%.4f", "scale_rmse"},
+    {"median", true, Best::kLowest, "%.4f", "scale_median"},
+    {"p90", true, Best::kLowest, "%.4f", "scale_p90"},
+    {"gravity deg", true, Best::kLowest, "%.3f", "gravity_rmse_deg"},
+    {"speed m/s", true, Best::kLowest, "%.4f", "velocity_rmse"},
+    {"velocity m/s", true, Best::kLowest, "%.4f", "velocity_vec_rmse"},
+    {"pose m", true, Best::kLowest, "%.4f", "pose_rmse"},
+    {"gyro bias %", true, Best::kLowest, "%.2f", "gyro_bias_err_pct"},
+    {"accepted", false, Best::kNone, "%.0f", "accepted"},
+    {"|s-1|<0.1 %", true, Best::kHighest, "%.1f", "accepted_within_0_1_rate", 100.0},
+    {"solve ms", false, Best::kNone, "%.3f", "solve_cpu_ms_median"}};
 constexpr Column kFirstAnswer[] = {
-    {"within 10 %, % of all", true, Best::kHighest, "%.1f", &S::right_rate, nullptr, 100.0},
-    {"beyond 25 %", true, Best::kLowest, "%.0f", nullptr, &S::accepted_beyond_0_25},
-    {"largest", true, Best::kLowest, "%.3f", &S::accepted_scale_error_max},
-    {"time s, median", true, Best::kLowest, "%.2f", &S::right_s_median},
-    {"p90", true, Best::kLowest, "%.2f", &S::right_s_p90},
-    {"accepted %", false, Best::kNone, "%.1f", &S::accepted_rate, nullptr, 100.0},
-    {"s, median", false, Best::kNone, "%.2f", &S::accept_s_median},
-    {"p90", false, Best::kNone, "%.2f", &S::accept_s_p90},
-    {"scale rmse", true, Best::kLowest, "%.4f", &S::accepted_scale_rmse},
-    {"error/sigma", true, Best::kNone, "%.2f", &S::accepted_scale_over_sigma}};
+    {"within 10 %, % of all", true, Best::kHighest, "%.1f", "right_rate", 100.0},
+    {"beyond 25 %", true, Best::kLowest, "%.0f", "accepted_beyond_0_25"},
+    {"largest", true, Best::kLowest, "%.3f", "accepted_scale_error_max"},
+    {"time s, median", true, Best::kLowest, "%.2f", "right_s_median"},
+    {"p90", true, Best::kLowest, "%.2f", "right_s_p90"},
+    {"accepted %", false, Best::kNone, "%.1f", "accepted_rate", 100.0},
+    {"s, median", false, Best::kNone, "%.2f", "accept_s_median"},
+    {"p90", false, Best::kNone, "%.2f", "accept_s_p90"},
+    {"scale rmse", true, Best::kLowest, "%.4f", "accepted_scale_rmse"},
+    {"error/sigma", true, Best::kNone, "%.2f", "accepted_scale_over_sigma"}};
 constexpr Column kDownstream[] = {
-    {"runs", false, Best::kNone, "%.0f", nullptr, &S::downstream_runs},
-    {"diverged %", false, Best::kLowest, "%.1f", &S::downstream_divergence_rate, nullptr, 100.0},
-    {"ATE m, median", true, Best::kLowest, "%.3f", &S::downstream_ate_median},
-    {"p90", true, Best::kLowest, "%.3f", &S::downstream_ate_p90},
-    {"final scale error, median", true, Best::kLowest, "%.4f", &S::downstream_scale_median},
-    {"p90", true, Best::kLowest, "%.4f", &S::downstream_scale_p90}};
+    {"runs", false, Best::kNone, "%.0f", "downstream_runs"},
+    {"diverged %", false, Best::kLowest, "%.1f", "downstream_divergence_rate", 100.0},
+    {"ATE m, median", true, Best::kLowest, "%.3f", "downstream_ate_median"},
+    {"p90", true, Best::kLowest, "%.3f", "downstream_ate_p90"},
+    {"final scale error, median", true, Best::kLowest, "%.4f", "downstream_scale_median"},
+    {"p90", true, Best::kLowest, "%.4f", "downstream_scale_p90"}};
 constexpr Column kCalibration[] = {
-    {"accepted", false, Best::kNone, "%.0f", nullptr, &S::accepted},
-    {"scale rmse", true, Best::kLowest, "%.4f", &S::accepted_scale_rmse},
-    {"error/sigma", true, Best::kNone, "%.2f", &S::accepted_scale_over_sigma},
-    {"td ms", false, Best::kLowest, "%.2f", &S::accepted_td_rmse_ms},
-    {"error/sigma", false, Best::kNone, "%.2f", &S::accepted_td_over_sigma},
-    {"rotation deg", false, Best::kLowest, "%.3f", &S::accepted_rotation_rmse_deg},
-    {"error/sigma", false, Best::kNone, "%.2f", &S::accepted_rotation_over_sigma},
-    {"readout ms", false, Best::kLowest, "%.2f", &S::accepted_readout_rmse_ms}};
-
-double valueOf(const Column& column, const SubsetSummary& summary) {
-  return column.real != nullptr ? column.factor * summary.*column.real
-                                : static_cast<double>(summary.*column.count);
-}
+    {"accepted", false, Best::kNone, "%.0f", "accepted"},
+    {"scale rmse", true, Best::kLowest, "%.4f", "accepted_scale_rmse"},
+    {"error/sigma", true, Best::kNone, "%.2f", "accepted_scale_over_sigma"},
+    {"td ms", false, Best::kLowest, "%.2f", "accepted_td_rmse_ms"},
+    {"error/sigma", false, Best::kNone, "%.2f", "accepted_td_over_sigma"},
+    {"rotation deg", false, Best::kLowest, "%.3f", "accepted_rotation_rmse_deg"},
+    {"error/sigma", false, Best::kNone, "%.2f", "accepted_rotation_over_sigma"},
+    {"readout ms", false, Best::kLowest, "%.2f", "accepted_readout_rmse_ms"}};
 
 /// A dash for a number that does not exist.
 std::string cellText(const Column& column, double value) {
@@ -88,7 +81,7 @@ std::vector<std::string> columnTexts(const Column& column,
   std::vector<double> values;
   std::vector<std::string> texts = {column.title};
   for (const MethodSummary& summary : summaries) {
-    values.push_back(valueOf(column, summary.*subset));
+    values.push_back(column.factor * (summary.*subset).at(column.key));
     texts.push_back(cellText(column, values.back()));
   }
   std::string best;
@@ -155,7 +148,8 @@ std::string summaryTable(const ProtocolResult& result,
   std::string text;
   for (const Subset subset : {&MethodSummary::excited, &MethodSummary::all}) {
     const bool excited = subset == &MethodSummary::excited;
-    const int windows = summaries.empty() ? 0 : (summaries.front().*subset).windows;
+    const int windows =
+        summaries.empty() ? 0 : static_cast<int>((summaries.front().*subset).at("windows"));
     text += (excited ? "" : "\n") + std::to_string(windows) + (excited ? " excited" : "") +
             (windows == 1 ? " window" : " windows") + (excited ? "" : " in all") + "\n";
     if (windows > 0) text += tableText(kAccuracy, summaries, subset, result.has_truth);
