@@ -37,17 +37,6 @@ Calibration calibrationFor(const AbOptions& options) {
   return calibration;
 }
 
-/// Pose and velocity at time t.
-NavState stateAt(const simulation::Trajectory& trajectory, double t) {
-  const simulation::Kinematics motion = trajectory.at(t);
-  NavState state;
-  state.t = t;
-  state.R_w_b = motion.R_w_b;
-  state.p_w_b = motion.p_w_b;
-  state.v_w_b = motion.v_w_b;
-  return state;
-}
-
 /// True states at the image times (camera clock, `td` to the IMU clock) that the trajectory covers;
 /// the other images are left out of `times` and counted in a note. Biases are left for the caller.
 std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double td,
@@ -60,7 +49,7 @@ std::vector<NavState> statesAt(const simulation::Trajectory& trajectory, double 
     times->erase(uncovered, times->end());
   }
   std::vector<NavState> states;
-  for (const double t : *times) states.push_back(stateAt(trajectory, t + td));
+  for (const double t : *times) states.push_back(simulation::stateAt(trajectory, t + td));
   return states;
 }
 
@@ -89,7 +78,7 @@ void setTruthBetween(std::unique_ptr<simulation::Trajectory> trajectory,
   const std::shared_ptr<const simulation::Trajectory> path = std::move(trajectory);
   sequence->truth_between = [path, truth = std::move(truth)](double t) {
     if (!path->covers(t)) return NavState();
-    NavState state = stateAt(*path, t);
+    NavState state = simulation::stateAt(*path, t);
     setBiases(truth, &state);
     return state;
   };
@@ -247,7 +236,7 @@ std::string addTruth(std::vector<NavState> truth, bool has_bias, const std::stri
       ++uncovered;
       continue;
     }
-    sequence.truth[i] = stateAt(*trajectory, t);
+    sequence.truth[i] = simulation::stateAt(*trajectory, t);
     setBiases(truth, &sequence.truth[i]);
   }
   if (uncovered == static_cast<int>(times.size())) {

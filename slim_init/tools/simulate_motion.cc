@@ -1,12 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "simulate_motion.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <utility>
 
@@ -97,60 +93,6 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
   return cutImages(options, calibration, motion);
 }
 
-// Stamp, position, quaternion; further columns are ignored.
-std::string readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<NavState>* states) {
-  std::ifstream file(path);
-  if (!file || !std::filesystem::is_regular_file(path)) return path + " cannot be opened";
-  int number = 0;
-  for (std::string line; std::getline(file, line);) {
-    ++number;
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    const auto problem = [&](const std::string& what) {
-      return path + " line " + std::to_string(number) + ": " + what;
-    };
-    std::istringstream cells(line);
-    std::string cell;
-    std::int64_t stamp_ns = 0;
-    double value[7] = {};
-    for (int column = 0; column < 8; ++column) {
-      if (!std::getline(cells, cell, ',')) {
-        return problem("has " + std::to_string(column) + " columns, must have at least 8");
-      }
-      char* end = nullptr;
-      if (column == 0) {
-        stamp_ns = std::strtoll(cell.c_str(), &end, 10);
-      } else {
-        value[column - 1] = std::strtod(cell.c_str(), &end);
-      }
-      const std::string rest = end == nullptr ? "" : end;
-      const bool number_read =
-          end != cell.c_str() && rest.find_first_not_of(" \t") == std::string::npos;
-      if (!number_read || (column > 0 && !std::isfinite(value[column - 1]))) {
-        return problem("column " + std::to_string(column + 1) + ": '" + cell +
-                       "' is not a finite number");
-      }
-    }
-    const Eigen::Quaterniond q(value[3], value[4], value[5], value[6]);
-    if (!(std::abs(q.norm() - 1.0) < 0.01)) {
-      std::ostringstream out;
-      out << "the quaternion has norm " << q.norm() << ", must be 1 within 0.01";
-      return problem(out.str());
-    }
-    if (states->empty()) *t0_ns = stamp_ns;
-    NavState state;
-    state.t = 1e-9 * static_cast<double>(stamp_ns - *t0_ns);
-    if (!states->empty() && !(state.t > states->back().t)) {
-      return problem("the stamp is not after the previous one");
-    }
-    state.R_w_b = q.normalized().toRotationMatrix();
-    state.p_w_b = {value[0], value[1], value[2]};
-    state.v_w_b.setConstant(kNotComputed);
-    states->push_back(state);
-  }
-  return "";
-}
-
 // IMU, truth and image times along a known motion.
 std::string simulateSensors(const SimulateOptions& options, const Calibration& calibration,
                             SimulatedMotion* motion) {
@@ -170,12 +112,7 @@ std::string simulateSensors(const SimulateOptions& options, const Calibration& c
   for (std::int64_t k = 0;; ++k) {
     const double t = trajectory.begin() + static_cast<double>(k) * kTruthStep;
     if (t > trajectory.end()) break;
-    const simulation::Kinematics at = trajectory.at(t);
-    NavState state;
-    state.t = t;
-    state.R_w_b = at.R_w_b;
-    state.p_w_b = at.p_w_b;
-    state.v_w_b = at.v_w_b;
+    NavState state = simulation::stateAt(trajectory, t);
     state.gyro_bias = imu.gyro_bias;
     state.accel_bias = imu.accel_bias;
     motion->truth.push_back(state);
@@ -192,9 +129,8 @@ std::string simulateSensors(const SimulateOptions& options, const Calibration& c
 std::string loadCsv(const SimulateOptions& options, const Calibration& calibration,
                     SimulatedMotion* motion) {
   std::vector<NavState> states;
-  if (std::string s = readPoses(options.csv, &motion->t0_ns, &states); !s.empty()) {
-    return "--csv: " + s;
-  }
+  const evaluation::ReadStatus status = evaluation::readPoses(options.csv, &motion->t0_ns, &states);
+  if (!status.ok()) return "--csv: " + status.message;
   motion->name = std::filesystem::path(options.csv).stem().string();
   constexpr double kSmoothRate = 20.0;  // [Hz]
   std::string error;

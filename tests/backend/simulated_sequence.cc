@@ -31,12 +31,7 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   std::vector<Eigen::Vector3d> path;
   for (int k = 0; k / options.image_rate_hz <= sequence.imu.back().t; ++k) {
     const double t = k / options.image_rate_hz;
-    const simulation::Kinematics motion = trajectory->at(t);
-    NavState state;
-    state.t = t;
-    state.R_w_b = motion.R_w_b;
-    state.p_w_b = motion.p_w_b;
-    state.v_w_b = motion.v_w_b;
+    NavState state = simulation::stateAt(*trajectory, t);
     state.gyro_bias = imu.gyro_bias;
     state.accel_bias = imu.accel_bias;
     sequence.truth.push_back(state);

@@ -189,7 +189,8 @@ std::string run(const Command& command) {
       return error;
     }
   } else {
-    std::cerr << "slim_init_bench: note: no scene.json or no ground truth: no errors are measured\n";
+    std::cerr
+        << "slim_init_bench: note: no scene.json or no ground truth: no errors are measured\n";
   }
   std::printf("%s: %zu images\npoints\n", images.name().c_str(), frames.size());
   printPersistence(frames, &FrameObservation::points);

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// slim_init_bench COMMAND [options], each with --help. `times`, `growth` and `count` print tables of
-// whole solves, on built-in or recorded motion; `faults` and `soak` run a host on streams with
+// slim_init_bench COMMAND [options], each with --help. `times`, `growth` and `count` print tables
+// of whole solves, on built-in or recorded motion; `faults` and `soak` run a host on streams with
 // faults; `tracks` measures the image front end (bench_commands.h).
 #include <cstdio>
 #include <string>
@@ -21,9 +21,10 @@ int main(int argc, char** argv) {
   if (command == "faults") return runFaultsCommand(arguments);
   if (command == "soak") return runSoakCommand(arguments);
   if (command == "tracks") return runTracksCommand(arguments);
-  std::fprintf(stderr,
-               "slim_init_bench: the command is \"%s\", must be times, growth, count, faults, soak or "
-               "tracks\n",
-               command.c_str());
+  std::fprintf(
+      stderr,
+      "slim_init_bench: the command is \"%s\", must be times, growth, count, faults, soak or "
+      "tracks\n",
+      command.c_str());
   return kExitBadInput;
 }

@@ -13,6 +13,7 @@
 #include "geometry/so3.h"
 #include "slim_init/baselines/baselines.h"
 #include "support/exact_window.h"
+#include "support/fed_initializer.h"
 
 namespace slim_init {
 namespace {
@@ -48,10 +49,6 @@ class InitializerTest : public ::testing::Test {
         baselines::makeInitializer("drt-l", exact_.calibration, tenKeyframes(), {}, &error);
     EXPECT_NE(initializer, nullptr) << error;
     return initializer;
-  }
-  static void feed(IInitializer& initializer, const ExactWindow& exact) {
-    for (const ImuSample& sample : exact.imu) initializer.addImu(sample);
-    for (const FrameObservation& frame : exact.keyframes) initializer.addFrame(frame);
   }
   const ExactWindow exact_ = makeExactWindow(ExactWindowOptions());
 };

@@ -17,6 +17,7 @@
 #include "support/chi_square.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
+#include "support/fed_initializer.h"
 #include "support/same_result.h"
 
 namespace slim_init {
@@ -210,8 +211,7 @@ class KnownSensorsOfAHost : public ::testing::Test {
   }
   InitResult ask(IInitializer& initializer) const {
     initializer.reset();
-    for (const ImuSample& sample : exact_.imu) initializer.addImu(sample);
-    for (const FrameObservation& frame : exact_.keyframes) initializer.addFrame(frame);
+    feed(initializer, exact_);
     return initializer.initialize();
   }
   // What a flight before would have found.

@@ -24,7 +24,9 @@
 #include "support/data_sheet_options.h"
 #include "support/drawn_vector.h"
 #include "support/exact_window.h"
+#include "support/fed_initializer.h"
 #include "support/jacobian_check.h"
+#include "support/newest_error.h"
 #include "support/plain_method.h"
 #include "support/true_state.h"
 #include "support/unlimited_budget.h"
@@ -106,32 +108,6 @@ InitResult solve(const ExactWindow& exact, const StatePrior& prior,
   InitResult result = solver->solveWithPrior(*exact.window, prior, &budget);
   EXPECT_EQ(result.validate(), "");
   return result;
-}
-
-struct NewestError {
-  double velocity = 0.0, tilt_deg = 0.0;
-  double velocity_squared = 0.0, tilt_squared = 0.0;  // over the covariance, not by the freedom
-};
-
-NewestError newestError(const InitResult& answer, const ExactWindow& exact) {
-  const NavState &state = answer.states.back(), &truth = exact.truth.back();
-  const auto n = static_cast<Eigen::Index>(answer.states.size());
-  const Eigen::Matrix<double, 9, 9> P = answer.covariance.block<9, 9>(9 * (n - 1), 9 * (n - 1));
-  const Eigen::Matrix3d Rt = state.R_w_b.transpose();
-  const Eigen::Vector3d v = Rt * state.v_w_b, up = Rt.col(2);
-  const Eigen::Vector3d of_v = v - truth.R_w_b.transpose() * truth.v_w_b;
-  Eigen::Matrix<double, 3, 9> J;
-  J << skew(v), Eigen::Matrix3d::Zero(), Rt;
-  const Eigen::Matrix<double, 2, 3> B = tangentBasis(up).transpose();
-  const Eigen::Vector2d tilt = B * (up - truth.R_w_b.transpose().col(2));
-  const Eigen::Matrix<double, 2, 3> T = B * skew(up);
-  const Eigen::Matrix2d of_tilt = T * P.topLeftCorner<3, 3>() * T.transpose();
-  NewestError out;
-  out.velocity = of_v.norm();
-  out.tilt_deg = tilt.norm() / kDeg;
-  out.velocity_squared = of_v.dot((J * P * J.transpose()).ldlt().solve(of_v));
-  out.tilt_squared = tilt.dot(of_tilt.ldlt().solve(tilt));
-  return out;
 }
 
 bool dropped(const InitResult& result, const char* part) {
@@ -286,13 +262,13 @@ TEST(Recovery, ErrorsAreWhatTheCovarianceSays) {
       }
       std::cout << static_cast<int>(motion) << ' ' << keyframes << ": " << count << " answers, "
                 << with_drop << " with parts dropped, squared errors of velocity "
-                << velocity / (3 * count) << " (largest " << largest << " m/s), tilt "
-                << tilt / (2 * count) << "\n";
+                << velocity / count << " (largest " << largest << " m/s), tilt " << tilt / count
+                << "\n";
       EXPECT_GE(count, 0.98 * kWindows);
       EXPECT_LE(with_drop, 0.05 * kWindows);
       // Errors over sigma between 0.7 and 1.5. In hover the depths are made of noise, and draw the
       // velocity to them.
-      for (const double squared : {velocity / (3 * count), tilt / (2 * count)}) {
+      for (const double squared : {velocity / count, tilt / count}) {
         EXPECT_GT(squared, 0.49);
         EXPECT_LT(squared, 2.25);
       }
@@ -373,23 +349,9 @@ TEST(Recovery, WrongPartsAreFoundAndNamed) {
 
 // ---- what a host sees
 
-void feed(IInitializer& initializer, const ExactWindow& exact) {
-  for (const ImuSample& sample : exact.imu) initializer.addImu(sample);
-  for (const FrameObservation& frame : exact.keyframes) initializer.addFrame(frame);
-}
-
-std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
-                                      const InitializerOptions& options = dataSheetOptions()) {
-  std::string error;
-  auto initializer = makeInitializer(exact.calibration, options, &error);
-  EXPECT_NE(initializer, nullptr) << error;
-  feed(*initializer, exact);
-  return initializer;
-}
-
 TEST(Recovery, WithoutAnEstimateOfItsOwnTheWindowBeginsAtTheState) {
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kConstantVelocity, 12));
-  const auto initializer = makeFed(exact);
+  const auto initializer = makeFed(exact, dataSheetOptions());
   // There is no start at constant velocity.
   EXPECT_FALSE(initializer->initialize().success());
   const StatePrior prior = priorOf(exact.truth[4], 9);
@@ -428,7 +390,7 @@ class RecoveryOfASuccess : public ::testing::Test {
   void SetUp() override { ASSERT_TRUE(initializer_->initialize().success()); }
 
   const ExactWindow exact_ = makeExactWindow(windowOptions(3, Motion::kExcited, 16));
-  const std::unique_ptr<IInitializer> initializer_ = makeFed(exact_);
+  const std::unique_ptr<IInitializer> initializer_ = makeFed(exact_, dataSheetOptions());
   const StatePrior good_ = priorOf(exact_.truth[6], 3);
 };
 
@@ -482,7 +444,7 @@ TEST(Recovery, AContradictedVelocityDoesNotCarryTheFrame) {
 
 TEST(Recovery, BadInputIsRefusedWithAReason) {
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
-  const auto initializer = makeFed(exact);
+  const auto initializer = makeFed(exact, dataSheetOptions());
   EXPECT_EQ(initializer->recover({}).status, InitStatus::kInvalidInput);
   EXPECT_EQ(initializer->recover({}).message, "there is no healthy state to recover from");
   const StatePrior good = priorOf(exact.truth.front(), 1);

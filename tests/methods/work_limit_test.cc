@@ -11,6 +11,7 @@
 #include "slim_init/initializer.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
+#include "support/fed_initializer.h"
 #include "support/same_result.h"
 
 namespace slim_init {
@@ -26,16 +27,11 @@ ExactWindow exactWindow(Motion motion) {
   return makeExactWindow(options);
 }
 
-std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact, double units) {
+std::unique_ptr<IInitializer> makeLimited(const ExactWindow& exact, double units) {
   InitializerOptions options = dataSheetOptions();
   options.limits.max_solve_ms = units > 0.0 ? 1.0 : 0.0;
   options.limits.work_per_ms = units;
-  std::string error;
-  auto initializer = makeInitializer(exact.calibration, options, &error);
-  EXPECT_NE(initializer, nullptr) << error;
-  for (const ImuSample& sample : exact.imu) initializer->addImu(sample);
-  for (const FrameObservation& frame : exact.keyframes) initializer->addFrame(frame);
-  return initializer;
+  return makeFed(exact, options);
 }
 
 StatePrior healthyState(const NavState& truth) {
@@ -50,14 +46,14 @@ StatePrior healthyState(const NavState& truth) {
 
 TEST(WorkLimit, ALimitThatIsNotReachedChangesNothing) {
   const ExactWindow exact = exactWindow(Motion::kExcited);
-  const InitResult unlimited = makeFed(exact, 0.0)->initialize();
+  const InitResult unlimited = makeLimited(exact, 0.0)->initialize();
   ASSERT_TRUE(unlimited.success()) << unlimited.message;
-  EXPECT_TRUE(sameBytes(makeFed(exact, 1e6)->initialize(), unlimited));
+  EXPECT_TRUE(sameBytes(makeLimited(exact, 1e6)->initialize(), unlimited));
 }
 
 TEST(WorkLimit, AtTheLimitTheMessageSaysWhatWasLeftOut) {
   const ExactWindow exact = exactWindow(Motion::kExcited);
-  const InitResult result = makeFed(exact, 100.0)->initialize();
+  const InitResult result = makeLimited(exact, 100.0)->initialize();
   EXPECT_EQ(result.status, InitStatus::kTimeLimit) << result.message;
   EXPECT_TRUE(isWait(result.status));
   EXPECT_EQ(result.message.find("the time limit of 1 ms (limits.max_solve_ms) skipped "), 0u)
@@ -68,12 +64,12 @@ TEST(WorkLimit, AtTheLimitTheMessageSaysWhatWasLeftOut) {
 // is an estimate accepted that the whole solve would not give, and equal work gives equal bytes.
 TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
   const ExactWindow exact = exactWindow(Motion::kExcited);
-  const InitResult whole = makeFed(exact, 0.0)->initialize();
+  const InitResult whole = makeLimited(exact, 0.0)->initialize();
   ASSERT_TRUE(whole.success()) << whole.message;
   int limited = 0, accepted = 0;
   for (double units = 10.0; units < 1e6; units *= 1.5) {
-    const InitResult result = makeFed(exact, units)->initialize();
-    EXPECT_TRUE(sameBytes(result, makeFed(exact, units)->initialize())) << units;
+    const InitResult result = makeLimited(exact, units)->initialize();
+    EXPECT_TRUE(sameBytes(result, makeLimited(exact, units)->initialize())) << units;
     if (result.success()) {
       ++accepted;
       EXPECT_EQ(result.scale, whole.scale) << units;
@@ -92,11 +88,11 @@ TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
 TEST(WorkLimit, ARecoveryKeepsWorkForTheKnownState) {
   const ExactWindow exact = exactWindow(Motion::kConstantVelocity);
   const std::vector<StatePrior> healthy = {healthyState(exact.truth[8])};
-  const InitResult whole = makeFed(exact, 0.0)->recover(healthy);
+  const InitResult whole = makeLimited(exact, 0.0)->recover(healthy);
   ASSERT_TRUE(whole.success()) << whole.message;
   int accepted = 0;
   for (double units = 10.0; units < 1e6; units *= 1.5) {
-    const InitResult result = makeFed(exact, units)->recover(healthy);
+    const InitResult result = makeLimited(exact, units)->recover(healthy);
     if (!result.success()) {
       EXPECT_EQ(accepted, 0) << units << ": " << result.message;
       continue;

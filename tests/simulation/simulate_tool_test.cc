@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// `slim_init simulate` as a user runs it, and `slim_init_bench tracks` on its output. Without POV-Ray
-// only what needs no picture is tested, and the rest skipped with a line that says so.
+// `slim_init simulate` as a user runs it, and `slim_init_bench tracks` on its output. Without
+// POV-Ray only what needs no picture is tested, and the rest skipped with a line that says so.
 #include <gtest/gtest.h>
 
 #include <cmath>

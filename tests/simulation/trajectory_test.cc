@@ -216,13 +216,9 @@ std::vector<NavState> sample(const Trajectory& trajectory, double rate_hz, bool 
     const double shake = (static_cast<double>(engine() % 1000) / 999.0 - 0.5) * 0.66 / rate_hz;
     const double t = std::clamp(k / rate_hz + shake, 0.0, trajectory.end());
     if (!samples.empty() && t + epoch <= samples.back().t) continue;
-    const Kinematics motion = trajectory.at(t);
-    NavState s;
-    s.t = t + epoch;
-    s.R_w_b = motion.R_w_b;
-    s.p_w_b = motion.p_w_b;
-    s.v_w_b = with_velocity ? motion.v_w_b : Eigen::Vector3d::Constant(kNotComputed);
-    samples.push_back(s);
+    samples.push_back(stateAt(trajectory, t));
+    samples.back().t += epoch;
+    if (!with_velocity) samples.back().v_w_b.setConstant(kNotComputed);
   }
   return samples;
 }
@@ -361,13 +357,7 @@ TEST(SampledTrajectory, DoesNotTrustGaps) {
     const bool in_gap = (t > 4.01 && t < 4.99) || (t > 7.01 && t < 7.99);
     const bool is_island = k == 150 || k == 151;  // two samples at 7.5 s
     if (in_gap && !is_island) continue;
-    const Kinematics motion = truth->at(t);
-    NavState s;
-    s.t = t;
-    s.p_w_b = motion.p_w_b;
-    s.v_w_b = motion.v_w_b;
-    s.R_w_b = motion.R_w_b;
-    samples.push_back(s);
+    samples.push_back(stateAt(*truth, t));
   }
   const auto sampled = makeSampledTrajectory(samples);
   ASSERT_NE(sampled, nullptr);

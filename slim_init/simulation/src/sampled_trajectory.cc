@@ -215,6 +215,16 @@ std::unique_ptr<Trajectory> makeTrajectory(std::vector<NavState> samples, Positi
 
 }  // namespace
 
+NavState stateAt(const Trajectory& trajectory, double t) {
+  const Kinematics motion = trajectory.at(t);
+  NavState state;
+  state.t = t;
+  state.R_w_b = motion.R_w_b;
+  state.p_w_b = motion.p_w_b;
+  state.v_w_b = motion.v_w_b;
+  return state;
+}
+
 std::unique_ptr<Trajectory> makeSampledTrajectory(std::vector<NavState> samples,
                                                   std::string* error) {
   return makeTrajectory(std::move(samples), PositionCurve::kFourSamples, error);

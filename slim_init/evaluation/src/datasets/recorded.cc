@@ -102,4 +102,18 @@ ReadStatus readRecordedMotion(const std::string& directory, const RecordedOption
   return {};
 }
 
+ReadStatus readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<NavState>* states) {
+  CsvTable table;
+  const ReadStatus status = readTable(path, truthFormat(RowOrder::kReject, 1), &table);
+  if (!status.ok()) return status;
+  bool has_velocity_and_bias = false;
+  std::vector<NavState> read;
+  const std::int64_t first_ns = table.rows.front().stamp_ns;
+  const ReadStatus of_states = truthStates(table, first_ns, &read, &has_velocity_and_bias);
+  if (!of_states.ok()) return of_states;
+  *t0_ns = first_ns;
+  *states = std::move(read);
+  return {};
+}
+
 }  // namespace slim_init::evaluation

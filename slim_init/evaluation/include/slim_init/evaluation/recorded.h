@@ -69,4 +69,8 @@ struct RecordedMotion {
 ReadStatus readRecordedMotion(const std::string& directory, const RecordedOptions& options,
                               RecordedMotion* motion);
 
+/// Reads poses in 8 or 17 columns as in a groundtruth.csv; times are relative to the first stamp,
+/// which becomes `t0_ns`. On an error both are left as they were.
+ReadStatus readPoses(const std::string& path, std::int64_t* t0_ns, std::vector<NavState>* states);
+
 }  // namespace slim_init::evaluation

@@ -34,6 +34,9 @@ class Trajectory {
   virtual bool covers(double t) const { return t >= begin() && t <= end(); }
 };
 
+/// Pose and velocity at time t [s]; the biases are those of a NavState.
+NavState stateAt(const Trajectory& trajectory, double t);
+
 /// Names of the built-in analytic motions: "hover", "circle", "figure-eight", "corridor-walk"
 /// (forward along x with human sway), "constant-velocity" (nearly constant, little parallax),
 /// "pure-rotation".

@@ -1,0 +1,30 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "slim_init/initializer.h"
+#include "support/exact_window.h"
+
+namespace slim_init::testing_support {
+
+/// All IMU samples of a window, then all its keyframes.
+inline void feed(IInitializer& initializer, const ExactWindow& exact) {
+  for (const ImuSample& sample : exact.imu) initializer.addImu(sample);
+  for (const FrameObservation& frame : exact.keyframes) initializer.addFrame(frame);
+}
+
+/// `slim` with the data of a window.
+inline std::unique_ptr<IInitializer> makeFed(const ExactWindow& exact,
+                                             const InitializerOptions& options) {
+  std::string error;
+  auto initializer = makeInitializer(exact.calibration, options, &error);
+  EXPECT_NE(initializer, nullptr) << error;
+  feed(*initializer, exact);
+  return initializer;
+}
+
+}  // namespace slim_init::testing_support
