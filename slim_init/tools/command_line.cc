@@ -11,6 +11,10 @@
 #include <sstream>
 #include <utility>
 
+#include "ab.h"
+#include "methods.h"
+#include "python_report.h"
+#include "simulate.h"
 #include "slim_init/config/edit_distance.h"
 
 namespace slim_init::tools {
@@ -20,24 +24,54 @@ namespace po = boost::program_options;
 
 constexpr unsigned kHelpWidth = 100;
 
+using Line = CommandLine;
+using Table = std::vector<AbOption>;
+
 struct Subcommand {
   const char* name;
   const char* help;
-  CommandLine::Action action;
+  /// Bound to the fields of a line, whose values are the defaults that the help shows; null: the
+  /// arguments are handed on as they are.
+  Table (*options)(Line* line);
+  int (*run)(const Line& line);
 };
-constexpr Subcommand kSubcommands[] = {
+const Subcommand kSubcommands[] = {
     {"demo", "Compare slim, vins and openvins on a built-in motion, as recorded and miscalibrated",
-     CommandLine::Action::kDemo},
-    {"ab", "Compare initializers on identical windows", CommandLine::Action::kAb},
+     [](Line* line) { return demoOptionTable(&line->demo); },
+     [](const Line& line) { return runDemo(line.demo); }},
+    {"ab", "Compare initializers on identical windows",
+     [](Line* line) { return abOptionTable(&line->ab); },
+     [](const Line& line) { return runAb(line.ab); }},
     {"simulate", "Render a motion through a scene: images, IMU data, ground truth",
-     CommandLine::Action::kSimulate},
+     [](Line* line) { return simulateOptionTable(&line->simulate); },
+     [](const Line& line) { return runSimulate(line.simulate); }},
     {"doctor", "Check a recording and its configuration: why does it not initialize?",
-     CommandLine::Action::kDoctor},
-    {"report", "Tables, pictures and HTML from the folders of one or several runs of ab",
-     CommandLine::Action::kReport},
-    {"methods", "List the methods with a line each", CommandLine::Action::kMethods},
-    {"options", "List the keys of configuration files", CommandLine::Action::kOptions},
+     [](Line* line) { return doctorOptionTable(&line->doctor); },
+     [](const Line& line) { return runDoctor(line.doctor); }},
+    {"report", "Tables, pictures and HTML from the folders of one or several runs of ab", nullptr,
+     [](const Line& line) { return runReport(line.report); }},
+    {"methods", "List the methods with a line each", [](Line* /*line*/) { return Table(); },
+     [](const Line& /*line*/) { return runMethods(); }},
+    {"options", "List the keys of configuration files",
+     [](Line* line) { return optionsOptionTable(&line->options); },
+     [](const Line& line) { return runOptions(line.options); }},
 };
+
+/// The words as one would type them in a shell, quoted where that is needed.
+std::string shellLine(const std::vector<std::string>& words) {
+  std::string line;
+  for (const std::string& word : words) {
+    if (!line.empty()) line += ' ';
+    if (!word.empty() && word.find_first_of(" \t\n'\"\\$`*?&;|<>()[]#~!") == std::string::npos) {
+      line += word;
+      continue;
+    }
+    line += '\'';
+    for (const char c : word) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += '\'';
+  }
+  return line;
+}
 
 /// Options and texts of `slim_init` itself or of a subcommand.
 struct Syntax {
@@ -200,13 +234,12 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
     return problem;
   }
   if (has(given, "help")) {
-    line->action = CommandLine::Action::kHelp;
-    line->help = programHelp();
+    line->text = programHelp();
     return "";
   }
   if (has(given, "version")) {
     if (word != arguments.end()) return "'" + *word + "' was not expected after --version";
-    line->action = CommandLine::Action::kVersion;
+    line->text = "slim_init " SLIM_INIT_VERSION "\n";
     return "";
   }
 
@@ -223,34 +256,25 @@ std::string parseCommandLine(const std::vector<std::string>& arguments, CommandL
   }
 
   const std::vector<std::string> after(word + 1, arguments.end());
-  if (subcommand->action == CommandLine::Action::kReport) {
-    line->action = subcommand->action;
+  if (subcommand->options == nullptr) {
     line->report = after;
+    line->run = subcommand->run;
     return "";
   }
-  // Bound to the fields of `line`; their values are the defaults that the help shows.
-  std::vector<AbOption> table;
-  if (subcommand->action == CommandLine::Action::kAb) table = abOptionTable(&line->ab);
-  if (subcommand->action == CommandLine::Action::kDemo) table = demoOptionTable(&line->demo);
-  if (subcommand->action == CommandLine::Action::kSimulate) {
-    table = simulateOptionTable(&line->simulate);
-  }
-  if (subcommand->action == CommandLine::Action::kDoctor) table = doctorOptionTable(&line->doctor);
-  if (subcommand->action == CommandLine::Action::kOptions) {
-    table = optionsOptionTable(&line->options);
-  }
+  const Table table = subcommand->options(line);
   const Syntax syntax = tableSyntax("slim_init " + std::string(subcommand->name), table);
   given.clear();
   if (std::string problem = split(syntax, after, &given); !problem.empty()) return problem;
   if (has(given, "help")) {
-    line->action = CommandLine::Action::kHelp;
-    line->help = helpText(syntax, subcommand->help);
+    line->text = helpText(syntax, subcommand->help);
     return "";
   }
-  line->action = subcommand->action;
-  if (subcommand->action == CommandLine::Action::kAb) {
-    for (const auto& option : given) line->ab.given.insert(option.first);
-  }
+  line->run = subcommand->run;
+  // For the report of `ab`: the run can be repeated by copying the line.
+  std::vector<std::string> words = {"slim_init"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  line->ab.command = shellLine(words);
+  for (const auto& option : given) line->ab.given.insert(option.first);
   return setOptions(given, table);
 }
 

@@ -14,25 +14,15 @@ namespace slim_init::tools {
 
 /// What the user wants.
 struct CommandLine {
-  enum class Action {
-    kHelp,
-    kVersion,
-    kAb,
-    kDemo,
-    kSimulate,
-    kDoctor,
-    kReport,
-    kMethods,
-    kOptions
-  };
-  Action action = Action::kHelp;
-  std::string help;                 ///< kHelp: what to print
-  AbOptions ab;                     ///< kAb
-  DemoCommand demo;                 ///< kDemo
-  SimulateOptions simulate;         ///< kSimulate
-  DoctorCommand doctor;             ///< kDoctor
-  OptionsCommand options;           ///< kOptions
-  std::vector<std::string> report;  ///< kReport: the arguments, which the Python package reads
+  std::string text;  ///< to print, if there is nothing to run: a help, the version
+  /// Runs a subcommand with its part of this; returns the exit code.
+  int (*run)(const CommandLine& line) = nullptr;
+  AbOptions ab;
+  DemoCommand demo;
+  SimulateOptions simulate;
+  DoctorCommand doctor;
+  OptionsCommand options;
+  std::vector<std::string> report;  ///< the arguments, which the Python package reads
 };
 
 /// Reads the arguments without the program's name. Returns an empty string, or a sentence naming

@@ -9,7 +9,6 @@
 #include "exit_code.h"
 #include "methods.h"
 #include "python_report.h"
-#include "shell_line.h"
 
 namespace slim_init::tools {
 namespace {
@@ -49,8 +48,6 @@ int compare(Words words, const DemoCommand& command, const std::string& out) {
     std::cerr << "slim_init: demo: " << error << "\n";
     return kExitInternal;
   }
-  words.insert(words.begin(), "slim_init");
-  line.ab.command = shellLine(words);
   return runAb(line.ab);
 }
 

@@ -6,16 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "ab.h"
 #include "command_line.h"
-#include "demo.h"
-#include "doctor.h"
 #include "exit_code.h"
-#include "methods.h"
-#include "options.h"
-#include "python_report.h"
-#include "shell_line.h"
-#include "simulate.h"
 
 namespace {
 
@@ -34,24 +26,9 @@ int run(int argc, char** argv) {
               << "Run with --help for the options.\n";
     return kExitBadInput;
   }
-  switch (line.action) {
-    case CommandLine::Action::kHelp: std::cout << line.help; return kExitOk;
-    case CommandLine::Action::kVersion:
-      std::cout << "slim_init " << SLIM_INIT_VERSION << "\n";
-      return kExitOk;
-    case CommandLine::Action::kMethods: return slim_init::tools::runMethods();
-    case CommandLine::Action::kOptions: return slim_init::tools::runOptions(line.options);
-    case CommandLine::Action::kSimulate: return slim_init::tools::runSimulate(line.simulate);
-    case CommandLine::Action::kDoctor: return slim_init::tools::runDoctor(line.doctor);
-    case CommandLine::Action::kReport: return slim_init::tools::runReport(line.report);
-    case CommandLine::Action::kDemo: return slim_init::tools::runDemo(line.demo);
-    case CommandLine::Action::kAb: break;
-  }
-  // For the report, so that the run can be repeated by copying the line.
-  std::vector<std::string> words = {"slim_init"};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  line.ab.command = slim_init::tools::shellLine(words);
-  return slim_init::tools::runAb(line.ab);
+  if (line.run != nullptr) return line.run(line);
+  std::cout << line.text;
+  return kExitOk;
 }
 
 }  // namespace
