@@ -40,9 +40,7 @@ FromRestRecord start(const Sequence& sequence, const MotionOnset& onset,
       ++record.false_rests;
     }
     if (!answer.success()) continue;
-    std::vector<NavState> truth;
-    for (const NavState& state : answer.states) truth.push_back(truthAt(sequence, state.t));
-    const NewestErrors errors = evaluateNewest(answer, truth);
+    const NewestErrors errors = evaluateNewest(answer, sequence);
     record.log_scale = errors.log_scale;
     record.velocity = errors.velocity;
     record.scale_sigma = answer.scale_sigma;

@@ -42,13 +42,37 @@ double gateValue(const InitResult& answer, GateName name) {
   return kNotComputed;
 }
 
-NewestErrors errorsOf(const Sequence& sequence, const InitResult& answer) {
-  std::vector<NavState> truth;
-  for (const NavState& state : answer.states) {
-    truth.push_back(truthAt(sequence, state.t));
-    if (!std::isfinite(truth.back().t)) return NewestErrors();
-  }
-  return evaluateNewest(answer, truth);
+// `truth` at the times of the states.
+NewestErrors errorsOf(const InitResult& answer, const std::vector<NavState>& truth) {
+  NewestErrors out;
+  if (answer.states.empty() || truth.size() != answer.states.size()) return out;
+  const NavState &state = answer.states.back(), &there = truth.back();
+  const Eigen::Matrix3d R_b_w = state.R_w_b.transpose();
+  const Eigen::Vector3d v = R_b_w * state.v_w_b;
+  const Eigen::Vector3d velocity = v - there.R_w_b.transpose() * there.v_w_b;
+  const Eigen::Vector3d up = R_b_w.col(2), true_up = there.R_w_b.transpose().col(2);
+  out.speed = there.v_w_b.norm();
+  out.velocity = velocity.norm();
+  out.tilt_deg = kDegPerRad * std::atan2(up.cross(true_up).norm(), up.dot(true_up));
+  const WindowMetrics metrics = evaluateWindow(answer, truth);
+  if (metrics.computed() && metrics.scale > 0.0) out.log_scale = -std::log(metrics.scale);
+  out.log_scale_squared = out.log_scale * out.log_scale / (answer.scale_sigma * answer.scale_sigma);
+
+  const auto last = static_cast<Eigen::Index>(answer.states.size()) - 1;
+  if (answer.covariance.rows() < 9 * (last + 1)) return out;
+  const Eigen::Matrix<double, 9, 9> P = answer.covariance.block<9, 9>(9 * last, 9 * last);
+  // R^T v and R^T e_z with the attitude R Exp(theta). Two axes across the vertical.
+  Eigen::Matrix<double, 3, 9> of_velocity = Eigen::Matrix<double, 3, 9>::Zero();
+  of_velocity.leftCols<3>() = reference::skew(v);
+  of_velocity.rightCols<3>() = R_b_w;
+  Eigen::Matrix<double, 2, 3> across;
+  across.row(0) = up.unitOrthogonal();
+  across.row(1) = up.cross(across.row(0).transpose());
+  const Eigen::Matrix<double, 2, 3> of_tilt = across * reference::skew(up);
+  out.velocity_squared = normalized(velocity, of_velocity * P * of_velocity.transpose());
+  out.tilt_squared =
+      normalized(across * (up - true_up), of_tilt * P.topLeftCorner<3, 3>() * of_tilt.transpose());
+  return out;
 }
 
 std::vector<double> finite(std::vector<double> values) {
@@ -98,36 +122,13 @@ void describe(const char* title, const std::vector<const ProvisionalRecord*>& re
 
 }  // namespace
 
-NewestErrors evaluateNewest(const InitResult& answer, const std::vector<NavState>& truth) {
-  NewestErrors out;
-  if (answer.states.empty() || truth.size() != answer.states.size()) return out;
-  const NavState &state = answer.states.back(), &there = truth.back();
-  const Eigen::Matrix3d R_b_w = state.R_w_b.transpose();
-  const Eigen::Vector3d v = R_b_w * state.v_w_b;
-  const Eigen::Vector3d velocity = v - there.R_w_b.transpose() * there.v_w_b;
-  const Eigen::Vector3d up = R_b_w.col(2), true_up = there.R_w_b.transpose().col(2);
-  out.speed = there.v_w_b.norm();
-  out.velocity = velocity.norm();
-  out.tilt_deg = kDegPerRad * std::atan2(up.cross(true_up).norm(), up.dot(true_up));
-  const WindowMetrics metrics = evaluateWindow(answer, truth);
-  if (metrics.computed() && metrics.scale > 0.0) out.log_scale = -std::log(metrics.scale);
-  out.log_scale_squared = out.log_scale * out.log_scale / (answer.scale_sigma * answer.scale_sigma);
-
-  const auto last = static_cast<Eigen::Index>(answer.states.size()) - 1;
-  if (answer.covariance.rows() < 9 * (last + 1)) return out;
-  const Eigen::Matrix<double, 9, 9> P = answer.covariance.block<9, 9>(9 * last, 9 * last);
-  // R^T v and R^T e_z with the attitude R Exp(theta). Two axes across the vertical.
-  Eigen::Matrix<double, 3, 9> of_velocity = Eigen::Matrix<double, 3, 9>::Zero();
-  of_velocity.leftCols<3>() = reference::skew(v);
-  of_velocity.rightCols<3>() = R_b_w;
-  Eigen::Matrix<double, 2, 3> across;
-  across.row(0) = up.unitOrthogonal();
-  across.row(1) = up.cross(across.row(0).transpose());
-  const Eigen::Matrix<double, 2, 3> of_tilt = across * reference::skew(up);
-  out.velocity_squared = normalized(velocity, of_velocity * P * of_velocity.transpose());
-  out.tilt_squared =
-      normalized(across * (up - true_up), of_tilt * P.topLeftCorner<3, 3>() * of_tilt.transpose());
-  return out;
+NewestErrors evaluateNewest(const InitResult& answer, const Sequence& sequence) {
+  std::vector<NavState> truth;
+  for (const NavState& state : answer.states) {
+    truth.push_back(truthAt(sequence, state.t));
+    if (!std::isfinite(truth.back().t)) return NewestErrors();
+  }
+  return errorsOf(answer, truth);
 }
 
 std::string runProvisional(const Sequence& sequence, const InitializerOptions& initializer,
@@ -165,7 +166,7 @@ std::string runProvisional(const Sequence& sequence, const InitializerOptions& i
       record.message = answer.message;
       record.solve_ms = std::chrono::duration<double, std::milli>(end - begin).count();
       if (record.answered()) {
-        record.errors = errorsOf(sequence, answer);
+        record.errors = evaluateNewest(answer, sequence);
         record.velocity_sigma = gateValue(answer, GateName::kVelocitySigma);
         record.scale_sigma = answer.scale_sigma;
         record.first = !answered;

@@ -27,8 +27,8 @@ struct NewestErrors {
   double log_scale_squared = kNotComputed;  ///< one
 };
 
-/// `truth` at the times of `answer.states`.
-NewestErrors evaluateNewest(const InitResult& answer, const std::vector<NavState>& truth);
+/// Against the ground truth at the times of the states; nothing where one of them has none.
+NewestErrors evaluateNewest(const InitResult& answer, const Sequence& sequence);
 
 /// One solve.
 struct ProvisionalRecord {
