@@ -197,7 +197,7 @@ if [[ -n "${with_counts}" ]]; then
     row "a solve of ${method}" 8 countedSolves slim_init_bench count --methods "${method}" "${windows[@]}"
   done
   if [[ -n "${asl}" ]]; then
-    row "an image of the front end" 0 ImageFrontEnd8addImage slim_init_bench tracks --asl "${asl}" --limit 25
+    row "an image of the front end" 0 ImageFrontEnd8addImage slim_init tracks --asl "${asl}" --limit 25
   fi
 fi
 exit "${failed}"

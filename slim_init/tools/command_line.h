@@ -9,6 +9,7 @@
 #include "doctor.h"
 #include "options.h"
 #include "simulate_options.h"
+#include "tracks.h"
 
 namespace slim_init::tools {
 
@@ -21,6 +22,7 @@ struct CommandLine {
   DemoCommand demo;
   SimulateOptions simulate;
   DoctorCommand doctor;
+  TracksCommand tracks;
   OptionsCommand options;
   std::vector<std::string> report;  ///< the arguments, which the Python package reads
 };

@@ -19,8 +19,4 @@ int runSoakCommand(const std::vector<std::string>& arguments);
 /// `times`, `growth` and `count`, the first of `arguments`: times of whole solves as tables.
 int runTimesCommand(const std::vector<std::string>& arguments);
 
-/// `tracks`: runs the front end over the images of a sequence and prints how many features it has,
-/// how long it tracks them, with a scene and ground truth how exactly, and its times.
-int runTracksCommand(const std::vector<std::string>& arguments);
-
 }  // namespace slim_init::tools

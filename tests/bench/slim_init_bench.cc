@@ -2,7 +2,7 @@
 //
 // slim_init_bench COMMAND [options], each with --help. `times`, `growth` and `count` print tables
 // of whole solves, on built-in or recorded motion; `faults` and `soak` run a host on streams with
-// faults; `tracks` measures the image front end (bench_commands.h).
+// faults (bench_commands.h).
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -20,11 +20,9 @@ int main(int argc, char** argv) {
   if (!arguments.empty()) arguments.erase(arguments.begin());
   if (command == "faults") return runFaultsCommand(arguments);
   if (command == "soak") return runSoakCommand(arguments);
-  if (command == "tracks") return runTracksCommand(arguments);
   std::fprintf(
       stderr,
-      "slim_init_bench: the command is \"%s\", must be times, growth, count, faults, soak or "
-      "tracks\n",
+      "slim_init_bench: the command is \"%s\", must be times, growth, count, faults or soak\n",
       command.c_str());
   return kExitBadInput;
 }

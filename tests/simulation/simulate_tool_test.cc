@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// `slim_init simulate` as a user runs it, and `slim_init_bench tracks` on its output. Without
+// `slim_init simulate` as a user runs it, and `slim_init tracks` on its output. Without
 // POV-Ray only what needs no picture is tested, and the rest skipped with a line that says so.
 #include <gtest/gtest.h>
 
@@ -290,7 +290,7 @@ TEST(Tracks, MeasuresARenderedSequence) {
                 .exit_code,
             0);
   const auto tracks = [&folder](const std::string& options) {
-    return runProgram(folder, words(folder, "tracks " + options), SLIM_INIT_BENCH);
+    return runProgram(folder, words(folder, "tracks " + options));
   };
   const ProgramRun run = tracks("--asl @seq");
   ASSERT_EQ(run.exit_code, 0) << run.err;

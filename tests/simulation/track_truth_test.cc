@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "track_truth.h"
+#include "slim_init/simulation/track_truth.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "tracks.h"
+
 #include <algorithm>
-#include <boost/program_options.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -16,8 +17,6 @@
 #include <utility>
 #include <vector>
 
-#include "bench_commands.h"
-#include "bench_options.h"
 #include "exit_code.h"
 #include "load_images.h"
 #include "slim_init/config/config.h"
@@ -26,26 +25,20 @@
 #include "slim_init/evaluation/track_images.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/trajectory.h"
-#include "track_truth.h"
+#include "slim_init/simulation/track_truth.h"
 
 namespace slim_init::tools {
 namespace {
 
-namespace po = boost::program_options;
-
-struct Command {
-  std::string asl, config_file, options_file;
-  std::size_t limit = 0;  // images; 0: all
-};
-
 /// The first images of another sequence.
 class FirstImages : public evaluation::ImageSequence {
  public:
-  FirstImages(evaluation::ImageSequence* whole, std::size_t limit) : whole_(whole) {
+  FirstImages(evaluation::ImageSequence* whole, int limit) : whole_(whole) {
     name_ = whole->name();
     t0_ns_ = whole->t0Ns();
     imu_ = whole->imu();
-    const std::size_t count = limit > 0 ? std::min(limit, whole->images()) : whole->images();
+    const std::size_t all = whole->images();
+    const std::size_t count = limit > 0 ? std::min<std::size_t>(limit, all) : all;
     for (std::size_t k = 0; k < count; ++k) image_stamps_ns_.push_back(whole->imageStampNs(k));
   }
   cv::Mat image(std::size_t k, std::string* error) override { return whole_->image(k, error); }
@@ -125,7 +118,7 @@ struct Input {
 };
 
 /// Returns an empty string or a message.
-std::string openInput(const Command& command, Input* input) {
+std::string openInput(const TracksCommand& command, Input* input) {
   evaluation::ReadStatus status;
   input->images =
       evaluation::openAslFolder(command.asl, evaluation::ImageSequenceOptions(), &status);
@@ -169,7 +162,7 @@ std::string measure(const Input& input, const std::vector<FrameObservation>& fra
 }
 
 /// Returns an empty string or a message.
-std::string run(const Command& command) {
+std::string run(const TracksCommand& command) {
   Input input;
   if (std::string error = openInput(command, &input); !error.empty()) return error;
   FirstImages images(input.images.get(), command.limit);
@@ -190,7 +183,7 @@ std::string run(const Command& command) {
     }
   } else {
     std::cerr
-        << "slim_init_bench: note: no scene.json or no ground truth: no errors are measured\n";
+        << "slim_init: note: no scene.json or no ground truth: no errors are measured\n";
   }
   std::printf("%s: %zu images\npoints\n", images.name().c_str(), frames.size());
   printPersistence(frames, &FrameObservation::points);
@@ -215,20 +208,25 @@ std::string run(const Command& command) {
 
 }  // namespace
 
-int runTracksCommand(const std::vector<std::string>& arguments) {
-  Command command;
-  po::options_description table("slim_init_bench tracks, options");
-  auto add = table.add_options();
-  add("help", "this text");
-  add("asl", po::value(&command.asl)->required(),
-      "sequence in ASL layout; with DIR/scene.json and ground truth errors are measured");
-  add("config", po::value(&command.config_file), "YAML file in place of the sensor.yaml files");
-  add("options", po::value(&command.options_file), "YAML file with a section slim_init:");
-  add("limit", po::value(&command.limit)->default_value(0), "images; 0: all");
-  if (const auto code = readOptions(table, arguments)) return *code;
-  const std::string error = run(command);
+std::vector<AbOption> tracksOptionTable(TracksCommand* command) {
+  TracksCommand& c = *command;
+  return {
+      {"asl", &c.asl, "DIR",
+       "Sequence in ASL layout; with DIR/scene.json and ground truth errors are measured", ""},
+      {"config", &c.config_file, "FILE",
+       "YAML file with camera, extrinsic, td and section slim_init: (default: the sensor.yaml "
+       "files beside the data)",
+       ""},
+      {"options", &c.options_file, "FILE",
+       "YAML file whose section slim_init: takes precedence over --config's", ""},
+      {"limit", &c.limit, "N", "Stop after this many images (0: no limit)", "", 0, 1000000000},
+  };
+}
+
+int runTracks(const TracksCommand& command) {
+  const std::string error = command.asl.empty() ? "give --asl DIR" : run(command);
   if (error.empty()) return kExitOk;
-  std::cerr << "slim_init_bench: tracks: " << error << "\n";
+  std::cerr << "slim_init: tracks: " << error << "\n";
   return kExitBadInput;
 }
 
