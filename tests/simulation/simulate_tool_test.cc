@@ -258,8 +258,8 @@ TEST(Simulate, BadInputIsASentence) {
       {"--recorded @none --povray sh", "none is not a directory"},
       {"--builtin circle --config @none.yaml --povray sh", "--config: |none.yaml"},
       {"--csv @bad.csv --povray sh", "bad.csv line 2|7 columns"},
-      {"--csv @word.csv --povray sh", "word.csv line 1|column 4: 'one'"},
-      {"--csv @norm.csv --povray sh", "norm 2"},
+      {"--csv @word.csv --povray sh", "word.csv line 1|column 4 (p_z): 'one'"},
+      {"--csv @norm.csv --povray sh", "norm is 2"},
   };
   for (const auto& [typed, said] : commands) {
     const ProgramRun run = runLine(folder, std::string("simulate --out @out ") + typed);
