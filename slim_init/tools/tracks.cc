@@ -24,8 +24,8 @@
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/evaluation/track_images.h"
 #include "slim_init/simulation/scene.h"
-#include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/track_truth.h"
+#include "slim_init/simulation/trajectory.h"
 
 namespace slim_init::tools {
 namespace {
@@ -182,22 +182,21 @@ std::string run(const TracksCommand& command) {
       return error;
     }
   } else {
-    std::cerr
-        << "slim_init: note: no scene.json or no ground truth: no errors are measured\n";
+    std::cerr << "slim_init: note: no scene.json or no ground truth: no errors are measured\n";
   }
   std::printf("%s: %zu images\npoints\n", images.name().c_str(), frames.size());
   printPersistence(frames, &FrameObservation::points);
   if (quality.has_value()) {
     printErrors(quality->points, ", against first");
     printErrors(quality->keyframe_points, ", keyframe to keyframe");
-    print("tracks without truth", quality->point_tracks_without_truth, "");
+    print("tracks without ground truth", quality->point_tracks_without_truth, "");
   }
   std::printf("lines\n");
   printPersistence(frames, &FrameObservation::lines);
   if (quality.has_value()) {
     printErrors(quality->lines, ", against first");
     printErrors(quality->keyframe_lines, ", keyframe to keyframe");
-    print("tracks without truth", quality->line_tracks_without_truth, "");
+    print("tracks without ground truth", quality->line_tracks_without_truth, "");
   }
   std::printf("time per image, median\n");
   for (const StageTime& stage : summary.stages_ms_median) print(stage.name, stage.ms, "ms");
