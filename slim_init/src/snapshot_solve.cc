@@ -148,13 +148,9 @@ TimeSpan SnapshotSolve::restWithin(double first, double last, RestMeasures* rest
 
 // Whether the body stands in the images up to `last` [s]; then that is the last rest.
 bool SnapshotSolve::restUntil(double last) {
-  RestMeasures rest, of_longer;
-  TimeSpan span = restWithin(last - kRestSpan, last, &rest);
-  const TimeSpan longer = restWithin(last - 2.0 * kRestSpan, last, &of_longer);
-  if (!std::isnan(longer.last)) {
-    rest = of_longer;
-    span = longer;
-  }
+  RestMeasures rest;
+  TimeSpan span = restWithin(last - 2.0 * kRestSpan, last, &rest);
+  if (std::isnan(span.last)) span = restWithin(last - kRestSpan, last, &rest);
   if (std::isnan(span.last)) return false;
   LastRest& known = memory_.rest;
   const bool goes_on = known.until >= span.first;

@@ -27,9 +27,9 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 17812, 10500),
-    "surrounding_lines": ("lines outside core and tests", 42681, 26000),
-    "test_lines": ("lines of tests", 46875, 26000),
+    "core_lines": ("lines of slim_init/src and public headers", 17808, 10500),
+    "surrounding_lines": ("lines outside core and tests", 42680, 26000),
+    "test_lines": ("lines of tests", 46905, 26000),
     "core_numbers": ("named constants and option fields of the core", 405, 170),
     "core_long_functions": (f"functions of the core above {LONGEST_FUNCTION} lines", 3, 0),
     "core_wide_functions": (f"functions of the core above {MOST_PARAMETERS} parameters", 9, 0),
