@@ -483,7 +483,7 @@ def run(bag, config, out, tracker, mode, *words):
         try:
             record = subprocess.Popen(["rosbag", "record", "--quiet", "-O", recorded, imu_topic] +
                                       list(TOPICS.values()), start_new_session=True)
-            if ab_bag.play(faulted, text, "1") != 0:
+            if ab_bag.play(faulted, text, "1", mode) != 0:
                 fail("%s could not be played" % faulted)
             ab_bag.wait_until_quiet(odometry)
             cpu = processor_time(launch.pid, "vins_estimator")
