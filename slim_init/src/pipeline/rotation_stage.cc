@@ -17,10 +17,11 @@ namespace slim_init {
 namespace {
 
 constexpr double kRadPerDeg = M_PI / 180.0;
-// With a calibration this near the rotations need not be solved again: the estimation is linear
-// there.
-constexpr double kNearRotation = 1.0 * kRadPerDeg;  // [rad]
-constexpr double kNearTd = 3e-3;                    // [s]
+// With a calibration this near, in standard deviations of what the rotations say of it, they need
+// not be solved again, nor where it is nearer than these: the estimation is linear there.
+constexpr double kNear = 2.0;
+constexpr double kNearRotation = 0.5 * kRadPerDeg;  // [rad]
+constexpr double kNearTd = 1.5e-3;                  // [s]
 // From an error of ten degrees or 50 ms two corrections are exact to kNear*; one more to see it.
 constexpr int kMaxRounds = 4;
 // The same of a readout time [s], or of its share.
@@ -78,45 +79,11 @@ Eigen::Vector4d correctionOf(const CalibrationCheck& check, const PriorOfCheck& 
   return prior.mean + step;
 }
 
-bool isNear(const Eigen::Vector4d& correction) {
-  return correction.head<3>().norm() < kNearRotation && std::abs(correction[3]) < kNearTd;
-}
-
-// Vanishing points and bias of `raw`. With a rolling shutter its rows are turned to the middle row
-// by the gyroscope at a bias of zero, and again by the bias found.
-void estimateBias(const std::shared_ptr<const InitWindow>& raw, const InitializerOptions& options,
-                  WorkBudget* budget, RotationStage* stage) {
-  stage->window = raw;
-  const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
-    if (!(raw->calibration().readout_s > 0.0)) return;
-    if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
-  };
-  compensate(Eigen::Vector3d::Zero());
-  const InitWindow& window = *stage->window;
-  const std::vector<VanishingPoint>* vps = nullptr;
-  if (options.slim.vanishing_points) {
-    stage->vanishing_points = trackVanishingPoints(window, options.vanishing_point);
-    // Their covariance is that of the segments' noise; clutter among the inliers is not in it
-    // (kappa_v).
-    for (VanishingPoint& vp : stage->vanishing_points) {
-      vp.covariance *= options.vanishing_point.covariance_inflation;
-    }
-    vps = &stage->vanishing_points;
-  }
-  stage->bias = estimateRobustGyroBias(window, vps, options.robust_bias, options.inertial, budget);
-  if (stage->bias.valid()) compensate(stage->bias.gyro_bias);
-}
-
-// Bias of a window as it was cut; a second time without what stands in the image.
-void solveRotations(const std::shared_ptr<const InitWindow>& raw, const InitializerOptions& options,
-                    WorkBudget* budget, RotationStage* stage) {
-  estimateBias(raw, options, budget, stage);
-  ++stage->rounds;
-  stage->static_tracks = 0;
-  if (!options.slim.prune_tracks || !stage->bias.gyro_bias.allFinite()) return;
-  const std::shared_ptr<const InitWindow> scene =
-      withoutStaticTracks(*raw, stage->bias.gyro_bias, &stage->static_tracks);
-  if (scene != nullptr) estimateBias(scene, options, budget, stage);
+// Whether the correction is no more than what the check does not know, or what hardly counts.
+bool isNear(const Eigen::Vector4d& correction, const Eigen::Matrix4d& covariance) {
+  const Eigen::Vector4d hardly(kNearRotation, kNearRotation, kNearRotation, kNearTd);
+  const Eigen::Matrix4d wide = covariance + Eigen::Matrix4d(hardly.cwiseAbs2().asDiagonal());
+  return correction.dot(wide.ldlt().solve(correction)) < kNear * kNear;
 }
 
 // What is known of the readout time before the estimate of the window: most are as given, the
@@ -186,11 +153,62 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
       checkCalibration(*stage.window, stage.bias.gyro_bias, stage.bias.rotations);
   if (!check.valid) return out;
   const Eigen::Vector4d correction = correctionOf(check, priorOfCheck(handed_in, seen));
-  if (isNear(correction)) return out;
+  if (isNear(correction, check.covariance)) return out;
   out.is_near = false;
   out.value.R_b_c = seen.R_b_c * expSO3(correction.head<3>());
   out.value.td += correction[3];
   return out;
+}
+
+// Vanishing points and bias of `raw`, and the calibration that follows. With a rolling shutter its
+// rows are turned to the middle row by the gyroscope at a bias of zero, and again by the bias
+// found.
+BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
+                               const Calibration& handed_in, const InitializerOptions& options,
+                               WorkBudget* budget, RotationStage* stage) {
+  stage->window = raw;
+  const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
+    if (!(raw->calibration().readout_s > 0.0)) return;
+    if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
+  };
+  compensate(Eigen::Vector3d::Zero());
+  // The search looks at it until it ends.
+  const std::shared_ptr<const InitWindow> window = stage->window;
+  const std::vector<VanishingPoint>* vps = nullptr;
+  if (options.slim.vanishing_points) {
+    stage->vanishing_points = trackVanishingPoints(*window, options.vanishing_point);
+    // Their covariance is that of the segments' noise; clutter among the inliers is not in it
+    // (kappa_v).
+    for (VanishingPoint& vp : stage->vanishing_points) {
+      vp.covariance *= options.vanishing_point.covariance_inflation;
+    }
+    vps = &stage->vanishing_points;
+  }
+  RobustBiasSearch search(*window, vps, options.robust_bias, options.inertial, budget);
+  const auto adopt = [&](const RobustBias& bias) {
+    stage->bias = bias;
+    if (bias.valid()) compensate(bias.gyro_bias);
+    return betterCalibration(*stage, handed_in, options.slim.estimate_calibration);
+  };
+  const BetterCalibration better = adopt(search.first());
+  // A wrong calibration looks like wrong tracks: the search among them waits for a better one.
+  const bool last = stage->rounds + 1 >= kMaxRounds;
+  return stage->bias.clean || !(better.is_near || last) ? better : adopt(search.search());
+}
+
+// Of a window as it was cut; a second time without what stands in the image.
+BetterCalibration solveRotations(const std::shared_ptr<const InitWindow>& raw,
+                                 const Calibration& handed_in, const InitializerOptions& options,
+                                 WorkBudget* budget, RotationStage* stage) {
+  BetterCalibration better = estimateBias(raw, handed_in, options, budget, stage);
+  stage->static_tracks = 0;
+  if (options.slim.prune_tracks && stage->bias.gyro_bias.allFinite()) {
+    const std::shared_ptr<const InitWindow> scene =
+        withoutStaticTracks(*raw, stage->bias.gyro_bias, &stage->static_tracks);
+    if (scene != nullptr) better = estimateBias(scene, handed_in, options, budget, stage);
+  }
+  ++stage->rounds;
+  return better;
 }
 
 // What is known of the calibration given, against the one found.
@@ -226,15 +244,13 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     better.R_b_c = found.R_b_c;
     stage.window = raw = withCalibration(window, better);
   }
-  solveRotations(raw, options, budget, &stage);
-  BetterCalibration better = betterCalibration(stage, handed_in, options.slim.estimate_calibration);
+  BetterCalibration better = solveRotations(raw, handed_in, options, budget, &stage);
   while (!better.is_near && stage.rounds < kMaxRounds &&
          budget->allows("a better calibration of the rotations")) {
     const std::shared_ptr<const InitWindow> seen = withCalibration(*raw, better.value);
     if (seen == nullptr || seen->size() < kMinKeyframes) break;
     raw = seen;
-    solveRotations(raw, options, budget, &stage);
-    better = betterCalibration(stage, handed_in, options.slim.estimate_calibration);
+    better = solveRotations(raw, handed_in, options, budget, &stage);
   }
   Calibration found = stage.window->calibration();
   stage.measured_sigma_px = stage.bias.track_sigma * found.focal_px;

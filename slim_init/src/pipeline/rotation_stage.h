@@ -50,10 +50,11 @@ struct RotationStage {
 };
 
 /// Estimates the bias under the calibration of the window. Where rotations that the points see
-/// alone (checkCalibration()) say that extrinsic rotation or td are off by more than
-/// kNearRotation or kNearTd, or their residuals that readout or noise are others, the window is
-/// seen through the better calibration and the bias estimated again. `budget` counts the work; at
-/// kShareOfRotations of it no further start and no further calibration is tried.
+/// alone (checkCalibration()) say that extrinsic rotation or td are off by more than they can tell,
+/// or their residuals that readout or noise are others, the window is seen through the better
+/// calibration and the bias estimated again; wrong tracks are searched for in the last of these.
+/// `budget` counts the work; at kShareOfRotations of it no further start and no further calibration
+/// is tried.
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
                                 WorkBudget* budget);
 

@@ -196,55 +196,90 @@ bool looksClean(const Candidate& candidate, const RobustBiasOptions& options) {
 
 }  // namespace
 
-RobustBias estimateRobustGyroBias(const InitWindow& window,
-                                  const std::vector<VanishingPoint>* vanishing_points,
-                                  const RobustBiasOptions& options, const InertialOptions& inertial,
-                                  WorkBudget* budget) {
-  RobustBias out;
-  ConsensusSearch search(window, vanishing_points, options, inertial, budget);
-  MultiGapProblem& problem = search.problem();
-  out.point_pairs = problem.pointPairs();
-  out.vp_pairs = problem.vpPairs();
-  if (out.point_pairs == 0) return out;
+struct RobustBiasSearch::State {
+  const InitWindow& window;
+  const RobustBiasOptions& options;
+  const InertialOptions& inertial;
+  ConsensusSearch consensus;
+  Candidate best = {};
+  GapRange gaps = consensus.gapsOf(kQuick);
+  RobustBias found = {};
 
-  Candidate best =
-      search.refine(search.start(kFirstApproach, ConsecutivePairs::kWhereNeeded), kQuick);
-  out.candidates = 1;
-  GapRange gaps = search.gapsOf(kQuick);
-  const bool clean = looksClean(best, options);
-  if (!clean && options.candidates > 0 && search.mayGoOn()) {
-    gaps = search.gapsOf(kThorough);
-    best = search.refine(best.minimum, kThorough);
-    for (const Approach& approach : kRivalApproaches) {
-      if (out.candidates > options.candidates || best.inlier_cost <= kFittingInliers) break;
-      if (!search.mayGoOn()) break;
-      ++out.candidates;
-      std::optional<Candidate> next =
-          search.refineRival(search.start(approach, ConsecutivePairs::kUse), kThorough, &best);
-      if (next && next->score < kScoreMargin * best.score) best = std::move(*next);
-    }
-  }
-  out.iterations = search.iterations();
+  // What follows from the best bias.
+  RobustBias finish();
+};
+
+RobustBias RobustBiasSearch::State::finish() {
+  RobustBias out = found;
+  MultiGapProblem& problem = consensus.problem();
+  out.iterations = consensus.iterations();
   out.gyro_bias = best.minimum.gyro_bias;
   out.cost = best.score;
   if (!out.gyro_bias.allFinite() || out.gyro_bias.norm() > options.refinement.max_bias) {
     out.status = RobustBiasStatus::kOutOfRange;
     return out;
   }
-  if (out.candidates > 1) search.weighAgain(gaps, &best);
+  if (out.candidates > 1) consensus.weighAgain(gaps, &best);
   out.imu_noise = assumedImuNoise(window, inertial);
-  const Baselines baselines = problem.baselinesAt(out.gyro_bias, gaps, best.minimum.weighted,
-                                                  std::move(best.minimum.baselines));
+  const Baselines baselines =
+      problem.baselinesAt(out.gyro_bias, gaps, best.minimum.weighted, best.minimum.baselines);
   out.rotations = freeRotations(problem.pairs(),
                                 problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),
-                                baselines, kFreeGap, clean ? kFreeFromClean : kFreeFromFar);
+                                baselines, kFreeGap, out.clean ? kFreeFromClean : kFreeFromFar);
   out.track_sigma = trackNoise(problem.pairs(), out.rotations);
   out.readout = checkReadout(window, problem.pairs(), out.rotations, out.gyro_bias,
                              std::fmax(out.track_sigma, problem.pairs().sigma()));
-  out.pruning = std::move(best.pruning);
+  out.pruning = best.pruning;
   out.status = out.inlierFraction() < options.min_inlier_fraction ? RobustBiasStatus::kNoConsensus
                                                                   : RobustBiasStatus::kOk;
   return out;
+}
+
+RobustBiasSearch::RobustBiasSearch(const InitWindow& window,
+                                   const std::vector<VanishingPoint>* vanishing_points,
+                                   const RobustBiasOptions& options,
+                                   const InertialOptions& inertial, WorkBudget* budget)
+    : state_(new State{window, options, inertial,
+                       ConsensusSearch(window, vanishing_points, options, inertial, budget)}) {}
+
+RobustBiasSearch::~RobustBiasSearch() = default;
+
+RobustBias RobustBiasSearch::first() {
+  State& s = *state_;
+  s.found.point_pairs = s.consensus.problem().pointPairs();
+  s.found.vp_pairs = s.consensus.problem().vpPairs();
+  if (s.found.point_pairs == 0) return s.found;
+  s.best =
+      s.consensus.refine(s.consensus.start(kFirstApproach, ConsecutivePairs::kWhereNeeded), kQuick);
+  s.found.candidates = 1;
+  s.found.clean = looksClean(s.best, s.options);
+  return s.finish();
+}
+
+RobustBias RobustBiasSearch::search() {
+  State& s = *state_;
+  if (s.found.point_pairs == 0) return s.found;
+  if (s.options.candidates == 0 || !s.consensus.mayGoOn()) return s.finish();
+  s.gaps = s.consensus.gapsOf(kThorough);
+  s.best = s.consensus.refine(s.best.minimum, kThorough);
+  for (const Approach& approach : kRivalApproaches) {
+    if (s.found.candidates > s.options.candidates || s.best.inlier_cost <= kFittingInliers) break;
+    if (!s.consensus.mayGoOn()) break;
+    ++s.found.candidates;
+    std::optional<Candidate> next = s.consensus.refineRival(
+        s.consensus.start(approach, ConsecutivePairs::kUse), kThorough, &s.best);
+    if (next && next->score < kScoreMargin * s.best.score) s.best = std::move(*next);
+  }
+  return s.finish();
+}
+
+RobustBias estimateRobustGyroBias(const InitWindow& window,
+                                  const std::vector<VanishingPoint>* vanishing_points,
+                                  const RobustBiasOptions& options, const InertialOptions& inertial,
+                                  WorkBudget* budget) {
+  RobustBiasSearch search(window, vanishing_points, options, inertial, budget);
+  RobustBias bias = search.first();
+  return bias.clean ? bias : search.search();
 }
 
 }  // namespace slim_init

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "lines/vanishing_point.h"
@@ -40,6 +41,7 @@ struct RobustBias {
   std::vector<RotationCorrection> rotations;
   double track_sigma = kNotComputed;  ///< trackNoise() of these pairs [rad]
   ReadoutCheck readout;               ///< checkReadout() of these pairs
+  bool clean = false;                 ///< the first answer left nothing to search for
   int candidates = 0;                 ///< starts that were scored
   int iterations = 0;                 ///< accepted Levenberg-Marquardt steps in all
   int point_pairs = 0;                ///< keyframe pairs with enough common points
@@ -49,9 +51,28 @@ struct RobustBias {
   double inlierFraction() const { return pruning.inlierFraction(); }
 };
 
-/// Estimates the bias of a window of two or more keyframes. `vanishing_points` may be null, else
-/// one per keyframe. Deterministic. `budget` (null: none) counts the work; used up, no further
-/// start is tried: a wrong bias shows in the fit of everything after it.
+/// Estimates the bias of a window of two or more keyframes, in two parts for a caller that can see
+/// in the first answer why it is not clean. `vanishing_points` may be null, else one per keyframe.
+/// Deterministic. `budget` (null: none) counts the work; used up, no further start is tried: a
+/// wrong bias shows in the fit of everything after it. What is handed in has to outlive the search.
+class RobustBiasSearch {
+ public:
+  RobustBiasSearch(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
+                   const RobustBiasOptions& options, const InertialOptions& inertial,
+                   WorkBudget* budget = nullptr);
+  ~RobustBiasSearch();
+
+  /// From the usual start. To be called once, before search().
+  RobustBias first();
+  /// Where first() was not clean: more passes, and RobustBiasOptions::candidates other starts.
+  RobustBias search();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Both parts, the second where the first is not clean.
 RobustBias estimateRobustGyroBias(const InitWindow& window,
                                   const std::vector<VanishingPoint>* vanishing_points,
                                   const RobustBiasOptions& options, const InertialOptions& inertial,
