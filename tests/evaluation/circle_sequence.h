@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -77,6 +78,7 @@ inline InitResult perfectResult(const std::vector<NavState>& truth, double g) {
 }
 
 /// Stands in for a method: answers with whatever the test says and remembers what it was shown.
+/// Safe to call in parallel.
 class FakeSolver : public WindowSolver {
  public:
   using Answer = std::function<InitResult(const InitWindow&)>;
@@ -85,8 +87,11 @@ class FakeSolver : public WindowSolver {
 
   const std::string& name() const override { return name_; }
   InitResult solve(const InitWindow& window) const override {
-    windows.push_back(&window);
-    times.push_back(window.times());
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      windows.push_back(&window);
+      times.push_back(window.times());
+    }
     return answer_(window);
   }
 
@@ -96,6 +101,7 @@ class FakeSolver : public WindowSolver {
  private:
   std::string name_;
   Answer answer_;
+  mutable std::mutex mutex_;
 };
 
 /// A FakeSolver that knows the circle.

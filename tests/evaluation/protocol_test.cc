@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <set>
+#include <thread>
 
 #include "evaluation/circle_sequence.h"
 #include "evaluation/varied_solver.h"
@@ -419,6 +423,23 @@ TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
   EXPECT_EQ(files[0], files[2]);
   EXPECT_EQ(progress[0], progress[1]);
   EXPECT_EQ(progress[0], progress[2]);
+}
+
+TEST(ParallelProtocol, SolvesAsManyWindowsAtOnceAsItHasThreads) {
+  std::atomic<int> inside{0}, most{0};
+  const FakeSolver solver("meets", [&](const InitWindow&) {
+    most = std::max<int>(most, ++inside);
+    // Waits for the others: one after the other they would meet nobody.
+    for (int ms = 0; ms < 10000 && most < 3; ++ms) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    --inside;
+    return InitResult();
+  });
+  ProtocolOptions options;
+  options.threads = 3;
+  run(makeCircleSequence(6.0), {&solver}, options);
+  EXPECT_EQ(most, 3);
 }
 
 TEST(ParallelProtocol, TheLimitIsThatOfOneThread) {

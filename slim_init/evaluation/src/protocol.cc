@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
+#include <future>
 #include <memory>
 #include <utility>
 
-#include "ordered_tasks.h"
 #include "slim_init/consistency_check.h"
 #include "slim_init/evaluation/cpu_time.h"
 #include "slim_init/evaluation/rig_errors.h"
@@ -380,7 +381,16 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
   const int expected = options.max_windows > 0 ? std::min(trials, options.max_windows) : trials;
   std::vector<double> times_before;
   int windows_cut = 0;
-  OrderedTasks tasks(options.threads);  // last, so that it ends before what its tasks refer to
+  // Windows that are being solved, oldest first, with what is left to do for each. Last, so that it
+  // ends before what it refers to. If the system gives no thread, get() solves.
+  std::deque<std::pair<std::future<void>, std::function<void()>>> running;
+  const auto policy =
+      options.threads > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred;
+  const auto finishOldest = [&running] {
+    running.front().first.get();
+    running.front().second();
+    running.pop_front();
+  };
 
   for (int index = 0; index < trials; ++index) {
     if (options.max_windows > 0 && windows_cut >= options.max_windows) break;
@@ -394,23 +404,23 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
                    trial->calibration, &result->dropped);
     const bool is_window = countTrial(sequence, &times_before, trial.get(), result);
     if (is_window) trial->judged = windowOfExcitation(index, *trial);
-    std::function<void()> solve;
-    if (is_window) {
-      ++windows_cut;
-      solve = [&, trial] {
-        trial->record.excitation = measureExcitation(*trial->judged);
-        trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
-        for (const WindowSolver* solver : solvers) {
-          trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));
-        }
-      };
-    }
-    tasks.add(solve, [&, index, is_window, trial] {
+    if (is_window) ++windows_cut;
+    const auto solve = [&, is_window, trial] {
+      if (!is_window) return;
+      trial->record.excitation = measureExcitation(*trial->judged);
+      trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
+      for (const WindowSolver* solver : solvers) {
+        trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));
+      }
+    };
+    const auto finish = [&, index, is_window, trial] {
       if (is_window) takeRecord(std::move(trial->record), result);
       if (progress) progress(std::min(index + 1, expected), expected);
-    });
+    };
+    if (running.size() >= static_cast<std::size_t>(options.threads)) finishOldest();
+    running.emplace_back(std::async(is_window ? policy : std::launch::deferred, solve), finish);
   }
-  tasks.finishAll();
+  while (!running.empty()) finishOldest();
   return "";
 }
 
