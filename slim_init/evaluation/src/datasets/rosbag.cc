@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <map>
 #include <sstream>
+#include <stdexcept>
 
 #include "datasets/bag_check.h"
 #include "datasets/csv_table.h"
@@ -253,53 +254,71 @@ class BagFile : public ImageSequence {
     return status;
   }
 
-  ReadStatus readImu(const std::string& topic, const ImageSequenceOptions& options) {
-    struct Stamped {
-      std::int64_t stamp_ns;
-      ImuSample sample;
-    };
-    std::vector<Stamped> samples;
-    rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    for (const rosbag::MessageInstance& instance : view) {
-      sensor_msgs::Imu::ConstPtr message;
+  template <typename Value>
+  struct Stamped {
+    std::int64_t stamp_ns = 0;
+    Value value;
+  };
+
+  /// What `read(message, &value)` makes of the messages of a view, by stamp, which it returns.
+  /// Messages at which it throws are counted, and notes say how many these are and which are not in
+  /// order. `what` is the plural of the messages.
+  template <typename Value, typename Read>
+  std::vector<Stamped<Value>> readTopic(rosbag::View* view, const std::string& topic,
+                                        const std::string& what, const Read& read, int* unreadable,
+                                        int* repeated, int* out_of_order) {
+    std::vector<Stamped<Value>> values;
+    for (const rosbag::MessageInstance& message : *view) {
       try {
-        message = instance.instantiate<sensor_msgs::Imu>();
+        Stamped<Value> stamped;
+        stamped.stamp_ns = read(message, &stamped.value);
+        values.push_back(stamped);
       } catch (const std::exception&) {
+        ++*unreadable;
       }
-      Stamped stamped;
-      if (message != nullptr) {
-        const auto vector = [](const geometry_msgs::Vector3& v) {
-          return Eigen::Vector3d(v.x, v.y, v.z);
-        };
-        stamped.stamp_ns = stampNs(message->header.stamp);
-        stamped.sample.gyro = vector(message->angular_velocity);
-        stamped.sample.accel = vector(message->linear_acceleration);
-      }
-      if (message == nullptr || !stamped.sample.gyro.allFinite() ||
-          !stamped.sample.accel.allFinite()) {
-        ++counts_.imu_unreadable;
-        continue;
-      }
-      samples.push_back(stamped);
     }
-    if (counts_.imu_unreadable > 0) {
-      note(file_ + ": " + std::to_string(counts_.imu_unreadable) + " messages of " + topic +
+    if (*unreadable > 0) {
+      note(file_ + ": " + std::to_string(*unreadable) + " messages of " + topic +
            " cannot be read or hold a value that is not finite, and were discarded");
     }
-    std::tie(counts_.imu_repeated, counts_.imu_out_of_order) = sortByStamp(&samples);
-    note(disorderNote(file_, "IMU messages", counts_.imu_repeated, counts_.imu_out_of_order));
+    std::tie(*repeated, *out_of_order) = sortByStamp(&values);
+    note(disorderNote(file_, what, *repeated, *out_of_order));
+    return values;
+  }
+
+  ReadStatus checkCount(const std::string& topic, int count, int minimum) const {
+    if (count >= minimum) return {};
+    return error(ReadError::kTooFewRows, file_ + ": " + topic + " has " + std::to_string(count) +
+                                             " usable messages (minimum " +
+                                             std::to_string(minimum) + ")");
+  }
+
+  ReadStatus readImu(const std::string& topic, const ImageSequenceOptions& options) {
+    const auto read = [](const rosbag::MessageInstance& instance, ImuSample* sample) {
+      const sensor_msgs::Imu::ConstPtr message = instance.instantiate<sensor_msgs::Imu>();
+      if (message == nullptr) throw std::runtime_error("another version of the type");
+      const auto vector = [](const geometry_msgs::Vector3& v) {
+        return Eigen::Vector3d(v.x, v.y, v.z);
+      };
+      sample->gyro = vector(message->angular_velocity);
+      sample->accel = vector(message->linear_acceleration);
+      if (!sample->gyro.allFinite() || !sample->accel.allFinite()) {
+        throw std::runtime_error("not finite");
+      }
+      return stampNs(message->header.stamp);
+    };
+    rosbag::View view(bag_, rosbag::TopicQuery(topic));
+    auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &counts_.imu_unreadable,
+                                        &counts_.imu_repeated, &counts_.imu_out_of_order);
     counts_.imu_samples = static_cast<int>(samples.size());
-    if (counts_.imu_samples < options.min_imu_samples) {
-      return error(ReadError::kTooFewRows, file_ + ": " + topic + " has " +
-                                               std::to_string(counts_.imu_samples) +
-                                               " usable messages (minimum " +
-                                               std::to_string(options.min_imu_samples) + ")");
+    if (ReadStatus status = checkCount(topic, counts_.imu_samples, options.min_imu_samples);
+        !status.ok()) {
+      return status;
     }
     t0_ns_ = samples.front().stamp_ns;
-    imu_.reserve(samples.size());
-    for (Stamped& stamped : samples) {
-      stamped.sample.t = relativeSeconds(stamped.stamp_ns, t0_ns_);
-      imu_.push_back(stamped.sample);
+    for (Stamped<ImuSample>& sample : samples) {
+      sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns_);
+      imu_.push_back(sample.value);
     }
     const ImuGaps gaps =
         findImuGaps(file_ + ": " + topic, imu_, options.max_imu_gap_s, /*table=*/nullptr);
@@ -309,67 +328,34 @@ class BagFile : public ImageSequence {
   }
 
   void readSpeeds(const std::string& topic, bool forward_only) {
-    struct Stamped {
-      std::int64_t stamp_ns;
-      SpeedSample sample;
-    };
-    std::vector<Stamped> samples;
-    int unreadable = 0;
+    int unreadable = 0, repeated = 0, out_of_order = 0;
     rosbag::View view(bag_, rosbag::TopicQuery(topic));
-    for (const rosbag::MessageInstance& instance : view) {
-      Stamped stamped;
-      stamped.sample.forward_only = forward_only;
-      try {
-        stamped.stamp_ns = readTwist(instance, &stamped.sample);
-        samples.push_back(stamped);
-      } catch (const std::exception&) {
-        ++unreadable;
-      }
-    }
-    if (unreadable > 0) {
-      note(file_ + ": " + std::to_string(unreadable) + " messages of " + topic +
-           " cannot be read and were discarded");
-    }
-    const auto [repeated, out_of_order] = sortByStamp(&samples);
-    note(disorderNote(file_, "velocities", repeated, out_of_order));
-    for (Stamped& stamped : samples) {
-      stamped.sample.t = relativeSeconds(stamped.stamp_ns, t0_ns_);
-      speeds_.push_back(stamped.sample);
+    for (Stamped<SpeedSample>& speed : readTopic<SpeedSample>(
+             &view, topic, "velocities", readTwist, &unreadable, &repeated, &out_of_order)) {
+      speed.value.forward_only = forward_only;
+      speed.value.t = relativeSeconds(speed.stamp_ns, t0_ns_);
+      speeds_.push_back(speed.value);
     }
   }
 
   ReadStatus readImageStamps(const std::string& topic, int min_images) {
-    struct Stamped {
-      std::int64_t stamp_ns;
-      std::size_t message;  ///< messages themselves can be copied, but not moved about
-    };
-    std::vector<Stamped> images;
     image_view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));
-    for (const rosbag::MessageInstance& instance : *image_view_) {
-      try {
-        images.push_back({headerStampNs(instance), image_messages_.size()});
-        image_messages_.push_back(instance);
-      } catch (const std::exception&) {
-        ++counts_.images_unreadable;
-      }
-    }
-    if (counts_.images_unreadable > 0) {
-      note(file_ + ": " + std::to_string(counts_.images_unreadable) + " messages of " + topic +
-           " cannot be read and were discarded");
-    }
-    std::tie(counts_.images_repeated, counts_.images_out_of_order) = sortByStamp(&images);
-    note(disorderNote(file_, "images", counts_.images_repeated, counts_.images_out_of_order));
+    // Messages themselves can be copied, but not moved about: sorted are their places.
+    const auto read = [this](const rosbag::MessageInstance& message, std::size_t* place) {
+      const std::int64_t stamp_ns = headerStampNs(message);
+      *place = image_messages_.size();
+      image_messages_.push_back(message);
+      return stamp_ns;
+    };
+    const auto images =
+        readTopic<std::size_t>(image_view_.get(), topic, "images", read, &counts_.images_unreadable,
+                               &counts_.images_repeated, &counts_.images_out_of_order);
     counts_.images = static_cast<int>(images.size());
-    if (counts_.images < min_images) {
-      return error(ReadError::kTooFewRows,
-                   file_ + ": " + topic + " has " + std::to_string(counts_.images) +
-                       " usable messages (minimum " + std::to_string(min_images) + ")");
-    }
-    for (const Stamped& image : images) {
+    for (const Stamped<std::size_t>& image : images) {
       image_stamps_ns_.push_back(image.stamp_ns);
-      message_of_image_.push_back(image.message);
+      message_of_image_.push_back(image.value);
     }
-    return {};
+    return checkCount(topic, counts_.images, min_images);
   }
 
   std::string file_;
