@@ -53,23 +53,6 @@ class Draws {
   std::mt19937_64 engine_;
 };
 
-/// Collects the first value that is out of its bounds.
-class Bounds {
- public:
-  Bounds& within(const char* name, double value, double min, double max) {
-    if (message_.empty() && !(value >= min && value <= max)) {
-      std::ostringstream out;
-      out << name << " is " << value << ", must be in [" << min << ", " << max << "]";
-      message_ = out.str();
-    }
-    return *this;
-  }
-  const std::string& message() const { return message_; }
-
- private:
-  std::string message_;
-};
-
 double medianInterval(const std::vector<ImuSample>& imu) {
   std::vector<double> intervals;
   for (std::size_t i = 1; i < imu.size(); ++i) intervals.push_back(imu[i].t - imu[i - 1].t);
@@ -164,15 +147,23 @@ bool RigErrors::any() const {
 }
 
 std::string RigErrors::validate() const {
-  // A rotation or an offset beyond would be another rig, not an error of this one.
-  Bounds bounds;
-  bounds.within("td_s", td_s, -0.5, 0.5)
-      .within("extrinsic_deg", extrinsic_deg, 0.0, 180.0)
-      .within("readout_s", readout_s, -0.1, 0.1)
-      .within("imu_jitter_s", imu_jitter_s, 0.0, 0.05)
-      .within("imu_dropout", imu_dropout, 0.0, 0.9);
-  if (imu_rate_hz != 0.0) bounds.within("imu_rate_hz", imu_rate_hz, 10.0, 1e4);
-  return bounds.message();
+  struct Bounds {
+    const char* name;
+    double value, min, max;
+  };
+  // A rotation or an offset beyond would be another rig, not an error of this one. A rate of zero
+  // is the recorded one.
+  const double rate_hz = imu_rate_hz != 0.0 ? imu_rate_hz : 10.0;
+  for (const auto& [name, value, min, max] :
+       {Bounds{"td_s", td_s, -0.5, 0.5}, Bounds{"extrinsic_deg", extrinsic_deg, 0.0, 180.0},
+        Bounds{"readout_s", readout_s, -0.1, 0.1}, Bounds{"imu_jitter_s", imu_jitter_s, 0.0, 0.05},
+        Bounds{"imu_dropout", imu_dropout, 0.0, 0.9}, Bounds{"imu_rate_hz", rate_hz, 10.0, 1e4}}) {
+    if (value >= min && value <= max) continue;
+    std::ostringstream out;
+    out << name << " is " << value << ", must be in [" << min << ", " << max << "]";
+    return out.str();
+  }
+  return "";
 }
 
 Calibration assumedCalibration(const Calibration& truth, const RigErrors& errors, int trial) {
