@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <random>
 #include <thread>
 
 #include "support/exact_window.h"
@@ -149,17 +148,6 @@ TEST_P(Baselines, GiveEqualBytesForEqualInputAlsoInParallel) {
   }
   for (std::thread& thread : threads) thread.join();
   for (const InitResult& result : results) EXPECT_TRUE(sameBytes(first, result));
-}
-
-TEST_P(Baselines, DoNotCareForTheOrderOfObservations) {
-  const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
-  std::vector<FrameObservation> frames = exact.keyframes;
-  std::mt19937_64 random(11);
-  for (FrameObservation& frame : frames) {
-    std::shuffle(frame.points.begin(), frame.points.end(), random);
-  }
-  const auto shuffled = InitWindow::create(exact.calibration, frames, exact.imu);
-  EXPECT_TRUE(sameBytes(make()->solve(*exact.window), make()->solve(*shuffled)));
 }
 
 TEST_P(Baselines, DoNotCareForYawAndOriginOfTheWorld) {

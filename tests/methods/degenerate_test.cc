@@ -158,21 +158,5 @@ INSTANTIATE_TEST_SUITE_P(Methods, Degenerate,
                          ::testing::ValuesIn(baselines::namesOf(baselines::methods())),
                          methodTestName);
 
-TEST(Registry, KnowsItsMethodsAndRefusesOthers) {
-  for (const std::string& name : baselines::namesOf(baselines::methods())) {
-    const auto solver = baselines::makeMethod(name, InitializerOptions());
-    ASSERT_NE(solver, nullptr) << name;
-    EXPECT_EQ(solver->name(), name);
-  }
-  std::string error;
-  EXPECT_EQ(baselines::makeMethod("sfm", InitializerOptions(), {}, &error), nullptr);
-  EXPECT_NE(error.find("unknown method \"sfm\""), std::string::npos) << error;
-  EXPECT_NE(error.find("drt-l"), std::string::npos) << error;
-  InitializerOptions bad;
-  bad.alignment.min_tracks = 0;
-  EXPECT_EQ(baselines::makeMethod("drt-l", bad, {}, &error), nullptr);
-  EXPECT_NE(error.find("alignment.min_tracks is 0"), std::string::npos) << error;
-}
-
 }  // namespace
 }  // namespace slim_init
