@@ -4,8 +4,6 @@
 // against the marginal of the full problem, rejection, refusal.
 #include "estimation/visual_inertial_problem.h"
 
-#include <ceres/ceres.h>
-#include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -15,9 +13,9 @@
 #include <array>
 #include <random>
 
-#include "estimation/inertial_factor.h"
 #include "estimation/refine_window.h"
 #include "geometry/so3.h"
+#include "support/ceres_window.h"
 #include "support/chi_square.h"
 #include "support/exact_window.h"
 #include "support/track_views.h"
@@ -78,35 +76,6 @@ TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
 
 // --- the same problem in Ceres: every track has its parameters ----------------------------------
 
-// Rotations by a rotation vector on the right of the start, so that no manifold is needed; Ceres
-// 1.14 and 2.1 name it differently.
-struct RotationStart {
-  Eigen::Matrix3d R;
-  template <typename T>
-  Eigen::Matrix<T, 3, 3> at(const T* w) const {
-    Eigen::Matrix<T, 3, 3> E;
-    ceres::AngleAxisToRotationMatrix(w, E.data());  // column-major, as Eigen
-    return R.cast<T>() * E;
-  }
-};
-
-struct CeresPoint {
-  PointView view;
-  RotationStart start;
-  Eigen::Vector3d t_b_c;
-  double sqrt_information;
-  template <typename T>
-  bool operator()(const T* w, const T* p, const T* X, T* r) const {
-    using V = Eigen::Matrix<T, 3, 1>;
-    const V y =
-        start.at(w).transpose() * (V(X[0], X[1], X[2]) - V(p[0], p[1], p[2])) - t_b_c.cast<T>();
-    const V u = y / y.norm();
-    Eigen::Map<Eigen::Matrix<T, 2, 1>> out(r);
-    out = T(sqrt_information) * (view.tangent_b.cast<T>() * u);
-    return true;
-  }
-};
-
 // A line by two points on it: redundant parameters, the same residuals and minimum.
 struct CeresLine {
   LineView view;
@@ -123,46 +92,6 @@ struct CeresLine {
     const V n = a.cross(b) / a.cross(b).norm();
     r[0] = T(sqrt_information) * view.start_b.cast<T>().dot(n);
     r[1] = T(sqrt_information) * view.end_b.cast<T>().dot(n);
-    return true;
-  }
-};
-
-struct CeresInertial {
-  const Preintegration* pre;
-  Eigen::Matrix<double, 9, 9> W;
-  RotationStart start_i, start_j;
-  double G;
-  bool operator()(const double* const* x, double* r) const {
-    WindowState state;
-    state.R_b0_bk = {start_i.at(x[0]), start_j.at(x[3])};
-    state.p_b0.resize(3, 2);
-    state.v_b0.resize(3, 2);
-    state.p_b0 << Eigen::Map<const Eigen::Vector3d>(x[1]), Eigen::Map<const Eigen::Vector3d>(x[4]);
-    state.v_b0 << Eigen::Map<const Eigen::Vector3d>(x[2]), Eigen::Map<const Eigen::Vector3d>(x[5]);
-    state.gyro_bias = Eigen::Map<const Eigen::Vector3d>(x[6]);
-    state.accel_bias = Eigen::Map<const Eigen::Vector3d>(x[7]);
-    // Only the direction counts; the length is kept by a residual of its own.
-    state.gravity_b0 = G * Eigen::Map<const Eigen::Vector3d>(x[8]).normalized();
-    Eigen::Map<Eigen::Matrix<double, 9, 1>> out(r);
-    out = W * inertialResidual(state, 0, *pre).r;
-    return true;
-  }
-};
-
-struct Prior {
-  Eigen::Vector3d mean;
-  double weight;
-  template <typename T>
-  bool operator()(const T* x, T* r) const {
-    for (int i = 0; i < 3; ++i) r[i] = T(weight) * (x[i] - T(mean[i]));
-    return true;
-  }
-};
-
-struct UnitLength {
-  template <typename T>
-  bool operator()(const T* x, T* r) const {
-    r[0] = T(1e3) * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] - T(1.0));
     return true;
   }
 };
@@ -184,59 +113,19 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
 
   const int n = window.size();
   const Eigen::Vector3d& t_b_c = window.calibration().t_b_c;
-  std::vector<RotationStart> starts(n);
-  std::vector<Eigen::Vector3d> w(n, Eigen::Vector3d::Zero()), p(n), v(n);
-  for (int k = 0; k < n; ++k) {
-    starts[k].R = truth.R_b0_bk[k];
-    p[k] = truth.p_b0.col(k);
-    v[k] = truth.v_b0.col(k);
-  }
-  Eigen::Vector3d bg = truth.gyro_bias, ba = truth.accel_bias, g = truth.gravity_b0.normalized();
-
-  ceres::Problem problem;
-  // One loss for both rows of an observation, as ours. Ceres minimises half of the cost.
-  for (int k = 0; k + 1 < n; ++k) {
-    auto* functor = new CeresInertial{
-        &pre[k], {}, starts[k], starts[k + 1], exact.calibration.gravity_magnitude};
-    ASSERT_TRUE(inertialWhitening(pre[k], &functor->W));
-    auto* factor =
-        new ceres::DynamicNumericDiffCostFunction<CeresInertial, ceres::CENTRAL>(functor);
-    for (int i = 0; i < 9; ++i) factor->AddParameterBlock(3);
-    factor->SetNumResiduals(9);
-    problem.AddResidualBlock(
-        factor, nullptr,
-        std::vector<double*>{w[k].data(), p[k].data(), v[k].data(), w[k + 1].data(),
-                             p[k + 1].data(), v[k + 1].data(), bg.data(), ba.data(), g.data()});
-  }
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<UnitLength, 1, 3>(new UnitLength),
-                           nullptr, g.data());
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 3, 3>(
-                               new Prior{Eigen::Vector3d::Zero(), 1.0 / inertial.accel_bias_prior}),
-                           nullptr, ba.data());
-  problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Prior, 3, 3>(
-                               new Prior{Eigen::Vector3d::Zero(), 1.0 / inertial.gyro_bias_prior}),
-                           nullptr, bg.data());
-
+  CeresWindow ceres_window(truth, pre, exact.calibration.gravity_magnitude, inertial);
   std::vector<Eigen::Vector3d> X(window.pointTracks().size());
   std::vector<std::array<Eigen::Vector3d, 2>> ends(window.lineTracks().size());
   for (std::size_t t = 0; t < X.size(); ++t) {
     const Track& track = window.pointTracks()[t];
-    const std::vector<PointView> views = testing_support::pointViews(window, track);
-    const PointParameters start =
-        triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c);
-    X[t] = start.origin + start.direction / std::max(start.inverse_depth, 1e-2);
-    for (const PointView& view : views) {
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<CeresPoint, 2, 3, 3, 3>(
-              new CeresPoint{view, starts[view.keyframe], t_b_c, 1.0 / map.sigmaPoint()}),
-          new ceres::CauchyLoss(options.cauchy_sigmas), w[view.keyframe].data(),
-          p[view.keyframe].data(), X[t].data());
-    }
+    const std::vector<PointView> views = pointViews(window, track);
+    X[t] = CeresWindow::placeOf(views, truth, t_b_c);
+    ceres_window.addPoint(views, t_b_c, map.sigmaPoint(), options.cauchy_sigmas, &X[t]);
   }
   for (std::size_t t = 0; t < ends.size(); ++t) {
     const Track& track = window.lineTracks()[t];
     if (track.size() < options.min_line_views) continue;
-    const std::vector<LineView> views = testing_support::lineViews(window, track);
+    const std::vector<LineView> views = lineViews(window, track);
     LineParameters start;
     ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), truth, t_b_c, &start));
     const double rho = std::max(std::abs(start.inverse_distance), 1e-2) *
@@ -244,31 +133,23 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
     const Eigen::Vector3d foot = start.origin + start.frame.col(0) / rho;
     ends[t] = {foot, foot + start.frame.col(1)};
     for (const LineView& view : views) {
-      problem.AddResidualBlock(
+      const int k = view.keyframe;
+      ceres_window.problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<CeresLine, 2, 3, 3, 3, 3>(
-              new CeresLine{view, starts[view.keyframe], t_b_c, 1.0 / map.sigmaLine()}),
-          new ceres::CauchyLoss(options.cauchy_sigmas), w[view.keyframe].data(),
-          p[view.keyframe].data(), ends[t][0].data(), ends[t][1].data());
+              new CeresLine{view, ceres_window.starts[k], t_b_c, 1.0 / map.sigmaLine()}),
+          new ceres::CauchyLoss(options.cauchy_sigmas), ceres_window.w[k].data(),
+          ceres_window.p[k].data(), ends[t][0].data(), ends[t][1].data());
     }
   }
-  problem.SetParameterBlockConstant(w[0].data());
-  problem.SetParameterBlockConstant(p[0].data());
+  const double ceres_cost = ceres_window.solve(500, 1e-15);
 
-  ceres::Solver::Options ceres_options;
-  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  ceres_options.max_num_iterations = 500;
-  ceres_options.function_tolerance = 1e-15;
-  ceres_options.gradient_tolerance = 1e-14;
-  ceres_options.parameter_tolerance = 1e-15;
-  ceres::Solver::Summary ceres_summary;
-  ceres::Solve(ceres_options, &problem, &ceres_summary);
-
-  EXPECT_NEAR(summary.cost, 2.0 * ceres_summary.final_cost, 1e-6 * summary.cost);
+  EXPECT_NEAR(summary.cost, ceres_cost, 1e-6 * summary.cost);
   for (int k = 0; k < n; ++k) {
-    EXPECT_LT((ours.p_b0.col(k) - p[k]).norm(), 1e-6 * truth.p_b0.col(n - 1).norm()) << k;
-    EXPECT_LT((ours.v_b0.col(k) - v[k]).norm(), 1e-6) << k;
+    EXPECT_LT((ours.p_b0.col(k) - ceres_window.p[k]).norm(), 1e-6 * truth.p_b0.col(n - 1).norm())
+        << k;
+    EXPECT_LT((ours.v_b0.col(k) - ceres_window.v[k]).norm(), 1e-6) << k;
   }
-  EXPECT_LT((ours.gyro_bias - bg).norm(), 1e-8);
+  EXPECT_LT((ours.gyro_bias - ceres_window.bg).norm(), 1e-8);
 }
 
 TEST(VisualInertialProblem, InformationPredictsTheScatterOfTheScale) {

@@ -4,8 +4,6 @@
 // held, against the posterior, and in windows where another scale is as good.
 #include "verdict/scale_profile.h"
 
-#include <ceres/ceres.h>
-#include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,11 +11,11 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/inertial_factor.h"
 #include "estimation/posterior.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/so3.h"
 #include "slim_init/window_solver.h"
+#include "support/ceres_window.h"
 #include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 #include "support/track_views.h"
@@ -95,61 +93,6 @@ Minimum minimumOf(Motion motion, int keyframes, unsigned seed, const InertialOpt
 
 // --- the full problem in Ceres with the scale held ----------------------------------------------
 
-Eigen::Matrix3d turned(const Eigen::Matrix3d& R, const double* w) {
-  return R * expSO3(Eigen::Map<const Eigen::Vector3d>(w));
-}
-
-struct PointResidual {
-  Eigen::Matrix3d R;
-  Eigen::Vector3d bearing_b, t_b_c;
-  double sigma;
-  bool operator()(const double* w, const double* p, const double* X, double* r) const {
-    using V = Eigen::Map<const Eigen::Vector3d>;
-    const Eigen::Vector3d y = turned(R, w).transpose() * (V(X) - V(p)) - t_b_c;
-    Eigen::Map<Eigen::Vector2d> out(r);
-    out = tangentBasis(bearing_b).transpose() * y.normalized() / sigma;
-    return true;
-  }
-};
-
-struct PairResidual {
-  const Preintegration* pre;
-  Eigen::Matrix<double, 9, 9> W;
-  Eigen::Matrix3d R_i, R_j;
-  double G;
-  bool operator()(const double* const* x, double* r) const {
-    using V = Eigen::Map<const Eigen::Vector3d>;
-    WindowState state;
-    state.R_b0_bk = {turned(R_i, x[0]), turned(R_j, x[3])};
-    state.p_b0.resize(3, 2);
-    state.v_b0.resize(3, 2);
-    state.p_b0 << V(x[1]), V(x[4]);
-    state.v_b0 << V(x[2]), V(x[5]);
-    state.gyro_bias = V(x[6]);
-    state.accel_bias = V(x[7]);
-    state.gravity_b0 = G * V(x[8]).normalized();
-    Eigen::Map<Eigen::Matrix<double, 9, 1>> out(r);
-    out = W * inertialResidual(state, 0, *pre).r;
-    return true;
-  }
-};
-
-struct PriorResidual {
-  double sigma;
-  bool operator()(const double* x, double* r) const {
-    for (int i = 0; i < 3; ++i) r[i] = x[i] / sigma;
-    return true;
-  }
-};
-
-// Only the direction of gravity counts: the length is arbitrary and held at one.
-struct LengthResidual {
-  bool operator()(const double* x, double* r) const {
-    r[0] = 1e3 * (Eigen::Map<const Eigen::Vector3d>(x).norm() - 1.0);
-    return true;
-  }
-};
-
 // Holds the projection of the camera centres on those of the minimum at `ratio` times its value.
 struct ScaleHold {
   const WindowState* state;
@@ -159,8 +102,9 @@ struct ScaleHold {
     double along = 0.0, all = 0.0;
     for (int k = 1; k < state->size(); ++k) {
       const Eigen::Vector3d q = cameraCentre(*state, k, t_b_c) - t_b_c;
+      const RotationStart start = {state->R_b0_bk[k]};
       const Eigen::Vector3d now = Eigen::Map<const Eigen::Vector3d>(x[2 * (k - 1) + 1]) +
-                                  turned(state->R_b0_bk[k], x[2 * (k - 1)]) * t_b_c - t_b_c;
+                                  start.at(x[2 * (k - 1)]) * t_b_c - t_b_c;
       along += q.dot(now);
       all += q.squaredNorm();
     }
@@ -173,73 +117,27 @@ double costWithScaleHeld(const Minimum& at, double log_ratio) {
   const InitWindow& window = *at.exact.window;
   const Calibration& calibration = window.calibration();
   const WindowState& state = at.refined.state;
-  const int n = state.size();
   const double ratio = std::exp(log_ratio);
-  std::vector<Eigen::Vector3d> w(n, Eigen::Vector3d::Zero()), p(n), v(n);
-  for (int k = 0; k < n; ++k) {
-    p[k] = ratio * state.p_b0.col(k);
-    v[k] = ratio * state.v_b0.col(k);
-  }
-  Eigen::Vector3d bg = state.gyro_bias, ba = state.accel_bias, g = state.gravity_b0.normalized();
-  ceres::Problem problem;
-  for (int k = 0; k + 1 < n; ++k) {
-    auto* functor = new PairResidual{
-        &at.pre[k], {}, state.R_b0_bk[k], state.R_b0_bk[k + 1], calibration.gravity_magnitude};
-    EXPECT_TRUE(inertialWhitening(at.pre[k], &functor->W));
-    auto* factor = new ceres::DynamicNumericDiffCostFunction<PairResidual, ceres::CENTRAL>(functor);
-    for (int i = 0; i < 9; ++i) factor->AddParameterBlock(3);
-    factor->SetNumResiduals(9);
-    problem.AddResidualBlock(
-        factor, nullptr,
-        std::vector<double*>{w[k].data(), p[k].data(), v[k].data(), w[k + 1].data(),
-                             p[k + 1].data(), v[k + 1].data(), bg.data(), ba.data(), g.data()});
-  }
-  using Prior = ceres::NumericDiffCostFunction<PriorResidual, ceres::CENTRAL, 3, 3>;
-  problem.AddResidualBlock(new Prior(new PriorResidual{at.inertial.accel_bias_prior}), nullptr,
-                           ba.data());
-  problem.AddResidualBlock(new Prior(new PriorResidual{at.inertial.gyro_bias_prior}), nullptr,
-                           bg.data());
-  problem.AddResidualBlock(
-      new ceres::NumericDiffCostFunction<LengthResidual, ceres::CENTRAL, 1, 3>(new LengthResidual),
-      nullptr, g.data());
-  auto* hold = new ceres::DynamicNumericDiffCostFunction<ScaleHold, ceres::CENTRAL>(
-      new ScaleHold{&state, calibration.t_b_c, ratio});
+  WindowState start = state;
+  start.p_b0 *= ratio;
+  start.v_b0 *= ratio;
+  CeresWindow ceres_window(start, at.pre, calibration.gravity_magnitude, at.inertial);
   std::vector<double*> poses;
-  for (int k = 1; k < n; ++k) {
-    poses.push_back(w[k].data());
-    poses.push_back(p[k].data());
+  for (int k = 1; k < state.size(); ++k) {
+    poses.push_back(ceres_window.w[k].data());
+    poses.push_back(ceres_window.p[k].data());
   }
-  for (std::size_t i = 0; i < poses.size(); ++i) hold->AddParameterBlock(3);
-  hold->SetNumResiduals(1);
-  problem.AddResidualBlock(hold, nullptr, poses);
-
+  ceres_window.addNumeric(new ScaleHold{&state, calibration.t_b_c, ratio}, 1, poses);
   // Points where the views of the minimum meet, carried to the other scale about the first camera.
   std::vector<Eigen::Vector3d> X(window.pointTracks().size());
   for (std::size_t t = 0; t < X.size(); ++t) {
-    const Track& track = window.pointTracks()[t];
-    const std::vector<PointView> views = testing_support::pointViews(window, track);
-    const PointParameters start =
-        triangulate(views.data(), static_cast<int>(views.size()), state, calibration.t_b_c);
-    X[t] = start.origin + start.direction / std::max(start.inverse_depth, 1e-2);
-    X[t] = calibration.t_b_c + ratio * (X[t] - calibration.t_b_c);
-    for (const PointView& view : views) {
-      const int k = view.keyframe;
-      problem.AddResidualBlock(
-          new ceres::NumericDiffCostFunction<PointResidual, ceres::CENTRAL, 2, 3, 3, 3>(
-              new PointResidual{state.R_b0_bk[k], view.bearing_b, calibration.t_b_c,
-                                at.sigma_bearing}),
-          nullptr, w[k].data(), p[k].data(), X[t].data());
-    }
+    const std::vector<PointView> views = pointViews(window, window.pointTracks()[t]);
+    const Eigen::Vector3d place = CeresWindow::placeOf(views, state, calibration.t_b_c);
+    X[t] = calibration.t_b_c + ratio * (place - calibration.t_b_c);
+    ceres_window.addPoint(views, calibration.t_b_c, at.sigma_bearing, leastSquares().cauchy_sigmas,
+                          &X[t]);
   }
-  problem.SetParameterBlockConstant(w[0].data());
-  problem.SetParameterBlockConstant(p[0].data());
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = 200;
-  options.function_tolerance = 1e-10;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  return 2.0 * summary.final_cost;
+  return ceres_window.solve(200, 1e-10);
 }
 
 // Short windows, whose profile is not the parabola of their curvature.
