@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The minimisation against Ceres (landmarks as parameters there, eliminated here), its information
-// against the marginal of the full problem, rejection, refusal.
+// The minimisation against Ceres (landmarks as parameters there, eliminated here), among gross
+// errors, and rejection.
 #include "estimation/visual_inertial_problem.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,6 @@
 #include "estimation/refine_window.h"
 #include "geometry/so3.h"
 #include "support/ceres_window.h"
-#include "support/chi_square.h"
 #include "support/exact_window.h"
 #include "support/track_views.h"
 #include "support/true_state.h"
@@ -152,45 +151,6 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   EXPECT_LT((ours.gyro_bias - ceres_window.bg).norm(), 1e-8);
 }
 
-TEST(VisualInertialProblem, InformationPredictsTheScatterOfTheScale) {
-  // Over noisy windows the error of the spread has its standard deviation. The
-  // noise factors are 1 because the simulated IMU is as good as its data sheet.
-  RefinementOptions options;
-  InertialOptions inertial;
-  inertial.accel_noise_factor = 1.0;
-  inertial.gyro_noise_factor = 1.0;
-  options.use_vanishing_points = false;
-  double sum = 0.0;
-  constexpr int kWindows = 200;
-  for (int seed = 1; seed <= kWindows; ++seed) {
-    const ExactWindow exact = makeExactWindow(drawnFromTheModel(seed, inertial.accel_bias_prior));
-    const WindowState truth = trueState(exact);
-    const std::vector<Preintegration> pre =
-        preintegrateInflated(*exact.window, truth.gyro_bias, Eigen::Vector3d::Zero(), inertial);
-    VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
-                              inertial);
-    // What was added to the tracks, line end points included.
-    const double sigma = 0.6 / exact.calibration.focal_px;
-    map.setNoise(sigma, sigma);
-    WindowState state = truth;
-    const MapSummary summary = map.minimize(20, &state);
-    ASSERT_TRUE(summary.valid);
-    const StateLayout at(state.size());
-    const auto spread = [](const WindowState& s) {
-      return (s.p_b0.colwise() - s.p_b0.rowwise().mean()).norm();
-    };
-    Eigen::VectorXd J = Eigen::VectorXd::Zero(at.size() - StateLayout::kGauge);
-    const Eigen::Matrix3Xd centred = state.p_b0.colwise() - state.p_b0.rowwise().mean();
-    for (int k = 1; k < at.n; ++k) {
-      J.segment<3>(at.pose(k) + 3 - StateLayout::kGauge) = centred.col(k) / centred.squaredNorm();
-    }
-    const double scale_sigma = std::sqrt(J.dot(map.information().llt().solve(J)));
-    const double z = (spread(state) / spread(truth) - 1.0) / scale_sigma;
-    sum += z * z;
-  }
-  EXPECT_TRUE(isChiSquare(sum, kWindows));
-}
-
 // Squared length of a Gauss-Newton step from the answer, in standard deviations of the positions.
 double stepLeft(const WindowState& answer, VisualInertialProblem* map) {
   WindowState next = answer;
@@ -270,19 +230,6 @@ TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
   EXPECT_GE(map.pointViews(), before - 2 * beyond);
   for (double r : map.residuals().points) EXPECT_LE(r, bound);
   EXPECT_TRUE(map.resume(10, &state).valid);
-}
-
-TEST(VisualInertialProblem, RefusesACovarianceThatIsNone) {
-  const ExactWindow exact = noisyWindow(2);
-  WindowState state = trueState(exact);
-  RefinementOptions options;
-  const InertialOptions inertial;
-  std::vector<Preintegration> pre =
-      preintegrateInflated(*exact.window, state.gyro_bias, state.accel_bias, inertial);
-  pre[3].covariance.setZero();
-  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
-                            inertial);
-  EXPECT_FALSE(map.minimize(10, &state).valid);
 }
 
 }  // namespace

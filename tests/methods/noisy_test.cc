@@ -51,7 +51,7 @@ TEST(Noisy, SlimsStandardDeviationsAreThoseOfItsErrors) {
   slim_options.refinement.min_sigma_px = 0.01;
   const auto solver = baselines::makeMethod("slim", slim_options);
   double scale = 0.0, gyro_bias = 0.0, accel_bias = 0.0, speed = 0.0, distance = 0.0;
-  constexpr int kWindows = 150;
+  constexpr int kWindows = 200;
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     const ExactWindow exact =
         makeExactWindow(drawnFromTheModel(seed, slim_options.inertial.accel_bias_prior));
