@@ -7,6 +7,7 @@
 
 #include "linear_alignment.h"
 #include "support/exact_window.h"
+#include "support/true_state.h"
 
 namespace slim_init {
 namespace {
@@ -37,16 +38,7 @@ Problem makeProblem(const Vector3d& accel_bias, double shape_noise, unsigned see
   p.R_b0_bk = chainRotations(p.pre);
   p.motion = linearMotion(p.pre, p.R_b0_bk, p.exact.calibration.t_b_c);
   const int n = p.exact.window->size();
-  p.shape.resize(3, n);
-  for (int k = 0; k < n; ++k) {
-    p.shape.col(k) = p.exact.truth[0].R_w_b.transpose() *
-                     (p.exact.truth[k].p_w_b + p.exact.truth[k].R_w_b * p.exact.calibration.t_b_c -
-                      p.exact.truth[0].p_w_b);
-  }
-  const Vector3d mean = p.shape.rowwise().mean();
-  p.shape.colwise() -= mean;
-  p.true_scale = p.shape.norm();
-  p.shape /= p.true_scale;
+  p.shape = trueShape(p.exact, &p.true_scale);
   std::mt19937_64 random(seed);
   std::normal_distribution<double> gaussian(0.0, 1.0);
   const double sigma = std::max(shape_noise, 1e-6);

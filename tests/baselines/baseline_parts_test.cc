@@ -30,14 +30,8 @@ std::vector<Eigen::Matrix3d> cameraRotationsOf(const ExactWindow& exact) {
 }
 
 Eigen::Matrix3Xd cameraCentresOf(const ExactWindow& exact) {
-  const WindowState truth = trueState(exact);
   const Calibration& calibration = exact.calibration;
-  Eigen::Matrix3Xd centres(3, truth.size());
-  for (int k = 0; k < truth.size(); ++k) {
-    centres.col(k) = calibration.R_b_c.transpose() *
-                     (truth.p_b0.col(k) + truth.R_b0_bk[k] * calibration.t_b_c - calibration.t_b_c);
-  }
-  return centres;
+  return calibration.R_b_c.transpose() * (trueCentres(exact).colwise() - calibration.t_b_c);
 }
 
 TEST(StructureFromMotion, RecoversCamerasUpToScale) {

@@ -5,6 +5,7 @@
 
 #include "geometry/so3.h"
 #include "support/exact_window.h"
+#include "support/true_state.h"
 
 namespace slim_init::baselines {
 namespace {
@@ -20,14 +21,9 @@ class LinearAlignment : public ::testing::Test {
     pre_ = preintegrateWindow(*exact_.window, exact_.truth[0].gyro_bias, Vector3d::Zero(),
                               PreintegrationParts::kMean);
     R_b0_bk_ = chainRotations(pre_);
-    centres_.resize(3, exact_.truth.size());
-    for (std::size_t k = 0; k < exact_.truth.size(); ++k) {
-      centres_.col(k) = exact_.truth[0].R_w_b.transpose() *
-                        (exact_.truth[k].p_w_b + exact_.truth[k].R_w_b * exact_.calibration.t_b_c);
-    }
+    centres_ = trueShape(exact_, &metres_);
     const Vector3d first = centres_.col(0);
     centres_.colwise() -= first;
-    centres_ /= (centres_.colwise() - centres_.rowwise().mean()).norm();
   }
 
   AlignmentProblem problem() const {
@@ -39,15 +35,8 @@ class LinearAlignment : public ::testing::Test {
     const int n = exact_.window->size();
     Eigen::VectorXd x(3 * n + 4);
     const Matrix3d R_b0_w = exact_.truth[0].R_w_b.transpose();
-    double spread = 0.0;
-    Vector3d mean = Vector3d::Zero();
-    std::vector<Vector3d> c;
-    for (const NavState& s : exact_.truth)
-      c.push_back(s.p_w_b + s.R_w_b * exact_.calibration.t_b_c);
-    for (const Vector3d& p : c) mean += p / n;
-    for (const Vector3d& p : c) spread += (p - mean).squaredNorm();
     for (int k = 0; k < n; ++k) x.segment<3>(3 * k) = R_b0_w * exact_.truth[k].v_w_b;
-    x[3 * n] = std::sqrt(spread);
+    x[3 * n] = metres_;
     x.tail<3>() = R_b0_w * Vector3d(0, 0, -exact_.calibration.gravity_magnitude);
     return x;
   }
@@ -56,6 +45,7 @@ class LinearAlignment : public ::testing::Test {
   std::vector<Preintegration> pre_;
   std::vector<Matrix3d> R_b0_bk_;
   Eigen::Matrix3Xd centres_;
+  double metres_ = 0.0;  // per unit of the shape
 };
 
 TEST_F(LinearAlignment, TruthSolvesTheSystem) {

@@ -331,17 +331,7 @@ Shape makeShape(double pixel_noise, unsigned seed) {
   out.pre = preintegrateWindow(*out.exact.window, options.gyro_bias, Vector3d::Zero(),
                                PreintegrationParts::kMean);
   out.R_b0_bk = chainRotations(out.pre);
-  out.centres.resize(3, out.exact.window->size());
-  const std::vector<NavState>& truth = out.exact.truth;
-  for (int k = 0; k < out.exact.window->size(); ++k) {
-    out.centres.col(k) =
-        truth[0].R_w_b.transpose() *
-        (truth[k].p_w_b + truth[k].R_w_b * out.exact.calibration.t_b_c - truth[0].p_w_b);
-  }
-  const Vector3d mean = out.centres.rowwise().mean();
-  out.centres.colwise() -= mean;
-  out.metres = out.centres.norm();
-  out.centres /= out.metres;
+  out.centres = trueShape(out.exact, &out.metres);
   return out;
 }
 

@@ -25,4 +25,23 @@ inline WindowState trueState(const ExactWindow& exact) {
   return state;
 }
 
+/// The true camera centres in the first body frame, one column per keyframe [m].
+inline Eigen::Matrix3Xd trueCentres(const ExactWindow& exact) {
+  const WindowState state = trueState(exact);
+  Eigen::Matrix3Xd centres(3, state.size());
+  for (int k = 0; k < state.size(); ++k) {
+    centres.col(k) = cameraCentre(state, k, exact.true_calibration.t_b_c);
+  }
+  return centres;
+}
+
+/// The same about their mean, of unit spread; `metres` is the spread that they had.
+inline Eigen::Matrix3Xd trueShape(const ExactWindow& exact, double* metres) {
+  Eigen::Matrix3Xd shape = trueCentres(exact);
+  const Eigen::Vector3d mean = shape.rowwise().mean();
+  shape.colwise() -= mean;
+  *metres = shape.norm();
+  return shape / *metres;
+}
+
 }  // namespace slim_init::testing_support

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "support/exact_window.h"
+#include "support/true_state.h"
 
 namespace slim_init {
 namespace {
@@ -23,17 +24,13 @@ struct Truth {
 Truth cameraTruth(const ExactWindow& exact) {
   Truth truth;
   const Matrix3d& R_b_c = exact.calibration.R_b_c;
-  const Matrix3d R_w_c0 = exact.truth[0].R_w_b * R_b_c;
-  const auto centre = [&](const NavState& s) -> Vector3d {
-    return s.p_w_b + s.R_w_b * exact.calibration.t_b_c;
-  };
-  truth.centres_c0.resize(3, exact.truth.size());
-  for (std::size_t k = 0; k < exact.truth.size(); ++k) {
-    truth.R_c0_ck.push_back(R_w_c0.transpose() * exact.truth[k].R_w_b * R_b_c);
-    truth.centres_c0.col(k) =
-        R_w_c0.transpose() * (centre(exact.truth[k]) - centre(exact.truth[0]));
+  double metres = 0.0;
+  truth.centres_c0 = R_b_c.transpose() * trueShape(exact, &metres);
+  const Vector3d first = truth.centres_c0.col(0);
+  truth.centres_c0.colwise() -= first;
+  for (const Matrix3d& R : trueState(exact).R_b0_bk) {
+    truth.R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
   }
-  truth.centres_c0 /= (truth.centres_c0.colwise() - truth.centres_c0.rowwise().mean()).norm();
   return truth;
 }
 
@@ -108,16 +105,6 @@ TEST(Ligt, NoisyCentresStayNear) {
   constexpr double kTolerance = 0.03;  // of the trajectory's spread
   EXPECT_LT((estimate.centres_c0 - truth.centres_c0).norm(), kTolerance);
   EXPECT_GT(estimate.linkage(), 10.0);
-}
-
-TEST(Ligt, ScaleOfTheSceneDoesNotMatter) {
-  // Same bearings, so the same answer to the last bit: nothing metric enters.
-  ExactWindowOptions options;
-  const ExactWindow exact = makeExactWindow(options);
-  const Truth truth = cameraTruth(exact);
-  const auto a = estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
-  const auto b = estimateTranslations(*exact.window, truth.R_c0_ck, AlignmentOptions());
-  EXPECT_EQ(a.centres_c0, b.centres_c0);
 }
 
 TEST(Ligt, TooFewOrTooShortTracksAreInvalid) {
