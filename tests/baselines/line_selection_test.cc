@@ -21,9 +21,8 @@ struct Seen {
   double match_quality = 1.0;
 };
 
-// `shuffle` != 0 permutes the lines of each frame.
-std::shared_ptr<const InitWindow> windowOfObservations(const std::vector<Seen>& seen, int keyframes,
-                                                       unsigned shuffle = 0) {
+std::shared_ptr<const InitWindow> windowOfObservations(const std::vector<Seen>& seen,
+                                                       int keyframes) {
   std::vector<FrameObservation> frames(static_cast<std::size_t>(keyframes));
   for (int k = 0; k < keyframes; ++k) frames[k].t = 0.25 * k;
   for (const Seen& s : seen) {
@@ -36,12 +35,6 @@ std::shared_ptr<const InitWindow> windowOfObservations(const std::vector<Seen>& 
     line.detection_confidence = s.detection_confidence;
     line.match_quality = s.match_quality;
     frames[s.keyframe].lines.push_back(line);
-  }
-  if (shuffle != 0) {
-    std::mt19937 random(shuffle);
-    for (FrameObservation& frame : frames) {
-      std::shuffle(frame.lines.begin(), frame.lines.end(), random);
-    }
   }
   std::string error;
   auto window = test::windowOf(frames, &error);
@@ -225,36 +218,6 @@ TEST(LineSelection, TiesGoToTheLowerId) {
   const auto pairs = selectLines(*window, options);
   EXPECT_EQ(idsOf(*window, pairs[0].epipolar), (std::vector<FeatureId>{3, 7, 19}));
   EXPECT_EQ(idsOf(*window, pairs[0].normal), (std::vector<FeatureId>{3, 7, 19}));
-}
-
-TEST(LineSelection, OrderOfObservationsDoesNotMatter) {
-  std::mt19937 random(32);
-  std::uniform_int_distribution<int> coin(0, 3);
-  std::vector<Seen> seen;
-  for (FeatureId id = 0; id < 40; ++id) {
-    for (int k = 0; k < 8; ++k) {
-      if (coin(random) == 0) continue;
-      // Coarse values, so that there are ties.
-      const double length_px = 50.0 * coin(random);
-      const double confidence = 0.25 * coin(random);
-      const double quality = 0.25 * coin(random);
-      seen.push_back({id, k, length_px, confidence, quality});
-    }
-  }
-  const auto window = windowOfObservations(seen, 8);
-  const auto pairs = selectLines(*window, {});
-  for (unsigned shuffle = 1; shuffle <= 5; ++shuffle) {
-    const auto other_window = windowOfObservations(seen, 8, shuffle);
-    const auto other = selectLines(*other_window, {});
-    ASSERT_EQ(other.size(), pairs.size());
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      EXPECT_EQ(idsOf(*window, pairs[i].epipolar), idsOf(*other_window, other[i].epipolar));
-      EXPECT_EQ(idsOf(*window, pairs[i].normal), idsOf(*other_window, other[i].normal));
-      for (std::size_t l = 0; l < pairs[i].epipolar.size(); ++l) {
-        EXPECT_EQ(pairs[i].epipolar[l].weight, other[i].epipolar[l].weight);
-      }
-    }
-  }
 }
 
 TEST(LineSelection, WindowWithoutLinesHasEmptyPairs) {
