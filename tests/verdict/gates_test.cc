@@ -38,12 +38,17 @@ MotionMeasures goodMotion() {
   return motion;
 }
 
-TEST(MotionGates, ParallaxOnBothSides) {
-  MotionMeasures motion = goodMotion();
-  motion.parallax_px = kOptions.min_parallax_px * 1.001;
-  EXPECT_TRUE(find(motionGates(motion, kOptions), GateName::kParallax).passed);
-  motion.parallax_px = kOptions.min_parallax_px * 0.999;
-  EXPECT_FALSE(find(motionGates(motion, kOptions), GateName::kParallax).passed);
+TEST(MotionGates, ParallaxAndExcitationOnBothSides) {
+  for (const double share : {0.999, 1.001}) {
+    MotionMeasures motion = goodMotion();
+    motion.parallax_px = share * kOptions.min_parallax_px;
+    EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).passed, share > 1.0);
+    motion = goodMotion();
+    motion.excitation = share * kOptions.min_excitation;
+    const GateValue gate = find(motionGates(motion, kOptions), GateName::kExcitation);
+    EXPECT_EQ(gate.passed, share > 1.0);
+    EXPECT_EQ(gate.status_if_failed, InitStatus::kTooLittleExcitation);
+  }
 }
 
 TEST(MotionGates, TracksAndImuTogetherNameAMissingParallax) {
@@ -283,16 +288,6 @@ TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
   EXPECT_EQ(
       find(posteriorGates(measures, motion, kOptions), GateName::kScaleSigma).status_if_failed,
       InitStatus::kTooLittleExcitation);
-}
-
-TEST(MotionGates, ExcitationOnBothSides) {
-  MotionMeasures motion = goodMotion();
-  motion.excitation = kOptions.min_excitation * 1.001;
-  EXPECT_TRUE(find(motionGates(motion, kOptions), GateName::kExcitation).passed);
-  motion.excitation = kOptions.min_excitation * 0.999;
-  const GateValue gate = find(motionGates(motion, kOptions), GateName::kExcitation);
-  EXPECT_FALSE(gate.passed);
-  EXPECT_EQ(gate.status_if_failed, InitStatus::kTooLittleExcitation);
 }
 
 TEST(AlignmentGates, EachOnBothSides) {
