@@ -36,12 +36,29 @@ GROWTH_MIB = 4.0
 # Each changes one message of a round: (message, t since its beginning [s], state of the round, random)
 # gives the messages to send instead.
 
+def same(message, t, state, chance):
+    return [message]
+
+
+def gone(message, t, state, chance):
+    return [] if during(t) else [message]
+
+
 def during(t, begin=1.0, end=1.8):
     return begin <= t < end
 
 
-def same(message, t, state, chance):
-    return [message]
+def drops(share):
+    return lambda message, t, state, chance: [] if chance.random() < share else [message]
+
+
+def sometimes(share, change, when=lambda t: True):
+    """`change` of a message, with this probability."""
+    def fault(message, t, state, chance):
+        if when(t) and chance.random() < share:
+            change(message)
+        return [message]
+    return fault
 
 
 def imu_spike(message, t, state, chance):
@@ -51,18 +68,8 @@ def imu_spike(message, t, state, chance):
     return [message]
 
 
-def imu_nan(message, t, state, chance):
-    if during(t) and chance.random() < 0.1:
-        message.angular_velocity.y = float("nan")
-    return [message]
-
-
-def imu_gap(message, t, state, chance):
-    return [] if during(t) else [message]
-
-
-def imu_drops(message, t, state, chance):
-    return [] if chance.random() < 0.1 else [message]
+def imu_nan(message):
+    message.angular_velocity.y = float("nan")
 
 
 def imu_stuck(message, t, state, chance):
@@ -73,30 +80,18 @@ def imu_stuck(message, t, state, chance):
     return [message]
 
 
-def imu_no_stamp(message, t, state, chance):
-    if chance.random() < 0.02:
-        message.header.stamp.secs = message.header.stamp.nsecs = 0
-    return [message]
+def imu_no_stamp(message):
+    message.header.stamp.secs = message.header.stamp.nsecs = 0
 
 
-def imu_stray(message, t, state, chance):
-    if chance.random() < 0.005:
-        message.header.stamp.secs += 5000
-    return [message]
+def imu_stray(message):
+    message.header.stamp.secs += 5000
 
 
 def imu_back(message, t, state, chance):
     if t > 2.0:
         message.header.stamp.secs -= 5
     return [message]
-
-
-def image_drops(message, t, state, chance):
-    return [] if chance.random() < 0.3 else [message]
-
-
-def image_gone(message, t, state, chance):
-    return [] if during(t) else [message]
 
 
 def image_dark(message, t, state, chance):
@@ -125,44 +120,38 @@ def image_order(message, t, state, chance):
     return [message, state.pop("late")] if "late" in state else [message]
 
 
-def image_cut(message, t, state, chance):
-    if chance.random() < 0.1:
-        message.data = message.data[:len(message.data) // 2]
-    return [message]
+def image_cut(message):
+    message.data = message.data[:len(message.data) // 2]
 
 
-def image_format(message, t, state, chance):
-    if chance.random() < 0.1:
-        message.encoding = "nonsense"
-    return [message]
+def image_format(message):
+    message.encoding = "nonsense"
 
 
-def image_size(message, t, state, chance):
-    if chance.random() < 0.1:
-        message.width, message.height, message.step = 16, 16, 16
-        message.data = bytes(256)
-    return [message]
+def image_size(message):
+    message.width, message.height, message.step = 16, 16, 16
+    message.data = bytes(256)
 
 
 # name: for the IMU, for the images
 FAULTS = {
     "imu-spike": (imu_spike, same),
-    "imu-nan": (imu_nan, same),
-    "imu-gap": (imu_gap, same),
-    "imu-drops": (imu_drops, same),
+    "imu-nan": (sometimes(0.1, imu_nan, during), same),
+    "imu-gap": (gone, same),
+    "imu-drops": (drops(0.1), same),
     "imu-stuck": (imu_stuck, same),
-    "imu-no-stamp": (imu_no_stamp, same),
-    "imu-stray-stamps": (imu_stray, same),
+    "imu-no-stamp": (sometimes(0.02, imu_no_stamp), same),
+    "imu-stray-stamps": (sometimes(0.005, imu_stray), same),
     "imu-jump-back": (imu_back, same),
-    "image-drops": (same, image_drops),
-    "image-gone": (same, image_gone),
+    "image-drops": (same, drops(0.3)),
+    "image-gone": (same, gone),
     "image-dark": (same, image_dark),
     "image-half-covered": (same, image_covered),
     "image-repeats": (same, image_repeats),
     "image-order": (same, image_order),
-    "image-cut-off": (same, image_cut),
-    "image-unknown-format": (same, image_format),
-    "image-other-size": (same, image_size),
+    "image-cut-off": (same, sometimes(0.1, image_cut)),
+    "image-unknown-format": (same, sometimes(0.1, image_format)),
+    "image-other-size": (same, sometimes(0.1, image_size)),
 }
 
 
