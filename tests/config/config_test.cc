@@ -69,6 +69,17 @@ const std::string kHostFile =
 // The value of its extrinsicRotation.
 const std::string kRotation = "[0., -1., 0., 1., 0., 0., 0., 0., 1.]";
 
+// A file that is loaded: a host's, or one of our own.
+enum class FileOf { kHost, kOurs };
+Config loadedFrom(const std::string& path, FileOf whose) {
+  Config config;
+  std::string error;
+  EXPECT_TRUE(whose == FileOf::kHost ? loadConfig(path, &config, &error)
+                                     : loadOptions(path, &config, &error))
+      << error;
+  return config;
+}
+
 class ConfigFile : public ::testing::Test {
  protected:
   ConfigFile() : path_(::testing::TempDir() + "slim_init_config_" + testName() + ".yaml") {}
@@ -91,18 +102,12 @@ class ConfigFile : public ::testing::Test {
   // What a file of this text is read as.
   Config loaded(const std::string& text) {
     write(text);
-    Config config;
-    std::string error;
-    EXPECT_TRUE(loadConfig(path_, &config, &error)) << error;
-    return config;
+    return loadedFrom(path_, FileOf::kHost);
   }
   // A file of our own with these keys below slim_init:.
   Config loadedOptions(const std::string& keys) {
     writeOptions("%YAML:1.0\nslim_init:\n" + keys);
-    Config config;
-    std::string error;
-    EXPECT_TRUE(loadOptions(optionsPath(), &config, &error)) << error;
-    return config;
+    return loadedFrom(optionsPath(), FileOf::kOurs);
   }
 
   // The minimal file with the first `from` replaced.
@@ -241,8 +246,7 @@ TEST_F(ConfigFile, AFileOfOurOwnWins) {
   EXPECT_EQ(config.calibration.sigma_px, 0.4);
   EXPECT_EQ(config.options.window.keyframes, 12);
 
-  Config options;
-  ASSERT_TRUE(loadOptions(optionsPath(), &options, &error)) << error;
+  const Config options = loadedFrom(optionsPath(), FileOf::kOurs);
   EXPECT_EQ(options.calibration.sigma_px, 0.4);
   EXPECT_EQ(options.options.window.keyframes, 15);
 }
@@ -342,16 +346,12 @@ TEST_F(ConfigFile, AVelocitySensorNeedsItsExtrinsic) {
       "speed_rotation: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
       "   data: [0, -1, 0, 1, 0, 0, 0, 0, 1]\n";
   const std::string topic = std::string(kHostFile) + "speed_topic: \"/odom\"\n";
-  write(topic);
-  expectError("speed_rotation is missing");
-  write(topic + rotation);
-  expectError("speed_translation is missing");
-  write(topic + rotation +
-        "speed_translation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n"
-        "   data: [-0.5, 0, 0.1]\nspeed_scale_sigma: 0.05\n");
-  Config config;
-  std::string error;
-  ASSERT_TRUE(loadConfig(path_, &config, &error)) << error;
+  expectRefused(topic, "speed_rotation is missing");
+  expectRefused(topic + rotation, "speed_translation is missing");
+  const Config config =
+      loaded(topic + rotation +
+             "speed_translation: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n"
+             "   data: [-0.5, 0, 0.1]\nspeed_scale_sigma: 0.05\n");
   const SpeedSensor& sensor = config.calibration.speed_sensor;
   EXPECT_TRUE(sensor.calibrated);
   EXPECT_EQ(sensor.R_b_s.col(0), Eigen::Vector3d::UnitY());
@@ -792,9 +792,7 @@ void expectDefaults(Config* read) {
 
 // Every bound that it sets is tighter than the default, and nothing else is set.
 TEST(ShippedConfigs, TheStrictBoundsAreTighter) {
-  Config strict;
-  std::string error;
-  ASSERT_TRUE(loadOptions(kConfigDir + "strict.yaml", &strict, &error)) << error;
+  Config strict = loadedFrom(kConfigDir + "strict.yaml", FileOf::kOurs);
   EXPECT_TRUE(strict.notes.empty()) << strict.notes[0];
   Config defaults;
   const OptionTable table = configTable(&strict), expected = configTable(&defaults);
@@ -813,14 +811,11 @@ TEST(ShippedConfigs, TheStrictBoundsAreTighter) {
 
 // The files together hold every key once, with its default.
 TEST(ShippedConfigs, HoldEveryKeyWithItsDefault) {
-  Config config;
-  std::string error;
-  ASSERT_TRUE(loadConfig(kConfigDir + "template.yaml", &config, &error)) << error;
+  Config config = loadedFrom(kConfigDir + "template.yaml", FileOf::kHost);
   expectDefaults(&config);
   EXPECT_TRUE(config.notes.empty()) << config.notes[0];
   for (const char* file : {"user.yaml", "advanced.yaml", "compared_methods.yaml"}) {
-    Config options;
-    ASSERT_TRUE(loadOptions(kConfigDir + file, &options, &error)) << error;
+    Config options = loadedFrom(kConfigDir + file, FileOf::kOurs);
     expectDefaults(&options);
     EXPECT_TRUE(options.notes.empty()) << options.notes[0];
   }
@@ -849,12 +844,8 @@ TEST(ShippedConfigs, AllLoad) {
   for (const dirent* entry = readdir(directory); entry != nullptr; entry = readdir(directory)) {
     const std::string name = entry->d_name;
     if (name.size() < 5 || name.compare(name.size() - 5, 5, ".yaml") != 0) continue;
-    Config config;
-    std::string error;
     const bool rig = fileText(kConfigDir + name).find("\nmodel_type:") != std::string::npos;
-    EXPECT_TRUE(rig ? loadConfig(kConfigDir + name, &config, &error)
-                    : loadOptions(kConfigDir + name, &config, &error))
-        << error;
+    const Config config = loadedFrom(kConfigDir + name, rig ? FileOf::kHost : FileOf::kOurs);
     EXPECT_EQ(config.options.validate(), "") << name;
     EXPECT_EQ(config.calibration.validate(), "") << name;
     ++loaded;
@@ -864,9 +855,7 @@ TEST(ShippedConfigs, AllLoad) {
 }
 
 TEST(ShippedConfigs, EurocIsTheDatasetsCalibration) {
-  Config config;
-  std::string error;
-  ASSERT_TRUE(loadConfig(kConfigDir + "euroc.yaml", &config, &error)) << error;
+  const Config config = loadedFrom(kConfigDir + "euroc.yaml", FileOf::kHost);
   EXPECT_EQ(config.camera.fx, 458.654);
   EXPECT_NEAR(config.calibration.t_b_c.y(), -0.064676986768, 1e-12);
   EXPECT_NEAR(config.calibration.R_b_c(0, 1), -0.999880929698, 1e-9);
