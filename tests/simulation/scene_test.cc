@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "support/method_name.h"
 #include "support/text_parts.h"
 
 namespace slim_init::simulation {
@@ -219,11 +220,7 @@ TEST_P(BuiltScene, SeedDecides) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltScene, testing::ValuesIn(sceneNames()),
-                         [](const auto& instance) {
-                           std::string name = instance.param;
-                           for (char& c : name) c = c == '-' ? '_' : c;
-                           return name;
-                         });
+                         testing_support::methodTestName);
 
 TEST(MakeScene, CorridorLiesAlongThePath) {
   for (const int axis : {0, 1}) {

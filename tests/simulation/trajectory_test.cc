@@ -8,19 +8,15 @@
 #include <limits>
 #include <random>
 
+#include "support/exact_window.h"
+#include "support/method_name.h"
+
 namespace slim_init::simulation {
 namespace {
 
-constexpr double kDegree = 3.141592653589793 / 180.0;
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
-// EuRoC's camera 0, rounded as in its sensor.yaml and made orthonormal.
-Eigen::Matrix3d eurocExtrinsics() {
-  Eigen::Matrix3d R;
-  R << 0.0148655429818, -0.999880929698, 0.00414029679422,  //
-      0.999557249008, 0.0149672133247, 0.025715529948,      //
-      -0.0257744366974, 0.00375618835797, 0.999660727178;
-  return Eigen::Quaterniond(R).normalized().toRotationMatrix();
-}
+constexpr double kDegree = 3.141592653589793 / 180.0;
 
 Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd a(R);
@@ -30,7 +26,7 @@ Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
 std::unique_ptr<Trajectory> builtin(const std::string& name, double duration = 60.0,
                                     unsigned seed = 1) {
   std::string error;
-  auto trajectory = makeBuiltinTrajectory(name, duration, eurocExtrinsics(), seed, &error);
+  auto trajectory = makeBuiltinTrajectory(name, duration, eurocCalibration().R_b_c, seed, &error);
   EXPECT_NE(trajectory, nullptr) << error;
   return trajectory;
 }
@@ -95,17 +91,13 @@ TEST_P(BuiltinTrajectory, ClampsAndCovers) {
 TEST_P(BuiltinTrajectory, CameraIsUpright) {
   const auto trajectory = builtin(GetParam());
   for (double t = 0.0; t < 60.0; t += 0.1) {
-    const Eigen::Vector3d down_w = trajectory->at(t).R_w_b * eurocExtrinsics().col(1);
+    const Eigen::Vector3d down_w = trajectory->at(t).R_w_b * eurocCalibration().R_b_c.col(1);
     ASSERT_LT(down_w.z(), -std::cos(30.0 * kDegree)) << t;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltinTrajectory, testing::ValuesIn(builtinTrajectoryNames()),
-                         [](const auto& instance) {
-                           std::string name = instance.param;
-                           for (char& c : name) c = c == '-' ? '_' : c;
-                           return name;
-                         });
+                         methodTestName);
 
 // Extremes of a motion over 60 s and several seeds.
 struct Extremes {
@@ -127,7 +119,7 @@ Extremes extremesOf(const std::string& name) {
     const auto trajectory = builtin(name, 60.0, seed);
     for (double t = 0.0; t <= 60.0; t += 0.02) {
       const Kinematics k = trajectory->at(t);
-      const Eigen::Matrix3d R_w_c = k.R_w_b * eurocExtrinsics();
+      const Eigen::Matrix3d R_w_c = k.R_w_b * eurocCalibration().R_b_c;
       e.min_speed = std::min(e.min_speed, k.v_w_b.norm());
       e.max_speed = std::max(e.max_speed, k.v_w_b.norm());
       e.max_offset = std::max(e.max_offset, (k.p_w_b - Eigen::Vector3d(0, 0, 1.5)).norm());
