@@ -170,28 +170,6 @@ TEST_F(InitializerTest, RecoverTakesGravityFromTheNewSolution) {
   EXPECT_LT(gravityErrorRad(down_b, exact_.truth[0]), 1e-6);
 }
 
-TEST_F(InitializerTest, RecoverRefusesStatesItCannotJoin) {
-  const auto initializer = make();
-  feed(*initializer, exact_);
-  NavState state = exact_.truth[3];
-  state.t = -5.0;
-  InitResult result = initializer->recover(healthy(state));
-  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
-  EXPECT_NE(result.message.find("outside the buffered IMU data"), std::string::npos);
-  state.t = 1e6;
-  EXPECT_EQ(initializer->recover(healthy(state)).status, InitStatus::kInvalidInput);
-  state = exact_.truth[3];
-  state.v_w_b.x() = kNotComputed;
-  result = initializer->recover(healthy(state));
-  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
-  EXPECT_NE(result.message.find("not finite"), std::string::npos);
-  state = exact_.truth[3];
-  state.R_w_b *= 1.1;
-  result = initializer->recover(healthy(state));
-  EXPECT_EQ(result.status, InitStatus::kInvalidInput);
-  EXPECT_NE(result.message.find("not a rotation"), std::string::npos);
-}
-
 TEST_F(InitializerTest, RecoverRefusesToIntegrateAcrossAGapOfTheImu) {
   ExactWindowOptions longer;
   longer.keyframes = 14;
