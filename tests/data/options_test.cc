@@ -128,12 +128,6 @@ TEST(Options, VpConsistencyThresholdMustBeAbleToFail) {
   EXPECT_EQ(options.validate().find("vanishing_point.consistency_threshold_deg"), 0u);
 }
 
-TEST(Options, InitializerOptionsNameTheSection) {
-  InitializerOptions options;
-  options.window.keyframes = 51;
-  EXPECT_EQ(options.validate(), "window.keyframes is 51, must be in [4, 50]");
-}
-
 TEST(Calibration, RefusesWhatCannotBe) {
   Calibration calibration;
   calibration.R_b_c(0, 0) = 1.1;

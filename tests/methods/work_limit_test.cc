@@ -103,13 +103,5 @@ TEST(WorkLimit, ARecoveryKeepsWorkForTheKnownState) {
   EXPECT_GT(accepted, 3);
 }
 
-TEST(WorkLimit, BadLimitsAreNamed) {
-  InitializerOptions options;
-  options.limits.max_solve_ms = -1.0;
-  std::string error;
-  EXPECT_EQ(makeInitializer(Calibration(), options, &error), nullptr);
-  EXPECT_NE(error.find("limits.max_solve_ms is -1"), std::string::npos) << error;
-}
-
 }  // namespace
 }  // namespace slim_init

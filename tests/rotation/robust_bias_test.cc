@@ -241,16 +241,5 @@ TEST(RobustBias, RefusesWithoutConsensus) {
   EXPECT_FALSE(estimate.valid());
 }
 
-TEST(RobustBias, SameInputSameBytes) {
-  const Corrupted corrupted = withRandomOutliers(makeExactWindow(noisy(3)), 0.2, 3);
-  const auto run = [&]() {
-    return estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions(),
-                                  InertialOptions());
-  };
-  const RobustBias a = run(), b = run();
-  EXPECT_EQ(a.gyro_bias, b.gyro_bias);
-  EXPECT_EQ(a.pruning.keep, b.pruning.keep);
-}
-
 }  // namespace
 }  // namespace slim_init
