@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <boost/program_options.hpp>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -14,6 +13,7 @@
 #include "bench_windows.h"
 #include "methods.h"
 #include "slim_init/evaluation/cpu_time.h"
+#include "slim_init/evaluation/statistics.h"
 #include "slim_init/options.h"
 #if __has_include(<valgrind/callgrind.h>)
 #include <valgrind/callgrind.h>
@@ -47,13 +47,6 @@ std::vector<std::string> split(const std::string& list) {
   return out;
 }
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + std::lround(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 // Of every window the median over the rounds, so that what remains is how windows differ and not
 // what the machine did besides.
 class WindowTimes {
@@ -63,7 +56,7 @@ class WindowTimes {
   std::vector<double> values() const {
     std::vector<double> out;
     for (const std::vector<double>& rounds : rounds_) {
-      if (!rounds.empty()) out.push_back(quantile(rounds, 0.5));
+      if (!rounds.empty()) out.push_back(evaluation::median(rounds));
     }
     return out;
   }
@@ -168,13 +161,14 @@ int runTimes(const Command& command) {
   std::printf("|---|---|---:|---:|---:|---:|---:|\n");
   const auto row = [&](const std::string& method, const std::string& what,
                        const std::vector<double>& values, const std::vector<double>& to) {
-    const double median = quantile(values, 0.5), p99 = quantile(values, 0.99);
+    const double median = evaluation::median(values);
+    const double p99 = evaluation::quantile(values, 0.99);
     std::printf("| `%s` | %s | %.3f | %.3f | %.3f | %.2f |", method.c_str(), what.c_str(), median,
-                quantile(values, 0.9), p99, p99 / median);
+                evaluation::quantile(values, 0.9), p99, p99 / median);
     if (to.empty()) {
       std::printf(" |\n");
     } else {
-      std::printf(" %.2f |\n", median / quantile(to, 0.5));
+      std::printf(" %.2f |\n", median / evaluation::median(to));
     }
   };
   const std::vector<double> none;
@@ -207,8 +201,8 @@ void growthRow(Command command, const std::string& what, double value) {
   for (const MethodTimes& method : timeAll(command, windows)) {
     const std::vector<double> values = method.all.values();
     std::printf("%s,%g,%s,%.1f,%.4f,%.4f,%.4f\n", what.c_str(), value, method.name.c_str(),
-                tracks / static_cast<double>(windows.size()), quantile(values, 0.5),
-                quantile(values, 0.9), quantile(values, 0.99));
+                tracks / static_cast<double>(windows.size()), evaluation::median(values),
+                evaluation::quantile(values, 0.9), evaluation::quantile(values, 0.99));
   }
   std::fflush(stdout);
 }
