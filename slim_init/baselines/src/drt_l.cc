@@ -5,12 +5,8 @@
 
 namespace slim_init::baselines {
 
-const std::string& DrtL::name() const {
-  static const std::string kName = "drt-l";
-  return kName;
-}
-
-InitResult DrtL::solve(const InitWindow& window) const {
+InitResult solveDrtL(const InitWindow& window, const InitializerOptions& options,
+                     const BaselineOptions& baseline_options) {
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
@@ -18,12 +14,12 @@ InitResult DrtL::solve(const InitWindow& window) const {
   // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
   GyroBiasProblem problem;
   problem.pair_loss = PairLoss::kEigenvalue;
-  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options_.gyro_bias);
+  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options.gyro_bias);
   clock.lap("gyro_bias");
-  if (!acceptGyroBias(bias, baseline_options_.gyro_bias, &result)) return result;
+  if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;
 
   // Translations up to scale, then velocities, gravity and scale linearly (section 4.2).
-  solveTranslationAndAlign(window, LineTerms(), options_, &clock, &result);
+  solveTranslationAndAlign(window, LineTerms(), options, &clock, &result);
   return result;
 }
 

@@ -74,12 +74,8 @@ TightEstimate alignTightly(const LinearMotion& motion, const TranslationEstimate
 
 }  // namespace
 
-const std::string& DrtT::name() const {
-  static const std::string kName = "drt-t";
-  return kName;
-}
-
-InitResult DrtT::solve(const InitWindow& window) const {
+InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options,
+                     const BaselineOptions& baseline_options) {
   const Calibration& calibration = window.calibration();
   InitResult result = startResult(window);
   StageClock clock(&result);
@@ -87,9 +83,9 @@ InitResult DrtT::solve(const InitWindow& window) const {
 
   // Gyroscope bias from the epipolar planes of consecutive keyframes (section 4.1).
   const GyroBiasEstimate bias =
-      estimateGyroBias(window, GyroBiasProblem(), baseline_options_.gyro_bias);
+      estimateGyroBias(window, GyroBiasProblem(), baseline_options.gyro_bias);
   clock.lap("gyro_bias");
-  if (!acceptGyroBias(bias, baseline_options_.gyro_bias, &result)) return result;
+  if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;
 
   // Rotations and the motion that the IMU predicts at this bias.
   const std::vector<Preintegration> pre = preintegrateWindow(
@@ -100,11 +96,11 @@ InitResult DrtT::solve(const InitWindow& window) const {
 
   // Linear equations of the tracks over the camera centres (LiGT).
   const TranslationEstimate visual =
-      estimateTranslations(window, cameraRotations(R_b0_bk, calibration.R_b_c), options_.alignment);
+      estimateTranslations(window, cameraRotations(R_b0_bk, calibration.R_b_c), options.alignment);
   clock.lap("translation");
 
   // First velocity and gravity from both (section 4.2, tightly coupled).
-  result.gates = motionGates(measureMotion(window, pre, R_b0_bk), options_.gates);
+  result.gates = motionGates(measureMotion(window, pre, R_b0_bk), options.gates);
   TightEstimate alignment;
   if (visual.valid) alignment = alignTightly(motion, visual, calibration);
   clock.lap("alignment");
@@ -112,27 +108,17 @@ InitResult DrtT::solve(const InitWindow& window) const {
   if (alignment.valid) {
     ReverseEstimate motion_b0;
     setSolution(motion, alignment.x, &motion_b0);
-    WindowState state;
-    state.R_b0_bk = R_b0_bk;
-    state.p_b0 = motion_b0.positions_b0;
-    state.v_b0 = motion_b0.velocities_b0;
-    state.gyro_bias = result.gyro_bias;
-    state.gravity_b0 = motion_b0.gravity_b0;
+    const WindowState state = stateOf(R_b0_bk, result.gyro_bias, motion_b0);
     setWorldStates(window, state, &result);
     result.scale_sigma = alignment.scale_sigma;
     // The motion is the IMU's own: its position and velocity rows have no residual.
     const std::vector<GateValue> gates =
         alignmentGates(visual.linkage(), cameraSpread(window, state), 0.0, alignment.scale_sigma,
-                       gatesInForce(options_.gates, window, options_.window));
+                       gatesInForce(options.gates, window, options.window));
     appendGates(gates, &result);
   }
-  decide(options_.gates.mode == GateMode::kOn, &result);
-  keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
+  decideAlignment(window, pre, R_b0_bk, visual, alignment.valid, options, &result);
   clock.lap("verdict");
-  if (alignment.valid || !result.success()) return result;
-
-  // No gate has refused, and yet there is no answer.
-  failAlignment(visual, options_.alignment, &result);
   return result;
 }
 

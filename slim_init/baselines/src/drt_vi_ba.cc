@@ -34,14 +34,10 @@ void updateGates(const GateOptions& options, double camera_spread, InitResult* r
 
 }  // namespace
 
-const std::string& DrtViBa::name() const {
-  static const std::string kName = "drt-vi-ba";
-  return kName;
-}
-
-InitResult DrtViBa::solve(const InitWindow& window) const {
+InitResult solveDrtViBa(const InitWindow& window, const InitializerOptions& options,
+                        const BaselineOptions& baseline_options) {
   // DRT-l starts it; what DRT-l cannot answer remains unanswered.
-  InitResult result = DrtL(options_, baseline_options_).solve(window);
+  InitResult result = solveDrtL(window, options, baseline_options);
   if (!result.hasEstimate()) return result;
   StageClock clock(&result);
 
@@ -50,7 +46,7 @@ InitResult DrtViBa::solve(const InitWindow& window) const {
   const std::vector<Preintegration> pre = preintegrateWindow(
       window, state.gyro_bias, state.accel_bias, PreintegrationParts::kWithCovariance);
   const EpipolarAdjustment adjustment =
-      adjustEpipolar(window, pre, baseline_options_.drt_vi_ba, &state);
+      adjustEpipolar(window, pre, baseline_options.drt_vi_ba, &state);
   clock.lap("bundle_adjustment");
 
   if (!adjustment.valid) {
@@ -63,9 +59,9 @@ InitResult DrtViBa::solve(const InitWindow& window) const {
   const Posterior posterior = posteriorOf(state, adjustment.information);
   result.scale_sigma = posterior.scale_sigma;
   result.covariance = posterior.covariance;
-  updateGates(gatesInForce(options_.gates, window, options_.window), cameraSpread(window, state),
+  updateGates(gatesInForce(options.gates, window, options.window), cameraSpread(window, state),
               &result);
-  decide(options_.gates.mode == GateMode::kOn, &result);
+  decide(options.gates.mode == GateMode::kOn, &result);
   clock.lap("posterior");
   return result;
 }

@@ -29,16 +29,21 @@ bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options
   return true;
 }
 
-void failAlignment(const TranslationEstimate& translation, const AlignmentOptions& options,
-                   InitResult* result) {
+void decideAlignment(const InitWindow& window, const std::vector<Preintegration>& pre,
+                     const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                     const TranslationEstimate& translation, bool solved,
+                     const InitializerOptions& options, InitResult* result) {
+  decide(options.gates.mode == GateMode::kOn, result);
+  keepObservable(pre, R_b0_bk, window.calibration().gravity_magnitude, result);
+  if (solved || !result->success()) return;
   if (translation.valid) {
     fail(InitStatus::kNumericalFailure,
          "the alignment is singular: a pivot of its scaled system is below 1e-14", result);
     return;
   }
   std::ostringstream message;
-  message << translation.tracks << " tracks over " << options.min_track_length
-          << " or more keyframes with parallax (minimum " << options.min_tracks << ")";
+  message << translation.tracks << " tracks over " << options.alignment.min_track_length
+          << " or more keyframes with parallax (minimum " << options.alignment.min_tracks << ")";
   fail(InitStatus::kTooFewTracks, message.str(), result);
 }
 
@@ -69,24 +74,13 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
         alignmentGates(translation.linkage(), alignment.scale, alignment.residual_rms,
                        alignment.scale_sigma, gatesInForce(options.gates, window, options.window));
     appendGates(gates, result);
-    WindowState state;
-    state.R_b0_bk = R_b0_bk;
-    state.p_b0 = alignment.positions_b0;
-    state.v_b0 = alignment.velocities_b0;
-    state.gyro_bias = result->gyro_bias;
-    state.gravity_b0 = alignment.gravity_b0;
-    setWorldStates(window, state, result);
+    setWorldStates(window, stateOf(R_b0_bk, result->gyro_bias, alignment), result);
     // A negative scale of the alignment is a mirrored trajectory.
     result->scale = std::copysign(result->scale, alignment.scale);
     result->scale_sigma = alignment.scale_sigma;
   }
-  decide(options.gates.mode == GateMode::kOn, result);
-  keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, result);
+  decideAlignment(window, pre, R_b0_bk, translation, alignment.valid, options, result);
   clock->lap("verdict");
-  if (alignment.valid || !result->success()) return;
-
-  // No gate has refused, and yet there is no answer.
-  failAlignment(translation, options.alignment, result);
 }
 
 }  // namespace slim_init::baselines

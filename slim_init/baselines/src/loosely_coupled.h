@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What the rotation-translation decoupled methods (drt-l, slim-paper) share after step 1;
-// drt-t takes its refusals from here.
+// What the rotation-translation decoupled methods (drt-l, drt-t, slim-paper) share after step 1.
 #pragma once
 
 #include "gyro_bias.h"
@@ -21,14 +20,30 @@ namespace slim_init::baselines {
 bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
                     InitResult* result);
 
-/// Status and message where no gate has refused and yet the alignment has no answer: too few
-/// tracks for the translations, or a singular system.
-void failAlignment(const TranslationEstimate& translation, const AlignmentOptions& options,
-                   InitResult* result);
+/// The motion in b0 that an alignment has found, at its attitudes and the bias of step 1.
+template <typename Alignment>
+WindowState stateOf(const std::vector<Eigen::Matrix3d>& R_b0_bk, const Eigen::Vector3d& gyro_bias,
+                    const Alignment& alignment) {
+  WindowState state;
+  state.R_b0_bk = R_b0_bk;
+  state.p_b0 = alignment.positions_b0;
+  state.v_b0 = alignment.velocities_b0;
+  state.gyro_bias = gyro_bias;
+  state.gravity_b0 = alignment.gravity_b0;
+  return state;
+}
 
-/// Step 2 of both methods: re-integration at the solved bias, translations (LiGT), linear alignment
-/// with `line_terms`, states, gates. The gates are enforced with GateMode::kOn only: as published,
-/// these methods have none. `result` has passed acceptGyroBias().
+/// The end of a method: the status that the gates give and, where none has refused and yet the
+/// alignment is not `solved`, the refusal: too few tracks for the translations, or a singular
+/// system.
+void decideAlignment(const InitWindow& window, const std::vector<Preintegration>& pre,
+                     const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                     const TranslationEstimate& translation, bool solved,
+                     const InitializerOptions& options, InitResult* result);
+
+/// Step 2 of drt-l and slim-paper: re-integration at the solved bias, translations (LiGT), linear
+/// alignment with `line_terms`, states, gates. The gates are enforced with GateMode::kOn only: as
+/// published, these methods have none. `result` has passed acceptGyroBias().
 void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
                               const InitializerOptions& options, StageClock* clock,
                               InitResult* result);

@@ -1,6 +1,4 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "openvins.h"
-
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -8,6 +6,7 @@
 
 #include "alignment/reverse_alignment.h"
 #include "closed_form.h"
+#include "compared_methods.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "inertial_bundle_adjustment.h"
@@ -129,12 +128,9 @@ void setResult(const InitWindow& window, const std::vector<NavState>& states, In
 
 }  // namespace
 
-const std::string& OpenVins::name() const {
-  static const std::string kName = "openvins";
-  return kName;
-}
-
-InitResult OpenVins::solve(const InitWindow& window) const {
+InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& options,
+                         const BaselineOptions& baseline_options) {
+  const OpenVinsOptions& openvins = baseline_options.openvins;
   const Calibration& calibration = window.calibration();
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
   InitResult result = startResult(window);
@@ -142,13 +138,13 @@ InitResult OpenVins::solve(const InitWindow& window) const {
   if (!hasEnoughKeyframes(window, &result)) return result;
 
   // Enough motion and enough tracks.
-  const std::vector<int> tracks = chooseTracks(window, options_.max_features);
-  if (!hasEnoughTracks(window, tracks, options_, &result)) return result;
+  const std::vector<int> tracks = chooseTracks(window, openvins.max_features);
+  if (!hasEnoughTracks(window, tracks, openvins, &result)) return result;
   const double turned_deg = turnedDeg(window);
-  if (turned_deg < options_.min_rotation_deg) {
+  if (turned_deg < openvins.min_rotation_deg) {
     std::ostringstream message;
     message << "the gyroscope turned by " << turned_deg << " deg (minimum "
-            << options_.min_rotation_deg << ')';
+            << openvins.min_rotation_deg << ')';
     fail(InitStatus::kTooLittleExcitation, message.str(), &result);
     return result;
   }
@@ -168,22 +164,22 @@ InitResult OpenVins::solve(const InitWindow& window) const {
     return result;
   }
   std::vector<MappedTrack> points = pointsInFront(window, tracks, solution);
-  if (points.size() < static_cast<std::size_t>(options_.min_features)) {
+  if (points.size() < static_cast<std::size_t>(openvins.min_features)) {
     std::ostringstream message;
     message << points.size() << " points of the closed form lie in front of the camera (minimum "
-            << options_.min_features << ')';
+            << openvins.min_features << ')';
     fail(InitStatus::kNumericalFailure, message.str(), &result);
     return result;
   }
 
   // Maximum likelihood over states, biases and points.
   std::vector<NavState> states = statesOf(window, motion, R_b0_bk, solution);
-  if (options_.max_iterations > 0) {
-    const bool converged = refine(window, pre, options_, &states, &points);
+  if (openvins.max_iterations > 0) {
+    const bool converged = refine(window, pre, openvins, &states, &points);
     clock.lap("maximum_likelihood");
     if (!converged) {
       std::ostringstream message;
-      message << "the refinement has not converged after " << options_.max_iterations
+      message << "the refinement has not converged after " << openvins.max_iterations
               << " iterations";
       fail(InitStatus::kNumericalFailure, message.str(), &result);
       return result;
@@ -195,8 +191,8 @@ InitResult OpenVins::solve(const InitWindow& window) const {
   for (const NavState& state : result.states) {
     R_refined.push_back(result.states.front().R_w_b.transpose() * state.R_w_b);
   }
-  result.gates = motionGates(measureMotion(window, pre, R_refined), gates_);
-  decide(gates_.mode == GateMode::kOn, &result);
+  result.gates = motionGates(measureMotion(window, pre, R_refined), options.gates);
+  decide(options.gates.mode == GateMode::kOn, &result);
   keepObservable(pre, R_refined, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
   return result;

@@ -5,28 +5,35 @@
 namespace slim_init::baselines {
 namespace {
 
-template <typename Solver>
-std::unique_ptr<WindowSolver> make(const InitializerOptions& options,
-                                   const BaselineOptions& baseline_options) {
-  return std::make_unique<Solver>(options, baseline_options);
-}
+/// A compared method with the options of all methods and those that only compared ones have.
+class ComparedSolver : public WindowSolver {
+ public:
+  ComparedSolver(const Method& method, const InitializerOptions& options,
+                 const BaselineOptions& baseline_options)
+      : method_(method), options_(options), baseline_options_(baseline_options) {}
+  const std::string& name() const override { return method_.name; }
+  InitResult solve(const InitWindow& window) const override {
+    return method_.solve(window, options_, baseline_options_);
+  }
 
-std::unique_ptr<WindowSolver> makeSlim(const InitializerOptions& options, const BaselineOptions&) {
-  return makeSlimSolver(options, nullptr);
-}
+ private:
+  Method method_;
+  InitializerOptions options_;
+  BaselineOptions baseline_options_;
+};
 
 }  // namespace
 
 const std::vector<Method>& methods() {
   static const std::vector<Method> kMethods = {
       {"slim", "this project's pipeline: reverse alignment, structureless refinement, own gates",
-       &makeSlim},
+       nullptr},
       {"slim-paper", "SLIM-init as its paper writes it: points, vanishing points and lines",
-       &make<SlimPaper>},
-      {"drt-l", "He et al. 2023, decoupled rotation and translation, loosely coupled", &make<DrtL>},
-      {"drt-t", "He et al. 2023, decoupled rotation and translation, tightly coupled", &make<DrtT>},
+       &solveSlimPaper},
+      {"drt-l", "He et al. 2023, decoupled rotation and translation, loosely coupled", &solveDrtL},
+      {"drt-t", "He et al. 2023, decoupled rotation and translation, tightly coupled", &solveDrtT},
       {"drt-vi-ba", "Song et al. 2025, structureless visual-inertial bundle adjustment after DRT",
-       &make<DrtViBa>},
+       &solveDrtViBa},
   };
   return kMethods;
 }
@@ -44,7 +51,9 @@ std::unique_ptr<WindowSolver> makeMethod(const std::string& name, const Initiali
   if (message.empty()) message = baseline_options.validate();
   if (message.empty()) {
     for (const Method& method : known) {
-      if (method.name == name) return method.make(options, baseline_options);
+      if (method.name != name) continue;
+      if (method.solve == nullptr) return makeSlimSolver(options, nullptr);
+      return std::make_unique<ComparedSolver>(method, options, baseline_options);
     }
     message = "unknown method \"" + name + "\", must be one of:";
     for (const Method& method : known) message += " " + method.name;

@@ -9,13 +9,9 @@
 
 namespace slim_init::baselines {
 
-const std::string& SlimPaper::name() const {
-  static const std::string kName = "slim-paper";
-  return kName;
-}
-
-InitResult SlimPaper::solve(const InitWindow& window) const {
-  const SlimPaperOptions& terms = baseline_options_.slim_paper;
+InitResult solveSlimPaper(const InitWindow& window, const InitializerOptions& options,
+                          const BaselineOptions& baseline_options) {
+  const SlimPaperOptions& terms = baseline_options.slim_paper;
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
@@ -23,7 +19,7 @@ InitResult SlimPaper::solve(const InitWindow& window) const {
   // IV-B-1, IV-B-2: dominant vanishing point of each keyframe, tracked by the gyro, with its gate.
   std::vector<VanishingPoint> vanishing_points;
   if (terms.use_vp) {
-    vanishing_points = trackVanishingPoints(window, options_.vanishing_point);
+    vanishing_points = trackVanishingPoints(window, options.vanishing_point);
   }
   clock.lap("vanishing_points");
 
@@ -31,18 +27,18 @@ InitResult SlimPaper::solve(const InitWindow& window) const {
   GyroBiasProblem problem;
   problem.pair_loss = PairLoss::kSumOfSquares;
   problem.vanishing_points = terms.use_vp ? &vanishing_points : nullptr;
-  problem.vp_options = options_.vanishing_point;
+  problem.vp_options = options.vanishing_point;
   problem.vp_weight = terms.vp_weight;
   problem.vp_cauchy_scale = terms.vp_cauchy_scale;
-  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options_.gyro_bias);
+  const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options.gyro_bias);
   clock.lap("gyro_bias");
-  if (!acceptGyroBias(bias, baseline_options_.gyro_bias, &result)) return result;
+  if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;
 
   // IV-C-4: line selection and weights, eq. (13).
   std::vector<PairLines> lines;
   LineTerms line_terms;
   if (terms.use_line_epipolar || terms.use_line_normal) {
-    lines = selectLines(window, baseline_options_.line_selection);
+    lines = selectLines(window, baseline_options.line_selection);
     line_terms.lines = &lines;
     line_terms.use_epipolar = terms.use_line_epipolar;
     line_terms.use_normal = terms.use_line_normal;
@@ -52,7 +48,7 @@ InitResult SlimPaper::solve(const InitWindow& window) const {
   clock.lap("line_selection");
 
   // Step 2, eq. (7): alignment on point and line residuals.
-  solveTranslationAndAlign(window, line_terms, options_, &clock, &result);
+  solveTranslationAndAlign(window, line_terms, options, &clock, &result);
   return result;
 }
 

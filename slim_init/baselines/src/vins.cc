@@ -1,16 +1,15 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "vins.h"
-
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <memory>
 #include <sstream>
 #include <vector>
 
+#include "compared_methods.h"
 #include "data/with_observations.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
-#include "linear_alignment.h"
+#include "loosely_coupled.h"
 #include "pipeline/solver_support.h"
 #include "structure_from_motion.h"
 #include "verdict/gates.h"
@@ -74,12 +73,9 @@ bool accept(const FreeAlignment& alignment, double gravity_magnitude, const Vins
 
 }  // namespace
 
-const std::string& Vins::name() const {
-  static const std::string kName = "vins";
-  return kName;
-}
-
-InitResult Vins::solve(const InitWindow& window) const {
+InitResult solveVins(const InitWindow& window, const InitializerOptions& options,
+                     const BaselineOptions& baseline_options) {
+  const VinsOptions& vins = baseline_options.vins;
   const Calibration& calibration = window.calibration();
   InitResult result = startResult(window);
   StageClock clock(&result);
@@ -87,11 +83,11 @@ InitResult Vins::solve(const InitWindow& window) const {
 
   // The tracker's outlier rejection, where it is asked for.
   const std::shared_ptr<const InitWindow> tracks =
-      withObservations(window, rejectByFundamentalMatrix(window, options_));
+      withObservations(window, rejectByFundamentalMatrix(window, vins));
   clock.lap("outliers");
 
   // Camera poses up to scale by structure from motion (section V-A).
-  const StructureFromMotion sfm = reconstruct(*tracks, options_);
+  const StructureFromMotion sfm = reconstruct(*tracks, vins);
   clock.lap("structure_from_motion");
   if (!sfm.valid()) {
     fail(sfm.status, sfm.message, &result);
@@ -107,13 +103,13 @@ InitResult Vins::solve(const InitWindow& window) const {
   result.gyro_bias = calibrateGyroBias(window, R_b0_bk);
   const std::vector<Preintegration> pre = preintegrateWindow(
       window, result.gyro_bias, Eigen::Vector3d::Zero(), PreintegrationParts::kMean);
-  result.gates = motionGates(measureMotion(*tracks, pre, R_b0_bk), gates_);
+  result.gates = motionGates(measureMotion(*tracks, pre, R_b0_bk), options.gates);
   clock.lap("gyro_bias");
 
   // Velocities, gravity and scale linearly, then with gravity on its sphere (section V-B-3): the
   // release's four steps in the tangent plane end in the minimum that alignLinear() solves for.
   const AlignmentProblem problem = {window, pre, R_b0_bk, centres_b0, LineTerms()};
-  if (!accept(alignFreely(problem), calibration.gravity_magnitude, options_, &result)) {
+  if (!accept(alignFreely(problem), calibration.gravity_magnitude, vins, &result)) {
     return result;
   }
   const AlignmentEstimate alignment = alignLinear(problem);
@@ -124,21 +120,16 @@ InitResult Vins::solve(const InitWindow& window) const {
     return result;
   }
 
-  WindowState state;
-  state.R_b0_bk = R_b0_bk;
-  state.p_b0 = alignment.positions_b0;
-  state.v_b0 = alignment.velocities_b0;
-  state.gyro_bias = result.gyro_bias;
-  state.gravity_b0 = alignment.gravity_b0;
+  const WindowState state = stateOf(R_b0_bk, result.gyro_bias, alignment);
   setWorldStates(window, state, &result);
   result.scale_sigma = alignment.scale_sigma;
   for (const GateValue& gate :
        alignmentGates(kNotComputed, cameraSpread(window, state), alignment.residual_rms,
-                      alignment.scale_sigma, gatesInForce(gates_, window, window_))) {
+                      alignment.scale_sigma, gatesInForce(options.gates, window, options.window))) {
     // Of the linear translation system, which this method does not have.
     if (gate.name != GateName::kLinkage) result.gates.push_back(gate);
   }
-  decide(gates_.mode == GateMode::kOn, &result);
+  decide(options.gates.mode == GateMode::kOn, &result);
   keepObservable(pre, R_b0_bk, calibration.gravity_magnitude, &result);
   clock.lap("verdict");
   return result;

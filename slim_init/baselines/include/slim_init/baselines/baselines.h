@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "slim_init/baselines/options.h"
+#include "slim_init/init_window.h"
 #include "slim_init/initializer.h"
 #include "slim_init/options.h"
+#include "slim_init/result.h"
 #include "slim_init/window_solver.h"
 
 namespace slim_init::baselines {
@@ -19,8 +21,9 @@ namespace slim_init::baselines {
 struct Method {
   std::string name;         ///< as on command lines and in configuration files
   std::string description;  ///< one line: what it is and its source
-  /// Makes the solver; the options are valid.
-  std::unique_ptr<WindowSolver> (*make)(const InitializerOptions&, const BaselineOptions&);
+  /// Turns a window into a result, with valid options (WindowSolver::solve()). Null: `slim`, which
+  /// makeSlimSolver() makes.
+  InitResult (*solve)(const InitWindow&, const InitializerOptions&, const BaselineOptions&);
 };
 
 /// Methods that need Eigen alone, in the order in which reports list them: slim, slim-paper, drt-l,
