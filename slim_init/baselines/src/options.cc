@@ -6,14 +6,6 @@
 #include "data/range_check.h"
 
 namespace slim_init::baselines {
-namespace {
-
-template <typename Options>
-std::string checkTable(Options options) {
-  return RangeCheck().within(optionTable(&options)).message();
-}
-
-}  // namespace
 
 OptionTable optionTable(GyroBiasOptions* o) {
   return {
@@ -145,12 +137,9 @@ OptionTable optionTable(BaselineOptions* o) {
   return table;
 }
 
-std::string GyroBiasOptions::validate() const { return checkTable(*this); }
-std::string LineSelectionOptions::validate() const { return checkTable(*this); }
-std::string SlimPaperOptions::validate() const { return checkTable(*this); }
-std::string DrtViBaOptions::validate() const { return checkTable(*this); }
-std::string VinsOptions::validate() const { return checkTable(*this); }
-std::string OpenVinsOptions::validate() const { return checkTable(*this); }
-std::string BaselineOptions::validate() const { return checkTable(*this); }
+std::string BaselineOptions::validate() const {
+  BaselineOptions copy = *this;
+  return RangeCheck().within(optionTable(&copy)).message();
+}
 
 }  // namespace slim_init::baselines

@@ -17,9 +17,6 @@ struct GyroBiasOptions {
   double cauchy_scale = 1e-5;    ///< Cauchy scale of a pair's residual [rad^2]
   int min_points_per_pair = 6;   ///< minimum number of common points of a keyframe pair
   double max_bias = 1.0;         ///< maximum valid estimate [rad/s]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Which lines enter the alignment and how they are weighted (paper IV-C-4).
@@ -27,9 +24,6 @@ struct LineSelectionOptions {
   int min_keyframes = 3;          ///< minimum length of a line track [keyframes]
   int max_lines_per_pair = 10;    ///< best lines by score for each residual type
   double full_length_px = 200.0;  ///< length at which the length part of q^n reaches 1 [px]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// The switches of `slim-paper`, one per term, and the proportionality constants that the paper
@@ -42,9 +36,6 @@ struct SlimPaperOptions {
   double vp_cauchy_scale = 0.05;       ///< Cauchy scale of the VP residual [rad]
   double line_epipolar_weight = 0.01;  ///< constant of eq. (13), type e
   double line_normal_weight = 1.0;     ///< constant of eq. (13), type n
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Structureless visual-inertial bundle adjustment of `drt-vi-ba` (Song et al. 2025).
@@ -53,9 +44,6 @@ struct DrtViBaOptions {
   double huber_sigmas = 1.0;  ///< Huber scale of an epipolar residual [sigma]
   int max_iterations = 50;    ///< Levenberg-Marquardt steps
   double tolerance = 1e-6;    ///< relative decrease of the cost that ends the minimisation
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Parameters of `vins`; the values of VINS-Mono's release. Its pixels are those of a virtual
@@ -71,9 +59,6 @@ struct VinsOptions {
   int max_iterations = 50;             ///< of the bundle adjustment
   double max_final_cost = 5e-3;        ///< cost at which it may end without convergence
   double max_gravity_residual = 1.0;   ///< unconstrained |g| against its true value [m/s^2]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Parameters of `openvins`; the values of OpenVINS' release for EuRoC.
@@ -90,9 +75,6 @@ struct OpenVinsOptions {
   int max_iterations = 50;           ///< of the refinement; 0: none
   int relinearizations = 1;          ///< further refinements with the IMU integrated again
   double function_tolerance = 1e-5;  ///< relative decrease of the cost that ends it
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Parameters that only compared methods have. What they share with `slim` (vanishing points,
@@ -105,8 +87,8 @@ struct BaselineOptions {
   VinsOptions vins;                     ///< vins
   OpenVinsOptions openvins;             ///< openvins
 
-  /// Returns an empty string, or the first message of a nested validate(), prefixed with the
-  /// section.
+  /// Returns an empty string, or a message naming section and field, its value and the violated
+  /// bound.
   std::string validate() const;
 };
 
