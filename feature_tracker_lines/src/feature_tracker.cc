@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "feature_tracker.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -328,12 +327,7 @@ void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, ImageReport
 
   report->vp_found = true;
   report->vp_direction = vp_.direction;
-  report->vp_sigma_rad = std::sqrt(std::max(
-      0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(vp_.covariance, Eigen::EigenvaluesOnly)
-               .eigenvalues()[2]));
-  report->vp_inliers = static_cast<int>(vp_.inliers.size());
   report->vp_track_id = vp_.track_id;
-  report->vp_age = vp_.age;
 }
 
 cv::Mat FeatureTracker::debugImage() const {

@@ -446,9 +446,6 @@ void LineTracker::addNew(const ImagePyramid& now, const std::vector<LineSegment>
 void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
                         const RotationPrior& prior, std::vector<LineSegment> segments,
                         const PointMotion& points, ImageReport* report) {
-  report->lines_before = static_cast<int>(tracks_.size());
-  report->lines_detected = static_cast<int>(segments.size());
-
   if (before.empty()) tracks_.clear();
   const std::vector<Prediction> predictions = predict(before, now, prior, points);
   const std::vector<Match> matches = match(predictions, segments);

@@ -352,7 +352,6 @@ Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::
 
 void PointTracker::follow(double t, const ImagePyramid& before, const ImagePyramid& now,
                           const RotationPrior& prior, ImageReport* report) {
-  report->points_before = static_cast<int>(tracks_.size());
   if (options_.profile == TrackerProfile::kVins) {
     followVins(t, before, now, report);
   } else {
@@ -389,7 +388,6 @@ void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid&
     const Levels levels_now = levelsOf(now);
     deformAnchors(prior);
     moved = search(levelsOf(before), levels_now, prior);
-    report->points_flow = static_cast<int>(moved.size());
     anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);
@@ -721,10 +719,7 @@ void PointTracker::addCorners(const ImagePyramid& now, int level, int wanted) {
 void PointTracker::followVins(double t, const ImagePyramid& before, const ImagePyramid& now,
                               ImageReport* report) {
   std::vector<PointTrack> moved;
-  if (!tracks_.empty() && !before.empty()) {
-    moved = searchVins(before, now);
-    report->points_flow = static_cast<int>(moved.size());
-  }
+  if (!tracks_.empty() && !before.empty()) moved = searchVins(before, now);
   // The host rejects, thins out and refills only in images that it publishes.
   const bool published = countPublished(t);
   if (published) rejectVins(&moved, report);

@@ -52,22 +52,15 @@ struct ImageReport {
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
   /// The known rotation explained far fewer points than a free one and was not used.
   bool rotation_overruled = false;
-  int points_before = 0;    ///< tracked in the previous image
-  int points_flow = 0;      ///< of these, found by KLT in both directions and inside the image
-  int points_tracked = 0;   ///< of these, no outliers and not too close to an older point
+  int points_tracked = 0;   ///< from the previous image, no outliers, not too close to others
   int points_outliers = 0;  ///< rejected by the outlier check
   int points_new = 0;       ///< corners added
-  int lines_before = 0;     ///< tracked in the previous image
-  int lines_detected = 0;   ///< segments of the detector, long enough
-  int lines_matched = 0;    ///< tracked lines found among them
+  int lines_matched = 0;    ///< tracked lines found among the segments of the detector
   int lines_carried = 0;    ///< tracked lines not detected but found by their edge
   int lines_new = 0;        ///< lines added
   bool vp_found = false;
   Eigen::Vector3d vp_direction = Eigen::Vector3d::UnitZ();  ///< unit, in c, sign arbitrary
-  double vp_sigma_rad = kNotComputed;  ///< larger standard deviation of the direction [rad]
-  int vp_inliers = 0;                  ///< lines on it
-  int vp_track_id = -1;                ///< same id = same physical axis
-  int vp_age = 0;                      ///< images in a row with this id
+  int vp_track_id = -1;                                     ///< same id = same physical axis
   bool gyro_bias_known = false;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   double gyro_bias_sigma = kNotComputed;                ///< its largest standard deviation [rad/s]
