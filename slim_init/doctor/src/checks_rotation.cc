@@ -144,17 +144,12 @@ ExtrinsicDifference extrinsicDifference(const Eigen::Matrix3d& configured,
   d.open = static_cast<int>((axes.eigenvalues().array() > kOpen * kOpen).count());
   if (d.open == 1) {
     // Turns about one axis fit any rotation about it: the one nearest to the configured is taken.
-    constexpr int kSteps = 3600;
+    // The trace of Q Exp(angle axis) is a constant, a cosine and a sine of the angle.
     const Eigen::Vector3d axis = axes.eigenvectors().col(2);
-    double nearest = -4.0;
-    for (int step = 0; step < kSteps; ++step) {
-      const Eigen::Matrix3d R =
-          a.R_b_c * reference::expSo3(2.0 * 3.14159265358979 * step / kSteps * axis);
-      const double trace = (configured.transpose() * R).trace();
-      if (trace <= nearest) continue;
-      nearest = trace;
-      d.R_b_c = R;
-    }
+    const Eigen::Matrix3d Q = configured.transpose() * a.R_b_c;
+    const double angle =
+        std::atan2((Q * reference::skew(axis)).trace(), Q.trace() - axis.dot(Q * axis));
+    d.R_b_c = a.R_b_c * reference::expSo3(angle * axis);
   }
   d.difference = reference::logSo3(configured.transpose() * d.R_b_c);
   Eigen::Vector3d along = axes.eigenvectors().transpose() * d.difference;
