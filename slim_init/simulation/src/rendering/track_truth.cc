@@ -133,20 +133,66 @@ class TrackTruth::Evaluation {
         lines[line.seen.id].push_back({static_cast<int>(i), &line});
       }
     }
-    for (const auto& track : points) measurePoint(track.second, &quality);
-    for (const auto& track : lines) measureLine(track.second, &quality);
+    for (const auto& [id, track] : points) {
+      if (track.size() < 2) continue;
+      ++quality.point_tracks;
+      measure(track, facesAround(*track.front().observation), &PointError::error_px,
+              &quality.point_tracks_without_truth, &quality.points, &quality.keyframe_points);
+    }
+    for (const auto& [id, track] : lines) {
+      if (track.size() < 2) continue;
+      ++quality.line_tracks;
+      measure(track, facesAlong(*track.front().observation), &LineError::end_px,
+              &quality.line_tracks_without_truth, &quality.lines, &quality.keyframe_lines);
+    }
     return quality;
   }
 
  private:
+  // The errors of a track on the candidate that explains it best: by the median of `value` over the
+  // observations after the first.
+  template <typename Observation, typename Error>
+  void measure(const Track<Observation>& track, const std::vector<Face>& candidates,
+               double Error::*value, int* without_truth, std::vector<Error>* errors,
+               std::vector<Error>* keyframe_errors) const {
+    const Seen<Observation>& first = track.front();
+    Explanation<Error> best;
+    for (const Face& face : candidates) {
+      const auto place = placeOn(face, *first.observation);
+      if (!place) continue;
+      std::vector<Error> found;
+      std::vector<double> values;
+      for (std::size_t k = 1; k < track.size(); ++k) {
+        found.push_back(errorOf(*place, face, first.frame, track[k]));
+        values.push_back(found.back().*value);
+      }
+      best.offer(face, median(values), std::move(found));
+    }
+    if (!best.face) {
+      ++*without_truth;
+      return;
+    }
+    errors->insert(errors->end(), best.errors.begin(), best.errors.end());
+
+    // From keyframe to keyframe, starting again from the surface.
+    for (std::size_t k = 1; k < track.size(); ++k) {
+      const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
+      const Observation* from = before < 0 ? nullptr : seenAt(track, before);
+      if (from == nullptr) continue;
+      const auto place = placeOn(*best.face, *from);
+      if (!place) continue;
+      keyframe_errors->push_back(errorOf(*place, *best.face, before, track[k]));
+    }
+  }
+
   // --- Points ---
 
-  // Surfaces at a point and around it, with the place on each of them.
-  std::vector<std::pair<Face, Vector3d>> placesOf(const SeenPoint& first) const {
+  // Surfaces at a point and around it.
+  std::vector<Face> facesAround(const SeenPoint& first) const {
     const Vector3d& bearing = first.seen.bearing;
     const CameraPose& from = first.pose;
     const auto [a, b] = tangents(bearing);
-    std::vector<std::pair<Face, Vector3d>> places;
+    std::vector<Face> faces;
     constexpr int kAround = 8;
     for (int i = 0; i <= kAround; ++i) {
       const double angle = 360.0 / kAround * kDegree * i;
@@ -155,13 +201,9 @@ class TrackTruth::Evaluation {
       const RayHit hit = scene_.castRay(from.t_w_c, from.R_w_c * ray);
       if (!hit.hit()) continue;
       const Face face = faceOf(hit);
-      if (std::any_of(places.begin(), places.end(),
-                      [&](const auto& known) { return known.first == face; })) {
-        continue;
-      }
-      if (const auto place = placeOn(face, first)) places.emplace_back(face, *place);
+      if (std::find(faces.begin(), faces.end(), face) == faces.end()) faces.push_back(face);
     }
-    return places;
+    return faces;
   }
 
   // Where an observation meets a surface; for a curved one the ray itself is cast.
@@ -192,36 +234,6 @@ class TrackTruth::Evaluation {
       error.occluded = true;
     }
     return error;
-  }
-
-  void measurePoint(const Track<SeenPoint>& track, TrackQuality* quality) const {
-    if (track.size() < 2) return;
-    ++quality->point_tracks;
-    Explanation<PointError> best;
-    for (const auto& [face, place_w] : placesOf(*track.front().observation)) {
-      std::vector<PointError> errors;
-      std::vector<double> values;
-      for (std::size_t k = 1; k < track.size(); ++k) {
-        errors.push_back(errorOf(place_w, face, track.front().frame, track[k]));
-        values.push_back(errors.back().error_px);
-      }
-      best.offer(face, median(values), std::move(errors));
-    }
-    if (!best.face) {
-      ++quality->point_tracks_without_truth;
-      return;
-    }
-    quality->points.insert(quality->points.end(), best.errors.begin(), best.errors.end());
-
-    // From keyframe to keyframe, starting again from the surface.
-    for (std::size_t k = 1; k < track.size(); ++k) {
-      const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
-      const SeenPoint* from = before < 0 ? nullptr : seenAt(track, before);
-      if (from == nullptr) continue;
-      const auto place_w = placeOn(*best.face, *from);
-      if (!place_w) continue;
-      quality->keyframe_points.push_back(errorOf(*place_w, *best.face, before, track[k]));
-    }
   }
 
   // --- Lines ---
@@ -265,7 +277,7 @@ class TrackTruth::Evaluation {
     return faces;
   }
 
-  std::optional<Line> lineOn(const Face& face, const SeenLine& line) const {
+  std::optional<Line> placeOn(const Face& face, const SeenLine& line) const {
     const auto start = meet(face, line.start_pose, line.seen.start_bearing);
     const auto end = meet(face, line.end_pose, line.seen.end_bearing);
     if (!start || !end) return std::nullopt;
@@ -301,37 +313,6 @@ class TrackTruth::Evaluation {
     error.end_px = std::max(std::abs(off_start), std::abs(off_end)) / px_;
     error.angle_deg = std::asin(std::min(1.0, std::abs(inclination))) / kDegree;
     return error;
-  }
-
-  void measureLine(const Track<SeenLine>& track, TrackQuality* quality) const {
-    if (track.size() < 2) return;
-    ++quality->line_tracks;
-    const Seen<SeenLine>& first = track.front();
-    Explanation<LineError> best;
-    for (const Face& face : facesAlong(*first.observation)) {
-      const auto line = lineOn(face, *first.observation);
-      if (!line) continue;
-      std::vector<LineError> errors;
-      std::vector<double> values;
-      for (std::size_t k = 1; k < track.size(); ++k) {
-        errors.push_back(errorOf(*line, face, first.frame, track[k]));
-        values.push_back(errors.back().end_px);
-      }
-      best.offer(face, median(values), std::move(errors));
-    }
-    if (!best.face) {
-      ++quality->line_tracks_without_truth;
-      return;
-    }
-    quality->lines.insert(quality->lines.end(), best.errors.begin(), best.errors.end());
-    for (std::size_t k = 1; k < track.size(); ++k) {
-      const int before = keyframe_before_[static_cast<std::size_t>(track[k].frame)];
-      const SeenLine* from = before < 0 ? nullptr : seenAt(track, before);
-      if (from == nullptr) continue;
-      const auto line = lineOn(*best.face, *from);
-      if (!line) continue;
-      quality->keyframe_lines.push_back(errorOf(*line, *best.face, before, track[k]));
-    }
   }
 
   const Scene& scene_;
