@@ -78,7 +78,6 @@ std::string rangeOf(const OptionField& option) {
   if (const auto* word = std::get_if<OptionWord>(&option.value)) return listed(word->words);
   if (std::holds_alternative<bool*>(option.value)) return "0 or 1";
   if (std::holds_alternative<std::string*>(option.value)) return "";
-  if (option.range.min == option.range.max) return "";  // is not checked
   if (std::isinf(option.range.max)) return "from " + number(option.range.min);
   return number(option.range.min) + " to " + number(option.range.max);
 }
@@ -191,6 +190,40 @@ constexpr char kTemplateTracker[] = R"(
 constexpr char kTemplateHost[] = R"(
 # ---- Read by VINS-Mono only
 # VINS-Mono takes an absent number as 0. These values are those of its EuRoC configuration.
+# accelerometer noise per sample, a tuning value
+acc_n: 0.08
+# gyroscope noise per sample
+gyr_n: 0.004
+# random walk of the accelerometer bias
+acc_w: 4e-05
+# random walk of the gyroscope bias
+gyr_w: 2e-06
+# limit of one optimization [s]
+max_solver_time: 0.04
+# limit of one optimization
+max_num_iterations: 8
+# mean parallax that makes a keyframe [px]
+keyframe_parallax: 10.0
+# folder for results; sensors_file is relative to it
+output_path: "/tmp"
+# name of the camera model
+camera_name: "camera"
+# 1: publish the image with the tracks [0 or 1]
+show_track: 0
+# 1: run the pose graph [0 or 1]
+loop_closure: 0
+# 1: load it from pose_graph_save_path [0 or 1]
+load_previous_pose_graph: 0
+# 1: relocalize in the estimator [0 or 1]
+fast_relocalization: 0
+# folder of the pose graph
+pose_graph_save_path: "/tmp"
+# 1: save images with the pose graph [0 or 1]
+save_image: 0
+# 1: draw the predicted pose [0 or 1]
+visualize_imu_forward: 0
+# size of the drawn camera [m]
+visualize_camera_size: 0.4
 )";
 
 constexpr char kUserFileHead[] = R"(%YAML:1.0
@@ -240,13 +273,12 @@ std::string templateYaml() {
   Config config = templateConfig();
   const OptionTable switches = switchTable(&config.host), rig = rigTable(&config);
   const auto other = [](const OptionField& option) { return !isFirst(option); };
-  VinsMonoKeys vins_mono;
   std::string text = kTemplateHead + hostYaml(firstKeys(joined(switches, rig)));
   text += kTemplateSection + sectionYaml(select(configTable(&config), isNoise));
   text += kTemplateCamera + hostYaml(select(rig, other));
   text += kTemplateSwitches + hostYaml(select(switches, other));
   text += kTemplateTracker + hostYaml(optionTable(&config.front_end.host));
-  return text + kTemplateHost + hostYaml(vinsMonoTable(&vins_mono));
+  return text + kTemplateHost;
 }
 
 // Keys of our section for users that are not on the first screen.

@@ -351,31 +351,6 @@ OptionTable rigTable(Config* c) {
   };
 }
 
-OptionTable vinsMonoTable(VinsMonoKeys* o) {
-  return {
-      userKey("acc_n", &o->acc_n, "accelerometer noise per sample, a tuning value"),
-      userKey("gyr_n", &o->gyr_n, "gyroscope noise per sample"),
-      userKey("acc_w", &o->acc_w, "random walk of the accelerometer bias"),
-      userKey("gyr_w", &o->gyr_w, "random walk of the gyroscope bias"),
-      userKey("max_solver_time", &o->max_solver_time, {}, "s", "limit of one optimization"),
-      userKey("max_num_iterations", &o->max_num_iterations, "limit of one optimization"),
-      userKey("keyframe_parallax", &o->keyframe_parallax, {}, "px",
-              "mean parallax that makes a keyframe"),
-      userKey("output_path", &o->output_path, "folder for results; sensors_file is relative to it"),
-      userKey("camera_name", &o->camera_name, "name of the camera model"),
-      userKey("show_track", &o->show_track, "1: publish the image with the tracks"),
-      userKey("loop_closure", &o->loop_closure, "1: run the pose graph"),
-      userKey("load_previous_pose_graph", &o->load_previous_pose_graph,
-              "1: load it from pose_graph_save_path"),
-      userKey("fast_relocalization", &o->fast_relocalization, "1: relocalize in the estimator"),
-      userKey("pose_graph_save_path", &o->pose_graph_save_path, "folder of the pose graph"),
-      userKey("save_image", &o->save_image, "1: save images with the pose graph"),
-      userKey("visualize_imu_forward", &o->visualize_imu_forward, "1: draw the predicted pose"),
-      userKey("visualize_camera_size", &o->visualize_camera_size, {}, "m",
-              "size of the drawn camera"),
-  };
-}
-
 void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   readTable(root, switchTable(host));
   if (root["watchdog"].empty()) host->watchdog = host->reinit;

@@ -18,28 +18,6 @@ OptionTable switchTable(HostKeys* host);
 /// trusted, time offset, rolling shutter, gravity, masks.
 OptionTable rigTable(Config* config);
 
-/// Keys that VINS-Mono reads and slim_init does not, with values that suit the template. VINS-Mono
-/// takes an absent number as 0.
-struct VinsMonoKeys {
-  double acc_n = 0.08, gyr_n = 0.004, acc_w = 0.00004, gyr_w = 2.0e-6;
-  double max_solver_time = 0.04;
-  int max_num_iterations = 8;
-  double keyframe_parallax = 10.0;
-  std::string output_path = "/tmp";
-  std::string camera_name = "camera";
-  bool show_track = false;
-  bool loop_closure = false;
-  bool load_previous_pose_graph = false;
-  bool fast_relocalization = false;
-  std::string pose_graph_save_path = "/tmp";
-  bool save_image = false;
-  bool visualize_imu_forward = false;
-  double visualize_camera_size = 0.4;
-};
-
-/// Their table; without ranges, because slim_init does not check them.
-OptionTable vinsMonoTable(VinsMonoKeys* keys);
-
 /// Reads the keys of switchTable() and the host's folder for results. Throws a Problem
 /// (yaml_value.h).
 void readHostKeys(const cv::FileNode& root, HostKeys* host);
