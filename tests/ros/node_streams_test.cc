@@ -1,13 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // What both nodes do with a message before they use it, and their diagnostics about it.
-#include "slim_init/ros/node_streams.h"
-
 #include <gtest/gtest.h>
 
 #include <map>
 
 #include "slim_init/ros/conversions.h"
+#include "slim_init/ros/stream_monitor.h"
 
 namespace slim_init::node {
 namespace {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "slim_init/ros/conversions.h"
+
 namespace slim_init::node {
 
 using diagnostic_msgs::DiagnosticStatus;
@@ -34,7 +36,6 @@ std::vector<std::pair<const char*, std::int64_t>> dropsOf(StreamKind kind,
               {"sensor not calibrated", counts.speeds_not_calibrated},
               {"late", counts.speeds_out_of_order},
               {"stray stamp", counts.speeds_stray}};
-    case StreamKind::kOther: break;
   }
   return {};
 }
@@ -101,6 +102,25 @@ void StreamMonitor::report(const StreamCounts& counts, DiagnosticStatus* status)
   received_before_ = received_;
   dropped_before_ = dropped;
   reported_ = now;
+}
+
+bool NodeStreams::accept(int stream, const std_msgs::Header& header, const std::string& problem,
+                         double* t) {
+  monitors_[stream].received(header.seq);
+  const std::string reason =
+      problem.empty() && header.stamp.isZero() ? "the header has no stamp" : problem;
+  if (!reason.empty()) {
+    monitors_[stream].garbage(reason);
+    return false;
+  }
+  *t = clock_.seconds(stampNs(header.stamp));
+  return true;
+}
+
+diagnostic_msgs::DiagnosticStatus NodeStreams::report(const StreamCounts& counts) {
+  diagnostic_msgs::DiagnosticStatus status = makeStatus("streams", "data is coming");
+  for (StreamMonitor& monitor : monitors_) monitor.report(counts, &status);
+  return status;
 }
 
 void Diagnostics::start(const std::function<Statuses()>& collect) {

@@ -1,18 +1,22 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The standard diagnostics of the nodes: is data coming, and what became of it.
+// The subscribed streams of a node, from message headers to its clock, and the standard
+// diagnostics: is data coming, and what became of it.
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/node_handle.h>
+#include <std_msgs/Header.h>
 
 #include <cstdint>
 #include <functional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "slim_init/ros/sequence_gaps.h"
+#include "slim_init/ros/stamp_clock.h"
 #include "slim_init/stream_check.h"
 
 namespace slim_init::node {
@@ -36,7 +40,7 @@ diagnostic_msgs::DiagnosticStatus makeStatus(const std::string& part, const std:
 void raise(int level, const std::string& message, diagnostic_msgs::DiagnosticStatus* status);
 
 /// Which part of StreamCounts is about a stream.
-enum class StreamKind { kImu, kFrames, kLines, kSpeeds, kOther };
+enum class StreamKind { kImu, kFrames, kLines, kSpeeds };
 
 /// One subscribed stream as the diagnostics see it.
 class StreamMonitor {
@@ -73,6 +77,30 @@ class StreamMonitor {
   std::int64_t dropped_before_ = 0;
   ros::WallTime reported_ = ros::WallTime::now();
   ros::WallTime last_ = ros::WallTime::now();
+};
+
+/// The input streams of a node, in the order of their time stamps.
+class NodeStreams {
+ public:
+  explicit NodeStreams(std::vector<StreamMonitor> monitors) : monitors_(std::move(monitors)) {}
+
+  /// Takes in a message; `problem` is why it cannot be used, or "". True: `t` is its
+  /// time [s] on clock(), and the rest of the checks is StreamCheck's. False: it has a problem or
+  /// no stamp, and was dropped and counted. `stream`: index into the constructor's list.
+  bool accept(int stream, const std_msgs::Header& header, const std::string& problem, double* t);
+
+  /// Logs why a message was dropped after it was accepted; diagnostics show the last reason.
+  void explain(int stream, const std::string& reason) { monitors_[stream].explain(reason); }
+
+  const StampClock& clock() const { return clock_; }
+  std::int64_t received(int stream) const { return monitors_[stream].receivedCount(); }
+
+  /// The part "streams" of the diagnostics, since the last call.
+  diagnostic_msgs::DiagnosticStatus report(const StreamCounts& counts);
+
+ private:
+  std::vector<StreamMonitor> monitors_;
+  StampClock clock_;
 };
 
 /// Publishes the state of a node on /diagnostics, once a second of wall clock: simulated time stops
