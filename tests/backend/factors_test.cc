@@ -92,8 +92,8 @@ TEST_P(BackendFactors, Inertial) {
   const Preintegration pre =
       preintegrate(imu, 0.0, 0.25, 0.02 * random(), 0.1 * random(), calibration_.imu_noise,
                    PreintegrationParts::kWithCovariance);
-  const auto cost =
-      InertialCost::create(*frames_[0], *frames_[1], pre, Eigen::Vector3d(0, 0, -9.81), 2e-5, 3e-3);
+  const auto cost = InertialCost::create(pre, frames_[0]->R_ref, frames_[1]->R_ref,
+                                         Eigen::Vector3d(0, 0, -9.81), 2e-5, 3e-3);
   ASSERT_NE(cost, nullptr);
   check(*cost, {frames_[0]->pose.data(), frames_[0]->motion.data(), frames_[1]->pose.data(),
                 frames_[1]->motion.data()});

@@ -67,7 +67,7 @@ class SmallProblem {
 
   std::unique_ptr<InertialCost> inertial(int k) const {
     const auto i = static_cast<std::size_t>(k);
-    return InertialCost::create(*frames[i], *frames[i + 1], links_[i],
+    return InertialCost::create(links_[i], frames[i]->R_ref, frames[i + 1]->R_ref,
                                 Eigen::Vector3d(0, 0, -calibration.gravity_magnitude), 1e-3, 1e-1);
   }
   std::unique_ptr<AnchorCost> anchor() const {

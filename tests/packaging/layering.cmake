@@ -104,7 +104,7 @@ layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
 # Instruments of this repository, not installed, that look into the core.
 layer("back end" FOLDERS slim_init/backend
       ROOTS slim_init/include slim_init/src slim_init/evaluation/include
-            slim_init/backend/include slim_init/backend/src
+            slim_init/backend/include slim_init/backend/src slim_init/baselines/src
       ANGLE "${std}|${eigen}|ceres/[a-z_]+\\.h")
 layer("config" FOLDERS slim_init/config
       ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include

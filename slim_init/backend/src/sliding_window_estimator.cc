@@ -289,7 +289,7 @@ class SlidingWindowEstimator::Implementation {
   }
 
   std::unique_ptr<InertialCost> inertialCost(std::size_t k) const {
-    return InertialCost::create(*frames_[k], *frames_[k + 1], links_[k].pre, gravity_w_,
+    return InertialCost::create(links_[k].pre, frames_[k]->R_ref, frames_[k + 1]->R_ref, gravity_w_,
                                 options_.gyro_bias_walk, options_.accel_bias_walk);
   }
 

@@ -6,9 +6,10 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <memory>
 
-#include "estimation/inertial_factor.h"
 #include "geometry/so3.h"
+#include "inertial_cost.h"
 
 namespace slim_init::baselines {
 namespace {
@@ -24,67 +25,6 @@ struct KeyframeBlocks {
 template <int Rows, int Columns>
 using RowMajor = Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>;
 using ConstMap3 = Eigen::Map<const Eigen::Vector3d>;
-
-// IMU between two keyframes: [rotation, velocity, position] whitened, then the walk of the biases.
-class ImuFactor : public ceres::SizedCostFunction<15, 6, 9, 6, 9> {
- public:
-  ImuFactor(const Preintegration& pre, const Eigen::Matrix<double, 9, 9>& whitening,
-            const Eigen::Matrix3d& R_start_i, const Eigen::Matrix3d& R_start_j,
-            const Eigen::Vector3d& gravity_w, const OpenVinsOptions& options)
-      : pre_(pre), whitening_(whitening), R_start_{R_start_i, R_start_j}, gravity_w_(gravity_w) {
-    gyro_walk_ = 1.0 / (options.gyro_walk * std::sqrt(pre.dt));
-    accel_walk_ = 1.0 / (options.accel_walk * std::sqrt(pre.dt));
-  }
-
-  bool Evaluate(double const* const* parameters, double* residual,
-                double** jacobians) const override {
-    WindowState state;
-    state.p_b0.resize(3, 2);
-    state.v_b0.resize(3, 2);
-    for (int k = 0; k < 2; ++k) {
-      state.R_b0_bk.push_back(R_start_[k] * expSO3(ConstMap3(parameters[2 * k])));
-      state.p_b0.col(k) = ConstMap3(parameters[2 * k] + 3);
-      state.v_b0.col(k) = ConstMap3(parameters[2 * k + 1]);
-    }
-    state.gyro_bias = ConstMap3(parameters[1] + 3);
-    state.accel_bias = ConstMap3(parameters[1] + 6);
-    state.gravity_b0 = gravity_w_;
-    InertialResidual factor = inertialResidual(state, 0, pre_);
-    Eigen::Map<Eigen::Matrix<double, 15, 1>> r(residual);
-    r.head<9>() = whitening_ * factor.r;
-    r.segment<3>(9) = gyro_walk_ * (ConstMap3(parameters[3] + 3) - state.gyro_bias);
-    r.tail<3>() = accel_walk_ * (ConstMap3(parameters[3] + 6) - state.accel_bias);
-    if (jacobians == nullptr) return true;
-
-    // Columns of the factor: theta_i, p_i, theta_j, p_j, v_i, v_j, b_g, b_a.
-    factor.J = whitening_ * factor.J;
-    for (int k = 0; k < 2; ++k) {
-      if (jacobians[2 * k] != nullptr) {
-        Eigen::Map<RowMajor<15, 6>> J(jacobians[2 * k]);
-        J.setZero();
-        J.topRows<9>() = factor.J.middleCols<6>(6 * k);
-        J.leftCols<3>() *= rightJacobian(ConstMap3(parameters[2 * k]));
-      }
-      if (jacobians[2 * k + 1] != nullptr) {
-        Eigen::Map<RowMajor<15, 9>> J(jacobians[2 * k + 1]);
-        J.setZero();
-        J.topLeftCorner<9, 3>() = factor.J.middleCols<3>(12 + 3 * k);
-        if (k == 0) J.topRightCorner<9, 6>() = factor.J.middleCols<6>(18);
-        const double sign = k == 0 ? -1.0 : 1.0;
-        J.block<3, 3>(9, 3).diagonal().setConstant(sign * gyro_walk_);
-        J.block<3, 3>(12, 6).diagonal().setConstant(sign * accel_walk_);
-      }
-    }
-    return true;
-  }
-
- private:
-  const Preintegration& pre_;
-  Eigen::Matrix<double, 9, 9> whitening_;
-  Eigen::Matrix3d R_start_[2];
-  Eigen::Vector3d gravity_w_;
-  double gyro_walk_, accel_walk_;
-};
 
 // An observation of a point, in pixels over sigma.
 class ReprojectionFactor : public ceres::SizedCostFunction<2, 6, 3> {
@@ -193,15 +133,16 @@ InertialAdjustment adjustInertial(const InitWindow& window, const std::vector<Pr
   problem.AddResidualBlock(new FirstStatePrior(states->front(), options), nullptr,
                            blocks[0].pose.data(), blocks[0].motion.data());
   for (std::size_t i = 0; i + 1 < n; ++i) {
-    Eigen::Matrix<double, 9, 9> whitening;
-    if (!inertialWhitening(pre[i], &whitening)) {
+    std::unique_ptr<InertialCost> cost = InertialCost::create(
+        pre[i], (*states)[i].R_w_b, (*states)[i + 1].R_w_b, gravity_w, options.gyro_walk,
+        options.accel_walk, InertialCost::PoseOrder::kThetaFirst);
+    if (cost == nullptr) {
       delete ordering;
       return out;
     }
-    problem.AddResidualBlock(new ImuFactor(pre[i], whitening, (*states)[i].R_w_b,
-                                           (*states)[i + 1].R_w_b, gravity_w, options),
-                             nullptr, blocks[i].pose.data(), blocks[i].motion.data(),
-                             blocks[i + 1].pose.data(), blocks[i + 1].motion.data());
+    problem.AddResidualBlock(cost.release(), nullptr, blocks[i].pose.data(),
+                             blocks[i].motion.data(), blocks[i + 1].pose.data(),
+                             blocks[i + 1].motion.data());
   }
   const double sqrt_information = calibration.focal_px / options.sigma_px;
   for (MappedTrack& mapped : *points) {
