@@ -6,7 +6,8 @@ if(NOT SLIM_INIT_IN_CATKIN)
 endif()
 
 find_package(catkin REQUIRED)
-set(_slim_init_include_dirs slim_init/include vins_estimator_patch/include)
+set(_slim_init_include_dirs slim_init/include vins_estimator_patch/include
+    vins_estimator_patch/host_health/include)
 if(SLIM_INIT_BUILD_FEATURE_TRACKER_LINES)
   list(APPEND _slim_init_include_dirs feature_tracker_lines/include)
 endif()

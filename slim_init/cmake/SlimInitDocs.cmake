@@ -11,7 +11,7 @@ endif()
 set(SLIM_INIT_DOCS_INPUT "")
 foreach(_module slim_init slim_init/config slim_init/baselines slim_init/backend slim_init/doctor
                 slim_init/evaluation slim_init/simulation slim_init/ros feature_tracker_lines
-                feature_tracker_lines/ros vins_estimator_patch)
+                feature_tracker_lines/ros vins_estimator_patch vins_estimator_patch/host_health)
   if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/${_module}/include)
     string(APPEND SLIM_INIT_DOCS_INPUT " \"${PROJECT_SOURCE_DIR}/${_module}/include\"")
   endif()

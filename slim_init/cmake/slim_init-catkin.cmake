@@ -6,7 +6,7 @@ if(slim_init_NOT_FOUND_MESSAGE)
 endif()
 # A find_package(catkin COMPONENTS slim_init) links everything that was built.
 set(slim_init_LIBRARIES)
-foreach(_slim_init_library core vins_adapter feature_tracker_lines simulation evaluation)
+foreach(_slim_init_library core host_health vins_adapter feature_tracker_lines simulation evaluation)
   if(TARGET slim_init::${_slim_init_library})
     list(APPEND slim_init_LIBRARIES slim_init::${_slim_init_library})
   endif()

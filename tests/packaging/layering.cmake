@@ -121,9 +121,14 @@ layer("baselines" FOLDERS slim_init/baselines
 layer("feature_tracker_lines" FOLDERS feature_tracker_lines/include feature_tracker_lines/src
       ROOTS slim_init/include slim_init/src feature_tracker_lines/include feature_tracker_lines/src
       ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp")
+layer("host_health" FOLDERS vins_estimator_patch/host_health
+      ROOTS slim_init/include vins_estimator_patch/host_health/include
+            vins_estimator_patch/host_health/src
+      ANGLE "${std}|${eigen}")
 layer("vins_estimator_patch" FOLDERS vins_estimator_patch/src vins_estimator_patch/include/slim_init/vins_adapter
       ROOTS slim_init/include feature_tracker_lines/include slim_init/baselines/include
-            slim_init/config/include vins_estimator_patch/include vins_estimator_patch/src
+            slim_init/config/include vins_estimator_patch/host_health/include
+            vins_estimator_patch/include vins_estimator_patch/src
       ANGLE "${std}|${eigen}")
 layer("tools" FOLDERS slim_init/tools
       ROOTS slim_init/include slim_init/simulation/include slim_init/evaluation/include
@@ -170,7 +175,8 @@ if(LINKS_FILE)
   set(base "Eigen3::Eigen|slim_init(_|::)core")
   set(front "slim_init(_|::)feature_tracker_lines")
   may_link(slim_init_core "Eigen3::Eigen")
-  may_link(slim_init_vins_adapter "${base}|slim_init(_|::)config|Threads::Threads")
+  may_link(slim_init_host_health "${base}")
+  may_link(slim_init_vins_adapter "${base}|slim_init(_|::)host_health|slim_init(_|::)config|Threads::Threads")
   may_link(slim_init_config
            "${base}|${front}|slim_init(_|::)baselines|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_doctor

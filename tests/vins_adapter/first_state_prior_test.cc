@@ -128,9 +128,9 @@ TEST(FirstStatePrior, AtRestItIsAsCertainAsAtTheKeyframe) {
 
 // A state that the host has had: once, and with the covariance of a state in flight.
 TEST(FirstStatePrior, OfAHealthyState) {
-  PropagatedState healthy;
+  host_health::PropagatedState healthy;
   healthy.state = answer().states.front();
-  healthy.covariance = healthyCovariance();
+  healthy.covariance = host_health::healthyCovariance();
   const HostState host = inHost(healthy.state);
   const Root root = rootOf(firstStatePrior(healthy, host));
   ASSERT_EQ(root.rows(), 11);

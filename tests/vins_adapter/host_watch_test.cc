@@ -14,18 +14,19 @@
 #include <utility>
 #include <vector>
 
-#include "imu_propagation.h"
-#include "imu_screen.h"
+#include "slim_init/host_health/imu_propagation.h"
+#include "slim_init/host_health/imu_screen.h"
+#include "slim_init/host_health/watchdog.h"
 #include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
 #include "support/exact_window.h"
-#include "watchdog.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using namespace host_health;      // NOLINT: the vocabulary of these tests
+using namespace testing_support;  // NOLINT: likewise
 
 constexpr int kFrames = 40;
 constexpr int kHostFrames = 11;

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "imu_propagation.h"
+#include "slim_init/host_health/imu_propagation.h"
 
 namespace slim_init::vins_adapter {
+
+using namespace host_health;  // NOLINT: the vocabulary of this file
 namespace {
 
 constexpr int kRows = 11;

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "imu_propagation.h"
+#include "slim_init/host_health/imu_propagation.h"
 #include "slim_init/result.h"
 #include "slim_init/types.h"
 #include "slim_init/vins_adapter/host_state.h"
@@ -20,6 +20,7 @@ std::vector<double> firstStatePrior(const InitResult& answer, const NavState& at
                                     const HostState& host);
 
 /// The same of a state that the host has had itself.
-std::vector<double> firstStatePrior(const PropagatedState& healthy, const HostState& host);
+std::vector<double> firstStatePrior(const host_health::PropagatedState& healthy,
+                                    const HostState& host);
 
 }  // namespace slim_init::vins_adapter

@@ -14,15 +14,17 @@
 #include <utility>
 
 #include "first_state_prior.h"
-#include "imu_propagation.h"
-#include "imu_screen.h"
-#include "innovation.h"
 #include "sensor_memory.h"
+#include "slim_init/host_health/imu_propagation.h"
+#include "slim_init/host_health/imu_screen.h"
+#include "slim_init/host_health/innovation.h"
+#include "slim_init/host_health/watchdog.h"
 #include "slim_init/row_times.h"
 #include "solve_worker.h"
-#include "watchdog.h"
 
 namespace slim_init::vins_adapter {
+
+using namespace host_health;  // NOLINT: the vocabulary of this file
 namespace {
 
 // Stamps of images, and the td of frames, are forgotten after so long [s]; more than the reach of

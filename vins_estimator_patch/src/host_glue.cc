@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "calibration_advice.h"
-#include "flight_monitor.h"
+#include "slim_init/host_health/flight_monitor.h"
 #include "slim_init/remedy.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_convention.h"
@@ -22,6 +22,8 @@
 #include "start_record.h"
 
 namespace slim_init::vins_adapter {
+
+using namespace host_health;  // NOLINT: the vocabulary of this file
 namespace {
 
 using Clock = std::chrono::steady_clock;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/host_health/flight_monitor.h"
 #include "slim_init/imu_limits.h"
 #include "slim_init/initializer.h"
 #include "slim_init/vins_adapter/host_convention.h"
@@ -93,20 +94,7 @@ struct HostResult {
 };
 
 /// The watchdog's finding (HostAdapter::watch()).
-struct HostHealth {
-  bool healthy = true;  ///< no failure is reported
-  bool suspect =
-      false;  ///< something speaks against the state: not a healthy one, not yet a failure
-  /// Newest frame [s], camera clock, of a window that was solved without the host's states and
-  /// agrees with them; NaN: none has been compared for this frame, or it contradicts them.
-  double confirmed_stamp = kNotComputed;
-  std::string reason;  ///< in words, with value and bound; empty while healthy
-  /// The calibration that the window solved for this frame has found, if any.
-  OptionalCalibration calibration;
-  double reprojection_px = kNotComputed;  ///< median of the tracks between the host's poses
-  double velocity_mps = kNotComputed;     ///< difference to what the IMU measured
-  double rotation_deg = kNotComputed;     ///< likewise
-};
+using host_health::HostHealth;
 
 /// What a host has learned of its sensors in flight (HostAdapter::learn()).
 struct LearnedSensors {
@@ -190,9 +178,9 @@ class HostAdapter {
   HostPropagation propagate(const HostState& from, double stamp) const;
 
   /// Before the optimization of a frame in flight: compares the pose that the IMU predicts for it
-  /// with the pose that its tracks want (innovation.h), and says which of the two is not to be
-  /// believed. `window`: all states of the host, the newest as it has predicted it. `ric`, `tic`:
-  /// the host's present extrinsic.
+  /// with the pose that its tracks want (host_health/innovation.h), and says which of the two is
+  /// not to be believed. `window`: all states of the host, the newest as it has predicted it.
+  /// `ric`, `tic`: the host's present extrinsic.
   HostPreparation prepare(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                           const Eigen::Vector3d& tic);
 

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Are a host's newest states right? Its own failure detection does not notice most failures.
+// Whether a host's newest states are correct: its own failure detection does not notice most
+// failures.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,16 +9,16 @@
 #include <string>
 #include <vector>
 
-#include "imu_propagation.h"
-#include "imu_screen.h"
+#include "slim_init/host_health/imu_propagation.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/types.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 
-/// What the watchdog measured in one window of a host, and its verdict.
+/// What the watchdog measured in one window of a host, and its conclusion.
 struct WatchFinding {
   bool healthy = true;
-  std::string reason;  ///< what is wrong, with value and bound; empty while healthy
+  std::string reason;  ///< the check that failed, with value and limit; empty while healthy
   /// Of tracks triangulated between the window's older poses and seen again in the newest [px];
   /// NaN: too few.
   double reprojection_px = kNotComputed;
@@ -47,9 +48,9 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
                          const Calibration& calibration, const WatchBounds& bounds = {});
 
 /// Biases do not jump. An optimization that has been thrown off and finds back to the tracks has
-/// put what was wrong into them, and in hover nothing but their past says so. VINS-Mono's settle by
+/// put its error into them, and in hover nothing but their past says so. VINS-Mono's settle by
 /// up to 0.2 m/s^2 and 6e-3 rad/s in the first seconds after a start (V1_01, V1_02, V2_01, MH_04);
-/// in hover a wrong state left 2 to 3 m/s^2 behind.
+/// in hover an incorrect state left 2 to 3 m/s^2 behind.
 class SteadyBiases {
  public:
   static constexpr double kAccelStep = 0.5;  ///< [m/s^2], from the mean of before
@@ -65,8 +66,9 @@ class SteadyBiases {
   Eigen::Vector3d gyro_bias_ = Eigen::Vector3d::Zero();
 };
 
-/// Compares a host's newest state to an answer of the initializer propagated to the same instant.
-/// `scale_sigma` is the relative standard deviation of the answer's scale. Returns a reason, or "".
+/// Compares a host's newest state to an estimate of the initializer, propagated to the same
+/// timestamp. `scale_sigma` is the relative standard deviation of the estimate's scale. Returns a
+/// reason, or "".
 std::string compareStates(const NavState& host, const NavState& answer, double scale_sigma);
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

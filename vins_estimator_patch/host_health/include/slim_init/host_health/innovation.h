@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // One test of a new frame: does the pose that the IMU predicts agree with the pose that the tracks
-// want, and if not, which of the two is wrong?
+// want, and if not, which of the two is incorrect?
 #pragma once
 
 #include <Eigen/Core>
@@ -10,18 +10,17 @@
 #include <string>
 #include <vector>
 
-#include "imu_propagation.h"
+#include "slim_init/host_health/imu_propagation.h"
 #include "slim_init/types.h"
-#include "track_place.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 
-/// What is wrong with a frame.
+/// The damaged input of a frame.
 enum class Culprit {
   kNone,
   kImu,       ///< nearly all tracks agree on a pose that the IMU data contradict
   kImages,    ///< a part of the tracks moves, or all; the others agree with the IMU
-  kUnclear,   ///< neither; or the host's velocity is wrong
+  kUnclear,   ///< neither; or the host's velocity is incorrect
   kNotJudged  ///< fewer than eight tracks have a known place, or input is missing
 };
 
@@ -83,7 +82,8 @@ struct TrackTrust {
 /// pose that most tracks want; a track agrees with a pose if its chi-square, with the covariance of
 /// pixel and place, is below 13.8 (0.1 %). A track whose views in the window leave it no place (the
 /// same bound) has moved before the newest interval: many of them cannot speak against the IMU, and
-/// a texture that fills the view, all of whose tracks are new, is told from damage by them.
+/// a texture that fills the view, all of whose tracks are new, is distinguished from damage by
+/// them.
 Innovation innovationOf(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
                         double sigma_px, const TrackTrust& trust = {});
@@ -93,7 +93,7 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
 /// That finds damage too small for the other test, tells a host with an incorrect velocity
 /// (kUnclear) from damage, and finds damage that goes on in each frame: until an interval is clean
 /// the velocity of the poses alone is used. If all of the image moves for more than 5 s the frame
-/// is kUnclear: the host's poses may as well be wrong. Not thread-safe.
+/// is kUnclear: the host's poses may as well be incorrect. Not thread-safe.
 class InnovationMonitor {
  public:
   /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
@@ -131,28 +131,4 @@ class InnovationMonitor {
   double trusted_since_ = -std::numeric_limits<double>::infinity();  // [s]
 };
 
-namespace innovation_detail {
-
-/// A track of the newest frame with a known place.
-struct PoseTrack {
-  FeatureId id = -1;
-  TrackPlace place;
-  Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();  ///< in c
-  Eigen::Matrix<double, 3, 2> basis;                   ///< tangentOf(bearing)
-};
-
-/// Residual of a track at a pose of the body.
-struct PoseResidual {
-  Eigen::Vector2d r = Eigen::Vector2d::Zero();  ///< [rad]
-  Eigen::Matrix<double, 2, 6> J;                ///< by errors [theta, p] of the body in the world
-  Eigen::Matrix2d information;                  ///< inverse covariance of pixel and place
-  double inverse_depth = 0.0;                   ///< with this observation [1/m]
-};
-
-/// False if the place is behind the camera. `sigma` of a bearing [rad].
-bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibration& calibration,
-                  double sigma, PoseResidual* residual);
-
-}  // namespace innovation_detail
-
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

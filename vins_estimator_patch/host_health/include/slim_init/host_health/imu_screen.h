@@ -10,7 +10,7 @@
 #include "slim_init/imu_limits.h"
 #include "slim_init/types.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 
 /// Motion of a body while the IMU says nothing, standard deviations.
 constexpr double kUnknownAccel = 3.0;  ///< [m/s^2]
@@ -22,7 +22,7 @@ struct ImuDamage {
   double last = 0.0;     ///< the first good one after; the newest sample while it goes on [s]
   bool open = false;     ///< it still goes on
   bool bridged = false;  ///< short enough to be used all the same
-  /// Only the accelerometer was wrong: the rates in it are as measured.
+  /// Only the accelerometer was damaged: the rates in it are as measured.
   bool gyro_known = false;
   /// The samples are used as measured: the innovation test or their noise speaks against them.
   bool measured = false;
@@ -108,4 +108,4 @@ class ImuScreen {
   double period_ = 0.005;           // between samples [s]
 };
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "imu_propagation.h"
+#include "slim_init/host_health/imu_propagation.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 namespace {
 
 constexpr double kHealthyTilt = 0.5 / 57.29577951308232;  // [rad]
@@ -156,4 +156,4 @@ bool propagateState(const PropagatedState& from, double t, const std::deque<ImuS
   return true;
 }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

@@ -2,7 +2,7 @@
 //
 // The innovation test of a frame: each culprit, from both sides, and how often a healthy host is
 // accused.
-#include "innovation.h"
+#include "slim_init/host_health/innovation.h"
 
 #include <gtest/gtest.h>
 
@@ -21,8 +21,9 @@
 #include <utility>
 #include <vector>
 
-#include "imu_screen.h"
+#include "pose_residual.h"
 #include "slim_init/evaluation/recorded.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/simulation/feature_simulator.h"
 #include "slim_init/simulation/trajectory.h"
 #include "slim_init/simulation/world.h"
@@ -30,7 +31,7 @@
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
@@ -703,4 +704,4 @@ TEST(Innovation, AHealthyHostIsNotAccused) {
 }
 
 }  // namespace
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

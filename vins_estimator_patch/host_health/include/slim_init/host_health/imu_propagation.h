@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "imu_screen.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/state_prior.h"
 #include "slim_init/types.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 
 /// The matrix S with S w = v x w for every w.
 Eigen::Matrix3d skewOf(const Eigen::Vector3d& v);
@@ -20,7 +20,7 @@ Eigen::Matrix3d skewOf(const Eigen::Vector3d& v);
 /// Errors [theta, v, p, b_g, b_a], all in the world.
 using PropagatedCovariance = Eigen::Matrix<double, 15, 15>;
 
-/// A state at an instant, and its covariance.
+/// A state at a timestamp, and its covariance.
 struct PropagatedState {
   NavState state;
   PropagatedCovariance covariance = PropagatedCovariance::Zero();
@@ -59,4 +59,4 @@ ImuWidening wideningOf(const std::deque<ImuDamage>& damage, double t_i, double t
 /// The samples from t_i to t_j, both ends interpolated. Empty where the samples do not cover it.
 std::vector<ImuSample> samplesBetween(const std::deque<ImuSample>& samples, double t_i, double t_j);
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

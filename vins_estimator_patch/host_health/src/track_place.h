@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Triangulation of tracks between poses of a host: the only one of the adapter.
+// Triangulation of tracks between poses of a host: the only one of this library and the adapter.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 
 #include "slim_init/types.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 
 /// Pose of a camera in the world.
 struct CameraPose {
@@ -62,4 +62,4 @@ struct PlaceResidual {
 bool residualOf(const TrackPlace& place, const CameraPose& camera, const Eigen::Vector3d& bearing,
                 const Eigen::Matrix<double, 3, 2>& basis, PlaceResidual* residual);
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

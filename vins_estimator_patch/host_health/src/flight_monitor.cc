@@ -1,11 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "flight_monitor.h"
+#include "slim_init/host_health/flight_monitor.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 
 const char* toString(FlightStatus status) {
   switch (status) {
@@ -53,4 +53,4 @@ FlightStatus FlightMonitor::status() const {
 
 bool FlightMonitor::wantsEvidence(double stamp) const { return stamp - last_trouble_ >= kEvidence; }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

@@ -1,13 +1,29 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What is said about a host's states, from what is found in its frames one by one.
+// The status of a host's states, from the findings of its frames one by one.
 #pragma once
 
 #include <string>
 
-#include "slim_init/vins_adapter/host_adapter.h"
+#include "slim_init/result.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
+
+/// What was found about a host's states at one frame.
+struct HostHealth {
+  bool healthy = true;  ///< no failure is reported
+  bool suspect =
+      false;  ///< something speaks against the state: not a healthy one, not yet a failure
+  /// Newest frame [s], camera clock, of a window that was solved without the host's states and
+  /// agrees with them; NaN: none has been compared for this frame, or it contradicts them.
+  double confirmed_stamp = kNotComputed;
+  std::string reason;  ///< in words, with value and bound; empty while healthy
+  /// The calibration that the window solved for this frame has found, if any.
+  OptionalCalibration calibration;
+  double reprojection_px = kNotComputed;  ///< median of the tracks between the host's poses
+  double velocity_mps = kNotComputed;     ///< difference to what the IMU measured
+  double rotation_deg = kNotComputed;     ///< likewise
+};
 
 /// The health of a host's states.
 enum class FlightStatus {
@@ -16,7 +32,7 @@ enum class FlightStatus {
   kWrong     ///< a failure; recoveries are tried
 };
 
-/// "good", "suspect", "wrong".
+/// The lower-case name of the enumerator.
 const char* toString(FlightStatus status);
 
 /// Turns the findings of each frame into a status. After a failure, a recovery or damaged data the
@@ -28,7 +44,7 @@ class FlightMonitor {
   static constexpr double kEvidence = 0.5;    ///< [s]
   static constexpr double kUnopposed = 10.0;  ///< [s]
 
-  /// The states begin anew: nothing is known against them.
+  /// The states have restarted: nothing is known against them.
   void reset();
   /// At `stamp` [s] the data were damaged, or the states were replaced after a failure, which then
   /// has ended.
@@ -54,4 +70,4 @@ class FlightMonitor {
   double last_trouble_ = kNotComputed;  // NaN: no doubt
 };
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "imu_screen.h"
+#include "slim_init/host_health/imu_screen.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 
 double middle(std::vector<double> values) {
   const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -322,4 +322,4 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   return ready;
 }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

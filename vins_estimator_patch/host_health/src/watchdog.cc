@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "watchdog.h"
+#include "slim_init/host_health/watchdog.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -10,10 +10,10 @@
 #include <sstream>
 #include <utility>
 
-#include "imu_screen.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "track_place.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 namespace {
 
 constexpr double kDeg = 57.29577951308232;
@@ -184,4 +184,4 @@ std::string compareStates(const NavState& host, const NavState& answer, double s
   return "";
 }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

@@ -1,11 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "flight_monitor.h"
+#include "slim_init/host_health/flight_monitor.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 namespace {
 
 HostHealth healthy() { return HostHealth(); }
@@ -98,4 +98,4 @@ TEST(FlightMonitor, NamesOfAStatus) {
 }
 
 }  // namespace
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

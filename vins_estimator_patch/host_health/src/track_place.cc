@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 namespace {
 
 // Inverse depth of a point of which nothing is known [1/m].
@@ -100,4 +100,4 @@ bool findPlace(const std::vector<TrackView>& views, double sigma, double sigma_p
   return place->covariance.allFinite();
 }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health

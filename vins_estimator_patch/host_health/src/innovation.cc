@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "innovation.h"
+#include "slim_init/host_health/innovation.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -10,9 +10,11 @@
 #include <unordered_map>
 #include <utility>
 
-#include "imu_screen.h"
+#include "pose_residual.h"
+#include "slim_init/host_health/imu_screen.h"
+#include "track_place.h"
 
-namespace slim_init::vins_adapter {
+namespace slim_init::host_health {
 namespace {
 
 using innovation_detail::PoseResidual;
@@ -719,4 +721,4 @@ Innovation InnovationMonitor::judgeFrame(const std::vector<NavState>& optimized,
 
 void InnovationMonitor::reset() { *this = InnovationMonitor(); }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init::host_health
