@@ -20,6 +20,7 @@
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
 #include "support/exact_window.h"
+#include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -27,7 +28,6 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Clock = std::chrono::steady_clock;
 
-constexpr int kHostFrames = 11;
 constexpr int kFrames = 60;
 constexpr std::chrono::milliseconds kFrameTime(100);
 
@@ -95,20 +95,9 @@ class BackgroundSolve : public ::testing::Test {
     next_ = 0;
   }
   void feed(int first, int last) {
-    for (int k = first; k <= last; ++k) {
-      const double t = exact_.truth[k].t;
-      while (next_ < exact_.imu.size() && (next_ == 0 || exact_.imu[next_ - 1].t < t)) {
-        const ImuSample& sample = exact_.imu[next_++];
-        adapter_->addImu(sample.t, sample.accel, sample.gyro);
-      }
-      adapter_->addFrame(exact_.keyframes[k]);
-    }
+    vins_adapter::feed(exact_, exact_.imu, first, last, &next_, adapter_.get());
   }
-  std::vector<double> stamps(int last) const {
-    std::vector<double> result;
-    for (int k = last - kHostFrames + 1; k <= last; ++k) result.push_back(exact_.keyframes[k].t);
-    return result;
-  }
+  std::vector<double> stamps(int last) const { return stampsOf(exact_, last); }
   HostState stateOf(int k) const { return toHostState(exact_.truth[k], 0.0); }
   std::vector<HostState> window(int last) const {
     std::vector<HostState> states;

@@ -16,13 +16,12 @@
 #include "slim_init/state_at.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "support/exact_window.h"
+#include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
-constexpr int kHostFrames = 11;
 
 /// Knows the true state of every frame (in a world of its own, turned about z and shifted) and
 /// keeps what it was given in plain vectors.
@@ -163,21 +162,8 @@ class ForeignInitializer : public ::testing::Test {
     EXPECT_NE(adapter_, nullptr) << error;
   }
 
-  void feed(int k) {
-    const double t = exact_.truth[k].t;
-    while (next_ < exact_.imu.size() && (next_ == 0 || exact_.imu[next_ - 1].t < t)) {
-      const ImuSample& sample = exact_.imu[next_++];
-      adapter_->addImu(sample.t, sample.accel, sample.gyro);
-    }
-    adapter_->addFrame(exact_.keyframes[k]);
-  }
-  std::vector<double> stamps(int last) const {
-    std::vector<double> result;
-    for (int k = std::max(0, last - kHostFrames + 1); k <= last; ++k) {
-      result.push_back(exact_.keyframes[k].t);
-    }
-    return result;
-  }
+  void feed(int k) { vins_adapter::feed(exact_, exact_.imu, k, k, &next_, adapter_.get()); }
+  std::vector<double> stamps(int last) const { return stampsOf(exact_, last); }
 
   ExactWindow exact_;
   Oracle* oracle_ = nullptr;

@@ -15,13 +15,12 @@
 #include "slim_init/vins_adapter/host_glue.h"
 #include "support/exact_window.h"
 #include "support/same_result.h"
+#include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
 namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
-
-constexpr int kHostFrames = 11;
 
 ExactWindowOptions tenHertz() {
   ExactWindowOptions options;
@@ -46,21 +45,11 @@ class HostAdapterTest : public ::testing::Test {
   }
   std::unique_ptr<HostAdapter> make() { return make(exact_.calibration); }
 
-  // All frames up to `frame` and the IMU samples to the first one after it, in the host's order.
   void feed(HostAdapter& adapter, int first, int last) {
-    for (int k = first; k <= last; ++k) {
-      const double t = exact_.truth[k].t;
-      while (next_ < exact_.imu.size() && (next_ == 0 || exact_.imu[next_ - 1].t < t)) {
-        const ImuSample& sample = exact_.imu[next_++];
-        adapter.addImu(sample.t, sample.accel, sample.gyro);
-      }
-      adapter.addFrame(exact_.keyframes[k]);
-    }
+    vins_adapter::feed(exact_, exact_.imu, first, last, &next_, &adapter);
   }
   std::vector<double> stamps(int last, int count = kHostFrames) const {
-    std::vector<double> result;
-    for (int k = last - count + 1; k <= last; ++k) result.push_back(exact_.keyframes[k].t);
-    return result;
+    return stampsOf(exact_, last, count);
   }
   HostState healthy(int k) const {
     HostState state;
@@ -199,11 +188,7 @@ TEST_F(HostAdapterTest, AllFramesOfAWindowThatStoodHaveStates) {
   HostResult answer;
   std::size_t next = 0;
   for (int k = 0; k < options.keyframes && !answer.success(); ++k) {
-    for (; next < exact.imu.size() && (next == 0 || exact.imu[next - 1].t < exact.truth[k].t);) {
-      const ImuSample& sample = exact.imu[next++];
-      adapter->addImu(sample.t, sample.accel, sample.gyro);
-    }
-    adapter->addFrame(exact.keyframes[k]);
+    vins_adapter::feed(exact, exact.imu, k, k, &next, adapter.get());
     if (static_cast<int>(frames.size()) == kHostFrames) {
       // Parallax makes the oldest leave, otherwise the newest is replaced.
       frames.erase(exact.truth[k].t > options.rest_s + 0.2 ? frames.begin() : frames.end() - 1);
@@ -512,17 +497,9 @@ TEST(HostAdapterThreads, EightHostsAtOnceGiveTheAnswersOfOne) {
     const auto adapter = HostAdapter::create(
         makeInitializer(flight.calibration, HostAdapter::hostDefaults()), synchronous, nullptr);
     std::size_t next = 0;
-    std::vector<double> stamps;
-    for (std::size_t k = 0; k < flight.keyframes.size(); ++k) {
-      while (next < flight.imu.size() &&
-             (next == 0 || flight.imu[next - 1].t < flight.truth[k].t)) {
-        const ImuSample& sample = flight.imu[next++];
-        adapter->addImu(sample.t, sample.accel, sample.gyro);
-      }
-      adapter->addFrame(flight.keyframes[k]);
-      stamps.push_back(flight.keyframes[k].t);
-      if (stamps.size() > kHostFrames) stamps.erase(stamps.begin());
-      if (stamps.size() == kHostFrames) answers.push_back(adapter->seed(stamps).result);
+    for (int k = 0; k < static_cast<int>(flight.keyframes.size()); ++k) {
+      feed(flight, flight.imu, k, k, &next, adapter.get());
+      if (k + 1 >= kHostFrames) answers.push_back(adapter->seed(stampsOf(flight, k)).result);
     }
     return answers;
   };

@@ -21,6 +21,7 @@
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
 #include "support/exact_window.h"
+#include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -29,7 +30,6 @@ using namespace host_health;      // NOLINT: the vocabulary of these tests
 using namespace testing_support;  // NOLINT: likewise
 
 constexpr int kFrames = 40;
-constexpr int kHostFrames = 11;
 
 ExactWindow flight(bool noise = false) {
   ExactWindowOptions options;
@@ -598,7 +598,7 @@ TEST(CompareStates, VelocityAndTilt) {
 
 class AdapterInFlight : public ::testing::Test {
  protected:
-  void fly(std::vector<ImuSample> imu, int frames = kFrames) {
+  void fly(const std::vector<ImuSample>& imu, int frames = kFrames) {
     HostOptions options;
     options.reinit = options.watchdog = true;
     options.max_wait_ms = -1.0;
@@ -607,13 +607,7 @@ class AdapterInFlight : public ::testing::Test {
                                    options, &error);
     ASSERT_NE(adapter_, nullptr) << error;
     std::size_t next = 0;
-    for (int k = 0; k < frames; ++k) {
-      while (next < imu.size() && (next == 0 || imu[next - 1].t < exact_.truth[k].t)) {
-        adapter_->addImu(imu[next].t, imu[next].accel, imu[next].gyro);
-        ++next;
-      }
-      adapter_->addFrame(exact_.keyframes[k]);
-    }
+    feed(exact_, imu, 0, frames - 1, &next, adapter_.get());
   }
   std::vector<HostState> window(int newest) const {
     std::vector<HostState> result;
