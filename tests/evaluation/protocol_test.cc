@@ -142,6 +142,14 @@ TEST(Protocol, ImuGlitchesAreDroppedAndCounted) {
   options.imu.max_accel = 500.0;
   result = run(sequence, {&solver}, options);
   EXPECT_EQ(result.dropped.imu_glitches, 0);
+  // A step that no body makes is screened as it is in a host, within the limits too.
+  for (ImuSample& sample : sequence.imu) {
+    if (sample.accel.y() == 400.0) sample.accel.y() = 100.0;
+  }
+  options.imu = ImuLimits();
+  result = run(sequence, {&solver}, options);
+  EXPECT_EQ(result.counts.windows, 1);
+  EXPECT_EQ(result.dropped.imu_glitches, 1);
   options.imu.max_accel = 16.0;
   EXPECT_EQ(runProtocol(sequence, {&solver}, options, nullptr, &result),
             "imu.max_accel is 16, must be in [19.6, inf]");

@@ -100,6 +100,7 @@ layer("simulation" FOLDERS slim_init/simulation
 layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
       ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
             slim_init/evaluation/include slim_init/evaluation/src
+            vins_estimator_patch/host_health/include
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|(geometry|sensor)_msgs)/[A-Za-z_]+\\.h")
 # Instruments of this repository, not installed, that look into the core.
 layer("back end" FOLDERS slim_init/backend
@@ -145,6 +146,7 @@ layer("node headers" FOLDERS vins_estimator_patch/include/slim_init/vins_ros
 # Nothing includes these two.
 layer("ros edge" FOLDERS slim_init/ros feature_tracker_lines/ros
       ROOTS slim_init/include feature_tracker_lines/include vins_estimator_patch/include
+            vins_estimator_patch/host_health/include
             slim_init/baselines/include slim_init/config/include slim_init/ros/include feature_tracker_lines/ros/include
       ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp|(ros|slim_init|[a-z0-9]+_(msgs|srvs))/[A-Za-z_0-9]+\\.h")
 
@@ -187,7 +189,7 @@ if(LINKS_FILE)
   may_link(slim_init_rendering
            "${base}|${front}|slim_init(_|::)simulation|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_evaluation
-           "${base}|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag|Threads::Threads")
+           "${base}|slim_init(_|::)host_health|${front}|nlohmann_json::nlohmann_json|SlimInitOpenCV::SlimInitOpenCV|SlimInitRosbag::SlimInitRosbag|Threads::Threads")
   may_link(slim_init_backend "${base}|slim_init(_|::)evaluation|Ceres::ceres")
   may_link(slim_init_baselines "${base}")
   may_link(slim_init_ceres_baselines

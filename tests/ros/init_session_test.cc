@@ -120,6 +120,23 @@ class InitSessionTest : public ::testing::Test {
   double next_imu_ = 0.0;
 };
 
+// A step within the limits, screened as in a host; the count outlives a restart.
+TEST_F(InitSessionTest, ImuSamplesAreScreened) {
+  make(everyFrame(false));
+  imuUpTo(1.0);
+  ImuSample glitch;
+  glitch.t = next_imu_;
+  glitch.accel = Eigen::Vector3d(100.0, 0.0, 9.81);
+  EXPECT_EQ(session_->addImu(glitch), AddStatus::kGlitch);
+  next_imu_ += 0.005;
+  imuUpTo(1.1);
+  EXPECT_EQ(session_->streamCounts().imu_glitches, 1);
+  EXPECT_EQ(scripted_->counts().imu_glitches, 0);
+  session_->restart();
+  EXPECT_EQ(session_->streamCounts().imu_glitches, 1);
+  EXPECT_EQ(session_->addImu(glitch), AddStatus::kAdded) << "the first sample of a stream";
+}
+
 // Rolling shutter: the row of points and of both ends of a line.
 TEST_F(InitSessionTest, RowsAreSet) {
   FrameObservation observed = frame(1.0);

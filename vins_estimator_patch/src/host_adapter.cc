@@ -201,8 +201,6 @@ struct HostAdapter::State {
   double first_stamp = kNotComputed;
   std::map<double, double> td_of;  // by stamp [s]
   ImuScreen screen{ImuLimits()};
-  double last_imu = kNotComputed;
-  std::int64_t suspects = 0;            // samples within the limits that were left out
   std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
   std::set<double> images;              // stamps of those that the host has received [s]
   double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
@@ -525,7 +523,7 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
 // The frame's samples have arrived, and the screen has not let all of them pass to the initializer.
 bool HostAdapter::State::isHeldBack(double stamp) const {
   const double t = hostTime(stamp);
-  return last_imu >= t && initializer->bufferedImu().last < t;
+  return screen.newest() >= t && initializer->bufferedImu().last < t;
 }
 
 HostPropagation HostAdapter::State::propagate(const HostState& from, double stamp) const {
@@ -752,24 +750,9 @@ AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eige
   sample.t = t;
   sample.accel = accel;
   sample.gyro = gyro;
-  const double last = state.last_imu;
-  // Whether a stamp is to be believed is the initializer's to say.
-  const bool regular = t > last && t - last <= StreamCheck::kJump;
-  const bool finite = std::isfinite(t) && accel.allFinite() && gyro.allFinite();
-  if (!regular || !finite || state.options.imu.exceededBy(sample)) {
-    const AddStatus status = state.noteRestart(state.initializer->addImu(sample));
-    if (isAdded(status) || (status == AddStatus::kGlitch && regular)) {
-      state.screen.add(sample);
-      state.last_imu = t;
-    }
-    return status;
-  }
-  state.last_imu = t;
-  const std::vector<ImuSample> usable = state.screen.add(sample);
-  if (usable.empty()) ++state.suspects;
-  AddStatus status = AddStatus::kGlitch;
-  for (const ImuSample& one : usable) status = state.initializer->addImu(one);
-  return state.noteRestart(status);
+  return state.screen.pass(sample, [&state](const ImuSample& one) {
+    return state.noteRestart(state.initializer->addImu(one));
+  });
 }
 
 AddStatus HostAdapter::addFrame(FrameObservation frame) {
@@ -924,8 +907,7 @@ void HostAdapter::reset() {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   state_->initializer->reset();
   state_->forget();
-  state_->last_imu = kNotComputed;
-  state_->suspects = 0;
+  state_->screen = ImuScreen(state_->options.imu);
 }
 
 HostOptions HostAdapter::options() const { return state_->options; }
@@ -933,7 +915,7 @@ HostOptions HostAdapter::options() const { return state_->options; }
 StreamCounts HostAdapter::counts() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   StreamCounts counts = state_->initializer->counts();
-  counts.imu_glitches += state_->suspects;
+  counts.imu_glitches += state_->screen.discarded();
   return counts;
 }
 

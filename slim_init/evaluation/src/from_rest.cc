@@ -22,11 +22,11 @@ constexpr double kSeenBefore = 3.0;
 constexpr double kMovingSpeed = 0.03;  // [m/s]: three standard deviations of the prior
 
 // The first accepted estimate after one onset, or the last refusal.
-FromRestRecord start(const Sequence& sequence, const MotionOnset& onset,
+FromRestRecord start(const Sequence& sequence, const MotionOnset& onset, const ImuLimits& limits,
                      IInitializer* initializer) {
   FromRestRecord record;
   record.t_onset = onset.t;
-  StreamStart streams(sequence, onset.first, initializer);
+  StreamStart streams(sequence, onset.first, limits, initializer);
   for (std::size_t frame = onset.first; frame < sequence.frames.size(); ++frame) {
     const double t = streams.timeOf(frame);
     if (t > onset.t + kLongestStart) break;
@@ -96,7 +96,7 @@ std::string runFromRest(const Sequence& sequence, const InitializerOptions& init
       const std::unique_ptr<IInitializer> fresh =
           makeInitializer(sequence.calibration, options, &error);
       if (fresh == nullptr) return error;
-      records->push_back(start(sequence, onset, fresh.get()));
+      records->push_back(start(sequence, onset, options.imu, fresh.get()));
       records->back().with_prior = with_prior;
     }
   }

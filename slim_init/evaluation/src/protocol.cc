@@ -13,6 +13,7 @@
 #include "slim_init/evaluation/cpu_time.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/keyframe_window.h"
 
 namespace slim_init::evaluation {
@@ -82,6 +83,7 @@ class WindowCutter {
   /// in `calibration`.
   Cut cut(std::size_t first_frame, const Calibration& calibration, StreamCounts* dropped) const {
     KeyframeWindow buffer(calibration, options_, streams_);
+    host_health::ImuScreen screen(streams_.imu);
     const auto imuTime = [&](std::size_t frame) {
       return calibration.imuTime(sequence_.frames[frame].t);
     };
@@ -101,7 +103,8 @@ class WindowCutter {
       while (
           next_imu < sequence_.imu.size() &&
           (buffer.imu().empty() || buffer.imu().back().t < imuTime(i) + InitWindow::kImuMargin)) {
-        buffer.addImu(sequence_.imu[next_imu++]);
+        screen.pass(sequence_.imu[next_imu++],
+                    [&buffer](const ImuSample& sample) { return buffer.addImu(sample); });
       }
       const double until = imuTime(i) + InitWindow::kMaxSpeedGap;
       for (; speed != sequence_.speeds.end() && speed->t < until; ++speed) buffer.addSpeed(*speed);
@@ -123,6 +126,7 @@ class WindowCutter {
       }
     }
     *dropped += buffer.counts();
+    dropped->imu_glitches += screen.discarded();
     return result;
   }
 

@@ -145,7 +145,7 @@ std::string runProvisional(const Sequence& sequence, const InitializerOptions& i
     const std::unique_ptr<IInitializer> asked =
         makeInitializer(sequence.calibration, initializer, &error);
     if (asked == nullptr) return error;
-    StreamStart start(sequence, first, asked.get());
+    StreamStart start(sequence, first, initializer.imu, asked.get());
     const double t_first = start.timeOf(first);
     // Data that end earlier make no trial.
     if (start.timeOf(sequence.frames.size() - 1) < t_first + options.last_s) break;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "slim_init/evaluation/sequence.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/init_window.h"
 #include "slim_init/initializer.h"
 
@@ -16,8 +17,9 @@ namespace slim_init::evaluation {
 /// references are kept.
 class StreamStart {
  public:
-  StreamStart(const Sequence& sequence, std::size_t frame, IInitializer* initializer)
-      : sequence_(sequence), initializer_(initializer) {
+  StreamStart(const Sequence& sequence, std::size_t frame, const ImuLimits& limits,
+              IInitializer* initializer)
+      : sequence_(sequence), initializer_(initializer), screen_(limits) {
     const double t = timeOf(frame) - InitWindow::kImuMargin;
     const auto after =
         std::upper_bound(sequence.imu.begin(), sequence.imu.end(), t,
@@ -38,7 +40,8 @@ class StreamStart {
     const double t = timeOf(frame) + InitWindow::kImuMargin;
     while (next_ != sequence_.imu.end() && !(t_imu_ >= t)) {
       t_imu_ = next_->t;
-      initializer_->addImu(*next_++);
+      screen_.pass(*next_++,
+                   [this](const ImuSample& sample) { return initializer_->addImu(sample); });
     }
     for (; speed_ != sequence_.speeds.end() && speed_->t < t; ++speed_) {
       initializer_->addSpeed(*speed_);
@@ -49,6 +52,7 @@ class StreamStart {
  private:
   const Sequence& sequence_;
   IInitializer* initializer_;
+  host_health::ImuScreen screen_;
   std::vector<ImuSample>::const_iterator next_;
   std::vector<SpeedSample>::const_iterator speed_;
   double t_imu_ = -1e300;

@@ -32,11 +32,14 @@ std::string InitSessionOptions::validate() const {
 
 InitSession::InitSession(std::unique_ptr<IInitializer> initializer,
                          const InitSessionOptions& options)
-    : initializer_(std::move(initializer)), options_(options) {}
+    : initializer_(std::move(initializer)), options_(options), screen_(options.imu) {}
 
 AddStatus InitSession::addImu(const ImuSample& sample) {
-  const AddStatus status = initializer_->addImu(sample);
-  if (status == AddStatus::kRestarted) forget();
+  const AddStatus status = screen_.pass(sample, [this](const ImuSample& one) {
+    const AddStatus of_one = initializer_->addImu(one);
+    if (of_one == AddStatus::kRestarted) forget();
+    return of_one;
+  });
   if (isAdded(status)) t_imu_ = sample.t;
   return status;
 }
@@ -116,17 +119,20 @@ void InitSession::restart() {
   before_restart_ = streamCounts();
   before_restart_.lines_unmatched += std::exchange(before_restart_.lines_waiting, 0);
   initializer_->reset();
+  screen_ = host_health::ImuScreen(options_.imu);
   forget();
 }
 
 void InitSession::forget() {
   frames_.clear();
+  screen_.reset();
   t_imu_ = t_attempt_ = t_newest_covered_ = kNotComputed;
   initialized_ = false;
 }
 
 StreamCounts InitSession::streamCounts() const {
   StreamCounts counts = before_restart_;
+  counts.imu_glitches += screen_.discarded();
   return counts += initializer_->counts();
 }
 

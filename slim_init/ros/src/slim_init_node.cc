@@ -89,6 +89,7 @@ std::string SlimInitNode::start() {
   if (std::string problem = parameters.check(); !problem.empty()) return problem;
   if (std::string problem = options.validate(); !problem.empty()) return "~" + problem;
   options.image_height = config.camera.height;
+  options.imu = config.options.imu;
   config.options.limits = liveLimits(config.options.limits);
   std::string error;
   std::unique_ptr<IInitializer> initializer = baselines::makeInitializer(
@@ -130,7 +131,12 @@ void SlimInitNode::onImu(const sensor_msgs::Imu& message) {
   const std::string problem = readImu(message, &sample);
   if (!streams_.accept(kImu, message.header, problem, &sample.t)) return;
   const AddStatus status = session_->addImu(sample);
-  if (status == AddStatus::kGlitch) streams_.explain(kImu, imu_limits_.describe(sample));
+  if (status == AddStatus::kGlitch) {
+    streams_.explain(kImu, imu_limits_.describe(sample) +
+                               (imu_limits_.exceededBy(sample)
+                                    ? ""
+                                    : ": too far from those before it, or among such samples"));
+  }
   use(status);
 }
 

@@ -322,4 +322,26 @@ std::vector<ImuSample> ImuScreen::add(const ImuSample& sample) {
   return ready;
 }
 
+AddStatus ImuScreen::pass(const ImuSample& sample, const Receiver& receiver) {
+  // Whether a stamp is to be believed is the receiver's to say.
+  const bool regular = sample.t > newest_ && sample.t - newest_ <= StreamCheck::kJump;
+  const bool finite =
+      std::isfinite(sample.t) && sample.accel.allFinite() && sample.gyro.allFinite();
+  if (!regular || !finite || limits_.exceededBy(sample)) {
+    const AddStatus status = receiver(sample);
+    if (status == AddStatus::kRestarted) reset();
+    if (isAdded(status) || (status == AddStatus::kGlitch && regular)) {
+      add(sample);
+      newest_ = sample.t;
+    }
+    return status;
+  }
+  newest_ = sample.t;
+  const std::vector<ImuSample> usable = add(sample);
+  if (usable.empty()) ++discarded_;
+  AddStatus status = AddStatus::kGlitch;
+  for (const ImuSample& one : usable) status = receiver(one);
+  return status;
+}
+
 }  // namespace slim_init::host_health

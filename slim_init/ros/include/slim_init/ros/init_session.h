@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/initializer.h"
 
 namespace slim_init::node {
@@ -25,6 +26,8 @@ struct InitSessionOptions {
   /// Rows of the images [px], from which the exposure times of a rolling shutter are computed
   /// (row_times.h); 0: those of the observations stay as they are.
   int image_height = 0;
+  /// Samples beyond are no measurements (the initializer drops and counts them).
+  ImuLimits imu;
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -56,6 +59,7 @@ class InitSession {
   /// `initializer` is not null; options as they are, call validate() first.
   InitSession(std::unique_ptr<IInitializer> initializer, const InitSessionOptions& options);
 
+  /// kGlitch: also for samples that the screen has discarded (ImuScreen::pass()).
   AddStatus addImu(const ImuSample& sample);
   AddStatus addSpeed(const SpeedSample& sample) { return initializer_->addSpeed(sample); }
   /// Points of one image; its lines come by addLines(), before or after.
@@ -96,6 +100,7 @@ class InitSession {
   InitSessionOptions options_;
   InitSessionCounts counts_;
   StreamCounts before_restart_;
+  host_health::ImuScreen screen_;
   std::deque<PendingFrame> frames_;  // not part of an attempt yet
   double t_imu_ = kNotComputed;
   double t_attempt_ = kNotComputed;         // camera clock

@@ -4,10 +4,13 @@
 // over which intervals the motion of the body is not known.
 #pragma once
 
+#include <cstdint>
 #include <deque>
+#include <functional>
 #include <vector>
 
 #include "slim_init/imu_limits.h"
+#include "slim_init/stream_check.h"
 #include "slim_init/types.h"
 
 namespace slim_init::host_health {
@@ -71,6 +74,19 @@ class ImuScreen {
   /// interval before it. `sample` is finite and after the one before it.
   std::vector<ImuSample> add(const ImuSample& sample);
 
+  /// IInitializer::addImu() or KeyframeWindow::addImu().
+  using Receiver = std::function<AddStatus(const ImuSample&)>;
+  /// add() in front of an initializer or a keyframe window, the same for all of their users: any
+  /// sample, whose stamp and limits the receiver judges. What may be used of it is passed on.
+  /// Returns the receiver's status of `sample`, kGlitch if the screen has discarded it. When the
+  /// receiver restarts for another reason the caller calls reset().
+  AddStatus pass(const ImuSample& sample, const Receiver& receiver);
+  /// Samples that pass() has discarded, besides those of the receiver's StreamCounts::imu_glitches;
+  /// kept by reset().
+  std::int64_t discarded() const { return discarded_; }
+  /// Stamp of the newest sample that pass() has received [s]; NaN: none.
+  double newest() const { return newest_; }
+
   /// Usable samples, and interpolated ones over the damage that has ended.
   const std::deque<ImuSample>& samples() const { return samples_; }
   /// samples(), and while damage goes on the last usable sample held up to `t` [s].
@@ -106,6 +122,8 @@ class ImuScreen {
   double noise_end_ = -1e300;       // of the damage by noise that may go on [s]
   double believed_since_ = -1e300;  // samples from before are of another motion [s]
   double period_ = 0.005;           // between samples [s]
+  double newest_ = kNotComputed;    // stamp, of pass() [s]
+  std::int64_t discarded_ = 0;
 };
 
 }  // namespace slim_init::host_health
