@@ -88,8 +88,8 @@ TEST(Options, OutOfRangeMessageNamesValueAndBound) {
   bias.max_gap = 9;
   EXPECT_EQ(bias.validate(), "max_gap is 9, must be in [1, 8]");
   RobustBiasOptions robust;
-  robust.candidates = kMaxBiasCandidates + 1;
-  EXPECT_EQ(robust.validate(), "candidates is 4, must be in [0, 3]");
+  robust.clean_cost = 40.0;
+  EXPECT_EQ(robust.validate(), "clean_cost is 40, must be in [0, 10]");
   ReverseAlignmentOptions reverse;
   reverse.min_scale = 60.0;
   EXPECT_EQ(reverse.validate(), "min_scale is 60, must not exceed max_scale (50)");

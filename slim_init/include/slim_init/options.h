@@ -16,9 +16,6 @@ namespace slim_init {
 /// check.
 inline constexpr int kMinKeyframes = 4;
 
-/// Further starts that the gyroscope bias knows (src/rotation/robust_bias.cc).
-inline constexpr int kMaxBiasCandidates = 3;
-
 /// KeyframeWindow: which frames become keyframes and what is kept.
 struct WindowOptions {
   int keyframes = 15;            ///< most keyframes of a window
@@ -75,7 +72,6 @@ struct TrackPruningOptions {
 struct RobustBiasOptions {
   MultiGapBiasOptions refinement;       ///< minimisation over keyframe pairs
   TrackPruningOptions pruning;          ///< removal of tracks that disagree
-  int candidates = kMaxBiasCandidates;  ///< further starts where the first is not clean
   double clean_inlier_fraction = 0.97;  ///< minimum inliers, clean solution
   double clean_cost = 1.15;             ///< largest cost of a clean solution [sigma^2]
   double min_inlier_fraction = 0.3;     ///< minimum inliers, any solution

@@ -106,9 +106,6 @@ OptionTable optionTable(TrackPruningOptions* o) {
 
 OptionTable optionTable(RobustBiasOptions* o) {
   OptionTable table = {
-      advancedKey(
-          "candidates", &o->candidates, {0, kMaxBiasCandidates}, "",
-          "maximum number of further starts if the first solution is not clean; there are three"),
       advancedKey("clean_inlier_fraction", &o->clean_inlier_fraction, kShare, "",
                   "fraction of agreeing observations above which a solution is clean and kept"),
       advancedKey("clean_cost", &o->clean_cost, {0.0, 10.0}, "sigma^2",

@@ -172,7 +172,7 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
     if (const auto turned = withRowsCompensated(*raw, gyro_bias)) stage->window = turned;
   };
   compensate(Eigen::Vector3d::Zero());
-  // The search looks at it until it ends.
+  // The estimator looks at it until the end.
   const std::shared_ptr<const InitWindow> window = stage->window;
   const std::vector<VanishingPoint>* vps = nullptr;
   if (options.slim.vanishing_points) {
@@ -184,16 +184,16 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
     }
     vps = &stage->vanishing_points;
   }
-  RobustBiasSearch search(*window, vps, options.robust_bias, options.inertial, budget);
+  RobustBiasEstimator estimator(*window, vps, options.robust_bias, options.inertial, budget);
   const auto adopt = [&](const RobustBias& bias) {
     stage->bias = bias;
     if (bias.valid()) compensate(bias.gyro_bias);
     return betterCalibration(*stage, handed_in, options.slim.estimate_calibration);
   };
-  const BetterCalibration better = adopt(search.first());
-  // A wrong calibration looks like wrong tracks: the search among them waits for a better one.
+  const BetterCalibration better = adopt(estimator.quick());
+  // A wrong calibration looks like wrong tracks: the search for those waits for a better one.
   const bool last = stage->rounds + 1 >= kMaxRounds;
-  return stage->bias.clean || !(better.is_near || last) ? better : adopt(search.search());
+  return stage->bias.clean || !(better.is_near || last) ? better : adopt(estimator.thorough());
 }
 
 // Of a window as it was cut; a second time without what stands in the image.

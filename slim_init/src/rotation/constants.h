@@ -170,15 +170,9 @@ inline constexpr double kMaxStaticFraction = 0.5;
 
 /// Largest gap of the start [keyframes]: a bias still unknown turns the camera little over it.
 inline constexpr int kStartGap = 2;
-/// Largest gap at which candidates are compared [keyframes]: a wrong bias shows at long ones, where
-/// on the other hand the jumps of a track add up.
+/// Largest gap at which a bias is rated [keyframes]: a wrong bias shows at long ones, where on the
+/// other hand the jumps of a track add up.
 inline constexpr int kScoreGap = 4;
-/// A rival must be better than the noise of the consensus: its cost less than this share.
-inline constexpr double kScoreMargin = 0.99;
-/// Mean squared residual of the points within the truncation up to which a candidate has no rivals
-/// [sigma^2]: 0.97 for noise as assumed. At a wrong bias what agrees fits badly too, 1.2 and more;
-/// gross errors alone leave it where it is.
-inline constexpr double kFittingInliers = 0.95;
 /// Residuals of the consensus cost are truncated at this many standard deviations.
 inline constexpr double kTruncationSigmas = 3.0;
 /// Gap of the pairs that check the calibration [keyframes]: over two a camera has turned enough and
@@ -189,10 +183,8 @@ inline constexpr int kFreeGap = 2;
 
 /// From a start that may be tens of residuals off (estimateMultiGapBias()).
 inline constexpr CutoffSchedule kFromFar = {{10.0, 5.0, 3.0, 3.0}, 4};
-/// Start from a bias of zero at short gaps: with the cutoff of the end, or with wide ones.
+/// Start from a bias of zero at short gaps.
 inline constexpr CutoffSchedule kNarrowStart = {{3.0, 3.0}, 2};
-inline constexpr CutoffSchedule kWideStart = {{8.0, 4.0, 3.0}, 3};
-inline constexpr CutoffSchedule kWidestStart = {{16.0, 8.0, 3.0}, 3};
 /// Freed rotations where the bias looks clean, and where the calibration may be degrees off: 40 are
 /// 24 px, what eight degrees of extrinsic rotation make of a quick turn.
 inline constexpr CutoffSchedule kFreeFromClean = {{3.0}, 1};

@@ -122,7 +122,7 @@ BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations&
   BaselineConsensus out;
   out.baselines = std::move(known);
   ConsensusScratch scratch;
-  int points = 0, truncated = 0;
+  int points = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (!pairs[p].use_points || pairs[p].gap() > max_gap) continue;
     const ConsensusBaseline found =
@@ -131,10 +131,7 @@ BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations&
     out.baselines[p] = found.direction;
     out.cost += found.cost;
     points += pairs[p].points.count();
-    truncated += found.truncated;
   }
-  const double truncation2 = options.truncation_sigmas * options.truncation_sigmas;
-  out.inlier_cost = (out.cost - truncation2 * truncated) / std::max(points - truncated, 1);
   out.cost /= std::max(points, 1);
   return out;
 }

@@ -91,8 +91,6 @@ struct BaselineConsensus {
   Baselines baselines;
   /// Mean over the points of the squared residual, truncated [sigma^2].
   double cost = 0.0;
-  /// The same over those that are not truncated alone.
-  double inlier_cost = 0.0;
 };
 
 /// Baselines of the pairs up to `max_gap` keyframes apart by consensus at known rotations; those

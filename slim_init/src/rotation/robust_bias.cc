@@ -2,7 +2,6 @@
 #include "rotation/robust_bias.h"
 
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "imu/imu_quality.h"
@@ -14,19 +13,6 @@ namespace slim_init {
 namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
-
-// Two biases are the same when they are this close [rad/s]: a tenth of a pixel over two seconds.
-constexpr double kSameBias = 1e-4;
-
-// Where a first bias comes from: pairs up to `gap` keyframes, from a bias of zero.
-struct Approach {
-  int gap;
-  CutoffSchedule schedule;
-};
-constexpr Approach kFirstApproach = {kStartGap, kNarrowStart};
-// Tried in this order where the first answer does not look clean.
-constexpr Approach kRivalApproaches[kMaxBiasCandidates] = {
-    {1, kNarrowStart}, {1, kWideStart}, {2, kWidestStart}};
 
 // Whether the baselines of the pruning serve the minimisation that follows.
 enum class Baselining { kFromPruning, kSearchAllGaps };
@@ -66,10 +52,9 @@ constexpr RefinementSchedule kThorough = {{{1.5, Baselining::kSearchAllGaps, {{5
 
 // A bias with the tracks that agree with it.
 struct Candidate {
-  TrackPruning pruning;      // of the last pass
-  BiasMinimum minimum;       // baselines those of the score
-  double score = 0.0;        // mean truncated squared residual over all points [sigma^2]
-  double inlier_cost = 0.0;  // the same over the points that are not truncated
+  TrackPruning pruning;  // of the last pass
+  BiasMinimum minimum;   // baselines those of the score
+  double score = 0.0;    // mean truncated squared residual over all points [sigma^2]
 };
 
 class ConsensusSearch {
@@ -88,33 +73,22 @@ class ConsensusSearch {
   int iterations() const { return iterations_; }
   bool mayGoOn() const { return budget_ == nullptr || !budget_->isUsedUp(); }
 
-  // A bias from short gaps. No track is pruned yet.
-  BiasMinimum start(const Approach& approach, ConsecutivePairs consecutive) {
+  // A bias from pairs up to kStartGap keyframes, from a bias of zero. No track is pruned yet.
+  BiasMinimum start() {
     spend(BaselineSearch::kUnlessGood);
     const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-    const ConsensusOptions draw = {*approach.schedule.begin(), hypotheses(),
-                                   BaselineSearch::kAlways};
+    const ConsensusOptions draw = {*kNarrowStart.begin(), hypotheses(), BaselineSearch::kAlways};
     return minimize(
-        zero, problem_.gaps(consecutive, approach.gap), approach.schedule, {},
-        problem_.findBaselines(zero, approach.gap, draw, unknownBaselines(problem_.pairs()))
+        zero, problem_.gaps(ConsecutivePairs::kWhereNeeded, kStartGap), kNarrowStart, {},
+        problem_.findBaselines(zero, kStartGap, draw, unknownBaselines(problem_.pairs()))
             .baselines);
   }
 
   Candidate refine(const BiasMinimum& start, const RefinementSchedule& schedule) {
-    return *refineRival(start, schedule, nullptr);
-  }
-
-  // The same; none where the first pass, over all gaps, arrives at `best`: what follows would be
-  // the same again.
-  std::optional<Candidate> refineRival(const BiasMinimum& start, const RefinementSchedule& schedule,
-                                       const Candidate* best) {
     const GapRange gaps = gapsOf(schedule);
     Candidate out;
     out.minimum = start;
     for (const RefinementPass& pass : schedule) {
-      const bool arrived = best != nullptr && &pass != schedule.begin() &&
-                           (out.minimum.gyro_bias - best->minimum.gyro_bias).norm() < kSameBias;
-      if (arrived) return std::nullopt;
       const double threshold = options_.pruning.threshold_sigmas;
       const Eigen::Vector3d bias = out.minimum.gyro_bias;
       PairPruning pruning = pruneTracks(
@@ -139,25 +113,11 @@ class ConsensusSearch {
                                                      std::move(out.minimum.baselines));
     out.minimum.baselines = std::move(rated.baselines);
     out.score = rated.cost;
-    out.inlier_cost = rated.inlier_cost;
     return out;
   }
 
   GapRange gapsOf(const RefinementSchedule& schedule) const {
     return problem_.gaps(schedule.consecutive_pairs, options_.refinement.max_gap);
-  }
-
-  // Baselines and weights of a candidate afresh, so that those of its own search, which depend on
-  // where that began, do not matter.
-  void weighAgain(const GapRange& gaps, Candidate* candidate) {
-    BiasMinimum& at = candidate->minimum;
-    const ConsensusOptions draw = {options_.pruning.threshold_sigmas, hypotheses(),
-                                   BaselineSearch::kAlways};
-    at.baselines =
-        problem_.findBaselines(at.gyro_bias, gaps.to, draw, unknownBaselines(problem_.pairs()))
-            .baselines;
-    at.weighted = problem_.weigh(at.gyro_bias, gaps, kTruncationSigmas, masks(candidate->pruning),
-                                 &at.baselines);
   }
 
  private:
@@ -196,7 +156,7 @@ bool looksClean(const Candidate& candidate, const RobustBiasOptions& options) {
 
 }  // namespace
 
-struct RobustBiasSearch::State {
+struct RobustBiasEstimator::State {
   const InitWindow& window;
   const RobustBiasOptions& options;
   const InertialOptions& inertial;
@@ -209,7 +169,7 @@ struct RobustBiasSearch::State {
   RobustBias finish();
 };
 
-RobustBias RobustBiasSearch::State::finish() {
+RobustBias RobustBiasEstimator::State::finish() {
   RobustBias out = found;
   MultiGapProblem& problem = consensus.problem();
   out.iterations = consensus.iterations();
@@ -219,7 +179,6 @@ RobustBias RobustBiasSearch::State::finish() {
     out.status = RobustBiasStatus::kOutOfRange;
     return out;
   }
-  if (out.candidates > 1) consensus.weighAgain(gaps, &best);
   out.imu_noise = assumedImuNoise(window, inertial);
   const Baselines baselines =
       problem.baselinesAt(out.gyro_bias, gaps, best.minimum.weighted, best.minimum.baselines);
@@ -235,41 +194,31 @@ RobustBias RobustBiasSearch::State::finish() {
   return out;
 }
 
-RobustBiasSearch::RobustBiasSearch(const InitWindow& window,
-                                   const std::vector<VanishingPoint>* vanishing_points,
-                                   const RobustBiasOptions& options,
-                                   const InertialOptions& inertial, WorkBudget* budget)
+RobustBiasEstimator::RobustBiasEstimator(const InitWindow& window,
+                                         const std::vector<VanishingPoint>* vanishing_points,
+                                         const RobustBiasOptions& options,
+                                         const InertialOptions& inertial, WorkBudget* budget)
     : state_(new State{window, options, inertial,
                        ConsensusSearch(window, vanishing_points, options, inertial, budget)}) {}
 
-RobustBiasSearch::~RobustBiasSearch() = default;
+RobustBiasEstimator::~RobustBiasEstimator() = default;
 
-RobustBias RobustBiasSearch::first() {
+RobustBias RobustBiasEstimator::quick() {
   State& s = *state_;
   s.found.point_pairs = s.consensus.problem().pointPairs();
   s.found.vp_pairs = s.consensus.problem().vpPairs();
   if (s.found.point_pairs == 0) return s.found;
-  s.best =
-      s.consensus.refine(s.consensus.start(kFirstApproach, ConsecutivePairs::kWhereNeeded), kQuick);
-  s.found.candidates = 1;
+  s.best = s.consensus.refine(s.consensus.start(), kQuick);
   s.found.clean = looksClean(s.best, s.options);
   return s.finish();
 }
 
-RobustBias RobustBiasSearch::search() {
+RobustBias RobustBiasEstimator::thorough() {
   State& s = *state_;
   if (s.found.point_pairs == 0) return s.found;
-  if (s.options.candidates == 0 || !s.consensus.mayGoOn()) return s.finish();
+  if (!s.consensus.mayGoOn()) return s.finish();
   s.gaps = s.consensus.gapsOf(kThorough);
   s.best = s.consensus.refine(s.best.minimum, kThorough);
-  for (const Approach& approach : kRivalApproaches) {
-    if (s.found.candidates > s.options.candidates || s.best.inlier_cost <= kFittingInliers) break;
-    if (!s.consensus.mayGoOn()) break;
-    ++s.found.candidates;
-    std::optional<Candidate> next = s.consensus.refineRival(
-        s.consensus.start(approach, ConsecutivePairs::kUse), kThorough, &s.best);
-    if (next && next->score < kScoreMargin * s.best.score) s.best = std::move(*next);
-  }
   return s.finish();
 }
 
@@ -277,9 +226,9 @@ RobustBias estimateRobustGyroBias(const InitWindow& window,
                                   const std::vector<VanishingPoint>* vanishing_points,
                                   const RobustBiasOptions& options, const InertialOptions& inertial,
                                   WorkBudget* budget) {
-  RobustBiasSearch search(window, vanishing_points, options, inertial, budget);
-  RobustBias bias = search.first();
-  return bias.clean ? bias : search.search();
+  RobustBiasEstimator estimator(window, vanishing_points, options, inertial, budget);
+  const RobustBias bias = estimator.quick();
+  return bias.clean ? bias : estimator.thorough();
 }
 
 }  // namespace slim_init

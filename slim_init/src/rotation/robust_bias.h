@@ -41,8 +41,7 @@ struct RobustBias {
   std::vector<RotationCorrection> rotations;
   double track_sigma = kNotComputed;  ///< trackNoise() of these pairs [rad]
   ReadoutCheck readout;               ///< checkReadout() of these pairs
-  bool clean = false;                 ///< the first answer left nothing to search for
-  int candidates = 0;                 ///< starts that were scored
+  bool clean = false;                 ///< the quick estimate was good enough
   int iterations = 0;                 ///< accepted Levenberg-Marquardt steps in all
   int point_pairs = 0;                ///< keyframe pairs with enough common points
   int vp_pairs = 0;                   ///< keyframe pairs with a vanishing point residual
@@ -55,17 +54,17 @@ struct RobustBias {
 /// in the first answer why it is not clean. `vanishing_points` may be null, else one per keyframe.
 /// Deterministic. `budget` (null: none) counts the work; used up, no further start is tried: a
 /// wrong bias shows in the fit of everything after it. What is handed in has to outlive the search.
-class RobustBiasSearch {
+class RobustBiasEstimator {
  public:
-  RobustBiasSearch(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                   const RobustBiasOptions& options, const InertialOptions& inertial,
-                   WorkBudget* budget = nullptr);
-  ~RobustBiasSearch();
+  RobustBiasEstimator(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
+                      const RobustBiasOptions& options, const InertialOptions& inertial,
+                      WorkBudget* budget = nullptr);
+  ~RobustBiasEstimator();
 
-  /// From the usual start. To be called once, before search().
-  RobustBias first();
-  /// Where first() was not clean: more passes, and RobustBiasOptions::candidates other starts.
-  RobustBias search();
+  /// Few passes. To be called once, before thorough().
+  RobustBias quick();
+  /// Where quick() was not clean: all pairs, with directions drawn again in every pass.
+  RobustBias thorough();
 
  private:
   struct State;
