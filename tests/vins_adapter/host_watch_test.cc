@@ -738,9 +738,13 @@ TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
     if (images) {
       EXPECT_LT(frame.moving.size(), 5u);
       EXPECT_LT(error, 0.1);
+      EXPECT_LT(frame.position_sigma, 0.2);
+      EXPECT_LT(frame.yaw_sigma_deg, 2.0);
     } else {
       EXPECT_GT(frame.moving.size(), 20u);
       EXPECT_GT(error, 0.1);
+      EXPECT_GT(frame.position_sigma, error) << "nothing says where it is";
+      EXPECT_GT(frame.yaw_sigma_deg, 5.0);
     }
   }
 }

@@ -40,6 +40,10 @@ constexpr double kEvidenceEvery = 0.3;
 constexpr double kWorstBridge = 2.0;
 // Between two frames over which tracks are followed [s]: as VINS-Mono's tracker has it.
 constexpr double kLongestTracked = 1.0;
+// What it costs the odometry frame that only one of IMU and images carries the host, as measured in
+// VINS-Mono: random walk of position [m/sqrt(s)] and heading [deg/sqrt(s)].
+constexpr double kBridgedPosition = 0.1;
+constexpr double kBridgedYaw = 1.0;
 // With fewer tracks from the frame before the IMU alone carries a host.
 constexpr int kLeastTracks = 8;
 // Of the tracks that move against the scene more are not outliers of the tracker.
@@ -688,8 +692,16 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   if (contradicts || moves) out.message = innovation.message;
   out.intervals = intervals(stamps);
   const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
-  if (damaged || moves || blind || t_j - t_i > kLongestTracked) out.bridged_s = t_j - t_i;
+  if (damaged || moves || blind || t_j - t_i > kLongestTracked) {
+    out.position_sigma = kBridgedPosition * std::sqrt(t_j - t_i);
+    out.yaw_sigma_deg = kBridgedYaw * std::sqrt(t_j - t_i);
+  }
   if (!damaged) return out;
+  if (innovation.culprit == Culprit::kNotJudged) {
+    // Too few tracks say where the damage has led.
+    out.position_sigma = std::hypot(out.position_sigma, predicted.positionSigma());
+    out.yaw_sigma_deg = std::hypot(out.yaw_sigma_deg, kRadToDeg * predicted.yawSigma());
+  }
   // The host has predicted through what is not to be believed.
   out.replaces_newest = true;
   out.newest = toHostState(innovation.best, calibration.td);

@@ -57,10 +57,6 @@ constexpr double kSaveEvery = 10.0;
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
 constexpr double kMostTdStep = 0.9;
-// What it costs the odometry frame that only one of IMU and images carries the host, as measured in
-// VINS-Mono: random walk of position [m/sqrt(s)] and heading [deg/sqrt(s)].
-constexpr double kBridgedPosition = 0.1;
-constexpr double kBridgedYaw = 1.0;
 // A heading that is less certain has not been measured, and the position neither [deg].
 constexpr double kMostTurned = 30.0;
 // An odometry frame that is less certain is reported as a warning [m].
@@ -665,9 +661,9 @@ HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
   const double stamp = window.back().stamp;
   const bool damaged = !frame.intervals.empty() && frame.intervals.back().damaged;
   state.frame_suspect = damaged || frame.suspect;
-  if (state.frame_suspect || frame.bridged_s > 0.0) state.monitor.doubt(stamp);
-  state.frame_variance += frame.bridged_s * kBridgedPosition * kBridgedPosition;
-  state.frame_yaw_variance += frame.bridged_s * kBridgedYaw * kBridgedYaw;
+  if (state.frame_suspect || frame.position_sigma > 0.0) state.monitor.doubt(stamp);
+  state.frame_variance += frame.position_sigma * frame.position_sigma;
+  state.frame_yaw_variance += frame.yaw_sigma_deg * frame.yaw_sigma_deg;
   if (frame.message.empty() && damaged) {
     frame.message = "IMU data discarded or missing; relying on vision";
   }

@@ -60,9 +60,11 @@ struct HostPreparation {
   HostState newest;
   std::vector<long long> moving;  ///< ids of tracks that move against the scene
   bool suspect = false;           ///< images and IMU contradict each other
-  /// For this long [s] only one of images and IMU has supported the host; zero: both do.
-  double bridged_s = 0.0;
-  std::string message;  ///< what was found, with values and limits; "": nothing
+  /// By how much the odometry frame may have moved and turned in the newest interval because images
+  /// and IMU did not both support the host there; zero: they did.
+  double position_sigma = 0.0;  ///< [m]
+  double yaw_sigma_deg = 0.0;   ///< [deg]
+  std::string message;          ///< what was found, with values and limits; "": nothing
 };
 
 }  // namespace vins_adapter
