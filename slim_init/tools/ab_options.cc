@@ -158,16 +158,10 @@ std::string mergeFile(AbOptions* options) {
   if (!typed(o, "gates") && (!o.hasFile() || o.initializer.gates.mode == GateMode::kOwn)) {
     o.gates = o.first_keyframes > 0 ? "on" : "own";
   }
-  if (!o.gates.empty()) {
-    for (const auto& [name, mode] : kGateModes) {
-      if (o.gates != name) continue;
-      o.initializer.gates.mode = mode;
-      return "";
-    }
-    return "--gates is '" + o.gates + "', must be own, on or off";
-  }
+  const bool from_file = o.gates.empty();
   for (const auto& [name, mode] : kGateModes) {
-    if (o.initializer.gates.mode == mode) o.gates = name;
+    if (from_file && o.initializer.gates.mode == mode) o.gates = name;
+    if (!from_file && o.gates == name) o.initializer.gates.mode = mode;
   }
   return "";
 }
@@ -204,14 +198,6 @@ std::string checkSource(const AbOptions& options) {
     return "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed";
   }
   if (sources.size() > 1) return sources[0] + " and " + sources[1] + " exclude each other";
-  for (const char* name : {"options", "config", "groundtruth", "frames"}) {
-    for (const AbOption& option : abOptionTable(&o)) {
-      if (option.name == name && typed(o, name) && valueText(option).empty()) {
-        return "--" + option.name + " is empty, must name a " +
-               (option.value_name == "DIR" ? "folder" : "file");
-      }
-    }
-  }
   for (const AbOption& option : abOptionTable(&o)) {
     if (!typed(o, option.name.c_str())) continue;
     const OptionScope useless =
@@ -230,17 +216,13 @@ std::string checkSource(const AbOptions& options) {
   }
   if (o.from_rest && o.provisional) return "--from-rest and --provisional exclude each other";
   if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
-    return "--downstream-every has no effect without --downstream";
+    return "--downstream-every has no effect without --downstream above 0 s";
   }
   if (!o.groundtruth.empty() && o.bag.empty()) {
     return "--groundtruth is for --bag; an ASL folder holds its own";
   }
   if (!o.bag.empty() && o.config_file.empty()) {
     return "--bag needs --config YAML, which holds the calibration and names the topics";
-  }
-  if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
-    return "--builtin is '" + o.builtin +
-           "', must be one of: " + join(simulation::builtinTrajectoryNames());
   }
   return "";
 }
@@ -283,21 +265,35 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: real IMU data, features "
        "simulated along the ground-truth trajectory",
        "recorded"},
-      {"builtin", &o.builtin, "NAME",
-       "Simulated motion: " + join(simulation::builtinTrajectoryNames()), "builtin"},
+      {"builtin", &o.builtin, "NAME", "Simulated motion", "builtin", 0.0, 0.0, OptionScope::kAlways,
+       simulation::builtinTrajectoryNames()},
       {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0, 3600.0,
        kSimulated},
-      {"world", &o.world, "NAME", "Scene: room, hall or corridor", "world", 0.0, 0.0, kSimulated},
+      {"world",
+       &o.world,
+       "NAME",
+       "Scene",
+       "world",
+       0.0,
+       0.0,
+       kSimulated,
+       {"room", "hall", "corridor"}},
       {"methods", &o.methods, "LIST",
        "Methods, comma separated: " + join(methodNames()) + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
        "YAML file with a section slim_init: for every method (`slim_init options` lists the keys); "
        "wins over --config",
        "options"},
-      {"gates", &o.gates, "MODE",
+      {"gates",
+       &o.gates,
+       "MODE",
        "Whose gates decide: own (as published), on or off for every method; wins over --options "
        "(default: on with expanding windows, else own)",
-       "gates"},
+       "gates",
+       0.0,
+       0.0,
+       OptionScope::kAlways,
+       {"own", "on", "off"}},
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal windows", "seed",
        0.0, kMaxSeed, kSimulated},
       {"stride", &o.stride, "N", "Images between the starts of two windows", "stride", 1, 100000},
@@ -331,11 +327,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        0.0, 10.0, kSimulated},
       {"outliers", &f.outlier_rate, "X", "Fraction of point tracks that slide off", "outliers", 0.0,
        1.0, kSimulated},
-      {"track-life", &f.track_life, "X", "Mean life of a track [images]", "track_life", 1.0, 1e6,
-       kSimulated},
-      {"line-fragmentation", &f.line_fragmentation, "X",
-       "Chance per line and image that its track breaks", "line_fragmentation", 0.0, 1.0,
-       kSimulated},
       {"line-misassociation", &f.line_misassociation, "X",
        "Chance per line and image that it jumps to another line", "line_misassociation", 0.0, 1.0,
        kSimulated},
@@ -375,9 +366,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        0.05, kRig},
       {"imu-dropout", &o.rig.imu_dropout, "X", "Fraction of the IMU samples that are missing",
        "imu_dropout", 0.0, 0.9, kRig},
-      {"frames", &o.frames, "DIR",
-       "Folder for a debug image per tracked image: points by age, lines, vanishing point", "", 0.0,
-       0.0, kImages},
       {"out", &o.out, "DIR", "Folder for the data and the report", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
@@ -394,8 +382,15 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        "downstream_s", 0.0, 600.0},
       {"downstream-every", &o.downstream_every, "N",
        "Do so in every N-th trial only, the first one included", "downstream_every", 1, 100000},
-      {"report", &o.report, "MODE",
-       "report.md and report.html: auto (if python3 has pandas, matplotlib and jinja2) or off", ""},
+      {"report",
+       &o.report,
+       "MODE",
+       "report.md and report.html; auto: if python3 has pandas, matplotlib and jinja2",
+       "",
+       0.0,
+       0.0,
+       OptionScope::kAlways,
+       {"auto", "off"}},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},
   };
 }
@@ -407,6 +402,11 @@ std::string setOption(const AbOption& option, const std::string& text) {
         if constexpr (std::is_same_v<T, bool>) {
           *field = true;
         } else if constexpr (std::is_same_v<T, std::string>) {
+          if (!option.choices.empty() && !contains(option.choices, text)) {
+            return "--" + option.name + " is '" + text +
+                   "', must be one of: " + join(option.choices);
+          }
+          if (text.empty()) return "--" + option.name + " is empty, must be " + option.value_name;
           *field = text;
         } else if (!readNumber(text, option.min, option.max, field)) {
           return "--" + option.name + ": '" + text + "' is not " + allowedText<T>(option);
@@ -430,7 +430,7 @@ std::string valueText(const AbOption& option) {
 std::string rangeText(const AbOption& option) {
   return std::visit(
       [&](auto* field) -> std::string {
-        if constexpr (!kIsNumber<Pointee<decltype(field)>>) return "";
+        if constexpr (!kIsNumber<Pointee<decltype(field)>>) return join(option.choices);
         return numberText(option.min) + " to " + numberText(option.max);
       },
       option.field);
@@ -439,13 +439,7 @@ std::string rangeText(const AbOption& option) {
 std::string checkAbOptions(AbOptions* options) {
   AbOptions& o = *options;
   if (std::string sentence = checkSource(o); !sentence.empty()) return sentence;
-  if (!simulation::parseWorldKind(o.world, &o.world_kind)) {
-    return "--world is '" + o.world + "', must be room, hall or corridor";
-  }
-  if (o.out.empty()) return "--out is empty, must name a folder";
-  if (o.report != "auto" && o.report != "off") {
-    return "--report is '" + o.report + "', must be auto or off";
-  }
+  simulation::parseWorldKind(o.world, &o.world_kind);
   if (std::string sentence = mergeFile(options); !sentence.empty()) return sentence;
   if (o.first_keyframes > 0 && o.gates == "off") {
     return "--gates off: no method would wait for its window to expand (--keyframes " +

@@ -35,7 +35,6 @@ struct AbOptions {
 
   std::string config_file;  ///< the host's configuration file; empty: none
   std::string groundtruth;  ///< of a bag; empty: the file beside it
-  std::string frames;       ///< folder for debug images; empty: none
   std::string world = "room";
   std::string methods;       ///< comma separated; empty: all
   std::string options_file;  ///< YAML with a section `slim_init:`; empty: the defaults
@@ -112,6 +111,7 @@ struct AbOption {
   double min = 0.0;        ///< of a number, inclusive
   double max = 0.0;
   OptionScope scope = OptionScope::kAlways;
+  std::vector<std::string> choices = {};  ///< of a text; empty: any but an empty one
 };
 
 /// "a, b, c", for a message.
@@ -124,13 +124,13 @@ bool contains(const std::vector<std::string>& names, const std::string& name);
 std::vector<AbOption> abOptionTable(AbOptions* options);
 
 /// Writes the text of the command line into the option's field. Returns an empty string, or a
-/// sentence naming option, text and bound.
+/// sentence naming option, text and what is allowed.
 std::string setOption(const AbOption& option, const std::string& text);
 
 /// The present value as one would type it; empty for a switch and an empty text.
 std::string valueText(const AbOption& option);
 
-/// "1 to 100000" for a number, else empty.
+/// "1 to 100000" for a number, "auto, off" for a text with choices, else empty.
 std::string rangeText(const AbOption& option);
 
 /// Merges file and command line, checks ranges and what a single option cannot know (exactly one

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "load_images.h"
 
-#include <exception>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/utility.hpp>
@@ -13,7 +12,6 @@
 #include "progress_bar.h"
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/image_sequence.h"
-#include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/sequence_writer.h"
 #include "slim_init/evaluation/track_images.h"
@@ -39,17 +37,6 @@ std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
     truth = evaluation::groundtruthFileOf(options.bag);
   }
   return evaluation::openRosbag(options.bag, topics, truth, read_options, status);
-}
-
-/// Writes the debug image of one frame.
-std::string writeDebugImage(const std::string& folder, std::int64_t stamp_ns,
-                            const cv::Mat& picture) {
-  const std::string path = (fs::path(folder) / (std::to_string(stamp_ns) + ".png")).string();
-  try {
-    if (cv::imwrite(path, picture)) return "";
-  } catch (const std::exception&) {
-  }
-  return "--frames: " + path + " cannot be written";
 }
 
 /// Takes a few debug images, evenly over the recording, for the report.
@@ -130,10 +117,6 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
              !sentence.empty()) {
     return sentence;
   }
-  if (!options.frames.empty()) {
-    const std::string sentence = evaluation::makeReportDirectory(options.frames);
-    if (!sentence.empty()) return "--frames: " + sentence;
-  }
 
   evaluation::Sequence& sequence = loaded->sequence;
   sequence.name = images->name();
@@ -164,11 +147,9 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
     evaluation::TrackingHooks hooks;
     hooks.progress = [&bar](int done, int total) { bar.update(done, total); };
     DebugImagePicker picker(*images, &loaded->debug_images);
-    hooks.tracked = [&](std::int64_t stamp_ns,
-                        const feature_tracker_lines::ImageFrontEnd& front_end) {
+    hooks.tracked = [&picker](std::int64_t stamp_ns,
+                              const feature_tracker_lines::ImageFrontEnd& front_end) {
       picker.add(stamp_ns, front_end);
-      if (options.frames.empty()) return std::string();
-      return writeDebugImage(options.frames, stamp_ns, front_end.debugImage());
     };
     if (std::string sentence =
             evaluation::trackImages(images.get(), config.camera, assumed, config.front_end, hooks,

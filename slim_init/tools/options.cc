@@ -13,7 +13,15 @@ namespace slim_init::tools {
 std::vector<AbOption> optionsOptionTable(OptionsCommand* options) {
   OptionsCommand& o = *options;
   return {
-      {"keys", &o.keys, "WHICH", "Keys to print: user, advanced, compared or all", ""},
+      {"keys",
+       &o.keys,
+       "WHICH",
+       "Keys to print",
+       "",
+       0.0,
+       0.0,
+       OptionScope::kAlways,
+       {"user", "advanced", "compared", "all"}},
       {"update", &o.update, "DIR",
        "Write config/template.yaml, user.yaml, advanced.yaml and compared_methods.yaml of the "
        "repository DIR",
@@ -45,13 +53,9 @@ int update(const std::string& folder) {
 int runOptions(const OptionsCommand& options) {
   if (!options.update.empty()) return update(options.update);
   for (const auto& [name, keys] : kGroups) {
-    if (options.keys != name) continue;
-    std::cout << optionsYaml(keys);
-    return kExitOk;
+    if (options.keys == name) std::cout << optionsYaml(keys);
   }
-  std::cerr << "slim_init: --keys is '" << options.keys
-            << "', must be user, advanced, compared or all\n";
-  return kExitBadInput;
+  return kExitOk;
 }
 
 }  // namespace slim_init::tools

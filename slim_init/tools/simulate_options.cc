@@ -16,14 +16,14 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        "Motion from poses: stamp [ns], position [m], quaternion w x y z of the body, as in EuRoC's "
        "ground truth; the IMU is simulated",
        ""},
-      {"builtin", &o.builtin, "NAME",
-       "Built-in motion: " + join(simulation::builtinTrajectoryNames()) + "; the IMU is simulated",
-       ""},
+      {"builtin", &o.builtin, "NAME", "Built-in motion; the IMU is simulated", "", 0.0, 0.0,
+       OptionScope::kAlways, simulation::builtinTrajectoryNames()},
       {"recorded", &o.recorded, "DIR",
        "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: the real IMU and the real "
        "image times are kept",
        ""},
-      {"scene", &o.scene, "NAME", "Scene: " + join(simulation::sceneNames()), ""},
+      {"scene", &o.scene, "NAME", "Scene", "", 0.0, 0.0, OptionScope::kAlways,
+       simulation::sceneNames()},
       {"start", &o.start_s, "X", "Skip this much of the motion [s]", "", 0.0, 1e6},
       {"duration", &o.duration_s, "X",
        "Length of the images [s]; 0: to the end of the motion, 20 s of a built-in one", "", 0.0,
@@ -32,14 +32,29 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        "YAML file with camera, extrinsic and td (default: EuRoC's cam0 and IMU)", ""},
       {"image-scale", &o.image_scale, "X", "Size of the images as a multiple of the camera's", "",
        0.05, 4.0},
-      {"distortion", &o.distortion, "MODE", "on: the camera's lens, off: a pinhole", ""},
+      {"distortion",
+       &o.distortion,
+       "MODE",
+       "on: the camera's lens, off: a pinhole",
+       "",
+       0.0,
+       0.0,
+       OptionScope::kAlways,
+       {"on", "off"}},
       {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
       {"auto-exposure", &o.auto_exposure, "",
        "Images 33, 40 or 60 ms apart, with gaps of 0.4 s, as automatic exposure makes them", ""},
       {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
        4000.0},
-      {"imu-errors", &o.imu_errors, "MODE",
-       "on: noise and biases of EuRoC's IMU, off: none; not with --recorded", ""},
+      {"imu-errors",
+       &o.imu_errors,
+       "MODE",
+       "on: noise and biases of EuRoC's IMU, off: none; not with --recorded",
+       "",
+       0.0,
+       0.0,
+       OptionScope::kAlways,
+       {"on", "off"}},
       {"speed", &o.speed, "X",
        "Write the forward speeds of `ab --speed X` into DIR/mav0/speed0/data.csv and the bag's "
        "/speed0",
@@ -82,21 +97,6 @@ std::string checkSimulateOptions(const SimulateOptions& o) {
       (o.csv.empty() ? 0 : 1) + (o.builtin.empty() ? 0 : 1) + (o.recorded.empty() ? 0 : 1);
   if (sources == 0) return "one of --csv FILE, --builtin NAME and --recorded DIR is needed";
   if (sources > 1) return "--csv, --builtin and --recorded exclude each other";
-  if (!o.builtin.empty() && !contains(simulation::builtinTrajectoryNames(), o.builtin)) {
-    return "--builtin is '" + o.builtin +
-           "', must be one of: " + join(simulation::builtinTrajectoryNames());
-  }
-  if (!contains(simulation::sceneNames(), o.scene)) {
-    return "--scene is '" + o.scene + "', must be one of: " + join(simulation::sceneNames());
-  }
-  if (o.distortion != "on" && o.distortion != "off") {
-    return "--distortion is '" + o.distortion + "', must be on or off";
-  }
-  if (o.imu_errors != "on" && o.imu_errors != "off") {
-    return "--imu-errors is '" + o.imu_errors + "', must be on or off";
-  }
-  if (o.out.empty()) return "--out is empty, must name a folder";
-  if (o.povray.empty()) return "--povray is empty, must name a program";
   return "";
 }
 

@@ -86,7 +86,6 @@ TEST(TrackImages, TracksRunThroughTheWholeRecording) {
                       const feature_tracker_lines::ImageFrontEnd& front_end) {
     EXPECT_EQ(stamp_ns, 1000 + 50000000LL * calls);
     EXPECT_EQ(front_end.totals().images, ++calls);
-    return std::string();
   };
   const Tracked tracked = track(&card, Calibration(), hooks);
   ASSERT_EQ(tracked.error, "");
@@ -148,15 +147,6 @@ TEST(TrackImages, TooFewImagesAreAnErrorThatCountsThem) {
   expectParts(tracked.error,
               "card: 1 of 4 images could be tracked|2 cannot be read|1 were refused|first: image 0 "
               "is torn");
-}
-
-TEST(TrackImages, AHookMayStop) {
-  SlidingCard card(12);
-  TrackingHooks hooks;
-  hooks.tracked = [](std::int64_t, const feature_tracker_lines::ImageFrontEnd& front_end) {
-    return front_end.totals().images == 3 ? std::string("disk full") : std::string();
-  };
-  EXPECT_EQ(track(&card, Calibration(), hooks).error, "disk full");
 }
 
 }  // namespace

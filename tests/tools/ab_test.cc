@@ -36,12 +36,11 @@ const BadCommand kBadCommands[] = {
     {"NoSource", "ab", "one of --asl DIR, --bag FILE, --recorded DIR and --builtin NAME is needed"},
     {"TwoSources", "ab --builtin circle --recorded x", "exclude each other"},
     {"UnknownMotion", "ab --builtin moonwalk", "--builtin is 'moonwalk'|circle"},
-    {"UnknownWorld", "ab --builtin circle --world moon",
-     "--world is 'moon'|room, hall or corridor"},
+    {"UnknownWorld", "ab --builtin circle --world moon", "--world is 'moon'|room, hall, corridor"},
     {"UnknownMethod", "ab --builtin circle --methods drt-l,magic", "'magic'|must be one of|drt-l"},
     {"EmptyMethod", "ab --builtin circle --methods drt-l,", "--methods names ''"},
     {"MethodTwice", "ab --builtin circle --methods drt-l,drt-l", "twice"},
-    {"UnknownGates", "ab --builtin circle --gates ajar", "--gates is 'ajar'|own, on or off"},
+    {"UnknownGates", "ab --builtin circle --gates ajar", "--gates is 'ajar'|own, on, off"},
     {"UnknownOption", "ab --builtin circle --fast", "--fast"},
     {"Misspelt", "ab --builtin circle --pixelnoise 1",
      "--pixelnoise is not an option|did you mean --pixel-noise?"},
@@ -60,7 +59,7 @@ const BadCommand kBadCommands[] = {
     {"OptionWhereAValueBelongs", "ab --world --builtin circle",
      "--world needs a value|'--builtin'"},
     {"EmptyNumber", "ab --builtin circle --stride ''", "--stride|''"},
-    {"EmptyOptions", "ab --builtin circle --options ''", "--options is empty"},
+    {"EmptyOptions", "ab --builtin circle --options ''", "--options is empty, must be FILE"},
     {"StrideZero", "ab --builtin circle --stride 0", "--stride|'0'|[1, "},
     {"StrideText", "ab --builtin circle --stride abc", "--stride|'abc'"},
     {"StrideFraction", "ab --builtin circle --stride 1.5", "--stride|'1.5'"},
@@ -101,7 +100,9 @@ const BadCommand kBadCommands[] = {
      "--imu-dropout: '1' is not a number in [0, 0.9]"},
     {"ReportMode", "ab --builtin circle --report 3d", "--report is '3d'"},
     {"DownstreamEveryAlone", "ab --builtin circle --downstream-every 2",
-     "--downstream-every has no effect without --downstream"},
+     "--downstream-every has no effect without --downstream above 0 s"},
+    {"DownstreamOfNoTime", "ab --builtin circle --downstream 0 --downstream-every 2",
+     "--downstream-every has no effect without --downstream above 0 s"},
     {"IntervalZero", "ab --builtin circle --interval 0", "'0'|[0.01, 2]"},
     {"KeyframesShrink", "ab --builtin circle --keyframes 9..4", "'9..4' must expand"},
     {"KeyframesHalf", "ab --builtin circle --keyframes 4..", "''|[4, 15]"},
@@ -111,11 +112,11 @@ const BadCommand kBadCommands[] = {
      "--span is for expanding windows"},
     {"SimulationOfImages", "ab --asl x --world room", "--world has no effect with --asl"},
     {"SeedOfImages", "ab --bag x --seed 2", "--seed has no effect with --bag"},
-    {"FramesWithoutImages", "ab --builtin circle --frames x",
-     "--frames has no effect with --builtin"},
+    {"TruthWithoutImages", "ab --builtin circle --groundtruth x",
+     "--groundtruth has no effect with --builtin"},
     {"TruthOfAFolder", "ab --asl x --groundtruth y", "--groundtruth is for --bag"},
     {"BagWithoutConfig", "ab --bag x.bag", "--bag needs --config"},
-    {"EmptyConfig", "ab --builtin circle --config ''", "--config is empty"},
+    {"EmptyConfig", "ab --builtin circle --config ''", "--config is empty, must be YAML"},
     {"NoFolder", "ab --recorded no/such/folder", "no/such/folder is not a directory"},
     {"NoWindow", "ab --builtin circle --duration 3 --keyframes 15 --quiet",
      "holds no window of 15 keyframes"},
@@ -152,10 +153,10 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
       "--recorded DIR|--builtin NAME|--duration X (=60)|[s]; 3 to 3600|--world NAME (=room)|"
       "--methods LIST|--options FILE|--gates MODE|--seed N (=1)|--stride N (=10)|"
       "--keyframes N|--interval X (=0.09)|--span X (=3)|--asl DIR|--bag FILE|--config YAML|"
-      "--groundtruth FILE|--frames DIR|--ablation|--report MODE (=auto)|--limit N (=0)|"
-      "--auto-exposure|--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
-      "[px]; 0 to 10|--drift X (=0)|--outliers X (=0)|--track-life X (=36)|"
-      "--line-fragmentation X (=0)|--line-misassociation X (=0)|--td-error S (=0)|"
+      "--groundtruth FILE|--ablation|--report MODE (=auto)|--limit N (=0)|"
+      "--auto-exposure|--velocity X (=0)|--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
+      "[px]; 0 to 10|--drift X (=0)|--outliers X (=0)|"
+      "--line-misassociation X (=0)|--td-error S (=0)|"
       "--extrinsic-error DEG (=0)|--random-rig|--readout S (=0)|--readout-error S (=0)|"
       "--imu-rate HZ|--imu-jitter S (=0)|--imu-dropout X (=0)|--out DIR (=out/ab)|--quiet");
   // Asked for help, we do not argue about the rest.
@@ -205,7 +206,7 @@ TEST(Ab, EqualSeedsGiveEqualWindows) {
   const auto windows = [&](const char* seed, const char* out, const char* threads) {
     const ProgramRun run =
         runProgram(folder, {"ab", "--builtin", "circle", "--duration", "6", "--seed", seed,
-                            "--outliers", "0.05", "--line-fragmentation", "0.02", "--quiet",
+                            "--outliers", "0.05", "--line-misassociation", "0.02", "--quiet",
                             "--out", folder.file(out), "--threads", threads});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.out, "");

@@ -128,11 +128,7 @@ std::string trackImages(ImageSequence* images,
     }
     collector.add(frame, front_end.report());
     frames->push_back(std::move(frame));
-    if (hooks.tracked) {
-      if (std::string stop = hooks.tracked(images->imageStampNs(k), front_end); !stop.empty()) {
-        return stop;
-      }
-    }
+    if (hooks.tracked) hooks.tracked(images->imageStampNs(k), front_end);
     if (hooks.progress) hooks.progress(static_cast<int>(k) + 1, total);
   }
   summary->tracked = static_cast<int>(frames->size());

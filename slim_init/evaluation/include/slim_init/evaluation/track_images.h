@@ -22,17 +22,14 @@ struct TrackingHooks {
   /// After every image: number done and number in all.
   std::function<void(int done, int total)> progress;
   /// After every tracked image: its stamp and the front end, for its report and debug image.
-  /// Returns an empty string, or a sentence that ends the tracking.
-  std::function<std::string(std::int64_t stamp_ns,
-                            const feature_tracker_lines::ImageFrontEnd& front_end)>
+  std::function<void(std::int64_t stamp_ns, const feature_tracker_lines::ImageFrontEnd& front_end)>
       tracked;
 };
 
 /// Runs one ImageFrontEnd over all images that the IMU data cover, in order, the IMU fed up to each
 /// of them: tracks run through the whole recording, as in flight. An image that cannot be read or
 /// that the front end refuses is counted and discarded. `frames` gets one observation per tracked
-/// image. Returns an empty string, or a sentence when fewer than two images could be tracked, or
-/// that of a hook.
+/// image. Returns an empty string, or a sentence when fewer than two images could be tracked.
 std::string trackImages(ImageSequence* images,
                         const feature_tracker_lines::CameraParameters& camera,
                         const Calibration& calibration,
