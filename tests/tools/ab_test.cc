@@ -176,12 +176,27 @@ nlohmann::json summaryOf(const ScratchFolder& folder, const std::string& out = "
   return nlohmann::json::parse(readFile(folder.file(out) + "/summary.json"));
 }
 
-TEST(Ab, BuiltinRunWritesItsData) {
+/// `slim_init ab` in a folder of its own.
+class Ab : public ::testing::Test {
+ protected:
+  /// `slim_init ab LINE` into `out`, which has to succeed.
+  ProgramRun ran(const std::string& line, const std::string& out = "out") const {
+    const ProgramRun run = runLine(folder, "ab " + line + " --out @" + out);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run;
+  }
+  /// What it leaves in summary.json.
+  nlohmann::json summary(const std::string& line, const std::string& out = "out") const {
+    ran(line, out);
+    return summaryOf(folder, out);
+  }
+
   const ScratchFolder folder;
+};
+
+TEST_F(Ab, BuiltinRunWritesItsData) {
   const std::string out = folder.file("out");
-  const ProgramRun run = runProgram(folder, {"ab", "--builtin", "figure-eight", "--duration", "8",
-                                             "--seed", "3", "--methods", "drt-l", "--out", out});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun run = ran("--builtin figure-eight --duration 8 --seed 3 --methods drt-l");
   EXPECT_EQ(run.err, "");  // no progress bar in a pipe
   EXPECT_FALSE(contains(run.out, "\r"));
   expectParts(run.out, "drt-l");
@@ -201,35 +216,28 @@ TEST(Ab, BuiltinRunWritesItsData) {
   EXPECT_TRUE(contains(readFile(out + "/summary.csv"), "figure-eight,drt-l,excited"));
 }
 
-TEST(Ab, EqualSeedsGiveEqualWindows) {
-  const ScratchFolder folder;
-  const auto windows = [&](const char* seed, const char* out, const char* threads) {
+TEST_F(Ab, EqualSeedsGiveEqualWindows) {
+  const auto windows = [this](const std::string& seed_and_threads) {
     const ProgramRun run =
-        runProgram(folder, {"ab", "--builtin", "circle", "--duration", "6", "--seed", seed,
-                            "--outliers", "0.05", "--line-misassociation", "0.02", "--quiet",
-                            "--out", folder.file(out), "--threads", threads});
-    EXPECT_EQ(run.exit_code, 0) << run.err;
+        ran("--builtin circle --duration 6 --outliers 0.05 --line-misassociation 0.02 --quiet " +
+            seed_and_threads);
     EXPECT_EQ(run.out, "");
-    return withoutTimes(readFile(folder.file(out) + "/windows.csv"));
+    return withoutTimes(readFile(folder.file("out/windows.csv")));
   };
-  const std::string first = windows("5", "first", "1");
+  const std::string first = windows("--seed 5");
   EXPECT_GT(first.size(), 1000u);
-  EXPECT_EQ(first, windows("5", "again", "1"));
-  EXPECT_NE(first, windows("6", "other", "1"));
+  EXPECT_EQ(first, windows("--seed 5"));
+  EXPECT_NE(first, windows("--seed 6"));
   // Every method of the program, at the same time as itself and as every other.
-  EXPECT_EQ(first, windows("5", "parallel", "8"));
+  EXPECT_EQ(first, windows("--seed 5 --threads 8"));
 }
 
 // What is measured without a choice is what a host runs.
-TEST(Ab, WindowsGrowByDefaultAndEveryMethodHasGates) {
-  const ScratchFolder folder;
+TEST_F(Ab, WindowsGrowByDefaultAndEveryMethodHasGates) {
   // A file without a key for the window changes nothing.
   std::ofstream(folder.file("o.yaml")) << "%YAML:1.0\nslim_init:\n  gates: {min_excitation: 0.1}\n";
   const ProgramRun run =
-      runLine(folder,
-              "ab --builtin figure-eight --duration 5 --methods drt-l --options @o.yaml --out "
-              "@out");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+      ran("--builtin figure-eight --duration 5 --methods drt-l --options @o.yaml");
   expectParts(run.out, "First estimates, solved at every image");
   const auto json = summaryOf(folder);
   EXPECT_EQ(json["options"]["keyframes"], "5..15");
@@ -238,14 +246,9 @@ TEST(Ab, WindowsGrowByDefaultAndEveryMethodHasGates) {
   EXPECT_EQ(json["options"]["gates"], "on");
 }
 
-TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
-  const ScratchFolder folder;
-  const ProgramRun run =
-      runLine(folder,
-              "ab --builtin figure-eight --duration 8 --methods drt-l --gates on --keyframes "
-              "4..10 --quiet --out @out");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto json = summaryOf(folder);
+TEST_F(Ab, GrowingWindowsTellTheTimeToAccept) {
+  const auto json = summary(
+      "--builtin figure-eight --duration 8 --methods drt-l --gates on --keyframes 4..10 --quiet");
   EXPECT_EQ(json["options"]["keyframes"], "4..10");
   EXPECT_EQ(json["first_keyframes"], 4);
   const auto& all = json["methods"]["drt-l"]["all"];
@@ -258,58 +261,43 @@ TEST(Ab, GrowingWindowsTellTheTimeToAccept) {
 }
 
 // The errors of a rig reach the methods, the report says so, and the first errors are those typed.
-TEST(Ab, RigErrorsReachTheMethods) {
-  const ScratchFolder folder;
-  const auto run = [&](const char* name, std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"ab",  "--builtin", "circle",         "--duration",
-                                          "6",   "--methods", "drt-l,slim",     "--gates",
-                                          "off", "--out",     folder.file(name)};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const ProgramRun done = runProgram(folder, arguments);
-    EXPECT_EQ(done.exit_code, 0) << done.err;
-    EXPECT_EQ(contains(done.out, "Calibration, rms errors"), !more.empty()) << done.out;
+TEST_F(Ab, RigErrorsReachTheMethods) {
+  const auto run = [this](const std::string& name, const std::string& errors) {
+    const ProgramRun done =
+        ran("--builtin circle --duration 6 --methods drt-l,slim --gates off " + errors, name);
+    EXPECT_EQ(contains(done.out, "Calibration, rms errors"), !errors.empty()) << done.out;
     return summaryOf(folder, name);
   };
-  const auto clean = run("clean", {});
+  const auto clean = run("clean", "");
   EXPECT_FALSE(clean["options"].contains("td_error_s"));
   const auto biasOf = [](const nlohmann::json& json, const char* method) {
     return json["methods"][method]["all"]["gyro_bias_vec_rmse"].get<double>();
   };
-  const auto turned = run("turned", {"--extrinsic-error", "6"});
+  const auto turned = run("turned", "--extrinsic-error 6");
   EXPECT_EQ(turned["options"]["extrinsic_error_deg"], 6.0);
   EXPECT_GT(biasOf(turned, "drt-l"), 2.0 * biasOf(clean, "drt-l"));
-  const auto late = run("late", {"--td-error", "0.03"});
+  const auto late = run("late", "--td-error 0.03");
   EXPECT_NE(biasOf(late, "drt-l"), biasOf(clean, "drt-l"));
   EXPECT_TRUE(contains(readFile(folder.file("late/windows.csv")), ",-30,0,0,drt-l,"));
-  const auto random = run("random", {"--td-error", "0.03", "--random-rig"});
+  const auto random = run("random", "--td-error 0.03 --random-rig");
   EXPECT_EQ(random["options"]["random_rig"], 1);
   EXPECT_FALSE(contains(readFile(folder.file("random/windows.csv")), ",-30,0,0,drt-l,"));
-  const auto slow =
-      run("slow", {"--imu-rate", "100", "--imu-jitter", "0.002", "--imu-dropout", "0.01"});
+  const auto slow = run("slow", "--imu-rate 100 --imu-jitter 0.002 --imu-dropout 0.01");
   EXPECT_NE(biasOf(slow, "drt-l"), biasOf(clean, "drt-l"));
   EXPECT_GE(slow["methods"]["slim"]["all"]["success_rate"].get<double>(), 0.9);
 }
 
-TEST(Ab, TheIntervalSpacesTheKeyframes) {
-  const ScratchFolder folder;
-  const ProgramRun run =
-      runLine(folder,
-              "ab --builtin circle --duration 6 --methods drt-l --interval 0.09 --keyframes 8 "
-              "--quiet --out @out");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+TEST_F(Ab, TheIntervalSpacesTheKeyframes) {
+  const auto json = summary(
+      "--builtin circle --duration 6 --methods drt-l --interval 0.09 --keyframes 8 --quiet");
   // Images come every 0.05 s: eight keyframes take 0.7 s.
   EXPECT_TRUE(contains(readFile(folder.file("out/windows.csv")), ",0.7,8,"));
-  EXPECT_EQ(summaryOf(folder)["options"]["interval_s"], 0.09);
+  EXPECT_EQ(json["options"]["interval_s"], 0.09);
 }
 
-TEST(Ab, AblationRunsVariantsBesideTheirMethod) {
-  const ScratchFolder folder;
-  const ProgramRun run =
-      runLine(folder,
-              "ab --builtin circle --duration 4 --methods slim-paper --ablation --quiet --out "
-              "@out");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto json = summaryOf(folder);
+TEST_F(Ab, AblationRunsVariantsBesideTheirMethod) {
+  const auto json =
+      summary("--builtin circle --duration 4 --methods slim-paper --ablation --quiet");
   for (const char* name : {"slim-paper", "slim-paper[no-vp]", "slim-paper[no-line-epipolar]",
                            "slim-paper[no-line-normal]", "slim-paper[points-only]"}) {
     ASSERT_TRUE(json["methods"].contains(name)) << name;
@@ -321,12 +309,9 @@ TEST(Ab, AblationRunsVariantsBesideTheirMethod) {
   EXPECT_FALSE(json["method_notes"].contains("slim-paper"));
 }
 
-TEST(Ab, AblationOfSlimChangesOneThingAtATime) {
-  const ScratchFolder folder;
-  const ProgramRun run = runLine(
-      folder, "ab --builtin circle --duration 4 --methods slim --ablation --quiet --out @out");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const auto methods = summaryOf(folder)["methods"];
+TEST_F(Ab, AblationOfSlimChangesOneThingAtATime) {
+  const auto methods =
+      summary("--builtin circle --duration 4 --methods slim --ablation --quiet")["methods"];
   for (const char* name : {"points-only", "no-lines", "no-vp", "no-accel-bias", "no-refinement",
                            "consecutive-pairs"}) {
     const std::string variant = std::string("slim[") + name + "]";
@@ -401,14 +386,8 @@ TEST(AbReport, TheSubcommandHandsOnItsArgumentsAndTheExitCode) {
   expectParts(called, "-m slim_init_report --suite a b --out c\n");
 }
 
-TEST(Ab, ReportNamesTheProgram) {
-  const ScratchFolder folder;
-  ASSERT_EQ(runLine(folder,
-                    "ab --builtin circle --duration 4 --methods drt-l --outliers 0.1 --quiet --out "
-                    "@out")
-                .exit_code,
-            0);
-  const auto json = summaryOf(folder);
+TEST_F(Ab, ReportNamesTheProgram) {
+  const auto json = summary("--builtin circle --duration 4 --methods drt-l --outliers 0.1 --quiet");
   const std::string version = runLine(folder, "--version").out;
   EXPECT_TRUE(contains(version, json["version"].get<std::string>())) << version;
   EXPECT_TRUE(json.contains("commit"));
@@ -416,16 +395,12 @@ TEST(Ab, ReportNamesTheProgram) {
   EXPECT_GT(json["simulated"]["point_tracks"].get<int>(), 100);
 }
 
-TEST(Ab, LeadingZerosAreDecimal) {
-  const ScratchFolder folder;
-  const ProgramRun run =
-      runLine(folder, "ab --builtin circle --duration 5 --stride 020 --quiet --out @out");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(summaryOf(folder)["options"]["stride"], 20);
+TEST_F(Ab, LeadingZerosAreDecimal) {
+  const auto json = summary("--builtin circle --duration 5 --stride 020 --quiet");
+  EXPECT_EQ(json["options"]["stride"], 20);
 }
 
-TEST(Ab, UnwritableReportExitsWithOne) {
-  const ScratchFolder folder;
+TEST_F(Ab, UnwritableReportExitsWithOne) {
   folder.write("file", "in the way");
   const ProgramRun run = runLine(folder, "ab --builtin circle --duration 5 --out @file");
   EXPECT_EQ(run.exit_code, 1);
@@ -572,22 +547,18 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
           "slim_init.window.keyframes is 16|[4, 15]");
 }
 
-TEST(Ab, RecordingWithPosesOnlyGetsAFittedBias) {
-  const ScratchFolder folder;
+TEST_F(Ab, RecordingWithPosesOnlyGetsAFittedBias) {
   writeRecording(folder, 8.0, 0.0);
-  const ProgramRun run = runLine(folder, "ab --recorded @ --methods drt-l --out @out");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun run = ran("--recorded @ --methods drt-l");
   expectParts(run.err, "slim_init: note: |[0.01, 0.02, -0.03] rad/s");
   const auto json = summaryOf(folder);
   EXPECT_EQ(json["gyro_bias_truth"], "fitted");
   EXPECT_GT(json["methods"]["drt-l"]["all"]["windows"].get<int>(), 5);
 }
 
-TEST(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
-  const ScratchFolder folder;
+TEST_F(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
   writeRecording(folder, 8.0, 0.3);
-  ProgramRun run = runLine(folder, "ab --recorded @ --methods drt-l --out @out");
-  EXPECT_EQ(run.exit_code, 0) << run.err;
+  ProgramRun run = ran("--recorded @ --methods drt-l");
   expectParts(run.err, "imu0.csv has 1 IMU gap longer than 0.05 s");
   EXPECT_TRUE(contains(readFile(folder.file("out/summary.json")), "1 IMU gap longer"));
 
@@ -598,8 +569,7 @@ TEST(Ab, ImuGapIsNotedAndFatalOnlyWhenNoWindowIsLeft) {
               "holds no window of 10 keyframes|1 IMU gap longer than 0.05 s, the longest 0.305 s");
 }
 
-TEST(Ab, BrokenRecordingNamesFileLineAndValue) {
-  const ScratchFolder folder;
+TEST_F(Ab, BrokenRecordingNamesFileLineAndValue) {
   writeRecording(folder, 4.0, 0.0);
   std::string imu = readFile(folder.file("imu0.csv"));
   const std::size_t line_10 = [&] {
@@ -616,7 +586,7 @@ TEST(Ab, BrokenRecordingNamesFileLineAndValue) {
 }
 
 // The EuRoC recordings are not part of the repository (their licence is not ours).
-class AbOfRecordings : public ::testing::Test {
+class AbOfRecordings : public Ab {
  protected:
   void SetUp() override {
     if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recordings at " << data;
@@ -625,7 +595,6 @@ class AbOfRecordings : public ::testing::Test {
 };
 
 TEST_F(AbOfRecordings, OneRuns) {
-  const ScratchFolder folder;
   const ProgramRun run = runProgram(folder, {"ab", "--recorded", data + "/MH_04", "--world", "hall",
                                              "--limit", "20", "--out", folder.file("out")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -648,15 +617,13 @@ std::string runFromRest(const std::string& recording, const ScratchFolder& folde
   return run.out;
 }
 
-TEST(Ab, FromRestWritesEachStartWithThePriorAndWithout) {
-  const ScratchFolder folder;
+TEST_F(Ab, FromRestWritesEachStartWithThePriorAndWithout) {
   writeRecording(folder, 6.0, 0.0, "", 3.0);
   runFromRest(folder.path(), folder);
 }
 
 // No generated recording has idling rotors and the noise of a real ground truth.
 TEST_F(AbOfRecordings, TakeOffFromRest) {
-  const ScratchFolder folder;
   const std::string printed = runFromRest(data + "/V1_02", folder);
   expectParts(printed, "false rests 0");
 }
