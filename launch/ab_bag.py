@@ -301,11 +301,12 @@ def host(config, own, log, tracker, sim_time="true"):
     """VINS-Mono in a roslaunch of its own, with `config` for the tracker and `own` for the
     estimator; ends with the block."""
     with open(log, "w", encoding="utf-8") as sink:
-        # A process group of its own: a signal to us must not reach it twice.
+        # A process group of its own: a signal to us must not reach it twice. The nodes run in a
+        # folder of their own.
         launch = subprocess.Popen(
-            ["roslaunch", "slim_init", "vins_mono_slim.launch", "config:=" + config,
-             "estimator_config:=" + own, "sim_time:=" + sim_time, "tracker:=" + tracker,
-             "rviz:=false"],
+            ["roslaunch", "slim_init", "vins_mono_slim.launch",
+             "config:=" + os.path.abspath(config), "estimator_config:=" + own,
+             "sim_time:=" + sim_time, "tracker:=" + tracker, "rviz:=false"],
             stdout=sink, stderr=subprocess.STDOUT, start_new_session=True)
         try:
             yield launch
