@@ -749,6 +749,39 @@ TEST_F(AdapterInFlight, TracksBridgeAGapInTheImuData) {
   }
 }
 
+// Whatever the IMU has measured wrongly in a gap of the images stays in the poses after it: then
+// the tracks are not what is incorrect.
+TEST_F(AdapterInFlight, AfterAGapInTheImagesTheTracksDecide) {
+  constexpr int kBefore = 22, kAfter = 25, kNewest = 30;
+  std::vector<HostState> states = window(kNewest);
+  for (HostState& state : states) {
+    const double since = state.stamp - exact_.keyframes[kBefore].t;
+    if (since > 0.0) state.P.x() += 0.8 * since;
+  }
+  states.erase(std::remove_if(states.begin(), states.end(),
+                              [this](const HostState& state) {
+                                return state.stamp > exact_.keyframes[kBefore].t + 1e-3 &&
+                                       state.stamp < exact_.keyframes[kAfter].t - 1e-3;
+                              }),
+               states.end());
+  for (const bool gap : {false, true}) {
+    fly(exact_.imu, kNewest + 1);
+    for (int k = 0; k <= kNewest; ++k) {
+      if (!gap || k <= kBefore || k >= kAfter) adapter_->received(exact_.keyframes[k].t);
+    }
+    const auto prepare = [this](const std::vector<HostState>& of) {
+      return adapter_->prepare(of, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+    };
+    for (int k = kBefore - 4; k <= kBefore; ++k) EXPECT_LT(prepare(window(k)).moving.size(), 5u);
+    const HostPreparation frame = prepare(states);
+    if (gap) {
+      EXPECT_TRUE(frame.moving.empty()) << frame.message;
+    } else {
+      EXPECT_GT(frame.moving.size(), 20u) << frame.message;
+    }
+  }
+}
+
 TEST_F(AdapterInFlight, ACarriedStateSaysWhatItIsWorth) {
   fly(exact_.imu);
   HostState from = window(20).back();

@@ -40,6 +40,8 @@ constexpr double kEvidenceEvery = 0.3;
 constexpr double kWorstBridge = 2.0;
 // Between two frames over which tracks are followed [s]: as VINS-Mono's tracker has it.
 constexpr double kLongestTracked = 1.0;
+// No image in so long: nothing has judged the IMU data that the host has used [s].
+constexpr double kLongestUnjudged = 0.25;
 // What it costs the odometry frame that only one of IMU and images carries the host, as measured in
 // VINS-Mono: random walk of position [m/sqrt(s)] and heading [deg/sqrt(s)].
 constexpr double kBridgedPosition = 0.1;
@@ -669,16 +671,19 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   // What a tracker carries over a gap in the images are other points.
   int tracks = 0;
   const std::vector<long long> known = tracksOverGap(t_i, t_j, &tracks);
+  bool uncertain = wideningOf(screen.damage(), hostTime(stamps.front()), t_j).damaged;
   for (std::size_t i = optimized.size(); i-- > 0;) {
-    if (longestWithoutImage(stamps[i], stamps[i + 1]) <= kLongestTracked) continue;
+    const double gap = longestWithoutImage(stamps[i], stamps[i + 1]);
+    uncertain = uncertain || gap > kLongestUnjudged;
+    if (gap <= kLongestTracked) continue;
     optimized.erase(optimized.begin(), optimized.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     if (i + 2 == stamps.size()) out.moving = known;
     break;
   }
   const bool blind = static_cast<int>(known.size()) < kLeastTracks;
-  const Innovation innovation = innovations.judge(
-      optimized, predicted, {frames.begin(), frames.end()}, calibration, calibration.pointSigmaPx(),
-      wideningOf(screen.damage(), hostTime(stamps.front()), t_j).damaged);
+  const Innovation innovation =
+      innovations.judge(optimized, predicted, {frames.begin(), frames.end()}, calibration,
+                        calibration.pointSigmaPx(), uncertain);
   if (innovation.culprit == Culprit::kImu || innovation.culprit == Culprit::kUnclear) {
     screen.addDamage(innovation.damaged_since, t_j, innovation.accel_sigma, innovation.gyro_sigma);
   }
@@ -692,7 +697,7 @@ HostPreparation HostAdapter::State::prepare(const std::vector<HostState>& window
   if (contradicts || moves) out.message = innovation.message;
   out.intervals = intervals(stamps);
   const bool damaged = !out.intervals.empty() && out.intervals.back().damaged;
-  if (damaged || moves || blind || t_j - t_i > kLongestTracked) {
+  if (damaged || moves || blind || t_j - t_i > kLongestUnjudged) {
     out.position_sigma = kBridgedPosition * std::sqrt(t_j - t_i);
     out.yaw_sigma_deg = kBridgedYaw * std::sqrt(t_j - t_i);
   }

@@ -650,12 +650,13 @@ void InnovationMonitor::keep(const std::vector<NavState>& optimized,
 Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
                                     const PropagatedState& predicted,
                                     const std::vector<FrameObservation>& frames,
-                                    const Calibration& calibration, double sigma_px, bool damaged) {
+                                    const Calibration& calibration, double sigma_px,
+                                    bool uncertain) {
   const double t = predicted.state.t;
   if (blindEnds(frames, t)) trusted_since_ = t;
   TrackTrust trust;
   // A host whose poses have not agreed with its tracks yet has them wrong.
-  trust.decide = damaged || std::isnan(noise_) || t - trusted_since_ < kTrusted;
+  trust.decide = uncertain || std::isnan(noise_) || t - trusted_since_ < kTrusted;
   if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
   Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);
   if (result.culprit == Culprit::kNone) {

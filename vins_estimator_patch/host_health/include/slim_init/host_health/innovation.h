@@ -97,10 +97,11 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
 class InnovationMonitor {
  public:
   /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
-  /// velocity. `damaged`: the IMU data between the optimized states are, which is known already.
+  /// velocity. `uncertain`: the IMU data between the optimized states are known to be damaged, or
+  /// there were no images to judge them.
   Innovation judge(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                    const std::vector<FrameObservation>& frames, const Calibration& calibration,
-                   double sigma_px, bool damaged = false);
+                   double sigma_px, bool uncertain = false);
   /// The streams or the host have restarted.
   void reset();
 
