@@ -352,6 +352,28 @@ TEST(Innovation, EachKindOfDamageIsFound) {
   }
 }
 
+// In fast motion a tracker has few tracks, and few of these are older than three frames.
+TEST(Innovation, ShortTracksSpeakAgainstTheImu) {
+  constexpr std::size_t kTracks = 13, kOlder = 3;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
+    std::vector<PointObservation>& newest = flight.frames[20].points;
+    ASSERT_GT(newest.size(), kTracks);
+    newest.resize(kTracks);
+    for (int k = 10; k <= 17; ++k) {
+      for (PointObservation& point : flight.frames[k].points) {
+        const bool older = std::any_of(newest.begin(), newest.begin() + kOlder,
+                                       [&](const auto& other) { return other.id == point.id; });
+        if (!older) point.id += 1000000;
+      }
+    }
+    EXPECT_EQ(flight.at(20).culprit, Culprit::kNone) << flight.at(20).message;
+    flight.disturb(flight.truth[19].t, flight.truth[20].t,
+                   [](ImuSample* sample) { sample->accel.x() += 30.0; });
+    EXPECT_EQ(flight.at(20).culprit, Culprit::kImu) << flight.at(20).message;
+  }
+}
+
 // The rest of the view is static.
 TEST(Innovation, AMovingTextureIsKeptOut) {
   for (const double part : {0.3, 0.5, 0.7}) {

@@ -42,8 +42,10 @@ constexpr double kDecides = 0.2;
 // Geman-McClure: a residual of this chi-square has a quarter of its weight.
 constexpr double kKernel = 6.0;
 constexpr int kMaxIterations = 12;
-// Degrees of freedom of a track of four views in the window.
+// Degrees of freedom of a track of four views in the window, and how many such tracks have to speak
+// against the IMU.
 constexpr int kOldDof = 5;
+constexpr int kLeastOld = 2;
 // A track that has moved, and is no poor one: its chi-square over the largest of one that has not.
 constexpr double kMoved = 2.0;
 constexpr double kLeastInverseDepth = 1e-6;  // [1/m]
@@ -113,7 +115,6 @@ struct Scene {
   // The window's poses, which are from before the newest interval, leave them no place.
   std::vector<FeatureId> placeless;
   std::size_t moved = 0;  // of these: by far
-  std::size_t old = 0;    // tracks with a place from at least four views
   double sigma = 0.0;     // of a bearing, as these tracks have it [rad]
 };
 
@@ -183,10 +184,7 @@ Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& ne
     scene.moved += ratio(*track) > kMoved ? 1 : 0;
   }
   scene.tracks.erase(placed, scene.tracks.end());
-  for (PoseTrack& track : scene.tracks) {
-    track.place.covariance *= factor * factor;
-    scene.old += track.place.dof >= kOldDof ? 1 : 0;
-  }
+  for (PoseTrack& track : scene.tracks) track.place.covariance *= factor * factor;
   return scene;
 }
 
@@ -426,6 +424,15 @@ bool move(std::size_t others, std::size_t all) {
          static_cast<double>(others) > (1.0 - kHealthy) * static_cast<double>(all);
 }
 
+// Tracks that are no news to the window and agree with the pose.
+int oldOf(const Scene& scene, const PoseFit& fit) {
+  int count = 0;
+  for (std::size_t i = 0; i < scene.tracks.size(); ++i) {
+    count += fit.agrees[i] && scene.tracks[i].place.dof >= kOldDof ? 1 : 0;
+  }
+  return count;
+}
+
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
 // interval: they cannot speak against the IMU, and neither can new ones, or such as do not agree
 // with each other. `decide`: TrackTrust.
@@ -441,8 +448,11 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool de
   if (fits.allowed && distinct && a >= kPart && split.only_first >= kDecides * apart) {
     return moves(fits.imu) ? Culprit::kImages : Culprit::kNone;
   }
-  const bool wrong = distance >= kLargestMahalanobis;
-  if (wrong && !decide && (scene.old < kLeastTracks || b < kMajority)) return Culprit::kImages;
+  // With few tracks the pose says less than that none of them agrees.
+  const bool wrong = distance >= kLargestMahalanobis || (distinct && a < kPart && b >= kNearlyAll);
+  const int old = oldOf(scene, fits.images);
+  const bool known_scene = old >= kLeastOld && old >= oldOf(scene, fits.imu);
+  if (wrong && !decide && (!known_scene || b < kMajority)) return Culprit::kImages;
   const double known = static_cast<double>(decide ? placed : all);
   if (wrong && fits.images.count >= kNearlyAll * known) return Culprit::kImu;
   if (!decide && move(scene.moved, all)) return Culprit::kImages;
