@@ -273,6 +273,7 @@ void PointTracker::reset() {
   for (CornerDetector& corners : corners_) corners.reset();
   since_mark_s_ = 0.0;
   R_now_mark_.setIdentity();
+  R_last_.setIdentity();
   t_count_start_ = kNotComputed;
   published_ = 0;
 }
@@ -381,13 +382,37 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
+// Where most points are lost, and more are found if the camera goes on turning as before, it is the
+// gyroscope that is wrong: the rotation is not known, then.
+std::vector<PointTrack> PointTracker::searchBoth(const Levels& before, const Levels& now,
+                                                 RotationPrior* prior, ImageReport* report) {
+  deformAnchors(*prior);
+  std::vector<PointTrack> moved = search(before, now, *prior);
+  if (!prior->measured) return moved;
+  if (static_cast<double>(moved.size()) < kDoubtBelow * static_cast<double>(tracks_.size())) {
+    RotationPrior steady = *prior;
+    steady.R_now_before = R_last_;
+    steady.sigma_px = std::numeric_limits<double>::infinity();
+    std::vector<PointTrack> other = search(before, now, steady);
+    if (static_cast<double>(other.size()) > kFallbackGain * static_cast<double>(moved.size())) {
+      RotationPrior correction = steady;
+      correction.R_now_before = R_last_ * prior->R_now_before.transpose();
+      deformAnchors(correction);
+      *prior = steady;
+      report->rotation_overruled = true;
+      return other;
+    }
+  }
+  R_last_ = prior->R_now_before;
+  return moved;
+}
+
 void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
-                                 const RotationPrior& prior, ImageReport* report) {
+                                 RotationPrior prior, ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
     const Levels levels_now = levelsOf(now);
-    deformAnchors(prior);
-    moved = search(levelsOf(before), levels_now, prior);
+    moved = searchBoth(levelsOf(before), levels_now, &prior, report);
     anchorTracks(levels_now, &moved);
     const std::vector<unsigned char> inliers = findInliers(moved, prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);

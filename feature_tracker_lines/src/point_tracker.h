@@ -89,8 +89,10 @@ class PointTracker {
 
   // Default profile.
   static Levels levelsOf(const ImagePyramid& pyramid);
-  void followDefault(const ImagePyramid& before, const ImagePyramid& now,
-                     const RotationPrior& prior, ImageReport* report);
+  void followDefault(const ImagePyramid& before, const ImagePyramid& now, RotationPrior prior,
+                     ImageReport* report);
+  std::vector<PointTrack> searchBoth(const Levels& before, const Levels& now, RotationPrior* prior,
+                                     ImageReport* report);
   Expected expect(const RotationPrior& prior) const;
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
                    const RotationPrior& prior, const Expected& expected, Found* found) const;
@@ -137,6 +139,7 @@ class PointTracker {
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
+  Eigen::Matrix3d R_last_ = Eigen::Matrix3d::Identity();  // as R_now_before, which was right
   // Now and then a mark is made, at which each track remembers its ray.
   double since_mark_s_ = 0.0;
   Eigen::Matrix3d R_now_mark_ = Eigen::Matrix3d::Identity();    // of the newer mark
