@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "openvins_method.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/initializer.h"
 #include "slim_init/remedy.h"
 #include "slim_init/vins_adapter/host_adapter.h"
@@ -77,6 +78,7 @@ struct OpenVinsGlue::State {
   double newest_frame = -std::numeric_limits<double>::infinity();
 
   // Touched by the solving thread alone.
+  host_health::ImuScreen screen{ImuLimits()};
   double first_stamp = kNotComputed, last_stamp = kNotComputed;
   InitStatus reported_status = InitStatus::kSuccess;
   double reported_stamp = -std::numeric_limits<double>::infinity();
@@ -94,7 +96,9 @@ struct OpenVinsGlue::State {
       samples.swap(imu);
       images.swap(frames);
     }
-    for (const ImuSample& sample : samples) initializer->addImu(sample);
+    for (const ImuSample& sample : samples) {
+      screen.pass(sample, [this](const ImuSample& one) { return initializer->addImu(one); });
+    }
     for (FrameObservation& frame : images) {
       const double stamp = frame.t;
       if (!isAdded(initializer->addFrame(std::move(frame)))) continue;
@@ -147,7 +151,9 @@ bool OpenVinsGlue::open(const std::string& mode, const std::string& file, const 
   } else if (state.mode == HostMode::kStock) {
     return false;
   } else {
-    state.initializer = makeMethod(file, calibrationOf(rig), &notes, &error);
+    ImuLimits limits;
+    state.initializer = makeMethod(file, calibrationOf(rig), &limits, &notes, &error);
+    state.screen = host_health::ImuScreen(limits);
   }
   if (state.initializer == nullptr) {
     state.report("error: " + error + "; the host initializes by itself");

@@ -9,12 +9,14 @@
 namespace slim_init::vins_adapter {
 
 std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibration& rig,
-                                         std::vector<std::string>* notes, std::string* error) {
+                                         ImuLimits* limits, std::vector<std::string>* notes,
+                                         std::string* error) {
   Config config;
   config.options = HostAdapter::hostDefaults();
   config.calibration = rig;
   if (!file.empty() && !loadOptions(file, &config, error)) return nullptr;
   *notes = config.notes;
+  *limits = config.options.imu;
   config.options.limits = liveLimits(config.options.limits);
   return baselines::makeInitializer(config.method, config.calibration, config.options,
                                     config.baselines, error);

@@ -8,7 +8,8 @@
 namespace slim_init::vins_adapter {
 
 std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibration& rig,
-                                         std::vector<std::string>* /*notes*/, std::string* error) {
+                                         ImuLimits* /*limits*/, std::vector<std::string>* /*notes*/,
+                                         std::string* error) {
   InitializerOptions options = HostAdapter::hostDefaults();
   options.limits = liveLimits(options.limits);
   if (file.empty()) return makeInitializer(rig, options, error);

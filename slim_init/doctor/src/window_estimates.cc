@@ -11,6 +11,7 @@
 #include "imu/imu_quality.h"
 #include "reference_so3.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/host_health/imu_screen.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/window_solver.h"
 
@@ -80,13 +81,15 @@ std::vector<std::shared_ptr<const InitWindow>> cutWindows(const DoctorData& data
   StreamOptions streams;
   streams.imu = options.imu;
   KeyframeWindow buffer(calibration, full, streams);
+  host_health::ImuScreen screen(streams.imu);
   std::vector<std::shared_ptr<const InitWindow>> windows;
   std::size_t next_imu = 0;
   double end = -1e300;  // of the window before
   for (const FrameObservation& frame : data.frames) {
     const double t = calibration.imuTime(frame.t);
     while (next_imu < data.imu.size() && data.imu[next_imu].t < t + InitWindow::kImuMargin) {
-      buffer.addImu(data.imu[next_imu++]);
+      screen.pass(data.imu[next_imu++],
+                  [&buffer](const ImuSample& sample) { return buffer.addImu(sample); });
     }
     buffer.addFrame(frame);
     if (t < end + span) continue;
