@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "host_health/flight.h"
 #include "pose_residual.h"
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/host_health/imu_screen.h"
@@ -39,7 +40,6 @@ using innovation_detail::PoseResidual;
 using innovation_detail::poseResidual;
 using innovation_detail::PoseTrack;
 
-constexpr int kHostFrames = 11;
 constexpr double kNoisePx = 0.6;
 
 Eigen::Matrix3d turnOf(const Eigen::Vector3d& v) {

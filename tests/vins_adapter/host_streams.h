@@ -7,12 +7,13 @@
 #include <cstddef>
 #include <vector>
 
+#include "host_health/flight.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "support/exact_window.h"
 
 namespace slim_init::vins_adapter {
 
-constexpr int kHostFrames = 11;
+using host_health::kHostFrames;
 
 /// The frames from `first` to `last`, each after the samples of `imu` up to the first one after it.
 /// `next`: the first sample that the adapter does not have yet.

@@ -1,0 +1,599 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+//
+// Which IMU data may be used, what a carried state is worth, whether a host's states are right.
+// Every judgement from both sides.
+#include "slim_init/host_health/watchdog.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host_health/flight.h"
+#include "slim_init/host_health/imu_propagation.h"
+#include "slim_init/host_health/imu_screen.h"
+#include "support/exact_window.h"
+
+namespace slim_init::host_health {
+namespace {
+
+using namespace testing_support;  // NOLINT: the vocabulary of these tests
+
+struct Screened {
+  std::vector<ImuSample> used;
+  ImuScreen screen{ImuLimits()};
+};
+
+Screened screened(const std::vector<ImuSample>& samples) {
+  Screened result;
+  for (const ImuSample& sample : samples) {
+    for (const ImuSample& one : result.screen.add(sample)) result.used.push_back(one);
+  }
+  return result;
+}
+
+TEST(ImuScreen, GoodDataStayAsTheyAre) {
+  const ExactWindow exact = flight(true);
+  const Screened result = screened(exact.imu);
+  ASSERT_EQ(result.used.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_EQ(result.used[i].t, exact.imu[i].t);
+    EXPECT_EQ(result.used[i].accel, exact.imu[i].accel);
+    EXPECT_EQ(result.used[i].gyro, exact.imu[i].gyro);
+  }
+  EXPECT_TRUE(result.screen.damage().empty());
+}
+
+TEST(ImuScreen, AGlitchIsBridgedAndAShockIsNot) {
+  const ExactWindow exact = flight();
+  // Within the limits of the sensor, for 25 ms.
+  const Screened glitch = screened(disturbed(exact.imu, 2.0, 2.025, {100, 0, 0}));
+  ASSERT_EQ(glitch.screen.damage().size(), 1u);
+  const ImuDamage damage = glitch.screen.damage().front();
+  EXPECT_NEAR(damage.first, 2.0, 0.0051);
+  EXPECT_NEAR(damage.last, 2.025, 0.0051);
+  EXPECT_TRUE(damage.bridged);
+  EXPECT_FALSE(damage.open);
+  // Five samples are missing, none is made up; a host's own frames get interpolated ones.
+  ASSERT_EQ(glitch.used.size(), exact.imu.size() - 5);
+  for (std::size_t i = 0, k = 0; i < exact.imu.size(); ++i) {
+    if (exact.imu[i].t >= 2.0 && exact.imu[i].t < 2.025) continue;
+    EXPECT_EQ(glitch.used[k].t, exact.imu[i].t);
+    EXPECT_EQ(glitch.used[k++].accel, exact.imu[i].accel);
+  }
+  const auto& filled = glitch.screen.samples();
+  ASSERT_EQ(filled.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_NEAR(filled[i].t, exact.imu[i].t, 1e-9);
+    EXPECT_LT((filled[i].accel - exact.imu[i].accel).norm(), 1.0);
+  }
+  // What EuRoC's vehicles feel when they touch the ground.
+  const Screened shock = screened(disturbed(exact.imu, 2.0, 2.025, {35, 0, 0}));
+  EXPECT_TRUE(shock.screen.damage().empty());
+  EXPECT_EQ(shock.used.size(), exact.imu.size());
+}
+
+// Rates that jump beside a glitch of the accelerometer are not believed, small as they are.
+TEST(ImuScreen, AGlitchOfBothSensors) {
+  const ExactWindow exact = flight();
+  const Screened result =
+      screened(disturbed(exact.imu, 2.0, 2.04, {380, -190, 270}, {1.5, 4.0, -2.0}));
+  ASSERT_EQ(result.screen.damage().size(), 1u);
+  EXPECT_FALSE(result.screen.damage().front().gyro_known);
+  EXPECT_EQ(result.used.size(), exact.imu.size() - 8);
+  const auto& filled = result.screen.samples();
+  ASSERT_EQ(filled.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_LT((filled[i].gyro - exact.imu[i].gyro).norm(), 0.3);
+  }
+}
+
+TEST(ImuScreen, LongDamageStaysEmpty) {
+  const ExactWindow exact = flight();
+  const Screened result = screened(disturbed(exact.imu, 2.0, 2.3, {120, 0, 0}));
+  ASSERT_EQ(result.screen.damage().size(), 1u);
+  const ImuDamage damage = result.screen.damage().front();
+  EXPECT_FALSE(damage.bridged);
+  EXPECT_TRUE(damage.gyro_known);
+  EXPECT_NEAR(damage.last - damage.first, 0.305, 0.011);
+  for (const ImuSample& sample : result.used) {
+    EXPECT_FALSE(sample.t > damage.first + 1e-9 && sample.t < damage.last - 1e-9);
+  }
+  // To carry a state over it, the rates are as measured.
+  ASSERT_EQ(result.screen.samples().size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_EQ(result.screen.samples()[i].gyro, exact.imu[i].gyro);
+    EXPECT_LT(result.screen.samples()[i].accel.norm(), 40.0);
+  }
+}
+
+// A host that wants a frame while the damage goes on: up to there the body goes on as before it.
+TEST(ImuScreen, WhileDamageGoesOnTheLastSampleIsHeld) {
+  const ExactWindow exact = flight();
+  std::vector<ImuSample> samples = disturbed(exact.imu, 2.0, 2.3, {120, 0, 0});
+  samples.resize(static_cast<std::size_t>(2.2 * 200.0));
+  const Screened result = screened(samples);
+  const double until = samples.back().t;
+  ASSERT_TRUE(result.screen.damage().back().open);
+  ASSERT_LT(result.screen.samples().back().t, 2.0);
+  const std::deque<ImuSample> held = result.screen.heldUntil(until - 0.05);
+  ASSERT_EQ(held.size(), samples.size());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    EXPECT_NEAR(held[i].t, samples[i].t, 1e-9);
+    // Only the accelerometer is off.
+    EXPECT_EQ(held[i].gyro, samples[i].gyro);
+    if (held[i].t > 2.0) {
+      EXPECT_LT((held[i].accel - exact.imu[399].accel).norm(), 1.0);
+    }
+  }
+  // Where nothing is wrong nothing is held.
+  EXPECT_EQ(screened(exact.imu).screen.heldUntil(1e3).size(), exact.imu.size());
+  // Both sensors.
+  const Screened both = screened(disturbed(samples, 2.0, 9.0, {0, 0, 0}, {0, 10, 0}));
+  ASSERT_FALSE(both.screen.damage().back().gyro_known);
+  const ImuSample last = both.screen.samples().back();
+  for (const ImuSample& sample : both.screen.heldUntil(until)) {
+    if (sample.t <= last.t) continue;
+    EXPECT_LT((sample.gyro - last.gyro).norm(), 1e-12);
+    EXPECT_LT((sample.accel - last.accel).norm(), 1e-12);
+  }
+  EXPECT_EQ(both.screen.heldUntil(until).back().t, until);
+}
+
+// Noise of `accel` and `gyro` from 1.5 to 2.5 s.
+Screened noisy(const ExactWindow& exact, double accel, double gyro) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<ImuSample> samples = exact.imu;
+  for (ImuSample& sample : samples) {
+    if (sample.t < 1.5 || sample.t >= 2.5) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      sample.accel[axis] += accel * normal(random);
+      sample.gyro[axis] += gyro * normal(random);
+    }
+  }
+  return screened(samples);
+}
+
+// The host keeps the samples, with the size of their noise; the initializer does not get them.
+TEST(ImuScreen, NoiseOfABrokenSensorIsDamageAndVibrationIsNot) {
+  const ExactWindow exact = flight();
+  for (const auto& [accel, gyro] : {std::pair(20.0, 3.0), std::pair(8.0, 0.5)}) {
+    const Screened broken = noisy(exact, accel, gyro);
+    double hole = 0.0, accel_size = 0.0, gyro_size = 0.0;
+    for (const ImuDamage& damage : broken.screen.damage()) {
+      if (!damage.measured) continue;
+      EXPECT_GT(damage.first, 1.45);
+      EXPECT_LT(damage.last, 2.57);
+      hole += damage.last - damage.first;
+      accel_size = std::hypot(accel_size, damage.accel_sigma * (damage.last - damage.first));
+      gyro_size = std::hypot(gyro_size, damage.gyroSigma() * (damage.last - damage.first));
+    }
+    EXPECT_NEAR(hole, 1.0, 0.15) << accel;
+    // White noise of 5 ms over a second.
+    EXPECT_NEAR(accel_size / (accel * std::sqrt(0.005)), 1.0, 0.3) << accel;
+    EXPECT_NEAR(gyro_size / (gyro * std::sqrt(0.005)), 1.0, 0.3) << accel;
+    EXPECT_LT(broken.used.size(), exact.imu.size() - 50) << accel;
+    EXPECT_EQ(broken.screen.samples().size(), exact.imu.size()) << accel;
+  }
+  const Screened vibration = noisy(exact, 5.0, 0.3);
+  EXPECT_EQ(vibration.used.size(), exact.imu.size());
+  const ImuWidening widening = wideningOf(vibration.screen.damage(), 2.0, 2.1);
+  EXPECT_LT(widening.sigma_v, 0.15);
+  EXPECT_LT(widening.sigma_theta, 0.01);
+  EXPECT_FALSE(wideningOf(noisy(exact, 3.0, 0.2).screen.damage(), 2.0, 2.1).damaged);
+}
+
+TEST(ImuScreen, AFrozenSensorIsMissing) {
+  const ExactWindow exact = flight(true);
+  std::vector<ImuSample> samples = exact.imu;
+  const ImuSample held = samples[400];
+  for (std::size_t i = 401; i < 500; ++i) {
+    samples[i].accel = held.accel;
+    samples[i].gyro = held.gyro;
+  }
+  const Screened frozen = screened(samples);
+  ASSERT_EQ(frozen.screen.damage().size(), 1u);
+  const ImuDamage damage = frozen.screen.damage().front();
+  EXPECT_NEAR(damage.first, held.t, 0.0051);
+  EXPECT_NEAR(damage.last, exact.imu[500].t, 1e-9);
+  EXPECT_FALSE(damage.gyro_known || damage.bridged || damage.open);
+  EXPECT_EQ(damage.gyroSigma(), kUnknownGyro);
+  // A driver that sends each sample twice is not frozen, nor is a simulation without noise at rest.
+  samples = exact.imu;
+  for (std::size_t i = 1; i < samples.size(); i += 2) {
+    samples[i].accel = samples[i - 1].accel;
+    samples[i].gyro = samples[i - 1].gyro;
+  }
+  EXPECT_TRUE(screened(samples).screen.damage().empty());
+  for (ImuSample& sample : samples) {
+    sample.accel = held.accel;
+    sample.gyro = held.gyro;
+  }
+  EXPECT_TRUE(screened(samples).screen.damage().empty());
+}
+
+TEST(ImuScreen, DamageFromOutside) {
+  const ExactWindow exact = flight();
+  Screened data = screened(exact.imu);
+  data.screen.addDamage(2.0, 2.1, 15.0, 0.0);
+  data.screen.addDamage(1.0, 1.1, 4.0, 2.0);
+  data.screen.addDamage(2.0, 2.1, 10.0, 0.5);
+  data.screen.addDamage(2.1, 2.1, 10.0, 0.5);
+  data.screen.addDamage(2.1, 2.2, -1.0, 0.5);
+  data.screen.addDamage(2.1, 2.2, 1.0, std::numeric_limits<double>::quiet_NaN());
+  ASSERT_EQ(data.screen.damage().size(), 2u);
+  EXPECT_EQ(data.screen.damage().front().first, 1.0);
+  const ImuDamage damage = data.screen.damage().back();
+  EXPECT_TRUE(damage.measured && !damage.open && !damage.bridged && !damage.gyro_known);
+  EXPECT_EQ(damage.accel_sigma, 15.0);
+  EXPECT_EQ(damage.gyroSigma(), 0.5);
+  // The samples stay.
+  EXPECT_EQ(data.screen.samples().size(), exact.imu.size());
+  const ImuWidening widening = wideningOf(data.screen.damage(), 2.05, 2.15);
+  EXPECT_TRUE(widening.damaged);
+  EXPECT_NEAR(widening.sigma_v, 15.0 * 0.05, 1e-9);
+  EXPECT_NEAR(widening.sigma_theta, 0.5 * 0.05, 1e-9);
+  EXPECT_NEAR(widening.sigma_p, 0.5 * 15.0 * 0.05 * 0.1, 1e-9);
+  EXPECT_FALSE(wideningOf(data.screen.damage(), 2.1, 2.2).damaged);
+  // Beside damage that goes on, which stays the last.
+  std::vector<ImuSample> samples = disturbed(exact.imu, 2.0, 9.0, {120, 0, 0});
+  samples.resize(420);
+  Screened open = screened(samples);
+  ASSERT_TRUE(open.screen.damage().back().open);
+  open.screen.addDamage(1.9, 2.09, 1.0, 0.0);
+  EXPECT_TRUE(open.screen.damage().back().open);
+  EXPECT_EQ(open.screen.damage().size(), 2u);
+}
+
+// A frame that vibrates by so much, or by about so much, all the time: the samples are all there
+// is.
+TEST(ImuScreen, WhatGoesOnIsAVibration) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (const double sigma : {20.0, 11.5}) {
+    ImuScreen screen{ImuLimits()};
+    int used_late = 0, late = 0;
+    for (int i = 0; i < 4000; ++i) {
+      ImuSample sample;
+      sample.t = 0.005 * i;
+      sample.accel = Eigen::Vector3d(0, 0, 9.81);
+      if (i > 200) {
+        for (int axis = 0; axis < 3; ++axis) sample.accel[axis] += sigma * normal(random);
+      }
+      const std::size_t used = screen.add(sample).size();
+      if (i < 3000) continue;
+      ++late;
+      used_late += used > 0 ? 1 : 0;
+    }
+    EXPECT_GT(used_late, 0.98 * late) << sigma;
+  }
+}
+
+TEST(ImuScreen, WhatStaysIsAMotion) {
+  const ExactWindow exact = flight();
+  const Screened result = screened(disturbed(exact.imu, 2.0, 10.0, {100, 0, 0}));
+  ASSERT_FALSE(result.screen.damage().empty());
+  EXPECT_FALSE(result.screen.damage().back().open);
+  EXPECT_EQ(result.used.back().t, exact.imu.back().t);
+}
+
+TEST(ImuScreen, MissingSamples) {
+  const ExactWindow exact = flight();
+  const auto without = [&exact](double length) {
+    std::vector<ImuSample> samples;
+    for (const ImuSample& sample : exact.imu) {
+      if (sample.t < 2.001 || sample.t > 2.001 + length) samples.push_back(sample);
+    }
+    return screened(samples);
+  };
+  EXPECT_TRUE(without(0.03).screen.damage().empty());
+  const Screened bridged = without(0.07);
+  ASSERT_EQ(bridged.screen.damage().size(), 1u);
+  EXPECT_TRUE(bridged.screen.damage().front().bridged);
+  EXPECT_EQ(bridged.screen.samples().size(), exact.imu.size());
+  // One sample in the middle, so that nowhere is a gap.
+  EXPECT_EQ(bridged.used.size(), exact.imu.size() - 14 + 1);
+  for (std::size_t i = 1; i < bridged.used.size(); ++i) {
+    EXPECT_LE(bridged.used[i].t - bridged.used[i - 1].t, 0.045);
+    EXPECT_GT(bridged.used[i].t, bridged.used[i - 1].t);
+  }
+  // The accelerometer alone: the rates are those that were measured.
+  const Screened known = screened(disturbed(exact.imu, 2.0, 2.07, {100, 0, 0}));
+  ASSERT_TRUE(known.screen.damage().front().bridged);
+  ASSERT_EQ(known.used.size(), exact.imu.size());
+  for (std::size_t i = 0; i < exact.imu.size(); ++i) {
+    EXPECT_EQ(known.used[i].gyro, exact.imu[i].gyro);
+  }
+  const Screened hole = without(0.5);
+  ASSERT_EQ(hole.screen.damage().size(), 1u);
+  EXPECT_FALSE(hole.screen.damage().front().bridged);
+  EXPECT_FALSE(hole.screen.damage().front().gyro_known);
+}
+
+struct Carry {
+  bool ok = false;
+  PropagatedState state;
+  std::string error;
+};
+
+Carry carried(const ExactWindow& exact, const PropagatedState& from, int to, const Screened& data) {
+  Carry result;
+  result.ok = propagateState(from, exact.truth[to].t, data.screen.samples(), data.screen.damage(),
+                             Eigen::Vector3d(0, 0, -exact.calibration.gravity_magnitude),
+                             exact.calibration.imu_noise, &result.state, &result.error);
+  return result;
+}
+
+// Squared error over its covariance, per degree of freedom: attitude, velocity, position.
+Eigen::Array3d squaredErrors(const PropagatedState& carried, const NavState& truth) {
+  const Eigen::AngleAxisd turn(carried.state.R_w_b * truth.R_w_b.transpose());
+  const Eigen::Vector3d errors[] = {turn.angle() * turn.axis(), carried.state.v_w_b - truth.v_w_b,
+                                    carried.state.p_w_b - truth.p_w_b};
+  Eigen::Array3d squares;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Matrix3d C = carried.covariance.block<3, 3>(3 * i, 3 * i);
+    squares[i] = errors[i].dot(C.ldlt().solve(errors[i])) / 3.0;
+  }
+  return squares;
+}
+
+TEST(ImuPropagation, FollowsTheTruth) {
+  const ExactWindow exact = flight();
+  PropagatedState from;
+  from.state = exact.truth[5];
+  const Carry end = carried(exact, from, 25, screened(exact.imu));
+  ASSERT_TRUE(end.ok) << end.error;
+  EXPECT_LT((end.state.state.p_w_b - exact.truth[25].p_w_b).norm(), 0.01);
+  EXPECT_LT((end.state.state.v_w_b - exact.truth[25].v_w_b).norm(), 0.01);
+  EXPECT_LT((end.state.state.R_w_b - exact.truth[25].R_w_b).norm(), 0.002);
+  from.state.t = -5.0;
+  EXPECT_FALSE(carried(exact, from, 25, screened(exact.imu)).ok);
+}
+
+// Drawn from what healthyCovariance() says, the error has the reported covariance.
+TEST(ImuPropagation, CovarianceFits) {
+  const ExactWindow exact = flight();
+  const Screened data = screened(exact.imu);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  Eigen::Array3d squares = Eigen::Array3d::Zero();
+  const int draws = 200;
+  for (int k = 0; k < draws; ++k) {
+    PropagatedState from;
+    from.covariance = healthyCovariance();
+    from.state = exact.truth[5];
+    const auto draw = [&](int row) {
+      Eigen::Vector3d e;
+      for (int axis = 0; axis < 3; ++axis) {
+        e[axis] = normal(random) * std::sqrt(from.covariance(row + axis, row + axis));
+      }
+      return e;
+    };
+    const Eigen::Vector3d turn = draw(0);
+    from.state.R_w_b = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * from.state.R_w_b;
+    from.state.v_w_b += draw(3);
+    from.state.gyro_bias += draw(9);
+    from.state.accel_bias += draw(12);
+    const Carry end = carried(exact, from, 25, data);
+    ASSERT_TRUE(end.ok);
+    squares += squaredErrors(end.state, exact.truth[25]) / draws;
+  }
+  // 600 values: their mean has a standard deviation of 0.06.
+  EXPECT_NEAR(squares[1], 1.0, 0.25) << "velocity";
+  EXPECT_NEAR(squares[2], 1.0, 0.25) << "position";
+}
+
+// Errors of the sizes that addDamage() is given have the covariance that propagateState() reports.
+TEST(ImuPropagation, DamageFromOutsideIsHonest) {
+  const ExactWindow exact = flight();
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  Eigen::Array3d squares = Eigen::Array3d::Zero();
+  const int draws = 200;
+  for (int k = 0; k < draws; ++k) {
+    Eigen::Vector3d accel, gyro;
+    for (int axis = 0; axis < 3; ++axis) {
+      accel[axis] = 10.0 * normal(random);
+      gyro[axis] = 0.5 * normal(random);
+    }
+    Screened data = screened(disturbed(exact.imu, 2.0, 2.2, accel, gyro));
+    data.screen.addDamage(2.0, 2.2, 10.0, 0.5);
+    PropagatedState from;
+    from.state = exact.truth[18];
+    const Carry end = carried(exact, from, 23, data);
+    ASSERT_TRUE(end.ok);
+    squares += squaredErrors(end.state, exact.truth[23]) / draws;
+  }
+  EXPECT_GT(squares.sqrt().minCoeff(), 0.7) << squares.transpose();
+  EXPECT_LT(squares.sqrt().maxCoeff(), 1.5) << squares.transpose();
+}
+
+TEST(ImuPropagation, DamageWidens) {
+  const ExactWindow exact = flight();
+  PropagatedState from;
+  from.covariance = healthyCovariance();
+  from.state = exact.truth[15];
+  const Carry whole = carried(exact, from, 30, screened(exact.imu));
+  const Carry glitch =
+      carried(exact, from, 30, screened(disturbed(exact.imu, 2.0, 2.025, {100, 0, 0})));
+  const Carry hole =
+      carried(exact, from, 30, screened(disturbed(exact.imu, 2.0, 2.3, {120, 0, 0})));
+  ASSERT_TRUE(whole.ok && glitch.ok && hole.ok);
+  EXPECT_LT(whole.state.velocitySigma(), 0.25);
+  EXPECT_GT(glitch.state.velocitySigma(), whole.state.velocitySigma());
+  EXPECT_LT(glitch.state.positionSigma(), 0.5);
+  EXPECT_GT(hole.state.velocitySigma(), 0.85);  // 3 m/s^2 over 0.3 s
+  EXPECT_GT(hole.state.positionSigma(), 0.63);  // that velocity for the 0.7 s after it
+  EXPECT_LT(hole.state.yawSigma(), 0.02);       // the gyroscope was right
+  std::vector<ImuSample> missing;
+  for (const ImuSample& sample : exact.imu) {
+    if (sample.t < 2.0 || sample.t >= 2.3) missing.push_back(sample);
+  }
+  const Carry nothing = carried(exact, from, 30, screened(missing));
+  ASSERT_TRUE(nothing.ok);
+  EXPECT_GT(nothing.state.yawSigma(), 0.25);
+  // 40 m/s^2 for 25 ms are not left out: they are noise of the data as measured.
+  const Carry shock =
+      carried(exact, from, 30, screened(disturbed(exact.imu, 2.0, 2.025, {40, 0, 0})));
+  EXPECT_GT(shock.state.velocitySigma(), whole.state.velocitySigma() + 0.01);
+}
+
+class Watch : public ::testing::Test {
+ protected:
+  WatchFinding find(const std::vector<NavState>& states) const {
+    std::vector<FrameObservation> frames = exact_.keyframes;
+    for (std::size_t k = 0; k < frames.size(); ++k) frames[k].t = exact_.truth[k].t;
+    return watchWindow(states, frames, data_.screen.samples(), data_.screen.damage(),
+                       exact_.calibration);
+  }
+  std::vector<NavState> window(int newest) const {
+    return {exact_.truth.begin() + newest - kHostFrames + 1, exact_.truth.begin() + newest + 1};
+  }
+  ExactWindow exact_ = flight(true);
+  Screened data_ = screened(exact_.imu);
+};
+
+TEST_F(Watch, RightStates) {
+  for (int newest = kHostFrames; newest < kFrames - 1; ++newest) {
+    const WatchFinding finding = find(window(newest));
+    EXPECT_TRUE(finding.healthy) << finding.reason;
+    EXPECT_LT(finding.reprojection_px, 3.0);
+    EXPECT_LT(finding.velocity_mps, 0.1);
+    EXPECT_LT(finding.rotation_deg, 0.5);
+  }
+}
+
+// Five tracks seen twice are not ten.
+TEST_F(Watch, FewTracksAreNotJudged) {
+  const int newest = 30;
+  std::vector<FeatureId> ids;
+  for (const PointObservation& point : exact_.keyframes[newest - kHostFrames + 1].points) {
+    const auto seen_at = [&](int k) {
+      const auto& points = exact_.keyframes[k].points;
+      return std::any_of(points.begin(), points.end(),
+                         [&](const PointObservation& other) { return other.id == point.id; });
+    };
+    bool whole = true;
+    for (int k = newest - kHostFrames + 2; k <= newest; ++k) whole = whole && seen_at(k);
+    if (whole) ids.push_back(point.id);
+  }
+  ASSERT_GE(ids.size(), 10u);
+  for (const std::size_t kept : {9u, 10u}) {
+    for (FrameObservation& frame : exact_.keyframes) {
+      frame.points.erase(std::remove_if(frame.points.begin(), frame.points.end(),
+                                        [&](const PointObservation& point) {
+                                          return std::find(ids.begin(), ids.begin() + kept,
+                                                           point.id) == ids.begin() + kept;
+                                        }),
+                         frame.points.end());
+    }
+    EXPECT_EQ(std::isnan(find(window(newest)).reprojection_px), kept == 9u) << kept;
+    exact_ = flight(true);
+  }
+}
+
+TEST_F(Watch, Velocity) {
+  std::vector<NavState> states = window(30);
+  states.back().v_w_b.x() += 0.3;  // of a window that is being optimized
+  EXPECT_TRUE(find(states).healthy);
+  states.back().v_w_b.x() += 1.7;
+  const WatchFinding finding = find(states);
+  EXPECT_FALSE(finding.healthy);
+  EXPECT_NE(finding.reason.find("velocity changed by 2"), std::string::npos) << finding.reason;
+}
+
+TEST_F(Watch, Attitude) {
+  std::vector<NavState> states = window(30);
+  const auto turned = [&states](double deg) {
+    std::vector<NavState> result = states;
+    result.back().R_w_b =
+        Eigen::AngleAxisd(deg / 57.3, Eigen::Vector3d::UnitX()) * result.back().R_w_b;
+    return result;
+  };
+  EXPECT_TRUE(find(turned(1.0)).healthy);
+  const WatchFinding finding = find(turned(15.0));
+  EXPECT_FALSE(finding.healthy);
+  EXPECT_NE(finding.reason.find("attitude"), std::string::npos) << finding.reason;
+}
+
+TEST_F(Watch, Tracks) {
+  std::vector<NavState> states = window(30);
+  const auto moved = [&states](double metres) {
+    std::vector<NavState> result = states;
+    for (std::size_t i = result.size() - 2; i < result.size(); ++i) {
+      result[i].p_w_b += Eigen::Vector3d(metres, metres, 0);
+    }
+    return result;
+  };
+  EXPECT_TRUE(find(moved(0.01)).healthy);
+  const WatchFinding finding = find(moved(1.0));
+  EXPECT_FALSE(finding.healthy);
+  EXPECT_NE(finding.reason.find("tracks"), std::string::npos) << finding.reason;
+}
+
+TEST_F(Watch, BiasesAndNumbers) {
+  std::vector<NavState> states = window(30);
+  states.back().accel_bias = Eigen::Vector3d(2.1, 0, 0);
+  EXPECT_NE(find(states).reason.find("accelerometer bias"), std::string::npos);
+  states = window(30);
+  states.back().gyro_bias = Eigen::Vector3d(0, 0.6, 0);
+  EXPECT_NE(find(states).reason.find("gyroscope bias"), std::string::npos);
+  states.front().p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(find(states).reason.find("not finite"), std::string::npos);
+  EXPECT_TRUE(find({}).healthy);
+}
+
+TEST(CompareStates, VelocityAndTilt) {
+  const NavState truth = flight().truth[20];
+  EXPECT_EQ(compareStates(truth, truth, 0.03), "");
+  NavState other = truth;
+  // Position and heading of the two frames are of no account.
+  const Eigen::Matrix3d yaw = Eigen::AngleAxisd(1.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  other.p_w_b += Eigen::Vector3d(3, 4, 5);
+  other.R_w_b = yaw * other.R_w_b;
+  other.v_w_b = yaw * other.v_w_b;
+  EXPECT_EQ(compareStates(other, truth, 0.03), "");
+  other.v_w_b *= 3.0;
+  other.v_w_b += Eigen::Vector3d(1, 0, 0);
+  EXPECT_NE(compareStates(other, truth, 0.03).find("velocity"), std::string::npos);
+  other = truth;
+  other.R_w_b = Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()) * other.R_w_b;
+  other.v_w_b = other.R_w_b * (truth.R_w_b.transpose() * truth.v_w_b);
+  EXPECT_NE(compareStates(other, truth, 0.03).find("attitude"), std::string::npos);
+}
+
+// A bias may settle, at any value, and may not jump to it.
+TEST(SteadyBiases, SettleAndDoNotJump) {
+  NavState state;
+  state.t = 0.0;
+  SteadyBiases biases;
+  state.accel_bias = Eigen::Vector3d(1.0, 0, 0);  // of a poor sensor
+  EXPECT_EQ(biases.judge(state), "");
+  for (int frame = 0; frame < 100; ++frame) {
+    state.accel_bias.x() -= 0.008;  // 0.08 m/s^2 in a second, at 10 Hz
+    state.gyro_bias.y() += 0.0015;
+    EXPECT_EQ(biases.judge(state), "") << frame;
+  }
+  NavState jumped = state;
+  jumped.accel_bias.z() += 0.55;
+  EXPECT_NE(biases.judge(jumped).find("accelerometer bias has moved by 0."), std::string::npos);
+  EXPECT_NE(biases.judge(jumped).find("(limit 0.5)"), std::string::npos)
+      << "what was refused does not count";
+  jumped = state;
+  jumped.gyro_bias.x() += 0.12;
+  EXPECT_NE(biases.judge(jumped).find("gyroscope bias has moved by"), std::string::npos);
+  EXPECT_EQ(biases.judge(state), "");
+}
+
+// A wrong scale is consistent with the tracks, and a wrong velocity with a bias: only a window
+// solved anew tells. One answer is not enough.
+
+}  // namespace
+}  // namespace slim_init::host_health
