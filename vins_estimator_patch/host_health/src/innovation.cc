@@ -453,8 +453,8 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool de
   const int old = oldOf(scene, fits.images);
   const bool known_scene = old >= kLeastOld && old >= oldOf(scene, fits.imu);
   if (wrong && !decide && (!known_scene || b < kMajority)) return Culprit::kImages;
-  const double known = static_cast<double>(decide ? placed : all);
-  if (wrong && fits.images.count >= kNearlyAll * known) return Culprit::kImu;
+  const bool most = decide || fits.images.count >= kMajority * static_cast<double>(all);
+  if (wrong && most && b >= kNearlyAll) return Culprit::kImu;
   if (!decide && move(scene.moved, all)) return Culprit::kImages;
   if (wrong) return Culprit::kUnclear;
   if (!moves(fits.images)) return Culprit::kNone;
