@@ -82,6 +82,7 @@ struct MetricEstimate {
   RefinedWindow refined;
   std::optional<ScaleProfile> profile;
   Posterior posterior;
+  std::shared_ptr<const InitWindow> pruned;  // WindowEstimate::pruned
 
   const ScaleProfile* profileOrNull() const { return profile ? &*profile : nullptr; }
 };
@@ -105,8 +106,10 @@ ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refine
 }
 
 // Searches of other minima are for answers that can be accepted: `cannot_pass` ones go without.
-MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
-                              InitializerOptions options, bool cannot_pass, StageClock* clock) {
+// `seen`: with the tracks that `input` lacks.
+MetricEstimate estimateMetric(const InitWindow& seen, const RefinementInput& input,
+                              const TranslationEstimate& translation, InitializerOptions options,
+                              bool cannot_pass, StageClock* clock) {
   if (cannot_pass) options.slim.second_search = false;
   MetricEstimate out;
   if (!translation.valid) return out;
@@ -121,6 +124,8 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   // covariance in the world frame and of the scale.
   if (options.slim.refine && !out.starts.empty()) {
     WindowEstimate estimate = estimateWindow(input, lines, out.starts, options);
+    if (!cannot_pass) pruneByEstimate(seen, input, lines, options, &estimate);
+    out.pruned = std::move(estimate.pruned);
     out.refined = std::move(estimate.refined);
     out.posterior = std::move(estimate.posterior);
   }
@@ -216,7 +221,8 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
   const MetricEstimate metric =
-      estimateMetric({tracks, pre, rotation.vanishingPoints(), options.refinement, options.inertial,
+      estimateMetric(seen,
+                     {tracks, pre, rotation.vanishingPoints(), options.refinement, options.inertial,
                       *budget, rotation.rigPrior(use)},
                      translation, options, lacksExcitation(options.gates.mode, result), &clock);
 
@@ -227,7 +233,8 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
       appendCalibrationWarnings(window.calibration(), *result.calibration, &result);
     }
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
-    appendGates(gatesOf(metric, seen, tracks, motion, options, &result), &result);
+    const InitWindow& estimated = metric.pruned != nullptr ? *metric.pruned : tracks;
+    appendGates(gatesOf(metric, seen, estimated, motion, options, &result), &result);
   } else if (!use.refine && !metric.starts.empty()) {
     setWorldStates(seen, metric.starts.front(), &result);
   }
