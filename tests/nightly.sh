@@ -125,7 +125,6 @@ quick() {
 "$tests"/data/stream_check_test
 "$tests"/estimation/arrow_solver_test
 "$tests"/vins_adapter/feature_message_test
---tool=drd "$tests"/lines/icosphere_test
 --tool=drd --suppressions=tests/drd.supp "$tests"/vins_adapter/host_adapter_test --gtest_filter=*AnotherThread
 END
   [[ ${status} -eq 0 ]] || slim_init_die "Valgrind found the above, or a test failed under it"

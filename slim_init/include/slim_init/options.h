@@ -82,7 +82,6 @@ struct RobustBiasOptions {
 
 /// Dominant vanishing point of a keyframe and its track (paper IV-B-1, IV-B-2).
 struct VanishingPointOptions {
-  int icosphere_subdivisions = 4;          ///< levels of the grid of directions voted for
   double vote_threshold_deg = 3.0;         ///< a line votes for directions this close [deg]
   double inlier_threshold_deg = 1.0;       ///< a line this close is an inlier; t_in [deg]
   int min_inliers = 8;                     ///< minimum number of lines of a vanishing point

@@ -121,9 +121,6 @@ OptionTable optionTable(RobustBiasOptions* o) {
 
 OptionTable optionTable(VanishingPointOptions* o) {
   return {
-      advancedKey("icosphere_subdivisions", &o->icosphere_subdivisions, {1, 6}, "",
-                  "levels of the grid of directions; 4: 1281 on the hemisphere, none further than "
-                  "2.8 deg from any direction. Fewer need a larger vote_threshold_deg (5.5 at 3)"),
       advancedKey("vote_threshold_deg", &o->vote_threshold_deg, {0.1, 20.0}, "deg",
                   "a line votes for directions this close to its plane"),
       advancedKey(

@@ -9,11 +9,9 @@ inline constexpr double kRadPerDeg = 0.017453292519943295;
 
 // ---- Vanishing points (vanishing_point.h)
 
-/// Levels of the icosphere: the last one has 20481 directions, none further than 0.7 deg from any
-/// direction, and the fit that follows the vote needs no better start.
-inline constexpr int kMaxSubdivisions = 6;
-/// Slack of a vote's bound [sine]: covers rounding to float, it only opens a block too many.
-inline constexpr float kRoundingSlack = 1e-5F;
+/// The longest lines of a keyframe, of which every two give a direction to vote for. Of a direction
+/// that a fifth of the lines share eight are among them.
+inline constexpr int kIntersectedLines = 40;
 /// Rounds of selecting inliers and fitting. Two suffice as a rule, the set then repeats itself.
 inline constexpr int kMaxRounds = 4;
 /// The direction d is held, across the sphere, by how far the planes differ: least along the second

@@ -26,20 +26,12 @@ struct VanishingPoint {
   int age = 0;                   ///< consecutive keyframes with this id, this one included
 };
 
-/// Directions of an icosphere of `subdivisions` levels (clamped to [0, 6]) with z >= 0, unit. Of
-/// the 10 * 4^L + 2 vertices one of each antipodal pair: 5 * 4^L + 1, on the rim z == 0 the one
-/// with y > 0, or y == 0 and x > 0. No direction is farther than atan((3 - sqrt(5)) / 2^L) from one
-/// of them: 2.74 deg at level 4 (1281 directions), 5.46 deg at level 3. A vote threshold below that
-/// can miss a vanishing point between directions. Made at the first call for a level (thread-safe,
-/// about 0.5 ms at level 4), shared, always in the same order.
-const std::vector<Eigen::Vector3d>& icosphereHemisphere(int subdivisions);
-
 /// Vote and refine for one keyframe (paper IV-B-1). Every line votes with its length for every
-/// direction of the icosphere with |n . d| < sin(vote_threshold); the most voted direction wins, of
-/// equals the first. A weighted least squares fit over its voters, weights = lengths, eq. (2), then
-/// selection of the inliers |n . d| < sin(t_in) and fit over them in turn until the set repeats
-/// itself (at most four times). Lines with length_px <= 0 take no part. The answer does not depend
-/// on the order of lines.
+/// direction with |n . d| < sin(vote_threshold); of those in which two of the longest lines meet
+/// (the paper's are a grid, an icosphere) the most voted one wins. A weighted least squares fit
+/// over its voters, weights = lengths, eq. (2), then selection of the inliers |n . d| < sin(t_in)
+/// and fit over them in turn until the set repeats itself (at most four times). Lines with
+/// length_px <= 0 take no part. The answer does not depend on the order of lines.
 ///
 /// `sigma_line_rad` [rad] is the standard deviation of a line end point across the line; it scales
 /// the covariance, which propagates it to first order through the fit (A^+ B A^+, since length
