@@ -45,8 +45,6 @@ const std::vector<AblationVariant>& ablationVariants() {
        [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_tracks = false; }},
       {"slim", "no-line-pruning", "lines that contradict the start stay in",
        [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_lines = false; }},
-      {"slim", "line-rows", "three-view rows of lines beside those of the points",
-       [](InitializerOptions* o, BaselineOptions*) { o->alignment.use_line_rows = true; }},
       {"slim", "consecutive-pairs", "gyroscope bias from consecutive keyframes only",
        [](InitializerOptions* o, BaselineOptions*) { o->robust_bias.refinement.max_gap = 1; }},
       {"slim", "no-reverse-start", "the tight alignment is the only start",

@@ -54,28 +54,7 @@ TEST(Ligt, RowVanishesForThreeViewsOfAPoint) {
   EXPECT_GT((row.block_l * c_l + row.block_r * c_r + row.block_i * wrong).norm(), 1e-5);
 }
 
-TEST(Ligt, LineRowVanishesForThreeViewsOfALine) {
-  const Vector3d X(0.5, -0.3, 4.0), Y(-0.7, 0.2, 5.0);
-  const Vector3d c_l(0, 0, 0), c_r(0.4, 0.1, -0.2), c_i(-0.2, 0.3, 0.5);
-  const auto N = [&](const Vector3d& c) -> Vector3d { return (X - c).cross(Y - c).normalized(); };
-  const LineRow row = lineRow(N(c_l), N(c_r), N(c_i));
-  const auto at = [&row](const Vector3d& l, const Vector3d& r, const Vector3d& i) {
-    return std::abs(row.block_l.dot(l) + row.block_r.dot(r) + row.block_i.dot(i));
-  };
-  EXPECT_LT(at(c_l, c_r, c_i), 1e-15);
-  // Not for a wrong position of the third view, but for one along the line.
-  EXPECT_GT(at(c_l, c_r, c_i + Vector3d(0.1, 0, 0)), 1e-5);
-  EXPECT_LT(at(c_l, c_r, c_i + (Y - X)), 1e-15);
-  // A common translation is free, also with noise.
-  const LineRow noisy =
-      lineRow(N(c_l), N(c_r), (N(c_i) + Vector3d(0.01, -0.02, 0.01)).normalized());
-  const Vector3d shift(3.0, -7.0, 2.0);
-  EXPECT_LT(std::abs((noisy.block_l + noisy.block_r + noisy.block_i).dot(shift)), 1e-14);
-}
-
-TEST(Ligt, LineRowsLeaveNoiseFreeCentresExact) {
-  AlignmentOptions with_lines;
-  with_lines.use_line_rows = true;
+TEST(Ligt, NoiseFreeCentresAreExact) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     ExactWindowOptions options;
     options.seed = seed;
@@ -87,10 +66,6 @@ TEST(Ligt, LineRowsLeaveNoiseFreeCentresExact) {
     EXPECT_LT((points.centres_c0 - truth.centres_c0).norm(), 1e-9);
     EXPECT_EQ(points.negative_votes, 0);
     EXPECT_GT(points.linkage(), 1e6);
-    const TranslationEstimate both = estimateTranslations(*exact.window, truth.R_c0_ck, with_lines);
-    ASSERT_TRUE(both.valid);
-    EXPECT_GT(both.rows, points.rows);
-    EXPECT_LT((both.centres_c0 - truth.centres_c0).norm(), 1e-9);
   }
 }
 

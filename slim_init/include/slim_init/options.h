@@ -99,7 +99,6 @@ struct AlignmentOptions {
   int min_track_length = 3;        ///< minimum length of a track [keyframes]
   int min_tracks = 8;              ///< minimum number of tracks of that length
   double min_parallax_rad = 1e-4;  ///< minimum rotation-compensated parallax of a track [rad]
-  bool use_line_rows = false;      ///< three-view rows of line tracks as well
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;

@@ -153,8 +153,6 @@ OptionTable optionTable(AlignmentOptions* o) {
                   "fewer tracks of that length have the status too_few_tracks"),
       advancedKey("min_parallax_rad", &o->min_parallax_rad, {0.0, 0.1}, "rad",
                   "tracks with less rotation-compensated parallax are not used"),
-      advancedKey("use_line_rows", &o->use_line_rows,
-                  "three-view rows of line tracks beside those of the points (ablation)"),
   };
 }
 

@@ -7,46 +7,10 @@
 #include <utility>
 
 #include "geometry/dense.h"
-#include "geometry/median.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
 namespace {
-
-// Adds the rows of all line tracks to the lower triangle of H.
-int addLineRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
-                const AlignmentOptions& options, double weight, Eigen::MatrixXd* H) {
-  int rows = 0;
-  std::vector<Eigen::Vector3d> N;
-  for (const Track& track : window.lineTracks()) {
-    if (track.size() < options.min_track_length) continue;
-    N.clear();
-    for (int s = track.begin; s < track.end; ++s) {
-      const WindowLine& line = window.lineObservations()[s];
-      N.push_back(R_c0_ck[line.keyframe] * line.normal);
-      // The normal of a plane has no sign of its own; end points may have been swapped.
-      if (N.back().dot(N.front()) < 0.0) N.back() = -N.back();
-    }
-    const BaseViews base = chooseBaseViews(N);
-    if (base.parallax2 <= options.min_parallax_rad * options.min_parallax_rad) continue;
-    for (int a = 0; a < track.size(); ++a) {
-      if (a == base.l || a == base.r) continue;
-      const LineRow row = lineRow(N[base.l], N[base.r], N[a]);
-      const WindowLine* const views = &window.lineObservations()[track.begin];
-      const int k[3] = {views[base.l].keyframe, views[base.r].keyframe, views[a].keyframe};
-      const Eigen::RowVector3d* block[3] = {&row.block_l, &row.block_r, &row.block_i};
-      for (int p = 0; p < 3; ++p) {
-        for (int q = 0; q < 3; ++q) {
-          if (k[p] < k[q]) continue;
-          H->block<3, 3>(3 * k[p], 3 * k[q]).noalias() +=
-              weight * weight * block[p]->transpose() * *block[q];
-        }
-      }
-      ++rows;
-    }
-  }
-  return rows;
-}
 
 // Depth in the left base view, up to a positive factor, is row . (c_r - c_l).
 struct Vote {
@@ -60,8 +24,7 @@ struct PointRows {
   // leaving out its rows and columns at the end.
   Eigen::MatrixXd H;
   int rows = 0;
-  std::vector<Vote> votes;        // one per track used
-  std::vector<double> parallax2;  // |theta|^2 of the same
+  std::vector<Vote> votes;  // one per track used
 };
 
 // Adds L^T L of one row to the lower triangle of H; l, r and i are keyframes.
@@ -102,7 +65,6 @@ PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix
       addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, &out.H);
       out.rows += 3;
     }
-    out.parallax2.push_back(base.parallax2);
     out.votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
   }
   return out;
@@ -121,21 +83,6 @@ BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u) {
     }
   }
   return best;
-}
-
-LineRow lineRow(const Eigen::Vector3d& N_l, const Eigen::Vector3d& N_r,
-                const Eigen::Vector3d& N_i) {
-  // N_l and N_r span the plane across the line; the foot of N_i in it gives a and b. By cross
-  // products: 1 - (N_l . N_r)^2 and its like lose the digits of a small parallax.
-  const Eigen::Vector3d along = N_l.cross(N_r);
-  const Eigen::Vector3d abc =
-      Eigen::Vector3d(N_r.cross(N_i).dot(along), N_i.cross(N_l).dot(along), along.squaredNorm())
-          .normalized();
-  LineRow row;
-  row.block_l = abc[0] * N_l.transpose();
-  row.block_r = abc[1] * N_r.transpose();
-  row.block_i = -(row.block_l + row.block_r);
-  return row;
 }
 
 LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r,
@@ -160,14 +107,6 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
   estimate.rows = points.rows;
   estimate.tracks = static_cast<int>(points.votes.size());
   if (estimate.tracks < options.min_tracks) return estimate;
-  if (options.use_line_rows) {
-    // A point row is about |theta|^2 of its track times its distance times the noise, a line row
-    // the distance times the noise.
-    const Calibration& calibration = window.calibration();
-    const double weight =
-        median(points.parallax2) * calibration.pointSigmaPx() / calibration.lineSigmaPx();
-    estimate.rows += addLineRows(window, R_c0_ck, options, weight, &H);
-  }
 
   const int m = 3 * (n - 1);
   const SymmetricEigen eigen = symmetricEigen(H.bottomRightCorner(m, m));

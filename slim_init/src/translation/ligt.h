@@ -41,7 +41,7 @@ struct BaseViews {
   int l = 0, r = 0;         ///< indices into the views, l < r
   double parallax2 = -1.0;  ///< |u_l x u_r|^2; below zero with fewer than two views
 };
-/// `u`: unit vectors in a common frame, bearings of a point or normals of a line's planes.
+/// `u`: unit vectors in a common frame, the bearings of a point.
 BaseViews chooseBaseViews(const std::vector<Eigen::Vector3d>& u);
 
 /// The 3x(3N) rows of one observation: L c = 0 for the camera centres c (stacked 3N).
@@ -55,23 +55,10 @@ struct LigtRow {
 };
 LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r, const Eigen::Vector3d& u_i);
 
-/// The scalar row of a line in three views: with normals N of its interpretation planes in the
-/// common frame there are a, b, c with a N_l + b N_r + c N_i = 0, and then
-///   a N_l . c_l + b N_r . c_r + c N_i . c_i = 0   (docs/derivation.md, three-view constraint),
-/// since every point X of the line has N . (X - c) = 0. (a, b, c) is the unit null vector of
-/// [N_l N_r N_i]; with noise N_i is replaced by its foot in the plane of the other two, so that a
-/// common translation of all centres has no effect. `l` and `r` the views whose
-/// planes differ most.
-struct LineRow {
-  Eigen::RowVector3d block_l, block_r, block_i;
-};
-LineRow lineRow(const Eigen::Vector3d& N_l, const Eigen::Vector3d& N_r, const Eigen::Vector3d& N_i);
-
 /// Solves for the camera centres. `R_c0_ck`: rotation of camera k into the first camera, one per
 /// keyframe. Tracks seen in fewer than min_track_length keyframes or with less than
 /// min_parallax_rad of rotation-compensated parallax are left out; with fewer than min_tracks
-/// left, valid == false. With use_line_rows the line tracks add their rows, weighted so that a line
-/// end point counts as a point of median parallax does.
+/// left, valid == false.
 TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const std::vector<Eigen::Matrix3d>& R_c0_ck,
                                          const AlignmentOptions& options);
