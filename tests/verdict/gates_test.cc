@@ -168,7 +168,7 @@ TEST(EnforceGates, SwitchedOffNoGateIsEnforced) {
 PosteriorMeasures beyondBounds(double share) {
   PosteriorMeasures out;
   out.chi2 = kOptions.max_chi2 * (1.0 + share);
-  out.inertial_chi2 = kOptions.max_inertial_chi2_short * (1.0 + share);  // zero keyframes: short
+  out.inertial_chi2 = kOptions.max_inertial_chi2 * (1.0 + share);
   out.inlier_fraction = kOptions.min_inlier_fraction * (1.0 - share);
   out.behind_fraction = kOptions.max_behind_fraction * (1.0 + share);
   out.mean_acceleration = kOptions.max_mean_acceleration * (1.0 + share);
@@ -187,22 +187,6 @@ TEST(PosteriorGates, EachHasTwoSides) {
   }
   for (const GateValue& gate : posteriorGates(PosteriorMeasures(), motion, kOptions)) {
     EXPECT_FALSE(gate.passed) << toString(gate.name) << " of a value that is not known";
-  }
-}
-
-TEST(PosteriorGates, ShortWindowsHaveAnInertialBoundOfTheirOwn) {
-  PosteriorMeasures measures;
-  GateOptions options;
-  options.max_inertial_chi2_short = 0.5;
-  options.max_inertial_chi2 = 1.2;
-  for (const auto& [keyframes, bound] : {std::pair(7, 0.5), std::pair(8, 1.2)}) {
-    measures.keyframes = keyframes;
-    measures.inertial_chi2 = bound * 0.999;
-    EXPECT_TRUE(
-        find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
-    measures.inertial_chi2 = bound * 1.001;
-    EXPECT_FALSE(
-        find(posteriorGates(measures, goodMotion(), options), GateName::kInertialChi2).passed);
   }
 }
 

@@ -178,7 +178,6 @@ struct GateOptions {
   double max_scale_sigma_fixed_size = 0.10;  ///< the same of windows of one number of keyframes
   double max_chi2 = 1.5;                     ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;            ///< inertial chi-square per residual
-  double max_inertial_chi2_short = 1.0;      ///< the same of windows below eight keyframes
   double min_inlier_fraction = 0.6;          ///< fraction of the point observations left
   double min_point_spread_deg = 2.0;         ///< rms angle over which the points are spread [deg]
   double max_extrinsic_error_deg = 15.0;     ///< certain error of the extrinsic rotation [deg]

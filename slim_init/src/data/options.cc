@@ -269,14 +269,8 @@ OptionTable slimGateTable(GateOptions* o) {
           "max_inertial_chi2", &o->max_inertial_chi2, {0.0, 1e6}, "",
           "maximum cost of IMU factors and bias priors per residual row; the assumed noise "
           "predicts 1. Correct windows of ten keyframes have 0.16 on recorded EuRoC flights "
-          "(median; 99 % below 0.66) and 0.38 on hand-held images (0.64)",
-          kSlim),
-      advancedKey(
-          "max_inertial_chi2_short", &o->max_inertial_chi2_short, {0.0, 1e6}, "",
-          "as max_inertial_chi2, below eight keyframes: correct windows have 0.07 to 0.11 on "
-          "recorded flights (medians; 99 % below 0.58), up to 0.64 on hand-held images and 0.8 "
-          "with a td error of 20 ms. The gate other_scale rejects trajectories that are far too "
-          "small",
+          "(median; 99 % below 0.66) and 0.38 on hand-held images (0.64), shorter ones up to 0.8 "
+          "with a td error of 20 ms",
           kSlim),
       advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
                   "minimum fraction of the point observations left after pruning and rejection",

@@ -13,8 +13,6 @@ inline constexpr double kDegPerRad = 180.0 / M_PI;
 
 /// The certain part of an error of the calibration is the estimate less this many sigma.
 inline constexpr double kCertainSigmas = 2.5;
-/// Windows with fewer keyframes have the bound max_inertial_chi2_short.
-inline constexpr int kShortWindow = 8;
 /// Metres per unit of the trajectory below which a scale is no motion at all [m].
 inline constexpr double kMinScale = 1e-6;
 

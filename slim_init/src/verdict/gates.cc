@@ -107,7 +107,6 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
                                    const RefinedWindow& refined, const Posterior& posterior,
                                    const ScaleProfile* profile, double scale) {
   PosteriorMeasures measures;
-  measures.keyframes = window.size();
   measures.sigma_px = tracks.calibration().pointSigmaPx();
   measures.chi2 = refined.chi2;
   measures.inertial_chi2 = refined.inertial_chi2;
@@ -292,9 +291,7 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
       makeGate(GateName::kChi2, explainChi2(measures), "", atMost(measures.chi2, options.max_chi2),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kInertialChi2, "inertial chi-square per residual", "",
-               atMost(measures.inertial_chi2, measures.keyframes < kShortWindow
-                                                  ? options.max_inertial_chi2_short
-                                                  : options.max_inertial_chi2),
+               atMost(measures.inertial_chi2, options.max_inertial_chi2),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kInlierFraction, "fraction of the point observations kept", "",
                atLeast(measures.inlier_fraction, options.min_inlier_fraction),

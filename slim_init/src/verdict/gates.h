@@ -78,7 +78,6 @@ GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
 
 /// What the refinement of `slim` says about its answer.
 struct PosteriorMeasures {
-  int keyframes = 0;                         ///< of the window
   double sigma_px = kNotComputed;            ///< noise of the tracks that `chi2` is in [px]
   double chi2 = kNotComputed;                ///< RefinedWindow::chi2
   double inertial_chi2 = kNotComputed;       ///< RefinedWindow::inertial_chi2
