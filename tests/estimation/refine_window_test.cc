@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// What surrounds the minimisation: noise from the data, rejection, the choice between starts, the
-// descent from coarse to fine, lines, and input that is no use.
+// What surrounds the minimisation: noise from the data, rejection, the choice between starts,
+// lines, and input that is no use.
 #include "estimation/refine_window.h"
 
 #include <gtest/gtest.h>
@@ -270,50 +270,14 @@ TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
   const WindowState wrong = moved(truth, 1.0, 2);
   RefinementOptions options = withoutVanishingPoints();
   options.suspicious_chi2 = 1e-3;  // every minimum looks wrong
-  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
-    const RefinedWindow alone = refine(*exact.window, {truth}, options, mode);
-    const RefinedWindow both = refine(*exact.window, {truth, wrong}, options, mode);
-    ASSERT_TRUE(alone.valid && both.valid);
-    EXPECT_EQ(both.chosen_start, 0);
-    EXPECT_GT(both.iterations, alone.iterations) << "the second was tried";
-    // The tracks are triangulated anew, so that the minimum is that of one more descent.
-    EXPECT_NEAR(both.cost, alone.cost, 1e-2 * alone.cost);
-    EXPECT_LT((both.state.p_b0 - alone.state.p_b0).norm(), 2e-3 * spread(truth));
-  }
-}
-
-TEST(RefineWindow, CoarseToFineReachesTheSameMinimumAtTheTrueNoise) {
-  const ExactWindow exact = makeExactWindow(noisy(8));
-  RefinementOptions options = withoutVanishingPoints();
-  options.tolerance = 1e-6;
-  options.max_iterations = 50;
-  const WindowState truth = trueState(exact);
-  const RefinedWindow fine = refine(*exact.window, {truth}, options);
-  const RefinedWindow coarse = refine(*exact.window, {truth}, options, StartMode::kCoarseToFine);
-  ASSERT_TRUE(fine.valid && coarse.valid);
-  EXPECT_NEAR(coarse.cost, fine.cost, 1e-4 * fine.cost);
-  EXPECT_NEAR(coarse.sigma_px, fine.sigma_px, 1e-3 * fine.sigma_px);
-  EXPECT_LT((coarse.state.p_b0 - fine.state.p_b0).norm(), 1e-3 * spread(truth));
-}
-
-TEST(RefineWindow, CoarseToFineFindsTheMinimumFromFartherAway) {
-  const RefinementOptions options = withoutVanishingPoints();
-  int fine = 0, coarse = 0;
-  for (unsigned seed = 1; seed <= 20; ++seed) {
-    const ExactWindow exact = makeExactWindow(noisy(seed));
-    const WindowState truth = trueState(exact);
-    const WindowState start = moved(truth, 0.3, seed);
-    const auto right = [&](StartMode mode) {
-      const RefinedWindow refined = refine(*exact.window, {start}, options, mode);
-      return refined.valid && refined.chi2 < 2.0 && scaleError(refined, truth) < 0.05;
-    };
-    fine += right(StartMode::kFine);
-    coarse += right(StartMode::kCoarseToFine);
-  }
-  RecordProperty("fine", fine);
-  RecordProperty("coarse", coarse);
-  EXPECT_GE(coarse, 18);
-  EXPECT_LT(fine, coarse);
+  const RefinedWindow alone = refine(*exact.window, {truth}, options);
+  const RefinedWindow both = refine(*exact.window, {truth, wrong}, options);
+  ASSERT_TRUE(alone.valid && both.valid);
+  EXPECT_EQ(both.chosen_start, 0);
+  EXPECT_GT(both.iterations, alone.iterations) << "the second was tried";
+  // The tracks are triangulated anew, so that the minimum is that of one more descent.
+  EXPECT_NEAR(both.cost, alone.cost, 1e-2 * alone.cost);
+  EXPECT_LT((both.state.p_b0 - alone.state.p_b0).norm(), 2e-3 * spread(truth));
 }
 
 // ---- input that is no use
@@ -321,11 +285,9 @@ TEST(RefineWindow, CoarseToFineFindsTheMinimumFromFartherAway) {
 
 TEST(RefineWindow, WithoutAStartThereIsNoAnswer) {
   const ExactWindow exact = makeExactWindow(noisy(1));
-  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
-    const RefinedWindow refined = refine(*exact.window, {}, withoutVanishingPoints(), mode);
-    EXPECT_FALSE(refined.valid);
-    EXPECT_EQ(refined.chosen_start, -1);
-  }
+  const RefinedWindow refined = refine(*exact.window, {}, withoutVanishingPoints());
+  EXPECT_FALSE(refined.valid);
+  EXPECT_EQ(refined.chosen_start, -1);
 }
 
 TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
@@ -333,14 +295,11 @@ TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
   const WindowState truth = trueState(exact);
   WindowState broken = truth;
   broken.p_b0(1, 3) = std::numeric_limits<double>::quiet_NaN();
-  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
-    EXPECT_FALSE(refine(*exact.window, {broken}, withoutVanishingPoints(), mode).valid);
-    const RefinedWindow refined =
-        refine(*exact.window, {broken, truth}, withoutVanishingPoints(), mode);
-    ASSERT_TRUE(refined.valid);
-    EXPECT_EQ(refined.chosen_start, 1);
-    EXPECT_LT(scaleError(refined, truth), 0.02);
-  }
+  EXPECT_FALSE(refine(*exact.window, {broken}, withoutVanishingPoints()).valid);
+  const RefinedWindow refined = refine(*exact.window, {broken, truth}, withoutVanishingPoints());
+  ASSERT_TRUE(refined.valid);
+  EXPECT_EQ(refined.chosen_start, 1);
+  EXPECT_LT(scaleError(refined, truth), 0.02);
 }
 
 TEST(RefineWindow, FromFarAwayItIsInvalidOrLooksWrong) {
@@ -354,17 +313,15 @@ TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   const WindowState truth = trueState(exact);
   const RefinementOptions options = withoutVanishingPoints();
-  for (const StartMode mode : {StartMode::kFine, StartMode::kCoarseToFine}) {
-    std::vector<Preintegration> pre =
-        preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
-    const auto lines = exact.window->lineTracks();
-    const InertialOptions inertial = dataSheetNoise();
-    WorkBudget budget = testing_support::unlimitedBudget();
-    const RefinementInput input = {*exact.window, pre, nullptr, options, inertial, budget};
-    EXPECT_TRUE(refineWindow(input, lines, {truth}, mode).valid);
-    pre[4].covariance.setZero();
-    EXPECT_FALSE(refineWindow(input, lines, {truth}, mode).valid);
-  }
+  std::vector<Preintegration> pre =
+      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
+  const auto lines = exact.window->lineTracks();
+  const InertialOptions inertial = dataSheetNoise();
+  WorkBudget budget = testing_support::unlimitedBudget();
+  const RefinementInput input = {*exact.window, pre, nullptr, options, inertial, budget};
+  EXPECT_TRUE(refineWindow(input, lines, {truth}, StartMode::kFine).valid);
+  pre[4].covariance.setZero();
+  EXPECT_FALSE(refineWindow(input, lines, {truth}, StartMode::kFine).valid);
 }
 
 // ---- biases and lines

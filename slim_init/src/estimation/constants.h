@@ -46,11 +46,6 @@ inline constexpr double kBehindSigmas = 3.0;
 /// on that of a wrong one: beyond it another minimum is looked for, since the gate would refuse.
 inline constexpr double kGrossErrors = 1.5;
 
-/// Factors on the noise of the tracks, one minimisation after the other: with the first the IMU
-/// leads, with the last the pixels decide.
-inline constexpr double kCoarseToFine[] = {8.0, 3.0, 1.0};
-/// Two minima are the same when their positions differ by less than this share of their size.
-inline constexpr double kSameShape = 0.01;
 /// Median of the length of a 2-vector of independent unit Gaussians, sqrt(2 ln 2).
 inline constexpr double kRayleighMedian = 1.17741;
 /// Median of the larger of two independent unit |Gaussians|.

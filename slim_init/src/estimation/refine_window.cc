@@ -87,44 +87,6 @@ Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
   return best;
 }
 
-// Two starts that have come together need not be followed any further.
-bool isSame(const WindowState& a, const WindowState& b) {
-  const double size = std::max(a.p_b0.norm(), b.p_b0.norm());
-  return (a.p_b0 - b.p_b0).norm() < kSameShape * size;
-}
-
-// Minimises from each start with the noise of the tracks widened first; keeps the lowest cost at
-// their true noise. The map keeps the noise it had.
-Basin descendFromCoarse(const std::vector<WindowState>& starts, const RefinementOptions& options,
-                        VisualInertialProblem* map) {
-  const double sigma_point = map->sigmaPoint(), sigma_line = map->sigmaLine();
-  Basin best;
-  std::vector<WindowState> coarse;  // minima at the widest noise
-  for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
-    WindowState state = starts[s];
-    MapSummary summary;
-    int iterations = 0;
-    bool known = false;
-    for (const double factor : kCoarseToFine) {
-      map->setNoise(factor * sigma_point, factor * sigma_line);
-      summary = map->minimize(options.max_iterations, &state);
-      iterations += summary.iterations;
-      if (!summary.valid) break;
-      if (factor != kCoarseToFine[0]) continue;
-      known = std::any_of(coarse.begin(), coarse.end(),
-                          [&](const WindowState& other) { return isSame(state, other); });
-      if (known) break;
-      coarse.push_back(state);
-    }
-    best.last_start = s;
-    best.iterations += iterations;
-    if (known || !summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
-    best = {summary, state, s, s, best.iterations};
-  }
-  map->setNoise(sigma_point, sigma_line);
-  return best;
-}
-
 // Standard deviations estimated from residuals [rad].
 struct TrackNoise {
   double sigma_point = 0.0, sigma_line = 0.0;
@@ -190,8 +152,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 
-  Basin basin = mode == StartMode::kCoarseToFine ? descendFromCoarse(starts, options, &map)
-                                                 : findBasin(starts, mode, options, &map);
+  Basin basin = findBasin(starts, mode, options, &map);
   if (basin.start < 0) return out;
   if (basin.start != basin.last_start) {
     // The tracks were left at a start that lost.

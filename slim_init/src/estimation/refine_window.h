@@ -80,7 +80,6 @@ enum class StartMode {
   kRough,
   /// As kFine, but every start is followed, until their costs can be compared.
   kLowest,
-  kCoarseToFine,  ///< through a widened noise of the tracks: the IMU leads, the pixels follow
 };
 
 /// What every refinement of a window shares. Keeps references: the arguments outlive it.

@@ -42,26 +42,19 @@ void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines
   if (exact.valid) *refined = exact;
 }
 
-// Starts from the tracks that agree with one inertial trajectory; and where that does not help,
-// from all of them coarse to fine. The lowest cost over all tracks wins.
+// From the tracks that agree with one inertial trajectory. The lowest cost over all tracks wins.
 void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
-                 const std::vector<WindowState>& starts, const InitializerOptions& options,
-                 RefinedWindow* refined) {
-  const auto keepLower = [refined](const RefinedWindow& other) {
-    if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
-  };
+                 const InitializerOptions& options, RefinedWindow* refined) {
   if (!input.budget.allows("the search of another minimum")) return;
   const std::vector<Eigen::Matrix3d> R_c0_ck =
       cameraRotations(chainRotations(input.pre), input.tracks.calibration().R_b_c);
   const std::vector<WindowState> agreeing =
       consistentStartingStates(input.tracks, input.pre, R_c0_ck, options.slim, options.alignment,
                                options.reverse_alignment, options.inertial);
+  if (agreeing.empty()) return;
   makeCostExact(input, lines, refined);
-  if (!agreeing.empty()) keepLower(refineWindow(input, lines, agreeing, StartMode::kFine));
-  if (fits(*refined, options)) return;
-  if (!input.budget.allows("the search from coarse to fine")) return;
-  keepLower(
-      refineWindow(input, lines, agreeing.empty() ? starts : agreeing, StartMode::kCoarseToFine));
+  const RefinedWindow other = refineWindow(input, lines, agreeing, StartMode::kFine);
+  if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
 }
 
 // Many cut tracks are a sign of a line tracker that confuses lines, and what remains of them may be
@@ -111,7 +104,7 @@ RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& l
                             const InitializerOptions& options) {
   RefinedWindow refined = refineWindow(input, lines.tracks, starts, StartMode::kRough);
   if (options.slim.second_search && isSuspicious(refined, options)) {
-    searchAgain(input, lines.tracks, starts, options, &refined);
+    searchAgain(input, lines.tracks, options, &refined);
   }
   checkAgainstPoints(input, lines, starts, &refined);
   return refined;
