@@ -78,7 +78,7 @@ void failWithoutAnswer(const TranslationEstimate& translation, const Initializer
 
 // Sections 3 to 5 of docs/derivation.md.
 struct MetricEstimate {
-  std::vector<WindowState> starts;
+  std::optional<WindowState> start;
   RefinedWindow refined;
   std::optional<ScaleProfile> profile;
   Posterior posterior;
@@ -113,17 +113,18 @@ MetricEstimate estimateMetric(const InitWindow& seen, const RefinementInput& inp
   if (cannot_pass) options.slim.second_search = false;
   MetricEstimate out;
   if (!translation.valid) return out;
-  // [3.2, 3.3] Reverse alignment and tight start.
-  out.starts = startingStates(input.tracks, input.pre, translation, options.slim,
-                              options.reverse_alignment, options.inertial);
-  // [4.8] Line tracks that agree with one of them.
-  const AgreeingLines lines = believedLines(input.tracks, out.starts, options);
+  // [3.2] Reverse alignment.
+  out.start = startingState(input.tracks, input.pre, translation, options.reverse_alignment,
+                            options.inertial);
+  // [4.8] Line tracks that agree with it.
+  AgreeingLines lines;
+  if (out.start) lines = believedLines(input.tracks, *out.start, options);
   clock->lap("alignment");
 
-  // [4, 3.4, 5] Minimum of the robust cost over states, biases, gravity and rig, tracks eliminated;
+  // [4, 3.3, 5] Minimum of the robust cost over states, biases, gravity and rig, tracks eliminated;
   // covariance in the world frame and of the scale.
-  if (options.slim.refine && !out.starts.empty()) {
-    WindowEstimate estimate = estimateWindow(input, lines, out.starts, options);
+  if (options.slim.refine && out.start) {
+    WindowEstimate estimate = estimateWindow(input, lines, *out.start, options);
     if (!cannot_pass) pruneByEstimate(seen, input, lines, options, &estimate);
     out.pruned = std::move(estimate.pruned);
     out.refined = std::move(estimate.refined);
@@ -235,8 +236,8 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
     const InitWindow& estimated = metric.pruned != nullptr ? *metric.pruned : tracks;
     appendGates(gatesOf(metric, seen, estimated, motion, options, &result), &result);
-  } else if (!use.refine && !metric.starts.empty()) {
-    setWorldStates(seen, metric.starts.front(), &result);
+  } else if (!use.refine && metric.start) {
+    setWorldStates(seen, *metric.start, &result);
   }
   enforceGates(options.gates.mode, &result);
   decide(false, &result);

@@ -7,8 +7,8 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 #include <memory>
+#include <optional>
 
 #include "alignment/consistent_tracks.h"
 #include "pipeline/solver_support.h"
@@ -58,62 +58,18 @@ double trueSpread(const ExactWindow& exact) {
   return spread(p);
 }
 
-TEST(StartingStates, NoiseFreeStartsAreTheTruth) {
+TEST(StartingState, WithoutNoiseItIsTheTruth) {
   ExactWindowOptions options;
   const Prepared s = makePrepared(options);
   ASSERT_TRUE(s.translation.valid);
-  const std::vector<WindowState> starts = startingStates(
-      *s.window, s.pre, s.translation, SlimOptions(), ReverseAlignmentOptions(), InertialOptions());
-  ASSERT_EQ(starts.size(), 2u);
-  for (const WindowState& start : starts) {
-    // The search for the scale ends at a relative 1e-5.
-    EXPECT_NEAR(spread(start.p_b0), trueSpread(s.exact), 3e-5 * trueSpread(s.exact));
-    EXPECT_LT(testing_support::gravityErrorRad(start.gravity_b0, s.exact.truth[0]), 1e-4);
-    EXPECT_LT(start.accel_bias.norm(), 1e-3);
-    EXPECT_EQ(start.gyro_bias, options.gyro_bias);
-  }
-}
-
-TEST(StartingStates, OnlyThoseAskedFor) {
-  const Prepared s = makePrepared(ExactWindowOptions());
-  SlimOptions use;
-  use.tight_start = false;
-  EXPECT_EQ(startingStates(*s.window, s.pre, s.translation, use, ReverseAlignmentOptions(),
-                           InertialOptions())
-                .size(),
-            1u);
-}
-
-TEST(StartingStates, NoisyTightStartIsNotShrunk) {
-  // Averaged over windows; without the term that takes the noise out the mean is below -5 %
-  // (tests/derivation).
-  double sum = 0.0;
-  constexpr int kWindows = 30;
-  for (int seed = 1; seed <= kWindows; ++seed) {
-    ExactWindowOptions options;
-    options.pixel_noise = 0.6;
-    options.seed = seed;
-    const Prepared s = makePrepared(options);
-    SlimOptions use;
-    use.reverse_start = false;
-    const std::vector<WindowState> starts = startingStates(
-        *s.window, s.pre, s.translation, use, ReverseAlignmentOptions(), InertialOptions());
-    ASSERT_EQ(starts.size(), 1u);
-    sum += spread(starts[0].p_b0) / trueSpread(s.exact) - 1.0;
-  }
-  EXPECT_LT(std::abs(sum / kWindows), 0.03);
-}
-
-TEST(StartingStates, TightRefusesWhatIsNotFinite) {
-  const Prepared s = makePrepared(ExactWindowOptions());
-  const LinearMotion motion = linearMotion(s.pre, s.R_b0_bk, s.exact.calibration.t_b_c);
-  Eigen::Matrix3Xd shape = s.translation.centres_c0;
-  const Eigen::MatrixXd& H = s.translation.normal_matrix;
-  ASSERT_TRUE(alignTight(motion, shape, H, 100, 9.81, 0.1).valid);
-  shape(1, 2) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(alignTight(motion, shape, H, 100, 9.81, 0.1).valid);
-  shape.setOnes();
-  EXPECT_FALSE(alignTight(motion, shape, H, 100, 9.81, 0.1).valid);
+  const std::optional<WindowState> start =
+      startingState(*s.window, s.pre, s.translation, ReverseAlignmentOptions(), InertialOptions());
+  ASSERT_TRUE(start.has_value());
+  // The search for the scale ends at a relative 1e-5.
+  EXPECT_NEAR(spread(start->p_b0), trueSpread(s.exact), 3e-5 * trueSpread(s.exact));
+  EXPECT_LT(testing_support::gravityErrorRad(start->gravity_b0, s.exact.truth[0]), 1e-4);
+  EXPECT_LT(start->accel_bias.norm(), 1e-3);
+  EXPECT_EQ(start->gyro_bias, options.gyro_bias);
 }
 
 TEST(ConsistentTracks, AllOfACleanWindowAgree) {

@@ -95,14 +95,6 @@ TEST(Options, OutOfRangeMessageNamesValueAndBound) {
   EXPECT_EQ(reverse.validate(), "min_scale is 60, must not exceed max_scale (50)");
 }
 
-TEST(Options, SlimNeedsAStart) {
-  SlimOptions options;
-  options.reverse_start = false;
-  EXPECT_EQ(options.validate(), "");
-  options.tight_start = false;
-  EXPECT_NE(options.validate().find("reverse_start and tight_start"), std::string::npos);
-}
-
 TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {
   InitializerOptions options;
   options.window.keyframes = 4;

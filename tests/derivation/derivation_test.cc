@@ -379,48 +379,6 @@ TEST(Alignment, NoiseOnTheRegressorShrinksTheForwardScaleAsPredicted) {
   EXPECT_NEAR(1.0 - mean, 1.0 - predicted, 0.2 * (1.0 - predicted));
 }
 
-TEST(Alignment, TightStartShrinksWithoutTheNoiseTermAndNotWithIt) {
-  constexpr double kPixelNoise = 2.0;
-  constexpr int kDraws = 60;
-  double with = 0.0, without = 0.0;
-  for (unsigned seed = 1; seed <= kDraws; ++seed) {
-    const Shape shape = makeShape(kPixelNoise, seed);
-    const InitWindow& window = *shape.exact.window;
-    const Matrix3d& R_b_c = window.calibration().R_b_c;
-    std::vector<Matrix3d> R_c0_ck;
-    for (const Matrix3d& R : shape.R_b0_bk) R_c0_ck.push_back(R_b_c.transpose() * R * R_b_c);
-    const TranslationEstimate translation =
-        estimateTranslations(window, R_c0_ck, AlignmentOptions());
-    ASSERT_TRUE(translation.valid);
-    const int n = window.size();
-    MatrixXd turn = MatrixXd::Zero(3 * n, 3 * n);
-    for (int k = 0; k < n; ++k) turn.block<3, 3>(3 * k, 3 * k) = R_b_c;
-    const MatrixXd H = turn * translation.normal_matrix * turn.transpose();
-    const Eigen::Matrix3Xd visual = R_b_c * translation.centres_c0;
-    const LinearMotion motion = linearMotion(shape.pre, shape.R_b0_bk, window.calibration().t_b_c);
-    const int observations = static_cast<int>(window.pointObservations().size());
-    const double G = window.calibration().gravity_magnitude;
-    constexpr double kBiasPrior = 0.1;  // [m/s^2]
-    const ReverseEstimate tight = alignTight(motion, visual, H, observations, G, kBiasPrior);
-    ASSERT_TRUE(tight.valid);
-    with += (tight.scale / shape.metres - 1.0) / kDraws;
-
-    // The same problem with C^T H C alone, at the same weight.
-    const VectorXd c0 = motion.position0 + motion.lever;
-    const double weight = observations / (translation.lambda_1 * tight.scale * tight.scale);
-    MatrixXd M = weight * motion.position.transpose() * H * motion.position;
-    M.diagonal().segment<3>(3).array() += 1.0 / (kBiasPrior * kBiasPrior);
-    VectorXd x;
-    ASSERT_TRUE(
-        solveGravityConstrained(M, -weight * (motion.position.transpose() * (H * c0)), G, &x));
-    const VectorXd c = motion.position * x + c0;
-    const Eigen::Map<const Eigen::Matrix3Xd> C(c.data(), 3, n);
-    without += ((C.colwise() - C.rowwise().mean()).norm() / shape.metres - 1.0) / kDraws;
-  }
-  EXPECT_LT(without, -0.05);
-  EXPECT_LT(std::abs(with), 0.3 * std::abs(without));
-}
-
 // ---- elimination
 // ---------------------------------------------------------------------------------
 

@@ -141,8 +141,6 @@ struct SlimOptions {
   bool vanishing_points = true;      ///< in the gyroscope bias and in the refinement
   bool prune_tracks = true;          ///< take out tracks that contradict the bias or stand still
   bool prune_lines = true;           ///< cut line tracks where they contradict the start
-  bool reverse_start = true;         ///< start from the reverse alignment
-  bool tight_start = true;           ///< start from the closed-form tight alignment
   bool refine = true;                ///< off: the first start is the estimate
   bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
   bool start_from_rest = true;  ///< the first motion after a rest is solved with that as a prior

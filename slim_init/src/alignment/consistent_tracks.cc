@@ -96,7 +96,7 @@ bool solveWeighted(const std::vector<TrackCost>& costs, const std::vector<double
 
 // Truncated least squares by graduated non-convexity: Yang, Antonante, Tzoumas and Carlone,
 // "Graduated Non-Convexity for Robust Spatial Perception", RA-L 2020, surrogate and weights of
-// section IV (TLS), docs/derivation.md 3.4. `bound2`: where the loss is cut off [rad^2].
+// section IV (TLS), docs/derivation.md 3.3. `bound2`: where the loss is cut off [rad^2].
 bool graduate(const std::vector<TrackCost>& costs, double bound2, const Prior& prior, Vector9d* x) {
   std::vector<double> weight(costs.size(), 1.0);
   if (!solveWeighted(costs, weight, prior, x)) return false;

@@ -15,7 +15,7 @@ namespace slim_init {
 
 /// Per track of window.pointTracks(), whether it agrees with the trajectory that most agree with.
 ///
-/// Derivation: docs/derivation.md, 3.4. The cost of a track over x = [v_0, b_a, g] is the sum of
+/// Derivation: docs/derivation.md, 3.3. The cost of a track over x = [v_0, b_a, g] is the sum of
 /// its squared multi-view residuals (LiGT rows as angles) at the centres C(x) = A x + c0, a
 /// quadratic of nine unknowns. Truncated least squares over the tracks by graduated non-convexity
 /// (Yang et al. 2020), |g| fixed; twice, since rows turn into angles by depths that the first pass

@@ -27,9 +27,6 @@ inline constexpr int kMaxGraduations = 40;
 
 // ---- Tight and reverse start (starting_states.h, reverse_alignment.h)
 
-/// Solves of the tight start: its weight against the bias prior needs the spread of the answer, and
-/// so comes from the solve before.
-inline constexpr int kTightPasses = 3;
 /// Section of the bracket that golden section search keeps, (sqrt(5) - 1) / 2.
 inline constexpr double kGolden = 0.6180339887498949;
 /// Step in log(scale) of the second difference that gives the standard deviation of the scale: a

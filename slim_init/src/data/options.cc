@@ -214,10 +214,6 @@ OptionTable optionTable(SlimOptions* o) {
                   "camera (ablation)"),
       advancedKey("prune_lines", &o->prune_lines,
                   "cut line tracks that contradict the start (ablation)"),
-      advancedKey("reverse_start", &o->reverse_start,
-                  "start from the reverse alignment (ablation)"),
-      advancedKey("tight_start", &o->tight_start,
-                  "start from the closed-form tight alignment (ablation)"),
       advancedKey("refine", &o->refine, "0: the first start is the estimate (ablation)"),
       advancedKey("estimate_calibration", &o->estimate_calibration,
                   "extrinsics, td and readout time are estimated within calibration_sigmas; off: "
@@ -505,11 +501,7 @@ std::string VanishingPointOptions::validate() const {
 
 std::string AlignmentOptions::validate() const { return checkTable(*this).message(); }
 
-std::string SlimOptions::validate() const {
-  if (!reverse_start && !tight_start)
-    return "reverse_start and tight_start are both off: switch one on";
-  return checkTable(*this).message();
-}
+std::string SlimOptions::validate() const { return checkTable(*this).message(); }
 
 std::string GateOptions::validate() const { return checkTable(*this).message(); }
 

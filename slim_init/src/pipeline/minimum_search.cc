@@ -2,6 +2,7 @@
 #include "pipeline/minimum_search.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -46,14 +47,11 @@ void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines
 void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
                  const InitializerOptions& options, RefinedWindow* refined) {
   if (!input.budget.allows("the search of another minimum")) return;
-  const std::vector<Eigen::Matrix3d> R_c0_ck =
-      cameraRotations(chainRotations(input.pre), input.tracks.calibration().R_b_c);
-  const std::vector<WindowState> agreeing =
-      consistentStartingStates(input.tracks, input.pre, R_c0_ck, options.slim, options.alignment,
-                               options.reverse_alignment, options.inertial);
-  if (agreeing.empty()) return;
+  const std::optional<WindowState> start = consistentStartingState(
+      input.tracks, input.pre, options.alignment, options.reverse_alignment, options.inertial);
+  if (!start) return;
   makeCostExact(input, lines, refined);
-  const RefinedWindow other = refineWindow(input, lines, agreeing, StartMode::kFine);
+  const RefinedWindow other = refineWindow(input, lines, {*start}, StartMode::kFine);
   if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
 }
 
@@ -61,10 +59,11 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
 // wrong as well. Then the points decide: lines are left out that raise the cost of the points by
 // more than an independent measurement of the same motion would.
 void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines,
-                        std::vector<WindowState> starts, RefinedWindow* refined) {
+                        const WindowState& start, RefinedWindow* refined) {
   if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.observations)) return;
   if (!input.budget.allows("the check of the lines against the points")) return;
   makeCostExact(input, lines.tracks, refined);
+  std::vector<WindowState> starts = {start};
   if (refined->valid) starts.insert(starts.begin(), refined->state);
   const RefinedWindow points = refineWindow(input, {}, starts, StartMode::kFine);
   if (!points.valid) return;
@@ -82,7 +81,7 @@ Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
                      imuInstants(tracks, state.rig.dtd, state.gyro_bias, state.accel_bias));
 }
 
-AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowState>& starts,
+AgreeingLines believedLines(const InitWindow& tracks, const WindowState& start,
                             const InitializerOptions& options) {
   if (!options.slim.prune_lines || !options.refinement.use_lines) {
     AgreeingLines all;
@@ -90,31 +89,23 @@ AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowSt
     return all;
   }
   const double bound = options.refinement.line_agreement_sigmas * tracks.calibration().sigmaLine();
-  AgreeingLines best;
-  for (const WindowState& start : starts) {
-    AgreeingLines lines =
-        agreeingLineTracks(tracks, start, bound, options.refinement.min_line_views);
-    if (lines.observations > best.observations) best = std::move(lines);
-  }
-  return best;
+  return agreeingLineTracks(tracks, start, bound, options.refinement.min_line_views);
 }
 
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
-                            const std::vector<WindowState>& starts,
-                            const InitializerOptions& options) {
-  RefinedWindow refined = refineWindow(input, lines.tracks, starts, StartMode::kRough);
+                            const WindowState& start, const InitializerOptions& options) {
+  RefinedWindow refined = refineWindow(input, lines.tracks, {start}, StartMode::kRough);
   if (options.slim.second_search && isSuspicious(refined, options)) {
     searchAgain(input, lines.tracks, options, &refined);
   }
-  checkAgainstPoints(input, lines, starts, &refined);
+  checkAgainstPoints(input, lines, start, &refined);
   return refined;
 }
 
 WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines& lines,
-                              const std::vector<WindowState>& starts,
-                              const InitializerOptions& options) {
+                              const WindowState& start, const InitializerOptions& options) {
   WindowEstimate out;
-  out.refined = searchMinimum(input, lines, starts, options);
+  out.refined = searchMinimum(input, lines, start, options);
   if (out.refined.valid) out.posterior = posteriorOf(input.tracks, out.refined);
   return out;
 }

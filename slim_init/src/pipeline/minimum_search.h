@@ -18,17 +18,15 @@
 
 namespace slim_init {
 
-/// The line tracks that agree with the one of `starts` that more of them agree with; all of them
-/// where lines are not pruned or not used.
-AgreeingLines believedLines(const InitWindow& tracks, const std::vector<WindowState>& starts,
+/// The line tracks that agree with `start`; all of them where lines are not pruned or not used.
+AgreeingLines believedLines(const InitWindow& tracks, const WindowState& start,
                             const InitializerOptions& options);
 
-/// Maximum a posteriori estimate from `starts` (at least one). A second search follows if the first
+/// Maximum a posteriori estimate from `start`. A second search follows if the first
 /// minimum looks wrong, and lines that contradict the points are left out, both within the budget
 /// (WorkBudget::hasLeftOut()).
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
-                            const std::vector<WindowState>& starts,
-                            const InitializerOptions& options);
+                            const WindowState& start, const InitializerOptions& options);
 
 /// Posterior of a refined window, of the rig as well where that was estimated.
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined);
@@ -43,8 +41,7 @@ struct WindowEstimate {
 
 /// searchMinimum() and its posterior.
 WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines& lines,
-                              const std::vector<WindowState>& starts,
-                              const InitializerOptions& options);
+                              const WindowState& start, const InitializerOptions& options);
 
 /// Where the better half of the points fits and the chi-square of all would be refused, gross
 /// errors are among the tracks. Then those of `seen`, the window before any pruning, are pruned by

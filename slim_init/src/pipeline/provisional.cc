@@ -162,14 +162,12 @@ ScaleMoments integrateScale(const ScaleCost& cost) {
   return out;
 }
 
-ProvisionalEstimate estimateProvisional(const RefinementInput& input,
-                                        std::vector<WindowState> starts,
+ProvisionalEstimate estimateProvisional(const RefinementInput& input, const WindowState& start,
                                         const InitializerOptions& options) {
   ProvisionalEstimate out;
   MotionPrior motion;
   motion.speed_sigma = options.provisional.speed_prior;
   motion.acceleration_sigma = options.provisional.acceleration_prior;
-  if (starts.empty()) return out;
   RefinementOptions refinement = options.refinement;
   refinement.tolerance = std::min(refinement.tolerance, kTolerance);
   refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
@@ -178,10 +176,9 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input,
                          options.inertial, input.budget, input.rig, motion},
                         {}, from, StartMode::kLowest);
   };
-  const WindowState& last = starts.back();
-  starts.push_back(
-      withGravityAgainstMeanForce(last, slowed(last, input.pre, motion.speed_sigma), input.pre));
-  out.refined = refine(starts);
+  out.refined =
+      refine({start, withGravityAgainstMeanForce(
+                         start, slowed(start, input.pre, motion.speed_sigma), input.pre)});
   for (int round = 0; out.refined.valid; ++round) {
     const WindowState& state = out.refined.state;
     out.posterior = posteriorOf(input.tracks, out.refined);
@@ -304,13 +301,15 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   clock.lap("translation");
 
   ProvisionalEstimate estimate;
+  std::optional<WindowState> start;
   if (translation.valid) {
+    start = startingState(tracks, pre, translation, options.reverse_alignment, options.inertial);
+  }
+  if (start) {
     // Without lines: which of them are believed depends on the start, so that costs do not compare.
     estimate = estimateProvisional({tracks, pre, rotation.vanishingPoints(), options.refinement,
                                     options.inertial, *budget, rotation.rigPrior(options.slim)},
-                                   startingStates(tracks, pre, translation, options.slim,
-                                                  options.reverse_alignment, options.inertial),
-                                   options);
+                                   *start, options);
   }
   clock.lap("refinement");
 

@@ -37,11 +37,10 @@ struct ProvisionalEstimate {
   ScaleMoments scale;
 };
 
-/// Refines from each of `starts` and from the last one's shape flown without acceleration, keeps
+/// Refines from `start` and from its shape flown without acceleration, keeps
 /// the lowest cost and integrates over the scale; again from the most probable scale where that is
 /// another one. Lines take no part.
-ProvisionalEstimate estimateProvisional(const RefinementInput& input,
-                                        std::vector<WindowState> starts,
+ProvisionalEstimate estimateProvisional(const RefinementInput& input, const WindowState& start,
                                         const InitializerOptions& options);
 
 /// Moves states and covariance of `result`, those of the refined window, to mean and covariance

@@ -133,10 +133,10 @@ class Refiner {
   bool refine(std::vector<WindowState> starts, Recovery* out) {
     out->refined = refineFrom(starts, out->factor);
     if (!out->refined.valid || out->refined.chi2 > options_.refinement.suspicious_chi2) {
-      // The known state may have led astray: starts of the window's own.
-      const std::vector<WindowState>& own = ownStarts();
-      starts.insert(starts.end(), own.begin(), own.end());
-      if (!own.empty() && budget_.allows("starts of the window's own")) {
+      // The known state may have led astray: a start of the window's own.
+      const std::optional<WindowState>& own = ownStart();
+      if (own && budget_.allows("a start of the window's own")) {
+        starts.push_back(*own);
         out->refined = refineFrom(starts, out->factor);
       }
     }
@@ -153,16 +153,16 @@ class Refiner {
         {}, starts, StartMode::kFine);
   }
 
-  const std::vector<WindowState>& ownStarts() {
-    if (own_) return *own_;
-    own_.emplace();
+  const std::optional<WindowState>& ownStart() {
+    if (has_own_) return own_;
+    has_own_ = true;
     const TranslationEstimate translation =
         estimateTranslations(tracks_, integrated_.R_c0_ck, options_.alignment);
     if (translation.valid) {
-      *own_ = startingStates(tracks_, integrated_.pre, translation, options_.slim,
-                             options_.reverse_alignment, options_.inertial);
+      own_ = startingState(tracks_, integrated_.pre, translation, options_.reverse_alignment,
+                           options_.inertial);
     }
-    return *own_;
+    return own_;
   }
 
   const InitWindow& tracks_;
@@ -170,7 +170,8 @@ class Refiner {
   const RotationStage& rotation_;
   const InitializerOptions& options_;
   WorkBudget& budget_;
-  std::optional<std::vector<WindowState>> own_;
+  bool has_own_ = false;
+  std::optional<WindowState> own_;
 };
 
 // Gates on what a host goes on with; how the scale is known is in the velocity.
