@@ -390,22 +390,5 @@ TEST(RefineWindow, LinesAddWhatPointsLack) {
   EXPECT_LT(with_sigma, 0.9 * without_sigma);
 }
 
-TEST(RefineWindow, PointsBehindTheCameraAreCounted) {
-  const ExactWindow exact = makeExactWindow(noisy(2));
-  const WindowState truth = trueState(exact);
-  EXPECT_EQ(refine(*exact.window, {truth}, withoutVanishingPoints()).behind_fraction, 0.0);
-  // Mirrored through the camera, a quarter of the points lies behind it.
-  std::vector<FrameObservation> frames = exact.keyframes;
-  for (FrameObservation& frame : frames) {
-    for (PointObservation& point : frame.points) {
-      if (point.id % 4 == 0) point.bearing = -point.bearing;
-    }
-  }
-  const auto window = windowOf(exact, frames);
-  const RefinedWindow refined = refine(*window, {truth}, withoutVanishingPoints());
-  ASSERT_TRUE(refined.valid);
-  EXPECT_NEAR(refined.behind_fraction, 0.25, 0.06);
-}
-
 }  // namespace
 }  // namespace slim_init

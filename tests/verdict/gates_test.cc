@@ -170,7 +170,6 @@ PosteriorMeasures beyondBounds(double share) {
   out.chi2 = kOptions.max_chi2 * (1.0 + share);
   out.inertial_chi2 = kOptions.max_inertial_chi2 * (1.0 + share);
   out.inlier_fraction = kOptions.min_inlier_fraction * (1.0 - share);
-  out.behind_fraction = kOptions.max_behind_fraction * (1.0 + share);
   out.mean_acceleration = kOptions.max_mean_acceleration * (1.0 + share);
   out.point_spread_deg = kOptions.min_point_spread_deg * (1.0 - share);
   out.scale_sigma = kOptions.max_scale_sigma * (1.0 + share);

@@ -182,7 +182,6 @@ struct GateOptions {
   double max_td_error_s = 0.08;              ///< certain error of the time offset [s]
   double max_extrinsic_sigma_deg = 0.5;      ///< of an extrinsic rotation that was unknown [deg]
   double max_mean_acceleration = 8.0;        ///< over the window, gravity taken off [m/s^2]
-  double max_behind_fraction = 0.2;          ///< fraction of the point tracks behind the camera
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;

@@ -69,7 +69,6 @@ enum class GateName {
   kChi2,          ///< of the images
   kInertialChi2,  ///< of the IMU
   kInlierFraction,
-  kBehindFraction,
   kMeanAcceleration,
   kPointSpread,
   kOtherScale,  ///< cost of another scale
@@ -82,7 +81,7 @@ enum class GateName {
 
 /// Stable lower-case name, used in files and messages: "parallax", "least_parallax", "excitation",
 /// "extrinsic_rotation", "extrinsic_sigma", "time_offset", "linkage", "scale_positive",
-/// "alignment_residual", "chi2", "inertial_chi2", "inlier_fraction", "behind_fraction",
+/// "alignment_residual", "chi2", "inertial_chi2", "inlier_fraction",
 /// "mean_acceleration", "point_spread", "other_scale", "scale_sigma", "agreement", "other".
 const char* toString(GateName name);
 

@@ -292,9 +292,6 @@ OptionTable slimGateTable(GateOptions* o) {
           "everything also fits a fall along a tilted gravity, with 11; recorded flights have up "
           "to 4",
           kSlim),
-      advancedKey("max_behind_fraction", &o->max_behind_fraction, kShare, "",
-                  "maximum fraction of the point tracks behind the camera by more than three sigma",
-                  kSlim),
   };
 }
 

@@ -69,7 +69,6 @@ const char* toString(GateName name) {
     case GateName::kChi2: return "chi2";
     case GateName::kInertialChi2: return "inertial_chi2";
     case GateName::kInlierFraction: return "inlier_fraction";
-    case GateName::kBehindFraction: return "behind_fraction";
     case GateName::kMeanAcceleration: return "mean_acceleration";
     case GateName::kPointSpread: return "point_spread";
     case GateName::kOtherScale: return "other_scale";

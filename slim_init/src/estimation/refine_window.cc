@@ -191,7 +191,6 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
   out.inertial_chi2 = (summary.cost - summary.visual_cost - summary.rig_cost - summary.state_cost) /
                       (9.0 * (window.size() - 1));
-  out.behind_fraction = map.behindFraction();
   out.point_tracks = map.pointTracks();
   out.line_tracks = map.lineTracks();
   out.sigma_px = noise.sigma_point * focal;

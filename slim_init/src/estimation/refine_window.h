@@ -38,7 +38,6 @@ struct RefinedWindow {
   /// Cost of the IMU factors and bias priors per residual row, after the second solve.
   double inertial_chi2 = 0.0;
   double inlier_fraction = 0.0;  ///< point observations kept, of those handed in
-  double behind_fraction = 0.0;  ///< point tracks that lie behind the camera by over 3 sigma
   double sigma_px = 0.0;         ///< noise of a point estimated from the data, floored [px]
   double sigma_line_px = 0.0;    ///< the same of a line end point
   int iterations = 0;            ///< accepted steps in all

@@ -772,17 +772,6 @@ MapResiduals VisualInertialProblem::residuals() const {
   return out;
 }
 
-double VisualInertialProblem::behindFraction() const {
-  int behind = 0;
-  for (std::size_t t = 0; t < point_tracks_.size(); ++t) {
-    // The last diagonal entry of L^-1 is the standard deviation of the inverse depth.
-    if (structure_.points[t].inverse_depth < -kBehindSigmas * system_.points.L_inverse[t](2, 2)) {
-      ++behind;
-    }
-  }
-  return point_tracks_.empty() ? 0.0 : static_cast<double>(behind) / point_tracks_.size();
-}
-
 void VisualInertialProblem::reject(const MapResiduals& now, double max_point, double max_line) {
   const auto filter = [](const std::vector<double>& residual, double bound, int min_views,
                          auto* tracks, auto* views, auto* parameters) {

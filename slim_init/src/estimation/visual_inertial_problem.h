@@ -108,8 +108,6 @@ class VisualInertialProblem {
   /// What has become of the measured velocities, at the answer of minimize().
   SpeedUse speedUse() const;
 
-  /// Share of the point tracks whose inverse depth is negative by more than three sigma.
-  double behindFraction() const;
   int pointTracks() const { return static_cast<int>(point_tracks_.size()); }
   int lineTracks() const { return static_cast<int>(line_tracks_.size()); }
 

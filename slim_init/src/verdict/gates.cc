@@ -112,7 +112,6 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.inertial_chi2 = refined.inertial_chi2;
   measures.inlier_fraction = refined.inlier_fraction * tracks.pointObservations().size() /
                              window.pointObservations().size();
-  measures.behind_fraction = refined.behind_fraction;
   measures.has_speeds = refined.speeds.keyframes > 0;
   measures.scale_sigma = measures.motion_scale_sigma = scaleSigma(posterior, profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
@@ -295,9 +294,6 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kInlierFraction, "fraction of the point observations kept", "",
                atLeast(measures.inlier_fraction, options.min_inlier_fraction),
-               InitStatus::kInconsistentResiduals),
-      makeGate(GateName::kBehindFraction, "fraction of the points behind the camera", "",
-               atMost(measures.behind_fraction, options.max_behind_fraction),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kMeanAcceleration, "mean acceleration over the window", "m/s^2",
                atMost(measures.mean_acceleration, options.max_mean_acceleration),

@@ -82,7 +82,6 @@ struct PosteriorMeasures {
   double chi2 = kNotComputed;                ///< RefinedWindow::chi2
   double inertial_chi2 = kNotComputed;       ///< RefinedWindow::inertial_chi2
   double inlier_fraction = kNotComputed;     ///< of all point observations of the window
-  double behind_fraction = kNotComputed;     ///< of the point tracks
   double scale_sigma = kNotComputed;         ///< relative
   double point_spread_deg = kNotComputed;    ///< see pointSpreadDeg()
   double scale = kNotComputed;               ///< InitResult::scale [m]
@@ -122,7 +121,7 @@ double scaleSigma(const Posterior& posterior, const ScaleProfile* profile);
 double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, bool full,
                   double max_scale_sigma);
 
-/// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction" and "behind_fraction"
+/// Gates on a refined answer: "chi2", "inertial_chi2", "inlier_fraction", "mean_acceleration"
 /// (inconsistent residuals), "point_spread" (too few tracks), "other_scale" and "scale_sigma"
 /// (scale too uncertain; where the motion fails the excitation gate as well, too little
 /// excitation). "other_scale" names both scales; without a profile it is left out. With measured
