@@ -25,15 +25,10 @@ inline constexpr double kNothingToTruncate = 1e6;
 /// 1.4^40 = 7e5: mu reaches kTruncated from any start above 1.5e-3.
 inline constexpr int kMaxGraduations = 40;
 
-// ---- Tight and reverse start (starting_states.h, reverse_alignment.h)
+// ---- Reverse start (reverse_alignment.h)
 
 /// Section of the bracket that golden section search keeps, (sqrt(5) - 1) / 2.
 inline constexpr double kGolden = 0.6180339887498949;
-/// Step in log(scale) of the second difference that gives the standard deviation of the scale: a
-/// hundredth is small against any sigma worth reporting and large against rounding.
-inline constexpr double kCurvatureStep = 1e-2;
-/// Floor of that curvature: the largest standard deviation reported is 1e6.
-inline constexpr double kMinCurvature = 1e-12;
 
 // ---- Fixed norm of gravity (gravity_constrained.h)
 

@@ -162,15 +162,7 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
   const double log_scale = bestLogScale(cost, options);
   if (!std::isfinite(log_scale)) return out;
   Vector9d x;
-  out.cost = cost(std::exp(-log_scale), &x);
-  if (!std::isfinite(out.cost)) return out;
-
-  // Half the second derivative of a chi-square over log(scale) is its inverse variance.
-  Vector9d unused;
-  const double curvature = (cost(std::exp(-log_scale - kCurvatureStep), &unused) - 2.0 * out.cost +
-                            cost(std::exp(-log_scale + kCurvatureStep), &unused)) /
-                           (kCurvatureStep * kCurvatureStep);
-  out.scale_sigma = 1.0 / std::sqrt(std::max(0.5 * curvature, kMinCurvature));
+  if (!std::isfinite(cost(std::exp(-log_scale), &x))) return out;
   out.scale = std::exp(log_scale);
   setSolution(motion, x, &out);
   return out;

@@ -39,9 +39,7 @@ LinearMotion linearMotion(const std::vector<Preintegration>& pre,
 /// Solution of the reverse alignment, in b0.
 struct ReverseEstimate {
   bool valid = false;
-  double scale = kNotComputed;        ///< metres per unit of the visual shape
-  double scale_sigma = kNotComputed;  ///< relative, from the curvature of the cost over log scale
-  double cost = kNotComputed;
+  double scale = kNotComputed;  ///< metres per unit of the visual shape
   Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3Xd velocities_b0;  ///< 3xN
