@@ -25,11 +25,6 @@ inline constexpr double kNothingToTruncate = 1e6;
 /// 1.4^40 = 7e5: mu reaches kTruncated from any start above 1.5e-3.
 inline constexpr int kMaxGraduations = 40;
 
-// ---- Reverse start (reverse_alignment.h)
-
-/// Section of the bracket that golden section search keeps, (sqrt(5) - 1) / 2.
-inline constexpr double kGolden = 0.6180339887498949;
-
 // ---- Fixed norm of gravity (gravity_constrained.h)
 
 /// With a unit diagonal a pivot below this is rounding: the unknown is not determined.

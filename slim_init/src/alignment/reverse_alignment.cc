@@ -5,13 +5,11 @@
 #include <cmath>
 #include <limits>
 
-#include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
+#include "geometry/golden_section.h"
 
 namespace slim_init {
 namespace {
-
-using namespace alignment_constants;  // NOLINT: the constants of this module
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
@@ -77,25 +75,9 @@ double bestLogScale(const ReverseCost& cost, const ReverseAlignmentOptions& opti
     }
   }
   if (!std::isfinite(best_cost)) return kNotComputed;
-  double low = best - step, high = best + step;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-  double f_a = cost(std::exp(-a), &x), f_b = cost(std::exp(-b), &x);
-  while (high - low > options.log_scale_tolerance) {
-    if (f_a < f_b) {
-      high = b;
-      b = a;
-      f_b = f_a;
-      a = high - kGolden * (high - low);
-      f_a = cost(std::exp(-a), &x);
-    } else {
-      low = a;
-      a = b;
-      f_a = f_b;
-      b = low + kGolden * (high - low);
-      f_b = cost(std::exp(-b), &x);
-    }
-  }
-  return 0.5 * (low + high);
+  return goldenSection([&](double log_scale) { return cost(std::exp(-log_scale), &x); },
+                       best - step, best + step, options.log_scale_tolerance)
+      .at;
 }
 
 }  // namespace

@@ -32,8 +32,6 @@ inline constexpr int kHalfGrid = 12;
 inline constexpr double kFirstStep = 0.01;
 /// End of all searches [log scale]: a tenth of the smallest sigma.
 inline constexpr double kLogScaleTolerance = 2e-3;
-/// Section of the bracket that golden section search keeps, (sqrt(5) - 1) / 2.
-inline constexpr double kGolden = 0.6180339887498949;
 
 /// Least cost of any other minimum above that of the answer [sigma^2]: four standard deviations. Of
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.

@@ -4,11 +4,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "alignment/gravity_constrained.h"
 #include "estimation/inertial_factor.h"
 #include "geometry/dense.h"
+#include "geometry/golden_section.h"
 #include "geometry/so3.h"
 #include "verdict/constants.h"
 
@@ -16,8 +16,6 @@ namespace slim_init {
 namespace {
 
 using namespace verdict_constants;  // NOLINT: the constants of this module
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Adds the gyroscope's part of one pair to information and gradient of
 // [theta_1 .. theta_{N-1} | q_1 .. q_{N-1} | b_g].
@@ -218,7 +216,7 @@ bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& 
 }
 
 double ScaleCost::operator()(double log_ratio) const {
-  if (!valid_) return kInfinity;
+  if (!valid_) return HUGE_VAL;
   const double ratio = std::exp(log_ratio);
   const int rows = static_cast<int>(offset_.size());
   // Below the covariance what is weighted with its inverse: columns by the unknowns, constant part.
@@ -228,7 +226,7 @@ double ScaleCost::operator()(double log_ratio) const {
       S0_ - ratio * S1_ + (ratio * ratio) * S2_;
   work_.block(rows, 0, kUnknowns, rows) = by_unknowns_.transpose();
   work_.row(rows + kUnknowns).head(rows) = (ratio * shape_ - offset_).transpose();
-  if (!eliminateFirst(work_, rows)) return kInfinity;
+  if (!eliminateFirst(work_, rows)) return HUGE_VAL;
   Eigen::Matrix<double, kUnknowns, kUnknowns> M = -work_.block<kUnknowns, kUnknowns>(rows, rows);
   M.triangularView<Eigen::StrictlyUpper>() = M.transpose();
   Eigen::Matrix<double, kUnknowns, 1> x,
@@ -237,113 +235,30 @@ double ScaleCost::operator()(double log_ratio) const {
   M.diagonal().segment<3>(3).array() += accel_bias_information_;
   M += motion_by_unknowns_.transpose() * motion_by_unknowns_;  // zero without a prior
   b -= motion_by_unknowns_.transpose() * motion_offset_;
-  if (!solveGravityConstrained(M, b, gravity_magnitude_, &x)) return kInfinity;
+  if (!solveGravityConstrained(M, b, gravity_magnitude_, &x)) return HUGE_VAL;
   return x.dot(M * x) - 2.0 * b.dot(x) + constant + motion_offset_.squaredNorm();
 }
 
 namespace {
 
-struct Minimum {
-  double at = kNotComputed;
-  double cost = kInfinity;
-};
-
-// Minimum between two neighbours of a grid point that is lower than both: Brent's method (Brent,
-// "Algorithms for Minimization without Derivatives", 1973, chapter 5), parabolas through the three
-// lowest points guarded by golden sections.
-Minimum descend(const ScaleCost& cost, const Minimum& left, const Minimum& point,
-                const Minimum& right) {
-  constexpr double kLeastStep = 0.25 * kLogScaleTolerance;
-  double low = left.at, high = right.at;
-  Minimum best = point;
-  Minimum second = left.cost < right.cost ? left : right;
-  Minimum third = left.cost < right.cost ? right : left;
-  double step = high - low, earlier = step;
-  for (;;) {
-    const double middle = 0.5 * (low + high);
-    if (std::abs(best.at - middle) <= 2.0 * kLeastStep - 0.5 * (high - low)) return best;
-    // Vertex of the parabola at best + p / q; no number where a neighbour is infinitely high.
-    const double r = (best.at - second.at) * (best.cost - third.cost);
-    double q = (best.at - third.at) * (best.cost - second.cost);
-    double p = (best.at - second.at) * r - (best.at - third.at) * q;
-    q = 2.0 * (q - r);
-    if (q < 0.0) p = -p;
-    q = std::abs(q);
-    const bool is_inside = p > q * (low - best.at) && p < q * (high - best.at);
-    if (is_inside && std::abs(p) < std::abs(0.5 * q * earlier)) {
-      earlier = step;
-      step = p / q;
-      const double at = best.at + step;
-      if (at - low < 2.0 * kLeastStep || high - at < 2.0 * kLeastStep) {
-        step = std::copysign(kLeastStep, middle - best.at);
-      }
-    } else {
-      earlier = (best.at < middle ? high : low) - best.at;
-      step = (1.0 - kGolden) * earlier;
-    }
-    if (std::abs(step) < kLeastStep) step = std::copysign(kLeastStep, step);
-    const Minimum next = {best.at + step, cost(best.at + step)};
-    if (next.cost < best.cost) {
-      (next.at > best.at ? low : high) = best.at;
-      third = second;
-      second = best;
-      best = next;
-    } else {
-      (next.at > best.at ? high : low) = next.at;
-      if (next.cost < second.cost) {
-        third = second;
-        second = next;
-      } else if (next.cost < third.cost) {
-        third = next;
-      }
-    }
+// Where the cost passes `bound` between `inside`, below it, and `outside`.
+double crossing(const ScaleCost& cost, double inside, double outside, double bound) {
+  while (std::abs(outside - inside) > kLogScaleTolerance) {
+    const double middle = 0.5 * (inside + outside);
+    (cost(middle) < bound ? inside : outside) = middle;
   }
-}
-
-// Where the cost passes `bound` between `inside`, below it, and `outside`: regula falsi (Illinois)
-// on the root of the rise above `best`, which is straight where the cost is a parabola.
-double crossing(const ScaleCost& cost, const Minimum& best, Minimum inside, Minimum outside,
-                double bound) {
-  const double root = std::sqrt(bound - best.cost);
-  const auto height = [&](const Minimum& at) {
-    return std::sqrt(std::max(at.cost - best.cost, 0.0)) - root;
-  };
-  double f_in = height(inside), f_out = height(outside);
-  int last = 0;
-  while (std::abs(outside.at - inside.at) > kLogScaleTolerance) {
-    double share = f_in / (f_in - f_out);
-    // An infinite cost, or a step that shortens the bracket by nothing.
-    if (!(share > 0.0 && share < 1.0)) share = 0.5;
-    const double least = 0.45 * kLogScaleTolerance / std::abs(outside.at - inside.at);
-    share = std::clamp(share, least, 1.0 - least);
-    const double at = inside.at + share * (outside.at - inside.at);
-    const Minimum next = {at, cost(at)};
-    if (next.cost < bound) {
-      inside = next;
-      f_in = height(next);
-      if (last == 1) f_out *= 0.5;
-      last = 1;
-    } else {
-      outside = next;
-      f_out = height(next);
-      if (last == -1) f_in *= 0.5;
-      last = -1;
-    }
-  }
-  return 0.5 * (inside.at + outside.at);
+  return 0.5 * (inside + outside);
 }
 
 // End of the interval about `best` on the side `direction`, +1 or -1: where the cost exceeds
 // `bound`, or the end of the search. Steps double, from one that a narrow minimum does not miss.
-double endOfInterval(const ScaleCost& cost, const Minimum& best, int direction, double bound) {
+double endOfInterval(const ScaleCost& cost, double best, int direction, double bound) {
   const double limit = std::log(kMaxRatio);
-  Minimum inside = best;
+  double inside = best;
   for (double step = kFirstStep;; step *= 2.0) {
-    Minimum outside;
-    outside.at = inside.at + direction * step;
-    if (std::abs(outside.at) > limit) return direction * limit;
-    outside.cost = cost(outside.at);
-    if (!(outside.cost < bound)) return crossing(cost, best, inside, outside, bound);
+    const double outside = inside + direction * step;
+    if (std::abs(outside) > limit) return direction * limit;
+    if (!(cost(outside) < bound)) return crossing(cost, inside, outside, bound);
     inside = outside;
   }
 }
@@ -359,38 +274,37 @@ ScaleProfile profileScale(const ScaleCost& cost) {
   for (int k = -kHalfGrid; k <= kHalfGrid; ++k) values.push_back(cost(k * step));
   out.cost_here = values[kHalfGrid];
   // Every minimum of the grid; its ends count as they are.
-  std::vector<Minimum> minima;
+  std::vector<FunctionPoint> minima;
   const int last = static_cast<int>(values.size()) - 1;
   for (int k = 0; k <= last; ++k) {
     const double at = (k - kHalfGrid) * step;
     const bool below_left = k == 0 || values[k] < values[k - 1];
     const bool below_right = k == last || values[k] <= values[k + 1];
     if (!below_left || !below_right) continue;
-    const Minimum point = {at, values[k]};
-    if (k == 0 || k == last) {
-      minima.push_back(point);
-    } else {
-      minima.push_back(
-          descend(cost, {at - step, values[k - 1]}, point, {at + step, values[k + 1]}));
+    FunctionPoint point = {at, values[k]};
+    if (k > 0 && k < last) {
+      const FunctionPoint lowest = goldenSection(cost, at - step, at + step, kLogScaleTolerance);
+      if (lowest.value < point.value) point = lowest;
     }
+    minima.push_back(point);
   }
-  Minimum best;
-  for (const Minimum& minimum : minima) {
-    if (minimum.cost < best.cost) best = minimum;
+  FunctionPoint best = {kNotComputed, HUGE_VAL};
+  for (const FunctionPoint& minimum : minima) {
+    if (minimum.value < best.value) best = minimum;
   }
-  if (!std::isfinite(best.cost)) return out;
+  if (!std::isfinite(best.value)) return out;
   out.log_ratio = best.at;
-  out.cost = best.cost;
-  out.other_rise = kInfinity;
-  for (const Minimum& minimum : minima) {
+  out.cost = best.value;
+  out.other_rise = HUGE_VAL;
+  for (const FunctionPoint& minimum : minima) {
     if (std::abs(minimum.at) < ScaleProfile::kSameBasin) continue;
-    if (!(minimum.cost - out.cost_here < out.other_rise)) continue;
-    out.other_rise = minimum.cost - out.cost_here;
+    if (!(minimum.value - out.cost_here < out.other_rise)) continue;
+    out.other_rise = minimum.value - out.cost_here;
     out.other_log_ratio = minimum.at;
   }
-  const double bound = best.cost + ScaleProfile::kIntervalRise;
-  out.low = endOfInterval(cost, best, -1, bound);
-  out.high = endOfInterval(cost, best, 1, bound);
+  const double bound = best.value + ScaleProfile::kIntervalRise;
+  out.low = endOfInterval(cost, best.at, -1, bound);
+  out.high = endOfInterval(cost, best.at, 1, bound);
   out.valid = true;
   return out;
 }
