@@ -7,13 +7,13 @@
 #include "estimation/constants.h"
 #include "geometry/robust_weight.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 
 namespace slim_init {
 
 using namespace estimation_constants;  // NOLINT: the constants of this module
 
 RigPriorTerm rigPriorTerm(const RigPrior& prior, const RigError& rig) {
-  constexpr double kDegPerRad = 180.0 / M_PI;
   RigVector sigma;
   sigma << Eigen::Vector3d::Constant(prior.sigmas.rotation_deg / kDegPerRad),
       Eigen::Vector3d::Constant(prior.sigmas.translation_m), prior.sigmas.td_s,

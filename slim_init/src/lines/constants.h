@@ -5,8 +5,6 @@
 
 namespace slim_init::lines_constants {
 
-inline constexpr double kRadPerDeg = 0.017453292519943295;
-
 // ---- Vanishing points (vanishing_point.h)
 
 /// The longest lines of a keyframe, of which every two give a direction to vote for. Of a direction

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <tuple>
 
+#include "geometry/units.h"
 #include "lines/constants.h"
 
 namespace slim_init {
@@ -153,13 +154,13 @@ VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, doub
   const std::vector<WindowLine> voting = longestFirst(lines);
   if (voting.size() < min_inliers) return vp;
 
-  const double vote_threshold_rad = options.vote_threshold_deg * kRadPerDeg;
+  const double vote_threshold_rad = options.vote_threshold_deg / kDegPerRad;
   Eigen::Vector3d direction = mostVotedDirection(voting, vote_threshold_rad);
   if (direction.isZero()) return vp;
 
   // The first fit takes the lines that voted: two lines may meet as far from the vanishing point as
   // t_in. Later ones take the inliers of the fit before.
-  const double sin_inlier = std::sin(options.inlier_threshold_deg * kRadPerDeg);
+  const double sin_inlier = std::sin(options.inlier_threshold_deg / kDegPerRad);
   std::vector<int> inliers;
   selectInliers(lines, direction, std::sin(vote_threshold_rad), inliers);
   if (inliers.size() < min_inliers) return vp;

@@ -3,6 +3,7 @@
 // Track ids of vanishing points and their reliability gate (paper IV-B-1, IV-B-2).
 #include <cmath>
 
+#include "geometry/units.h"
 #include "imu/preintegration.h"
 #include "lines/constants.h"
 #include "lines/vanishing_point.h"
@@ -35,7 +36,7 @@ std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
   std::vector<VanishingPoint> vps(static_cast<std::size_t>(window.size()));
   if (R_c0_ck.size() != vps.size()) return vps;
   const double sigma_line_rad = window.calibration().sigmaLine();
-  const double cos_threshold = std::cos(options.match_threshold_deg * kRadPerDeg);
+  const double cos_threshold = std::cos(options.match_threshold_deg / kDegPerRad);
 
   std::vector<Eigen::Vector3d> axes_c0;  // last observation of each id, the index being the id
   for (int k = 0; k < window.size(); ++k) {
@@ -73,7 +74,7 @@ std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
 
 bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
                     const VanishingPointOptions& options) {
-  const double max_consistency_rad = options.consistency_threshold_deg * kRadPerDeg;
+  const double max_consistency_rad = options.consistency_threshold_deg / kDegPerRad;
   return vp_i.found && vp_j.found && vp_i.track_id >= 0 && vp_i.track_id == vp_j.track_id &&
          vp_j.age >= options.min_track_age && vp_i.consistency_rad <= max_consistency_rad &&
          vp_j.consistency_rad <= max_consistency_rad;

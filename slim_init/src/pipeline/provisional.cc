@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -14,17 +13,14 @@
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
 #include "translation/ligt.h"
+#include "verdict/constants.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // ---- Integral over the scale
 
-/// Scales integrated over: up to this many times larger and smaller.
-constexpr double kMaxRatio = 32.0;
 /// Points of one pass, and passes: each covers what the one before found the density in.
 constexpr int kPoints = 32;
 constexpr int kPasses = 3;
@@ -124,12 +120,12 @@ bool refusedByGates(GateMode mode, InitResult* result) {
 
 ScaleMoments integrateScale(const ScaleCost& cost) {
   ScaleMoments out;
-  const double limit = std::log(kMaxRatio);
+  const double limit = std::log(verdict_constants::kMaxRatio);
   double low = -limit, high = limit;
   for (int pass = 0; pass < kPasses; ++pass) {
     const double step = (high - low) / kPoints;
     std::vector<double> values;
-    double best = -kInfinity;
+    double best = -HUGE_VAL;
     for (int k = 0; k <= kPoints; ++k) {
       const double q = low + k * step;
       // Of the logarithm: d ratio = ratio d q.
@@ -140,7 +136,7 @@ ScaleMoments integrateScale(const ScaleCost& cost) {
     }
     if (!std::isfinite(best)) return out;
     double sum = 0.0, ratio = 0.0, ratio2 = 0.0, log = 0.0, log2 = 0.0;
-    double first = kInfinity, last = -kInfinity;
+    double first = HUGE_VAL, last = -HUGE_VAL;
     for (int k = 0; k <= kPoints; ++k) {
       if (!(values[k] > best - kNegligible)) continue;
       const double q = low + k * step, r = std::exp(q), w = std::exp(values[k] - best);

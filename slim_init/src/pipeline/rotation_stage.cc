@@ -9,6 +9,7 @@
 #include "data/with_observations.h"
 #include "geometry/robust_weight.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 #include "imu/row_compensation.h"
 #include "rotation/extrinsic_rotation.h"
 #include "rotation/static_tracks.h"
@@ -16,11 +17,10 @@
 namespace slim_init {
 namespace {
 
-constexpr double kRadPerDeg = M_PI / 180.0;
 // With a calibration this near, in standard deviations of what the rotations say of it, they need
 // not be solved again, nor where it is nearer than these: the estimation is linear there.
 constexpr double kNear = 2.0;
-constexpr double kNearRotation = 0.5 * kRadPerDeg;  // [rad]
+constexpr double kNearRotation = 0.5 / kDegPerRad;  // [rad]
 constexpr double kNearTd = 1.5e-3;                  // [s]
 // From an error of ten degrees or 50 ms two corrections are exact to kNear*; one more to see it.
 constexpr int kMaxRounds = 4;
@@ -53,7 +53,7 @@ PriorOfCheck priorOfCheck(const Calibration& handed_in, const Calibration& seen)
   PriorOfCheck prior;
   prior.mean.head<3>() = logSO3(seen.R_b_c.transpose() * handed_in.R_b_c);
   prior.mean[3] = handed_in.td - seen.td;
-  const double rotation = handed_in.sigmas.rotation_deg * kRadPerDeg;
+  const double rotation = handed_in.sigmas.rotation_deg / kDegPerRad;
   Eigen::Vector4d sigma(rotation, rotation, rotation, handed_in.sigmas.td_s);
   prior.covariance = sigma.cwiseAbs2().asDiagonal();
   return prior;

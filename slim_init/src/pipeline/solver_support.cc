@@ -7,6 +7,7 @@
 #include "estimation/refine_window.h"
 #include "estimation/speed_factor.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 #include "verdict/constants.h"
 
 namespace slim_init {
@@ -182,8 +183,7 @@ void setEstimate(const InitWindow& window, const RefinedWindow& refined, const P
 
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result) {
-  constexpr double kDegPerRad = 180.0 / M_PI;
-  constexpr double kMsPerS = 1e3, kMmPerM = 1e3;
+  constexpr double kMmPerM = 1e3;
   const CalibrationSigmas& known = handed_in.sigmas;
   const auto warn = [result](const char* what, double error, double sigma, double prior,
                              const char* unit, const char* key) {

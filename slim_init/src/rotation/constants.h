@@ -108,8 +108,6 @@ inline constexpr double kCutoffSigmas = 3.0;
 /// Pairs of three equations for seven unknowns, with one over for a check.
 inline constexpr int kMinPairs = 4;
 
-inline constexpr double kDegPerRad = 180.0 / M_PI;
-
 // ---- Noise of the tracks and readout time (camera_check.h)
 
 /// With fewer residuals their spread is not estimated.

@@ -12,6 +12,7 @@
 
 #include "data/with_calibration.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 #include "imu/row_compensation.h"
 #include "rotation/calibration_check.h"
 #include "rotation/constants.h"

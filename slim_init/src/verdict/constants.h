@@ -3,11 +3,7 @@
 // Numbers of the verdict that are not options: each with its unit and why it is what it is.
 #pragma once
 
-#include <cmath>
-
 namespace slim_init::verdict_constants {
-
-inline constexpr double kDegPerRad = 180.0 / M_PI;
 
 // ---- Gates (gates.h)
 
@@ -21,8 +17,8 @@ inline constexpr double kMinScale = 1e-6;
 /// Information that holds the shape along itself, in units of its mean diagonal: stiff enough that
 /// the rest cannot stretch it, far from what rounding allows.
 inline constexpr double kShapeHold = 1e3;
-/// Scales searched: up to this many times larger and smaller. Wrong minima that were accepted lay a
-/// factor of 2.4 to 30 away.
+/// Scales searched and integrated over: up to this many times larger and smaller. Wrong minima that
+/// were accepted lay a factor of 2.4 to 30 away.
 inline constexpr double kMaxRatio = 32.0;
 /// Points of the grid on each side: steps of 0.29 in the log scale, finer than the distance of two
 /// minima worth telling apart.

@@ -11,6 +11,7 @@
 #include "estimation/refine_window.h"
 #include "geometry/median.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 #include "slim_init/consistency_check.h"
 #include "verdict/constants.h"
 #include "verdict/scale_profile.h"
@@ -207,7 +208,6 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                              atMost(found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg),
                              InitStatus::kTooLittleExcitation));
   }
-  constexpr double kMsPerS = 1e3;
   const double td_error = kMsPerS * (found->td - handed_in.td);
   const double td_sigma = kMsPerS * found->tdSigma();
   gates.push_back(makeGate(
