@@ -24,8 +24,7 @@ double fitCorrection(double rows, double parameters) {
 struct Basin {
   MapSummary summary;
   WindowState state;
-  int start = -1;       // where it was reached from
-  int last_start = -1;  // where the map was left
+  int start = -1;  // where it was reached from
   int iterations = 0;
 };
 
@@ -70,19 +69,25 @@ MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState
 // Tries the starts in order until one leads to a minimum that is not suspicious (all of them where
 // the lowest is asked for), and keeps the lowest. A wrong minimum has a chi-square of 5 to 30;
 // after a good first start a second one found nothing better in any recorded window and doubled the
-// time. The map is left at the last one tried.
+// time. The map is left there.
 Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
                 const RefinementOptions& options, VisualInertialProblem* map) {
   Basin best;
+  int last = -1;
   for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
     WindowState state = starts[s];
     const MapSummary summary = descend(mode, options, &state, map);
-    best.last_start = s;
+    last = s;
     best.iterations += summary.iterations;
     if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
-    best = {summary, state, s, s, best.iterations};
+    best = {summary, state, s, best.iterations};
     if (mode == StartMode::kLowest) continue;
     if (fits(chi2(best.summary, *map), medianChi2(map->residuals(), *map), options)) break;
+  }
+  if (best.start >= 0 && best.start != last) {
+    // The tracks were left at a start that lost.
+    best.summary = descend(mode, options, &best.state, map);
+    best.iterations += best.summary.iterations;
   }
   return best;
 }
@@ -152,13 +157,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 
-  Basin basin = findBasin(starts, mode, options, &map);
-  if (basin.start < 0) return out;
-  if (basin.start != basin.last_start) {
-    // The tracks were left at a start that lost.
-    basin.summary = descend(mode, options, &basin.state, &map);
-    basin.iterations += basin.summary.iterations;
-  }
+  const Basin basin = findBasin(starts, mode, options, &map);
   if (!basin.summary.valid) return out;
   out.with_rig = input.rig.has_value();
   out.state = basin.state;

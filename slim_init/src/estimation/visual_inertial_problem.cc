@@ -692,8 +692,10 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
   bool refused = false;  // the step before
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size()), undamped;
   const auto isCut = [this] { return budget_ != nullptr && budget_->isUsedUp(); };
-  while (summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping &&
-         !isCut()) {
+  const auto goesOn = [&] {
+    return summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping;
+  };
+  while (goesOn() && !isCut()) {
     if (!solver_.solve(system_.H, system_.g, damping, &step)) {
       damping = std::max(100.0 * damping, kDampingAfterFailure);
       continue;
@@ -731,22 +733,21 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
       refused = true;
     }
   }
-  summary.cost = system_.cost;
-  summary.visual_cost = system_.visual_cost;
-  summary.line_cost = system_.line_cost;
-  summary.rig_cost = system_.rig_cost;
-  summary.state_cost = system_.state_cost;
-  information_ = system_.H.bottomRightCorner(m, m).selfadjointView<Eigen::Lower>();
-  visual_information_ = system_.visual_H.selfadjointView<Eigen::Lower>();
-  visual_gradient_ = system_.visual_g;
-  // The step that was not worth a linearisation.
-  if (summary.converged) visual_gradient_ += visual_information_ * step.head(6 * layout_.n);
+  static_cast<MapCost&>(summary) = system_;
+  if (!summary.converged) step.setZero();
+  keepInformation(step);
   final_state_ = *state;
-  const bool ended = !summary.converged && summary.iterations < max_iterations &&
-                     damping < kLargestDamping && isCut();
+  const bool ended = goesOn() && isCut();
   if (ended) budget_->leaveOut("the end of a minimisation");
   summary.valid = std::isfinite(summary.cost) && information_.allFinite() && !ended;
   return summary;
+}
+
+void VisualInertialProblem::keepInformation(const Eigen::VectorXd& last_step) {
+  const int m = layout_.size() - StateLayout::kGauge;
+  information_ = system_.H.bottomRightCorner(m, m).selfadjointView<Eigen::Lower>();
+  visual_information_ = system_.visual_H.selfadjointView<Eigen::Lower>();
+  visual_gradient_ = system_.visual_g + visual_information_ * last_step.head(6 * layout_.n);
 }
 
 MapResiduals VisualInertialProblem::residuals() const {

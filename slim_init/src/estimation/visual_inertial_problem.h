@@ -33,16 +33,20 @@
 
 namespace slim_init {
 
+/// The robust cost at a state, and its parts.
+struct MapCost {
+  double cost = 0.0;         ///< the whole
+  double visual_cost = 0.0;  ///< from points, lines and vanishing points
+  double line_cost = 0.0;    ///< from lines
+  double rig_cost = 0.0;     ///< from the prior of the rig
+  double state_cost = 0.0;   ///< from a known state and measured velocities
+};
+
 /// What the minimisation reports.
-struct MapSummary {
+struct MapSummary : MapCost {
   bool valid = false;      ///< finite, and the information of the state is positive definite
   bool converged = false;  ///< the last step was shorter than the tolerance
   int iterations = 0;
-  double cost = 0.0;         ///< the whole robust cost
-  double visual_cost = 0.0;  ///< its part from points, lines and vanishing points
-  double line_cost = 0.0;    ///< its part from lines
-  double rig_cost = 0.0;     ///< its part from the prior of the rig
-  double state_cost = 0.0;   ///< its part from a known state and measured velocities
 };
 
 /// Residuals of the observations that take part, at a state.
@@ -156,16 +160,11 @@ class VisualInertialProblem {
     std::vector<DirectionParameters> directions;
   };
   /// Normal equations at a state; H is the lower triangle.
-  struct System {
+  struct System : MapCost {
     Eigen::MatrixXd H;
     Eigen::VectorXd g;
     Eigen::MatrixXd visual_H;  // part of the poses from the tracks, lower triangle
     Eigen::VectorXd visual_g;
-    double cost = 0.0;
-    double visual_cost = 0.0;
-    double line_cost = 0.0;
-    double rig_cost = 0.0;
-    double state_cost = 0.0;
     Elimination<3> points;
     Elimination<4> lines;
     Elimination<2> directions;
@@ -201,6 +200,8 @@ class VisualInertialProblem {
   void linearize(const WindowState& state, const Structure& structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
   bool isLower(const System& trial) const;
+  /// Of the last linearisation; the gradient after `last_step`, which was not worth another.
+  void keepInformation(const Eigen::VectorXd& last_step);
   bool holdTracks(const WindowState& trial_state, Structure* trial_structure);
 
   const InitWindow& window_;
