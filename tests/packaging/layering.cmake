@@ -115,6 +115,7 @@ layer("config" FOLDERS slim_init/config
 layer("doctor" FOLDERS slim_init/doctor
       ROOTS slim_init/include slim_init/src feature_tracker_lines/include slim_init/reference
             slim_init/evaluation/include slim_init/doctor/include
+            vins_estimator_patch/host_health/include
       ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp")
 layer("baselines" FOLDERS slim_init/baselines
       ROOTS slim_init/include slim_init/src slim_init/baselines/include slim_init/baselines/src
@@ -182,7 +183,7 @@ if(LINKS_FILE)
   may_link(slim_init_config
            "${base}|${front}|slim_init(_|::)baselines|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_doctor
-           "${base}|${front}|slim_init(_|::)evaluation|SlimInitOpenCV::SlimInitOpenCV")
+           "${base}|${front}|slim_init(_|::)evaluation|slim_init(_|::)host_health|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_feature_tracker_lines
            "${base}|SlimInitOpenCV::SlimInitOpenCV|Threads::Threads")
   may_link(slim_init_simulation "${base}|${front}")
