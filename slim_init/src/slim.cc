@@ -82,7 +82,6 @@ struct MetricEstimate {
   RefinedWindow refined;
   std::optional<ScaleProfile> profile;
   Posterior posterior;
-  std::shared_ptr<const InitWindow> pruned;  // WindowEstimate::pruned
 
   const ScaleProfile* profileOrNull() const { return profile ? &*profile : nullptr; }
 };
@@ -106,10 +105,8 @@ ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refine
 }
 
 // Searches of other minima are for answers that can be accepted: `cannot_pass` ones go without.
-// `seen`: with the tracks that `input` lacks.
-MetricEstimate estimateMetric(const InitWindow& seen, const RefinementInput& input,
-                              const TranslationEstimate& translation, InitializerOptions options,
-                              bool cannot_pass, StageClock* clock) {
+MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
+                              InitializerOptions options, bool cannot_pass, StageClock* clock) {
   if (cannot_pass) options.slim.second_search = false;
   MetricEstimate out;
   if (!translation.valid) return out;
@@ -125,8 +122,6 @@ MetricEstimate estimateMetric(const InitWindow& seen, const RefinementInput& inp
   // covariance in the world frame and of the scale.
   if (options.slim.refine && out.start) {
     WindowEstimate estimate = estimateWindow(input, lines, *out.start, options);
-    if (!cannot_pass) pruneByEstimate(seen, input, lines, options, &estimate);
-    out.pruned = std::move(estimate.pruned);
     out.refined = std::move(estimate.refined);
     out.posterior = std::move(estimate.posterior);
   }
@@ -222,8 +217,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
   const MetricEstimate metric =
-      estimateMetric(seen,
-                     {tracks, pre, rotation.vanishingPoints(), options.refinement, options.inertial,
+      estimateMetric({tracks, pre, rotation.vanishingPoints(), options.refinement, options.inertial,
                       *budget, rotation.rigPrior(use)},
                      translation, options, lacksExcitation(options.gates.mode, result), &clock);
 
@@ -234,8 +228,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
       appendCalibrationWarnings(window.calibration(), *result.calibration, &result);
     }
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
-    const InitWindow& estimated = metric.pruned != nullptr ? *metric.pruned : tracks;
-    appendGates(gatesOf(metric, seen, estimated, motion, options, &result), &result);
+    appendGates(gatesOf(metric, seen, tracks, motion, options, &result), &result);
   } else if (!use.refine && metric.start) {
     setWorldStates(seen, *metric.start, &result);
   }

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <utility>
 
 #include "support/exact_window.h"
@@ -133,77 +132,6 @@ TEST(SearchMinimum, TheSecondSearchOnlyLowersTheCost) {
   }
   const RefinedWindow right = search.run(search.truth);
   EXPECT_LT(twice.cost, 1.01 * right.cost);
-}
-
-// Every n-th observation of the points is off by 30 px, each in a direction of its own.
-ExactWindow withGrossErrors(int n) {
-  ExactWindow exact = noisyWindow();
-  int count = 0;
-  for (FrameObservation& frame : exact.keyframes) {
-    for (PointObservation& point : frame.points) {
-      if (++count % n != 0) continue;
-      const Eigen::Vector3d off(std::cos(count), std::sin(count), 0.0);
-      point.bearing = (point.bearing + 30.0 / exact.calibration.focal_px * off).normalized();
-    }
-  }
-  exact.window = windowOf(exact, exact.keyframes);
-  return exact;
-}
-
-// The estimate of all tracks from `start`, and what becomes of it.
-void pruneFrom(const Search& search, const WindowState& start, WindowEstimate* before,
-               WindowEstimate* after) {
-  WorkBudget budget = unlimitedBudget();
-  const RefinementInput input = {
-      *search.exact.window,    search.pre, nullptr, search.options.refinement,
-      search.options.inertial, budget};
-  before->refined = refineWindow(input, {}, {start}, StartMode::kFine);
-  ASSERT_TRUE(before->refined.valid);
-  *after = *before;
-  pruneByEstimate(*search.exact.window, input, AgreeingLines(), search.options, after);
-}
-
-TEST(PruneByEstimate, GrossErrorsAroundTheRightMinimum) {
-  Search search(withGrossErrors(12));
-  WindowEstimate before, after;
-  pruneFrom(search, search.truth, &before, &after);
-  const double limit = search.options.gates.max_chi2;
-  EXPECT_GT(before.refined.chi2, 2.0 * limit);
-  EXPECT_LT(after.refined.chi2, limit);
-  ASSERT_NE(after.pruned, nullptr);
-  EXPECT_GT(after.pruned->pointObservations().size(),
-            0.7 * search.exact.window->pointObservations().size());
-  EXPECT_TRUE(after.posterior.valid);
-  EXPECT_LT((after.refined.state.p_b0 - search.truth.p_b0).norm(), 0.05 * search.truth.p_b0.norm());
-}
-
-TEST(PruneByEstimate, NotWithoutThemAndNotInAWrongMinimum) {
-  WindowEstimate before, after;
-  Search clean(noisyWindow());
-  pruneFrom(clean, clean.truth, &before, &after);
-  EXPECT_EQ(after.pruned, nullptr);
-
-  Search search(withGrossErrors(6));
-  WindowState wrong = search.truth;
-  wrong.p_b0 = -wrong.p_b0;
-  wrong.v_b0 = -wrong.v_b0;
-  pruneFrom(search, wrong, &before, &after);
-  EXPECT_GT(before.refined.median_chi2, 1.0) << "not a wrong minimum";
-  EXPECT_EQ(after.pruned, nullptr);
-  EXPECT_EQ(after.refined.chi2, before.refined.chi2);
-}
-
-// A noise that was measured among gross errors does not excuse them.
-TEST(PruneByEstimate, AtTheTypicalNoise) {
-  Search search(withGrossErrors(6));
-  search.exact.calibration.sigma_px = 2.5;
-  search.exact.window = windowOf(search.exact, search.exact.keyframes);
-  WindowEstimate before, after;
-  pruneFrom(search, search.truth, &before, &after);
-  EXPECT_GT(before.refined.chi2, search.options.gates.max_chi2);
-  ASSERT_NE(after.pruned, nullptr);
-  EXPECT_EQ(after.pruned->calibration().sigma_px, Calibration::kTypicalSigmaPx);
-  EXPECT_GT(after.refined.chi2, 0.5) << "of the noise that the tracks have";
 }
 
 // A limit in units of work.

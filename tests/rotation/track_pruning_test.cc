@@ -6,9 +6,7 @@
 #include <algorithm>
 
 #include "rotation/constants.h"
-#include "slim_init/options.h"
 #include "support/exact_window.h"
-#include "support/true_state.h"
 
 namespace slim_init {
 namespace {
@@ -19,23 +17,6 @@ using Eigen::Vector3d;
 void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
   const Vector3d f = point->bearing / point->bearing.z();
   point->bearing = (f + Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
-}
-
-// With the rotations of the gyro at this bias, directions drawn.
-PairPruning pruneAt(const Vector3d& bias, const InitWindow& window, const KeyframePairs& pairs,
-                    const Baselines& known) {
-  GyroRotations gyro(window);
-  gyro.linearizeNear(bias, rotation_constants::kRoughTolerance);
-  const TrackPruningOptions options;
-  return pruneTracks(window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
-                     {options.threshold_sigmas, options.hypotheses, BaselineSearch::kAlways},
-                     known);
-}
-
-TrackPruning pruneAt(const Vector3d& bias, const InitWindow& window,
-                     int min_points = MultiGapBiasOptions().min_points_per_pair) {
-  const KeyframePairs pairs(window, rotation_constants::kMaxLinkGap, min_points);
-  return pruneAt(bias, window, pairs, unknownBaselines(pairs)).tracks;
 }
 
 TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
@@ -51,7 +32,8 @@ TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
     if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
   }
   const auto window = windowOf(exact, frames);
-  const TrackPruning pruning = pruneAt(ExactWindowOptions().gyro_bias, *window);
+  const TrackPruning pruning =
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   for (int a = bent->begin; a < bent->end; ++a) {
@@ -74,7 +56,8 @@ TEST(TrackPruning, JumpForGoodCutsTheTrack) {
     }
   }
   const auto window = windowOf(exact, frames);
-  const TrackPruning pruning = pruneAt(ExactWindowOptions().gyro_bias, *window);
+  const TrackPruning pruning =
+      pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   EXPECT_EQ(pruning.keep[bent->begin + 4], kStartTrack);
@@ -87,7 +70,8 @@ TEST(TrackPruning, JumpForGoodCutsTheTrack) {
 
 TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const TrackPruning pruning = pruneAt(ExactWindowOptions().gyro_bias, *exact.window);
+  const TrackPruning pruning =
+      pruneTracks(*exact.window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
   EXPECT_GT(pruning.checked, 0);
   EXPECT_EQ(pruning.inconsistent, 0);
   EXPECT_EQ(pruning.dropped, 0);
@@ -95,7 +79,7 @@ TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
   EXPECT_EQ(pruning.pairs, 9 + 8 + 6) << "gaps 1, 2 and 4 of ten keyframes";
   // A bias that is far off contradicts most of them.
   const Vector3d wrong = ExactWindowOptions().gyro_bias + Vector3d(0.5, -0.5, 0.5);
-  const TrackPruning contradicted = pruneAt(wrong, *exact.window);
+  const TrackPruning contradicted = pruneTracks(*exact.window, wrong, RobustBiasOptions());
   EXPECT_LT(contradicted.inlierFraction(), 0.5);
   EXPECT_GT(contradicted.dropped, 0);
 }
@@ -105,56 +89,37 @@ TEST(TrackPruning, PairsWithFewPointsAreNotTested) {
   few.points = 5;
   const ExactWindow exact = makeExactWindow(few);
   const Vector3d wrong = few.gyro_bias + Vector3d(0.5, -0.5, 0.5);
-  const TrackPruning untested = pruneAt(wrong, *exact.window, 6);
+  RobustBiasOptions options;
+  options.refinement.min_points_per_pair = 6;
+  const TrackPruning untested = pruneTracks(*exact.window, wrong, options);
   EXPECT_EQ(untested.pairs, 0);
   EXPECT_EQ(untested.checked, 0);
   EXPECT_EQ(untested.dropped, 0);
   EXPECT_EQ(untested.inlierFraction(), 1.0);
-  EXPECT_GT(pruneAt(wrong, *exact.window, 3).pairs, 0);
+  options.refinement.min_points_per_pair = 3;
+  EXPECT_GT(pruneTracks(*exact.window, wrong, options).pairs, 0);
 }
 
 TEST(TrackPruning, PairsAtHandGiveTheSameAnswer) {
   const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
   const Vector3d bias = ExactWindowOptions().gyro_bias;
-  const TrackPruning alone = pruneAt(bias, *exact.window);
+  const RobustBiasOptions options;
+  const TrackPruning alone = pruneTracks(*exact.window, bias, options);
   // Pairs of more gaps than the pruning needs.
-  const KeyframePairs pairs(*exact.window, 8, MultiGapBiasOptions().min_points_per_pair);
+  const KeyframePairs pairs(*exact.window, 8, options.refinement.min_points_per_pair);
+  GyroRotations gyro(*exact.window);
+  gyro.linearizeNear(bias, rotation_constants::kRoughTolerance);
   Baselines known = unknownBaselines(pairs);
   known.back() = Vector3d::UnitY();
-  const PairPruning shared = pruneAt(bias, *exact.window, pairs, known);
+  const PairPruning shared = pruneTracks(
+      *exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
+      {options.pruning.threshold_sigmas, options.pruning.hypotheses, BaselineSearch::kAlways},
+      known);
   EXPECT_EQ(shared.tracks.keep, alone.keep);
   EXPECT_EQ(shared.tracks.pairs, alone.pairs);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);
   EXPECT_EQ(shared.baselines.back(), Vector3d::UnitY()) << "beyond the checked gaps as handed in";
   EXPECT_GT(shared.baselines.front().norm(), 0.0);
-}
-
-// Of five tracks three are wrong from the middle on: two-point directions would find any of them.
-TEST(TrackPruning, ByAnEstimateFewPointsAreTestedToo) {
-  ExactWindowOptions few;
-  few.points = 5;
-  const ExactWindow exact = makeExactWindow(few);
-  std::vector<FrameObservation> frames = exact.keyframes;
-  for (std::size_t k = frames.size() / 2; k < frames.size(); ++k) {
-    for (PointObservation& point : frames[k].points) {
-      if (point.id < 3) shift(25.0, 25.0 - 20.0 * point.id, exact.calibration.focal_px, &point);
-    }
-  }
-  const auto window = windowOf(exact, frames);
-  const double sigma = exact.calibration.sigmaBearing();
-  const TrackPruning pruning = pruneTracks(*window, trueState(exact), sigma, 3.5);
-  for (const Track& track : window->pointTracks()) {
-    for (int a = track.begin; a < track.end; ++a) {
-      const int after = window->pointObservations()[a].keyframe - window->size() / 2;
-      if (track.id >= 3 || after < 0) {
-        EXPECT_EQ(pruning.keep[a], kKeepObservation) << track.id << ' ' << after;
-      } else {
-        // Shifted in the image, it need not be a point in space either.
-        EXPECT_NE(pruning.keep[a], after == 0 ? kKeepObservation : kStartTrack) << track.id;
-      }
-    }
-  }
-  EXPECT_GT(pruning.pairs, 0);
 }
 
 }  // namespace

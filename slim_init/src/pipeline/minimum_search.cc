@@ -1,15 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "pipeline/minimum_search.h"
 
-#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "alignment/starting_states.h"
-#include "data/with_calibration.h"
-#include "data/with_observations.h"
-#include "rotation/track_pruning.h"
 
 namespace slim_init {
 namespace {
@@ -20,8 +16,6 @@ constexpr double kDoubtfulLines = 0.2;
 // 99.9 % point of a chi-square with nine degrees of freedom: start velocity, gravity, both biases
 // and scale are what lines and points can disagree about.
 constexpr double kLineConflict = 28.0;
-// Prunings by the estimate, each with a refinement: two accept a sixth fewer starts than four.
-constexpr int kPruningRounds = 4;
 
 // A wrong minimum shows in its chi-square, over all views and over the better half of them; with
 // gross errors among the tracks the right one shows in the first alone.
@@ -108,39 +102,6 @@ WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines&
   out.refined = searchMinimum(input, lines, start, options);
   if (out.refined.valid) out.posterior = posteriorOf(input.tracks, out.refined);
   return out;
-}
-
-void pruneByEstimate(const InitWindow& seen, const RefinementInput& input,
-                     const AgreeingLines& lines, const InitializerOptions& options,
-                     WindowEstimate* estimate) {
-  if (!options.slim.prune_tracks) return;
-  // A noise measured among gross errors would excuse them.
-  Calibration calibration = seen.calibration();
-  calibration.sigma_px = std::min(calibration.pointSigmaPx(), Calibration::kTypicalSigmaPx);
-  std::vector<char> kept;
-  for (int round = 0; round < kPruningRounds; ++round) {
-    const RefinedWindow& refined = estimate->refined;
-    if (!refined.valid || refined.chi2 <= options.gates.max_chi2) return;
-    // A wrong minimum.
-    if (refined.median_chi2 > options.refinement.suspicious_chi2) return;
-    if (!input.budget.allows("the pruning of the tracks by the estimate")) return;
-    const std::vector<char> keep = pruneTracks(seen, refined.state, calibration.sigmaBearing(),
-                                               options.robust_bias.pruning.threshold_sigmas)
-                                       .keep;
-    if (keep == kept) return;
-    kept = keep;
-    std::shared_ptr<const InitWindow> pruned =
-        withCalibration(*withObservations(seen, keep), calibration);
-    if (pruned == nullptr) return;
-    const RefinementInput again = {*pruned,       input.pre,      input.vanishing_points,
-                                   input.options, input.inertial, input.budget,
-                                   input.rig,     input.motion,   input.known};
-    RefinedWindow better = refineWindow(again, lines.tracks, {refined.state}, StartMode::kFine);
-    if (!better.valid) return;
-    estimate->refined = std::move(better);
-    estimate->posterior = posteriorOf(*pruned, estimate->refined);
-    estimate->pruned = std::move(pruned);
-  }
 }
 
 }  // namespace slim_init

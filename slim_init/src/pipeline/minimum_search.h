@@ -4,7 +4,6 @@
 // tried, and whether the points agree with the answer (docs/derivation.md, 4.8 and 4.9).
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "estimation/posterior.h"
@@ -35,21 +34,10 @@ Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined);
 struct WindowEstimate {
   RefinedWindow refined;
   Posterior posterior;  ///< valid where the information is positive definite
-  /// The window estimated, where pruneByEstimate() has changed its tracks; else null.
-  std::shared_ptr<const InitWindow> pruned;
 };
 
 /// searchMinimum() and its posterior.
 WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines& lines,
                               const WindowState& start, const InitializerOptions& options);
-
-/// Where the better half of the points fits and the chi-square of all would be refused, gross
-/// errors are among the tracks. Then those of `seen`, the window before any pruning, are pruned by
-/// the cameras of the estimate (SlimOptions::prune_tracks), at the typical noise and no more, and
-/// the window is refined from there, until the chi-square passes or the rounds are used up
-/// (docs/derivation.md, 4.9).
-void pruneByEstimate(const InitWindow& seen, const RefinementInput& input,
-                     const AgreeingLines& lines, const InitializerOptions& options,
-                     WindowEstimate* estimate);
 
 }  // namespace slim_init

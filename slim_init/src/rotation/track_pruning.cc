@@ -11,20 +11,6 @@ namespace slim_init {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
-namespace {
-
-// Verdicts on the links of a pair, of points with residuals in standard deviations.
-void setLinks(const KeyframePair& pair, const PointResiduals& residuals, double threshold,
-              LinkTable* links) {
-  const double limit =
-      threshold * threshold * (pair.gap() > kLongLinkGap ? kLongLinkInflation : 1.0);
-  for (int k = 0; k < pair.points.count(); ++k) {
-    links->set(pair.observation_i[k], pair.gap(), !(residuals.z2[k] > limit));
-  }
-}
-
-}  // namespace
-
 PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                         const PairRotations& rotations, const ConsensusOptions& consensus,
                         Baselines known) {
@@ -47,32 +33,27 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold, &residuals);
     baseline = weighted.baseline(R, baseline);
     pair.points.residuals(R, baseline, pairs.sigma(), &residuals);
-    setLinks(pair, residuals, threshold, &links);
+    const double limit =
+        threshold * threshold * (pair.gap() > kLongLinkGap ? kLongLinkInflation : 1.0);
+    for (int k = 0; k < pair.points.count(); ++k) {
+      links.set(pair.observation_i[k], pair.gap(), !(residuals.z2[k] > limit));
+    }
   }
   out.tracks = links.prune();
   out.tracks.pairs = tested;
   return out;
 }
 
-TrackPruning pruneTracks(const InitWindow& window, const WindowState& state, double sigma_rad,
-                         double threshold_sigmas) {
-  const Calibration& calibration = window.calibration();
-  LinkTable links(window);
-  PointResiduals residuals;
-  int tested = 0;
-  for (const KeyframePair& pair : KeyframePairs(window, kMaxLinkGap, 1)) {
-    const Eigen::Vector3d baseline_b0 = cameraCentre(state, pair.j, calibration.t_b_c) -
-                                        cameraCentre(state, pair.i, calibration.t_b_c);
-    if (!pair.use_points || !(baseline_b0.norm() > 0.0)) continue;
-    ++tested;
-    const Eigen::Matrix3d R_ci_b0 = (state.R_b0_bk[pair.i] * calibration.R_b_c).transpose();
-    pair.points.residuals(R_ci_b0 * state.R_b0_bk[pair.j] * calibration.R_b_c,
-                          R_ci_b0 * baseline_b0.normalized(), sigma_rad, &residuals);
-    setLinks(pair, residuals, threshold_sigmas, &links);
-  }
-  TrackPruning out = links.prune();
-  out.pairs = tested;
-  return out;
+TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
+                         const RobustBiasOptions& options) {
+  const KeyframePairs pairs(window, kMaxLinkGap, options.refinement.min_points_per_pair);
+  GyroRotations gyro(window);
+  gyro.linearizeNear(gyro_bias, kRoughTolerance);
+  const ConsensusOptions consensus = {options.pruning.threshold_sigmas, options.pruning.hypotheses,
+                                      BaselineSearch::kAlways};
+  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, kMaxLinkGap), consensus,
+                     unknownBaselines(pairs))
+      .tracks;
 }
 
 }  // namespace slim_init
