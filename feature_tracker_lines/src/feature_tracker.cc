@@ -144,13 +144,14 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
 
 // Points, lines and their vanishing point. Segments are detected in the image alone and lines move
 // as the points do that were followed, so that the lines are worked on while the points are.
-void FeatureTracker::trackFeatures(double t, const RotationPrior& prior, ImageReport* report) {
+void FeatureTracker::trackFeatures(double t, const RotationPrior& given, ImageReport* report) {
   Stopwatch watch;
+  RotationPrior prior = given;
   std::future<std::vector<LineSegment>> segments;
   if (options_.lines.enabled) {
-    segments = launch(options_.threads, [this, &prior] { return lines_.detect(now_, prior); });
+    segments = launch(options_.threads, [this, &given] { return lines_.detect(now_, given); });
   }
-  points_.follow(t, before_, now_, prior, report);
+  points_.follow(t, before_, now_, &prior, report);
   report->stages.push_back({"points", watch.lap()});
   std::future<void> lines;
   if (options_.lines.enabled) {

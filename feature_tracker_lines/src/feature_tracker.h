@@ -44,7 +44,7 @@ class FeatureTracker {
 
  private:
   void prepare(const cv::Mat& grey);
-  void trackFeatures(double t, const RotationPrior& prior, ImageReport* report);
+  void trackFeatures(double t, const RotationPrior& given, ImageReport* report);
   void brighten(const cv::Mat& grey);
   void build(const cv::Mat& grey, int gain, ImagePyramid* out);
   void writeObservations(FrameObservation* frame) const;

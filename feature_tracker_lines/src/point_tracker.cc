@@ -8,6 +8,7 @@
 #include <opencv2/video/tracking.hpp>
 #include <utility>
 
+#include "geometry/so3.h"
 #include "outliers.h"
 #include "row_camera.h"
 #include "vins_constants.h"
@@ -57,8 +58,8 @@ constexpr double kRefillAll = 0.5;
 // that new points keep.
 constexpr double kLeastDistanceShare = 0.5;
 
-// The known rotation is doubted where it explains less than this share of the points, and overruled
-// where a free rotation explains so many times as many.
+// The known rotation is doubted where it finds or explains less than this share of the points, and
+// overruled where another, or a free one, does so for so many times as many.
 constexpr double kDoubtBelow = 0.8;
 constexpr double kFallbackGain = 1.2;
 constexpr std::size_t kLeastForFundamental = 8;
@@ -273,7 +274,7 @@ void PointTracker::reset() {
   for (CornerDetector& corners : corners_) corners.reset();
   since_mark_s_ = 0.0;
   R_now_mark_.setIdentity();
-  R_last_.setIdentity();
+  turn_rate_.setZero();
   t_count_start_ = kNotComputed;
   published_ = 0;
 }
@@ -352,7 +353,7 @@ Eigen::Vector3d PointTracker::atMiddleRow(const RowExposure& rows, const Eigen::
 }
 
 void PointTracker::follow(double t, const ImagePyramid& before, const ImagePyramid& now,
-                          const RotationPrior& prior, ImageReport* report) {
+                          RotationPrior* prior, ImageReport* report) {
   if (options_.profile == TrackerProfile::kVins) {
     followVins(t, before, now, report);
   } else {
@@ -382,8 +383,8 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
-// Where most points are lost, and more are found if the camera goes on turning as before, it is the
-// gyroscope that is wrong: the rotation is not known, then.
+// Where many points are lost, and more are found if the camera goes on turning as before, it is the
+// gyroscope that is wrong: `prior` is that turn then, of which nothing is known.
 std::vector<PointTrack> PointTracker::searchBoth(const Levels& before, const Levels& now,
                                                  RotationPrior* prior, ImageReport* report) {
   deformAnchors(*prior);
@@ -391,32 +392,32 @@ std::vector<PointTrack> PointTracker::searchBoth(const Levels& before, const Lev
   if (!prior->measured) return moved;
   if (static_cast<double>(moved.size()) < kDoubtBelow * static_cast<double>(tracks_.size())) {
     RotationPrior steady = *prior;
-    steady.R_now_before = R_last_;
+    steady.R_now_before = expSO3(prior->dt_s * turn_rate_);
     steady.sigma_px = std::numeric_limits<double>::infinity();
     std::vector<PointTrack> other = search(before, now, steady);
     if (static_cast<double>(other.size()) > kFallbackGain * static_cast<double>(moved.size())) {
       RotationPrior correction = steady;
-      correction.R_now_before = R_last_ * prior->R_now_before.transpose();
+      correction.R_now_before = steady.R_now_before * prior->R_now_before.transpose();
       deformAnchors(correction);
       *prior = steady;
       report->rotation_overruled = true;
       return other;
     }
   }
-  R_last_ = prior->R_now_before;
+  turn_rate_ = logSO3(prior->R_now_before) / prior->dt_s;
   return moved;
 }
 
 void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
-                                 RotationPrior prior, ImageReport* report) {
+                                 RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
     const Levels levels_now = levelsOf(now);
-    moved = searchBoth(levelsOf(before), levels_now, &prior, report);
+    moved = searchBoth(levelsOf(before), levels_now, prior, report);
     anchorTracks(levels_now, &moved);
-    const std::vector<unsigned char> inliers = findInliers(moved, prior, report);
+    const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);
-    report->points_outliers += checkThreeViews(prior, &moved);
+    report->points_outliers += checkThreeViews(*prior, &moved);
   }
   tracks_ = std::move(moved);
   thinOut(kLeastDistanceShare * options_.points.min_distance_px, options_.points.min_distance_px);

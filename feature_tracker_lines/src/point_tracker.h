@@ -64,10 +64,11 @@ class PointTracker {
   PointTracker(const CameraParameters& camera, const FrontEndOptions& options);
 
   /// Tracks from `before` (empty for the first image) to `now` and rejects outliers and points too
-  /// close to others. `t` [s] is needed for HostFrontEnd::freq only. Writes the point part of
-  /// `report`, except for the new points.
-  void follow(double t, const ImagePyramid& before, const ImagePyramid& now,
-              const RotationPrior& prior, ImageReport* report);
+  /// close to others. `prior` becomes the rotation that the points were found with. `t` [s] is
+  /// needed for HostFrontEnd::freq only. Writes the point part of `report`, except for the new
+  /// points.
+  void follow(double t, const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+              ImageReport* report);
 
   /// Fills up with new corners of the image that was followed to, and counts them in `report`.
   void refill(const ImagePyramid& now, ImageReport* report);
@@ -89,7 +90,7 @@ class PointTracker {
 
   // Default profile.
   static Levels levelsOf(const ImagePyramid& pyramid);
-  void followDefault(const ImagePyramid& before, const ImagePyramid& now, RotationPrior prior,
+  void followDefault(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
                      ImageReport* report);
   std::vector<PointTrack> searchBoth(const Levels& before, const Levels& now, RotationPrior* prior,
                                      ImageReport* report);
@@ -139,7 +140,8 @@ class PointTracker {
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
-  Eigen::Matrix3d R_last_ = Eigen::Matrix3d::Identity();  // as R_now_before, which was right
+  // Of the last image whose rotation was right: log of R_now_before over dt_s [rad/s].
+  Eigen::Vector3d turn_rate_ = Eigen::Vector3d::Zero();
   // Now and then a mark is made, at which each track remembers its ray.
   double since_mark_s_ = 0.0;
   Eigen::Matrix3d R_now_mark_ = Eigen::Matrix3d::Identity();    // of the newer mark

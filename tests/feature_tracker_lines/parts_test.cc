@@ -646,7 +646,7 @@ TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
     prior.dt_ratio = prior.dt_s / 0.05;
     buildImagePyramid(imageAt(shift), options.points.window_px, options.points.levels, 0, &now);
     ImageReport report;
-    tracker.follow(0.0, before, now, prior, &report);
+    tracker.follow(0.0, before, now, &prior, &report);
     tracker.refill(now, &report);
     int count = 0, old = 0;
     for (const PointTrack& track : tracker.tracks()) {
@@ -683,7 +683,8 @@ std::vector<int> levelsOfCorners(cv::Mat image, double noise) {
   ImagePyramid pyramid;
   buildImagePyramid(image, options.points.window_px, options.points.levels, 0, &pyramid);
   ImageReport report;
-  tracker.follow(0.0, ImagePyramid(), pyramid, RotationPrior(), &report);
+  RotationPrior prior;
+  tracker.follow(0.0, ImagePyramid(), pyramid, &prior, &report);
   tracker.refill(pyramid, &report);
   std::vector<int> levels;
   for (const PointTrack& track : tracker.tracks()) levels.push_back(track.level);

@@ -50,7 +50,7 @@ struct ImageReport {
   OutlierCheck outlier_check = OutlierCheck::kNone;
   bool rotation_from_gyro = false;  ///< the IMU covers the time since the previous image
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
-  /// The known rotation explained far fewer points than a free one and was not used.
+  /// The known rotation found or explained far fewer points than another and was not used.
   bool rotation_overruled = false;
   int points_tracked = 0;   ///< from the previous image, no outliers, not too close to others
   int points_outliers = 0;  ///< rejected by the outlier check
