@@ -40,7 +40,8 @@ constexpr double kEvidenceEvery = 0.3;
 constexpr double kWorstBridge = 2.0;
 // Between two frames over which tracks are followed [s]: as VINS-Mono's tracker has it.
 constexpr double kLongestTracked = 1.0;
-// No image in so long: nothing has judged the IMU data that the host has used [s].
+// No image in so long, two frames of a host at 10 Hz: nothing has judged the IMU data that it has
+// used [s].
 constexpr double kLongestUnjudged = 0.25;
 // What it costs the odometry frame that only one of IMU and images carries the host, as measured in
 // VINS-Mono: random walk of position [m/sqrt(s)] and heading [deg/sqrt(s)].

@@ -141,7 +141,7 @@ struct SlimOptions {
   bool vanishing_points = true;      ///< in the gyroscope bias and in the refinement
   bool prune_tracks = true;          ///< take out tracks that contradict the bias or stand still
   bool prune_lines = true;           ///< cut line tracks where they contradict the start
-  bool refine = true;                ///< off: the first start is the estimate
+  bool refine = true;                ///< off: the start is the estimate
   bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
   bool start_from_rest = true;  ///< the first motion after a rest is solved with that as a prior
   bool second_search = true;    ///< search for a lower minimum if the first is suspicious

@@ -214,7 +214,7 @@ OptionTable optionTable(SlimOptions* o) {
                   "camera (ablation)"),
       advancedKey("prune_lines", &o->prune_lines,
                   "cut line tracks that contradict the start (ablation)"),
-      advancedKey("refine", &o->refine, "0: the first start is the estimate (ablation)"),
+      advancedKey("refine", &o->refine, "0: the start is the estimate (ablation)"),
       advancedKey("estimate_calibration", &o->estimate_calibration,
                   "extrinsics, td and readout time are estimated within calibration_sigmas; off: "
                   "they are taken as exact"),

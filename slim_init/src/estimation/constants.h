@@ -37,6 +37,7 @@ inline constexpr double kLowestTolerance = 0.1;
 inline constexpr double kCostRounding = 1e-12;
 /// Nearest point that a start may have [1/m]; nearer ones are wrong matches.
 inline constexpr double kMaxStartInverseDepth = 10.0;
+
 // ---- Window (refine_window.h)
 
 /// What gross errors among the tracks may make of the chi-square in the right minimum, as a factor

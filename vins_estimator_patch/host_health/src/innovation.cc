@@ -481,7 +481,9 @@ std::string sentenceOf(const Innovation& result) {
                            rounded(result.mahalanobis) + " standard deviations (limit " +
                            rounded(kLargestMahalanobis) + ")";
   const std::string tracks = percent(result.agree_images) + " of " + std::to_string(result.tracks) +
-                             " tracks agree with it (limit " + percent(kNearlyAll) + ")";
+                             " tracks agree with it (limit " + percent(kNearlyAll) + "), " +
+                             percent(result.agree_imu) + " with the IMU (limit " + percent(kPart) +
+                             ")";
   switch (result.culprit) {
     case Culprit::kNone: return "images and IMU agree: " + pose;
     case Culprit::kImu: return "the IMU data are inconsistent: " + pose + ", and " + tracks;
