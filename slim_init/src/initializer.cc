@@ -43,7 +43,6 @@ class Initializer : public IInitializer {
         window_(calibration, options.window, StreamOptions::liveData(options.imu)),
         memory_(options.window.fullSpan()) {}
 
-  const std::string& name() const override { return solver_->name(); }
   AddStatus addImu(const ImuSample& sample) override {
     const std::lock_guard<std::mutex> lock(mutex_);
     return noted(window_.addImu(sample));
@@ -65,27 +64,27 @@ class Initializer : public IInitializer {
     if (std::abs(td - window_.calibration().td) > kSameTd) forget();
     window_.setTd(td);
   }
-  void setKnownSensors(const KnownSensors& known) override {
-    if (!known.validate().empty()) return;
-    const bool has_value = known.calibration.has_value() ||
-                           std::isfinite(known.biases.gyro_sigma) ||
-                           std::isfinite(known.biases.accel_sigma);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (has_value || known_.has_value) ++known_.version;
-    known_.sensors = known;
-    known_.has_value = has_value;
-  }
   void reset() override {
     const std::lock_guard<std::mutex> lock(mutex_);
     window_.reset();
     forget();
   }
 
-  InitResult initialize() override {
-    return run([](SnapshotSolve& solve) { return solve.initialize(); });
-  }
-  InitResult recover(const std::vector<StatePrior>& healthy) override {
-    return run([&](SnapshotSolve& solve) { return solve.recover(healthy); });
+  InitResult initialize(const Priors& priors) override {
+    // A second solve at the same time is against the contract: it waits.
+    const std::lock_guard<std::mutex> one_solve(solving_);
+    std::unique_lock<std::mutex> lock(mutex_);
+    const std::uint64_t generation = generation_;
+    SolveMemory memory = std::exchange(memory_, SolveMemory(options_.window.fullSpan()));
+    KeyframeWindow snapshot = window_.snapshot();
+    lock.unlock();
+    const InitResult result =
+        SnapshotSolve(*solver_, short_window_, options_, std::move(snapshot), priors, &memory)
+            .solve();
+    lock.lock();
+    // After a restart or reset() it is the memory of other streams.
+    if (generation == generation_) memory_ = std::move(memory);
+    return result;
   }
 
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
@@ -98,46 +97,19 @@ class Initializer : public IInitializer {
                                states, error);
   }
 
-  Calibration calibration() const override {
+  InitializerInfo info() const override {
+    InitializerInfo info;
+    info.method = solver_->name();
+    info.window_span_s = std::max(options_.window.max_span_s,
+                                  options_.window.keyframes * options_.window.min_interval_s);
     const std::lock_guard<std::mutex> lock(mutex_);
-    return window_.calibration();
-  }
-  StreamCounts counts() const override {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return window_.counts();
-  }
-  TimeSpan bufferedImu() const override {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return window_.imu().empty() ? TimeSpan{}
-                                 : TimeSpan{window_.imu().front().t, window_.imu().back().t};
-  }
-  double maxWindowSpan() const override {
-    const WindowOptions& window = options_.window;
-    return std::max(window.max_span_s, window.keyframes * window.min_interval_s);
+    info.calibration = window_.calibration();
+    info.counts = window_.counts();
+    if (!window_.imu().empty()) info.imu = {window_.imu().front().t, window_.imu().back().t};
+    return info;
   }
 
  private:
-  template <typename Question>
-  InitResult run(const Question& question) {
-    // A second solve at the same time is against the contract: it waits.
-    const std::lock_guard<std::mutex> one_solve(solving_);
-    std::unique_lock<std::mutex> lock(mutex_);
-    const std::uint64_t generation = generation_;
-    SolveMemory memory = std::exchange(memory_, SolveMemory(options_.window.fullSpan()));
-    KeyframeWindow snapshot = window_.snapshot();
-    const SensorKnowledge known = known_;
-    lock.unlock();
-    InitResult result;
-    {
-      SnapshotSolve solve(*solver_, short_window_, options_, std::move(snapshot), known, &memory);
-      result = question(solve);
-    }
-    lock.lock();
-    // After a restart or reset() it is the memory of other streams.
-    if (generation == generation_) memory_ = std::move(memory);
-    return result;
-  }
-
   AddStatus noted(AddStatus status) {
     if (status == AddStatus::kRestarted) forget();
     return status;
@@ -160,7 +132,6 @@ class Initializer : public IInitializer {
   std::mutex solving_;
   mutable std::mutex mutex_;  // of all below
   KeyframeWindow window_;
-  SensorKnowledge known_;
   SolveMemory memory_;
   std::uint64_t generation_ = 0;  // of the streams that memory_ is of
 };

@@ -87,30 +87,36 @@ bool hasCovarianceOfItsErrors(const InitResult& result) {
 
 }  // namespace
 
-SolveMemory::ShortKey::ShortKey(const InitWindow& window, int known)
-    : times(window.times()), td(window.calibration().td), knowledge(known) {
+SolveMemory::ShortKey::ShortKey(const InitWindow& window)
+    : times(window.times()), calibration(window.calibration()) {
   for (int k = 0; k < window.size(); ++k) lines += window.linesOfKeyframe(k).size();
 }
 
 bool SolveMemory::ShortKey::operator==(const ShortKey& other) const {
-  return times == other.times && td == other.td && lines == other.lines &&
-         knowledge == other.knowledge;
+  const Calibration &a = calibration, &b = other.calibration;
+  const ImuBiases &of_a = a.imu_biases, &of_b = b.imu_biases;
+  return times == other.times && lines == other.lines && a.td == b.td && a.R_b_c == b.R_b_c &&
+         a.t_b_c == b.t_b_c && of_a.gyro == of_b.gyro && of_a.accel == of_b.accel &&
+         of_a.gyro_sigma == of_b.gyro_sigma && of_a.accel_sigma == of_b.accel_sigma;
 }
 
 SnapshotSolve::SnapshotSolve(const WindowSolver& solver,
                              const std::optional<WindowOptions>& short_window,
                              const InitializerOptions& options, KeyframeWindow window,
-                             SensorKnowledge known, SolveMemory* memory)
+                             const Priors& priors, SolveMemory* memory)
     : solver_(solver),
       short_window_(short_window),
       options_(options),
       window_(std::move(window)),
-      known_(std::move(known)),
+      healthy_(priors.healthy),
+      known_(priors.sensors.validate().empty() ? priors.sensors : KnownSensors()),
       memory_(*memory),
       imu_(window_.imu().begin(), window_.imu().end()),
       budget_(options.limits) {}
 
-InitResult SnapshotSolve::initialize() {
+InitResult SnapshotSolve::solve() { return healthy_.empty() ? start() : recover(); }
+
+InitResult SnapshotSolve::start() {
   std::optional<InitResult> from_rest;
   if (options_.slim.start_from_rest && solver_.usesPriors()) {
     searchRest();
@@ -166,8 +172,8 @@ bool SnapshotSolve::restUntil(double last) {
   known.until = span.last;
   known.prior =
       priorAtRest(rest, span.last - kBeforeMotion, window_.calibration().gravity_magnitude,
-                  known_.sensors.biases, options_.inertial);
-  known.prior.calibration = known_.sensors.calibration;
+                  known_.biases, options_.inertial);
+  known.prior.calibration = known_.calibration;
   return true;
 }
 
@@ -204,9 +210,9 @@ std::optional<InitResult> SnapshotSolve::solveFromRest() {
   return result;
 }
 
-InitResult SnapshotSolve::recover(const std::vector<StatePrior>& healthy) {
+InitResult SnapshotSolve::recover() {
   std::string problem;
-  std::vector<HealthyState> states = usableStates(healthy, &problem);
+  std::vector<HealthyState> states = usableStates(&problem);
   if (states.empty()) return refuse(InitStatus::kInvalidInput, problem);
   InitResult alone;
   {
@@ -220,7 +226,10 @@ InitResult SnapshotSolve::recover(const std::vector<StatePrior>& healthy) {
     return continueFrame(states, std::move(alone));
   }
   InitResult known = solveWithPrior(*bestPrior(states).prior);
-  if (known.success()) return known;
+  if (known.success()) {
+    known.frame_continued = true;
+    return known;
+  }
   if (short_window_ && !alone.success()) {
     offerProvisional(&alone);
     alone = checked(std::move(alone));
@@ -244,12 +253,12 @@ InitResult SnapshotSolve::solveNewest() {
 
 // The window with what is known of the sensors.
 WindowCut SnapshotSolve::withKnownSensors(WindowCut cut) const {
-  if (cut.window == nullptr || !known_.has_value) return cut;
+  if (cut.window == nullptr || known_.empty()) return cut;
   Calibration calibration = cut.window->calibration();
-  if (known_.sensors.calibration) {
-    calibration = withFound(calibration, *known_.sensors.calibration);
+  if (known_.calibration) {
+    calibration = withFound(calibration, *known_.calibration);
   }
-  calibration.imu_biases = known_.sensors.biases;
+  calibration.imu_biases = known_.biases;
   // A td that moves the keyframes away from the samples is none.
   if (const auto window = withCalibration(*cut.window, calibration)) cut.window = window;
   return cut;
@@ -306,7 +315,7 @@ void SnapshotSolve::offerProvisional(InitResult* result) {
 // While the window grows, a host that solves at every image has solved the earlier one already.
 InitResult SnapshotSolve::shortEstimate(const InitWindow& window) {
   std::deque<SolveMemory::ShortEstimate>& known = memory_.short_estimates;
-  const SolveMemory::ShortKey key(window, known_.version);
+  const SolveMemory::ShortKey key(window);
   for (const SolveMemory::ShortEstimate& one : known) {
     if (one.key == key) return one.answer;
   }
@@ -318,15 +327,13 @@ InitResult SnapshotSolve::shortEstimate(const InitWindow& window) {
 }
 
 // The newest first. If there is none, `problem` is that of the newest.
-std::vector<SnapshotSolve::HealthyState> SnapshotSolve::usableStates(
-    const std::vector<StatePrior>& healthy, std::string* problem) const {
+std::vector<SnapshotSolve::HealthyState> SnapshotSolve::usableStates(std::string* problem) const {
   std::vector<HealthyState> states;
-  *problem = "there is no healthy state to recover from";
-  for (auto prior = healthy.rbegin(); prior != healthy.rend(); ++prior) {
+  for (auto prior = healthy_.rbegin(); prior != healthy_.rend(); ++prior) {
     const std::string found = checkHealthy(*prior);
     if (found.empty()) {
       states.push_back({&*prior, StateTest()});
-    } else if (prior == healthy.rbegin()) {
+    } else if (prior == healthy_.rbegin()) {
       *problem = found;
     }
   }
@@ -421,6 +428,7 @@ InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
   }
   if (from == nullptr) return refuse(InitStatus::kInvalidInput, gap);
   continueFrom(*from, &alone);
+  alone.frame_continued = true;
   if (from->agrees()) return alone;
   for (int i = 0; i < kStateParts; ++i) {
     const auto part = static_cast<StatePart>(i);

@@ -23,14 +23,6 @@
 
 namespace slim_init {
 
-/// What is known of the sensors, and how often that has changed: estimates with other knowledge are
-/// not the same estimates.
-struct SensorKnowledge {
-  KnownSensors sensors;
-  bool has_value = false;  ///< there is something in it
-  int version = 0;
-};
-
 /// The last rest of the body that is not older than a window.
 struct LastRest {
   StatePrior prior;             ///< shortly before the rest was last seen
@@ -47,13 +39,12 @@ class SolveMemory {
 
   /// What tells short windows apart. Lines may arrive after their frame.
   struct ShortKey {
-    ShortKey(const InitWindow& window, int knowledge);
+    explicit ShortKey(const InitWindow& window);
     bool operator==(const ShortKey& other) const;
 
     std::vector<double> times;  ///< of the keyframes [s]
-    double td;                  ///< [s]
+    Calibration calibration;    ///< with what is known of the sensors
     std::size_t lines = 0;
-    int knowledge;  ///< SensorKnowledge::version
   };
   /// The provisional estimate of a short window.
   struct ShortEstimate {
@@ -74,13 +65,11 @@ class SnapshotSolve {
   /// `short_window`: the keyframes of provisional estimates, or none. `memory`: of the solves
   /// before; this one is added to it. References are kept.
   SnapshotSolve(const WindowSolver& solver, const std::optional<WindowOptions>& short_window,
-                const InitializerOptions& options, KeyframeWindow window, SensorKnowledge known,
+                const InitializerOptions& options, KeyframeWindow window, const Priors& priors,
                 SolveMemory* memory);
 
   /// IInitializer::initialize().
-  InitResult initialize();
-  /// IInitializer::recover().
-  InitResult recover(const std::vector<StatePrior>& healthy);
+  InitResult solve();
 
  private:
   /// A state from before the failure against the estimate of the window alone.
@@ -90,6 +79,8 @@ class SnapshotSolve {
     bool agrees() const { return !test.contradicts(); }
   };
 
+  InitResult start();
+  InitResult recover();
   WindowCut withKnownSensors(WindowCut cut) const;
   WindowCut cutSince(double first) const;
   InitResult checked(InitResult result) const;
@@ -104,8 +95,7 @@ class SnapshotSolve {
   void offerProvisional(InitResult* result);
   InitResult shortEstimate(const InitWindow& window);
   InitResult solveWithPrior(const StatePrior& prior);
-  std::vector<HealthyState> usableStates(const std::vector<StatePrior>& healthy,
-                                         std::string* problem) const;
+  std::vector<HealthyState> usableStates(std::string* problem) const;
   StateTest compare(const StatePrior& healthy, const InitResult& alone) const;
   const HealthyState& bestPrior(const std::vector<HealthyState>& states) const;
   StatePrior carried(const StatePrior& prior, double t) const;
@@ -118,7 +108,8 @@ class SnapshotSolve {
   const std::optional<WindowOptions>& short_window_;
   const InitializerOptions& options_;
   KeyframeWindow window_;
-  SensorKnowledge known_;
+  const std::vector<StatePrior>& healthy_;
+  const KnownSensors known_;
   SolveMemory& memory_;
   std::vector<ImuSample> imu_;
   WorkBudget budget_;

@@ -27,14 +27,14 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 17161, 10500),
-    "surrounding_lines": ("lines outside core and tests", 42335, 26000),
-    "test_lines": ("lines of tests", 46159, 26000),
+    "core_lines": ("lines of slim_init/src and public headers", 17135, 10500),
+    "surrounding_lines": ("lines outside core and tests", 42330, 26000),
+    "test_lines": ("lines of tests", 46118, 26000),
     "core_numbers": ("named constants and option fields of the core", 372, 170),
     "core_long_functions": (f"functions of the core above {LONGEST_FUNCTION} lines", 2, 0),
     "core_wide_functions": (f"functions of the core above {MOST_PARAMETERS} parameters", 8, 0),
     "core_top_files": ("files at the top of slim_init/src", 5, 4),
-    "virtual_calls": ("virtual calls of IInitializer", 15, 9),
+    "virtual_calls": ("virtual calls of IInitializer", 9, 9),
 }
 
 

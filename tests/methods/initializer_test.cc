@@ -64,33 +64,33 @@ TEST_F(InitializerTest, WaitsThenAnswersLikeTheSolver) {
   ASSERT_EQ(streamed.states.size(), direct.states.size());
   EXPECT_EQ(streamed.scale, direct.scale);
   EXPECT_EQ(streamed.states[7].p_w_b, direct.states[7].p_w_b);
-  EXPECT_EQ(initializer->name(), "drt-l");
+  EXPECT_EQ(initializer->info().method, "drt-l");
   initializer->reset();
   EXPECT_EQ(initializer->initialize().status, InitStatus::kTooFewKeyframes);
 }
 
 TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
   const auto initializer = make();
-  EXPECT_TRUE(std::isnan(initializer->bufferedImu().first));
-  EXPECT_EQ(initializer->maxWindowSpan(), 10 * tenKeyframes().window.min_interval_s);
+  EXPECT_TRUE(std::isnan(initializer->info().imu.first));
+  EXPECT_EQ(initializer->info().window_span_s, 10 * tenKeyframes().window.min_interval_s);
   feed(*initializer, exact_);
-  EXPECT_EQ(initializer->bufferedImu().first, exact_.imu.front().t);
-  EXPECT_EQ(initializer->bufferedImu().last, exact_.imu.back().t);
-  EXPECT_EQ(initializer->counts().frames_added, 10);
-  EXPECT_EQ(initializer->calibration().td, exact_.calibration.td);
+  EXPECT_EQ(initializer->info().imu.first, exact_.imu.front().t);
+  EXPECT_EQ(initializer->info().imu.last, exact_.imu.back().t);
+  EXPECT_EQ(initializer->info().counts.frames_added, 10);
+  EXPECT_EQ(initializer->info().calibration.td, exact_.calibration.td);
   initializer->setTd(0.01);
-  EXPECT_EQ(initializer->calibration().td, 0.01);
+  EXPECT_EQ(initializer->info().calibration.td, 0.01);
   EXPECT_EQ(initializer->addLines(exact_.keyframes.back().t + 0.1, {}), AddStatus::kWaiting);
   initializer->reset();
-  EXPECT_EQ(initializer->counts().frames_added, 0);
-  EXPECT_EQ(initializer->counts().lines_waiting, 0);
+  EXPECT_EQ(initializer->info().counts.frames_added, 0);
+  EXPECT_EQ(initializer->info().counts.lines_waiting, 0);
 }
 
 TEST_F(InitializerTest, StatesBetweenAndBesideTheKeyframes) {
   const auto initializer = make();
   feed(*initializer, exact_);
   const InitResult result =
-      initializer->recover(healthy(exact_.truth[3]));  // in the frame of the truth
+      initializer->initialize({healthy(exact_.truth[3]), {}});  // in the frame of the truth
   ASSERT_TRUE(result.success()) << result.message;
   std::vector<NavState> states;
   std::string error;
@@ -134,7 +134,7 @@ TEST_F(InitializerTest, RecoverContinuesPositionAndYawInsideTheWindow) {
   const auto initializer = make();
   feed(*initializer, exact_);
   // The host was healthy at the fourth keyframe; its odometry frame is the truth's.
-  const InitResult result = initializer->recover(healthy(exact_.truth[3]));
+  const InitResult result = initializer->initialize({healthy(exact_.truth[3]), {}});
   ASSERT_TRUE(result.success()) << result.message;
   for (std::size_t k = 0; k < exact_.truth.size(); ++k) {
     EXPECT_LT((result.states[k].p_w_b - exact_.truth[k].p_w_b).norm(), 1e-6);
@@ -150,7 +150,7 @@ TEST_F(InitializerTest, RecoverCarriesAStateFromBeforeTheWindowByTheImu) {
   auto initializer = baselines::makeInitializer("drt-l", exact.calibration, tenKeyframes());
   feed(*initializer, exact);
   // The window is keyframes 4..13; the host failed at keyframe 2, 0.5 s before it.
-  const InitResult result = initializer->recover(healthy(exact.truth[2]));
+  const InitResult result = initializer->initialize({healthy(exact.truth[2]), {}});
   ASSERT_TRUE(result.success()) << result.message;
   ASSERT_EQ(result.states.size(), 10u);
   for (std::size_t k = 0; k < 10; ++k) {
@@ -164,7 +164,7 @@ TEST_F(InitializerTest, RecoverTakesGravityFromTheNewSolution) {
   feed(*initializer, exact_);
   NavState tilted = exact_.truth[3];
   tilted.R_w_b = expSO3(Vector3d(0.1, -0.05, 0.0)) * tilted.R_w_b;  // the host's tilt was off
-  const InitResult result = initializer->recover(healthy(tilted));
+  const InitResult result = initializer->initialize({healthy(tilted), {}});
   ASSERT_TRUE(result.success()) << result.message;
   const Vector3d down_b = result.states[0].R_w_b.transpose() * Vector3d(0, 0, -1);
   EXPECT_LT(gravityErrorRad(down_b, exact_.truth[0]), 1e-6);
@@ -181,7 +181,8 @@ TEST_F(InitializerTest, RecoverRefusesToIntegrateAcrossAGapOfTheImu) {
       initializer->addImu(sample);
     }
     for (const FrameObservation& frame : exact.keyframes) initializer->addFrame(frame);
-    return initializer->recover(healthy(exact.truth[2]));  // at 0.5 s; the window starts at 1 s
+    return initializer->initialize(
+        {healthy(exact.truth[2]), {}});  // at 0.5 s; the window starts at 1 s
   };
   EXPECT_TRUE(recoverWithGap(0.03).success());
   const InitResult result = recoverWithGap(0.2);
@@ -193,7 +194,8 @@ TEST_F(InitializerTest, RecoverBeforeTheWindowIsFullWaits) {
   const auto initializer = make();
   for (const ImuSample& sample : exact_.imu) initializer->addImu(sample);
   initializer->addFrame(exact_.keyframes[0]);
-  EXPECT_EQ(initializer->recover(healthy(exact_.truth[0])).status, InitStatus::kTooFewKeyframes);
+  EXPECT_EQ(initializer->initialize({healthy(exact_.truth[0]), {}}).status,
+            InitStatus::kTooFewKeyframes);
 }
 
 /// Sure of a bent path, and counts how often it was asked. `scale` may change from window to

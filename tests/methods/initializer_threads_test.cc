@@ -89,7 +89,7 @@ class DuringASolve : public ::testing::Test {
   void feedTo(int k, IInitializer* initializer) const {
     const double t = exact_.keyframes[k].t;
     for (const ImuSample& sample : exact_.imu) {
-      const TimeSpan have = initializer->bufferedImu();
+      const TimeSpan have = initializer->info().imu;
       if (!(sample.t <= have.last) && sample.t <= t + 0.01) initializer->addImu(sample);
     }
     for (const FrameObservation& frame : exact_.keyframes) {
@@ -118,10 +118,9 @@ TEST_F(DuringASolve, DataAreAddedWithoutWaitingAndWithoutEffectOnIt) {
   feedTo(19);
   initializer_->addLines(exact_.keyframes[5].t, {});
   initializer_->setTd(exact_.calibration.td + 1e-4);
-  initializer_->setKnownSensors(KnownSensors());
-  EXPECT_EQ(initializer_->counts().frames_added, 20);
-  EXPECT_EQ(initializer_->calibration().td, exact_.calibration.td + 1e-4);
-  EXPECT_GT(initializer_->bufferedImu().last, exact_.keyframes[18].t);
+  EXPECT_EQ(initializer_->info().counts.frames_added, 20);
+  EXPECT_EQ(initializer_->info().calibration.td, exact_.calibration.td + 1e-4);
+  EXPECT_GT(initializer_->info().imu.last, exact_.keyframes[18].t);
   std::vector<NavState> states;
   EXPECT_TRUE(initializer_->statesAt(expected, {expected.states.back().t}, 0.1, &states, nullptr));
   solver_->release();
@@ -171,7 +170,7 @@ TEST_F(DuringASolve, StreamsAndSolvesRunAtTheSameTime) {
   int solved = 0;
   while (!done) {
     const InitResult result =
-        ++solved % 2 == 0 ? initializer_->initialize() : initializer_->recover({healthy});
+        ++solved % 2 == 0 ? initializer_->initialize() : initializer_->initialize({{healthy}, {}});
     std::vector<NavState> states;
     if (result.success()) {
       initializer_->statesAt(result, {result.states.back().t}, 0.1, &states, nullptr);

@@ -300,14 +300,12 @@ TEST(Provisional, AHostThatAsksAtEveryImageSolvesNoWindowTwice) {
   // That nothing is known of the sensors changes no answer; what is known does: both windows are
   // solved again.
   std::size_t before = asked.size();
-  initializer->setKnownSensors({});
-  EXPECT_TRUE(initializer->initialize().provisional());
+  EXPECT_TRUE(initializer->initialize({{}, KnownSensors()}).provisional());
   EXPECT_EQ(asked.size(), before);
   KnownSensors known;
   known.biases.gyro = exact.truth.back().gyro_bias;
   known.biases.gyro_sigma = 0.01;
-  initializer->setKnownSensors(known);
-  EXPECT_TRUE(initializer->initialize().provisional());
+  EXPECT_TRUE(initializer->initialize({{}, known}).provisional());
   EXPECT_EQ(asked.size(), before + 2);
   // Lines that come after the question belong to the newest window alone.
   LineObservation line;
@@ -317,7 +315,7 @@ TEST(Provisional, AHostThatAsksAtEveryImageSolvesNoWindowTwice) {
   line.length_px = 90.0;
   before = asked.size();
   ASSERT_EQ(initializer->addLines(exact.keyframes.back().t, {line}), AddStatus::kAdded);
-  EXPECT_TRUE(initializer->initialize().provisional());
+  EXPECT_TRUE(initializer->initialize({{}, known}).provisional());
   EXPECT_EQ(asked.size(), before + 1);
 
   const auto once = make();
@@ -367,7 +365,7 @@ TEST(Provisional, RecoverJoinsIt) {
   StatePrior healthy;  // of which nothing but the frame is known
   healthy.state = exact.truth[0];
   healthy.covariance.diagonal().setConstant(100.0);
-  const InitResult result = initializer->recover({healthy});
+  const InitResult result = initializer->initialize({{healthy}, {}});
   ASSERT_TRUE(result.provisional()) << result.message;
   EXPECT_LT((result.states.front().p_w_b - exact.truth[0].p_w_b).norm(), 1e-6);
 }

@@ -356,7 +356,7 @@ TEST(Recovery, WithoutAnEstimateOfItsOwnTheWindowBeginsAtTheState) {
   // There is no start at constant velocity.
   EXPECT_FALSE(initializer->initialize().success());
   const StatePrior prior = priorOf(exact.truth[4], 9);
-  const InitResult answer = initializer->recover({prior});
+  const InitResult answer = initializer->initialize({{prior}, {}});
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_EQ(answer.states.size(), 8u);
   EXPECT_NEAR(answer.states.front().t, exact.truth[4].t, 1e-9);
@@ -368,13 +368,15 @@ TEST(Recovery, WithoutAnEstimateOfItsOwnTheWindowBeginsAtTheState) {
   between.state = propagatePrior(prior, exact.truth[4].t + 0.05, exact.imu,
                                  exact.calibration.gravity_magnitude, exact.calibration.imu_noise)
                       .state;
-  const InitResult later = initializer->recover({between});
+  const InitResult later = initializer->initialize({{between}, {}});
   ASSERT_TRUE(later.success()) << later.message;
   EXPECT_NEAR(later.states.front().t, exact.truth[5].t, 1e-9);
   // Of several the newest; one that is too new for a window of its own is passed over.
   const StatePrior older = priorOf(exact.truth[2], 3), newest = priorOf(exact.truth[10], 5);
-  EXPECT_NEAR(initializer->recover({older, prior}).states.front().t, exact.truth[4].t, 1e-9);
-  EXPECT_NEAR(initializer->recover({older, newest}).states.front().t, exact.truth[2].t, 1e-9);
+  EXPECT_NEAR(initializer->initialize({{older, prior}, {}}).states.front().t, exact.truth[4].t,
+              1e-9);
+  EXPECT_NEAR(initializer->initialize({{older, newest}, {}}).states.front().t, exact.truth[2].t,
+              1e-9);
 }
 
 // A state of which everything is wrong that the data see.
@@ -397,7 +399,7 @@ class RecoveryOfASuccess : public ::testing::Test {
 
 TEST_F(RecoveryOfASuccess, TheNewestStateAgreesAndGivesTheFrame) {
   const InitResult alone = initializer_->initialize();
-  const InitResult answer = initializer_->recover({wrongState(exact_.truth[4]), good_});
+  const InitResult answer = initializer_->initialize({{wrongState(exact_.truth[4]), good_}, {}});
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_EQ(answer.message, alone.message);
   EXPECT_EQ(answer.scale, alone.scale);
@@ -407,7 +409,7 @@ TEST_F(RecoveryOfASuccess, TheNewestStateAgreesAndGivesTheFrame) {
 }
 
 TEST_F(RecoveryOfASuccess, ANewestStateThatIsWrongIsPassedOver) {
-  const InitResult answer = initializer_->recover({good_, wrongState(exact_.truth[8])});
+  const InitResult answer = initializer_->initialize({{good_, wrongState(exact_.truth[8])}, {}});
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_NE(answer.message.find("from a known state"), std::string::npos) << answer.message;
   EXPECT_NEAR(answer.states.front().t, exact_.truth[6].t, 1e-9) << "of the one that agrees";
@@ -418,7 +420,7 @@ TEST_F(RecoveryOfASuccess, ANewestStateThatIsWrongIsPassedOver) {
 TEST_F(RecoveryOfASuccess, WhereAllStatesAreWrongTheWindowAloneWins) {
   const InitResult alone = initializer_->initialize();
   const StatePrior wrong = wrongState(exact_.truth[8]);
-  const InitResult answer = initializer_->recover({wrongState(exact_.truth[6]), wrong});
+  const InitResult answer = initializer_->initialize({{wrongState(exact_.truth[6]), wrong}, {}});
   ASSERT_TRUE(answer.success()) << answer.message;
   EXPECT_EQ(answer.scale, alone.scale);
   EXPECT_TRUE(dropped(answer, "velocity"));
@@ -435,7 +437,7 @@ TEST(Recovery, AContradictedVelocityDoesNotCarryTheFrame) {
   options.window.keyframes = 15;
   options.window.max_span_s = 0.0;
   const auto initializer = makeFed(exact, options);
-  const InitResult answer = initializer->recover({wrongState(exact.truth[1])});
+  const InitResult answer = initializer->initialize({{wrongState(exact.truth[1])}, {}});
   ASSERT_TRUE(answer.success()) << answer.message;
   ASSERT_NEAR(answer.states.front().t, exact.truth[6].t, 1e-9);
   EXPECT_TRUE(dropped(answer, "velocity"));
@@ -446,8 +448,6 @@ TEST(Recovery, AContradictedVelocityDoesNotCarryTheFrame) {
 TEST(Recovery, BadInputIsRefusedWithAReason) {
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
   const auto initializer = makeFed(exact, dataSheetOptions());
-  EXPECT_EQ(initializer->recover({}).status, InitStatus::kInvalidInput);
-  EXPECT_EQ(initializer->recover({}).message, "there is no healthy state to recover from");
   const StatePrior good = priorOf(exact.truth.front(), 1);
   const auto refused = [&](const StatePrior& prior, const std::string& reason) {
     const InitResult answer = solve(exact, prior);
@@ -457,7 +457,7 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
   // By the solver, and before it comes to one.
   const auto refusedByBoth = [&](const StatePrior& prior, const std::string& reason) {
     refused(prior, reason);
-    const InitResult answer = initializer->recover({prior});
+    const InitResult answer = initializer->initialize({{prior}, {}});
     EXPECT_EQ(answer.status, InitStatus::kInvalidInput);
     expectParts(answer.message, reason);
   };
@@ -488,32 +488,13 @@ TEST(Recovery, BadInputIsRefusedWithAReason) {
   for (const double t : {-5.0, 1e6}) {
     bad = good;
     bad.state.t = t;
-    const InitResult answer = initializer->recover({bad});
+    const InitResult answer = initializer->initialize({{bad}, {}});
     EXPECT_EQ(answer.status, InitStatus::kInvalidInput);
     expectParts(answer.message, "outside the buffered IMU data");
   }
 }
 
 TEST(Recovery, AMethodWithoutItSaysSo) {
-  struct Foreign : IInitializer {
-    std::string name_ = "foreign";
-    const std::string& name() const override { return name_; }
-    AddStatus addImu(const ImuSample&) override { return AddStatus::kAdded; }
-    AddStatus addFrame(FrameObservation) override { return AddStatus::kAdded; }
-    void setTd(double) override {}
-    void reset() override {}
-    InitResult initialize() override { return InitResult(); }
-    bool statesAt(const InitResult&, const std::vector<double>&, double, std::vector<NavState>*,
-                  std::string*) const override {
-      return false;
-    }
-    Calibration calibration() const override { return Calibration(); }
-    StreamCounts counts() const override { return StreamCounts(); }
-    TimeSpan bufferedImu() const override { return TimeSpan(); }
-    double maxWindowSpan() const override { return 1.0; }
-  } foreign;
-  EXPECT_EQ(foreign.recover({}).status, InitStatus::kTooFewKeyframes);
-  EXPECT_EQ(foreign.recover({}).message, "foreign has no recovery");
   const ExactWindow exact = makeExactWindow(windowOptions(2, Motion::kExcited, 8));
   WorkBudget budget = unlimitedBudget();
   const InitResult none =

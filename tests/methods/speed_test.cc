@@ -287,9 +287,9 @@ TEST_F(SpeedStream, WhatCannotBeUsedIsNamedAndCounted) {
       {SpeedSample::forward(10.1, -1.0, 0.1), AddStatus::kAdded, &StreamCounts::speeds_added},
   };
   for (const Case& one : cases) {
-    const std::int64_t before = initializer_->counts().*one.count;
+    const std::int64_t before = initializer_->info().counts.*one.count;
     EXPECT_EQ(initializer_->addSpeed(one.sample), one.status);
-    EXPECT_EQ(initializer_->counts().*one.count, before + 1);
+    EXPECT_EQ(initializer_->info().counts.*one.count, before + 1);
   }
 }
 
@@ -298,7 +298,7 @@ TEST_F(SpeedStream, ASensorWithoutExtrinsicsIsRefused) {
   make();
   const SpeedSample sample = SpeedSample::forward(10.0, 1.0, 0.1);
   EXPECT_EQ(initializer_->addSpeed(sample), AddStatus::kNotCalibrated);
-  EXPECT_EQ(initializer_->counts().speeds_not_calibrated, 1);
+  EXPECT_EQ(initializer_->info().counts.speeds_not_calibrated, 1);
   const ExactWindow exact = constantVelocity();
   EXPECT_EQ(InitWindow::create(exact.calibration, exact.keyframes, exact.imu, &error_, {sample}),
             nullptr);

@@ -88,11 +88,11 @@ TEST(WorkLimit, WhatIsAcceptedIsWhatTheWholeSolveGives) {
 TEST(WorkLimit, ARecoveryKeepsWorkForTheKnownState) {
   const ExactWindow exact = exactWindow(Motion::kConstantVelocity);
   const std::vector<StatePrior> healthy = {healthyState(exact.truth[8])};
-  const InitResult whole = makeLimited(exact, 0.0)->recover(healthy);
+  const InitResult whole = makeLimited(exact, 0.0)->initialize({healthy, {}});
   ASSERT_TRUE(whole.success()) << whole.message;
   int accepted = 0;
   for (double units = 10.0; units < 1e6; units *= 1.5) {
-    const InitResult result = makeLimited(exact, units)->recover(healthy);
+    const InitResult result = makeLimited(exact, units)->initialize({healthy, {}});
     if (!result.success()) {
       EXPECT_EQ(accepted, 0) << units << ": " << result.message;
       continue;

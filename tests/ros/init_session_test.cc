@@ -20,7 +20,6 @@ class ScriptedInitializer : public IInitializer {
   explicit ScriptedInitializer(double td = 0.0, double readout_s = 0.0)
       : window_(calibrationWith(td, readout_s), WindowOptions(), StreamOptions::liveData()) {}
 
-  const std::string& name() const override { return name_; }
   AddStatus addImu(const ImuSample& sample) override { return window_.addImu(sample); }
   AddStatus addFrame(FrameObservation frame) override {
     last_frame = frame;
@@ -33,7 +32,7 @@ class ScriptedInitializer : public IInitializer {
     return status;
   }
   void setTd(double td) override { window_.setTd(td); }
-  InitResult initialize() override {
+  InitResult initialize(const Priors& /*priors*/) override {
     InitResult result;
     result.status = script.empty() ? InitStatus::kTooFewKeyframes : script.front();
     if (!script.empty()) script.pop_front();
@@ -45,10 +44,12 @@ class ScriptedInitializer : public IInitializer {
     return false;
   }
   void reset() override { window_.reset(); }
-  Calibration calibration() const override { return window_.calibration(); }
-  StreamCounts counts() const override { return window_.counts(); }
-  TimeSpan bufferedImu() const override { return TimeSpan(); }
-  double maxWindowSpan() const override { return 2.0; }
+  InitializerInfo info() const override {
+    InitializerInfo info;
+    info.calibration = window_.calibration();
+    info.counts = window_.counts();
+    return info;
+  }
 
   std::deque<InitStatus> script;
   int late_lines = 0;
@@ -62,7 +63,6 @@ class ScriptedInitializer : public IInitializer {
     calibration.readout_s = readout_s;
     return calibration;
   }
-  std::string name_ = "scripted";
   KeyframeWindow window_;
 };
 
@@ -131,7 +131,7 @@ TEST_F(InitSessionTest, ImuSamplesAreScreened) {
   next_imu_ += 0.005;
   imuUpTo(1.1);
   EXPECT_EQ(session_->streamCounts().imu_glitches, 1);
-  EXPECT_EQ(scripted_->counts().imu_glitches, 0);
+  EXPECT_EQ(scripted_->info().counts.imu_glitches, 0);
   session_->restart();
   EXPECT_EQ(session_->streamCounts().imu_glitches, 1);
   EXPECT_EQ(session_->addImu(glitch), AddStatus::kAdded) << "the first sample of a stream";
@@ -277,7 +277,7 @@ TEST_F(InitSessionTest, ARestartForgetsDataAndAnswer) {
   ASSERT_NO_FATAL_FAILURE(startAt5s());
   session_->restart();
   EXPECT_FALSE(session_->initialized());
-  EXPECT_EQ(scripted_->counts().imu_added, 0);
+  EXPECT_EQ(scripted_->info().counts.imu_added, 0);
   EXPECT_EQ(session_->streamCounts().imu_added, 21) << "the session counts on";
   // Time may have gone back.
   session_->addPoints(frame(1.0));

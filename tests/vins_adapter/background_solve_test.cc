@@ -39,36 +39,23 @@ class SlowInitializer : public IInitializer {
       : inner_(makeInitializer(calibration, HostAdapter::hostDefaults())),
         milliseconds_(milliseconds),
         solves_(solves) {}
-  const std::string& name() const override { return inner_->name(); }
   AddStatus addImu(const ImuSample& sample) override { return inner_->addImu(sample); }
   AddStatus addFrame(FrameObservation frame) override { return inner_->addFrame(std::move(frame)); }
   void setTd(double td) override { inner_->setTd(td); }
-  void setKnownSensors(const KnownSensors& known) override { inner_->setKnownSensors(known); }
   void reset() override { inner_->reset(); }
-  InitResult initialize() override {
-    InitResult result = inner_->initialize();
-    rest();
-    return result;
-  }
-  InitResult recover(const std::vector<StatePrior>& healthy) override {
-    InitResult result = inner_->recover(healthy);
-    rest();
+  InitResult initialize(const Priors& priors) override {
+    InitResult result = inner_->initialize(priors);
+    ++*solves_;
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_->load()));
     return result;
   }
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
                 std::vector<NavState>* states, std::string* error) const override {
     return inner_->statesAt(result, times, max_reach_s, states, error);
   }
-  Calibration calibration() const override { return inner_->calibration(); }
-  StreamCounts counts() const override { return inner_->counts(); }
-  TimeSpan bufferedImu() const override { return inner_->bufferedImu(); }
-  double maxWindowSpan() const override { return inner_->maxWindowSpan(); }
+  InitializerInfo info() const override { return inner_->info(); }
 
  private:
-  void rest() {
-    ++*solves_;
-    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_->load()));
-  }
   std::unique_ptr<IInitializer> inner_;
   std::atomic<int>* milliseconds_;
   std::atomic<int>* solves_;
@@ -281,8 +268,8 @@ TEST_F(BackgroundSolve, TenThousandRecoveriesDoNotGrow) {
   class Same : public SlowInitializer {
    public:
     using SlowInitializer::SlowInitializer;
-    InitResult recover(const std::vector<StatePrior>& healthy) override {
-      if (!known_.success()) known_ = SlowInitializer::recover(healthy);
+    InitResult initialize(const Priors& priors) override {
+      if (!known_.success()) known_ = SlowInitializer::initialize(priors);
       return known_;
     }
 

@@ -39,7 +39,6 @@ class Oracle : public IInitializer {
     }
   }
 
-  const std::string& name() const override { return name_; }
   AddStatus addImu(const ImuSample& sample) override {
     const AddStatus status = check_.checkImu(sample);
     if (status == AddStatus::kRestarted) forget();
@@ -59,13 +58,13 @@ class Oracle : public IInitializer {
     return AddStatus::kNotSupported;
   }
   void setTd(double td) override { calibration_.td = td; }
-  void setKnownSensors(const KnownSensors& known) override { known_sensors = known; }
   void reset() override {
     forget();
     check_ = StreamCheck(check_.options());
   }
 
-  InitResult initialize() override {
+  InitResult initialize(const Priors& priors) override {
+    known_sensors = priors.sensors;
     InitResult result;
     if (times_.size() < 8) {
       result.status = InitStatus::kTooFewKeyframes;
@@ -82,22 +81,7 @@ class Oracle : public IInitializer {
     result.gyro_bias = result.states.back().gyro_bias;
     result.accel_bias = result.states.back().accel_bias;
     if (contradict) result.states.clear();
-    return result;
-  }
-  InitResult recover(const std::vector<StatePrior>& healthy) override {
-    if (!recovers) return IInitializer::recover(healthy);
-    InitResult result = initialize();
-    if (!result.success()) return result;
-    given = healthy;
-    // Its world is exact: one rigid motion about z joins the two.
-    const NavState& last_healthy = healthy.back().state;
-    const NavState mine = at(last_healthy.t);
-    const Eigen::Matrix3d R = last_healthy.R_w_b * mine.R_w_b.transpose();
-    for (NavState& state : result.states) {
-      state.R_w_b = R * state.R_w_b;
-      state.p_w_b = R * (state.p_w_b - mine.p_w_b) + last_healthy.p_w_b;
-      state.v_w_b = R * state.v_w_b;
-    }
+    if (recovers && !priors.healthy.empty()) continueFrame(priors.healthy, &result);
     return result;
   }
   bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
@@ -109,22 +93,38 @@ class Oracle : public IInitializer {
                                error);
   }
 
-  Calibration calibration() const override { return calibration_; }
-  StreamCounts counts() const override { return check_.counts(); }
-  TimeSpan bufferedImu() const override {
-    return imu_.empty() ? TimeSpan() : TimeSpan{imu_.front().t, imu_.back().t};
+  InitializerInfo info() const override {
+    InitializerInfo info;
+    info.method = "oracle";
+    info.calibration = calibration_;
+    info.counts = check_.counts();
+    if (!imu_.empty()) info.imu = {imu_.front().t, imu_.back().t};
+    info.window_span_s = 0.7;
+    return info;
   }
-  double maxWindowSpan() const override { return 0.7; }
 
   FrameObservation last_frame;
   std::vector<LineObservation> last_lines;
   KnownSensors known_sensors;
-  std::vector<StatePrior> given;  ///< to recover()
+  std::vector<StatePrior> given;  ///< healthy states
   bool recovers = true;
   bool contradict = false;      ///< success without states
   bool too_few_states = false;  ///< statesAt() forgets to fill them
 
  private:
+  // Its world is exact: one rigid motion about z joins the two.
+  void continueFrame(const std::vector<StatePrior>& healthy, InitResult* result) {
+    given = healthy;
+    const NavState& last_healthy = healthy.back().state;
+    const NavState mine = at(last_healthy.t);
+    const Eigen::Matrix3d R = last_healthy.R_w_b * mine.R_w_b.transpose();
+    for (NavState& state : result->states) {
+      state.R_w_b = R * state.R_w_b;
+      state.p_w_b = R * (state.p_w_b - mine.p_w_b) + last_healthy.p_w_b;
+      state.v_w_b = R * state.v_w_b;
+    }
+    result->frame_continued = true;
+  }
   NavState at(double t) const {
     return *std::min_element(truth_.begin(), truth_.end(),
                              [t](const NavState& a, const NavState& b) {
@@ -136,7 +136,6 @@ class Oracle : public IInitializer {
     times_.clear();
   }
 
-  std::string name_ = "oracle";
   Eigen::Matrix3d turn_ = expSO3(Eigen::Vector3d(0, 0, 1.1));
   Calibration calibration_;
   StreamCheck check_{StreamOptions::liveData()};

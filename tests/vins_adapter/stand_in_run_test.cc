@@ -42,7 +42,6 @@ class Finder : public IInitializer {
     found_.covariance.diagonal() << Eigen::Vector3d::Constant(rotation * rotation),
         Eigen::Vector3d::Constant(translation * translation), td * td, 0.0;
   }
-  const std::string& name() const override { return inner_->name(); }
   AddStatus addImu(const ImuSample& sample) override { return inner_->addImu(sample); }
   AddStatus addFrame(FrameObservation frame) override { return inner_->addFrame(std::move(frame)); }
   AddStatus addLines(double stamp, std::vector<LineObservation> lines) override {
@@ -50,26 +49,24 @@ class Finder : public IInitializer {
   }
   void setTd(double td) override { host_.td = td; }
   void reset() override { inner_->reset(); }
-  InitResult initialize() override { return with(inner_->initialize()); }
-  InitResult recover(const std::vector<StatePrior>& healthy) override {
-    return with(inner_->recover(healthy));
-  }
-  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
-                std::vector<NavState>* states, std::string* error) const override {
-    return inner_->statesAt(result, times, max_reach_s, states, error);
-  }
-  Calibration calibration() const override { return host_; }
-  StreamCounts counts() const override { return inner_->counts(); }
-  TimeSpan bufferedImu() const override { return inner_->bufferedImu(); }
-  double maxWindowSpan() const override { return inner_->maxWindowSpan(); }
-
- private:
-  InitResult with(InitResult result) const {
+  InitResult initialize(const Priors& priors) override {
+    InitResult result = inner_->initialize(priors);
     if (!result.success()) return result;
     result.calibration = found_;
     result.warnings = {"the right calibration was found"};
     return result;
   }
+  bool statesAt(const InitResult& result, const std::vector<double>& times, double max_reach_s,
+                std::vector<NavState>* states, std::string* error) const override {
+    return inner_->statesAt(result, times, max_reach_s, states, error);
+  }
+  InitializerInfo info() const override {
+    InitializerInfo info = inner_->info();
+    info.calibration = host_;
+    return info;
+  }
+
+ private:
   Calibration right_, host_;
   CalibrationEstimate found_;
   std::unique_ptr<IInitializer> inner_;

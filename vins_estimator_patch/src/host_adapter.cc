@@ -183,7 +183,7 @@ struct HostAdapter::State {
   // With the td that the host had when it paired the frame of that stamp with its IMU data [s].
   double hostTime(double stamp) const {
     const auto it = td_of.find(stamp);
-    return stamp + (it == td_of.end() ? initializer->calibration().td : it->second);
+    return stamp + (it == td_of.end() ? initializer->info().calibration.td : it->second);
   }
 
   HostResult answer(const std::vector<double>& stamps, const std::vector<HostState>* healthy,
@@ -236,7 +236,7 @@ std::vector<NavState> HostAdapter::State::statesOf(const std::vector<HostState>&
 
 PropagatedState HostAdapter::State::healthyStateOf(const HostState& state) const {
   PropagatedState healthy;
-  healthy.state = fromHostState(state, initializer->calibration().td);
+  healthy.state = fromHostState(state, initializer->info().calibration.td);
   healthy.state.t = hostTime(state.stamp);
   healthy.covariance = healthyCovariance();
   return healthy;
@@ -247,7 +247,6 @@ PropagatedState HostAdapter::State::healthyStateOf(const HostState& state) const
 void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp, bool urgent,
                                            bool wants_evidence, Lock* lock, HostHealth* health) {
   const SolveWorker::Solve solve = [initializer = initializer.get()] {
-    initializer->setKnownSensors(KnownSensors());
     return initializer->initialize();
   };
   const double every = wants_evidence ? kEvidenceEvery : kCheckEvery;
@@ -338,7 +337,7 @@ std::vector<NavState> HostAdapter::State::keptStates(const std::vector<double>& 
                                                      const std::vector<HostState>* healthy) const {
   std::vector<NavState> kept;
   if (healthy == nullptr) return kept;
-  const double td = initializer->calibration().td;
+  const double td = initializer->info().calibration.td;
   auto candidate = healthy->begin();
   for (const double stamp : stamps) {
     if (hostTime(stamp) >= begin) break;
@@ -355,7 +354,7 @@ std::vector<NavState> HostAdapter::State::keptStates(const std::vector<double>& 
 bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
                                     const std::vector<HostState>* healthy, HostResult* answer,
                                     InitStatus* status, std::string* problem) const {
-  const Calibration calibration = initializer->calibration();
+  const Calibration calibration = initializer->info().calibration;
   const double reach = answer->result.states.front().t - options.max_reach_s;
   std::vector<NavState> window = keptStates(stamps, reach, healthy);
   const std::size_t kept = window.size();
@@ -373,8 +372,8 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
   }
   if (states.size() != times.size()) {
     *status = InitStatus::kNumericalFailure;
-    *problem = initializer->name() + " returned " + std::to_string(states.size()) + " states for " +
-               std::to_string(times.size()) + " stamps";
+    *problem = initializer->info().method + " returned " + std::to_string(states.size()) +
+               " states for " + std::to_string(times.size()) + " stamps";
     return false;
   }
   window.insert(window.end(), states.begin(), states.end());
@@ -397,7 +396,7 @@ bool HostAdapter::State::fillWindow(const std::vector<double>& stamps,
 // What the healthy states know, propagated over what the IMU has not measured: the initializer does
 // not see the damage.
 std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState>& healthy) const {
-  const Calibration calibration = initializer->calibration();
+  const Calibration calibration = initializer->info().calibration;
   std::vector<StatePrior> priors;
   for (auto state = healthy.rbegin(); state != healthy.rend(); ++state) {
     PropagatedState propagated = healthyStateOf(*state);
@@ -434,18 +433,10 @@ std::vector<StatePrior> HostAdapter::State::priorsOf(const std::vector<HostState
 // Of copies: the streams go on while it runs.
 SolveWorker::Solve HostAdapter::State::solveFor(double stamp,
                                                 const std::vector<HostState>* healthy) {
-  IInitializer* const solver = initializer.get();
-  const KnownSensors known = memory.knownAt(stamp);
-  if (healthy == nullptr) {
-    return [solver, known] {
-      solver->setKnownSensors(known);
-      return solver->initialize();
-    };
-  }
-  return [solver, known, priors = priorsOf(*healthy)] {
-    solver->setKnownSensors(known);
-    return solver->recover(priors);
-  };
+  Priors priors;
+  priors.sensors = memory.knownAt(stamp);
+  if (healthy != nullptr) priors.healthy = priorsOf(*healthy);
+  return [solver = initializer.get(), priors] { return solver->initialize(priors); };
 }
 
 // One for all calls about a frame.
@@ -509,7 +500,11 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
   if (!answer.result.success()) return answer;
   problem = answer.result.validate();
   if (!problem.empty()) {
-    return decline(InitStatus::kNumericalFailure, initializer->name() + " reported " + problem);
+    return decline(InitStatus::kNumericalFailure,
+                   initializer->info().method + " reported " + problem);
+  }
+  if (healthy != nullptr && !answer.result.frame_continued) {
+    return decline(InitStatus::kTooFewKeyframes, initializer->info().method + " has no recovery");
   }
   InitStatus status = InitStatus::kSuccess;
   if (!fillWindow(stamps, healthy, &answer, &status, &problem)) {
@@ -530,11 +525,11 @@ HostResult HostAdapter::State::answer(const std::vector<double>& stamps,
 // The frame's samples have arrived, and the screen has not let all of them pass to the initializer.
 bool HostAdapter::State::isHeldBack(double stamp) const {
   const double t = hostTime(stamp);
-  return screen.newest() >= t && initializer->bufferedImu().last < t;
+  return screen.newest() >= t && initializer->info().imu.last < t;
 }
 
 HostPropagation HostAdapter::State::propagate(const HostState& from, double stamp) const {
-  const Calibration calibration = initializer->calibration();
+  const Calibration calibration = initializer->info().calibration;
   HostPropagation result;
   PropagatedState propagated = healthyStateOf(from);
   const double t = hostTime(stamp);
@@ -557,7 +552,7 @@ HostPropagation HostAdapter::State::propagate(const HostState& from, double stam
 HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
                                                    const InitResult& result) const {
   const NavState &first = result.states.front(), &last = result.states.back();
-  const Calibration calibration = initializer->calibration();
+  const Calibration calibration = initializer->info().calibration;
   HostPropagation frame =
       propagate(healthy, std::max(healthy.stamp, calibration.imageStamp(first.t)));
   const double scale_sigma = std::isnan(result.scale_sigma) ? 0.0 : result.scale_sigma;
@@ -578,7 +573,7 @@ HostResult HostAdapter::State::bridge(const std::vector<double>& stamps,
   answer.message = checkStamps(stamps);
   if (!answer.message.empty() || healthy.empty()) return answer;
   answer.stamp = stamps.back();
-  const Calibration calibration = initializer->calibration();
+  const Calibration calibration = initializer->info().calibration;
   const Eigen::Vector3d gravity_w(0.0, 0.0, -calibration.gravity_magnitude);
   const std::deque<ImuSample> samples = screen.heldUntil(hostTime(stamps.back()));
   std::vector<NavState> window;
@@ -754,7 +749,7 @@ std::unique_ptr<HostAdapter> HostAdapter::create(std::unique_ptr<IInitializer> i
     return nullptr;
   }
   auto state = std::make_unique<State>();
-  state->memory = SensorMemory(initializer->calibration());
+  state->memory = SensorMemory(initializer->info().calibration);
   state->initializer = std::move(initializer);
   state->options = options;
   state->screen = ImuScreen(options.imu);
@@ -776,7 +771,7 @@ AddStatus HostAdapter::addImu(double t, const Eigen::Vector3d& accel, const Eige
 AddStatus HostAdapter::addFrame(FrameObservation frame) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   const double stamp = frame.t;
-  const Calibration calibration = state_->initializer->calibration();
+  const Calibration calibration = state_->initializer->info().calibration;
   FrameObservation copy;
   copy.t = calibration.imuTime(stamp);
   const bool keeps = state_->options.watchdog || state_->options.reinit;
@@ -855,7 +850,7 @@ void HostAdapter::learn(const HostState& healthy) {
   OptionalCalibration calibration =
       state.flown ? state.flown : state.memory.learned().known.calibration;
   if (calibration && state.options.estimate_td) {
-    calibration->td = state.initializer->calibration().td;
+    calibration->td = state.initializer->info().calibration.td;
     calibration->covariance(6, 6) = std::pow(CalibrationSigmas().td_s, 2);
   }
   state.memory.learn(healthy, calibration);
@@ -879,7 +874,7 @@ HostPropagation HostAdapter::propagate(const HostState& from, double stamp) cons
 HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
                                      const Eigen::Matrix3d& ric, const Eigen::Vector3d& tic) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  Calibration calibration = state_->initializer->calibration();
+  Calibration calibration = state_->initializer->info().calibration;
   calibration.R_b_c = ric;
   calibration.t_b_c = tic;
   return state_->prepare(window, calibration);
@@ -888,7 +883,7 @@ HostPreparation HostAdapter::prepare(const std::vector<HostState>& window,
 HostHealth HostAdapter::watch(const std::vector<HostState>& window, const Eigen::Matrix3d& ric,
                               const Eigen::Vector3d& tic, bool wants_evidence) {
   State::Lock lock(state_->mutex);
-  Calibration calibration = state_->initializer->calibration();
+  Calibration calibration = state_->initializer->info().calibration;
   calibration.R_b_c = ric;
   calibration.t_b_c = tic;
   HostHealth health = state_->judge(window, calibration, wants_evidence, &lock);
@@ -912,13 +907,13 @@ std::vector<HostImuInterval> HostAdapter::imuIntervals(const std::vector<double>
 double HostAdapter::lastDamage() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   if (state_->screen.damage().empty()) return -std::numeric_limits<double>::infinity();
-  return state_->initializer->calibration().imageStamp(state_->screen.damage().back().last);
+  return state_->initializer->info().calibration.imageStamp(state_->screen.damage().back().last);
 }
 
 double HostAdapter::lastDamageBegin() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   if (state_->screen.damage().empty()) return -std::numeric_limits<double>::infinity();
-  return state_->initializer->calibration().imageStamp(state_->screen.damage().back().first);
+  return state_->initializer->info().calibration.imageStamp(state_->screen.damage().back().first);
 }
 
 void HostAdapter::reset() {
@@ -932,21 +927,21 @@ HostOptions HostAdapter::options() const { return state_->options; }
 
 StreamCounts HostAdapter::counts() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  StreamCounts counts = state_->initializer->counts();
+  StreamCounts counts = state_->initializer->info().counts;
   counts.imu_glitches += state_->screen.discarded();
   return counts;
 }
 
 Calibration HostAdapter::calibration() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->initializer->calibration();
+  return state_->initializer->info().calibration;
 }
 
-std::string HostAdapter::method() const { return state_->initializer->name(); }
+std::string HostAdapter::method() const { return state_->initializer->info().method; }
 
 double HostAdapter::maxWindowSpan() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->initializer->maxWindowSpan();
+  return state_->initializer->info().window_span_s;
 }
 
 }  // namespace slim_init::vins_adapter

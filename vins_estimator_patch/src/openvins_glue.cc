@@ -162,7 +162,7 @@ bool OpenVinsGlue::open(const std::string& mode, const std::string& file, const 
   state.td = rig.td;
   for (const std::string& note : notes) state.report(note);
   state.report(std::string("initializer: ") + toString(state.mode) + ", method " +
-               state.initializer->name());
+               state.initializer->info().method);
   state.active = true;
   return true;
 }

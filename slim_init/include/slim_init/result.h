@@ -214,6 +214,9 @@ struct InitResult {
   /// "velocity", "gravity", "gyro_bias", "accel_bias".
   std::vector<std::string> prior_dropped;
 
+  /// The states are in the odometry frame of Priors::healthy: of a recovery.
+  bool frame_continued = false;
+
   /// The body stood still from here to the first keyframe [s, IMU clock]: a start from rest, whose
   /// world has its origin and heading where the body stood. NaN: no such start.
   double at_rest_since = kNotComputed;

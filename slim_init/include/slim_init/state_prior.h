@@ -33,16 +33,26 @@ struct StatePrior {
   std::string validate() const;
 };
 
-/// Sensor knowledge from before a restart: a warm start. The state
-/// of the body is not known.
+/// Sensor knowledge from before a restart: a warm start. The state of the body is not known.
 struct KnownSensors {
   ImuBiases biases;
   /// In place of what the initializer was given, each part within its covariance: rotation,
   /// translation, and td where that has a variance. The readout time stays as it is.
   OptionalCalibration calibration;
 
+  /// Nothing is known.
+  bool empty() const;
   /// Returns an empty string, or a message naming what is out of bounds, not finite or no rotation.
   std::string validate() const;
+};
+
+/// What is known before the data of a window; empty: nothing.
+struct Priors {
+  /// States of a host from before its failure, ascending in time, within the buffered IMU data.
+  std::vector<StatePrior> healthy = {};
+  /// Where the data contradict the biases, these are not used, and InitResult::warnings says so.
+  /// Ignored if KnownSensors::validate() refuses it.
+  KnownSensors sensors = {};
 };
 
 }  // namespace slim_init

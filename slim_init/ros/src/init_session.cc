@@ -48,12 +48,12 @@ AddStatus InitSession::addPoints(FrameObservation frame) {
   PendingFrame pending;
   pending.t = frame.t;
   findRows(&frame);
-  const std::int64_t merged_before = initializer_->counts().lines_merged;
+  const std::int64_t merged_before = initializer_->info().counts.lines_merged;
   const AddStatus status = initializer_->addFrame(std::move(frame));
   if (status == AddStatus::kRestarted) forget();
   if (!isAdded(status)) return status;
   // Its lines were there first.
-  pending.has_lines = initializer_->counts().lines_merged > merged_before;
+  pending.has_lines = initializer_->info().counts.lines_merged > merged_before;
   frames_.push_back(pending);
   if (frames_.size() > kMostPending) {
     frames_.pop_front();
@@ -79,7 +79,7 @@ void InitSession::findRows(FrameObservation* frame) const {
 }
 
 std::optional<Attempt> InitSession::poll() {
-  const Calibration calibration = initializer_->calibration();
+  const Calibration calibration = initializer_->info().calibration;
   // The newest frame that is complete; what is older is part of its window.
   std::size_t complete = 0;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
@@ -133,7 +133,7 @@ void InitSession::forget() {
 StreamCounts InitSession::streamCounts() const {
   StreamCounts counts = before_restart_;
   counts.imu_glitches += screen_.discarded();
-  return counts += initializer_->counts();
+  return counts += initializer_->info().counts;
 }
 
 }  // namespace slim_init::node

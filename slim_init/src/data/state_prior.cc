@@ -48,6 +48,11 @@ std::string StatePrior::validate() const {
   return checkCalibration(calibration, "the last healthy state");
 }
 
+bool KnownSensors::empty() const {
+  return !calibration.has_value() && !std::isfinite(biases.gyro_sigma) &&
+         !std::isfinite(biases.accel_sigma);
+}
+
 std::string KnownSensors::validate() const {
   if (const std::string message = biases.validate(); !message.empty()) {
     return "the known biases: " + message;

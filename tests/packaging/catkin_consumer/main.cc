@@ -20,7 +20,7 @@ int main() {
   }
   const auto initializer =
       slim_init::makeInitializer(slim_init::Calibration(), slim_init::InitializerOptions(), &error);
-  std::printf("%s, G = %.2f\n", initializer ? initializer->name().c_str() : error.c_str(),
+  std::printf("%s, G = %.2f\n", initializer ? initializer->info().method.c_str() : error.c_str(),
               window.G.z());
   return initializer && window.states.size() == 1 ? 0 : 1;
 }

@@ -155,7 +155,7 @@ class HostAdapter {
   /// After a failure: as seed(), but position and yaw continue from healthy states of the host,
   /// ascending in time. If the window alone is refused, velocity, attitude and biases of the newest
   /// of them that the data agree with, propagated by the IMU, are a prior
-  /// (IInitializer::recover()). Stamps further than max_reach_s before the solved window get the
+  /// (Priors::healthy). Stamps further than max_reach_s before the solved window get the
   /// states that the host had there, as long as these are among them.
   HostResult recover(const std::vector<double>& stamps, const std::vector<HostState>& healthy);
 
@@ -208,7 +208,7 @@ class HostAdapter {
   StreamCounts counts() const;      ///< the initializer's
   Calibration calibration() const;  ///< td as last set
   std::string method() const;
-  double maxWindowSpan() const;  ///< IInitializer::maxWindowSpan()
+  double maxWindowSpan() const;  ///< InitializerInfo::window_span_s
 
  private:
   struct State;
