@@ -216,10 +216,9 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   clock.lap("translation");
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
-  const MetricEstimate metric =
-      estimateMetric({tracks, pre, rotation.vanishingPoints(), options.refinement, options.inertial,
-                      *budget, rotation.rigPrior(use)},
-                     translation, options, lacksExcitation(options.gates.mode, result), &clock);
+  const MetricEstimate metric = estimateMetric(
+      {tracks, pre, options.refinement, options.inertial, *budget, rotation.rigPrior(use)},
+      translation, options, lacksExcitation(options.gates.mode, result), &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {

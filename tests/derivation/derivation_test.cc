@@ -389,13 +389,12 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   const InitWindow& window = *exact.window;
   const Vector3d& t_b_c = window.calibration().t_b_c;
   RefinementOptions options;
-  options.use_vanishing_points = false;
   options.tolerance = 1e-12;
   const WindowState start = trueState(exact);
   const StateLayout at(start.size());
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, start.gyro_bias, start.accel_bias, InertialOptions());
-  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options, InertialOptions());
+  VisualInertialProblem map(window, window.lineTracks(), pre, options, InertialOptions());
   WindowState moved = start;
   ASSERT_TRUE(map.minimize(0, &moved).valid);
   const MatrixXd information = map.information();
@@ -483,7 +482,6 @@ struct MotionCase {
   bool rotates = false;
   int points = 60;
   std::vector<Vector3d> line_directions = {};
-  bool vanishing_point = false;
   int nullity_bias_known = 0;
   int nullity_bias_free = 0;
 };
@@ -562,14 +560,6 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
         frames[k].lines.push_back(line);
       }
     }
-    std::vector<VanishingPoint> vanishing_points(kKeyframes);
-    for (int k = 0; motion.vanishing_point && k < kKeyframes; ++k) {
-      VanishingPoint& vp = vanishing_points[k];
-      vp.found = true;
-      vp.track_id = 0;
-      vp.direction = state.R_b0_bk[k].transpose() * Vector3d::UnitX();
-      vp.covariance = 1e-5 * (Matrix3d::Identity() - vp.direction * vp.direction.transpose());
-    }
     std::string error;
     const auto window = InitWindow::create(calibration, frames, imu, &error);
     EXPECT_NE(window, nullptr) << error;
@@ -580,8 +570,7 @@ class Observability : public ::testing::TestWithParam<MotionCase> {
     inertial.accel_bias_prior = inertial.gyro_bias_prior = 1e6;  // none
     const std::vector<Preintegration> pre =
         preintegrateInflated(*window, Vector3d::Zero(), Vector3d::Zero(), inertial);
-    VisualInertialProblem map(*window, window->lineTracks(), pre, &vanishing_points, options,
-                              inertial);
+    VisualInertialProblem map(*window, window->lineTracks(), pre, options, inertial);
     EXPECT_TRUE(map.minimize(0, &state).valid);
     // In units of 1 m, 1 m/s, 1 m/s^2, 1 rad; gravity by what it does to the acceleration.
     VectorXd unit = VectorXd::Ones(map.information().rows());
@@ -613,26 +602,23 @@ Vector3d excited(double t) {
 
 INSTANTIATE_TEST_SUITE_P(
     Motions, Observability,
-    ::testing::Values(
-        MotionCase{"Excited", excited, true, 60, {}, false, 0, 0},
-        MotionCase{"ExcitedWithoutRotation", excited, false, 60, {}, false, 0, 2},
-        MotionCase{"ConstantVelocity", steady, false, 60, {}, false, 1, 3},
-        MotionCase{"UniformAccelerationLevel", uniformAhead, false, 60, {}, false, 1, 3},
-        MotionCase{"UniformAccelerationVertical", uniformUp, false, 60, {}, false, 0, 3},
-        MotionCase{"AlongAStraightLine", straight, false, 60, {}, false, 0, 2},
-        MotionCase{"PureRotation", still, true, 60, {}, false, 5, 8},
-        MotionCase{"Stationary", still, false, 60, {}, false, 5, 8},
-        MotionCase{"VerticalLinesOnly", excited, false, 0, {Vector3d::UnitY()}, false, 1, 4},
-        MotionCase{"LevelLinesOnly", excited, false, 0, {Vector3d::UnitX()}, false, 2, 4},
-        MotionCase{"TwoLineDirectionsOnly",
-                   excited,
-                   false,
-                   0,
-                   {Vector3d::UnitX(), Vector3d::UnitY()},
-                   false,
-                   0,
-                   2},
-        MotionCase{"VanishingPointOnly", excited, false, 0, {}, true, 6, 9}),
+    ::testing::Values(MotionCase{"Excited", excited, true, 60, {}, 0, 0},
+                      MotionCase{"ExcitedWithoutRotation", excited, false, 60, {}, 0, 2},
+                      MotionCase{"ConstantVelocity", steady, false, 60, {}, 1, 3},
+                      MotionCase{"UniformAccelerationLevel", uniformAhead, false, 60, {}, 1, 3},
+                      MotionCase{"UniformAccelerationVertical", uniformUp, false, 60, {}, 0, 3},
+                      MotionCase{"AlongAStraightLine", straight, false, 60, {}, 0, 2},
+                      MotionCase{"PureRotation", still, true, 60, {}, 5, 8},
+                      MotionCase{"Stationary", still, false, 60, {}, 5, 8},
+                      MotionCase{"VerticalLinesOnly", excited, false, 0, {Vector3d::UnitY()}, 1, 4},
+                      MotionCase{"LevelLinesOnly", excited, false, 0, {Vector3d::UnitX()}, 2, 4},
+                      MotionCase{"TwoLineDirectionsOnly",
+                                 excited,
+                                 false,
+                                 0,
+                                 {Vector3d::UnitX(), Vector3d::UnitY()},
+                                 0,
+                                 2}),
     [](const auto& motion) { return motion.param.name; });
 
 }  // namespace

@@ -23,12 +23,6 @@ namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
-RefinementOptions withoutVanishingPoints() {
-  RefinementOptions options;
-  options.use_vanishing_points = false;
-  return options;
-}
-
 ExactWindowOptions noisy(unsigned seed, double pixel_noise = 0.6) {
   ExactWindowOptions options;
   options.seed = seed;
@@ -45,8 +39,7 @@ RefinedWindow refine(const InitWindow& window, const std::vector<WindowState>& s
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, bias, Eigen::Vector3d::Zero(), inertial);
   WorkBudget budget = testing_support::unlimitedBudget();
-  return refineWindow({window, pre, nullptr, options, inertial, budget}, window.lineTracks(),
-                      starts, mode);
+  return refineWindow({window, pre, options, inertial, budget}, window.lineTracks(), starts, mode);
 }
 
 double spread(const WindowState& state) {
@@ -83,8 +76,7 @@ TEST(RefineWindow, NoiseIsThatOfTheData) {
   // The calibration says 0.6 px throughout.
   for (const double sigma_px : {0.3, 0.6, 1.5}) {
     const ExactWindow exact = makeExactWindow(noisy(3, sigma_px));
-    const RefinedWindow refined =
-        refine(*exact.window, {trueState(exact)}, withoutVanishingPoints());
+    const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, RefinementOptions());
     ASSERT_TRUE(refined.valid);
     EXPECT_NEAR(refined.sigma_px, sigma_px, 0.1 * sigma_px);
     EXPECT_NEAR(refined.sigma_line_px, sigma_px, 0.2 * sigma_px);
@@ -93,7 +85,7 @@ TEST(RefineWindow, NoiseIsThatOfTheData) {
 
 TEST(RefineWindow, NoiseHasAFloor) {
   const ExactWindow exact = makeExactWindow(noisy(3, 0.05));
-  RefinementOptions options = withoutVanishingPoints();
+  RefinementOptions options;
   options.min_sigma_px = 0.2;
   RefinedWindow refined = refine(*exact.window, {trueState(exact)}, options);
   ASSERT_TRUE(refined.valid);
@@ -109,7 +101,7 @@ TEST(RefineWindow, TooFewResidualsKeepTheNoiseOfTheCalibration) {
   window_options.lines = 1;
   const ExactWindow exact = makeExactWindow(window_options);
   ASSERT_EQ(exact.window->lineTracks().size(), 1u);
-  const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, withoutVanishingPoints());
+  const RefinedWindow refined = refine(*exact.window, {trueState(exact)}, RefinementOptions());
   ASSERT_TRUE(refined.valid);
   EXPECT_NEAR(refined.sigma_line_px, exact.calibration.lineSigmaPx(), 1e-12);
   EXPECT_NEAR(refined.sigma_px, 1.5, 0.15);
@@ -139,7 +131,7 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
   }
   ASSERT_GT(wrong, 20);
   const auto window = windowOf(exact, frames);
-  const RefinementOptions options = withoutVanishingPoints();
+  const RefinementOptions options;
   const RefinedWindow refined = refine(*window, {truth}, options);
   ASSERT_TRUE(refined.valid);
   // A Rayleigh variable is beyond 3.5 sigma once in 450; short tracks, which bend to their outlier,
@@ -160,7 +152,7 @@ TEST(RefineWindow, OutliersAreTakenOutAndOnlyThose) {
 
 TEST(RefineWindow, NoSmallResidualIsTakenOut) {
   const ExactWindow exact = makeExactWindow(noisy(3, 0.05));
-  RefinementOptions options = withoutVanishingPoints();
+  RefinementOptions options;
   options.min_sigma_px = 0.01;
   options.reject_sigmas = 2.0;
   options.min_reject_px = 0.5;
@@ -190,7 +182,7 @@ TEST(RefineWindow, AWrongLineIsTakenOut) {
     }
   }
   const auto window = windowOf(exact, frames);
-  const RefinementOptions options = withoutVanishingPoints();
+  const RefinementOptions options;
   const RefinedWindow clean = refine(*exact.window, {trueState(exact)}, options);
   const RefinedWindow refined = refine(*window, {trueState(exact)}, options);
   ASSERT_TRUE(clean.valid && refined.valid);
@@ -208,7 +200,7 @@ TEST(RefineWindow, ASecondStartIsTriedWhereTheFirstLooksWrong) {
   const WindowState truth = trueState(exact);
   // Turned over: the minimisation does not come back from there.
   WindowState wrong = moved(truth, 1.0, 2);
-  RefinementOptions options = withoutVanishingPoints();
+  RefinementOptions options;
   options.suspicious_chi2 = 2.0;
   const RefinedWindow from_wrong = refine(*exact.window, {wrong}, options);
   EXPECT_TRUE(!from_wrong.valid || from_wrong.chi2 > options.suspicious_chi2);
@@ -252,7 +244,7 @@ TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
     }
   }
   const auto with_errors = windowOf(exact, frames);
-  const RefinementOptions options = withoutVanishingPoints();
+  const RefinementOptions options;
   const RefinedWindow clean = refine(*exact.window, {trueState(exact)}, options);
   const RefinedWindow refined = refine(*with_errors, {trueState(exact)}, options);
   ASSERT_TRUE(clean.valid && refined.valid);
@@ -268,7 +260,7 @@ TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
   const ExactWindow exact = makeExactWindow(noisy(7));
   const WindowState truth = trueState(exact);
   const WindowState wrong = moved(truth, 1.0, 2);
-  RefinementOptions options = withoutVanishingPoints();
+  RefinementOptions options;
   options.suspicious_chi2 = 1e-3;  // every minimum looks wrong
   const RefinedWindow alone = refine(*exact.window, {truth}, options);
   const RefinedWindow both = refine(*exact.window, {truth, wrong}, options);
@@ -285,7 +277,7 @@ TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
 
 TEST(RefineWindow, WithoutAStartThereIsNoAnswer) {
   const ExactWindow exact = makeExactWindow(noisy(1));
-  const RefinedWindow refined = refine(*exact.window, {}, withoutVanishingPoints());
+  const RefinedWindow refined = refine(*exact.window, {}, RefinementOptions());
   EXPECT_FALSE(refined.valid);
   EXPECT_EQ(refined.chosen_start, -1);
 }
@@ -295,8 +287,8 @@ TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
   const WindowState truth = trueState(exact);
   WindowState broken = truth;
   broken.p_b0(1, 3) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(refine(*exact.window, {broken}, withoutVanishingPoints()).valid);
-  const RefinedWindow refined = refine(*exact.window, {broken, truth}, withoutVanishingPoints());
+  EXPECT_FALSE(refine(*exact.window, {broken}, RefinementOptions()).valid);
+  const RefinedWindow refined = refine(*exact.window, {broken, truth}, RefinementOptions());
   ASSERT_TRUE(refined.valid);
   EXPECT_EQ(refined.chosen_start, 1);
   EXPECT_LT(scaleError(refined, truth), 0.02);
@@ -305,20 +297,20 @@ TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
 TEST(RefineWindow, FromFarAwayItIsInvalidOrLooksWrong) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   const WindowState far = scaled(moved(trueState(exact), 1.0, 3), 1e6);
-  const RefinedWindow refined = refine(*exact.window, {far}, withoutVanishingPoints());
+  const RefinedWindow refined = refine(*exact.window, {far}, RefinementOptions());
   EXPECT_TRUE(!refined.valid || refined.chi2 > 5.0) << refined.chi2;
 }
 
 TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   const WindowState truth = trueState(exact);
-  const RefinementOptions options = withoutVanishingPoints();
+  const RefinementOptions options;
   std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, dataSheetNoise());
   const auto lines = exact.window->lineTracks();
   const InertialOptions inertial = dataSheetNoise();
   WorkBudget budget = testing_support::unlimitedBudget();
-  const RefinementInput input = {*exact.window, pre, nullptr, options, inertial, budget};
+  const RefinementInput input = {*exact.window, pre, options, inertial, budget};
   EXPECT_TRUE(refineWindow(input, lines, {truth}, StartMode::kFine).valid);
   pre[4].covariance.setZero();
   EXPECT_FALSE(refineWindow(input, lines, {truth}, StartMode::kFine).valid);
@@ -332,7 +324,7 @@ TEST(RefineWindow, PreintegratesAnewWhereTheGyroscopeBiasMovedFar) {
   const WindowState truth = trueState(exact);
   WindowState off = truth;
   off.gyro_bias += Eigen::Vector3d(0.03, -0.04, 0.02);
-  RefinementOptions options = withoutVanishingPoints();
+  RefinementOptions options;
   options.max_iterations = 30;
   options.tolerance = 1e-6;
   const RefinedWindow at_truth = refine(*exact.window, {truth}, options);
@@ -349,7 +341,7 @@ TEST(RefineWindow, TheAccelerometerBiasIsFoundOrHeld) {
   const ExactWindow exact = makeExactWindow(window_options);
   WindowState start = trueState(exact);
   start.accel_bias.setZero();
-  RefinementOptions options = withoutVanishingPoints();
+  RefinementOptions options;
   const RefinedWindow found = refine(*exact.window, {start}, options);
   ASSERT_TRUE(found.valid);
   const Posterior posterior = posteriorOf(found.state, found.information);
@@ -374,7 +366,7 @@ TEST(RefineWindow, LinesAddWhatPointsLack) {
     window_options.points = 10;
     const ExactWindow exact = makeExactWindow(window_options);
     const WindowState truth = trueState(exact);
-    RefinementOptions options = withoutVanishingPoints();
+    RefinementOptions options;
     const RefinedWindow with = refine(*exact.window, {truth}, options);
     options.use_lines = false;
     const RefinedWindow without = refine(*exact.window, {truth}, options);

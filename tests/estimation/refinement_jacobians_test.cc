@@ -175,17 +175,6 @@ TEST_P(RefinementJacobians, Line) {
   }
 }
 
-TEST_P(RefinementJacobians, Direction) {
-  DirectionParameters axis;
-  axis.direction = random().normalized();
-  axis.tangent = tangentBasis(axis.direction);
-  DirectionView view;
-  view.keyframe = 1;
-  view.direction_b = (state_.R_b0_bk[1].transpose() * axis.direction + 0.1 * random()).normalized();
-  view.whitened_tangent_b = 50.0 * tangentBasis(view.direction_b).transpose();
-  check<2>(view, axis, 1.0);
-}
-
 TEST_P(RefinementJacobians, Inertial) {
   const Preintegration pre = somePreintegration();
 

@@ -55,12 +55,10 @@ TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
   // The noise sets where the minimisation ends, and with it the last digits of the cost below.
   inertial.accel_noise_factor = 10.0;
   inertial.gyro_noise_factor = 3.0;
-  options.use_vanishing_points = false;
   const WindowState truth = trueState(exact);
   const std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
-  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
-                            inertial);
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, options, inertial);
   WindowState state = perturbed(truth, 0.02, 3);
   const MapSummary summary = map.minimize(options.max_iterations, &state);
   ASSERT_TRUE(summary.valid);
@@ -101,11 +99,10 @@ TEST(VisualInertialProblem, SameMinimumAsCeres) {
   RefinementOptions options;
   const InertialOptions inertial;
   options.tolerance = 1e-16;
-  options.use_vanishing_points = false;
   const WindowState truth = trueState(exact);
   const std::vector<Preintegration> pre =
       preintegrateInflated(window, truth.gyro_bias, truth.accel_bias, inertial);
-  VisualInertialProblem map(window, window.lineTracks(), pre, nullptr, options, inertial);
+  VisualInertialProblem map(window, window.lineTracks(), pre, options, inertial);
   WindowState ours = truth;
   const MapSummary summary = map.minimize(200, &ours);
   ASSERT_TRUE(summary.valid && summary.converged);
@@ -196,7 +193,7 @@ TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
     const WindowState truth = trueState(exact);
     const std::vector<Preintegration> pre =
         preintegrateInflated(*window, truth.gyro_bias, truth.accel_bias, inertial);
-    VisualInertialProblem map(*window, window->lineTracks(), pre, nullptr, options, inertial);
+    VisualInertialProblem map(*window, window->lineTracks(), pre, options, inertial);
     WindowState state = perturbed(truth, 0.02, seed);
     const MapSummary summary = map.minimize(30, &state);
     ASSERT_TRUE(summary.valid && summary.converged) << seed;
@@ -214,8 +211,7 @@ TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
   const InertialOptions inertial;
   const std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
-  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, nullptr, options,
-                            inertial);
+  VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, options, inertial);
   WindowState state = truth;
   ASSERT_TRUE(map.minimize(10, &state).valid);
   const MapResiduals residuals = map.residuals();

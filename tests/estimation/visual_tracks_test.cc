@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Where tracks start: triangulation of points and lines, mean of vanishing directions, and what
-// they do with views that determine nothing.
+// Where tracks start: triangulation of points and lines, and what they do with views that determine
+// nothing.
 #include "estimation/visual_tracks.h"
 
 #include <gtest/gtest.h>
@@ -123,19 +123,6 @@ TEST(Triangulate, ASegmentWithoutLengthHasNoLine) {
   for (LineView& view : none) view.end_b = view.start_b;
   LineParameters line;
   EXPECT_FALSE(triangulate(none.data(), 4, state, kT_b_c, &line));
-}
-
-TEST(MeanDirection, IgnoresTheSignOfItsViews) {
-  const WindowState state = someMotion();
-  const Vector3d axis = Vector3d(0.2, 0.9, -0.3).normalized();
-  std::vector<DirectionView> views(4);
-  for (int k = 0; k < 4; ++k) {
-    views[k].keyframe = k;
-    views[k].direction_b = (k % 2 == 0 ? 1.0 : -1.0) * (state.R_b0_bk[k].transpose() * axis);
-  }
-  const DirectionParameters mean = meanDirection(views.data(), 4, state);
-  EXPECT_NEAR(std::abs(mean.direction.dot(axis)), 1.0, 1e-12);
-  EXPECT_LT((mean.tangent.transpose() * mean.direction).norm(), 1e-12);
 }
 
 TEST(TrackParameters, MoveByTheirTangents) {

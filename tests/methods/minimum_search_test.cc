@@ -23,9 +23,8 @@ struct Search {
                                  options.inertial)) {}
 
   RefinedWindow run(const WindowState& start, WorkBudget* budget) const {
-    return searchMinimum(
-        {*exact.window, pre, nullptr, options.refinement, options.inertial, *budget},
-        believedLines(*exact.window, start, options), start, options);
+    return searchMinimum({*exact.window, pre, options.refinement, options.inertial, *budget},
+                         believedLines(*exact.window, start, options), start, options);
   }
   RefinedWindow run(const WindowState& start) const {
     WorkBudget budget = unlimitedBudget();

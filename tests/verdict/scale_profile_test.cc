@@ -39,7 +39,6 @@ InertialOptions widenedNoise() {
 RefinementOptions leastSquares() {
   RefinementOptions options;
   options.use_lines = false;
-  options.use_vanishing_points = false;
   options.cauchy_sigmas = 1e4;
   options.tolerance = 1e-10;
   options.max_iterations = 50;
@@ -78,7 +77,7 @@ Minimum minimumOf(Motion motion, int keyframes, unsigned seed, const InertialOpt
   out.inertial = inertial;
   WindowState state = trueState(out.exact);
   out.pre = preintegrateInflated(*out.exact.window, state.gyro_bias, state.accel_bias, inertial);
-  VisualInertialProblem map(*out.exact.window, {}, out.pre, nullptr, leastSquares(), inertial);
+  VisualInertialProblem map(*out.exact.window, {}, out.pre, leastSquares(), inertial);
   const MapSummary summary = map.minimize(leastSquares().max_iterations, &state);
   EXPECT_TRUE(summary.valid);
   out.refined.valid = summary.valid;

@@ -119,7 +119,6 @@ struct ReverseAlignmentOptions {
 /// Structureless visual-inertial refinement of `slim`.
 struct RefinementOptions {
   bool use_lines = true;               ///< line residuals
-  bool use_vanishing_points = true;    ///< vanishing-point residuals
   bool estimate_accel_bias = true;     ///< off: b_a is held at zero
   int max_iterations = 12;             ///< Levenberg-Marquardt steps of one minimisation
   double tolerance = 0.1;              ///< squared length of the last step [sigma^2]
@@ -138,7 +137,7 @@ struct RefinementOptions {
 /// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
 /// the refinement are in RefinementOptions, of the bias in RobustBiasOptions.
 struct SlimOptions {
-  bool vanishing_points = true;      ///< in the gyroscope bias and in the refinement
+  bool vanishing_points = true;      ///< in the gyroscope bias
   bool prune_tracks = true;          ///< take out tracks that contradict the bias or stand still
   bool prune_lines = true;           ///< cut line tracks where they contradict the start
   bool refine = true;                ///< off: the start is the estimate

@@ -172,8 +172,6 @@ OptionTable optionTable(ReverseAlignmentOptions* o) {
 OptionTable optionTable(RefinementOptions* o) {
   return {
       advancedKey("use_lines", &o->use_lines, "line residuals (ablation)"),
-      advancedKey("use_vanishing_points", &o->use_vanishing_points,
-                  "vanishing-point residuals (ablation)"),
       advancedKey("estimate_accel_bias", &o->estimate_accel_bias,
                   "0: the accelerometer bias is held at zero (ablation)"),
       advancedKey("max_iterations", &o->max_iterations, {0, 1000}, "",
@@ -207,7 +205,7 @@ OptionTable optionTable(RefinementOptions* o) {
 OptionTable optionTable(SlimOptions* o) {
   return {
       advancedKey("vanishing_points", &o->vanishing_points,
-                  "vanishing points in the gyroscope bias and in the refinement (ablation)"),
+                  "vanishing points in the gyroscope bias (ablation)"),
       advancedKey("prune_tracks", &o->prune_tracks,
                   "remove tracks that contradict the consensus bias or are static in the image of "
                   "a turning "

@@ -152,8 +152,8 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   const RefinementOptions& options = input.options;
   std::vector<Preintegration> pre = input.pre;
   const double focal = window.calibration().focal_px;
-  VisualInertialProblem map(window, lines, pre, input.vanishing_points, options, input.inertial,
-                            input.rig, input.motion, input.known);
+  VisualInertialProblem map(window, lines, pre, options, input.inertial, input.rig, input.motion,
+                            input.known);
   map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 

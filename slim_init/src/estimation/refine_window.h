@@ -13,7 +13,6 @@
 #include "estimation/state_factor.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
-#include "lines/vanishing_point.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
@@ -83,9 +82,8 @@ enum class StartMode {
 
 /// What every refinement of a window shares. Keeps references: the arguments outlive it.
 struct RefinementInput {
-  const InitWindow& tracks;                             ///< points pruned
-  const std::vector<Preintegration>& pre;               ///< by preintegrateInflated()
-  const std::vector<VanishingPoint>* vanishing_points;  ///< or null
+  const InitWindow& tracks;                ///< points pruned
+  const std::vector<Preintegration>& pre;  ///< by preintegrateInflated()
   const RefinementOptions& options;
   const InertialOptions& inertial;
   WorkBudget& budget;  ///< counts its work; used up, a minimisation ends

@@ -50,11 +50,4 @@ void evaluateAtRow(const LineView& view, const LineParameters& line, const RowEx
   out->J_track.row(1) = end.J_track.row(1);
 }
 
-void evaluateAtRow(const DirectionView& view, const DirectionParameters& axis,
-                   const RowExposure& at, double sqrt_information, ViewDerivatives<2>* out,
-                   RowJacobian* by_row) {
-  evaluate(view, axis, at.state, {at.rows.t_b_c}, sqrt_information, out);
-  by_row->setZero();
-}
-
 }  // namespace slim_init

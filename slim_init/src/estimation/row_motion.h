@@ -38,9 +38,5 @@ void evaluateAtRow(const PointView& view, const PointParameters& point, const Ro
                    double sqrt_information, ViewDerivatives<3>* out, RowJacobian* by_row);
 void evaluateAtRow(const LineView& view, const LineParameters& line, const RowExposure& at,
                    double sqrt_information, ViewDerivatives<4>* out, RowJacobian* by_row);
-/// A vanishing direction does not depend on where the camera is.
-void evaluateAtRow(const DirectionView& view, const DirectionParameters& axis,
-                   const RowExposure& at, double sqrt_information, ViewDerivatives<2>* out,
-                   RowJacobian* by_row);
 
 }  // namespace slim_init

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/visual_inertial_problem.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -123,10 +122,9 @@ void normalEquations(const FactorRows<C>& rows, const Eigen::Matrix<double, 9, 1
 
 VisualInertialProblem::VisualInertialProblem(
     const InitWindow& window, const std::vector<Track>& lines,
-    const std::vector<Preintegration>& pre, const std::vector<VanishingPoint>* vanishing_points,
-    const RefinementOptions& options, const InertialOptions& inertial,
-    const std::optional<RigPrior>& rig, const std::optional<MotionPrior>& motion,
-    const std::optional<StateFactor>& known)
+    const std::vector<Preintegration>& pre, const RefinementOptions& options,
+    const InertialOptions& inertial, const std::optional<RigPrior>& rig,
+    const std::optional<MotionPrior>& motion, const std::optional<StateFactor>& known)
     : window_(window),
       pre_(pre),
       options_(options),
@@ -166,9 +164,6 @@ VisualInertialProblem::VisualInertialProblem(
     point_tracks_.push_back(range);
   }
   if (options_.use_lines) addLineTracks(lines);
-  if (options_.use_vanishing_points && vanishing_points != nullptr) {
-    addDirectionTracks(*vanishing_points);
-  }
 }
 
 void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
@@ -184,35 +179,6 @@ void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
     }
     range.end = static_cast<int>(line_views_.size());
     line_tracks_.push_back(range);
-  }
-}
-
-void VisualInertialProblem::addDirectionTracks(
-    const std::vector<VanishingPoint>& vanishing_points) {
-  const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
-  int last_id = -1;
-  for (const VanishingPoint& vp : vanishing_points) last_id = std::max(last_id, vp.track_id);
-  for (int id = 0; id <= last_id; ++id) {
-    TrackRange range;
-    range.begin = static_cast<int>(direction_views_.size());
-    for (int k = 0; k < layout_.n; ++k) {
-      const VanishingPoint& vp = vanishing_points[k];
-      if (!vp.found || vp.track_id != id) continue;
-      const Eigen::Matrix<double, 3, 2> B = tangentBasis(vp.direction);
-      const Eigen::LLT<Eigen::Matrix2d> llt(B.transpose() * vp.covariance * B);
-      if (llt.info() != Eigen::Success) continue;
-      DirectionView view;
-      view.keyframe = k;
-      view.direction_b = R_b_c * vp.direction;
-      view.whitened_tangent_b = llt.matrixL().solve((R_b_c * B).transpose());
-      direction_views_.push_back(view);
-    }
-    range.end = static_cast<int>(direction_views_.size());
-    if (range.end - range.begin >= 2) {
-      direction_tracks_.push_back(range);
-    } else {
-      direction_views_.resize(range.begin);
-    }
   }
 }
 
@@ -235,9 +201,8 @@ void VisualInertialProblem::setNoise(double sigma_point_rad, double sigma_line_r
 }
 
 int VisualInertialProblem::visualDof() const {
-  return static_cast<int>(2 * (point_views_.size() + line_views_.size() + direction_views_.size()) -
-                          3 * point_tracks_.size() - 4 * line_tracks_.size() -
-                          2 * direction_tracks_.size());
+  return static_cast<int>(2 * (point_views_.size() + line_views_.size()) -
+                          3 * point_tracks_.size() - 4 * line_tracks_.size());
 }
 
 void VisualInertialProblem::triangulateAll(const WindowState& state) {
@@ -252,10 +217,6 @@ void VisualInertialProblem::triangulateAll(const WindowState& state) {
     LineParameters line;
     triangulate(&line_views_[t.begin], t.end - t.begin, state, t_b_c_, &line);
     structure_.lines.push_back(line);
-  }
-  for (const TrackRange& t : direction_tracks_) {
-    structure_.directions.push_back(
-        meanDirection(&direction_views_[t.begin], t.end - t.begin, state));
   }
 }
 
@@ -576,8 +537,7 @@ double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
       const Eigen::Matrix2d S = Eigen::Matrix2d::Identity() - K * K.transpose();
       addProduct(elimination->J[a], S, elimination->J[a], &blocks[k_a]);
     }
-    // A vanishing direction does not depend on where the camera is.
-    if (by_row_ && D > 2) eliminateRows(tracks[t], views, y, *elimination, system);
+    if (by_row_) eliminateRows(tracks[t], views, y, *elimination, system);
   }
   return c2 * cost.value();
 }
@@ -591,10 +551,8 @@ double VisualInertialProblem::workOfLinearization() const {
     }
     return pairs;
   };
-  const double views =
-      static_cast<double>(point_views_.size() + line_views_.size() + direction_views_.size());
-  const double pairs =
-      ofTracks(point_tracks_) + ofTracks(line_tracks_) + ofTracks(direction_tracks_);
+  const double views = static_cast<double>(point_views_.size() + line_views_.size());
+  const double pairs = ofTracks(point_tracks_) + ofTracks(line_tracks_);
   const double m = layout_.size();
   return kWorkPerView * views + (rolling_ ? kWorkPerRollingPair : kWorkPerPairOfViews) * pairs +
          kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
@@ -612,9 +570,7 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
                                 1.0 / sigma_line_, &system->lines, system);
   system->visual_cost = addTracks(point_tracks_, point_views_, structure.points, state,
                                   1.0 / sigma_point_, &system->points, system) +
-                        system->line_cost +
-                        addTracks(direction_tracks_, direction_views_, structure.directions, state,
-                                  1.0, &system->directions, system);
+                        system->line_cost;
   for (int a = 0; a < n; ++a) {
     for (int b = 0; b <= a; ++b) system->H.block<6, 6>(6 * a, 6 * b) = pose_blocks_[a * n + b];
   }
@@ -652,7 +608,6 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
   Structure moved = structure_;
   move(point_tracks_, point_views_, system.points, &moved.points);
   move(line_tracks_, line_views_, system.lines, &moved.lines);
-  move(direction_tracks_, direction_views_, system.directions, &moved.directions);
   return moved;
 }
 
@@ -670,7 +625,6 @@ bool VisualInertialProblem::holdTracks(const WindowState& trial_state, Structure
   };
   hold(system_.points, trial_.points, structure_.points, &trial_structure->points);
   hold(system_.lines, trial_.lines, structure_.lines, &trial_structure->lines);
-  hold(system_.directions, trial_.directions, structure_.directions, &trial_structure->directions);
   linearize(trial_state, *trial_structure, &trial_);
   return isLower(trial_);
 }

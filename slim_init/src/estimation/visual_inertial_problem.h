@@ -4,7 +4,7 @@
 //
 // Minimises over the keyframe states, both biases and the gravity direction
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
-//   + sum rho(|vanishing point residual|^2) + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
+//   + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
 // readout time as well (rig_model.h), with a prior on the motion (motion_prior.h), with measured
 // velocities of the window (speed_factor.h), and with a known state of the first body in place of
@@ -26,7 +26,6 @@
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "lines/line_track.h"
-#include "lines/vanishing_point.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/work_budget.h"
@@ -36,7 +35,7 @@ namespace slim_init {
 /// The robust cost at a state, and its parts.
 struct MapCost {
   double cost = 0.0;         ///< the whole
-  double visual_cost = 0.0;  ///< from points, lines and vanishing points
+  double visual_cost = 0.0;  ///< from points and lines
   double line_cost = 0.0;    ///< from lines
   double rig_cost = 0.0;     ///< from the prior of the rig
   double state_cost = 0.0;   ///< from a known state and measured velocities
@@ -63,13 +62,11 @@ class VisualInertialProblem {
  public:
   /// `lines`: ranges of window.lineObservations() (window.lineTracks(), or what
   /// agreeingLineTracks() left of them). `pre`: one preintegration per consecutive pair, with
-  /// covariance; kept by reference. `vanishing_points`: one per keyframe, or null. Lines and
-  /// vanishing points take part only as `options` says. Without a `rig` prior the calibration of
-  /// the window is exact.
+  /// covariance; kept by reference. Lines take part only as `options` says. Without a `rig` prior
+  /// the calibration of the window is exact.
   VisualInertialProblem(const InitWindow& window, const std::vector<Track>& lines,
-                        const std::vector<Preintegration>& pre,
-                        const std::vector<VanishingPoint>* vanishing_points,
-                        const RefinementOptions& options, const InertialOptions& inertial,
+                        const std::vector<Preintegration>& pre, const RefinementOptions& options,
+                        const InertialOptions& inertial,
                         const std::optional<RigPrior>& rig = std::nullopt,
                         const std::optional<MotionPrior>& motion = std::nullopt,
                         const std::optional<StateFactor>& known = std::nullopt);
@@ -123,7 +120,7 @@ class VisualInertialProblem {
   /// at the answer of minimize(), tracks eliminated.
   const Eigen::MatrixXd& information() const { return information_; }
 
-  /// Its part from points, lines and vanishing points, 6N x 6N of the poses [theta_k, p_k], tracks
+  /// Its part from points and lines, 6N x 6N of the poses [theta_k, p_k], tracks
   /// eliminated; and half the derivative of their cost by the poses at the answer. Those of the
   /// gauge, which nothing needs, are zero. Neither depends on the IMU but through the state at
   /// which they are taken.
@@ -157,7 +154,6 @@ class VisualInertialProblem {
   struct Structure {
     std::vector<PointParameters> points;
     std::vector<LineParameters> lines;
-    std::vector<DirectionParameters> directions;
   };
   /// Normal equations at a state; H is the lower triangle.
   struct System : MapCost {
@@ -167,12 +163,10 @@ class VisualInertialProblem {
     Eigen::VectorXd visual_g;
     Elimination<3> points;
     Elimination<4> lines;
-    Elimination<2> directions;
   };
 
   double workOfLinearization() const;
   void addLineTracks(const std::vector<Track>& lines);
-  void addDirectionTracks(const std::vector<VanishingPoint>& vanishing_points);
   void triangulateAll(const WindowState& state);
   double addPriors(const WindowState& state, System* system) const;
   double addMotionPrior(const WindowState& state, System* system) const;
@@ -228,10 +222,9 @@ class VisualInertialProblem {
   WindowState nominal_;                // scratch of addInertial()
   std::vector<RigDerivatives> chain_;  // likewise
 
-  std::vector<TrackRange> point_tracks_, line_tracks_, direction_tracks_;
+  std::vector<TrackRange> point_tracks_, line_tracks_;
   std::vector<PointView> point_views_;
   std::vector<LineView> line_views_;
-  std::vector<DirectionView> direction_views_;
   Structure structure_;
   System system_, trial_;
   std::vector<Eigen::Matrix<double, 6, 6>> pose_blocks_;  // scratch of addTracks()

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/visual_tracks.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 
@@ -16,13 +15,6 @@ PointParameters PointParameters::moved(const Eigen::Vector3d& step) const {
   out.direction = (direction + tangent * step.head<2>()).normalized();
   out.tangent = tangentBasis(out.direction);
   out.inverse_depth += step[2];
-  return out;
-}
-
-DirectionParameters DirectionParameters::moved(const Eigen::Vector2d& step) const {
-  DirectionParameters out;
-  out.direction = (direction + tangent * step).normalized();
-  out.tangent = tangentBasis(out.direction);
   return out;
 }
 
@@ -48,17 +40,6 @@ void evaluate(const PointView& view, const PointParameters& point, const WindowS
   out->J_track.col(2) = dr_dy * (R.transpose() * from_body - camera.t_b_c);
 }
 
-void evaluate(const DirectionView& view, const DirectionParameters& axis, const WindowState& state,
-              const CameraPlace& /*camera*/, double sqrt_information, ViewDerivatives<2>* out) {
-  const Eigen::Matrix3d& R = state.R_b0_bk[view.keyframe];
-  const Eigen::Vector3d d_b = R.transpose() * axis.direction;
-  const Eigen::Matrix<double, 2, 3> G = sqrt_information * view.whitened_tangent_b;
-  out->r = G * d_b;
-  out->J_pose.leftCols<3>() = G * skew(d_b);
-  out->J_pose.rightCols<3>().setZero();
-  out->J_track = G * R.transpose() * axis.tangent;
-}
-
 PointParameters triangulate(const PointView* views, int count, const WindowState& state,
                             const Eigen::Vector3d& t_b_c) {
   PointParameters point;
@@ -78,18 +59,6 @@ PointParameters triangulate(const PointView* views, int count, const WindowState
   }
   point.inverse_depth = a > 0.0 ? std::clamp(b / a, 0.0, kMaxStartInverseDepth) : 0.0;
   return point;
-}
-
-DirectionParameters meanDirection(const DirectionView* views, int count, const WindowState& state) {
-  DirectionParameters axis;
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (int k = 0; k < count; ++k) {
-    const Eigen::Vector3d d = state.R_b0_bk[views[k].keyframe] * views[k].direction_b;
-    sum += d * d.transpose();
-  }
-  axis.direction = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(2);
-  axis.tangent = tangentBasis(axis.direction);
-  return axis;
 }
 
 }  // namespace slim_init

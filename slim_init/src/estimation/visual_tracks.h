@@ -1,8 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Point and vanishing-point tracks of the refinement; those of lines are in lines/line_track.h.
-// Each track has a few parameters of its own (3, 4, 2) that are eliminated inside every
-// Gauss-Newton step; they are scratch of the solver and never leave it.
+// Point tracks of the refinement; those of lines are in lines/line_track.h. Each track has a few
+// parameters of its own (3 and 4) that are eliminated inside every Gauss-Newton step; they are
+// scratch of the solver and never leave it.
 //
 // Camera k sees along R_k^T (x - c_k) with R_k = R_b0_bk and c_k = p_k + R_k t_b_c; bearings are
 // kept in the body frame (f_b = R_b_c f_c), so that the extrinsic rotation is applied once.
@@ -37,33 +37,14 @@ struct PointParameters {
   PointParameters moved(const Eigen::Vector3d& step) const;
 };
 
-/// A vanishing direction seen in keyframe k.
-struct DirectionView {
-  int keyframe = 0;
-  Eigen::Matrix<double, 2, 3> whitened_tangent_b;  ///< whitening times tangent rows, in b
-  Eigen::Vector3d direction_b;                     ///< sign as observed
-};
-
-/// An axis in b0.
-struct DirectionParameters {
-  Eigen::Vector3d direction;
-  Eigen::Matrix<double, 3, 2> tangent;
-
-  DirectionParameters moved(const Eigen::Vector2d& step) const;
-};
-
-/// Residuals of one view and their derivatives. `sqrt_information` is 1 / sigma [1/rad].
-///   point: components of the predicted bearing across the observed one
-///   direction: components of the predicted direction across the observed one, whitened
+/// Residuals of one view, the components of the predicted bearing across the observed one, and
+/// their derivatives. `sqrt_information` is 1 / sigma [1/rad].
 void evaluate(const PointView& view, const PointParameters& point, const WindowState& state,
               const CameraPlace& camera, double sqrt_information, ViewDerivatives<3>* out);
-void evaluate(const DirectionView& view, const DirectionParameters& axis, const WindowState& state,
-              const CameraPlace& camera, double sqrt_information, ViewDerivatives<2>* out);
 
 /// Starting parameters of a track from the state, by linear least squares with the known camera
 /// motion. `views` has at least two entries.
 PointParameters triangulate(const PointView* views, int count, const WindowState& state,
                             const Eigen::Vector3d& t_b_c);
-DirectionParameters meanDirection(const DirectionView* views, int count, const WindowState& state);
 
 }  // namespace slim_init

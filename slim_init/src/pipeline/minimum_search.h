@@ -11,7 +11,6 @@
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "lines/line_agreement.h"
-#include "lines/vanishing_point.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 

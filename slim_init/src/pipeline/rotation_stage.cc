@@ -174,17 +174,18 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
   compensate(Eigen::Vector3d::Zero());
   // The estimator looks at it until the end.
   const std::shared_ptr<const InitWindow> window = stage->window;
-  const std::vector<VanishingPoint>* vps = nullptr;
+  std::vector<VanishingPoint> vanishing_points;
   if (options.slim.vanishing_points) {
-    stage->vanishing_points = trackVanishingPoints(*window, options.vanishing_point);
+    vanishing_points = trackVanishingPoints(*window, options.vanishing_point);
     // Their covariance is that of the segments' noise; clutter among the inliers is not in it
     // (kappa_v).
-    for (VanishingPoint& vp : stage->vanishing_points) {
+    for (VanishingPoint& vp : vanishing_points) {
       vp.covariance *= options.vanishing_point.covariance_inflation;
     }
-    vps = &stage->vanishing_points;
   }
-  RobustBiasEstimator estimator(*window, vps, options.robust_bias, options.inertial, budget);
+  RobustBiasEstimator estimator(*window,
+                                options.slim.vanishing_points ? &vanishing_points : nullptr,
+                                options.robust_bias, options.inertial, budget);
   const auto adopt = [&](const RobustBias& bias) {
     stage->bias = bias;
     if (bias.valid()) compensate(bias.gyro_bias);
@@ -260,7 +261,6 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   }
   stage.prior = priorOf(stage, handed_in, better);
   stage.tracks = stage.window;
-  if (!stage.bias.valid()) stage.vanishing_points.clear();
   if (!stage.bias.valid() || !options.slim.prune_tracks) return stage;
   if (auto pruned = withObservations(*stage.window, stage.bias.pruning.keep)) stage.tracks = pruned;
   return stage;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "estimation/rig_model.h"
-#include "lines/vanishing_point.h"
 #include "rotation/calibration_check.h"
 #include "rotation/robust_bias.h"
 #include "slim_init/init_window.h"
@@ -29,8 +28,6 @@ struct RotationStage {
   /// `window` without the observations that contradict the bias (SlimOptions::prune_tracks): what
   /// everything after this step takes.
   std::shared_ptr<const InitWindow> tracks;
-  /// Of `window`; empty where they are not used, or there is no bias.
-  std::vector<VanishingPoint> vanishing_points;
   RobustBias bias;
   /// Not empty where the extrinsic rotation was unknown and the motion does not determine it; then
   /// there is no bias.
@@ -40,9 +37,6 @@ struct RotationStage {
   double measured_sigma_px = kNotComputed;  ///< noise of the tracks of `window` [px]
   int rounds = 0;                           ///< 1 where the calibration handed in was near enough
 
-  const std::vector<VanishingPoint>* vanishingPoints() const {
-    return vanishing_points.empty() ? nullptr : &vanishing_points;
-  }
   /// `prior` where the calibration is to be estimated.
   std::optional<RigPrior> rigPrior(const SlimOptions& options) const {
     return options.estimate_calibration ? std::optional<RigPrior>(prior) : std::nullopt;
