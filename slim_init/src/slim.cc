@@ -217,7 +217,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
   const MetricEstimate metric = estimateMetric(
-      {tracks, pre, options.refinement, options.inertial, *budget, rotation.rigPrior(use)},
+      {tracks, pre, options.refinement, options.inertial, *budget, {rotation.rigPrior(use)}},
       translation, options, lacksExcitation(options.gates.mode, result), &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.

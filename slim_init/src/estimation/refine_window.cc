@@ -152,14 +152,13 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   const RefinementOptions& options = input.options;
   std::vector<Preintegration> pre = input.pre;
   const double focal = window.calibration().focal_px;
-  VisualInertialProblem map(window, lines, pre, options, input.inertial, input.rig, input.motion,
-                            input.known);
+  VisualInertialProblem map(window, lines, pre, options, input.inertial, input.priors);
   map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 
   const Basin basin = findBasin(starts, mode, options, &map);
   if (!basin.summary.valid) return out;
-  out.with_rig = input.rig.has_value();
+  out.with_rig = input.priors.rig.has_value();
   out.state = basin.state;
   out.chosen_start = basin.start;
   out.iterations = basin.iterations;

@@ -5,12 +5,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
-#include "estimation/motion_prior.h"
-#include "estimation/rig_model.h"
-#include "estimation/state_factor.h"
+#include "estimation/window_priors.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "slim_init/init_window.h"
@@ -87,10 +84,7 @@ struct RefinementInput {
   const RefinementOptions& options;
   const InertialOptions& inertial;
   WorkBudget& budget;  ///< counts its work; used up, a minimisation ends
-  std::optional<RigPrior> rig =
-      std::nullopt;  ///< the rig error is estimated too; else the calibration is exact
-  std::optional<MotionPrior> motion = std::nullopt;
-  std::optional<StateFactor> known = std::nullopt;  ///< in place of the priors of the biases
+  WindowPriors priors = {};
 };
 
 /// Refines from `starts` (at least one) and keeps the lowest cost. `lines` as the constructor of

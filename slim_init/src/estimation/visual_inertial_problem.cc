@@ -120,48 +120,48 @@ void normalEquations(const FactorRows<C>& rows, const Eigen::Matrix<double, 9, 1
 
 }  // namespace
 
-VisualInertialProblem::VisualInertialProblem(
-    const InitWindow& window, const std::vector<Track>& lines,
-    const std::vector<Preintegration>& pre, const RefinementOptions& options,
-    const InertialOptions& inertial, const std::optional<RigPrior>& rig,
-    const std::optional<MotionPrior>& motion, const std::optional<StateFactor>& known)
+VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
+                                             const std::vector<Track>& lines,
+                                             const std::vector<Preintegration>& pre,
+                                             const RefinementOptions& options,
+                                             const InertialOptions& inertial,
+                                             const WindowPriors& priors)
     : window_(window),
       pre_(pre),
       options_(options),
       inertial_(inertial),
-      layout_(window.size(), rig.has_value()),
+      layout_(window.size(), priors.rig.has_value()),
       t_b_c_(window.calibration().t_b_c),
-      sigma_point_(window.calibration().sigmaBearing()),
-      sigma_line_(window.calibration().sigmaLine()),
       rows_{t_b_c_, window.calibration().readout_s},
       rolling_(rows_.readout_s > 0.0),
-      by_row_(rolling_ || (rig.has_value() && rig->sigmas.readout_s > 0.0)),
-      rig_(rig),
-      motion_(motion),
-      known_(known),
+      by_row_(rolling_ || (priors.rig.has_value() && priors.rig->sigmas.readout_s > 0.0)),
+      rig_(priors.rig),
+      motion_(priors.motion),
+      known_(priors.known),
       // A prior on the motion, or the common error of speeds, couples velocities that are not
       // neighbours.
-      solver_(layout_, rolling_ || motion.has_value() || !window.speeds().empty()) {
+      solver_(layout_, rolling_ || motion_.has_value() || !window.speeds().empty()) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
+  setNoise(window.calibration().sigmaBearing(), window.calibration().sigmaLine());
   if (known_) {
     Eigen::MatrixXd information;
     whitening_valid_ = invertSymmetric(known_->covariance, &information) && whitening_valid_;
     known_information_ = information;
   }
-  point_views_.reserve(window.pointObservations().size());
+  points_.views.reserve(window.pointObservations().size());
   for (const Track& track : window.pointTracks()) {
-    const TrackRange range = {static_cast<int>(point_views_.size()),
-                              static_cast<int>(point_views_.size()) + track.size()};
+    const TrackRange range = {static_cast<int>(points_.views.size()),
+                              static_cast<int>(points_.views.size()) + track.size()};
     for (int s = track.begin; s < track.end; ++s) {
       PointView view;
       view.keyframe = window.pointObservations()[s].keyframe;
       view.bearing_b = R_b_c * window.pointObservations()[s].bearing;
       view.tangent_b = tangentBasis(view.bearing_b).transpose();
       view.row = window.pointObservations()[s].row;
-      point_views_.push_back(view);
+      points_.views.push_back(view);
     }
-    point_tracks_.push_back(range);
+    points_.ranges.push_back(range);
   }
   if (options_.use_lines) addLineTracks(lines);
 }
@@ -171,14 +171,14 @@ void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
   for (const Track& track : lines) {
     if (track.size() < options_.min_line_views) continue;
     TrackRange range;
-    range.begin = static_cast<int>(line_views_.size());
+    range.begin = static_cast<int>(lines_.views.size());
     for (int s = track.begin; s < track.end; ++s) {
       const WindowLine& line = window_.lineObservations()[s];
-      line_views_.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
-                             line.start_row, line.end_row});
+      lines_.views.push_back({line.keyframe, R_b_c * line.start_bearing, R_b_c * line.end_bearing,
+                              line.start_row, line.end_row});
     }
-    range.end = static_cast<int>(line_views_.size());
-    line_tracks_.push_back(range);
+    range.end = static_cast<int>(lines_.views.size());
+    lines_.ranges.push_back(range);
   }
 }
 
@@ -196,26 +196,26 @@ void VisualInertialProblem::setPreintegrated(double td_shift) {
 }
 
 void VisualInertialProblem::setNoise(double sigma_point_rad, double sigma_line_rad) {
-  sigma_point_ = sigma_point_rad;
-  sigma_line_ = sigma_line_rad;
+  points_.sigma = sigma_point_rad;
+  lines_.sigma = sigma_line_rad;
 }
 
 int VisualInertialProblem::visualDof() const {
-  return static_cast<int>(2 * (point_views_.size() + line_views_.size()) -
-                          3 * point_tracks_.size() - 4 * line_tracks_.size());
+  return static_cast<int>(2 * (points_.views.size() + lines_.views.size()) -
+                          3 * points_.ranges.size() - 4 * lines_.ranges.size());
 }
 
 void VisualInertialProblem::triangulateAll(const WindowState& state) {
   structure_ = Structure();
-  structure_.points.reserve(point_tracks_.size());
-  for (const TrackRange& t : point_tracks_) {
+  structure_.points.reserve(points_.ranges.size());
+  for (const TrackRange& t : points_.ranges) {
     structure_.points.push_back(
-        triangulate(&point_views_[t.begin], t.end - t.begin, state, t_b_c_));
+        triangulate(&points_.views[t.begin], t.end - t.begin, state, t_b_c_));
     if (known_ && known_->points_at_infinity) structure_.points.back().inverse_depth = 0.0;
   }
-  for (const TrackRange& t : line_tracks_) {
+  for (const TrackRange& t : lines_.ranges) {
     LineParameters line;
-    triangulate(&line_views_[t.begin], t.end - t.begin, state, t_b_c_, &line);
+    triangulate(&lines_.views[t.begin], t.end - t.begin, state, t_b_c_, &line);
     structure_.lines.push_back(line);
   }
 }
@@ -467,92 +467,109 @@ void VisualInertialProblem::addRowBlocks(System* system) const {
 }
 
 template <int D, typename View, typename Parameters>
-double VisualInertialProblem::addTracks(const std::vector<TrackRange>& tracks,
-                                        const std::vector<View>& views,
+double VisualInertialProblem::addTracks(const Tracks<View>& tracks,
                                         const std::vector<Parameters>& parameters,
-                                        const WindowState& state, double sqrt_information,
-                                        Elimination<D>* elimination, System* system) {
-  using MatrixD = Eigen::Matrix<double, D, D>;
-  using VectorD = Eigen::Matrix<double, D, 1>;
-  elimination->L_inverse.resize(tracks.size());
-  elimination->y.resize(tracks.size());
-  elimination->excess.assign(tracks.size(), 1.0);
-  elimination->J.resize(views.size());
-  elimination->K.resize(views.size());
-  elimination->rows.resize(by_row_ ? views.size() : 0);
+                                        const WindowState& state, Elimination<D>* elimination,
+                                        System* system) {
+  elimination->L_inverse.resize(tracks.ranges.size());
+  elimination->y.resize(tracks.ranges.size());
+  elimination->excess.assign(tracks.ranges.size(), 1.0);
+  elimination->J.resize(tracks.views.size());
+  elimination->K.resize(tracks.views.size());
+  elimination->rows.resize(by_row_ ? tracks.views.size() : 0);
+  const double sqrt_information = 1.0 / tracks.sigma;
   const double c2 = square(options_.cauchy_sigmas);
-  const int n = layout_.n;
-  track_residuals_.resize(n);
+  track_residuals_.resize(layout_.n);
   LogSum cost;
-  for (std::size_t t = 0; t < tracks.size(); ++t) {
-    const int begin = tracks[t].begin, end = tracks[t].end;
-    MatrixD information = MatrixD::Zero();
-    VectorD gradient = VectorD::Zero();
-    for (int a = begin; a < end; ++a) {
+  for (std::size_t t = 0; t < tracks.ranges.size(); ++t) {
+    const TrackRange& range = tracks.ranges[t];
+    for (int a = range.begin; a < range.end; ++a) {
       ViewDerivatives<D> view;
       RowJacobian by_row;
-      evaluateView(views[a], parameters[t], state, sqrt_information, &view, &by_row);
+      evaluateView(tracks.views[a], parameters[t], state, sqrt_information, &view, &by_row);
       const double excess = 1.0 + view.r.squaredNorm() / c2;
       cost.add(excess);
       elimination->excess[t] *= excess;
       const double weight = std::sqrt(1.0 / excess);
-      const Eigen::Matrix<double, 2, D> J_track = weight * view.J_track;
-      const Eigen::Vector2d r = weight * view.r;
-      for (int j = 0; j < D; ++j) {
-        for (int i = j; i < D; ++i) {
-          information(i, j) += J_track(0, i) * J_track(0, j) + J_track(1, i) * J_track(1, j);
-        }
-        gradient[j] += J_track(0, j) * r[0] + J_track(1, j) * r[1];
-      }
       elimination->J[a] = weight * view.J_pose.transpose();
-      elimination->K[a] = J_track;
-      track_residuals_[a - begin] = r;
+      elimination->K[a] = weight * view.J_track;
+      track_residuals_[a - range.begin] = weight * view.r;
       if (by_row_) elimination->rows[a] = weight * by_row;
     }
-    information.diagonal().array() +=
-        kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
-    // The last parameter of a point is its inverse depth.
-    if (D == 3 && known_ && known_->points_at_infinity) information(D - 1, D - 1) += kHold;
-    const MatrixD L_inverse = inverseOfFactor<D>(information);
-    const VectorD y = L_inverse.template triangularView<Eigen::Lower>() * gradient;
-    elimination->L_inverse[t] = L_inverse;
-    elimination->y[t] = y;
-    for (int a = begin; a < end; ++a) {
-      Eigen::Matrix<double, 2, D>& K = elimination->K[a];
-      // In place from the right: column c needs those up to c.
-      for (int c = D - 1; c >= 0; --c) {
-        K.col(c) *= L_inverse(c, c);
-        for (int d = 0; d < c; ++d) K.col(c) += L_inverse(c, d) * K.col(d);
-      }
-      const int k_a = views[a].keyframe;
-      // The first pose is the gauge: nothing is solved for it.
-      if (k_a == 0) continue;
-      system->g.segment<6>(6 * k_a) += elimination->J[a] * (track_residuals_[a - begin] - K * y);
-      Eigen::Matrix<double, 6, 6>* blocks = &pose_blocks_[k_a * n];
-      for (int b = begin; b < a; ++b) {
-        if (views[b].keyframe == 0) continue;
-        const Eigen::Matrix2d S = -K * elimination->K[b].transpose();
-        addProduct(elimination->J[a], S, elimination->J[b], &blocks[views[b].keyframe]);
-      }
-      const Eigen::Matrix2d S = Eigen::Matrix2d::Identity() - K * K.transpose();
-      addProduct(elimination->J[a], S, elimination->J[a], &blocks[k_a]);
-    }
-    if (by_row_) eliminateRows(tracks[t], views, y, *elimination, system);
+    factorTrack(range, t, elimination);
+    addToPoses(range, tracks.views, elimination->y[t], *elimination, system);
+    if (by_row_) eliminateRows(range, tracks.views, elimination->y[t], *elimination, system);
   }
   return c2 * cost.value();
 }
 
-double VisualInertialProblem::workOfLinearization() const {
-  const auto ofTracks = [](const std::vector<TrackRange>& tracks) {
-    double pairs = 0.0;
-    for (const TrackRange& track : tracks) {
-      const double views = track.end - track.begin;
-      pairs += views * (views + 1.0) / 2.0;
+template <int D>
+void VisualInertialProblem::factorTrack(const TrackRange& range, std::size_t t,
+                                        Elimination<D>* elimination) const {
+  using MatrixD = Eigen::Matrix<double, D, D>;
+  using VectorD = Eigen::Matrix<double, D, 1>;
+  MatrixD information = MatrixD::Zero();
+  VectorD gradient = VectorD::Zero();
+  for (int a = range.begin; a < range.end; ++a) {
+    const Eigen::Matrix<double, 2, D>& J_track = elimination->K[a];
+    const Eigen::Vector2d& r = track_residuals_[a - range.begin];
+    for (int j = 0; j < D; ++j) {
+      for (int i = j; i < D; ++i) {
+        information(i, j) += J_track(0, i) * J_track(0, j) + J_track(1, i) * J_track(1, j);
+      }
+      gradient[j] += J_track(0, j) * r[0] + J_track(1, j) * r[1];
     }
-    return pairs;
+  }
+  information.diagonal().array() +=
+      kTrackDamping * information.diagonal().maxCoeff() + kMinTrackInformation;
+  // The last parameter of a point is its inverse depth.
+  if (D == 3 && known_ && known_->points_at_infinity) information(D - 1, D - 1) += kHold;
+  const MatrixD L_inverse = inverseOfFactor<D>(information);
+  elimination->L_inverse[t] = L_inverse;
+  elimination->y[t] = L_inverse.template triangularView<Eigen::Lower>() * gradient;
+  for (int a = range.begin; a < range.end; ++a) {
+    Eigen::Matrix<double, 2, D>& K = elimination->K[a];
+    // In place from the right: column c needs those up to c.
+    for (int c = D - 1; c >= 0; --c) {
+      K.col(c) *= L_inverse(c, c);
+      for (int d = 0; d < c; ++d) K.col(c) += L_inverse(c, d) * K.col(d);
+    }
+  }
+}
+
+template <int D, typename View>
+void VisualInertialProblem::addToPoses(const TrackRange& range, const std::vector<View>& views,
+                                       const Eigen::Matrix<double, D, 1>& y,
+                                       const Elimination<D>& elimination, System* system) {
+  for (int a = range.begin; a < range.end; ++a) {
+    const int k_a = views[a].keyframe;
+    // The first pose is the gauge: nothing is solved for it.
+    if (k_a == 0) continue;
+    const Eigen::Matrix<double, 6, 2>& J = elimination.J[a];
+    const Eigen::Matrix<double, 2, D>& K = elimination.K[a];
+    system->g.segment<6>(6 * k_a) += J * (track_residuals_[a - range.begin] - K * y);
+    Eigen::Matrix<double, 6, 6>* blocks = &pose_blocks_[k_a * layout_.n];
+    for (int b = range.begin; b < a; ++b) {
+      if (views[b].keyframe == 0) continue;
+      const Eigen::Matrix2d S = -K * elimination.K[b].transpose();
+      addProduct(J, S, elimination.J[b], &blocks[views[b].keyframe]);
+    }
+    const Eigen::Matrix2d S = Eigen::Matrix2d::Identity() - K * K.transpose();
+    addProduct(J, S, J, &blocks[k_a]);
+  }
+}
+
+double VisualInertialProblem::workOfLinearization() const {
+  double views = 0.0, pairs = 0.0;
+  const auto count = [&views, &pairs](const std::vector<TrackRange>& tracks) {
+    for (const TrackRange& track : tracks) {
+      const double of_track = track.end - track.begin;
+      views += of_track;
+      pairs += of_track * (of_track + 1.0) / 2.0;
+    }
   };
-  const double views = static_cast<double>(point_views_.size() + line_views_.size());
-  const double pairs = ofTracks(point_tracks_) + ofTracks(line_tracks_);
+  count(points_.ranges);
+  count(lines_.ranges);
   const double m = layout_.size();
   return kWorkPerView * views + (rolling_ ? kWorkPerRollingPair : kWorkPerPairOfViews) * pairs +
          kWorkPerKeyframe * layout_.n + kWorkOfSolve * m * m * m;
@@ -566,11 +583,9 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->g.setZero(layout_.size());
   pose_blocks_.assign(n * n, Eigen::Matrix<double, 6, 6>::Zero());
   if (rolling_) row_blocks_.assign(n * n, RowBlocks());
-  system->line_cost = addTracks(line_tracks_, line_views_, structure.lines, state,
-                                1.0 / sigma_line_, &system->lines, system);
-  system->visual_cost = addTracks(point_tracks_, point_views_, structure.points, state,
-                                  1.0 / sigma_point_, &system->points, system) +
-                        system->line_cost;
+  system->line_cost = addTracks(lines_, structure.lines, state, &system->lines, system);
+  system->visual_cost =
+      addTracks(points_, structure.points, state, &system->points, system) + system->line_cost;
   for (int a = 0; a < n; ++a) {
     for (int b = 0; b <= a; ++b) system->H.block<6, 6>(6 * a, 6 * b) = pose_blocks_[a * n + b];
   }
@@ -586,12 +601,11 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
 VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
     const System& system, const Eigen::VectorXd& step) const {
   // Back substitution: L^T d = -(y + sum V^T step).
-  const auto move = [this, &step](const auto& tracks, const auto& views, const auto& elimination,
-                                  auto* parameters) {
-    for (std::size_t t = 0; t < tracks.size(); ++t) {
+  const auto move = [this, &step](const auto& tracks, const auto& elimination, auto* parameters) {
+    for (std::size_t t = 0; t < tracks.ranges.size(); ++t) {
       auto rhs = elimination.y[t];
-      for (int a = tracks[t].begin; a < tracks[t].end; ++a) {
-        const int k = views[a].keyframe;
+      for (int a = tracks.ranges[t].begin; a < tracks.ranges[t].end; ++a) {
+        const int k = tracks.views[a].keyframe;
         Eigen::Vector2d moved = elimination.J[a].transpose() * step.segment<6>(6 * k);
         if (by_row_) {
           Eigen::Matrix<double, kRowMotion, 1> row_step;
@@ -606,9 +620,26 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
     }
   };
   Structure moved = structure_;
-  move(point_tracks_, point_views_, system.points, &moved.points);
-  move(line_tracks_, line_views_, system.lines, &moved.lines);
+  move(points_, system.points, &moved.points);
+  move(lines_, system.lines, &moved.lines);
   return moved;
+}
+
+// The damped step, and its squared length in standard deviations of the state; none where the
+// matrix is not positive definite. Unlike the decrease of the cost that length is blind to outliers
+// that still creep along the flat tail of the loss. Below `tolerance` the step is the last one.
+std::optional<double> VisualInertialProblem::solveStep(double damping, double tolerance,
+                                                       Eigen::VectorXd* step) {
+  if (!solver_.solve(system_.H, system_.g, damping, step)) return std::nullopt;
+  const int m = layout_.size() - StateLayout::kGauge;
+  const double decrement = -step->tail(m).dot(system_.g.tail(m));
+  // Damping holds a step back along the scale, which nothing corrects after the last one.
+  Eigen::VectorXd undamped;
+  if (decrement < tolerance && damping > kSmallestDamping &&
+      solver_.solve(system_.H, system_.g, kSmallestDamping, &undamped)) {
+    step->swap(undamped);
+  }
+  return decrement;
 }
 
 bool VisualInertialProblem::isLower(const System& trial) const {
@@ -638,33 +669,25 @@ MapSummary VisualInertialProblem::minimize(int max_iterations, double tolerance,
 MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, WindowState* state) {
   MapSummary summary;
   if (!whitening_valid_) return summary;
-  const int m = layout_.size() - StateLayout::kGauge;
   linearize(*state, structure_, &system_);
   // Not minimizeLevenbergMarquardt(): the last step is taken without an evaluation, a matrix that
   // is not positive definite raises the damping, and systems of this size are swapped, not copied.
   double damping = kFirstDamping;
   bool refused = false;  // the step before
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size()), undamped;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(layout_.size());
   const auto isCut = [this] { return budget_ != nullptr && budget_->isUsedUp(); };
   const auto goesOn = [&] {
     return summary.iterations < max_iterations && !summary.converged && damping < kLargestDamping;
   };
   while (goesOn() && !isCut()) {
-    if (!solver_.solve(system_.H, system_.g, damping, &step)) {
+    const std::optional<double> decrement = solveStep(damping, tolerance, &step);
+    if (!decrement) {
       damping = std::max(100.0 * damping, kDampingAfterFailure);
       continue;
     }
-    // Squared length of the step in standard deviations of the state. Unlike the decrease of the
-    // cost it is blind to outliers that still creep along the flat tail of the loss.
-    const double decrement = -step.tail(m).dot(system_.g.tail(m));
-    // Damping holds a step back along the scale, which nothing corrects after the last one.
-    if (decrement < tolerance && damping > kSmallestDamping &&
-        solver_.solve(system_.H, system_.g, kSmallestDamping, &undamped)) {
-      step.swap(undamped);
-    }
     const WindowState trial_state = retract(*state, step);
     Structure trial_structure = moveStructure(system_, step);
-    if (decrement < tolerance) {
+    if (*decrement < tolerance) {
       // Not worth a linearisation: cost and information are those of one small step before.
       *state = trial_state;
       std::swap(structure_, trial_structure);
@@ -674,7 +697,7 @@ MapSummary VisualInertialProblem::resume(int max_iterations, double tolerance, W
     }
     linearize(trial_state, trial_structure, &trial_);
     if (isLower(trial_) ||
-        (decrement < kNearMinimum && holdTracks(trial_state, &trial_structure))) {
+        (*decrement < kNearMinimum && holdTracks(trial_state, &trial_structure))) {
       *state = trial_state;
       std::swap(structure_, trial_structure);
       std::swap(system_, trial_);
@@ -706,21 +729,21 @@ void VisualInertialProblem::keepInformation(const Eigen::VectorXd& last_step) {
 
 MapResiduals VisualInertialProblem::residuals() const {
   MapResiduals out;
-  out.point_tracks = static_cast<int>(point_tracks_.size());
-  out.line_tracks = static_cast<int>(line_tracks_.size());
+  out.point_tracks = static_cast<int>(points_.ranges.size());
+  out.line_tracks = static_cast<int>(lines_.ranges.size());
   RowJacobian by_row;
-  out.points.reserve(point_views_.size());
-  for (std::size_t t = 0; t < point_tracks_.size(); ++t) {
-    for (int a = point_tracks_[t].begin; a < point_tracks_[t].end; ++a) {
+  out.points.reserve(points_.views.size());
+  for (std::size_t t = 0; t < points_.ranges.size(); ++t) {
+    for (int a = points_.ranges[t].begin; a < points_.ranges[t].end; ++a) {
       ViewDerivatives<3> view;
-      evaluateView(point_views_[a], structure_.points[t], final_state_, 1.0, &view, &by_row);
+      evaluateView(points_.views[a], structure_.points[t], final_state_, 1.0, &view, &by_row);
       out.points.push_back(view.r.norm());
     }
   }
-  for (std::size_t t = 0; t < line_tracks_.size(); ++t) {
-    for (int a = line_tracks_[t].begin; a < line_tracks_[t].end; ++a) {
+  for (std::size_t t = 0; t < lines_.ranges.size(); ++t) {
+    for (int a = lines_.ranges[t].begin; a < lines_.ranges[t].end; ++a) {
       ViewDerivatives<4> view;
-      evaluateView(line_views_[a], structure_.lines[t], final_state_, 1.0, &view, &by_row);
+      evaluateView(lines_.views[a], structure_.lines[t], final_state_, 1.0, &view, &by_row);
       out.lines.push_back(view.r.cwiseAbs().maxCoeff());
     }
   }
@@ -729,34 +752,31 @@ MapResiduals VisualInertialProblem::residuals() const {
 
 void VisualInertialProblem::reject(const MapResiduals& now, double max_point, double max_line) {
   const auto filter = [](const std::vector<double>& residual, double bound, int min_views,
-                         auto* tracks, auto* views, auto* parameters) {
-    auto kept_views = *views;
-    auto kept_tracks = *tracks;
+                         auto* tracks, auto* parameters) {
+    auto kept = *tracks;
     auto kept_parameters = *parameters;
-    kept_views.clear();
-    kept_tracks.clear();
+    kept.views.clear();
+    kept.ranges.clear();
     kept_parameters.clear();
-    for (std::size_t t = 0; t < tracks->size(); ++t) {
+    for (std::size_t t = 0; t < tracks->ranges.size(); ++t) {
       TrackRange range;
-      range.begin = static_cast<int>(kept_views.size());
-      for (int a = (*tracks)[t].begin; a < (*tracks)[t].end; ++a) {
-        if (residual[a] <= bound) kept_views.push_back((*views)[a]);
+      range.begin = static_cast<int>(kept.views.size());
+      for (int a = tracks->ranges[t].begin; a < tracks->ranges[t].end; ++a) {
+        if (residual[a] <= bound) kept.views.push_back(tracks->views[a]);
       }
-      range.end = static_cast<int>(kept_views.size());
+      range.end = static_cast<int>(kept.views.size());
       if (range.end - range.begin < min_views) {
-        kept_views.resize(range.begin);
+        kept.views.resize(range.begin);
         continue;
       }
-      kept_tracks.push_back(range);
+      kept.ranges.push_back(range);
       kept_parameters.push_back((*parameters)[t]);
     }
-    std::swap(*views, kept_views);
-    std::swap(*tracks, kept_tracks);
+    std::swap(*tracks, kept);
     std::swap(*parameters, kept_parameters);
   };
-  filter(now.points, max_point, 2, &point_tracks_, &point_views_, &structure_.points);
-  filter(now.lines, max_line, options_.min_line_views, &line_tracks_, &line_views_,
-         &structure_.lines);
+  filter(now.points, max_point, 2, &points_, &structure_.points);
+  filter(now.lines, max_line, options_.min_line_views, &lines_, &structure_.lines);
 }
 
 }  // namespace slim_init

@@ -17,12 +17,10 @@
 #include <vector>
 
 #include "estimation/arrow_solver.h"
-#include "estimation/motion_prior.h"
-#include "estimation/rig_model.h"
 #include "estimation/row_motion.h"
 #include "estimation/speed_factor.h"
-#include "estimation/state_factor.h"
 #include "estimation/visual_tracks.h"
+#include "estimation/window_priors.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
 #include "lines/line_track.h"
@@ -62,14 +60,10 @@ class VisualInertialProblem {
  public:
   /// `lines`: ranges of window.lineObservations() (window.lineTracks(), or what
   /// agreeingLineTracks() left of them). `pre`: one preintegration per consecutive pair, with
-  /// covariance; kept by reference. Lines take part only as `options` says. Without a `rig` prior
-  /// the calibration of the window is exact.
+  /// covariance; kept by reference. Lines take part only as `options` says.
   VisualInertialProblem(const InitWindow& window, const std::vector<Track>& lines,
                         const std::vector<Preintegration>& pre, const RefinementOptions& options,
-                        const InertialOptions& inertial,
-                        const std::optional<RigPrior>& rig = std::nullopt,
-                        const std::optional<MotionPrior>& motion = std::nullopt,
-                        const std::optional<StateFactor>& known = std::nullopt);
+                        const InertialOptions& inertial, const WindowPriors& priors = {});
 
   /// Counts the work of what follows; a minimisation ends where it is used up, and is not valid.
   /// Null: nothing is counted.
@@ -81,8 +75,8 @@ class VisualInertialProblem {
 
   /// Standard deviation of a point bearing and of a line end point across the line [rad].
   void setNoise(double sigma_point_rad, double sigma_line_rad);
-  double sigmaPoint() const { return sigma_point_; }
-  double sigmaLine() const { return sigma_line_; }
+  double sigmaPoint() const { return points_.sigma; }
+  double sigmaLine() const { return lines_.sigma; }
 
   /// Levenberg-Marquardt from `state`; track parameters are triangulated from it first. `state` is
   /// the best found, also where the minimisation failed. Ends where the squared length of a step is
@@ -109,10 +103,10 @@ class VisualInertialProblem {
   /// What has become of the measured velocities, at the answer of minimize().
   SpeedUse speedUse() const;
 
-  int pointTracks() const { return static_cast<int>(point_tracks_.size()); }
-  int lineTracks() const { return static_cast<int>(line_tracks_.size()); }
+  int pointTracks() const { return static_cast<int>(points_.ranges.size()); }
+  int lineTracks() const { return static_cast<int>(lines_.ranges.size()); }
 
-  int pointViews() const { return static_cast<int>(point_views_.size()); }
+  int pointViews() const { return static_cast<int>(points_.views.size()); }
   /// Visual residuals minus track parameters.
   int visualDof() const;
 
@@ -130,6 +124,13 @@ class VisualInertialProblem {
  private:
   struct TrackRange {
     int begin = 0, end = 0;
+  };
+  /// The tracks of one kind that take part.
+  template <typename View>
+  struct Tracks {
+    std::vector<TrackRange> ranges;  ///< of `views`
+    std::vector<View> views;
+    double sigma = 0.0;  ///< standard deviation of a residual [rad]
   };
   /// What the elimination of the tracks of one kind (D parameters each) leaves for the back
   /// substitution: per track the inverse of the factor L of its information and y = L^-1 gradient,
@@ -180,9 +181,16 @@ class VisualInertialProblem {
                            const Eigen::Matrix<double, 9, kColumns, Eigen::RowMajor>& jacobian,
                            System* system) const;
   template <int D, typename View, typename Parameters>
-  double addTracks(const std::vector<TrackRange>& tracks, const std::vector<View>& views,
-                   const std::vector<Parameters>& parameters, const WindowState& state,
-                   double sqrt_information, Elimination<D>* elimination, System* system);
+  double addTracks(const Tracks<View>& tracks, const std::vector<Parameters>& parameters,
+                   const WindowState& state, Elimination<D>* elimination, System* system);
+  /// Factors the information of track `t`; J_track of its views, in `elimination->K`, becomes K.
+  template <int D>
+  void factorTrack(const TrackRange& range, std::size_t t, Elimination<D>* elimination) const;
+  /// What is left of a factored track for the poses of its views.
+  template <int D, typename View>
+  void addToPoses(const TrackRange& range, const std::vector<View>& views,
+                  const Eigen::Matrix<double, D, 1>& y, const Elimination<D>& elimination,
+                  System* system);
   template <int D, typename View>
   void eliminateRows(const TrackRange& track, const std::vector<View>& views,
                      const Eigen::Matrix<double, D, 1>& y, const Elimination<D>& elimination,
@@ -193,6 +201,7 @@ class VisualInertialProblem {
   void addRowBlocks(System* system) const;
   void linearize(const WindowState& state, const Structure& structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
+  std::optional<double> solveStep(double damping, double tolerance, Eigen::VectorXd* step);
   bool isLower(const System& trial) const;
   /// Of the last linearisation; the gradient after `last_step`, which was not worth another.
   void keepInformation(const Eigen::VectorXd& last_step);
@@ -205,8 +214,6 @@ class VisualInertialProblem {
   InertialOptions inertial_;
   StateLayout layout_;
   Eigen::Vector3d t_b_c_;
-  double sigma_point_;
-  double sigma_line_;
   std::vector<Eigen::Matrix<double, 9, 9>> whitening_;
   bool whitening_valid_ = true;
   RowMotion rows_;
@@ -222,9 +229,8 @@ class VisualInertialProblem {
   WindowState nominal_;                // scratch of addInertial()
   std::vector<RigDerivatives> chain_;  // likewise
 
-  std::vector<TrackRange> point_tracks_, line_tracks_;
-  std::vector<PointView> point_views_;
-  std::vector<LineView> line_views_;
+  Tracks<PointView> points_;
+  Tracks<LineView> lines_;
   Structure structure_;
   System system_, trial_;
   std::vector<Eigen::Matrix<double, 6, 6>> pose_blocks_;  // scratch of addTracks()

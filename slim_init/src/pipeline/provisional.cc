@@ -168,9 +168,13 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
   refinement.tolerance = std::min(refinement.tolerance, kTolerance);
   refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
   const auto refine = [&](const std::vector<WindowState>& from) {
-    return refineWindow(
-        {input.tracks, input.pre, refinement, options.inertial, input.budget, input.rig, motion},
-        {}, from, StartMode::kLowest);
+    return refineWindow({input.tracks,
+                         input.pre,
+                         refinement,
+                         options.inertial,
+                         input.budget,
+                         {input.priors.rig, motion}},
+                        {}, from, StartMode::kLowest);
   };
   out.refined =
       refine({start, withGravityAgainstMeanForce(
@@ -303,8 +307,12 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   }
   if (start) {
     // Without lines: which of them are believed depends on the start, so that costs do not compare.
-    estimate = estimateProvisional({tracks, pre, options.refinement, options.inertial, *budget,
-                                    rotation.rigPrior(options.slim)},
+    estimate = estimateProvisional({tracks,
+                                    pre,
+                                    options.refinement,
+                                    options.inertial,
+                                    *budget,
+                                    {rotation.rigPrior(options.slim)}},
                                    *start, options);
   }
   clock.lap("refinement");

@@ -147,8 +147,12 @@ class Refiner {
     RefinementOptions refinement = options_.refinement;
     refinement.tolerance = std::min(refinement.tolerance, kTolerance);
     refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
-    return refineWindow({tracks_, integrated_.pre, refinement, options_.inertial, budget_,
-                         rotation_.rigPrior(options_.slim), std::nullopt, known},
+    return refineWindow({tracks_,
+                         integrated_.pre,
+                         refinement,
+                         options_.inertial,
+                         budget_,
+                         {rotation_.rigPrior(options_.slim), std::nullopt, known}},
                         {}, starts, StartMode::kFine);
   }
 
