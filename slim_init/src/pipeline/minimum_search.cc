@@ -10,13 +10,6 @@
 namespace slim_init {
 namespace {
 
-// Share of the line observations cut off above which the line tracks are doubtful. Clean tracks
-// lose up to a tenth to the error of the start.
-constexpr double kDoubtfulLines = 0.2;
-// 99.9 % point of a chi-square with nine degrees of freedom: start velocity, gravity, both biases
-// and scale are what lines and points can disagree about.
-constexpr double kLineConflict = 28.0;
-
 // A wrong minimum shows in its chi-square, over all views and over the better half of them; with
 // gross errors among the tracks the right one shows in the first alone.
 bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
@@ -49,23 +42,6 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
   if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
 }
 
-// Many cut tracks are a sign of a line tracker that confuses lines, and what remains of them may be
-// wrong as well. Then the points decide: lines are left out that raise the cost of the points by
-// more than an independent measurement of the same motion would.
-void checkAgainstPoints(const RefinementInput& input, const AgreeingLines& lines,
-                        const WindowState& start, RefinedWindow* refined) {
-  if (lines.dropped <= kDoubtfulLines * (lines.dropped + lines.observations)) return;
-  if (!input.budget.allows("the check of the lines against the points")) return;
-  makeCostExact(input, lines.tracks, refined);
-  std::vector<WindowState> starts = {start};
-  if (refined->valid) starts.insert(starts.begin(), refined->state);
-  const RefinedWindow points = refineWindow(input, {}, starts, StartMode::kFine);
-  if (!points.valid) return;
-  const bool conflict =
-      !refined->valid || refined->cost - refined->line_cost > points.cost + kLineConflict;
-  if (conflict) *refined = points;
-}
-
 }  // namespace
 
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
@@ -92,7 +68,6 @@ RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& l
   if (options.slim.second_search && isSuspicious(refined, options)) {
     searchAgain(input, lines.tracks, options, &refined);
   }
-  checkAgainstPoints(input, lines, start, &refined);
   return refined;
 }
 

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The search of the minimum around refineWindow(): which lines are believed, which starts are
-// tried, and whether the points agree with the answer (docs/derivation.md, 4.8 and 4.9).
+// The search of the minimum around refineWindow(): which lines are believed and which starts are
+// tried (docs/derivation.md, 4.8 and 4.9).
 #pragma once
 
 #include <vector>
@@ -20,9 +20,8 @@ namespace slim_init {
 AgreeingLines believedLines(const InitWindow& tracks, const WindowState& start,
                             const InitializerOptions& options);
 
-/// Maximum a posteriori estimate from `start`. A second search follows if the first
-/// minimum looks wrong, and lines that contradict the points are left out, both within the budget
-/// (WorkBudget::hasLeftOut()).
+/// Maximum a posteriori estimate from `start`. A second search follows if the first minimum looks
+/// wrong, within the budget (WorkBudget::hasLeftOut()).
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
                             const WindowState& start, const InitializerOptions& options);
 
