@@ -110,7 +110,7 @@ TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
     WindowState nominal = visual;
     const BodyOffset offset(visual.rig, calibration);
     for (int k = 0; k < n; ++k) {
-      bodyAtNominalTime(visual, k, offset, -late, instants[k], &nominal, nullptr);
+      bodyAtNominalTime(visual, k, offset, {-late, instants[k]}, &nominal, nullptr);
     }
     // Into the frame of the first body; the nominal states are bodies already.
     WindowState first = nominal;

@@ -232,7 +232,7 @@ TEST_P(RefinementJacobians, InertialUnderARigError) {
     WindowState nominal = state;
     const BodyOffset offset(state.rig, calibration);
     for (int k = 0; k < 3; ++k) {
-      bodyAtNominalTime(state, k, offset, state.rig.dtd - kTdShift, instants[k], &nominal,
+      bodyAtNominalTime(state, k, offset, {state.rig.dtd - kTdShift, instants[k]}, &nominal,
                         derivatives == nullptr ? nullptr : &(*derivatives)[k]);
     }
     return inertialResidual(nominal, 1, pre);

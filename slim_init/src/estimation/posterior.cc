@@ -136,7 +136,7 @@ Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& informati
   WindowState unused = state;
   for (int k = 0; k < state.size(); ++k) {
     // An error of td labels the body with another time: the same as seeing it at another one.
-    bodyAtNominalTime(state, k, offset, 0.0, instants[k], &unused, &errors.derivatives[k]);
+    bodyAtNominalTime(state, k, offset, {0.0, instants[k]}, &unused, &errors.derivatives[k]);
   }
   return posteriorOf(state, information, errors, StateLayout(state.size(), true));
 }

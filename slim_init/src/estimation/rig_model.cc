@@ -80,8 +80,11 @@ BodyOffset::BodyOffset(const RigError& rig, const Calibration& calibration)
       R(calibration.R_b_c * R_b_c.transpose()),
       t(calibration.t_b_c - R * t_b_c) {}
 
-void bodyAtNominalTime(const WindowState& state, int k, const BodyOffset& offset, double td_error,
-                       const ImuInstant& imu, WindowState* nominal, RigDerivatives* derivatives) {
+void bodyAtNominalTime(const WindowState& state, int k, const BodyOffset& offset,
+                       const LateExposure& exposure, WindowState* nominal,
+                       RigDerivatives* derivatives) {
+  const double td_error = exposure.td_error;
+  const ImuInstant& imu = exposure.imu;
   const Eigen::Matrix3d& R_visual = state.R_b0_bk[k];
   const Eigen::Matrix3d R_body = R_visual * offset.R;
   const Eigen::Vector3d v = state.v_b0.col(k);

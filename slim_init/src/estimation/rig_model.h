@@ -66,10 +66,16 @@ struct BodyOffset {
   BodyOffset(const RigError& rig, const Calibration& calibration);
 };
 
-/// Body of keyframe k at its nominal time, which the exposure follows by `td_error` [s]: first
-/// order in the motion between both.
-void bodyAtNominalTime(const WindowState& state, int k, const BodyOffset& offset, double td_error,
-                       const ImuInstant& imu, WindowState* nominal, RigDerivatives* derivatives);
+/// An exposure after its nominal time.
+struct LateExposure {
+  double td_error;        ///< it follows by [s]
+  const ImuInstant& imu;  ///< motion in between
+};
+
+/// Body of keyframe k at its nominal time: first order in the motion between that and the exposure.
+void bodyAtNominalTime(const WindowState& state, int k, const BodyOffset& offset,
+                       const LateExposure& exposure, WindowState* nominal,
+                       RigDerivatives* derivatives);
 
 /// Columns of the Jacobian of one factor with a rig error: those of InertialResidual, then
 /// rotation, translation, td.

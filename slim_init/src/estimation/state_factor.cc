@@ -91,7 +91,7 @@ StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
                             const Calibration& calibration, const ImuInstant& first) {
   WindowState body = state;
   RigDerivatives chain;
-  bodyAtNominalTime(state, 0, BodyOffset(state.rig, calibration), state.rig.dtd, first, &body,
+  bodyAtNominalTime(state, 0, BodyOffset(state.rig, calibration), {state.rig.dtd, first}, &body,
                     &chain);
   return stateResidual(state, factor, &body, &chain);
 }

@@ -381,7 +381,7 @@ double VisualInertialProblem::addInertial(const WindowState& state, System* syst
   chain_.resize(layout_.n);
   const BodyOffset offset(state.rig, window_.calibration());
   for (int k = 0; k < layout_.n; ++k) {
-    bodyAtNominalTime(state, k, offset, state.rig.dtd - td_shift_, instants_[k], &nominal_,
+    bodyAtNominalTime(state, k, offset, {state.rig.dtd - td_shift_, instants_[k]}, &nominal_,
                       &chain_[k]);
   }
   for (int i = 0; i + 1 < layout_.n; ++i) {
