@@ -174,7 +174,7 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
     if (samples[i].t - samples[i - 1].t > max_gap && samples[i - 1].t < t_now) return prior;
   }
   const Eigen::Vector3d bias = bias_ ? bias_->value : Eigen::Vector3d::Zero();
-  const Preintegration pre = preintegrate(samples, t_before, t_now, bias, Eigen::Vector3d::Zero(),
+  const Preintegration pre = preintegrate(samples, t_before, t_now, {bias, Eigen::Vector3d::Zero()},
                                           calibration_.imu_noise, PreintegrationParts::kRotation);
   const Eigen::Matrix3d& R_b_c = calibration_.R_b_c;
   prior.measured = true;

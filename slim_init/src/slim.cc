@@ -96,7 +96,7 @@ ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refine
   pre.reserve(input.pre.size());
   for (std::size_t k = 0; k < input.pre.size(); ++k) {
     pre.push_back(preintegrate(window.imu(), window.times()[k] + shift,
-                               window.times()[k + 1] + shift, state.gyro_bias, state.accel_bias,
+                               window.times()[k + 1] + shift, {state.gyro_bias, state.accel_bias},
                                ImuNoise(), PreintegrationParts::kMean));
     // The covariance depends on the biases by a hundredth of itself.
     pre.back().covariance = input.pre[k].covariance;

@@ -59,7 +59,7 @@ NavState propagateTo(const NavState& state, double t, const std::vector<ImuSampl
                      const Eigen::Vector3d& gravity_w, const ImuNoise& noise) {
   if (t <= state.t) return state;
   return propagate(state,
-                   preintegrate(imu, state.t, t, state.gyro_bias, state.accel_bias, noise,
+                   preintegrate(imu, state.t, t, {state.gyro_bias, state.accel_bias}, noise,
                                 PreintegrationParts::kMean),
                    gravity_w);
 }

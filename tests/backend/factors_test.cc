@@ -90,7 +90,7 @@ TEST_P(BackendFactors, Inertial) {
     imu.push_back(sample);
   }
   const Preintegration pre =
-      preintegrate(imu, 0.0, 0.25, 0.02 * random(), 0.1 * random(), calibration_.imu_noise,
+      preintegrate(imu, 0.0, 0.25, {0.02 * random(), 0.1 * random()}, calibration_.imu_noise,
                    PreintegrationParts::kWithCovariance);
   const auto cost = InertialCost::create(pre, frames_[0]->R_ref, frames_[1]->R_ref,
                                          Eigen::Vector3d(0, 0, -9.81), 2e-5, 3e-3);

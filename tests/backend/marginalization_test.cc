@@ -48,8 +48,8 @@ class SmallProblem {
     for (int k = 0; k < 4; ++k) {
       const auto i = static_cast<std::size_t>(k);
       const NavState& state = exact.truth[i];
-      links_.push_back(preintegrate(exact.imu, state.t, exact.truth[i + 1].t, state.gyro_bias,
-                                    state.accel_bias, calibration.imu_noise,
+      links_.push_back(preintegrate(exact.imu, state.t, exact.truth[i + 1].t,
+                                    {state.gyro_bias, state.accel_bias}, calibration.imu_noise,
                                     PreintegrationParts::kWithCovariance));
     }
     std::map<FeatureId, Point> tracks;

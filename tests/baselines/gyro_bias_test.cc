@@ -62,9 +62,10 @@ struct PairResidual {
   const EpipolarPair* pair;
   int i;
   bool operator()(const double* bias, double* residual) const {
-    const Preintegration pre = preintegrate(
-        window->imu(), window->times()[i], window->times()[i + 1], Eigen::Map<const Vector3d>(bias),
-        Vector3d::Zero(), ImuNoise(), PreintegrationParts::kRotation);
+    const Preintegration pre =
+        preintegrate(window->imu(), window->times()[i], window->times()[i + 1],
+                     {Eigen::Map<const Vector3d>(bias), Vector3d::Zero()}, ImuNoise(),
+                     PreintegrationParts::kRotation);
     const Eigen::Matrix3d& R_b_c = window->calibration().R_b_c;
     *residual = std::sqrt(std::max(pair->evaluate(R_b_c.transpose() * pre.dR * R_b_c).lambda, 0.0));
     return true;

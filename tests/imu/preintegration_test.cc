@@ -43,7 +43,7 @@ TEST(Preintegration, ConstantAccelerationWithoutRotationIsExact) {
   const auto imu = sample(
       0, 1, 100, [](double) { return kZero; }, [&](double) { return a; });
   const Preintegration pre =
-      preintegrate(imu, 0.1234, 0.8765, kZero, kZero, ImuNoise(), PreintegrationParts::kMean);
+      preintegrate(imu, 0.1234, 0.8765, {kZero, kZero}, ImuNoise(), PreintegrationParts::kMean);
   const double dt = 0.8765 - 0.1234;
   EXPECT_NEAR(pre.dt, dt, 1e-14);
   EXPECT_LT((pre.dv - a * dt).norm(), 1e-13);
@@ -58,7 +58,7 @@ TEST(Preintegration, LinearAccelerationBetweenSamplesIsMetByInterpolation) {
       0, 1, 50, [](double) { return kZero; }, [&](double t) -> Vector3d { return c * t; });
   const double t_i = 0.203, t_j = 0.691;  // neither is a sample time
   const Preintegration pre =
-      preintegrate(imu, t_i, t_j, kZero, kZero, ImuNoise(), PreintegrationParts::kMean);
+      preintegrate(imu, t_i, t_j, {kZero, kZero}, ImuNoise(), PreintegrationParts::kMean);
   EXPECT_LT((pre.dv - 0.5 * c * (t_j * t_j - t_i * t_i)).norm(), 1e-13);
 }
 
@@ -67,7 +67,7 @@ TEST(Preintegration, ConstantRateRotatesExactly) {
   const auto imu = sample(
       0, 1, 200, [&](double) { return omega; }, [](double) { return kZero; });
   const Preintegration pre =
-      preintegrate(imu, 0.0, 0.97, kZero, kZero, ImuNoise(), PreintegrationParts::kRotation);
+      preintegrate(imu, 0.0, 0.97, {kZero, kZero}, ImuNoise(), PreintegrationParts::kRotation);
   EXPECT_LT((pre.dR - expSO3(omega * 0.97)).norm(), 1e-13);
 }
 
@@ -78,7 +78,7 @@ TEST(Preintegration, CircleAtConstantRateMatchesClosedForm) {
       0, 1, 1000, [&](double) { return Vector3d(0, 0, w); },
       [&](double) { return Vector3d(f, 0, 0); });
   const Preintegration pre =
-      preintegrate(imu, 0.0, T, kZero, kZero, ImuNoise(), PreintegrationParts::kMean);
+      preintegrate(imu, 0.0, T, {kZero, kZero}, ImuNoise(), PreintegrationParts::kMean);
   const Vector3d dv(f * std::sin(w * T) / w, f * (1 - std::cos(w * T)) / w, 0);
   const Vector3d dp(f * (1 - std::cos(w * T)) / (w * w), f * (T / w - std::sin(w * T) / (w * w)),
                     0);
@@ -90,7 +90,7 @@ TEST(Preintegration, CircleAtConstantRateMatchesClosedForm) {
 TEST(Preintegration, ErrorFallsWithTheSquareOfTheStep) {
   const auto dp = [](double rate) {
     const auto imu = sample(0.0, 0.6, rate, livelyGyro, livelyAccel);
-    return preintegrate(imu, 0.0, 0.5, kZero, kZero, ImuNoise(), PreintegrationParts::kMean).dp;
+    return preintegrate(imu, 0.0, 0.5, {kZero, kZero}, ImuNoise(), PreintegrationParts::kMean).dp;
   };
   const Vector3d reference = dp(51200);
   const double coarse = (dp(100) - reference).norm();
@@ -107,7 +107,7 @@ TEST(Preintegration, SplittingAnIntervalBetweenSamplesChangesNothing) {
   const Vector3d gravity(0, 0, -9.8);
   const auto go = [&](const NavState& s, double t) {
     return propagate(
-        s, preintegrate(imu, s.t, t, kZero, kZero, ImuNoise(), PreintegrationParts::kMean),
+        s, preintegrate(imu, s.t, t, {kZero, kZero}, ImuNoise(), PreintegrationParts::kMean),
         gravity);
   };
   const NavState whole = go(start, 0.5);
@@ -122,7 +122,7 @@ TEST(Preintegration, PartsAgree) {
   const auto imu = livelySamples();
   const Vector3d bg(0.01, 0.02, -0.03), ba(0.1, -0.2, 0.05);
   const auto at = [&](PreintegrationParts parts) {
-    return preintegrate(imu, 0.0013, 0.48, bg, ba, ImuNoise(), parts);
+    return preintegrate(imu, 0.0013, 0.48, {bg, ba}, ImuNoise(), parts);
   };
   const Preintegration rotation = at(PreintegrationParts::kRotation);
   const Preintegration mean = at(PreintegrationParts::kMean);
@@ -138,7 +138,7 @@ TEST(Preintegration, PartsAgree) {
 class PreintegrationDerivatives : public ::testing::Test {
  protected:
   Preintegration at(const Vector3d& bg, const Vector3d& ba) const {
-    return preintegrate(imu_, 0.0013, 0.4978, bg, ba, ImuNoise(), PreintegrationParts::kMean);
+    return preintegrate(imu_, 0.0013, 0.4978, {bg, ba}, ImuNoise(), PreintegrationParts::kMean);
   }
   const std::vector<ImuSample> imu_ = livelySamples();
   const Vector3d bg_ = Vector3d(0.02, -0.01, 0.07), ba_ = Vector3d(0.05, 0.1, -0.1);
@@ -188,7 +188,7 @@ TEST(Preintegration, CovarianceMatchesMonteCarlo) {
   const auto clean = livelySamples();
   const double t_i = 0.0, t_j = 0.5;
   const Preintegration pre =
-      preintegrate(clean, t_i, t_j, kZero, kZero, noise, PreintegrationParts::kWithCovariance);
+      preintegrate(clean, t_i, t_j, {kZero, kZero}, noise, PreintegrationParts::kWithCovariance);
 
   std::mt19937_64 random(7);
   std::normal_distribution<double> gaussian(0.0, 1.0);
@@ -205,7 +205,7 @@ TEST(Preintegration, CovarianceMatchesMonteCarlo) {
       s.accel += vector(noise.accel_density * std::sqrt(rate));
     }
     const Preintegration noisy =
-        preintegrate(imu, t_i, t_j, kZero, kZero, noise, PreintegrationParts::kMean);
+        preintegrate(imu, t_i, t_j, {kZero, kZero}, noise, PreintegrationParts::kMean);
     Eigen::Matrix<double, 9, 1> e;
     e << logSO3(pre.dR.transpose() * noisy.dR), noisy.dv - pre.dv, noisy.dp - pre.dp;
     sum += e * e.transpose();
@@ -223,7 +223,7 @@ TEST(Preintegration, CovarianceMatchesMonteCarlo) {
 double widening(const std::vector<ImuSample>& samples, double t_i, double t_j) {
   const ImuNoise noise{1e-4, 1e-2};
   const auto pre =
-      preintegrate(samples, t_i, t_j, kZero, kZero, noise, PreintegrationParts::kWithCovariance);
+      preintegrate(samples, t_i, t_j, {kZero, kZero}, noise, PreintegrationParts::kWithCovariance);
   return pre.covariance(3, 3) / (noise.accel_density * noise.accel_density * (t_j - t_i));
 }
 
@@ -272,7 +272,7 @@ TEST(Preintegration, MissingSamplesOfAVibrationAreInTheCovariance) {
       auto gap = whole;
       gap.erase(gap.begin() + first, gap.begin() + first + 5);  // 30 ms without a sample
       const auto at = [&](const std::vector<ImuSample>& samples) {
-        return preintegrate(samples, 0.5, 1.3, kZero, kZero, noise,
+        return preintegrate(samples, 0.5, 1.3, {kZero, kZero}, noise,
                             PreintegrationParts::kWithCovariance);
       };
       const Preintegration known = at(whole), bridged = at(gap);

@@ -94,8 +94,8 @@ class RowProjector {
   NavState stateAt(int k, double dt) const {
     const NavState& at = exact_.truth[k];
     const auto integral = [&](double from, double to) {
-      return preintegrate(imu_, from, to, at.gyro_bias, at.accel_bias, exact_.calibration.imu_noise,
-                          PreintegrationParts::kMean);
+      return preintegrate(imu_, from, to, {at.gyro_bias, at.accel_bias},
+                          exact_.calibration.imu_noise, PreintegrationParts::kMean);
     };
     if (dt >= 0.0) return propagate(at, integral(at.t, at.t + dt), gravity_w_);
     const Preintegration pre = integral(at.t + dt, at.t);
@@ -225,7 +225,7 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   const auto advance = [&](double t) {
     if (t <= state.t) return;
     state = propagate(state,
-                      preintegrate(out.imu, state.t, t, options.gyro_bias, options.accel_bias,
+                      preintegrate(out.imu, state.t, t, {options.gyro_bias, options.accel_bias},
                                    out.calibration.imu_noise, PreintegrationParts::kMean),
                       gravity_w);
     state.t = t;

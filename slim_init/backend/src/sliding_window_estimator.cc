@@ -248,7 +248,7 @@ class SlidingWindowEstimator::Implementation {
   // ---- inertial links ----
 
   Preintegration integrate(const Frame& i, const Frame& j) const {
-    return preintegrate(imu_, i.t, j.t, i.gyroBias(), i.accelBias(), noise_,
+    return preintegrate(imu_, i.t, j.t, {i.gyroBias(), i.accelBias()}, noise_,
                         PreintegrationParts::kWithCovariance);
   }
 

@@ -107,9 +107,9 @@ bool refine(const InitWindow& window, std::vector<Preintegration> pre,
   for (int pass = 0; pass <= options.relinearizations; ++pass) {
     for (std::size_t i = 0; pass > 0 && i < pre.size(); ++i) {
       const NavState& state = (*states)[i];
-      pre[i] =
-          preintegrate(window.imu(), state.t, (*states)[i + 1].t, state.gyro_bias, state.accel_bias,
-                       window.calibration().imu_noise, PreintegrationParts::kWithCovariance);
+      pre[i] = preintegrate(window.imu(), state.t, (*states)[i + 1].t,
+                            {state.gyro_bias, state.accel_bias}, window.calibration().imu_noise,
+                            PreintegrationParts::kWithCovariance);
     }
     if (!adjustInertial(window, pre, options, states, points).converged) return false;
   }

@@ -139,7 +139,7 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
   pre.reserve(window.size() - 1);
   for (int k = 0; k + 1 < window.size(); ++k) {
     pre.push_back(preintegrate(window.imu(), window.times()[k] + td_shift,
-                               window.times()[k + 1] + td_shift, gyro_bias, accel_bias, noise,
+                               window.times()[k + 1] + td_shift, {gyro_bias, accel_bias}, noise,
                                PreintegrationParts::kWithCovariance));
   }
   return pre;

@@ -147,11 +147,11 @@ void integrate(const std::vector<ImuSample>& samples, double t_i, double t_j, co
 }  // namespace
 
 Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
-                            const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accel_bias,
-                            const ImuNoise& noise, PreintegrationParts parts) {
+                            const BiasPoint& biases, const ImuNoise& noise,
+                            PreintegrationParts parts) {
   Preintegration pre;
-  pre.gyro_bias = gyro_bias;
-  pre.accel_bias = accel_bias;
+  pre.gyro_bias = biases.gyro;
+  pre.accel_bias = biases.accel;
   switch (parts) {
     case PreintegrationParts::kRotation:
       integrate<PreintegrationParts::kRotation>(samples, t_i, t_j, noise, pre);
@@ -173,8 +173,8 @@ std::vector<Preintegration> preintegrateWindow(const InitWindow& window,
   std::vector<Preintegration> pre;
   pre.reserve(window.size() - 1);
   for (int i = 0; i + 1 < window.size(); ++i) {
-    pre.push_back(preintegrate(window.imu(), window.times()[i], window.times()[i + 1], gyro_bias,
-                               accel_bias, window.calibration().imu_noise, parts));
+    pre.push_back(preintegrate(window.imu(), window.times()[i], window.times()[i + 1],
+                               {gyro_bias, accel_bias}, window.calibration().imu_noise, parts));
   }
   return pre;
 }

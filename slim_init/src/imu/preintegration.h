@@ -49,6 +49,12 @@ struct Preintegration {
   }
 };
 
+/// Biases that samples are integrated at: the linearisation point.
+struct BiasPoint {
+  Eigen::Vector3d gyro;   ///< [rad/s]
+  Eigen::Vector3d accel;  ///< [m/s^2]
+};
+
 /// What to compute; less is faster.
 enum class PreintegrationParts {
   kRotation,        ///< dt, dR, dR_dbg
@@ -62,8 +68,8 @@ enum class PreintegrationParts {
 /// interval between samples is on average: the covariance is widened where one is longer than 1.5
 /// of it, for others are missing there.
 Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, double t_j,
-                            const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accel_bias,
-                            const ImuNoise& noise, PreintegrationParts parts);
+                            const BiasPoint& biases, const ImuNoise& noise,
+                            PreintegrationParts parts);
 
 /// One preintegration per consecutive keyframe pair of the window (size() - 1 of them).
 std::vector<Preintegration> preintegrateWindow(const InitWindow& window,

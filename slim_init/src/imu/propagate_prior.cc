@@ -22,7 +22,7 @@ StatePrior propagatePrior(const StatePrior& prior, double t, const std::vector<I
   in_motion.gyro_density *= kInMotion;
   in_motion.accel_density *= kInMotion;
   const NavState& from = prior.state;
-  const Preintegration pre = preintegrate(samples, from.t, t, from.gyro_bias, from.accel_bias,
+  const Preintegration pre = preintegrate(samples, from.t, t, {from.gyro_bias, from.accel_bias},
                                           in_motion, PreintegrationParts::kWithCovariance);
   StatePrior carried = prior;
   carried.state = propagate(from, pre, Eigen::Vector3d(0.0, 0.0, -gravity_magnitude));

@@ -14,7 +14,7 @@ namespace {
 
 Preintegration between(const std::vector<ImuSample>& imu, double t_i, double t_j,
                        const NavState& at_biases) {
-  return preintegrate(imu, t_i, t_j, at_biases.gyro_bias, at_biases.accel_bias, ImuNoise(),
+  return preintegrate(imu, t_i, t_j, {at_biases.gyro_bias, at_biases.accel_bias}, ImuNoise(),
                       PreintegrationParts::kMean);
 }
 
