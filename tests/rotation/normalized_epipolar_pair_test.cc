@@ -174,16 +174,14 @@ TEST(NormalizedEpipolarPair, WeightsSuppressOutliers) {
   Scene scene = makeScene(60, kSigma, {0.5, 0.1, 0.0}, 5, 10);
   NormalizedEvaluation at = scene.normalized.evaluate(scene.R_ci_cj, 0.0);
   const double before = at.lambda;
-  PointResiduals residuals;
   for (int k = 0; k < 3; ++k) {
-    scene.normalized.weigh(scene.points, {}, scene.R_ci_cj, at.baseline, kSigma, 3.0, &residuals);
+    scene.normalized.weigh(scene.points, {}, scene.R_ci_cj, at.baseline, kSigma, 3.0);
     at = scene.normalized.evaluate(scene.R_ci_cj, 0.0);
   }
   EXPECT_LT(at.lambda, 0.1 * before);
   EXPECT_GT(scene.normalized.robustCount(), 25.0);
   EXPECT_LT(scene.normalized.robustCount(), 55.0);
-  scene.points.residuals(scene.R_ci_cj, at.baseline, kSigma, &residuals);
-  EXPECT_EQ(residuals.z2.size(), 60);
+  EXPECT_EQ(scene.points.residuals(scene.R_ci_cj, at.baseline, kSigma).z2.size(), 60);
 }
 
 TEST(NormalizedEpipolarPair, MaskedPointsDoNotCount) {
@@ -203,9 +201,8 @@ TEST(NormalizedEpipolarPair, MaskedPointsDoNotCount) {
   pair.weighEqually(disturbed, mask);
   EXPECT_EQ(pair.robustCount(), 50.0);
   EXPECT_NEAR(pair.evaluate(scene.R_ci_cj, 0.0).lambda, 0.0, 1e-15);
-  PointResiduals residuals;
   const Vector3d e = Vector3d(0.5, 0.1, 0.0).normalized();
-  pair.weigh(disturbed, mask, scene.R_ci_cj, e, kSigma, 3.0, &residuals);
+  pair.weigh(disturbed, mask, scene.R_ci_cj, e, kSigma, 3.0);
   EXPECT_NEAR(pair.robustCount(), 50.0, 1e-9);
   pair.weighEqually(disturbed, {});
   EXPECT_EQ(pair.robustCount(), 60.0);
@@ -216,7 +213,6 @@ TEST(NormalizedEpipolarPair, OneObjectWeighsPairsOfDifferentSizesOneAfterTheOthe
   // 10 and 9 points take the same storage; nothing of the first may stay.
   const Scene ten = makeScene(10, kSigma, {0.4, 0.1, -0.2}, 2);
   const Scene nine = makeScene(9, kSigma, {0.4, 0.1, -0.2}, 3);
-  PointResiduals residuals;
   const Vector3d e = Vector3d(0.4, 0.1, -0.2).normalized();
   NormalizedEpipolarPair reused, fresh;
   PairPoints ten_points, nine_points;
@@ -228,9 +224,9 @@ TEST(NormalizedEpipolarPair, OneObjectWeighsPairsOfDifferentSizesOneAfterTheOthe
                   scene->points.bearingsJ().row(k).transpose().matrix());
     }
   }
-  reused.weigh(ten_points, {}, ten.R_ci_cj, e, kSigma, 3.0, &residuals);
-  reused.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0, &residuals);
-  fresh.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0, &residuals);
+  reused.weigh(ten_points, {}, ten.R_ci_cj, e, kSigma, 3.0);
+  reused.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0);
+  fresh.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0);
   EXPECT_EQ(reused.weightSum(), fresh.weightSum());
   EXPECT_EQ(reused.evaluate(nine.R_ci_cj, 0.0).lambda, fresh.evaluate(nine.R_ci_cj, 0.0).lambda);
 }
@@ -238,10 +234,9 @@ TEST(NormalizedEpipolarPair, OneObjectWeighsPairsOfDifferentSizesOneAfterTheOthe
 TEST(PairPoints, ConsensusFindsTheBaselineAmongOutliers) {
   const Vector3d t(0.5, 0.1, -0.3);
   const Scene scene = makeScene(60, kSigma, t, 6, 20);
-  ConsensusScratch scratch;
   const ConsensusOptions options = {3.0, 40, BaselineSearch::kAlways};
   const ConsensusBaseline found =
-      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, Vector3d::Zero(), &scratch);
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, Vector3d::Zero());
   EXPECT_GT(std::abs(found.direction.dot(t.normalized())), std::cos(0.1));
   EXPECT_LT(found.cost, 60 * 9.0 * 0.6);
   // The outliers, but for those that happen to lie along their epipolar line.
@@ -249,17 +244,15 @@ TEST(PairPoints, ConsensusFindsTheBaselineAmongOutliers) {
   EXPECT_GE(found.truncated, 12);
   // The same direction handed in wins or is bettered.
   const ConsensusBaseline again =
-      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, t.normalized(), &scratch);
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, t.normalized());
   EXPECT_LE(again.cost, found.cost);
 }
 
 TEST(PairPoints, AGoodBaselineAtHandIsKeptWhereThatIsAsked) {
   const Vector3d t(0.5, 0.1, -0.3);
   const Scene scene = makeScene(60, kSigma, t, 6);
-  ConsensusScratch scratch;
   const auto search = [&](BaselineSearch mode, const Vector3d& first) {
-    return scene.points.consensusBaseline(scene.R_ci_cj, kSigma, {3.0, 40, mode}, 0, first,
-                                          &scratch);
+    return scene.points.consensusBaseline(scene.R_ci_cj, kSigma, {3.0, 40, mode}, 0, first);
   };
   const Vector3d good = t.normalized();
   EXPECT_LT((search(BaselineSearch::kUnlessGood, good).direction - good).norm(), 1e-6);
@@ -274,30 +267,26 @@ TEST(PairPoints, AGoodBaselineAtHandIsKeptWhereThatIsAsked) {
 TEST(PairPoints, WithoutHypothesesTheBaselineAtHandIsRated) {
   const Vector3d t(0.5, 0.1, -0.3);
   const Scene scene = makeScene(60, kSigma, t, 6);
-  ConsensusScratch scratch;
   const ConsensusOptions rate = {3.0, 0, BaselineSearch::kAlways};
   const ConsensusBaseline rated =
-      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, t.normalized(), &scratch);
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, t.normalized());
   EXPECT_LT((rated.direction - t.normalized()).norm(), 1e-6);
   EXPECT_NEAR(rated.cost / 60, 1.0, 0.4);
   const ConsensusBaseline nothing =
-      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, Vector3d::Zero(), &scratch);
+      scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, Vector3d::Zero());
   EXPECT_EQ(nothing.direction, Vector3d::Zero());
   EXPECT_EQ(nothing.cost, 60 * 9.0);
   EXPECT_EQ(nothing.truncated, 60);
 }
 
-TEST(NormalizedEpipolarPair, ScatteredGradientsSumToTheGradient) {
+TEST(NormalizedEpipolarPair, GradientsOfThePointsSumToTheGradient) {
   const Scene scene = makeScene(31, kSigma, {0.4, 0.1, -0.2}, 8);
   const Matrix3d R = scene.R_ci_cj * expSO3({0.002, 0.001, -0.001});
-  std::vector<int> track(31);
-  for (int k = 0; k < 31; ++k) track[k] = k % 7;
-  std::vector<Vector3d> parts(7, Vector3d::Zero());
-  scene.normalized.scatterGradients(scene.points, R, 0.5 * kSigma * kSigma, 2.0,
-                                    Matrix3d::Identity(), track, &parts);
+  const std::vector<Vector3d> parts =
+      scene.normalized.pointGradients(scene.points, R, 0.5 * kSigma * kSigma);
   Vector3d sum = Vector3d::Zero();
   for (const Vector3d& part : parts) sum += part;
-  const Vector3d expected = 2.0 * scene.normalized.evaluate(R, 0.0).gradient;
+  const Vector3d expected = scene.normalized.evaluate(R, 0.0).gradient;
   EXPECT_LT((sum - expected).norm(), 1e-9 * expected.norm());
 }
 

@@ -49,8 +49,7 @@ PairSystem systemOf(const InitWindow& window, const KeyframePair& pair,
   const Eigen::Matrix3d R = freedRotation(rotation);
   const Eigen::Vector3d& e = rotation.baseline;
   const Eigen::Matrix<double, 3, 2> T = tangentBasis(e);
-  PointResiduals residuals;
-  pair.points.residuals(R, e, sigma, &residuals);
+  const PointResiduals residuals = pair.points.residuals(R, e, sigma);
   const double c2 = kTruncationSigmas * kTruncationSigmas;
   PairSystem out;
   out.H.setZero();
@@ -92,12 +91,12 @@ std::vector<Eigen::Vector3d> cameraRates(const InitWindow& window,
 
 double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrection>& rotations) {
   std::vector<double> squares;  // in sigma^2
-  PointResiduals residuals;
   for (const RotationCorrection& rotation : rotations) {
     const PairPoints& points = pairs[rotation.pair].points;
     const double count = points.count();
     const double correction = count / std::max(count - kFitted, 0.5 * count);
-    points.residuals(freedRotation(rotation), rotation.baseline, pairs.sigma(), &residuals);
+    const PointResiduals residuals =
+        points.residuals(freedRotation(rotation), rotation.baseline, pairs.sigma());
     for (int k = 0; k < points.count(); ++k) squares.push_back(correction * residuals.z2[k]);
   }
   if (static_cast<int>(squares.size()) < kMinNoiseResiduals) return kNotComputed;

@@ -12,13 +12,6 @@ namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
-// Working memory of one pair after the other.
-struct Scratch {
-  NormalizedEpipolarPair weighted;
-  PointResiduals residuals;
-  ConsensusScratch consensus;
-};
-
 // Downhill where Newton's step is far beyond what the function looks like here: a wrong rotation of
 // a pair with little parallax leaves directions without curvature.
 Eigen::Vector3d boundedStep(const Eigen::Matrix3d& hessian, const Eigen::Vector3d& gradient) {
@@ -48,25 +41,24 @@ bool minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_pr
 
 // False where the points do not determine the rotation of the pair with index `p`.
 bool freeRotation(const KeyframePairs& pairs, std::size_t p, const PairRotation& rotation,
-                  Eigen::Vector3d baseline, const CutoffSchedule& schedule, Scratch* scratch,
+                  Eigen::Vector3d baseline, const CutoffSchedule& schedule,
                   RotationCorrection* out) {
   const KeyframePair& pair = pairs[p];
   const double sigma = pairs.sigma();
   const Eigen::ArrayXd all_points;
   Eigen::Matrix3d R = rotation.R_ci_cj;
+  NormalizedEpipolarPair weighted;
   NormalizedEvaluation at;
   for (const double cutoff : schedule) {
     if (baseline.squaredNorm() == 0.0 || cutoff > kWideCutoff) {
       baseline = pair.points
                      .consensusBaseline(R, sigma, {cutoff, kHypotheses, BaselineSearch::kAlways},
-                                        static_cast<unsigned>(p), baseline, &scratch->consensus)
+                                        static_cast<unsigned>(p), baseline)
                      .direction;
     }
-    scratch->weighted.weigh(pair.points, all_points, R, baseline, sigma, cutoff,
-                            &scratch->residuals);
-    if (!(scratch->weighted.robustCount() > kMinRobustCount)) return false;
-    if (!minimizeRotation(scratch->weighted, kBaselinePriorSigmas2 * sigma * sigma, baseline, &R,
-                          &at)) {
+    weighted.weigh(pair.points, all_points, R, baseline, sigma, cutoff);
+    if (!(weighted.robustCount() > kMinRobustCount)) return false;
+    if (!minimizeRotation(weighted, kBaselinePriorSigmas2 * sigma * sigma, baseline, &R, &at)) {
       return false;
     }
     baseline = at.baseline;
@@ -74,8 +66,7 @@ bool freeRotation(const KeyframePairs& pairs, std::size_t p, const PairRotation&
   const Eigen::Vector3d phi = logSO3(rotation.R_ci_cj.transpose() * R);
   if (!(phi.norm() < kLargestCorrection)) return false;
   // Half the Hessian of a chi-square is an information.
-  const Eigen::Matrix3d information =
-      0.5 * scratch->weighted.robustCount() / (sigma * sigma) * at.hessian;
+  const Eigen::Matrix3d information = 0.5 * weighted.robustCount() / (sigma * sigma) * at.hessian;
   *out = {p, pair.i, pair.j, rotation.R_ci_cj, rotation.dR_dbg, phi, information, at.baseline};
   return true;
 }
@@ -87,11 +78,10 @@ std::vector<RotationCorrection> freeRotations(const KeyframePairs& pairs,
                                               const Baselines& baselines, int gap,
                                               const CutoffSchedule& schedule) {
   std::vector<RotationCorrection> out;
-  Scratch scratch;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (!pairs[p].use_points || pairs[p].gap() != gap) continue;
     RotationCorrection correction;
-    if (freeRotation(pairs, p, rotations[p], baselines[p], schedule, &scratch, &correction)) {
+    if (freeRotation(pairs, p, rotations[p], baselines[p], schedule, &correction)) {
       out.push_back(correction);
     }
   }

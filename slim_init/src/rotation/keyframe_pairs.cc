@@ -121,13 +121,11 @@ BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations&
                                 int max_gap, const ConsensusOptions& options, Baselines known) {
   BaselineConsensus out;
   out.baselines = std::move(known);
-  ConsensusScratch scratch;
   int points = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     if (!pairs[p].use_points || pairs[p].gap() > max_gap) continue;
-    const ConsensusBaseline found =
-        pairs[p].points.consensusBaseline(rotations[p].R_ci_cj, pairs.sigma(), options,
-                                          static_cast<unsigned>(p), out.baselines[p], &scratch);
+    const ConsensusBaseline found = pairs[p].points.consensusBaseline(
+        rotations[p].R_ci_cj, pairs.sigma(), options, static_cast<unsigned>(p), out.baselines[p]);
     out.baselines[p] = found.direction;
     out.cost += found.cost;
     points += pairs[p].points.count();

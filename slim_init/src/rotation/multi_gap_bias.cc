@@ -133,7 +133,6 @@ WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, const Gap
   const PairRotations rotations = rotationsAt(gyro_bias, gaps.to, kRelinearizeTolerance);
   const Eigen::ArrayXd all_points;
   WeightedPairs weighted(pairs_.size());
-  PointResiduals residuals;
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const KeyframePair& pair = pairs_[p];
     if (!pair.use_points || !gaps.holds(pair)) continue;
@@ -144,7 +143,7 @@ WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, const Gap
       weighted[p].weighEqually(pair.points, mask);
       baseline = weighted[p].baseline(R, baseline);
     }
-    weighted[p].weigh(pair.points, mask, R, baseline, pairs_.sigma(), cutoff_sigmas, &residuals);
+    weighted[p].weigh(pair.points, mask, R, baseline, pairs_.sigma(), cutoff_sigmas);
   }
   return weighted;
 }
@@ -198,9 +197,12 @@ Eigen::Matrix3d MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, c
     const KeyframePair& pair = pairs_[p];
     if (!gaps.holds(pair) || !pair.use_points) continue;
     if (weighted[p].robustCount() <= kMinRobustCount) continue;
-    weighted[p].scatterGradients(pair.points, rotations[p].R_ci_cj, kBaselinePriorSigmas2 * sigma2,
-                                 share * weighted[p].robustCount() / sigma2, rotations[p].dR_dbg,
-                                 pair.track, &gradients);
+    const std::vector<Eigen::Vector3d> parts = weighted[p].pointGradients(
+        pair.points, rotations[p].R_ci_cj, kBaselinePriorSigmas2 * sigma2);
+    const double scale = share * weighted[p].robustCount() / sigma2;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      gradients[pair.track[k]] += scale * rotations[p].dR_dbg.transpose() * parts[k];
+    }
   }
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& g : gradients) scatter += g * g.transpose();

@@ -235,34 +235,31 @@ NormalizedEvaluation NormalizedEpipolarPair::evaluate(const Eigen::Matrix3d& R_c
 
 void NormalizedEpipolarPair::weigh(const PairPoints& points, const Eigen::ArrayXd& mask,
                                    const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& baseline,
-                                   double sigma, double cutoff_sigmas, PointResiduals* scratch) {
+                                   double sigma, double cutoff_sigmas) {
   const int count = points.count();
-  points.residuals(R_ci_cj, baseline, sigma, scratch);
+  const PointResiduals residuals = points.residuals(R_ci_cj, baseline, sigma);
   const double c2 = cutoff_sigmas * cutoff_sigmas;
   weights_.resize(points.bearingsI().rows());
   weights_.tail(weights_.size() - count).setZero();
-  weights_.head(count) = (1.0 + scratch->z2 / c2).square().inverse();
+  weights_.head(count) = (1.0 + residuals.z2 / c2).square().inverse();
   if (mask.size() != 0) weights_.head(count) *= mask.head(count);
   robust_count_ = weights_.head(count).sum();
-  weights_.head(count) /= scratch->noise;
+  weights_.head(count) /= residuals.noise;
   sum(points);
 }
 
-void NormalizedEpipolarPair::scatterGradients(const PairPoints& points,
-                                              const Eigen::Matrix3d& R_ci_cj, double baseline_prior,
-                                              double scale, const Eigen::Matrix3d& J,
-                                              const std::vector<int>& track,
-                                              std::vector<Eigen::Vector3d>* gradients) const {
+std::vector<Eigen::Vector3d> NormalizedEpipolarPair::pointGradients(const PairPoints& points,
+                                                                    const Eigen::Matrix3d& R_ci_cj,
+                                                                    double baseline_prior) const {
   const Elimination at = eliminate(R_ci_cj, baseline_prior, Eigen::Vector3d::Zero());
   const Eigen::Matrix3d Rt = R_ci_cj.transpose();
   const Eigen::Vector3d& e = at.e;
   const Eigen::Vector3d a = Rt * e;
   const Eigen::Matrix3d E = Rt * skew(e);
-  // 3x3: takes the gradient by the baseline to that by the bias.
-  const Eigen::Matrix3d K = J.transpose() * at.cross * at.Hee_inverse * at.T.transpose();
-  const double s = scale / at.eNe;
+  // 3x3: takes the gradient by the baseline to that by the rotation.
+  const Eigen::Matrix3d K = at.cross * at.Hee_inverse * at.T.transpose();
+  std::vector<Eigen::Vector3d> gradients(points.count());
   for (int k = 0; k < points.count(); ++k) {
-    if (weights_[k] == 0.0) continue;
     const Eigen::Vector3d f_i = points.bearingsI().row(k).matrix().transpose();
     const Eigen::Vector3d f_j = points.bearingsJ().row(k).matrix().transpose();
     const Eigen::Vector3d u = E * f_i;
@@ -272,8 +269,9 @@ void NormalizedEpipolarPair::scatterGradients(const PairPoints& points,
         2.0 * r * f_j.cross(u) + 2.0 * at.lambda * c_j * f_j.cross(a);
     const Eigen::Vector3d by_baseline =
         2.0 * r * f_i.cross(g) + 2.0 * at.lambda * (c_i * f_i + c_j * g);
-    (*gradients)[track[k]] += s * weights_[k] * (J.transpose() * by_rotation - K * by_baseline);
+    gradients[k] = weights_[k] / at.eNe * (by_rotation - K * by_baseline);
   }
+  return gradients;
 }
 
 }  // namespace slim_init

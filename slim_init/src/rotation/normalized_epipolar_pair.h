@@ -42,10 +42,8 @@ class NormalizedEpipolarPair {
   /// Sets the weights of a Geman-McClure loss, 1 / (1 + z^2 / c^2)^2, at R and `baseline`, each
   /// divided by the point's own noise, zero where `mask` is. z is the point's residual e . m in
   /// units of its standard deviation, `sigma` [rad] that of a bearing, c = `cutoff_sigmas`.
-  /// `scratch` comes back with the residuals.
   void weigh(const PairPoints& points, const Eigen::ArrayXd& mask, const Eigen::Matrix3d& R_ci_cj,
-             const Eigen::Vector3d& baseline, double sigma, double cutoff_sigmas,
-             PointResiduals* scratch);
+             const Eigen::Vector3d& baseline, double sigma, double cutoff_sigmas);
 
   /// Quotient and derivatives. `baseline_prior` [rad^2] regularises the elimination of the baseline
   /// where the parallax is of the order of the noise. A baseline `near` the minimiser saves half of
@@ -57,14 +55,12 @@ class NormalizedEpipolarPair {
   /// NormalizedEvaluation::baseline alone.
   Eigen::Vector3d baseline(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& near) const;
 
-  /// Adds to `gradients[track[k]]` the part of point k in `scale` times the gradient of the
-  /// quotient by R Exp(delta), baseline eliminated as in evaluate(), times J (delta = J x). At a
-  /// minimum over several pairs the parts sum to zero and their scatter is that of the gradient.
-  /// `points` as they were weighed.
-  void scatterGradients(const PairPoints& points, const Eigen::Matrix3d& R_ci_cj,
-                        double baseline_prior, double scale, const Eigen::Matrix3d& J,
-                        const std::vector<int>& track,
-                        std::vector<Eigen::Vector3d>* gradients) const;
+  /// The part of every point in the gradient of the quotient by R Exp(delta), baseline eliminated
+  /// as in evaluate(). At a minimum over several pairs the parts sum to zero and their scatter is
+  /// that of the gradient. `points` as they were weighed.
+  std::vector<Eigen::Vector3d> pointGradients(const PairPoints& points,
+                                              const Eigen::Matrix3d& R_ci_cj,
+                                              double baseline_prior) const;
 
  private:
   // The quotient at R with what the elimination of the baseline needs.

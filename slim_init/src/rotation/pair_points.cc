@@ -49,8 +49,8 @@ void PairPoints::add(const Eigen::Vector3d& f_i, const Eigen::Vector3d& f_j) {
   ++count_;
 }
 
-void PairPoints::residuals(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& baseline,
-                           double sigma, PointResiduals* out) const {
+PointResiduals PairPoints::residuals(const Eigen::Matrix3d& R_ci_cj,
+                                     const Eigen::Vector3d& baseline, double sigma) const {
   // e . m = f_j^T A f_i, its variance sigma^2 (|e x f_i|^2 + |R^T e x f_j|^2).
   const Eigen::Matrix3d A = R_ci_cj.transpose() * skew(baseline);
   const Eigen::Vector3d a = R_ci_cj.transpose() * baseline;
@@ -58,48 +58,36 @@ void PairPoints::residuals(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d
              iz = f_i_.col(2).head(count_);
   const auto jx = f_j_.col(0).head(count_), jy = f_j_.col(1).head(count_),
              jz = f_j_.col(2).head(count_);
-  out->noise = (2.0 - (baseline.x() * ix + baseline.y() * iy + baseline.z() * iz).square() -
-                (a.x() * jx + a.y() * jy + a.z() * jz).square())
-                   .max(kMinNoise);
-  out->z2 = (jx * (A(0, 0) * ix + A(0, 1) * iy + A(0, 2) * iz) +
-             jy * (A(1, 0) * ix + A(1, 1) * iy + A(1, 2) * iz) +
-             jz * (A(2, 0) * ix + A(2, 1) * iy + A(2, 2) * iz))
-                .square() /
-            (sigma * sigma * out->noise);
-}
-
-void PairPoints::rotateInto(const Eigen::Matrix3d& R, ConsensusScratch* scratch) const {
-  // Single precision: its rounding, a ten millionth of a radian, is far below any noise, and twice
-  // as many numbers fit a register.
-  if (scratch->f.rows() < count_) {
-    scratch->f.resize(2 * count_, 3);
-    scratch->m.resize(2 * count_, 3);
-    scratch->z2.resize(2 * count_);
-  }
-  for (int k = 0; k < count_; ++k) {
-    const double x = f_j_(k, 0), y = f_j_(k, 1), z = f_j_(k, 2);
-    const double gx = R(0, 0) * x + R(0, 1) * y + R(0, 2) * z;
-    const double gy = R(1, 0) * x + R(1, 1) * y + R(1, 2) * z;
-    const double gz = R(2, 0) * x + R(2, 1) * y + R(2, 2) * z;
-    scratch->m(k, 0) = static_cast<float>(f_i_(k, 1) * gz - f_i_(k, 2) * gy);
-    scratch->m(k, 1) = static_cast<float>(f_i_(k, 2) * gx - f_i_(k, 0) * gz);
-    scratch->m(k, 2) = static_cast<float>(f_i_(k, 0) * gy - f_i_(k, 1) * gx);
-    for (int c = 0; c < 3; ++c) scratch->f(k, c) = static_cast<float>(f_i_(k, c));
-  }
+  PointResiduals out;
+  out.noise = (2.0 - (baseline.x() * ix + baseline.y() * iy + baseline.z() * iz).square() -
+               (a.x() * jx + a.y() * jy + a.z() * jz).square())
+                  .max(kMinNoise);
+  out.z2 = (jx * (A(0, 0) * ix + A(0, 1) * iy + A(0, 2) * iz) +
+            jy * (A(1, 0) * ix + A(1, 1) * iy + A(1, 2) * iz) +
+            jz * (A(2, 0) * ix + A(2, 1) * iy + A(2, 2) * iz))
+               .square() /
+           (sigma * sigma * out.noise);
+  return out;
 }
 
 ConsensusBaseline PairPoints::consensusBaseline(const Eigen::Matrix3d& R_ci_cj, double sigma,
                                                 const ConsensusOptions& options, unsigned seed,
-                                                const Eigen::Vector3d& first,
-                                                ConsensusScratch* scratch) const {
+                                                const Eigen::Vector3d& first) const {
   const double truncation2 = options.truncation_sigmas * options.truncation_sigmas;
   ConsensusBaseline out;
   out.cost = truncation2 * count_;
   out.truncated = count_;
   if (count_ < 2) return out;
-  rotateInto(R_ci_cj, scratch);
-  const auto f = scratch->f.topRows(count_);
-  const auto m = scratch->m.topRows(count_);
+  // f_i and m = f_i x R f_j. Single precision: its rounding, a ten millionth of a radian, is far
+  // below any noise, and twice as many numbers fit a register.
+  Eigen::Array<float, Eigen::Dynamic, 3> f(count_, 3), m(count_, 3);
+  Eigen::Array<float, Eigen::Dynamic, 1> z2(count_);
+  for (int k = 0; k < count_; ++k) {
+    const Eigen::Vector3d f_i = f_i_.row(k).matrix().transpose();
+    const Eigen::Vector3d g = R_ci_cj * f_j_.row(k).matrix().transpose();
+    f.row(k) = f_i.cast<float>().transpose().array();
+    m.row(k) = f_i.cross(g).cast<float>().transpose().array();
+  }
   const float t2 = static_cast<float>(truncation2);
   const float inverse = static_cast<float>(1.0 / (2.0 * sigma * sigma));
   const float floor = static_cast<float>(0.5 * kMinNoise);
@@ -118,14 +106,13 @@ ConsensusBaseline PairPoints::consensusBaseline(const Eigen::Matrix3d& R_ci_cj, 
     if (!(norm > 1e-20f)) continue;
     e /= norm;
     // Both views' noise by that of the first: they differ by the parallax only.
-    scratch->z2.head(count_) =
-        (inverse * (e.x() * m.col(0) + e.y() * m.col(1) + e.z() * m.col(2)).square() /
-         (1.0f - (e.x() * f.col(0) + e.y() * f.col(1) + e.z() * f.col(2)).square()).max(floor))
-            .min(t2);
-    const float sum = scratch->z2.head(count_).sum();
+    z2 = (inverse * (e.x() * m.col(0) + e.y() * m.col(1) + e.z() * m.col(2)).square() /
+          (1.0f - (e.x() * f.col(0) + e.y() * f.col(1) + e.z() * f.col(2)).square()).max(floor))
+             .min(t2);
+    const float sum = z2.sum();
     if (sum < best_cost) {
       best_cost = sum;
-      out.truncated = static_cast<int>((scratch->z2.head(count_) >= t2).count());
+      out.truncated = static_cast<int>((z2 >= t2).count());
       out.direction = e.cast<double>();
     }
     if (h < 0 && best_cost < enough) break;

@@ -34,12 +34,6 @@ struct ConsensusBaseline {
   int truncated = 0;  ///< points beyond the truncation
 };
 
-/// Working memory of consensusBaseline().
-struct ConsensusScratch {
-  Eigen::Array<float, Eigen::Dynamic, 3> f, m;
-  Eigen::Array<float, Eigen::Dynamic, 1> z2;
-};
-
 /// Unit bearings of the points seen in keyframes i and j.
 class PairPoints {
  public:
@@ -57,8 +51,8 @@ class PairPoints {
 
   /// Residuals e . m of all points at R and baseline e (unit, in c_i), `sigma` [rad] the standard
   /// deviation of a bearing.
-  void residuals(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& baseline, double sigma,
-                 PointResiduals* out) const;
+  PointResiduals residuals(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& baseline,
+                           double sigma) const;
 
   /// Direction of translation at a known R by consensus: of `first` (skipped when zero) and of the
   /// directions that two points define, the one with the least cost. The points come from a fixed
@@ -66,13 +60,9 @@ class PairPoints {
   /// point costs truncation^2.
   ConsensusBaseline consensusBaseline(const Eigen::Matrix3d& R_ci_cj, double sigma,
                                       const ConsensusOptions& options, unsigned seed,
-                                      const Eigen::Vector3d& first,
-                                      ConsensusScratch* scratch) const;
+                                      const Eigen::Vector3d& first) const;
 
  private:
-  // f_i and m = f_i x R f_j of every point, in single precision.
-  void rotateInto(const Eigen::Matrix3d& R, ConsensusScratch* scratch) const;
-
   int count_ = 0;
   Bearings f_i_, f_j_;
 };

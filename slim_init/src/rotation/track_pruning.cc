@@ -21,7 +21,6 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
   const Eigen::ArrayXd all_points;
   LinkTable links(window);
   NormalizedEpipolarPair weighted;
-  PointResiduals residuals;
   int tested = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const KeyframePair& pair = pairs[p];
@@ -30,9 +29,9 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     if (!pair.use_points || pair.gap() > kMaxLinkGap || baseline.squaredNorm() == 0.0) continue;
     ++tested;
     // The winner of the draw went exactly through two noisy points.
-    weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold, &residuals);
+    weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold);
     baseline = weighted.baseline(R, baseline);
-    pair.points.residuals(R, baseline, pairs.sigma(), &residuals);
+    const PointResiduals residuals = pair.points.residuals(R, baseline, pairs.sigma());
     const double limit =
         threshold * threshold * (pair.gap() > kLongLinkGap ? kLongLinkInflation : 1.0);
     for (int k = 0; k < pair.points.count(); ++k) {
