@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "rotation/rotation_correction.h"
+#include "rotation/free_rotations.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init {

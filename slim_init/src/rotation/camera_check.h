@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "rotation/free_rotations.h"
 #include "rotation/keyframe_pairs.h"
-#include "rotation/rotation_correction.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init {

@@ -10,7 +10,7 @@
 
 #include "lines/vanishing_point.h"
 #include "rotation/camera_check.h"
-#include "rotation/rotation_correction.h"
+#include "rotation/free_rotations.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"

@@ -1,15 +1,118 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "rotation/track_pruning.h"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "rotation/constants.h"
-#include "rotation/link_table.h"
 #include "rotation/normalized_epipolar_pair.h"
 
 namespace slim_init {
+namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
+
+// Which pairs of observations of a track agree with the motion of the camera, and what follows
+// from it for the observations.
+class LinkTable {
+ public:
+  explicit LinkTable(const InitWindow& window);
+
+  // Verdict on the link from observation `a` to that of the same track `gap` keyframes later,
+  // 1 <= gap <= kMaxLinkGap.
+  void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
+
+  // Cuts tracks where they jump and drops what fits nowhere; `pairs` is left at zero.
+  TrackPruning prune() const;
+
+ private:
+  enum Link : char { kUntested, kAgrees, kDisagrees };
+
+  Link link(int a, int b) const;
+  void pruneTrack(const Track& track, TrackPruning* out) const;
+  void closePiece(int begin, int end, TrackPruning* out) const;
+
+  const InitWindow& window_;
+  // By observation and gap.
+  std::vector<std::array<Link, kMaxLinkGap + 1>> links_;
+};
+
+LinkTable::LinkTable(const InitWindow& window)
+    : window_(window), links_(window.pointObservations().size()) {
+  for (auto& row : links_) row.fill(kUntested);
+}
+
+LinkTable::Link LinkTable::link(int a, int b) const {
+  const int gap = window_.pointObservations()[b].keyframe - window_.pointObservations()[a].keyframe;
+  return gap <= kMaxLinkGap ? links_[a][gap] : kUntested;
+}
+
+// A piece of track, [begin, end) without the dropped ones, is complete. Dropped as a whole when it
+// is a single observation, or when most of its longest links disagree: such a point slides slowly.
+void LinkTable::closePiece(int begin, int end, TrackPruning* out) const {
+  const std::vector<WindowPoint>& s = window_.pointObservations();
+  int kept = 0, agree = 0, disagree = 0;
+  for (int a = begin; a < end; ++a) {
+    if (out->keep[a] == kDropObservation) continue;
+    ++kept;
+    for (int b = a + 1; b < end && s[b].keyframe - s[a].keyframe <= kMaxLinkGap; ++b) {
+      if (out->keep[b] == kDropObservation || s[b].keyframe - s[a].keyframe != kMaxLinkGap)
+        continue;
+      agree += link(a, b) == kAgrees ? 1 : 0;
+      disagree += link(a, b) == kDisagrees ? 1 : 0;
+    }
+  }
+  if (kept < 2 || disagree > agree) {
+    std::fill(out->keep.begin() + begin, out->keep.begin() + end, kDropObservation);
+  }
+}
+
+void LinkTable::pruneTrack(const Track& track, TrackPruning* out) const {
+  int begin = track.begin;  // of the present piece
+  int last = track.begin;   // its last observation
+  int pending = -1;         // an observation after `last` that does not agree with it
+  for (int b = track.begin + 1; b < track.end; ++b) {
+    const Link step = link(b - 1, b);
+    if (step != kUntested) {
+      ++out->checked;
+      out->inconsistent += step == kDisagrees ? 1 : 0;
+    }
+    const Link with_last = link(last, b);
+    if (with_last == kAgrees || (with_last == kUntested && last == b - 1)) {
+      if (pending >= 0) out->keep[pending] = kDropObservation;
+      pending = -1;
+      last = b;
+    } else if (pending == b - 1 && step != kDisagrees) {
+      // Two in a row agree with each other and not with what was before: a jump.
+      closePiece(begin, pending, out);
+      out->keep[pending] = kStartTrack;
+      begin = pending;
+      last = b;
+      pending = -1;
+    } else {
+      if (pending >= 0) out->keep[pending] = kDropObservation;
+      pending = b;
+    }
+  }
+  if (pending >= 0) out->keep[pending] = kDropObservation;
+  closePiece(begin, track.end, out);
+  // No observation is kept before the first piece that is: it needs no cut.
+  const auto first = std::find_if(out->keep.begin() + track.begin, out->keep.begin() + track.end,
+                                  [](char keep) { return keep != kDropObservation; });
+  if (first != out->keep.begin() + track.end) *first = kKeepObservation;
+}
+
+TrackPruning LinkTable::prune() const {
+  TrackPruning out;
+  out.keep.assign(window_.pointObservations().size(), kKeepObservation);
+  for (const Track& track : window_.pointTracks()) pruneTrack(track, &out);
+  out.dropped = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kDropObservation));
+  out.cuts = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kStartTrack));
+  return out;
+}
+
+}  // namespace
 
 PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                         const PairRotations& rotations, const ConsensusOptions& consensus,
