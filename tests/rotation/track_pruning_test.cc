@@ -19,6 +19,17 @@ void shift(double dx_px, double dy_px, double focal_px, PointObservation* point)
   point->bearing = (f + Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
 }
 
+// With the pairs and rotations that the pruning needs, and nothing known of the baselines.
+TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias,
+                    int min_points_per_pair = 6) {
+  const KeyframePairs pairs(window, rotation_constants::kMaxLinkGap, min_points_per_pair);
+  GyroRotations gyro(window);
+  gyro.linearizeNear(gyro_bias, rotation_constants::kRoughTolerance);
+  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, rotation_constants::kMaxLinkGap),
+                     {TrackPruningOptions().threshold_sigmas}, unknownBaselines(pairs))
+      .tracks;
+}
+
 TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
   const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
   // A track of at least six observations, bent in the middle, in both axes.
@@ -32,8 +43,7 @@ TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
     if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
   }
   const auto window = windowOf(exact, frames);
-  const TrackPruning pruning =
-      pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
+  const TrackPruning pruning = pruned(*window, ExactWindowOptions().gyro_bias);
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   for (int a = bent->begin; a < bent->end; ++a) {
@@ -56,22 +66,20 @@ TEST(TrackPruning, JumpForGoodCutsTheTrack) {
     }
   }
   const auto window = windowOf(exact, frames);
-  const TrackPruning pruning =
-      pruneTracks(*window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
+  const TrackPruning pruning = pruned(*window, ExactWindowOptions().gyro_bias);
   const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
                                  [&](const Track& t) { return t.id == track->id; });
   EXPECT_EQ(pruning.keep[bent->begin + 4], kStartTrack);
-  const auto pruned = withObservations(*window, pruning.keep);
-  ASSERT_NE(pruned, nullptr);
+  const auto cut = withObservations(*window, pruning.keep);
+  ASSERT_NE(cut, nullptr);
   int pieces = 0;
-  for (const Track& t : pruned->pointTracks()) pieces += t.id == track->id ? 1 : 0;
+  for (const Track& t : cut->pointTracks()) pieces += t.id == track->id ? 1 : 0;
   EXPECT_EQ(pieces, 2);
 }
 
 TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const TrackPruning pruning =
-      pruneTracks(*exact.window, ExactWindowOptions().gyro_bias, RobustBiasOptions());
+  const TrackPruning pruning = pruned(*exact.window, ExactWindowOptions().gyro_bias);
   EXPECT_GT(pruning.checked, 0);
   EXPECT_EQ(pruning.inconsistent, 0);
   EXPECT_EQ(pruning.dropped, 0);
@@ -79,7 +87,7 @@ TEST(TrackPruning, AtTheTrueBiasCleanTracksStay) {
   EXPECT_EQ(pruning.pairs, 9 + 8 + 6) << "gaps 1, 2 and 4 of ten keyframes";
   // A bias that is far off contradicts most of them.
   const Vector3d wrong = ExactWindowOptions().gyro_bias + Vector3d(0.5, -0.5, 0.5);
-  const TrackPruning contradicted = pruneTracks(*exact.window, wrong, RobustBiasOptions());
+  const TrackPruning contradicted = pruned(*exact.window, wrong);
   EXPECT_LT(contradicted.inlierFraction(), 0.5);
   EXPECT_GT(contradicted.dropped, 0);
 }
@@ -89,32 +97,27 @@ TEST(TrackPruning, PairsWithFewPointsAreNotTested) {
   few.points = 5;
   const ExactWindow exact = makeExactWindow(few);
   const Vector3d wrong = few.gyro_bias + Vector3d(0.5, -0.5, 0.5);
-  RobustBiasOptions options;
-  options.refinement.min_points_per_pair = 6;
-  const TrackPruning untested = pruneTracks(*exact.window, wrong, options);
+  const TrackPruning untested = pruned(*exact.window, wrong, 6);
   EXPECT_EQ(untested.pairs, 0);
   EXPECT_EQ(untested.checked, 0);
   EXPECT_EQ(untested.dropped, 0);
   EXPECT_EQ(untested.inlierFraction(), 1.0);
-  options.refinement.min_points_per_pair = 3;
-  EXPECT_GT(pruneTracks(*exact.window, wrong, options).pairs, 0);
+  EXPECT_GT(pruned(*exact.window, wrong, 3).pairs, 0);
 }
 
-TEST(TrackPruning, PairsAtHandGiveTheSameAnswer) {
+TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
   const Vector3d bias = ExactWindowOptions().gyro_bias;
-  const RobustBiasOptions options;
-  const TrackPruning alone = pruneTracks(*exact.window, bias, options);
+  const TrackPruning alone = pruned(*exact.window, bias);
   // Pairs of more gaps than the pruning needs.
-  const KeyframePairs pairs(*exact.window, 8, options.refinement.min_points_per_pair);
+  const KeyframePairs pairs(*exact.window, 8, 6);
   GyroRotations gyro(*exact.window);
   gyro.linearizeNear(bias, rotation_constants::kRoughTolerance);
   Baselines known = unknownBaselines(pairs);
   known.back() = Vector3d::UnitY();
-  const PairPruning shared = pruneTracks(
-      *exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
-      {options.pruning.threshold_sigmas, options.pruning.hypotheses, BaselineSearch::kAlways},
-      known);
+  const PairPruning shared =
+      pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
+                  {TrackPruningOptions().threshold_sigmas}, known);
   EXPECT_EQ(shared.tracks.keep, alone.keep);
   EXPECT_EQ(shared.tracks.pairs, alone.pairs);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);

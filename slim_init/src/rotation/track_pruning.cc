@@ -146,16 +146,4 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
   return out;
 }
 
-TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                         const RobustBiasOptions& options) {
-  const KeyframePairs pairs(window, kMaxLinkGap, options.refinement.min_points_per_pair);
-  GyroRotations gyro(window);
-  gyro.linearizeNear(gyro_bias, kRoughTolerance);
-  const ConsensusOptions consensus = {options.pruning.threshold_sigmas, options.pruning.hypotheses,
-                                      BaselineSearch::kAlways};
-  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, kMaxLinkGap), consensus,
-                     unknownBaselines(pairs))
-      .tracks;
-}
-
 }  // namespace slim_init

@@ -12,7 +12,6 @@
 #include "data/with_observations.h"
 #include "rotation/keyframe_pairs.h"
 #include "slim_init/init_window.h"
-#include "slim_init/options.h"
 
 namespace slim_init {
 
@@ -32,22 +31,17 @@ struct TrackPruning {
   }
 };
 
-/// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) with the
-/// rotations of the gyro at `gyro_bias` [rad/s], and the observations that disagree with it. A
-/// single bad observation is dropped and its track continues; where a track jumps permanently it is
-/// cut. Pairs with fewer than min_points_per_pair common points are not tested, their observations
-/// are kept. Deterministic.
-TrackPruning pruneTracks(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
-                         const RobustBiasOptions& options);
-
 /// A pruning with the baselines that it found.
 struct PairPruning {
   TrackPruning tracks;
   Baselines baselines;  ///< of the pairs of the checked gaps; as `known` for the others
 };
 
-/// The same for pairs at hand with `rotations` at the bias. An observation disagrees above
-/// `consensus.truncation_sigmas` standard deviations; the baselines `known` compete.
+/// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) at
+/// `rotations`, those of the gyro at a bias, and the observations that disagree with it by more
+/// than `consensus.truncation_sigmas` standard deviations; the baselines `known` compete. A single
+/// bad observation is dropped and its track continues; where a track jumps permanently it is cut.
+/// Pairs that do not use their points are not tested, their observations are kept. Deterministic.
 PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                         const PairRotations& rotations, const ConsensusOptions& consensus,
                         Baselines known);
