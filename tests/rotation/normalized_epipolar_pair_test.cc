@@ -218,7 +218,6 @@ TEST(NormalizedEpipolarPair, OneObjectWeighsPairsOfDifferentSizesOneAfterTheOthe
   PairPoints ten_points, nine_points;
   for (const auto& [scene, points] :
        {std::pair(&ten, &ten_points), std::pair(&nine, &nine_points)}) {
-    points->reserve(scene->points.count());
     for (int k = 0; k < scene->points.count(); ++k) {
       points->add(scene->points.bearingsI().row(k).transpose().matrix(),
                   scene->points.bearingsJ().row(k).transpose().matrix());

@@ -8,27 +8,10 @@
 #include "rotation/constants.h"
 
 namespace slim_init {
-namespace {
-
-// Calls visit(track index, observation a, observation b) for every two observations a < b of every
-// track.
-template <typename Visit>
-void forEachTwoObservations(const InitWindow& window, const Visit& visit) {
-  for (std::size_t t = 0; t < window.pointTracks().size(); ++t) {
-    const Track& track = window.pointTracks()[t];
-    for (int a = track.begin; a < track.end; ++a) {
-      for (int b = a + 1; b < track.end; ++b) visit(static_cast<int>(t), a, b);
-    }
-  }
-}
-
-}  // namespace
 
 KeyframePairs::KeyframePairs(const InitWindow& window, int max_gap, int min_points_per_pair)
     : keyframes_(window.size()), sigma_(window.calibration().sigmaBearing()) {
-  const std::vector<int> index = layOut(max_gap);
-  reserve(window, index);
-  addPoints(window, index);
+  addPoints(window, layOut(max_gap));
   for (KeyframePair& pair : pairs_) pair.use_points = pair.points.count() >= min_points_per_pair;
 }
 
@@ -46,31 +29,21 @@ std::vector<int> KeyframePairs::layOut(int max_gap) {
   return index;
 }
 
-void KeyframePairs::reserve(const InitWindow& window, const std::vector<int>& index) {
-  const std::vector<WindowPoint>& s = window.pointObservations();
-  std::vector<int> count(index.size(), 0);
-  forEachTwoObservations(
-      window, [&](int, int a, int b) { ++count[s[a].keyframe * keyframes_ + s[b].keyframe]; });
-  for (std::size_t k = 0; k < index.size(); ++k) {
-    if (index[k] < 0) continue;
-    KeyframePair& pair = pairs_[index[k]];
-    pair.points.reserve(count[k]);
-    pair.observation_i.reserve(count[k]);
-    pair.observation_j.reserve(count[k]);
-    pair.track.reserve(count[k]);
-  }
-}
-
 void KeyframePairs::addPoints(const InitWindow& window, const std::vector<int>& index) {
   const std::vector<WindowPoint>& s = window.pointObservations();
-  forEachTwoObservations(window, [&](int track, int a, int b) {
-    const int p = index[s[a].keyframe * keyframes_ + s[b].keyframe];
-    if (p < 0) return;
-    pairs_[p].points.add(s[a].bearing, s[b].bearing);
-    pairs_[p].observation_i.push_back(a);
-    pairs_[p].observation_j.push_back(b);
-    pairs_[p].track.push_back(track);
-  });
+  for (std::size_t t = 0; t < window.pointTracks().size(); ++t) {
+    const Track& track = window.pointTracks()[t];
+    for (int a = track.begin; a < track.end; ++a) {
+      for (int b = a + 1; b < track.end; ++b) {
+        const int p = index[s[a].keyframe * keyframes_ + s[b].keyframe];
+        if (p < 0) continue;
+        pairs_[p].points.add(s[a].bearing, s[b].bearing);
+        pairs_[p].observation_i.push_back(a);
+        pairs_[p].observation_j.push_back(b);
+        pairs_[p].track.push_back(static_cast<int>(t));
+      }
+    }
+  }
 }
 
 int KeyframePairs::pointPairs() const {

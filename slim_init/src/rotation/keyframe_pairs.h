@@ -46,7 +46,6 @@ class KeyframePairs {
  private:
   // Index of the pair (i, j) at i * keyframes + j, -1 where there is none.
   std::vector<int> layOut(int max_gap);
-  void reserve(const InitWindow& window, const std::vector<int>& index);
   void addPoints(const InitWindow& window, const std::vector<int>& index);
 
   int keyframes_;

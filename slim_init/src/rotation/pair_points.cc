@@ -29,12 +29,6 @@ class Sequence {
 
 }  // namespace
 
-void PairPoints::reserve(int points) {
-  const int rows = (points + kGroup - 1) / kGroup * kGroup;
-  f_i_ = Bearings::Zero(rows, 3);
-  f_j_ = Bearings::Zero(rows, 3);
-}
-
 void PairPoints::add(const Eigen::Vector3d& f_i, const Eigen::Vector3d& f_j) {
   if (count_ == f_i_.rows()) {
     const Eigen::Index rows = std::max<Eigen::Index>(16, 2 * f_i_.rows());

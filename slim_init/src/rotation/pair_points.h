@@ -41,7 +41,6 @@ class PairPoints {
   /// Points are stored in groups of this many, filled up with zeros, which add nothing to any sum.
   static constexpr int kGroup = 2;
 
-  void reserve(int points);
   void add(const Eigen::Vector3d& f_i, const Eigen::Vector3d& f_j);
   int count() const { return count_; }
 
