@@ -173,7 +173,7 @@ TEST(CutoffSchedules, EndAtTheCutoffOfTheConsensus) {
   for (const CutoffSchedule& schedule : {kFromFar, kNarrowStart, kFreeFromClean, kFreeFromFar}) {
     ASSERT_GE(schedule.rounds, 1);
     ASSERT_LE(schedule.rounds, 4);
-    EXPECT_EQ(*(schedule.end() - 1), kTruncationSigmas);
+    EXPECT_EQ(*(schedule.end() - 1), kOutlierSigmas);
     for (const double* c = schedule.begin() + 1; c < schedule.end(); ++c) EXPECT_LE(*c, *(c - 1));
   }
 }

@@ -22,10 +22,10 @@ void shift(double dx_px, double dy_px, double focal_px, PointObservation* point)
 // With the pairs and rotations that the pruning needs, and nothing known of the baselines.
 TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias,
                     int min_points_per_pair = 6) {
-  const KeyframePairs pairs(window, rotation_constants::kMaxLinkGap, min_points_per_pair);
+  const KeyframePairs pairs(window, rotation_constants::kLongGap, min_points_per_pair);
   GyroRotations gyro(window);
   gyro.linearizeNear(gyro_bias, rotation_constants::kRoughTolerance);
-  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, rotation_constants::kMaxLinkGap),
+  return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, rotation_constants::kLongGap),
                      {TrackPruningOptions().threshold_sigmas}, unknownBaselines(pairs))
       .tracks;
 }
@@ -116,7 +116,7 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   Baselines known = unknownBaselines(pairs);
   known.back() = Vector3d::UnitY();
   const PairPruning shared =
-      pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kMaxLinkGap),
+      pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kLongGap),
                   {TrackPruningOptions().threshold_sigmas}, known);
   EXPECT_EQ(shared.tracks.keep, alone.keep);
   EXPECT_EQ(shared.tracks.pairs, alone.pairs);

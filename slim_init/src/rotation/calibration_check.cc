@@ -73,7 +73,7 @@ Solution solveRobust(std::vector<Row> rows) {
       const double z2 = r.dot(row.information * r);
       chi2 += row.weight * z2;
       weights += row.weight;
-      row.weight = 1.0 / (1.0 + z2 / (3.0 * kCutoffSigmas * kCutoffSigmas));
+      row.weight = 1.0 / (1.0 + z2 / (3.0 * kOutlierSigmas * kOutlierSigmas));
     }
     out.scatter = chi2 / std::max(3.0 * weights - 7.0, 1.5 * weights);
   }

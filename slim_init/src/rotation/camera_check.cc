@@ -50,7 +50,7 @@ PairSystem systemOf(const InitWindow& window, const KeyframePair& pair,
   const Eigen::Vector3d& e = rotation.baseline;
   const Eigen::Matrix<double, 3, 2> T = tangentBasis(e);
   const PointResiduals residuals = pair.points.residuals(R, e, sigma);
-  const double c2 = kTruncationSigmas * kTruncationSigmas;
+  const double c2 = kOutlierSigmas * kOutlierSigmas;
   PairSystem out;
   out.H.setZero();
   out.g.setZero();
@@ -102,7 +102,7 @@ double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrecti
   if (static_cast<int>(squares.size()) < kMinNoiseResiduals) return kNotComputed;
   double variance = median(squares) / kMedianOfSquare;
   for (int round = 0; round < kNoiseRounds; ++round) {
-    const double limit = kNoiseCutoff * kNoiseCutoff * variance;
+    const double limit = kOutlierSigmas * kOutlierSigmas * variance;
     double sum = 0.0, within = 0.0, beyond = 0.0;
     for (const double z2 : squares) {
       if (z2 <= limit) {

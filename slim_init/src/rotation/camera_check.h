@@ -19,7 +19,7 @@ std::vector<Eigen::Vector3d> cameraRates(const InitWindow& window,
                                          const Eigen::Vector3d& gyro_bias);
 
 /// Standard deviation of a bearing across its epipolar plane [rad], gross errors left out: that of
-/// the residuals within kNoiseCutoff of it, with what the fit of each pair took taken back. NaN
+/// the residuals within kOutlierSigmas of it, with what the fit of each pair took taken back. NaN
 /// with fewer than kMinNoiseResiduals. `rotations`: freeRotations() of `pairs`.
 double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrection>& rotations);
 

@@ -23,6 +23,13 @@ namespace rotation_constants {
 /// Distances [keyframes] between the two keyframes of a pair. The derivative of a rotation by the
 /// bias grows with the gap while its noise does not; doubling it keeps the number of pairs low.
 inline constexpr int kGaps[] = {1, 2, 4, 8};
+/// Gap [keyframes] over which a camera has turned enough to say something of the calibration, a
+/// bias still unknown turns it little, and the tracks have not yet drifted: that of the first bias
+/// and of the rotations that are freed.
+inline constexpr int kShortGap = 2;
+/// Largest gap [keyframes] at which observations are tested and a bias is rated: a wrong one shows
+/// at long gaps, but over longer ones the rotation is less certain and clean tracks have drifted.
+inline constexpr int kLongGap = 4;
 /// How far [rad/s] the bias may be from where the gyro was integrated: the correction of first
 /// order is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
 inline constexpr double kRelinearizeTolerance = 1e-3;
@@ -31,15 +38,14 @@ inline constexpr double kRoughTolerance = 0.02;
 
 // ---- Residuals and baselines (pair_points.h)
 
+/// Standard deviations beyond which a residual is a gross error, of whatever kind it is.
+inline constexpr double kOutlierSigmas = 3.0;
 /// Floor of the variance of a residual over that of a bearing, |e x f|^2 summed over both views. A
 /// point nearer to the baseline than this has noise of second order that the weight, of first
 /// order, does not know.
 inline constexpr double kMinNoise = 1e-2;
 /// Mean squared residual [sigma^2] below which a baseline needs no rival; that of good data is one.
 inline constexpr double kGoodEnough = 1.3;
-/// Two-point directions tried per pair where no option says otherwise: with 40 % outliers all of
-/// them contain one with a probability of 1e-4.
-inline constexpr int kHypotheses = 20;
 
 // ---- Minimisation over the bias (multi_gap_bias.h)
 
@@ -49,10 +55,6 @@ inline constexpr double kBaselinePriorSigmas2 = 0.5;
 /// Points, counted by their weight, below which a pair does not determine the rotation: that has
 /// three degrees of freedom and the baseline two.
 inline constexpr double kMinRobustCount = 5.0;
-/// Marquardt damping, relative to the diagonal of the Hessian: at the start, and where another step
-/// is pointless.
-inline constexpr double kFirstDamping = 1e-4;
-inline constexpr double kLargestDamping = 1e6;
 /// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
 /// thousandth of a standard deviation of the bias in the last round, a tenth before.
 inline constexpr double kCostTolerance = 1e-9;
@@ -103,8 +105,6 @@ inline constexpr double kRotationFloor = 1e-3;
 inline constexpr double kRateSpan = 0.012;
 /// Rounds of re-weighting; the weights of a dozen pairs have settled by then.
 inline constexpr int kRounds = 5;
-/// Cauchy scale of a pair, standard deviations per axis.
-inline constexpr double kCutoffSigmas = 3.0;
 /// Pairs of three equations for seven unknowns, with one over for a check.
 inline constexpr int kMinPairs = 4;
 
@@ -112,9 +112,7 @@ inline constexpr int kMinPairs = 4;
 
 /// With fewer residuals their spread is not estimated.
 inline constexpr int kMinNoiseResiduals = 40;
-/// Residuals further out, in standard deviations, are gross errors; and the share of its variance
-/// that a Gaussian has within.
-inline constexpr double kNoiseCutoff = 3.0;
+/// Share of its variance that a Gaussian has within kOutlierSigmas.
 inline constexpr double kVarianceWithinCutoff = 0.9733;
 /// From the median on the standard deviation has settled to a percent after so many rounds.
 inline constexpr int kNoiseRounds = 10;
@@ -144,18 +142,11 @@ inline constexpr double kMaxHandEyeSigmaDeg = 15.0;
 
 // ---- Pruning (track_pruning.h)
 
-/// Largest keyframe gap between two observations whose consistency is tested: over longer ones the
-/// rotation is less certain and clean tracks have drifted.
-inline constexpr int kMaxLinkGap = 4;
-/// Both begin to show at gaps above this many keyframes, where a link may have
-/// kLongLinkInflation times the squared residual.
-inline constexpr int kLongLinkGap = 2;
+/// Factor on the squared residual that a link over more than kShortGap keyframes may have.
 inline constexpr double kLongLinkInflation = 2.0;
 
 // ---- Static tracks (static_tracks.h)
 
-/// Farthest observation of a static tracks from their mean [standard deviations of a bearing].
-inline constexpr double kStaticSigmas = 3.0;
 /// Motion of a far point by the rotation alone above which a track that stays in its place stands
 /// in the image and not in the scene [standard deviations of a bearing]: 12 px.
 inline constexpr double kTurnedSigmas = 20.0;
@@ -165,17 +156,6 @@ inline constexpr double kMinStaticFraction = 0.05;
 inline constexpr double kMaxStaticFraction = 0.5;
 
 // ---- Consensus (robust_bias.h)
-
-/// Largest gap of the start [keyframes]: a bias still unknown turns the camera little over it.
-inline constexpr int kStartGap = 2;
-/// Largest gap at which a bias is rated [keyframes]: a wrong bias shows at long ones, where on the
-/// other hand the jumps of a track add up.
-inline constexpr int kScoreGap = 4;
-/// Residuals of the consensus cost are truncated at this many standard deviations.
-inline constexpr double kTruncationSigmas = 3.0;
-/// Gap of the pairs that check the calibration [keyframes]: over two a camera has turned enough and
-/// the tracks have not yet drifted.
-inline constexpr int kFreeGap = 2;
 
 // ---- Schedules of re-weighting
 

@@ -68,7 +68,7 @@ double truncatedCost(const Eigen::Matrix3d& R_b_c, const std::vector<Turn>& turn
   double cost = 0.0;
   for (const Turn& turn : turns) {
     const double z = residual(R_b_c, turn);
-    cost += std::min(z * z, kTruncationSigmas * kTruncationSigmas);
+    cost += std::min(z * z, kOutlierSigmas * kOutlierSigmas);
   }
   return cost;
 }

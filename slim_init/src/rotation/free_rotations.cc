@@ -51,10 +51,9 @@ bool freeRotation(const KeyframePairs& pairs, std::size_t p, const PairRotation&
   NormalizedEvaluation at;
   for (const double cutoff : schedule) {
     if (baseline.squaredNorm() == 0.0 || cutoff > kWideCutoff) {
-      baseline = pair.points
-                     .consensusBaseline(R, sigma, {cutoff, kHypotheses, BaselineSearch::kAlways},
-                                        static_cast<unsigned>(p), baseline)
-                     .direction;
+      baseline =
+          pair.points.consensusBaseline(R, sigma, {cutoff}, static_cast<unsigned>(p), baseline)
+              .direction;
     }
     weighted.weigh(pair.points, all_points, R, baseline, sigma, cutoff);
     if (!(weighted.robustCount() > kMinRobustCount)) return false;

@@ -162,8 +162,6 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, const GapRan
     };
     LevenbergMarquardtOptions options;
     options.max_iterations = options_.max_iterations;
-    options.first_damping = kFirstDamping;
-    options.largest_damping = kLargestDamping;
     // The weights of the next round move the minimum anyway.
     const bool last = &cutoff == schedule.end() - 1;
     options.relative_decrease = last ? kCostTolerance : kRoundTolerance;
@@ -246,8 +244,8 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
   best.vp_pairs = problem.vpPairs();
   if (best.point_pairs + best.vp_pairs == 0) return best;
   const GapRange gaps = problem.gaps(ConsecutivePairs::kWhereNeeded, options.max_gap);
-  const ConsensusOptions draw = {*kFromFar.begin(), kHypotheses, BaselineSearch::kAlways};
-  const ConsensusOptions rate = {kTruncationSigmas, 0, BaselineSearch::kAlways};
+  const ConsensusOptions draw = {*kFromFar.begin()};
+  const ConsensusOptions rate = {kOutlierSigmas, 0};
   for (const Eigen::Vector3d& start : starts) {
     BiasMinimum minimum = problem.minimize(
         start, gaps, kFromFar, {},

@@ -73,14 +73,14 @@ class ConsensusSearch {
   int iterations() const { return iterations_; }
   bool mayGoOn() const { return budget_ == nullptr || !budget_->isUsedUp(); }
 
-  // A bias from pairs up to kStartGap keyframes, from a bias of zero. No track is pruned yet.
+  // A bias from pairs up to kShortGap keyframes, from a bias of zero. No track is pruned yet.
   BiasMinimum start() {
     spend(BaselineSearch::kUnlessGood);
     const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
     const ConsensusOptions draw = {*kNarrowStart.begin(), hypotheses(), BaselineSearch::kAlways};
     return minimize(
-        zero, problem_.gaps(ConsecutivePairs::kWhereNeeded, kStartGap), kNarrowStart, {},
-        problem_.findBaselines(zero, kStartGap, draw, unknownBaselines(problem_.pairs()))
+        zero, problem_.gaps(ConsecutivePairs::kWhereNeeded, kShortGap), kNarrowStart, {},
+        problem_.findBaselines(zero, kShortGap, draw, unknownBaselines(problem_.pairs()))
             .baselines);
   }
 
@@ -93,7 +93,7 @@ class ConsensusSearch {
       const Eigen::Vector3d bias = out.minimum.gyro_bias;
       PairPruning pruning = pruneTracks(
           problem_.window(), problem_.pairs(),
-          problem_.rotationsAt(bias, kMaxLinkGap, kRoughTolerance),
+          problem_.rotationsAt(bias, kLongGap, kRoughTolerance),
           {pass.pruning_factor * threshold, hypotheses(), schedule.search}, out.minimum.baselines);
       if (pass.baselining == Baselining::kSearchAllGaps) {
         pruning.baselines =
@@ -107,9 +107,9 @@ class ConsensusSearch {
       out.minimum =
           minimize(bias, gaps, pass.schedule, masks(out.pruning), std::move(pruning.baselines));
     }
-    const ConsensusOptions rate = {kTruncationSigmas, schedule.draw_for_score ? hypotheses() : 0,
+    const ConsensusOptions rate = {kOutlierSigmas, schedule.draw_for_score ? hypotheses() : 0,
                                    BaselineSearch::kAlways};
-    BaselineConsensus rated = problem_.findBaselines(out.minimum.gyro_bias, kScoreGap, rate,
+    BaselineConsensus rated = problem_.findBaselines(out.minimum.gyro_bias, kLongGap, rate,
                                                      std::move(out.minimum.baselines));
     out.minimum.baselines = std::move(rated.baselines);
     out.score = rated.cost;
@@ -182,9 +182,9 @@ RobustBias RobustBiasEstimator::State::finish() {
   out.imu_noise = assumedImuNoise(window, inertial);
   const Baselines baselines =
       problem.baselinesAt(out.gyro_bias, gaps, best.minimum.weighted, best.minimum.baselines);
-  out.rotations = freeRotations(problem.pairs(),
-                                problem.rotationsAt(out.gyro_bias, kFreeGap, kRelinearizeTolerance),
-                                baselines, kFreeGap, out.clean ? kFreeFromClean : kFreeFromFar);
+  out.rotations = freeRotations(
+      problem.pairs(), problem.rotationsAt(out.gyro_bias, kShortGap, kRelinearizeTolerance),
+      baselines, kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
   out.track_sigma = trackNoise(problem.pairs(), out.rotations);
   out.readout = checkReadout(window, problem.pairs(), out.rotations, out.gyro_bias,
                              std::fmax(out.track_sigma, problem.pairs().sigma()));

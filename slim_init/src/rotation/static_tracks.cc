@@ -43,7 +43,7 @@ std::vector<char> staticTracks(const InitWindow& window, const Eigen::Vector3d& 
   const double sigma = window.calibration().sigmaBearing();
   std::vector<char> static_tracks(tracks.size());
   std::transform(tracks.begin(), tracks.end(), static_tracks.begin(), [&](const Track& track) {
-    return staysInPlace(window, track, kStaticSigmas * sigma);
+    return staysInPlace(window, track, kOutlierSigmas * sigma);
   });
   // Without a look at the gyroscope: in motion hardly a track stays in its place.
   const auto count = [&] { return std::count(static_tracks.begin(), static_tracks.end(), 1); };

@@ -15,7 +15,7 @@
 namespace slim_init {
 
 /// One entry per point track of `window`, nonzero where no observation is further than
-/// kStaticSigmas standard deviations of a bearing from their mean, although the rotation of the
+/// kOutlierSigmas standard deviations of a bearing from their mean, although the rotation of the
 /// camera at `gyro_bias` [rad/s] alone moves a far point by more than kTurnedSigmas after the first
 /// one. All zero where more than kMaxStaticFraction of the tracks are such: then it is the rotation
 /// that is wrong. Rows of a rolling shutter must not be compensated.

@@ -20,7 +20,7 @@ class LinkTable {
   explicit LinkTable(const InitWindow& window);
 
   // Verdict on the link from observation `a` to that of the same track `gap` keyframes later,
-  // 1 <= gap <= kMaxLinkGap.
+  // 1 <= gap <= kLongGap.
   void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
 
   // Cuts tracks where they jump and drops what fits nowhere; `pairs` is left at zero.
@@ -35,7 +35,7 @@ class LinkTable {
 
   const InitWindow& window_;
   // By observation and gap.
-  std::vector<std::array<Link, kMaxLinkGap + 1>> links_;
+  std::vector<std::array<Link, kLongGap + 1>> links_;
 };
 
 LinkTable::LinkTable(const InitWindow& window)
@@ -45,7 +45,7 @@ LinkTable::LinkTable(const InitWindow& window)
 
 LinkTable::Link LinkTable::link(int a, int b) const {
   const int gap = window_.pointObservations()[b].keyframe - window_.pointObservations()[a].keyframe;
-  return gap <= kMaxLinkGap ? links_[a][gap] : kUntested;
+  return gap <= kLongGap ? links_[a][gap] : kUntested;
 }
 
 // A piece of track, [begin, end) without the dropped ones, is complete. Dropped as a whole when it
@@ -56,9 +56,8 @@ void LinkTable::closePiece(int begin, int end, TrackPruning* out) const {
   for (int a = begin; a < end; ++a) {
     if (out->keep[a] == kDropObservation) continue;
     ++kept;
-    for (int b = a + 1; b < end && s[b].keyframe - s[a].keyframe <= kMaxLinkGap; ++b) {
-      if (out->keep[b] == kDropObservation || s[b].keyframe - s[a].keyframe != kMaxLinkGap)
-        continue;
+    for (int b = a + 1; b < end && s[b].keyframe - s[a].keyframe <= kLongGap; ++b) {
+      if (out->keep[b] == kDropObservation || s[b].keyframe - s[a].keyframe != kLongGap) continue;
       agree += link(a, b) == kAgrees ? 1 : 0;
       disagree += link(a, b) == kDisagrees ? 1 : 0;
     }
@@ -118,8 +117,7 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                         const PairRotations& rotations, const ConsensusOptions& consensus,
                         Baselines known) {
   PairPruning out;
-  out.baselines =
-      findBaselines(pairs, rotations, kMaxLinkGap, consensus, std::move(known)).baselines;
+  out.baselines = findBaselines(pairs, rotations, kLongGap, consensus, std::move(known)).baselines;
   const double threshold = consensus.truncation_sigmas;
   const Eigen::ArrayXd all_points;
   LinkTable links(window);
@@ -129,14 +127,14 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     const KeyframePair& pair = pairs[p];
     const Eigen::Matrix3d& R = rotations[p].R_ci_cj;
     Eigen::Vector3d& baseline = out.baselines[p];
-    if (!pair.use_points || pair.gap() > kMaxLinkGap || baseline.squaredNorm() == 0.0) continue;
+    if (!pair.use_points || pair.gap() > kLongGap || baseline.squaredNorm() == 0.0) continue;
     ++tested;
     // The winner of the draw went exactly through two noisy points.
     weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold);
     baseline = weighted.baseline(R, baseline);
     const PointResiduals residuals = pair.points.residuals(R, baseline, pairs.sigma());
     const double limit =
-        threshold * threshold * (pair.gap() > kLongLinkGap ? kLongLinkInflation : 1.0);
+        threshold * threshold * (pair.gap() > kShortGap ? kLongLinkInflation : 1.0);
     for (int k = 0; k < pair.points.count(); ++k) {
       links.set(pair.observation_i[k], pair.gap(), !(residuals.z2[k] > limit));
     }
