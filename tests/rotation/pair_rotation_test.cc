@@ -1,13 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "rotation/pair_rotation.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <random>
-#include <vector>
 
 #include "geometry/so3.h"
+#include "rotation/free_rotations.h"
 
 namespace slim_init {
 namespace {
@@ -26,11 +24,11 @@ struct Scene {
   double depth = 3.0;     ///< of the nearest [m]
   double relief = 4.0;    ///< of the farthest behind the nearest [m]
 
-  std::vector<BearingPair> points(unsigned seed, int count = 100) const {
+  PairPoints points(unsigned seed, int count = 100) const {
     std::mt19937 random(seed);
     std::normal_distribution<double> gauss;
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    std::vector<BearingPair> pairs;
+    PairPoints pairs;
     const Matrix3d R_ci_cj = expSO3(turn);
     const auto noisy = [&](const Vector3d& f) {
       const Vector3d n{gauss(random), gauss(random), gauss(random)};
@@ -41,7 +39,7 @@ struct Scene {
       const Vector3d p_i{0.8 * uniform(random) * z, 0.5 * uniform(random) * z, z};
       Vector3d p_j = R_ci_cj.transpose() * (p_i - travel);
       if (uniform(random) * 0.5 + 0.5 < outliers) p_j += 0.3 * Vector3d::Random();
-      pairs.push_back({noisy(p_i), noisy(p_j)});
+      pairs.add(noisy(p_i), noisy(p_j));
     }
     return pairs;
   }

@@ -12,7 +12,7 @@
 
 #include "geometry/robust_weight.h"
 #include "reference_so3.h"
-#include "rotation/pair_rotation.h"
+#include "rotation/free_rotations.h"
 #include "slim_init/evaluation/inertial_steps.h"
 #include "slim_init/evaluation/statistics.h"
 
@@ -110,16 +110,16 @@ struct Alignment {
   Vector3d bias = Vector3d::Zero();
 };
 
-std::vector<BearingPair> commonPoints(const FrameObservation& i, const FrameObservation& j) {
+PairPoints commonPoints(const FrameObservation& i, const FrameObservation& j) {
   std::unordered_map<FeatureId, const PointObservation*> in_i;
   for (const PointObservation& p : i.points) {
     if (p.bearing.allFinite()) in_i.emplace(p.id, &p);
   }
-  std::vector<BearingPair> common;
+  PairPoints common;
   for (const PointObservation& p : j.points) {
     const auto found = in_i.find(p.id);
     if (found == in_i.end() || !p.bearing.allFinite()) continue;
-    common.push_back({found->second->bearing, p.bearing});
+    common.add(found->second->bearing, p.bearing);
   }
   return common;
 }
@@ -137,10 +137,10 @@ std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, doub
            frames[j + 1].t - frames[i].t <= options.pair_interval_s + kSlack) {
       ++j;
     }
-    std::vector<BearingPair> common;
+    PairPoints common;
     for (; j > i; --j) {
       common = commonPoints(frames[i], frames[j]);
-      if (static_cast<int>(common.size()) >= options.min_points) break;
+      if (common.count() >= options.min_points) break;
     }
     if (j == i || frames[j].t - frames[i].t > options.max_frame_gap_s) continue;
     Pair pair;

@@ -89,17 +89,7 @@ std::vector<Eigen::Vector3d> cameraRates(const InitWindow& window,
   return rates;
 }
 
-double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrection>& rotations) {
-  std::vector<double> squares;  // in sigma^2
-  for (const RotationCorrection& rotation : rotations) {
-    const PairPoints& points = pairs[rotation.pair].points;
-    const double count = points.count();
-    const double correction = count / std::max(count - kFitted, 0.5 * count);
-    const PointResiduals residuals =
-        points.residuals(freedRotation(rotation), rotation.baseline, pairs.sigma());
-    for (int k = 0; k < points.count(); ++k) squares.push_back(correction * residuals.z2[k]);
-  }
-  if (static_cast<int>(squares.size()) < kMinNoiseResiduals) return kNotComputed;
+double noiseVariance(const std::vector<double>& squares) {
   double variance = median(squares) / kMedianOfSquare;
   for (int round = 0; round < kNoiseRounds; ++round) {
     const double limit = kOutlierSigmas * kOutlierSigmas * variance;
@@ -118,7 +108,21 @@ double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrecti
     if (!(within > beyond) || !(good > 0.0)) break;
     variance = good / (within - beyond) / kVarianceWithinCutoff;
   }
-  return std::sqrt(variance) * pairs.sigma();
+  return variance;
+}
+
+double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrection>& rotations) {
+  std::vector<double> squares;  // in sigma^2
+  for (const RotationCorrection& rotation : rotations) {
+    const PairPoints& points = pairs[rotation.pair].points;
+    const double count = points.count();
+    const double correction = count / std::max(count - kFitted, 0.5 * count);
+    const PointResiduals residuals =
+        points.residuals(freedRotation(rotation), rotation.baseline, pairs.sigma());
+    for (int k = 0; k < points.count(); ++k) squares.push_back(correction * residuals.z2[k]);
+  }
+  if (static_cast<int>(squares.size()) < kMinNoiseResiduals) return kNotComputed;
+  return std::sqrt(noiseVariance(squares)) * pairs.sigma();
 }
 
 ReadoutCheck checkReadout(const InitWindow& window, const KeyframePairs& pairs,

@@ -18,9 +18,13 @@ namespace slim_init {
 std::vector<Eigen::Vector3d> cameraRates(const InitWindow& window,
                                          const Eigen::Vector3d& gyro_bias);
 
-/// Standard deviation of a bearing across its epipolar plane [rad], gross errors left out: that of
-/// the residuals within kOutlierSigmas of it, with what the fit of each pair took taken back. NaN
-/// with fewer than kMinNoiseResiduals. `rotations`: freeRotations() of `pairs`.
+/// Variance of Gaussian errors by their squares, not empty, gross errors left out: that of those
+/// within kOutlierSigmas.
+double noiseVariance(const std::vector<double>& squares);
+
+/// Standard deviation of a bearing across its epipolar plane [rad], by noiseVariance() of the
+/// residuals, with what the fit of each pair took taken back. NaN with fewer than
+/// kMinNoiseResiduals. `rotations`: freeRotations() of `pairs`.
 double trackNoise(const KeyframePairs& pairs, const std::vector<RotationCorrection>& rotations);
 
 /// An error of the readout time.

@@ -82,16 +82,8 @@ inline constexpr double kCurvatureShare = 0.02;
 
 /// With a wider cutoff than this the known baseline is not trusted [sigma].
 inline constexpr double kWideCutoff = 5.0;
-/// Newton steps per round of re-weighting; the weights of the next move the minimum anyway.
-inline constexpr int kFreeSteps = 3;
-/// Marquardt damping where a narrow view hardly tells a rotation from a translation.
-inline constexpr double kFreeDamping = 1e-3;
-/// Largest correction [rad], 17 deg; more is a wrong minimum. A step beyond it is replaced by one
-/// that takes every direction to be curved by at least a share of the largest curvature, and that
-/// is no longer than kBoundedStep [rad].
+/// Largest correction [rad], 17 deg; more is a wrong minimum.
 inline constexpr double kLargestCorrection = 0.3;
-inline constexpr double kCurvatureFloor = 0.02;
-inline constexpr double kBoundedStep = 0.03;
 
 // ---- Check of the calibration (calibration_check.h)
 

@@ -16,8 +16,8 @@
 #include "imu/row_compensation.h"
 #include "rotation/calibration_check.h"
 #include "rotation/constants.h"
+#include "rotation/free_rotations.h"
 #include "rotation/keyframe_pairs.h"
-#include "rotation/pair_rotation.h"
 
 namespace slim_init {
 namespace {
@@ -39,13 +39,8 @@ std::vector<Turn> turnsOf(const InitWindow& window, const KeyframePairs& pairs) 
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const KeyframePair& pair = pairs[p];
     if (!pair.use_points) continue;
-    std::vector<BearingPair> points;
-    for (std::size_t k = 0; k < pair.observation_i.size(); ++k) {
-      points.push_back({window.pointObservations()[pair.observation_i[k]].bearing,
-                        window.pointObservations()[pair.observation_j[k]].bearing});
-    }
     Turn turn;
-    if (!relativeRotation(points, pairs.sigma(), nullptr, &turn.seen)) continue;
+    if (!relativeRotation(pair.points, pairs.sigma(), nullptr, &turn.seen)) continue;
     turn.i = pair.i;
     turn.j = pair.j;
     turn.pair = p;

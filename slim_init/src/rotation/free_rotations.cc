@@ -1,10 +1,14 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "rotation/free_rotations.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "geometry/levenberg_marquardt.h"
+#include "geometry/median.h"
 #include "geometry/so3.h"
+#include "rotation/camera_check.h"
 #include "rotation/normalized_epipolar_pair.h"
 
 namespace slim_init {
@@ -12,62 +16,85 @@ namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
-// Downhill where Newton's step is far beyond what the function looks like here: a wrong rotation of
-// a pair with little parallax leaves directions without curvature.
-Eigen::Vector3d boundedStep(const Eigen::Matrix3d& hessian, const Eigen::Vector3d& gradient) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(hessian);
-  const Eigen::Vector3d& curvature = axes.eigenvalues();  // none below zero, see evaluate()
-  const Eigen::Vector3d floored = curvature.cwiseMax(kCurvatureFloor * curvature.maxCoeff());
-  const Eigen::Vector3d step =
-      -(axes.eigenvectors() * (axes.eigenvectors().transpose() * gradient).cwiseQuotient(floored));
-  return step.norm() > kBoundedStep ? Eigen::Vector3d(kBoundedStep / step.norm() * step) : step;
+// Rotation of a pair that its points see, with the direction of travel; unknown: zero.
+struct FreeRotation {
+  Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d baseline = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  // of delta in R Exp(delta) [1/rad^2]
+};
+
+// Minimum over R near that of `at`, weights fixed.
+void minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_prior,
+                      FreeRotation* at) {
+  const Eigen::Matrix3d R = at->R_ci_cj;
+  const auto evaluate = [&](const Eigen::Vector3d& phi) {
+    const NormalizedEvaluation there =
+        weighted.evaluate(R * expSO3(phi), baseline_prior, at->baseline);
+    const Eigen::Matrix3d J = rightJacobian(phi);
+    return QuadraticModel<3>{there.lambda, J.transpose() * there.gradient,
+                             J.transpose() * there.hessian * J};
+  };
+  // In all directions alike: a wrong rotation of a pair with little parallax leaves some without
+  // curvature, along which Newton's step has no bound.
+  const auto damp = [](const QuadraticModel<3>& model, double damping) -> Eigen::Matrix3d {
+    return model.hessian + damping * model.hessian.trace() * Eigen::Matrix3d::Identity();
+  };
+  const auto lower = [](const QuadraticModel<3>& there, const QuadraticModel<3>& here) {
+    return there.cost < here.cost;
+  };
+  LevenbergMarquardtOptions options;
+  options.relative_decrease = kCostTolerance;
+  Eigen::Vector3d phi = Eigen::Vector3d::Zero();
+  QuadraticModel<3> model = evaluate(phi);
+  minimizeLevenbergMarquardt(options, evaluate, damp, lower, &phi, &model);
+  at->R_ci_cj = R * expSO3(phi);
 }
 
-// Newton on R with the weights fixed; false where it runs away.
-bool minimizeRotation(const NormalizedEpipolarPair& weighted, double baseline_prior,
-                      Eigen::Vector3d baseline, Eigen::Matrix3d* R, NormalizedEvaluation* at) {
-  for (int step = 0; step < kFreeSteps; ++step) {
-    *at = weighted.evaluate(*R, baseline_prior, baseline);
-    baseline = at->baseline;
-    Eigen::Matrix3d H = at->hessian;
-    H.diagonal() *= 1.0 + kFreeDamping;
-    Eigen::Vector3d delta = -H.ldlt().solve(at->gradient);
-    if (!(delta.norm() < kLargestCorrection)) delta = boundedStep(at->hessian, at->gradient);
-    if (!delta.allFinite()) return false;
-    *R = *R * expSO3(delta);
-  }
-  return true;
-}
-
-// False where the points do not determine the rotation of the pair with index `p`.
-bool freeRotation(const KeyframePairs& pairs, std::size_t p, const PairRotation& rotation,
-                  Eigen::Vector3d baseline, const CutoffSchedule& schedule,
-                  RotationCorrection* out) {
-  const KeyframePair& pair = pairs[p];
-  const double sigma = pairs.sigma();
-  const Eigen::ArrayXd all_points;
-  Eigen::Matrix3d R = rotation.R_ci_cj;
+// From `at` on; false where the points do not determine the rotation. `seed` of the baselines that
+// are drawn.
+bool freeRotation(const PairPoints& points, double sigma, const CutoffSchedule& schedule,
+                  unsigned seed, FreeRotation* at) {
+  const double baseline_prior = kBaselinePriorSigmas2 * sigma * sigma;
   NormalizedEpipolarPair weighted;
-  NormalizedEvaluation at;
   for (const double cutoff : schedule) {
-    if (baseline.squaredNorm() == 0.0 || cutoff > kWideCutoff) {
-      baseline =
-          pair.points.consensusBaseline(R, sigma, {cutoff}, static_cast<unsigned>(p), baseline)
-              .direction;
+    if (at->baseline.squaredNorm() == 0.0 || cutoff > kWideCutoff) {
+      at->baseline =
+          points.consensusBaseline(at->R_ci_cj, sigma, {cutoff}, seed, at->baseline).direction;
     }
-    weighted.weigh(pair.points, all_points, R, baseline, sigma, cutoff);
+    weighted.weigh(points, {}, at->R_ci_cj, at->baseline, sigma, cutoff);
     if (!(weighted.robustCount() > kMinRobustCount)) return false;
-    if (!minimizeRotation(weighted, kBaselinePriorSigmas2 * sigma * sigma, baseline, &R, &at)) {
-      return false;
-    }
-    baseline = at.baseline;
+    minimizeRotation(weighted, baseline_prior, at);
+    const NormalizedEvaluation minimum =
+        weighted.evaluate(at->R_ci_cj, baseline_prior, at->baseline);
+    at->baseline = minimum.baseline;
+    // Half the Hessian of a chi-square is an information.
+    at->information = 0.5 * weighted.robustCount() / (sigma * sigma) * minimum.hessian;
   }
-  const Eigen::Vector3d phi = logSO3(rotation.R_ci_cj.transpose() * R);
-  if (!(phi.norm() < kLargestCorrection)) return false;
-  // Half the Hessian of a chi-square is an information.
-  const Eigen::Matrix3d information = 0.5 * weighted.robustCount() / (sigma * sigma) * at.hessian;
-  *out = {p, pair.i, pair.j, rotation.R_ci_cj, rotation.dR_dbg, phi, information, at.baseline};
-  return true;
+  return at->R_ci_cj.allFinite() && at->information.allFinite();
+}
+
+// Where a search from nothing begins: the rotation that comes nearest to explaining the points
+// without travel (Wahba's problem), and, since sideways travel and a turn look alike in a narrow
+// view, rotations that trade some of one for the other, about the image's axes.
+std::vector<Eigen::Matrix3d> startsFor(const PairPoints& points, double flow) {
+  // Share of the flow that a rotation may explain, and its largest angle [rad].
+  constexpr double kShareOfFlow = 0.7, kMaxAngle = 0.15;
+  const Eigen::Matrix3d R =
+      nearestRotation(points.bearingsI().matrix().transpose() * points.bearingsJ().matrix());
+  const double angle = std::min(kShareOfFlow * flow, kMaxAngle);
+  std::vector<Eigen::Matrix3d> starts = {R};
+  for (const double turn : {-angle, angle}) {
+    starts.push_back(R * expSO3(Eigen::Vector3d(turn, 0.0, 0.0)));
+    starts.push_back(R * expSO3(Eigen::Vector3d(0.0, turn, 0.0)));
+  }
+  return starts;
+}
+
+// Robust standard deviation of a bearing across its epipolar plane [rad].
+double spread(const PairPoints& points, const FreeRotation& at) {
+  constexpr double kMinSigma = 1e-4;  // a twentieth of a pixel; no tracker is better
+  const Eigen::ArrayXd z2 = points.residuals(at.R_ci_cj, at.baseline, 1.0).z2;
+  return std::max(std::sqrt(noiseVariance({z2.begin(), z2.end()})), kMinSigma);
 }
 
 }  // namespace
@@ -78,13 +105,49 @@ std::vector<RotationCorrection> freeRotations(const KeyframePairs& pairs,
                                               const CutoffSchedule& schedule) {
   std::vector<RotationCorrection> out;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (!pairs[p].use_points || pairs[p].gap() != gap) continue;
-    RotationCorrection correction;
-    if (freeRotation(pairs, p, rotations[p], baselines[p], schedule, &correction)) {
-      out.push_back(correction);
+    const KeyframePair& pair = pairs[p];
+    if (!pair.use_points || pair.gap() != gap) continue;
+    const Eigen::Matrix3d& R_gyro = rotations[p].R_ci_cj;
+    FreeRotation at = {R_gyro, baselines[p]};
+    if (!freeRotation(pair.points, pairs.sigma(), schedule, static_cast<unsigned>(p), &at)) {
+      continue;
     }
+    const Eigen::Vector3d phi = logSO3(R_gyro.transpose() * at.R_ci_cj);
+    if (!(phi.norm() < kLargestCorrection)) continue;
+    out.push_back(
+        {p, pair.i, pair.j, R_gyro, rotations[p].dR_dbg, phi, at.information, at.baseline});
   }
   return out;
+}
+
+bool relativeRotation(const PairPoints& points, double sigma, const Eigen::Matrix3d* start,
+                      RelativeRotation* result) {
+  constexpr int kMinPoints = 8, kRounds = 3;
+  if (points.count() < kMinPoints) return false;
+  const Eigen::ArrayXd flows =
+      (points.bearingsI() - points.bearingsJ()).topRows(points.count()).matrix().rowwise().norm();
+  result->flow = median({flows.begin(), flows.end()});
+  FreeRotation best;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Matrix3d& R :
+       start != nullptr ? std::vector<Eigen::Matrix3d>{*start} : startsFor(points, result->flow)) {
+    FreeRotation at = {R};
+    if (!freeRotation(points, sigma, kFreeFromFar, 0, &at)) continue;
+    const double cost =
+        points.consensusBaseline(at.R_ci_cj, sigma, {kOutlierSigmas, 0}, 0, at.baseline).cost;
+    if (!(cost < lowest)) continue;
+    lowest = cost;
+    best = at;
+  }
+  if (!std::isfinite(lowest)) return false;
+  // The noise may be another than the one given.
+  for (int round = 0; round < kRounds; ++round) {
+    if (!freeRotation(points, spread(points, best), kFreeFromClean, 0, &best)) return false;
+  }
+  result->residual = spread(points, best);
+  result->R_ci_cj = best.R_ci_cj;
+  result->information = best.information;
+  return true;
 }
 
 }  // namespace slim_init

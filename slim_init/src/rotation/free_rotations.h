@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Rotations that the points of a keyframe pair measure alone, for the check of the calibration
-// (docs/derivation.md, 6.1).
+// Rotations that the points of a pair of images measure alone: for the check of the calibration
+// (docs/derivation.md, 6.1), and from nothing (6.2).
 #pragma once
 
 #include <Eigen/Core>
@@ -32,5 +32,22 @@ std::vector<RotationCorrection> freeRotations(const KeyframePairs& pairs,
                                               const PairRotations& rotations,
                                               const Baselines& baselines, int gap,
                                               const CutoffSchedule& schedule);
+
+/// Rotation between two images: no gyro, no extrinsic.
+struct RelativeRotation {
+  Eigen::Matrix3d R_ci_cj = Eigen::Matrix3d::Identity();
+  /// Of delta in R_ci_cj Exp(delta) [1/rad^2]; the direction of travel is eliminated.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  double residual = 0.0;  ///< robust standard deviation of a bearing across its epipolar plane
+  double flow = 0.0;      ///< median angle between the bearings [rad]
+};
+
+/// Minimises the quotient of the points over the rotation. `sigma` [rad] is the noise of a bearing,
+/// for the search. `start`: of the search; null: from the best rotation without travel and from
+/// rotations near it. Points at rest or far away are fine: the direction is then of no meaning, the
+/// rotation is. One point in ten may be an outlier. False with fewer than eight points or when
+/// nothing fits.
+bool relativeRotation(const PairPoints& points, double sigma, const Eigen::Matrix3d* start,
+                      RelativeRotation* result);
 
 }  // namespace slim_init
