@@ -24,7 +24,7 @@ TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias,
                     int min_points_per_pair = 6) {
   const KeyframePairs pairs(window, rotation_constants::kLongGap, min_points_per_pair);
   GyroRotations gyro(window);
-  gyro.linearizeNear(gyro_bias, rotation_constants::kRoughTolerance);
+  gyro.linearizeNear(gyro_bias, rotation_constants::kRelinearizeTolerance);
   return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, rotation_constants::kLongGap),
                      {TrackPruningOptions().threshold_sigmas}, unknownBaselines(pairs))
       .tracks;
@@ -112,7 +112,7 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   // Pairs of more gaps than the pruning needs.
   const KeyframePairs pairs(*exact.window, 8, 6);
   GyroRotations gyro(*exact.window);
-  gyro.linearizeNear(bias, rotation_constants::kRoughTolerance);
+  gyro.linearizeNear(bias, rotation_constants::kRelinearizeTolerance);
   Baselines known = unknownBaselines(pairs);
   known.back() = Vector3d::UnitY();
   const PairPruning shared =

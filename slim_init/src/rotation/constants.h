@@ -33,8 +33,6 @@ inline constexpr int kLongGap = 4;
 /// How far [rad/s] the bias may be from where the gyro was integrated: the correction of first
 /// order is then wrong by less than 1e-6 rad over two seconds, a hundredth of what the points know.
 inline constexpr double kRelinearizeTolerance = 1e-3;
-/// The same for a search [rad/s]: below 1e-5 rad.
-inline constexpr double kRoughTolerance = 0.02;
 
 // ---- Residuals and baselines (pair_points.h)
 

@@ -67,16 +67,15 @@ GapRange MultiGapProblem::gaps(ConsecutivePairs use, int max_gap) const {
   return {use == ConsecutivePairs::kWhereNeeded && longPairsSuffice() ? 2 : 1, max_gap};
 }
 
-PairRotations MultiGapProblem::rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap,
-                                           double tolerance) {
-  gyro_.linearizeNear(gyro_bias, tolerance);
+PairRotations MultiGapProblem::rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap) {
+  gyro_.linearizeNear(gyro_bias, kRelinearizeTolerance);
   return gyro_.at(gyro_bias, pairs_, max_gap);
 }
 
 BaselineConsensus MultiGapProblem::findBaselines(const Eigen::Vector3d& gyro_bias, int max_gap,
                                                  const ConsensusOptions& options, Baselines known) {
-  return slim_init::findBaselines(pairs_, rotationsAt(gyro_bias, max_gap, kRoughTolerance), max_gap,
-                                  options, std::move(known));
+  return slim_init::findBaselines(pairs_, rotationsAt(gyro_bias, max_gap), max_gap, options,
+                                  std::move(known));
 }
 
 void MultiGapProblem::addPoints(std::size_t p, const PairRotation& rotation, double share,
@@ -130,7 +129,7 @@ QuadraticModel<3> MultiGapProblem::evaluate(const Eigen::Vector3d& gyro_bias, co
 WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
                                      double cutoff_sigmas, const PointMasks& masks,
                                      Baselines* baselines) {
-  const PairRotations rotations = rotationsAt(gyro_bias, gaps.to, kRelinearizeTolerance);
+  const PairRotations rotations = rotationsAt(gyro_bias, gaps.to);
   const Eigen::ArrayXd all_points;
   WeightedPairs weighted(pairs_.size());
   for (std::size_t p = 0; p < pairs_.size(); ++p) {

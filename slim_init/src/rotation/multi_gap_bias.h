@@ -88,8 +88,8 @@ class MultiGapProblem {
   GapRange gaps(ConsecutivePairs use, int max_gap) const;
 
   /// Rotations of the pairs up to `max_gap` at a bias, integrated anew where the last integration
-  /// is further off than `tolerance` [rad/s].
-  PairRotations rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap, double tolerance);
+  /// is further off than kRelinearizeTolerance.
+  PairRotations rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap);
 
   /// findBaselines() at a bias.
   BaselineConsensus findBaselines(const Eigen::Vector3d& gyro_bias, int max_gap,

@@ -92,8 +92,7 @@ class ConsensusSearch {
       const double threshold = options_.pruning.threshold_sigmas;
       const Eigen::Vector3d bias = out.minimum.gyro_bias;
       PairPruning pruning = pruneTracks(
-          problem_.window(), problem_.pairs(),
-          problem_.rotationsAt(bias, kLongGap, kRoughTolerance),
+          problem_.window(), problem_.pairs(), problem_.rotationsAt(bias, kLongGap),
           {pass.pruning_factor * threshold, hypotheses(), schedule.search}, out.minimum.baselines);
       if (pass.baselining == Baselining::kSearchAllGaps) {
         pruning.baselines =
@@ -182,9 +181,8 @@ RobustBias RobustBiasEstimator::State::finish() {
   out.imu_noise = assumedImuNoise(window, inertial);
   const Baselines baselines =
       problem.baselinesAt(out.gyro_bias, gaps, best.minimum.weighted, best.minimum.baselines);
-  out.rotations = freeRotations(
-      problem.pairs(), problem.rotationsAt(out.gyro_bias, kShortGap, kRelinearizeTolerance),
-      baselines, kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
+  out.rotations = freeRotations(problem.pairs(), problem.rotationsAt(out.gyro_bias, kShortGap),
+                                baselines, kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
   out.track_sigma = trackNoise(problem.pairs(), out.rotations);
   out.readout = checkReadout(window, problem.pairs(), out.rotations, out.gyro_bias,
                              std::fmax(out.track_sigma, problem.pairs().sigma()));
