@@ -82,16 +82,8 @@ Quotient minimizeQuotient(const Eigen::Matrix3d& M, const Eigen::Matrix3d& N,
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(0.5 * (A + A.transpose()));
   out.e = (Li.transpose() * solver.eigenvectors().col(0)).normalized();
-  // The closed form is good to about the root of the machine precision; one step of inverse
-  // iteration from there, cubic, to all of it.
-  for (int k = 0; k < 2; ++k) {
-    out.lambda = out.e.dot(M * out.e) / out.e.dot(N * out.e);
-    const Eigen::Vector3d next = adjugate(M - out.lambda * N) * (N * out.e);
-    const double norm = next.norm();
-    if (!(norm > 0.0)) break;
-    out.e = next / norm;
-  }
-  out.lambda = out.e.dot(M * out.e) / out.e.dot(N * out.e);
+  // The closed form is good to about the root of the machine precision.
+  polish(M, N, &out);
   return out;
 }
 
