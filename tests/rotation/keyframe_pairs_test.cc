@@ -136,18 +136,18 @@ TEST(MasksOf, LeaveOutDroppedSightingsAndLinksAcrossACut) {
 
 TEST(MultiGapProblem, ConsecutivePairsEnterWhereLongerOnesHaveFewPoints) {
   const MultiGapBiasOptions options;
-  const auto firstGap = [&](int keyframes, int points, ConsecutivePairs use) {
+  const auto consecutiveEnter = [&](int keyframes, int points) {
     ExactWindowOptions window;
     window.keyframes = keyframes;
     window.points = points;
     const ExactWindow exact = makeExactWindow(window);
     const MultiGapProblem problem(*exact.window, nullptr, options, InertialOptions());
-    return problem.gaps(use, 8).from;
+    EXPECT_TRUE(problem.enters(problem.pairs()[keyframes - 1], 8)) << "two keyframes apart";
+    return problem.enters(problem.pairs()[0], 8);
   };
-  EXPECT_EQ(firstGap(10, 100, ConsecutivePairs::kWhereNeeded), 2);
-  EXPECT_EQ(firstGap(10, 100, ConsecutivePairs::kUse), 1);
-  EXPECT_EQ(firstGap(10, 15, ConsecutivePairs::kWhereNeeded), 1);
-  EXPECT_EQ(firstGap(7, 100, ConsecutivePairs::kWhereNeeded), 1);
+  EXPECT_FALSE(consecutiveEnter(10, 100));
+  EXPECT_TRUE(consecutiveEnter(10, 15));
+  EXPECT_TRUE(consecutiveEnter(7, 100));
 }
 
 TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
@@ -156,15 +156,15 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
   const ExactWindow exact = makeExactWindow(window);
   const MultiGapBiasOptions options;
   MultiGapProblem problem(*exact.window, nullptr, options, InertialOptions());
-  const GapRange gaps = problem.gaps(ConsecutivePairs::kUse, 8);
+  const int max_gap = options.max_gap;
   const auto minimum = [&]() {
-    return problem.minimize(window.gyro_bias, gaps, rotation_constants::kNarrowStart, {},
+    return problem.minimize(window.gyro_bias, max_gap, rotation_constants::kNarrowStart, {},
                             unknownBaselines(problem.pairs()));
   };
   const Vector3d first = minimum().gyro_bias;
   // At another bias, with other weights: nothing of it stays but where the gyro was integrated.
   Baselines elsewhere = unknownBaselines(problem.pairs());
-  problem.weigh(Vector3d(0.3, -0.3, 0.3), gaps, 3.0, {}, &elsewhere);
+  problem.weigh(Vector3d(0.3, -0.3, 0.3), max_gap, 3.0, {}, &elsewhere);
   EXPECT_LT((minimum().gyro_bias - first).norm(), 1e-9);
 }
 

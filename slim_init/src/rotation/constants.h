@@ -53,16 +53,14 @@ inline constexpr double kBaselinePriorSigmas2 = 0.5;
 /// Points, counted by their weight, below which a pair does not determine the rotation: that has
 /// three degrees of freedom and the baseline two.
 inline constexpr double kMinRobustCount = 5.0;
-/// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
-/// thousandth of a standard deviation of the bias in the last round, a tenth before.
-inline constexpr double kCostTolerance = 1e-9;
-inline constexpr double kRoundTolerance = 1e-5;
-/// A step below this changes no keyframe rotation by more than rounding [rad/s].
-inline constexpr double kStepTolerance = 1e-12;
 /// Keyframes, and points in every pair two keyframes apart, from which consecutive pairs stay out
 /// of the minimisation: they add a third to the time and then little to the bias.
 inline constexpr int kMinKeyframesToSkip = 8;
 inline constexpr int kPointsToSkip = 25;
+/// Expected decrease at which a round ends, relative to the cost, a chi-square of a thousand: a
+/// thousandth of a standard deviation of the bias in the last round, a tenth before.
+inline constexpr double kCostTolerance = 1e-9;
+inline constexpr double kRoundTolerance = 1e-5;
 /// Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
 /// not built to better than a milliradian.
 inline constexpr double kVpModelVariance = 1e-6;
@@ -161,11 +159,10 @@ inline constexpr CutoffSchedule kFreeFromFar = {{40.0, 10.0, 3.0, 3.0}, 4};
 }  // namespace rotation_constants
 // ---- Work (WorkBudget)
 
-/// Work of one bias per keyframe; of one pass per common point of a pair, without and with
-/// directions drawn for the baseline; and of one iteration per pair [units].
+/// Work of one bias per keyframe; of one pass per common point of a pair; and of one iteration per
+/// pair [units].
 inline constexpr double kWorkPerKeyframe = 30.0;
-inline constexpr double kWorkPerPoint = 0.07;
-inline constexpr double kWorkPerPointDrawn = 0.27;
+inline constexpr double kWorkPerPoint = 0.15;
 inline constexpr double kWorkPerPair = 0.35;
 
 }  // namespace slim_init

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "geometry/so3.h"
@@ -15,13 +16,13 @@ using namespace rotation_constants;  // NOLINT: the constants of this module
 
 namespace {
 
-// A point enters once per gap; its information counts about once.
-double shareOf(const GapRange& gaps, int keyframes) {
-  int count = 0;
-  for (const int gap : kGaps) {
-    count += gap >= gaps.from && gap <= gaps.to && gap < keyframes ? 1 : 0;
-  }
-  return 1.0 / std::max(count, 1);
+// The shortest gap that enters a minimisation.
+int shortestGap(const KeyframePairs& pairs, const MultiGapBiasOptions& options) {
+  if (options.max_gap < 2 || pairs.keyframes() < kMinKeyframesToSkip) return 1;
+  const bool longer_suffice = std::all_of(pairs.begin(), pairs.end(), [](const KeyframePair& pair) {
+    return pair.gap() != 2 || pair.points.count() >= kPointsToSkip;
+  });
+  return longer_suffice ? 2 : 1;
 }
 
 Eigen::Matrix3d dampDiagonal(const QuadraticModel<3>& at, double damping) {
@@ -41,7 +42,19 @@ MultiGapProblem::MultiGapProblem(const InitWindow& window,
       options_(options),
       gyro_bias_prior_(inertial.gyro_bias_prior),
       pairs_(window, options.max_gap, options.min_points_per_pair),
+      shortest_gap_(shortestGap(pairs_, options)),
       gyro_(window) {}
+
+bool MultiGapProblem::enters(const KeyframePair& pair, int max_gap) const {
+  return pair.gap() >= shortest_gap_ && pair.gap() <= max_gap;
+}
+
+double MultiGapProblem::shareOf(int max_gap) const {
+  const auto count = std::count_if(std::begin(kGaps), std::end(kGaps), [&](int gap) {
+    return gap >= shortest_gap_ && gap <= max_gap && gap < pairs_.keyframes();
+  });
+  return 1.0 / static_cast<double>(std::max<std::ptrdiff_t>(count, 1));
+}
 
 bool MultiGapProblem::sameVanishingPoint(const KeyframePair& pair) const {
   if (vps_ == nullptr) return false;
@@ -54,17 +67,6 @@ int MultiGapProblem::vpPairs() const {
   return static_cast<int>(
       std::count_if(pairs_.begin(), pairs_.end(),
                     [this](const KeyframePair& pair) { return sameVanishingPoint(pair); }));
-}
-
-bool MultiGapProblem::longPairsSuffice() const {
-  if (options_.max_gap < 2 || pairs_.keyframes() < kMinKeyframesToSkip) return false;
-  return std::all_of(pairs_.begin(), pairs_.end(), [](const KeyframePair& pair) {
-    return pair.gap() != 2 || pair.points.count() >= kPointsToSkip;
-  });
-}
-
-GapRange MultiGapProblem::gaps(ConsecutivePairs use, int max_gap) const {
-  return {use == ConsecutivePairs::kWhereNeeded && longPairsSuffice() ? 2 : 1, max_gap};
 }
 
 PairRotations MultiGapProblem::rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap) {
@@ -108,33 +110,33 @@ void MultiGapProblem::addVanishingPoints(std::size_t p, const PairRotation& rota
   sum->hessian += 2.0 * share * weight * (J.transpose() * J);
 }
 
-QuadraticModel<3> MultiGapProblem::evaluate(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+QuadraticModel<3> MultiGapProblem::evaluate(const Eigen::Vector3d& gyro_bias, int max_gap,
                                             const WeightedPairs& weighted,
                                             Baselines* baselines) const {
-  const PairRotations rotations = gyro_.at(gyro_bias, pairs_, gaps.to);
-  const double share = shareOf(gaps, pairs_.keyframes());
+  const PairRotations rotations = gyro_.at(gyro_bias, pairs_, max_gap);
+  const double share = shareOf(max_gap);
   const double prior = 1.0 / (gyro_bias_prior_ * gyro_bias_prior_);
   QuadraticModel<3> sum;
   sum.cost = prior * gyro_bias.squaredNorm();
   sum.gradient = 2.0 * prior * gyro_bias;
   sum.hessian = 2.0 * prior * Eigen::Matrix3d::Identity();
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    if (!gaps.holds(pairs_[p])) continue;
+    if (!enters(pairs_[p], max_gap)) continue;
     addPoints(p, rotations[p], share, weighted[p], &(*baselines)[p], &sum);
     addVanishingPoints(p, rotations[p], share, &sum);
   }
   return sum;
 }
 
-WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, int max_gap,
                                      double cutoff_sigmas, const PointMasks& masks,
                                      Baselines* baselines) {
-  const PairRotations rotations = rotationsAt(gyro_bias, gaps.to);
+  const PairRotations rotations = rotationsAt(gyro_bias, max_gap);
   const Eigen::ArrayXd all_points;
   WeightedPairs weighted(pairs_.size());
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const KeyframePair& pair = pairs_[p];
-    if (!pair.use_points || !gaps.holds(pair)) continue;
+    if (!pair.use_points || !enters(pair, max_gap)) continue;
     const Eigen::ArrayXd& mask = masks.empty() ? all_points : masks[p];
     const Eigen::Matrix3d& R = rotations[p].R_ci_cj;
     Eigen::Vector3d& baseline = (*baselines)[p];
@@ -147,7 +149,7 @@ WeightedPairs MultiGapProblem::weigh(const Eigen::Vector3d& gyro_bias, const Gap
   return weighted;
 }
 
-BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, const GapRange& gaps,
+BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, int max_gap,
                                       const CutoffSchedule& schedule, const PointMasks& masks,
                                       Baselines baselines) {
   BiasMinimum out;
@@ -155,16 +157,15 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, const GapRan
   out.baselines = std::move(baselines);
   for (const double& cutoff : schedule) {
     if (!out.gyro_bias.allFinite()) break;
-    out.weighted = weigh(out.gyro_bias, gaps, cutoff, masks, &out.baselines);
+    out.weighted = weigh(out.gyro_bias, max_gap, cutoff, masks, &out.baselines);
     const auto evaluateAt = [&](const Eigen::Vector3d& bias) {
-      return evaluate(bias, gaps, out.weighted, &out.baselines);
+      return evaluate(bias, max_gap, out.weighted, &out.baselines);
     };
     LevenbergMarquardtOptions options;
     options.max_iterations = options_.max_iterations;
     // The weights of the next round move the minimum anyway.
     const bool last = &cutoff == schedule.end() - 1;
     options.relative_decrease = last ? kCostTolerance : kRoundTolerance;
-    options.shortest_step = kStepTolerance;
     const auto lower = [](const QuadraticModel<3>& there, const QuadraticModel<3>& here) {
       return there.cost < here.cost;
     };
@@ -175,24 +176,24 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, const GapRan
   return out;
 }
 
-Baselines MultiGapProblem::baselinesAt(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+Baselines MultiGapProblem::baselinesAt(const Eigen::Vector3d& gyro_bias, int max_gap,
                                        const WeightedPairs& weighted, Baselines baselines) const {
-  evaluate(gyro_bias, gaps, weighted, &baselines);
+  evaluate(gyro_bias, max_gap, weighted, &baselines);
   return baselines;
 }
 
-Eigen::Matrix3d MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+Eigen::Matrix3d MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, int max_gap,
                                              const WeightedPairs& weighted, double gyro_density,
                                              Baselines baselines) const {
-  const double share = shareOf(gaps, pairs_.keyframes());
+  const double share = shareOf(max_gap);
   const double sigma2 = pairs_.sigma() * pairs_.sigma();
   const Eigen::Matrix3d H_inverse =
-      evaluate(gyro_bias, gaps, weighted, &baselines).hessian.inverse();
-  const PairRotations rotations = gyro_.at(gyro_bias, pairs_, gaps.to);
+      evaluate(gyro_bias, max_gap, weighted, &baselines).hessian.inverse();
+  const PairRotations rotations = gyro_.at(gyro_bias, pairs_, max_gap);
   std::vector<Eigen::Vector3d> gradients(window_.pointTracks().size(), Eigen::Vector3d::Zero());
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     const KeyframePair& pair = pairs_[p];
-    if (!gaps.holds(pair) || !pair.use_points) continue;
+    if (!enters(pair, max_gap) || !pair.use_points) continue;
     if (weighted[p].robustCount() <= kMinRobustCount) continue;
     const std::vector<Eigen::Vector3d> parts = weighted[p].pointGradients(
         pair.points, rotations[p].R_ci_cj, kBaselinePriorSigmas2 * sigma2);
@@ -242,23 +243,23 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
   best.point_pairs = problem.pointPairs();
   best.vp_pairs = problem.vpPairs();
   if (best.point_pairs + best.vp_pairs == 0) return best;
-  const GapRange gaps = problem.gaps(ConsecutivePairs::kWhereNeeded, options.max_gap);
+  const int max_gap = options.max_gap;
   const ConsensusOptions draw = {*kFromFar.begin()};
   const ConsensusOptions rate = {kOutlierSigmas, 0};
   for (const Eigen::Vector3d& start : starts) {
     BiasMinimum minimum = problem.minimize(
-        start, gaps, kFromFar, {},
-        problem.findBaselines(start, gaps.to, draw, unknownBaselines(problem.pairs())).baselines);
+        start, max_gap, kFromFar, {},
+        problem.findBaselines(start, max_gap, draw, unknownBaselines(problem.pairs())).baselines);
     best.iterations += minimum.iterations;
     const Eigen::Vector3d& bias = minimum.gyro_bias;
     if (!bias.allFinite() || bias.norm() > options.max_bias) continue;
     BaselineConsensus rated =
-        problem.findBaselines(bias, gaps.to, rate, std::move(minimum.baselines));
+        problem.findBaselines(bias, max_gap, rate, std::move(minimum.baselines));
     if (best.valid && rated.cost >= best.cost) continue;
     best.valid = true;
     best.gyro_bias = bias;
     best.cost = rated.cost;
-    best.information = problem.information(bias, gaps, minimum.weighted,
+    best.information = problem.information(bias, max_gap, minimum.weighted,
                                            window.calibration().imu_noise.gyro_density,
                                            std::move(rated.baselines));
   }

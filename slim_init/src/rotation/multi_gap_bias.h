@@ -45,19 +45,6 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const MultiGapBiasOptions& options,
                                           const InertialOptions& inertial);
 
-/// Whether pairs of consecutive keyframes enter the minimisation.
-enum class ConsecutivePairs {
-  kUse,
-  /// Only where longer pairs have few points (kMinKeyframesToSkip, kPointsToSkip).
-  kWhereNeeded,
-};
-
-/// Pairs that enter: those `from` to `to` keyframes apart.
-struct GapRange {
-  int from = 1, to = 8;
-  bool holds(const KeyframePair& pair) const { return from <= pair.gap() && pair.gap() <= to; }
-};
-
 /// One weighted cost per pair; of pairs that did not enter it is not set.
 using WeightedPairs = std::vector<NormalizedEpipolarPair>;
 
@@ -83,9 +70,9 @@ class MultiGapProblem {
   const KeyframePairs& pairs() const { return pairs_; }
   int pointPairs() const { return pairs_.pointPairs(); }
   int vpPairs() const;
-
-  /// Pairs that enter a minimisation up to `max_gap` keyframes.
-  GapRange gaps(ConsecutivePairs use, int max_gap) const;
+  /// Whether a pair enters a minimisation up to `max_gap` keyframes: consecutive ones only where
+  /// longer ones have few points (kMinKeyframesToSkip, kPointsToSkip).
+  bool enters(const KeyframePair& pair, int max_gap) const;
 
   /// Rotations of the pairs up to `max_gap` at a bias, integrated anew where the last integration
   /// is further off than kRelinearizeTolerance.
@@ -95,33 +82,34 @@ class MultiGapProblem {
   BaselineConsensus findBaselines(const Eigen::Vector3d& gyro_bias, int max_gap,
                                   const ConsensusOptions& options, Baselines known);
 
-  /// Iteratively re-weighted Levenberg-Marquardt over the pairs in `gaps` and the points that
-  /// `masks` leave: a round per cutoff, the last one to convergence. `baselines`: for the weights
-  /// of the first round; where one is not known all points of its pair weigh alike.
-  BiasMinimum minimize(const Eigen::Vector3d& start, const GapRange& gaps,
-                       const CutoffSchedule& schedule, const PointMasks& masks,
-                       Baselines baselines);
+  /// Iteratively re-weighted Levenberg-Marquardt over the pairs up to `max_gap` keyframes and the
+  /// points that `masks` leave: a round per cutoff, the last one to convergence. `baselines`: for
+  /// the weights of the first round; where one is not known all points of its pair weigh alike.
+  BiasMinimum minimize(const Eigen::Vector3d& start, int max_gap, const CutoffSchedule& schedule,
+                       const PointMasks& masks, Baselines baselines);
 
   /// Weights at a bias, as a round of minimize() begins. Baselines that are not known are filled
   /// in.
-  WeightedPairs weigh(const Eigen::Vector3d& gyro_bias, const GapRange& gaps, double cutoff_sigmas,
+  WeightedPairs weigh(const Eigen::Vector3d& gyro_bias, int max_gap, double cutoff_sigmas,
                       const PointMasks& masks, Baselines* baselines);
 
   /// The baselines that minimise the cost at a bias. `baselines`: as minimize() left them.
-  Baselines baselinesAt(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+  Baselines baselinesAt(const Eigen::Vector3d& gyro_bias, int max_gap,
                         const WeightedPairs& weighted, Baselines baselines) const;
 
   /// Inverse covariance [1/(rad/s)^2] of a minimiser for given weights: the curvature of the cost
   /// and the scatter of the tracks' gradients, so that points that enter at several gaps, or are
   /// worse than they should be, count for what they are; and the gyro's white noise over the
   /// window, with `gyro_density` [rad/s/sqrt(Hz)]. `baselines` as minimize() left them.
-  Eigen::Matrix3d information(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+  Eigen::Matrix3d information(const Eigen::Vector3d& gyro_bias, int max_gap,
                               const WeightedPairs& weighted, double gyro_density,
                               Baselines baselines) const;
 
  private:
+  // A point enters once per gap; its information counts about once.
+  double shareOf(int max_gap) const;
   // Cost of eq. 1.2 at a bias; the baselines that minimise it there are written.
-  QuadraticModel<3> evaluate(const Eigen::Vector3d& gyro_bias, const GapRange& gaps,
+  QuadraticModel<3> evaluate(const Eigen::Vector3d& gyro_bias, int max_gap,
                              const WeightedPairs& weighted, Baselines* baselines) const;
   void addPoints(std::size_t p, const PairRotation& rotation, double share,
                  const NormalizedEpipolarPair& weighted, Eigen::Vector3d* baseline,
@@ -129,13 +117,13 @@ class MultiGapProblem {
   void addVanishingPoints(std::size_t p, const PairRotation& rotation, double share,
                           QuadraticModel<3>* sum) const;
   bool sameVanishingPoint(const KeyframePair& pair) const;
-  bool longPairsSuffice() const;
 
   const InitWindow& window_;
   const std::vector<VanishingPoint>* vps_;
   const MultiGapBiasOptions& options_;
   const double gyro_bias_prior_;  // [rad/s]
   const KeyframePairs pairs_;
+  const int shortest_gap_;
   GyroRotations gyro_;
 };
 

@@ -85,8 +85,7 @@ ConsensusBaseline PairPoints::consensusBaseline(const Eigen::Matrix3d& R_ci_cj, 
   const float t2 = static_cast<float>(truncation2);
   const float inverse = static_cast<float>(1.0 / (2.0 * sigma * sigma));
   const float floor = static_cast<float>(0.5 * kMinNoise);
-  const double good_enough = options.search == BaselineSearch::kUnlessGood ? kGoodEnough : 0.0;
-  const float enough = static_cast<float>(good_enough * count_);
+  const float enough = static_cast<float>(kGoodEnough * count_);
   Sequence sequence(seed);
   float best_cost = std::numeric_limits<float>::max();
   for (int h = -1; h < options.hypotheses; ++h) {

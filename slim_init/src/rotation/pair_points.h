@@ -14,19 +14,12 @@ struct PointResiduals {
   Eigen::ArrayXd noise;  ///< that variance over sigma^2, |e x f_i|^2 + |R^T e x f_j|^2
 };
 
-/// When directions are drawn in spite of one at hand.
-enum class BaselineSearch {
-  kAlways,      ///< the one at hand competes with those drawn
-  kUnlessGood,  ///< only where it leaves more than good data would (kGoodEnough)
-};
-
 /// How a baseline is searched.
 struct ConsensusOptions {
   double truncation_sigmas = 3.0;  ///< residuals count up to this many standard deviations
   /// Two-point directions tried; 0 rates the one at hand. With 40 % outliers all of twenty contain
   /// one with a probability of 1e-4.
   int hypotheses = 20;
-  BaselineSearch search = BaselineSearch::kAlways;
 };
 
 /// Direction of translation of a pair.
@@ -56,7 +49,8 @@ class PairPoints {
                            double sigma) const;
 
   /// Direction of translation at a known R by consensus: of `first` (skipped when zero) and of the
-  /// directions that two points define, the one with the least cost. The points come from a fixed
+  /// directions that two points define, the one with the least cost; none is drawn where the first
+  /// leaves no more than good data would (kGoodEnough). The points come from a fixed
   /// sequence that starts at `seed`. Where no two points differ the direction is zero and every
   /// point costs truncation^2.
   ConsensusBaseline consensusBaseline(const Eigen::Matrix3d& R_ci_cj, double sigma,

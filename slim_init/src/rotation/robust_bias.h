@@ -63,7 +63,7 @@ class RobustBiasEstimator {
 
   /// Few passes. To be called once, before thorough().
   RobustBias quick();
-  /// Where quick() was not clean: all pairs, with directions drawn again in every pass.
+  /// Where quick() was not clean: more passes.
   RobustBias thorough();
 
  private:
