@@ -52,9 +52,6 @@ std::vector<Turn> turnsOf(const InitWindow& window, const KeyframePairs& pairs) 
   return turns;
 }
 
-// The rotation R that brings `to` = R `from`, from the sum of their outer products (Kabsch 1976).
-Eigen::Matrix3d kabsch(const Eigen::Matrix3d& sum_to_from) { return nearestRotation(sum_to_from); }
-
 double residual(const Eigen::Matrix3d& R_b_c, const Turn& turn) {
   return (turn.body - R_b_c * turn.camera).norm() / kTurnSigma;
 }
@@ -68,7 +65,7 @@ double truncatedCost(const Eigen::Matrix3d& R_b_c, const std::vector<Turn>& turn
   return cost;
 }
 
-// Every two turns fix a rotation; the one that most agree with.
+// Every two turns fix a rotation (Kabsch 1976); the one that most agree with.
 Eigen::Matrix3d consensus(const std::vector<Turn>& turns) {
   Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
   double lowest = truncatedCost(best, turns);
@@ -77,8 +74,8 @@ Eigen::Matrix3d consensus(const std::vector<Turn>& turns) {
       const Eigen::Vector3d body = turns[a].body.cross(turns[b].body);
       const Eigen::Vector3d camera = turns[a].camera.cross(turns[b].camera);
       const Eigen::Matrix3d R =
-          kabsch(turns[a].body * turns[a].camera.transpose() +
-                 turns[b].body * turns[b].camera.transpose() + body * camera.transpose());
+          nearestRotation(turns[a].body * turns[a].camera.transpose() +
+                          turns[b].body * turns[b].camera.transpose() + body * camera.transpose());
       const double cost = truncatedCost(R, turns);
       if (cost < lowest) {
         lowest = cost;
@@ -92,9 +89,8 @@ Eigen::Matrix3d consensus(const std::vector<Turn>& turns) {
 // The rotations of the points against those of the gyroscope seen through `window`, whose
 // calibration is the one found so far.
 std::vector<RotationCorrection> correctionsOf(const InitWindow& window, const KeyframePairs& pairs,
-                                              const std::vector<Turn>& turns,
-                                              const Eigen::Vector3d& gyro_bias) {
-  const PairRotations gyro = GyroRotations(window).at(gyro_bias, pairs, kHandEyeGap);
+                                              const std::vector<Turn>& turns) {
+  const PairRotations gyro = GyroRotations(window).at(Eigen::Vector3d::Zero(), pairs, kHandEyeGap);
   std::vector<RotationCorrection> corrections;
   for (const Turn& turn : turns) {
     const PairRotation& predicted = gyro[turn.pair];
@@ -120,76 +116,84 @@ RotationError withTdKnownTo(double td_sigma, const CalibrationCheck& check) {
   return out;
 }
 
-// Sums of the squared rotations about the axes of the camera.
-Eigen::Vector3d squaredTurns(const std::vector<Turn>& turns) {
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
-  for (const Turn& turn : turns) squares += turn.camera.cwiseAbs2();
-  return squares;
-}
-
-}  // namespace
-
-std::string leastTurnedAxis(const Eigen::Vector3d& weights) {
+// The axis of the camera about which it has turned least, in words, with how to turn about it.
+std::string leastTurnedAxis(const std::vector<Turn>& turns) {
   static const char* const kAxes[] = {
       "the horizontal axis of the image (tilt the camera up and down)",
       "the vertical axis of the image (pan it left and right)", "the camera's optical axis (roll)"};
+  Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+  for (const Turn& turn : turns) squares += turn.camera.cwiseAbs2();
   Eigen::Index least = 0;
-  weights.minCoeff(&least);
+  squares.minCoeff(&least);
   return kAxes[least];
 }
+
+std::shared_ptr<const InitWindow> withRotation(const InitWindow& window,
+                                               const Eigen::Matrix3d& R_b_c) {
+  Calibration better = window.calibration();
+  better.R_b_c = R_b_c;
+  return withCalibration(window, better);
+}
+
+// Corrects the rotation by the one that the pairs agree on with bias of the gyroscope and td
+// unknown, which are in exact rotations too. Returns its largest standard deviation over all axes
+// [deg], NaN where there is none.
+double refine(const InitWindow& window, const KeyframePairs& pairs, const std::vector<Turn>& turns,
+              Eigen::Matrix3d* R_b_c) {
+  double sigma_deg = kNotComputed;
+  for (int round = 0; round < kHandEyeRounds; ++round) {
+    const auto turned = withRotation(window, *R_b_c);
+    if (turned == nullptr) break;
+    const CalibrationCheck check =
+        checkCalibration(*turned, Eigen::Vector3d::Zero(), correctionsOf(*turned, pairs, turns));
+    if (!check.valid) break;
+    const RotationError error = withTdKnownTo(window.calibration().sigmas.td_s, check);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(error.covariance);
+    sigma_deg = kDegPerRad * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
+    if (!(error.error.norm() < kMaxHandEyeStep)) break;
+    *R_b_c = *R_b_c * expSO3(error.error);
+  }
+  return sigma_deg;
+}
+
+}  // namespace
 
 ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair) {
   ExtrinsicRotation out;
   std::shared_ptr<const InitWindow> seen = unowned(window);
   std::vector<Turn> turns;
+  double sigma_deg = kNotComputed;
   std::ostringstream message;
+  message << "the extrinsic rotation is unknown: ";
   // With a rolling shutter the rows are turned to the middle one as soon as the rotation is known.
   const int passes = window.calibration().readout_s > 0.0 ? 2 : 1;
   for (int pass = 0; pass < passes; ++pass) {
+    if (pass > 0) {
+      const auto turned = withRotation(window, out.R_b_c);
+      if (turned == nullptr) break;
+      seen = withRowsCompensated(*turned, Eigen::Vector3d::Zero());
+      if (seen == nullptr) break;
+    }
     const KeyframePairs pairs(*seen, kHandEyeGap, min_points_per_pair);
     turns = turnsOf(*seen, pairs);
-    out.pairs = static_cast<int>(turns.size());
-    if (out.pairs < kMinPairs) {
-      message << "the extrinsic rotation is unknown: " << out.pairs
-              << " keyframe pairs with enough points to measure it (minimum " << kMinPairs << ")";
+    if (static_cast<int>(turns.size()) < kMinPairs) {
+      message << turns.size() << " keyframe pairs with enough points to measure it (minimum "
+              << kMinPairs << ")";
       out.message = message.str();
       return out;
     }
     out.R_b_c = consensus(turns);
-    // Exact rotations have a bias of the gyroscope and an error of td in them.
-    for (int round = 0; round < kHandEyeRounds; ++round) {
-      Calibration better = window.calibration();
-      better.R_b_c = out.R_b_c;
-      const auto turned = withCalibration(window, better);
-      if (turned == nullptr) break;
-      const CalibrationCheck check =
-          checkCalibration(*turned, Eigen::Vector3d::Zero(),
-                           correctionsOf(*turned, pairs, turns, Eigen::Vector3d::Zero()));
-      if (!check.valid) break;
-      const RotationError error = withTdKnownTo(window.calibration().sigmas.td_s, check);
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(error.covariance);
-      out.sigma_deg = kDegPerRad * std::sqrt(std::max(0.0, axes.eigenvalues()[2]));
-      if (!(error.error.norm() < kMaxHandEyeStep)) break;
-      out.R_b_c = out.R_b_c * expSO3(error.error);
-    }
-    if (pass + 1 == passes) break;
-    Calibration better = window.calibration();
-    better.R_b_c = out.R_b_c;
-    const auto turned = withCalibration(window, better);
-    if (turned == nullptr) break;
-    seen = withRowsCompensated(*turned, Eigen::Vector3d::Zero());
-    if (seen == nullptr) break;
+    sigma_deg = refine(window, pairs, turns, &out.R_b_c);
   }
-  out.valid = out.sigma_deg <= kMaxHandEyeSigmaDeg;
+  out.valid = sigma_deg <= kMaxHandEyeSigmaDeg;
   if (out.valid) return out;
-  message << "the extrinsic rotation is unknown: its standard deviation from the motion ";
-  if (std::isfinite(out.sigma_deg)) {
-    message << std::lround(std::min(out.sigma_deg, 180.0)) << " deg";
+  message << "its standard deviation from the motion ";
+  if (std::isfinite(sigma_deg)) {
+    message << std::lround(std::min(sigma_deg, 180.0)) << " deg";
   } else {
     message << "not measured";
   }
-  message << " (limit " << kMaxHandEyeSigmaDeg << "): rotate about "
-          << leastTurnedAxis(squaredTurns(turns));
+  message << " (limit " << kMaxHandEyeSigmaDeg << "): rotate about " << leastTurnedAxis(turns);
   out.message = message.str();
   return out;
 }

@@ -16,9 +16,6 @@ namespace slim_init {
 struct ExtrinsicRotation {
   bool valid = false;  ///< the motion determines it to kMaxHandEyeSigmaDeg
   Eigen::Matrix3d R_b_c = Eigen::Matrix3d::Identity();
-  /// Largest standard deviation over all axes [deg].
-  double sigma_deg = kNotComputed;
-  int pairs = 0;  ///< keyframe pairs with a rotation from the points
   /// Where it is not valid: what is missing, and about which axis the rig has to turn.
   std::string message;
 };
@@ -28,10 +25,5 @@ struct ExtrinsicRotation {
 /// pairs agree with, and from there rotation, bias and td by checkCalibration().
 /// estimateRotations() goes on with it.
 ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair);
-
-/// "the optical axis", "the horizontal axis of the image" or "the vertical axis of the image": the
-/// axis of the camera with the least component of `weights` (sums of squared rotations about x, y
-/// and z of the camera), in words, with how to turn about it.
-std::string leastTurnedAxis(const Eigen::Vector3d& weights);
 
 }  // namespace slim_init
