@@ -92,9 +92,7 @@ class Initializer : public IInitializer {
     StateAtOptions options;
     options.max_reach_s = max_reach_s;
     options.max_imu_gap_s = options_.window.max_imu_gap_s;
-    options.at_rest_since = result.at_rest_since;
-    return slim_init::statesAt(result.states, result.gravity_w, bufferedSamples(), times, options,
-                               states, error);
+    return slim_init::statesAt(result, bufferedSamples(), times, options, states, error);
   }
 
   InitializerInfo info() const override {

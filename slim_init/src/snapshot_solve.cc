@@ -458,7 +458,7 @@ void SnapshotSolve::continueFrom(const HealthyState& healthy, InitResult* result
     back.max_reach_s = here.t - there.t;
     back.max_imu_gap_s = window_.options().max_imu_gap_s;
     std::vector<NavState> at;
-    if (statesAt(result->states, result->gravity_w, imu_, {there.t}, back, &at, nullptr)) {
+    if (statesAt(*result, imu_, {there.t}, back, &at, nullptr)) {
       moveToFrame(there, at.front(), result);
       return;
     }

@@ -89,8 +89,7 @@ class Oracle : public IInitializer {
     if (too_few_states) return states->clear(), true;
     StateAtOptions options;
     options.max_reach_s = max_reach_s;
-    return slim_init::statesAt(result.states, result.gravity_w, imu_, times, options, states,
-                               error);
+    return slim_init::statesAt(result, imu_, times, options, states, error);
   }
 
   InitializerInfo info() const override {

@@ -19,14 +19,17 @@ class StateAtTest : public ::testing::Test {
     options.accel_bias = Eigen::Vector3d(0.05, -0.04, 0.03);
     return options;
   }
-  Eigen::Vector3d gravity() const {
-    return Eigen::Vector3d(0.0, 0.0, -exact_.calibration.gravity_magnitude);
+  InitResult estimate(const std::vector<NavState>& keyframes) const {
+    InitResult result;
+    result.states = keyframes;
+    result.gravity_w = Eigen::Vector3d(0.0, 0.0, -exact_.calibration.gravity_magnitude);
+    return result;
   }
   std::string sentence(const std::vector<NavState>& keyframes, const std::vector<ImuSample>& imu,
                        const std::vector<double>& times, const StateAtOptions& options) const {
     std::vector<NavState> states(1);
     std::string error;
-    EXPECT_FALSE(statesAt(keyframes, gravity(), imu, times, options, &states, &error));
+    EXPECT_FALSE(statesAt(estimate(keyframes), imu, times, options, &states, &error));
     EXPECT_EQ(states.size(), 1u) << "changed on a refusal";
     return error;
   }
@@ -41,7 +44,7 @@ TEST_F(StateAtTest, MeetsTheTruthBetweenBeforeAndAfterTheKeyframes) {
   std::vector<NavState> states;
   std::string error;
   StateAtOptions options;
-  ASSERT_TRUE(statesAt(known, gravity(), exact_.imu, times, options, &states, &error)) << error;
+  ASSERT_TRUE(statesAt(estimate(known), exact_.imu, times, options, &states, &error)) << error;
   ASSERT_EQ(states.size(), times.size());
   for (std::size_t k = 0; k < states.size(); ++k) {
     EXPECT_EQ(states[k].t, times[k]);
@@ -59,9 +62,9 @@ TEST_F(StateAtTest, TheNearerKeyframeWeighsMore) {
   std::vector<NavState> bent, straight;
   const std::vector<double> times = {t3, 0.75 * t3 + 0.25 * t4, 0.25 * t3 + 0.75 * t4, t4};
   const StateAtOptions options;
-  ASSERT_TRUE(statesAt(known, gravity(), exact_.imu, times, options, &bent, nullptr));
+  ASSERT_TRUE(statesAt(estimate(known), exact_.imu, times, options, &bent, nullptr));
   known[1].p_w_b.x() -= 0.1;
-  ASSERT_TRUE(statesAt(known, gravity(), exact_.imu, times, options, &straight, nullptr));
+  ASSERT_TRUE(statesAt(estimate(known), exact_.imu, times, options, &straight, nullptr));
   const double expected[] = {0.0, 0.025, 0.075, 0.1};
   for (std::size_t i = 0; i < times.size(); ++i) {
     EXPECT_NEAR(bent[i].p_w_b.x() - straight[i].p_w_b.x(), expected[i], 1e-9) << i;

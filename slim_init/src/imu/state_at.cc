@@ -73,25 +73,27 @@ std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double 
 
 }  // namespace
 
-bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gravity_w,
-              const std::vector<ImuSample>& imu, const std::vector<double>& times,
-              const StateAtOptions& options, std::vector<NavState>* states, std::string* error) {
+bool statesAt(const InitResult& result, const std::vector<ImuSample>& imu,
+              const std::vector<double>& times, const StateAtOptions& options,
+              std::vector<NavState>* states, std::string* error) {
   const auto refuse = [error](const std::string& message) {
     if (error != nullptr) *error = message;
     return false;
   };
+  const std::vector<NavState>& keyframes = result.states;
+  const Eigen::Vector3d& gravity_w = result.gravity_w;
   if (keyframes.empty()) return refuse("there is no keyframe to start from");
-  std::vector<NavState> result;
-  result.reserve(times.size());
+  std::vector<NavState> found;
+  found.reserve(times.size());
   for (const double t : times) {
     if (!std::isfinite(t)) return refuse("a requested time is not finite");
     const auto right = std::lower_bound(keyframes.begin(), keyframes.end(), t,
                                         [](const NavState& s, double time) { return s.t < time; });
     const bool before = right == keyframes.begin();
-    if (before && t >= options.at_rest_since) {
-      result.push_back(*right);
-      result.back().t = t;
-      result.back().v_w_b.setZero();
+    if (before && t >= result.at_rest_since) {
+      found.push_back(*right);
+      found.back().t = t;
+      found.back().v_w_b.setZero();
       continue;
     }
     // The newest keyframe lies where the estimate of td has put it, which may be after the last
@@ -111,15 +113,15 @@ bool statesAt(const std::vector<NavState>& keyframes, const Eigen::Vector3d& gra
         checkCover(imu, std::min(a.t, t), std::max(b.t, t), options.max_imu_gap_s);
     if (!problem.empty()) return refuse(problem);
     if (before) {
-      result.push_back(backward(b, t, gravity_w, imu));
+      found.push_back(backward(b, t, gravity_w, imu));
     } else if (after) {
-      result.push_back(forward(a, t, gravity_w, imu));
+      found.push_back(forward(a, t, gravity_w, imu));
     } else {
-      result.push_back(blend(forward(a, t, gravity_w, imu), backward(b, t, gravity_w, imu),
-                             (t - a.t) / (b.t - a.t)));
+      found.push_back(blend(forward(a, t, gravity_w, imu), backward(b, t, gravity_w, imu),
+                            (t - a.t) / (b.t - a.t)));
     }
   }
-  *states = std::move(result);
+  *states = std::move(found);
   return true;
 }
 
