@@ -245,9 +245,7 @@ TEST(Rotation, NoiseAddsSigmaSquaredNToTheEpipolarMatrix) {
     const auto evaluateAt = [&](double sigma, unsigned seed) {
       PairPoints noisy;
       addNoisy(pair, sigma, seed, &noisy);
-      PointResiduals out;
-      noisy.residuals(pair.R_ci_cj, e, kSigma, &out);
-      return out;
+      return noisy.residuals(pair.R_ci_cj, e, kSigma);
     };
     const auto eMe = [](const PointResiduals& at) {
       return kSigma * kSigma * (at.z2 * at.noise).sum();

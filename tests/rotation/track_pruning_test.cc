@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "rotation/constants.h"
+#include "slim_init/options.h"
 #include "support/exact_window.h"
 
 namespace slim_init {
