@@ -96,8 +96,9 @@ bool SolveMemory::ShortKey::operator==(const ShortKey& other) const {
   const Calibration &a = calibration, &b = other.calibration;
   const ImuBiases &of_a = a.imu_biases, &of_b = b.imu_biases;
   return times == other.times && lines == other.lines && a.td == b.td && a.R_b_c == b.R_b_c &&
-         a.t_b_c == b.t_b_c && of_a.gyro == of_b.gyro && of_a.accel == of_b.accel &&
-         of_a.gyro_sigma == of_b.gyro_sigma && of_a.accel_sigma == of_b.accel_sigma;
+         a.t_b_c == b.t_b_c && a.sigmas == b.sigmas && of_a.gyro == of_b.gyro &&
+         of_a.accel == of_b.accel && of_a.gyro_sigma == of_b.gyro_sigma &&
+         of_a.accel_sigma == of_b.accel_sigma;
 }
 
 SnapshotSolve::SnapshotSolve(const WindowSolver& solver,

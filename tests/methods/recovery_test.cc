@@ -401,6 +401,8 @@ TEST_F(RecoveryOfASuccess, TheNewestStateAgreesAndGivesTheFrame) {
   const InitResult alone = initializer_->initialize();
   const InitResult answer = initializer_->initialize({{wrongState(exact_.truth[4]), good_}, {}});
   ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_FALSE(alone.frame_continued);
+  EXPECT_TRUE(answer.frame_continued);
   EXPECT_EQ(answer.message, alone.message);
   EXPECT_EQ(answer.scale, alone.scale);
   EXPECT_TRUE(answer.prior_dropped.empty());
@@ -411,6 +413,7 @@ TEST_F(RecoveryOfASuccess, TheNewestStateAgreesAndGivesTheFrame) {
 TEST_F(RecoveryOfASuccess, ANewestStateThatIsWrongIsPassedOver) {
   const InitResult answer = initializer_->initialize({{good_, wrongState(exact_.truth[8])}, {}});
   ASSERT_TRUE(answer.success()) << answer.message;
+  EXPECT_TRUE(answer.frame_continued);
   EXPECT_NE(answer.message.find("from a known state"), std::string::npos) << answer.message;
   EXPECT_NEAR(answer.states.front().t, exact_.truth[6].t, 1e-9) << "of the one that agrees";
   EXPECT_TRUE(answer.prior_dropped.empty());
