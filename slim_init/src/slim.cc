@@ -25,43 +25,6 @@
 namespace slim_init {
 namespace {
 
-// Sets the bias, and reports on the tracks. False, with status and message set, where there is
-// none.
-bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& options,
-                     InitResult* result) {
-  if (!stage.message.empty()) {
-    fail(InitStatus::kTooLittleExcitation, stage.message, result);
-    return false;
-  }
-  const RobustBias& bias = stage.bias;
-  setTrackNoise(stage.measured_sigma_px, stage.window->calibration(), result);
-  result->counts.gyro_bias_iterations = bias.iterations;
-  result->counts.vp_pairs = bias.vp_pairs;
-  std::ostringstream message;
-  switch (bias.status) {
-    case RobustBiasStatus::kOk:
-      result->gyro_bias = bias.gyro_bias;
-      appendStaticTracksWarning(stage.static_tracks,
-                                static_cast<int>(stage.window->pointTracks().size()), result);
-      return true;
-    case RobustBiasStatus::kTooFewPoints:
-      message << "0 keyframe pairs with " << options.refinement.min_points_per_pair
-              << " or more common points (minimum 1)";
-      fail(InitStatus::kTooFewTracks, message.str(), result);
-      return false;
-    case RobustBiasStatus::kNoConsensus:
-      message << "fraction of the point tracks that agree with one gyroscope bias "
-              << bias.inlierFraction() << " (minimum " << options.min_inlier_fraction << ')';
-      fail(InitStatus::kInconsistentResiduals, message.str(), result);
-      return false;
-    case RobustBiasStatus::kOutOfRange: break;
-  }
-  message << "gyroscope bias " << bias.gyro_bias.norm() << " rad/s (limit "
-          << options.refinement.max_bias << ")";
-  fail(InitStatus::kNumericalFailure, message.str(), result);
-  return false;
-}
-
 // No gate has refused, and yet there is no answer.
 void failWithoutAnswer(const TranslationEstimate& translation, const InitializerOptions& options,
                        InitResult* result) {

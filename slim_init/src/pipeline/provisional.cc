@@ -109,18 +109,6 @@ void setProvisional(InitResult* result) {
   fail(InitStatus::kProvisional, message.str(), result);
 }
 
-// Sets the bias. False, with status and message set, where there is none.
-bool acceptRotations(const RotationStage& rotation, InitResult* result) {
-  setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), result);
-  if (rotation.message.empty() && rotation.bias.valid()) {
-    result->gyro_bias = rotation.bias.gyro_bias;
-    return true;
-  }
-  const char kNone[] = "the tracks give no gyroscope bias";
-  fail(InitStatus::kTooFewTracks, rotation.message.empty() ? kNone : rotation.message, result);
-  return false;
-}
-
 // Whether a gate refuses; all are enforced here.
 bool refusedByGates(GateMode mode, InitResult* result) {
   for (GateValue& gate : result->gates) gate.enforced = mode != GateMode::kOff;
@@ -289,7 +277,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
   const RotationStage rotation = estimateRotations(window, options, budget);
-  if (!acceptRotations(rotation, &result)) return result;
+  if (!acceptRotations(rotation, options.robust_bias, &result)) return result;
   const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
   const double G = seen.calibration().gravity_magnitude;
   clock.lap("gyro_bias");

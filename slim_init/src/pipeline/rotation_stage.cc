@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "data/with_calibration.h"
 #include "data/with_observations.h"
@@ -11,6 +12,7 @@
 #include "geometry/so3.h"
 #include "geometry/units.h"
 #include "imu/row_compensation.h"
+#include "pipeline/solver_support.h"
 #include "rotation/extrinsic_rotation.h"
 #include "rotation/static_tracks.h"
 
@@ -264,6 +266,41 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   if (!stage.bias.valid() || !options.slim.prune_tracks) return stage;
   if (auto pruned = withObservations(*stage.window, stage.bias.pruning.keep)) stage.tracks = pruned;
   return stage;
+}
+
+bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& options,
+                     InitResult* result) {
+  if (!stage.message.empty()) {
+    fail(InitStatus::kTooLittleExcitation, stage.message, result);
+    return false;
+  }
+  const RobustBias& bias = stage.bias;
+  setTrackNoise(stage.measured_sigma_px, stage.window->calibration(), result);
+  result->counts.gyro_bias_iterations = bias.iterations;
+  result->counts.vp_pairs = bias.vp_pairs;
+  std::ostringstream message;
+  switch (bias.status) {
+    case RobustBiasStatus::kOk:
+      result->gyro_bias = bias.gyro_bias;
+      appendStaticTracksWarning(stage.static_tracks,
+                                static_cast<int>(stage.window->pointTracks().size()), result);
+      return true;
+    case RobustBiasStatus::kTooFewPoints:
+      message << "0 keyframe pairs with " << options.refinement.min_points_per_pair
+              << " or more common points (minimum 1)";
+      fail(InitStatus::kTooFewTracks, message.str(), result);
+      return false;
+    case RobustBiasStatus::kNoConsensus:
+      message << "fraction of the point tracks that agree with one gyroscope bias "
+              << bias.inlierFraction() << " (minimum " << options.min_inlier_fraction << ')';
+      fail(InitStatus::kInconsistentResiduals, message.str(), result);
+      return false;
+    case RobustBiasStatus::kOutOfRange: break;
+  }
+  message << "gyroscope bias " << bias.gyro_bias.norm() << " rad/s (limit "
+          << options.refinement.max_bias << ")";
+  fail(InitStatus::kNumericalFailure, message.str(), result);
+  return false;
 }
 
 }  // namespace slim_init

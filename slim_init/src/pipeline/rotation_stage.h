@@ -14,6 +14,7 @@
 #include "rotation/robust_bias.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
+#include "slim_init/result.h"
 #include "slim_init/work_budget.h"
 
 namespace slim_init {
@@ -51,5 +52,10 @@ struct RotationStage {
 /// is tried.
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
                                 WorkBudget* budget);
+
+/// Sets the bias, and reports on the tracks. False, with status and message set, where there is no
+/// bias.
+bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& options,
+                     InitResult* result);
 
 }  // namespace slim_init
