@@ -143,8 +143,6 @@ inline constexpr double kMinStaticFraction = 0.05;
 /// Share above which none stands: the gyroscope has a glitch, or the images do not change.
 inline constexpr double kMaxStaticFraction = 0.5;
 
-// ---- Consensus (robust_bias.h)
-
 // ---- Schedules of re-weighting
 
 /// From a start that may be tens of residuals off (estimateMultiGapBias()).

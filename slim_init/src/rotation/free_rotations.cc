@@ -122,7 +122,8 @@ std::vector<RotationCorrection> freeRotations(const KeyframePairs& pairs,
 
 bool relativeRotation(const PairPoints& points, double sigma, const Eigen::Matrix3d* start,
                       RelativeRotation* result) {
-  constexpr int kMinPoints = 8, kRounds = 3;
+  // Five unknowns, and three points more to tell a gross error.
+  constexpr int kMinPoints = 8, kSpreadRounds = 3;
   if (points.count() < kMinPoints) return false;
   const Eigen::ArrayXd flows =
       (points.bearingsI() - points.bearingsJ()).topRows(points.count()).matrix().rowwise().norm();
@@ -140,8 +141,8 @@ bool relativeRotation(const PairPoints& points, double sigma, const Eigen::Matri
     best = at;
   }
   if (!std::isfinite(lowest)) return false;
-  // The noise may be another than the one given.
-  for (int round = 0; round < kRounds; ++round) {
+  // The noise may be another than the one given; that of the points depends on their weights.
+  for (int round = 0; round < kSpreadRounds; ++round) {
     if (!freeRotation(points, spread(points, best), kFreeFromClean, 0, &best)) return false;
   }
   result->residual = spread(points, best);
