@@ -205,7 +205,7 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
   const auto compensated = withRowsCompensated(*cut.window, starts.front());
   const MultiGapBiasEstimate estimate =
       estimateMultiGapBias(compensated != nullptr ? *compensated : *cut.window, starts, nullptr,
-                           MultiGapBiasOptions(), InertialOptions());
+                           RobustBiasOptions(), InertialOptions());
   if (!estimate.valid) return;
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(estimate.information, Eigen::EigenvaluesOnly)

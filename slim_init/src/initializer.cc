@@ -20,13 +20,16 @@ namespace {
 // deviation of a td that is known.
 constexpr double kSameTd = 1e-3;
 
-// The keyframes of provisional estimates: of every image.
+// The keyframes of provisional estimates: of every image at 20 Hz [s], half a second of them.
+constexpr int kShortKeyframes = 11;
+constexpr double kShortInterval = 0.045;
+
 std::optional<WindowOptions> shortWindow(const InitializerOptions& options) {
   if (!options.provisional.enabled) return std::nullopt;
   WindowOptions window = options.window;
-  window.keyframes = options.provisional.keyframes;
+  window.keyframes = kShortKeyframes;
   window.min_keyframes = kMinKeyframes;
-  window.min_interval_s = options.provisional.min_interval_s;
+  window.min_interval_s = kShortInterval;
   window.max_span_s = 0.0;
   return window;
 }

@@ -34,7 +34,7 @@ void failWithoutAnswer(const TranslationEstimate& translation, const Initializer
     return;
   }
   std::ostringstream message;
-  message << translation.tracks << " tracks over " << options.alignment.min_track_length
+  message << translation.tracks << " tracks over " << kMinTrackLength
           << " or more keyframes with parallax (minimum " << options.alignment.min_tracks << ")";
   fail(InitStatus::kTooFewTracks, message.str(), result);
 }
@@ -74,8 +74,7 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   MetricEstimate out;
   if (!translation.valid) return out;
   // [3.2] Reverse alignment.
-  out.start = startingState(input.tracks, input.pre, translation, options.reverse_alignment,
-                            options.inertial);
+  out.start = startingState(input.tracks, input.pre, translation, options.inertial);
   // [4.8] Line tracks that agree with it.
   AgreeingLines lines;
   if (out.start) lines = believedLines(input.tracks, *out.start, options);

@@ -46,7 +46,7 @@ const std::vector<AblationVariant>& ablationVariants() {
       {"slim", "no-line-pruning", "lines that contradict the start stay in",
        [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_lines = false; }},
       {"slim", "consecutive-pairs", "gyroscope bias from consecutive keyframes only",
-       [](InitializerOptions* o, BaselineOptions*) { o->robust_bias.refinement.max_gap = 1; }},
+       [](InitializerOptions* o, BaselineOptions*) { o->robust_bias.max_gap = 1; }},
       {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",
        [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_vp = false; }},
       {"slim-paper", "no-lines", "without both line residuals, eqs. (11) and (12)",

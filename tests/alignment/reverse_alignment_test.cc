@@ -56,10 +56,9 @@ Problem makeProblem(const Vector3d& accel_bias, double shape_noise, unsigned see
 }
 
 ReverseEstimate solve(const Problem& p,
-                      const ReverseAlignmentOptions& options = ReverseAlignmentOptions(),
                       double accel_bias_prior = InertialOptions().accel_bias_prior) {
   return alignReverse(p.motion, p.shape, p.information, p.exact.calibration.gravity_magnitude,
-                      options, accel_bias_prior);
+                      accel_bias_prior);
 }
 
 TEST(LinearMotion, ReproducesTheTruthAtTheTrueUnknowns) {
@@ -82,9 +81,7 @@ TEST(ReverseAlignment, NoiseFreeRecoveryWithAccelerometerBias) {
   const Vector3d accel_bias(-0.013, 0.10, 0.09);
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const Problem p = makeProblem(accel_bias, 0.0, seed);
-    ReverseAlignmentOptions options;
-    options.log_scale_tolerance = 1e-10;
-    const ReverseEstimate estimate = solve(p, options);
+    const ReverseEstimate estimate = solve(p);
     ASSERT_TRUE(estimate.valid);
     // The prior on the bias pulls a little; a shape good to 1e-6 leaves it almost no weight.
     EXPECT_NEAR(estimate.scale / p.true_scale, 1.0, 1e-4);
@@ -114,8 +111,7 @@ TEST(ReverseAlignment, TakesTheAccelerometerBiasOffTheScale) {
   // One strong bias: with the unknown pinned to zero the answer is worse.
   const Problem p = makeProblem(Vector3d(0.1, -0.1, 0.1), 0.0, 3);
   const double with = std::abs(solve(p).scale / p.true_scale - 1.0);
-  const double without =
-      std::abs(solve(p, ReverseAlignmentOptions(), 1e-6).scale / p.true_scale - 1.0);
+  const double without = std::abs(solve(p, 1e-6).scale / p.true_scale - 1.0);
   EXPECT_LT(with, 0.1 * without);
 }
 

@@ -63,7 +63,7 @@ TEST(StartingState, WithoutNoiseItIsTheTruth) {
   const Prepared s = makePrepared(options);
   ASSERT_TRUE(s.translation.valid);
   const std::optional<WindowState> start =
-      startingState(*s.window, s.pre, s.translation, ReverseAlignmentOptions(), InertialOptions());
+      startingState(*s.window, s.pre, s.translation, InertialOptions());
   ASSERT_TRUE(start.has_value());
   // The search for the scale ends at a relative 1e-5.
   EXPECT_NEAR(spread(start->p_b0), trueSpread(s.exact), 3e-5 * trueSpread(s.exact));

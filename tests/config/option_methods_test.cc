@@ -106,7 +106,7 @@ TEST(KeysOfSlim, SharedQuantitiesChangeTheAnswer) {
   const InitResult before = solve("slim", Config(), *exact.window);
   ASSERT_TRUE(before.hasEstimate());
   for (const char* key : {"inertial.accel_bias_prior", "inertial.gyro_bias_prior",
-                          "vanishing_point.covariance_inflation"}) {
+                          "vanishing_point.inlier_threshold_deg"}) {
     Config config;
     for (const OptionField& option : configTable(&config)) {
       if (option.key != key) continue;
@@ -123,7 +123,7 @@ TEST(KeysOfSlim, SharedQuantitiesActBeforeTheRefinement) {
   plain.options.slim.refine = false;
   const InitResult before = solve("slim", plain, *exact.window);
   for (const char* key : {"inertial.accel_bias_prior", "inertial.gyro_bias_prior",
-                          "vanishing_point.covariance_inflation"}) {
+                          "vanishing_point.inlier_threshold_deg"}) {
     Config config = plain;
     for (const OptionField& option : configTable(&config)) {
       if (option.key != key) continue;

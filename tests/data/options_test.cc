@@ -20,10 +20,10 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 TEST(OptionTable, BothSidesOfEveryBound) {
-  expectBothSidesOfEveryBound<
-      WindowOptions, InertialOptions, MultiGapBiasOptions, TrackPruningOptions, RobustBiasOptions,
-      VanishingPointOptions, AlignmentOptions, ReverseAlignmentOptions, RefinementOptions,
-      SlimOptions, GateOptions, InitializerOptions, Calibration, ImuNoise, ImuLimits>();
+  expectBothSidesOfEveryBound<WindowOptions, InertialOptions, RobustBiasOptions,
+                              VanishingPointOptions, AlignmentOptions, RefinementOptions,
+                              SlimOptions, GateOptions, InitializerOptions, Calibration, ImuNoise,
+                              ImuLimits>();
 }
 
 TEST(InertialOptions, NoiseFactorIsMeasuredOrAtLeastTheDataSheet) {
@@ -61,12 +61,8 @@ TEST(OptionTable, HeaderStatesTheSameUnits) {
   InitializerOptions o;
   expectUnitsAgree(units, "WindowOptions", optionTable(&o.window));
   expectUnitsAgree(units, "InertialOptions", optionTable(&o.inertial));
-  expectUnitsAgree(units, "MultiGapBiasOptions", optionTable(&o.robust_bias.refinement));
-  expectUnitsAgree(units, "TrackPruningOptions", optionTable(&o.robust_bias.pruning));
   expectUnitsAgree(units, "RobustBiasOptions", optionTable(&o.robust_bias));
   expectUnitsAgree(units, "VanishingPointOptions", optionTable(&o.vanishing_point));
-  expectUnitsAgree(units, "AlignmentOptions", optionTable(&o.alignment));
-  expectUnitsAgree(units, "ReverseAlignmentOptions", optionTable(&o.reverse_alignment));
   expectUnitsAgree(units, "RefinementOptions", optionTable(&o.refinement));
   expectUnitsAgree(units, "SlimOptions", optionTable(&o.slim));
   expectUnitsAgree(units, "GateOptions", optionTable(&o.gates));
@@ -84,15 +80,12 @@ TEST(OptionTable, MethodsOfARowAreThoseOfItsSectionUnlessItNamesItsOwn) {
 }
 
 TEST(Options, OutOfRangeMessageNamesValueAndBound) {
-  MultiGapBiasOptions bias;
+  RobustBiasOptions bias;
   bias.max_gap = 9;
   EXPECT_EQ(bias.validate(), "max_gap is 9, must be in [1, 8]");
-  RobustBiasOptions robust;
-  robust.clean_cost = 40.0;
-  EXPECT_EQ(robust.validate(), "clean_cost is 40, must be in [0, 10]");
-  ReverseAlignmentOptions reverse;
-  reverse.min_scale = 60.0;
-  EXPECT_EQ(reverse.validate(), "min_scale is 60, must not exceed max_scale (50)");
+  RefinementOptions refinement;
+  refinement.min_sigma_px = 40.0;
+  EXPECT_EQ(refinement.validate(), "min_sigma_px is 40, must be in [0.01, 10]");
 }
 
 TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {

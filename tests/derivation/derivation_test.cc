@@ -14,6 +14,7 @@
 #include "alignment/gravity_constrained.h"
 #include "alignment/starting_states.h"
 #include "epipolar_pair.h"
+#include "estimation/constants.h"
 #include "estimation/inertial_factor.h"
 #include "estimation/refine_window.h"
 #include "estimation/visual_inertial_problem.h"
@@ -418,7 +419,7 @@ TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
   }
   int lines = 0;
   for (const Track& track : window.lineTracks()) {
-    if (track.size() < options.min_line_views) continue;
+    if (track.size() < estimation_constants::kMinLineViews) continue;
     const std::vector<LineView> views = testing_support::lineViews(window, track);
     LineParameters line;
     ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c, &line));

@@ -121,7 +121,6 @@ TEST(SearchMinimum, TheSecondSearchOnlyLowersTheCost) {
   WindowState wrong = search.truth;
   wrong.p_b0 = -wrong.p_b0;
   wrong.v_b0 = -wrong.v_b0;
-  search.options.slim.few_tracks = 1000;  // searched again in any case
   const RefinedWindow twice = search.run(wrong);
   search.options.slim.second_search = false;
   const RefinedWindow once = search.run(wrong);

@@ -135,7 +135,7 @@ TEST(MasksOf, LeaveOutDroppedSightingsAndLinksAcrossACut) {
 }
 
 TEST(MultiGapProblem, ConsecutivePairsEnterWhereLongerOnesHaveFewPoints) {
-  const MultiGapBiasOptions options;
+  const RobustBiasOptions options;
   const auto consecutiveEnter = [&](int keyframes, int points) {
     ExactWindowOptions window;
     window.keyframes = keyframes;
@@ -154,7 +154,7 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
   ExactWindowOptions window;
   window.pixel_noise = 0.6;
   const ExactWindow exact = makeExactWindow(window);
-  const MultiGapBiasOptions options;
+  const RobustBiasOptions options;
   MultiGapProblem problem(*exact.window, nullptr, options, InertialOptions());
   const int max_gap = options.max_gap;
   const auto minimum = [&]() {

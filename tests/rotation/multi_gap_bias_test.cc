@@ -30,7 +30,7 @@ TEST(MultiGapBias, NoiseFreeRecovery) {
     InertialOptions inertial;
     inertial.gyro_bias_prior = 10.0;  // its pull towards zero is all that is left without noise
     const MultiGapBiasEstimate estimate = estimateMultiGapBias(
-        *exact.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions(), inertial);
+        *exact.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(), inertial);
     ASSERT_TRUE(estimate.valid);
     EXPECT_LT(relativeError(estimate.gyro_bias, options.gyro_bias), 1e-6) << "seed " << seed;
     EXPECT_EQ(estimate.point_pairs, 9 + 8 + 6 + 2);
@@ -44,7 +44,7 @@ TEST(MultiGapBias, BeatsConsecutivePairsAndDrtUnderNoise) {
     options.seed = seed;
     const ExactWindow exact = noisyWindow(options);
     const auto run = [&](int max_gap) {
-      MultiGapBiasOptions bias_options;
+      RobustBiasOptions bias_options;
       bias_options.max_gap = max_gap;
       return relativeError(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr,
                                                 bias_options, InertialOptions())
@@ -72,7 +72,7 @@ TEST(MultiGapBias, KeepsTheLowerCostOfSeveralStarts) {
   const ExactWindow exact = makeExactWindow(options);
   const Vector3d far(0.6, -0.6, 0.6);
   const auto from = [&](const std::vector<Vector3d>& starts) {
-    return estimateMultiGapBias(*exact.window, starts, nullptr, MultiGapBiasOptions(),
+    return estimateMultiGapBias(*exact.window, starts, nullptr, RobustBiasOptions(),
                                 InertialOptions());
   };
   const MultiGapBiasEstimate both = from({far, Vector3d::Zero()});
@@ -90,7 +90,7 @@ TEST(MultiGapBias, InformationIsThatOfTheErrors) {
     options.imu_noise = options.angular_noise = true;
     const ExactWindow exact = makeExactWindow(options);
     const MultiGapBiasEstimate estimate = estimateMultiGapBias(
-        *exact.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions(), InertialOptions());
+        *exact.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(), InertialOptions());
     const Vector3d error = estimate.gyro_bias - options.gyro_bias;
     sum += error.dot(estimate.information * error);
   }
@@ -101,8 +101,8 @@ TEST(MultiGapBias, WithoutDataItIsNotValid) {
   ExactWindowOptions options;
   options.points = 3;
   const ExactWindow exact = makeExactWindow(options);
-  EXPECT_FALSE(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr,
-                                    MultiGapBiasOptions(), InertialOptions())
+  EXPECT_FALSE(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(),
+                                    InertialOptions())
                    .valid);
 }
 

@@ -178,7 +178,7 @@ TEST(RobustBias, CoherentOutliers) {
     EXPECT_GT(estimate.pruning.cuts, 0);
     robust.push_back(relativeError(estimate, options.gyro_bias));
     const MultiGapBiasEstimate unpruned = estimateMultiGapBias(
-        *corrupted.window, {Vector3d::Zero()}, nullptr, MultiGapBiasOptions(), InertialOptions());
+        *corrupted.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(), InertialOptions());
     plain.push_back((unpruned.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm());
   }
   EXPECT_LT(median(robust), 0.15);

@@ -27,7 +27,7 @@ TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias,
   GyroRotations gyro(window);
   gyro.linearizeNear(gyro_bias, rotation_constants::kRelinearizeTolerance);
   return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, rotation_constants::kLongGap),
-                     {TrackPruningOptions().threshold_sigmas}, unknownBaselines(pairs))
+                     {rotation_constants::kAgreementSigmas}, unknownBaselines(pairs))
       .tracks;
 }
 
@@ -118,7 +118,7 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   known.back() = Vector3d::UnitY();
   const PairPruning shared =
       pruneTracks(*exact.window, pairs, gyro.at(bias, pairs, rotation_constants::kLongGap),
-                  {TrackPruningOptions().threshold_sigmas}, known);
+                  {rotation_constants::kAgreementSigmas}, known);
   EXPECT_EQ(shared.tracks.keep, alone.keep);
   EXPECT_EQ(shared.tracks.pairs, alone.pairs);
   ASSERT_EQ(pairs[pairs.size() - 1].gap(), 8);

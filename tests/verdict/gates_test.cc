@@ -18,7 +18,8 @@
 namespace slim_init {
 namespace {
 
-using namespace testing_support;  // NOLINT: the vocabulary of these tests
+using namespace testing_support;    // NOLINT: the vocabulary of these tests
+using namespace verdict_constants;  // NOLINT: the constants under test
 
 const GateOptions kOptions;
 
@@ -54,15 +55,15 @@ TEST(MotionGates, ParallaxAndExcitationOnBothSides) {
 TEST(MotionGates, TracksAndImuTogetherNameAMissingParallax) {
   MotionMeasures motion = goodMotion();
   motion.parallax_px = 0.5;
-  motion.excitation = kOptions.max_rest_deviation * 0.999;
-  motion.rotation_deg = kOptions.min_rotation_deg * 1.001;
+  motion.excitation = kMaxRestDeviation * 0.999;
+  motion.rotation_deg = kMinRotationDeg * 1.001;
   EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
             InitStatus::kPureRotation);
-  motion.rotation_deg = kOptions.min_rotation_deg * 0.999;
+  motion.rotation_deg = kMinRotationDeg * 0.999;
   EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
             InitStatus::kStationary);
   // The vehicle accelerates, the scene is too far to show it.
-  motion.excitation = kOptions.max_rest_deviation * 1.001;
+  motion.excitation = kMaxRestDeviation * 1.001;
   EXPECT_EQ(find(motionGates(motion, kOptions), GateName::kParallax).status_if_failed,
             InitStatus::kTooLittleExcitation);
 }
@@ -115,7 +116,7 @@ InitResult withGates(double parallax_px, bool other_passes) {
   MotionMeasures motion = goodMotion();
   motion.parallax_px = parallax_px;
   motion.rotation_deg = 0.0;
-  motion.excitation = kOptions.max_rest_deviation;
+  motion.excitation = kMaxRestDeviation;
   result.gates = motionGates(motion, kOptions);
   GateValue other;
   other.name = GateName::kChi2;
@@ -170,8 +171,8 @@ PosteriorMeasures beyondBounds(double share) {
   out.chi2 = kOptions.max_chi2 * (1.0 + share);
   out.inertial_chi2 = kOptions.max_inertial_chi2 * (1.0 + share);
   out.inlier_fraction = kOptions.min_inlier_fraction * (1.0 - share);
-  out.mean_acceleration = kOptions.max_mean_acceleration * (1.0 + share);
-  out.point_spread_deg = kOptions.min_point_spread_deg * (1.0 - share);
+  out.mean_acceleration = kMaxMeanAcceleration * (1.0 + share);
+  out.point_spread_deg = kMinPointSpreadDeg * (1.0 - share);
   out.scale_sigma = kOptions.max_scale_sigma * (1.0 + share);
   out.other_scale_rise = verdict_constants::kMinOtherScaleRise * (1.0 - share);
   return out;

@@ -42,7 +42,7 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
     return;
   }
   std::ostringstream message;
-  message << translation.tracks << " tracks over " << options.alignment.min_track_length
+  message << translation.tracks << " tracks over " << kMinTrackLength
           << " or more keyframes with parallax (minimum " << options.alignment.min_tracks << ")";
   fail(InitStatus::kTooFewTracks, message.str(), result);
 }

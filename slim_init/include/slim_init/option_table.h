@@ -57,7 +57,7 @@ OptionWord wordOption(Enum* field, const std::vector<Enum>& values) {
 
 /// One option, bound to the field that holds its value.
 struct OptionField {
-  std::string key;  ///< path below the struct: "refinement.max_gap"
+  std::string key;  ///< path below the struct: "window.keyframes"
   std::variant<int*, double*, bool*, std::string*, OptionWord> value;
   OptionRange range;
   std::string unit;    ///< "" where there is none
@@ -95,12 +95,9 @@ void appendSection(const std::string& prefix, OptionTable section,
 /// them.
 OptionTable optionTable(WindowOptions* options);
 OptionTable optionTable(InertialOptions* options);
-OptionTable optionTable(MultiGapBiasOptions* options);
-OptionTable optionTable(TrackPruningOptions* options);
 OptionTable optionTable(RobustBiasOptions* options);
 OptionTable optionTable(VanishingPointOptions* options);
 OptionTable optionTable(AlignmentOptions* options);
-OptionTable optionTable(ReverseAlignmentOptions* options);
 OptionTable optionTable(RefinementOptions* options);
 OptionTable optionTable(SlimOptions* options);
 OptionTable optionTable(GateOptions* options);

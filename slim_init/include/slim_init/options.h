@@ -46,35 +46,12 @@ struct InertialOptions {
   std::string validate() const;
 };
 
-/// Gyroscope bias of `slim`: noise-normalised epipolar cost over keyframe pairs 1, 2, 4 and 8
-/// apart.
-struct MultiGapBiasOptions {
-  int max_gap = 8;              ///< largest gap between the keyframes of a pair [keyframes]
-  int min_points_per_pair = 6;  ///< minimum number of common points of a pair
-  int max_iterations = 10;      ///< Levenberg-Marquardt iterations per round
-  double cauchy_sigmas = 3.0;   ///< Cauchy scale of a VP residual [sigma]
-  double max_bias = 1.0;        ///< maximum valid estimate [rad/s]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
-/// Known-rotation pruning of point tracks.
-struct TrackPruningOptions {
-  double threshold_sigmas = 3.5;  ///< largest residual that agrees [sigma]
-  int hypotheses = 20;            ///< two-point translation directions tried per pair
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
-/// Consensus gyroscope bias of `slim`: start, pruning, multi-gap refinement.
+/// Consensus gyroscope bias of `slim`: noise-normalised epipolar cost over keyframe pairs 1, 2, 4
+/// and 8 apart, and the tracks that disagree.
 struct RobustBiasOptions {
-  MultiGapBiasOptions refinement;       ///< minimisation over keyframe pairs
-  TrackPruningOptions pruning;          ///< removal of tracks that disagree
-  double clean_inlier_fraction = 0.97;  ///< minimum inliers, clean solution
-  double clean_cost = 1.15;             ///< largest cost of a clean solution [sigma^2]
-  double min_inlier_fraction = 0.3;     ///< minimum inliers, any solution
+  int max_gap = 8;                   ///< largest gap between the keyframes of a pair [keyframes]
+  int min_points_per_pair = 6;       ///< minimum number of common points of a pair
+  double min_inlier_fraction = 0.3;  ///< minimum fraction of agreeing observations
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -88,7 +65,6 @@ struct VanishingPointOptions {
   double match_threshold_deg = 6.0;        ///< predicted to observed direction [deg]
   int min_track_age = 2;                   ///< A_min of the paper [keyframes]
   double consistency_threshold_deg = 0.5;  ///< largest rms of the inliers; t_vp [deg]
-  double covariance_inflation = 4.0;       ///< factor on the covariance of a direction
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -96,21 +72,7 @@ struct VanishingPointOptions {
 
 /// Step 2, LiGT translations (Cai et al. 2021) and linear alignment.
 struct AlignmentOptions {
-  int min_track_length = 3;        ///< minimum length of a track [keyframes]
-  int min_tracks = 8;              ///< minimum number of tracks of that length
-  double min_parallax_rad = 1e-4;  ///< minimum rotation-compensated parallax of a track [rad]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
-/// Reverse alignment of `slim`.
-struct ReverseAlignmentOptions {
-  double min_scale = 0.02;            ///< smallest scale searched [m]
-  double max_scale = 50.0;            ///< largest scale searched [m]
-  int grid = 36;                      ///< points of the logarithmic grid between them
-  double length_weight = 1e3;         ///< kappa, in units of the mean diagonal of the information
-  double log_scale_tolerance = 1e-5;  ///< end of the search, in log(scale)
+  int min_tracks = 8;  ///< minimum number of tracks over three or more keyframes
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -118,17 +80,15 @@ struct ReverseAlignmentOptions {
 
 /// Structureless visual-inertial refinement of `slim`.
 struct RefinementOptions {
-  bool use_lines = true;               ///< line residuals
-  bool estimate_accel_bias = true;     ///< off: b_a is held at zero
-  int max_iterations = 12;             ///< Levenberg-Marquardt steps of one minimisation
-  double tolerance = 0.1;              ///< squared length of the last step [sigma^2]
-  double cauchy_sigmas = 3.0;          ///< Cauchy scale of a residual [sigma]
-  double min_sigma_px = 0.2;           ///< floor of the estimated noise of a point [px]
-  double reject_sigmas = 3.5;          ///< largest residual kept [sigma]
-  double min_reject_px = 0.5;          ///< smaller residuals are always kept [px]
-  int min_line_views = 3;              ///< minimum length of a line track [keyframes]
-  double line_agreement_sigmas = 6.0;  ///< departure from one line [sigma]
-  double suspicious_chi2 = 1.0;        ///< chi-square per degree of freedom to search again from
+  bool use_lines = true;            ///< line residuals
+  bool estimate_accel_bias = true;  ///< off: b_a is held at zero
+  int max_iterations = 12;          ///< Levenberg-Marquardt steps of one minimisation
+  double tolerance = 0.1;           ///< squared length of the last step [sigma^2]
+  double cauchy_sigmas = 3.0;       ///< Cauchy scale of a residual [sigma]
+  double min_sigma_px = 0.2;        ///< floor of the estimated noise of a point [px]
+  double reject_sigmas = 3.5;       ///< largest residual kept [sigma]
+  double min_reject_px = 0.5;       ///< smaller residuals are always kept [px]
+  double suspicious_chi2 = 1.0;     ///< chi-square per degree of freedom to search again from
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -144,7 +104,6 @@ struct SlimOptions {
   bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
   bool start_from_rest = true;  ///< the first motion after a rest is solved with that as a prior
   bool second_search = true;    ///< search for a lower minimum if the first is suspicious
-  int few_tracks = 50;          ///< with fewer point tracks it is searched for in any case
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -165,8 +124,6 @@ struct GateOptions {
   GateMode mode = GateMode::kOwn;        ///< whose gates decide
   double min_parallax_px = 3.0;          ///< median motion of the tracks without rotation [px]
   double min_least_parallax_px = 1.5;    ///< the same where every other gate passes [px]
-  double min_rotation_deg = 2.0;         ///< stationary or pure rotation [deg]
-  double max_rest_deviation = 0.5;       ///< rms deviation of the specific force at rest [m/s^2]
   double min_excitation = 0.10;          ///< rms deviation of the specific force [m/s^2]
   double min_linkage = 10.0;             ///< ratio of eigenvalues of the translation system
   double max_alignment_residual = 0.10;  ///< rms residual of the alignment [m, m/s]
@@ -176,11 +133,9 @@ struct GateOptions {
   double max_chi2 = 1.5;                     ///< visual chi-square per degree of freedom
   double max_inertial_chi2 = 1.0;            ///< inertial chi-square per residual
   double min_inlier_fraction = 0.6;          ///< fraction of the point observations left
-  double min_point_spread_deg = 2.0;         ///< rms angle over which the points are spread [deg]
   double max_extrinsic_error_deg = 15.0;     ///< certain error of the extrinsic rotation [deg]
   double max_td_error_s = 0.08;              ///< certain error of the time offset [s]
   double max_extrinsic_sigma_deg = 0.5;      ///< of an extrinsic rotation that was unknown [deg]
-  double max_mean_acceleration = 8.0;        ///< over the window, gravity taken off [m/s^2]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -189,13 +144,9 @@ struct GateOptions {
 /// Estimates before the scale is known (InitStatus::kProvisional), for hosts that take a prior.
 struct ProvisionalOptions {
   bool enabled = false;             ///< offer one where there is no success
-  int keyframes = 11;               ///< maximum number of keyframes of a short window
-  double min_interval_s = 0.045;    ///< minimum time between them [s]
   double max_velocity_sigma = 0.4;  ///< of the newest velocity, along its worst axis [m/s]
   double max_tilt_sigma_deg = 3.0;  ///< of the newest attitude against gravity [deg]
-  double max_scale_sigma = 0.4;     ///< of the logarithm of the scale
   double speed_prior = 2.0;         ///< standard deviation of a velocity before any data [m/s]
-  double acceleration_prior = 3.0;  ///< of the mean acceleration over the window [m/s^2]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -213,18 +164,17 @@ struct WorkLimits {
 
 /// All options of an initializer.
 struct InitializerOptions {
-  ImuLimits imu;                              ///< of the IMU stream
-  WindowOptions window;                       ///< keyframes
-  InertialOptions inertial;                   ///< noise and priors of the IMU
-  VanishingPointOptions vanishing_point;      ///< vanishing points
-  AlignmentOptions alignment;                 ///< camera centres up to scale
-  RobustBiasOptions robust_bias;              ///< gyroscope bias of `slim`
-  ReverseAlignmentOptions reverse_alignment;  ///< metric start of `slim`
-  RefinementOptions refinement;               ///< refinement of `slim`
-  SlimOptions slim;                           ///< switches of `slim`
-  GateOptions gates;                          ///< gates
-  ProvisionalOptions provisional;             ///< estimates before the scale is known
-  WorkLimits limits;                          ///< how long one solve may take
+  ImuLimits imu;                          ///< of the IMU stream
+  WindowOptions window;                   ///< keyframes
+  InertialOptions inertial;               ///< noise and priors of the IMU
+  VanishingPointOptions vanishing_point;  ///< vanishing points
+  AlignmentOptions alignment;             ///< camera centres up to scale
+  RobustBiasOptions robust_bias;          ///< gyroscope bias of `slim`
+  RefinementOptions refinement;           ///< refinement of `slim`
+  SlimOptions slim;                       ///< switches of `slim`
+  GateOptions gates;                      ///< gates
+  ProvisionalOptions provisional;         ///< estimates before the scale is known
+  WorkLimits limits;                      ///< how long one solve may take
 
   /// Returns an empty string, or the first message of a nested validate(), prefixed with the
   /// section ("window.keyframes is 1, must be in [4, 50]").

@@ -37,7 +37,7 @@ TrackCost costOf(const WindowPoint* views, const std::vector<Eigen::Vector3d>& u
                  const Eigen::VectorXd& centres) {
   TrackCost cost;
   const BaseViews base = chooseBaseViews(u);
-  if (base.parallax2 < kMinParallax2) return cost;
+  if (base.parallax2 < kMinParallax * kMinParallax) return cost;
   const int k_l = views[base.l].keyframe;
   const int k_r = views[base.r].keyframe;
   const bool known = centres.size() > 0;

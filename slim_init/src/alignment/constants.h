@@ -9,9 +9,6 @@ namespace slim_init::alignment_constants {
 
 /// A track agrees up to this many standard deviations, root mean square of its residuals.
 inline constexpr double kAgreementSigmas = 3.0;
-/// Squared sine of the parallax below which a track is not used [rad^2]: 1e-4 rad, the default of
-/// AlignmentOptions::min_parallax_rad, is far below the noise of a bearing.
-inline constexpr double kMinParallax2 = 1e-8;
 /// Floor of the distance to a point [m]: a row is divided by it.
 inline constexpr double kMinDistance = 1e-3;
 /// Rows turn into angles by distances that the first pass finds; the second one uses them.
@@ -24,6 +21,18 @@ inline constexpr double kTruncated = 1e3;
 inline constexpr double kNothingToTruncate = 1e6;
 /// 1.4^40 = 7e5: mu reaches kTruncated from any start above 1.5e-3.
 inline constexpr int kMaxGraduations = 40;
+
+// ---- Reverse alignment (reverse_alignment.h)
+
+/// Scales searched [m per unit of the shape], and points of the logarithmic grid between them.
+inline constexpr double kMinScale = 0.02;
+inline constexpr double kMaxScale = 50.0;
+inline constexpr int kScaleGrid = 36;
+/// Weight of the length of the trajectory (kappa), in units of the mean diagonal of the
+/// information.
+inline constexpr double kLengthWeight = 1e3;
+/// End of the search [log scale].
+inline constexpr double kLogScaleTolerance = 1e-5;
 
 // ---- Fixed norm of gravity (gravity_constrained.h)
 

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
 #include "geometry/golden_section.h"
 
 namespace slim_init {
 namespace {
+
+using namespace alignment_constants;  // NOLINT: the constants of this module
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
@@ -61,13 +64,13 @@ class ReverseCost {
 
 // The cost over log(scale) has one basin per plausible scale: a grid first, golden section search
 // about its lowest point. NaN where the cost is finite nowhere on the grid.
-double bestLogScale(const ReverseCost& cost, const ReverseAlignmentOptions& options) {
+double bestLogScale(const ReverseCost& cost) {
   Vector9d x;
-  const double step = std::log(options.max_scale / options.min_scale) / (options.grid - 1);
+  const double step = std::log(kMaxScale / kMinScale) / (kScaleGrid - 1);
   double best_cost = std::numeric_limits<double>::infinity();
   double best = 0.0;
-  for (int k = 0; k < options.grid; ++k) {
-    const double log_scale = std::log(options.min_scale) + k * step;
+  for (int k = 0; k < kScaleGrid; ++k) {
+    const double log_scale = std::log(kMinScale) + k * step;
     const double value = cost(std::exp(-log_scale), &x);
     if (value < best_cost) {
       best_cost = value;
@@ -76,7 +79,7 @@ double bestLogScale(const ReverseCost& cost, const ReverseAlignmentOptions& opti
   }
   if (!std::isfinite(best_cost)) return kNotComputed;
   return goldenSection([&](double log_scale) { return cost(std::exp(-log_scale), &x); },
-                       best - step, best + step, options.log_scale_tolerance)
+                       best - step, best + step, kLogScaleTolerance)
       .at;
 }
 
@@ -127,7 +130,7 @@ void setSolution(const LinearMotion& motion, const Eigen::Matrix<double, 9, 1>& 
 
 ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
                              const Eigen::MatrixXd& information_b0, double gravity_magnitude,
-                             const ReverseAlignmentOptions& options, double accel_bias_prior) {
+                             double accel_bias_prior) {
   ReverseEstimate out;
   const Eigen::Index n = shape_b0.cols();
   if (!shape_b0.allFinite() || !information_b0.allFinite() || !motion.position.allFinite() ||
@@ -138,10 +141,10 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
   if (!(centred.norm() > 0.0)) return out;
   centred /= centred.norm();
   const Eigen::VectorXd shape = Eigen::Map<const Eigen::VectorXd>(centred.data(), 3 * n);
-  const double kappa = options.length_weight * information_b0.trace() / static_cast<double>(3 * n);
+  const double kappa = kLengthWeight * information_b0.trace() / static_cast<double>(3 * n);
   const ReverseCost cost(motion, shape, information_b0, kappa, accel_bias_prior, gravity_magnitude);
 
-  const double log_scale = bestLogScale(cost, options);
+  const double log_scale = bestLogScale(cost);
   if (!std::isfinite(log_scale)) return out;
   Vector9d x;
   if (!std::isfinite(cost(std::exp(-log_scale), &x))) return out;

@@ -60,6 +60,6 @@ void setSolution(const LinearMotion& motion, const Eigen::Matrix<double, 9, 1>& 
 /// finite or a singular problem.
 ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
                              const Eigen::MatrixXd& information_b0, double gravity_magnitude,
-                             const ReverseAlignmentOptions& options, double accel_bias_prior);
+                             double accel_bias_prior);
 
 }  // namespace slim_init

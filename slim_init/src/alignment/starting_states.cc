@@ -49,7 +49,6 @@ void addSpeeds(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b
 std::optional<WindowState> startingState(const InitWindow& window,
                                          const std::vector<Preintegration>& pre,
                                          const TranslationEstimate& translation,
-                                         const ReverseAlignmentOptions& options,
                                          const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
@@ -61,7 +60,7 @@ std::optional<WindowState> startingState(const InitWindow& window,
   const double lambda = std::max(translation.lambda_1, 1e-16 * translation.lambda_max);
   const ReverseEstimate reverse =
       alignReverse(motion, shape_b0, H_b0 * (observations / lambda), calibration.gravity_magnitude,
-                   options, inertial.accel_bias_prior);
+                   inertial.accel_bias_prior);
   if (!reverse.valid) return std::nullopt;
   WindowState state;
   state.R_b0_bk = R_b0_bk;
@@ -83,7 +82,6 @@ std::optional<WindowState> startingState(const InitWindow& window,
 std::optional<WindowState> consistentStartingState(const InitWindow& window,
                                                    const std::vector<Preintegration>& pre,
                                                    const AlignmentOptions& alignment,
-                                                   const ReverseAlignmentOptions& reverse,
                                                    const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
@@ -103,7 +101,7 @@ std::optional<WindowState> consistentStartingState(const InitWindow& window,
   const TranslationEstimate translation =
       estimateTranslations(*agreeing, cameraRotations(R_b0_bk, calibration.R_b_c), alignment);
   if (!translation.valid) return std::nullopt;
-  return startingState(*agreeing, pre, translation, reverse, inertial);
+  return startingState(*agreeing, pre, translation, inertial);
 }
 
 }  // namespace slim_init

@@ -20,7 +20,6 @@ namespace slim_init {
 std::optional<WindowState> startingState(const InitWindow& window,
                                          const std::vector<Preintegration>& pre,
                                          const TranslationEstimate& translation,
-                                         const ReverseAlignmentOptions& options,
                                          const InertialOptions& inertial);
 
 /// The same from the tracks that consistentTracks() finds to agree only, or none when all agree or
@@ -28,7 +27,6 @@ std::optional<WindowState> startingState(const InitWindow& window,
 std::optional<WindowState> consistentStartingState(const InitWindow& window,
                                                    const std::vector<Preintegration>& pre,
                                                    const AlignmentOptions& alignment,
-                                                   const ReverseAlignmentOptions& reverse,
                                                    const InertialOptions& inertial);
 
 }  // namespace slim_init

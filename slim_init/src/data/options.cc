@@ -79,44 +79,16 @@ OptionTable optionTable(InertialOptions* o) {
   };
 }
 
-OptionTable optionTable(MultiGapBiasOptions* o) {
+OptionTable optionTable(RobustBiasOptions* o) {
   return {
       advancedKey("max_gap", &o->max_gap, {1, 8}, "keyframes",
                   "maximum gap between the keyframes of a pair; gaps are 1, 2, 4 and 8, and 1 "
                   "leaves consecutive pairs only (ablation)"),
       advancedKey("min_points_per_pair", &o->min_points_per_pair, {5, 1000}, "",
                   "keyframe pairs with fewer common points are neither used nor tested"),
-      advancedKey("max_iterations", &o->max_iterations, {1, 1000}, "",
-                  "Levenberg-Marquardt iterations per round"),
-      advancedKey("cauchy_sigmas", &o->cauchy_sigmas, {0.1, 1e6}, "sigma",
-                  "vanishing-point residual beyond which it loses weight"),
-      advancedKey("max_bias", &o->max_bias, {1e-3, 10.0}, "rad/s",
-                  "a larger estimate is a numerical failure"),
-  };
-}
-
-OptionTable optionTable(TrackPruningOptions* o) {
-  return {
-      advancedKey("threshold_sigmas", &o->threshold_sigmas, {0.5, 100.0}, "sigma",
-                  "a point with a larger residual disagrees with the bias"),
-      advancedKey("hypotheses", &o->hypotheses, {1, 1000}, "",
-                  "two-point translation directions tried per pair"),
-  };
-}
-
-OptionTable optionTable(RobustBiasOptions* o) {
-  OptionTable table = {
-      advancedKey("clean_inlier_fraction", &o->clean_inlier_fraction, kShare, "",
-                  "fraction of agreeing observations above which a solution is clean and kept"),
-      advancedKey("clean_cost", &o->clean_cost, {0.0, 10.0}, "sigma^2",
-                  "mean truncated squared residual below which it is. Correct solutions of clean "
-                  "windows have 0.9, one in ten 1.1; incorrect minima mostly 1.2 to 2.4"),
       advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
                   "a smaller fraction of agreeing observations is no consensus"),
   };
-  appendSection("refinement", optionTable(&o->refinement), {}, &table);
-  appendSection("pruning", optionTable(&o->pruning), {}, &table);
-  return table;
 }
 
 OptionTable optionTable(VanishingPointOptions* o) {
@@ -133,9 +105,6 @@ OptionTable optionTable(VanishingPointOptions* o) {
       advancedKey("match_threshold_deg", &o->match_threshold_deg, {0.1, 45.0}, "deg",
                   "maximum angle between the direction predicted by the gyroscope and the observed "
                   "one of the same vanishing point"),
-      advancedKey("covariance_inflation", &o->covariance_inflation, {0.1, 1e4}, "",
-                  "on the covariance of a direction: clutter among the inliers is not in it",
-                  kSlim),
       advancedKey("min_track_age", &o->min_track_age, {1, 100}, "keyframes",
                   "younger vanishing points are not used (A_min of the paper)", kSlimPaper),
       advancedKey("consistency_threshold_deg", &o->consistency_threshold_deg, {0.01, 20.0}, "deg",
@@ -147,25 +116,8 @@ OptionTable optionTable(VanishingPointOptions* o) {
 
 OptionTable optionTable(AlignmentOptions* o) {
   return {
-      advancedKey("min_track_length", &o->min_track_length, {3, 50}, "keyframes",
-                  "shorter tracks are not used: two views do not determine the relative scale"),
       advancedKey("min_tracks", &o->min_tracks, {1, 10000}, "",
-                  "fewer tracks of that length have the status too_few_tracks"),
-      advancedKey("min_parallax_rad", &o->min_parallax_rad, {0.0, 0.1}, "rad",
-                  "tracks with less rotation-compensated parallax are not used"),
-  };
-}
-
-OptionTable optionTable(ReverseAlignmentOptions* o) {
-  return {
-      advancedKey("min_scale", &o->min_scale, {1e-6, 1e3}, "m", "minimum scale searched"),
-      advancedKey("max_scale", &o->max_scale, {1e-3, 1e6}, "m", "maximum scale searched"),
-      advancedKey("grid", &o->grid, {3, 10000}, "", "points of the logarithmic grid between them"),
-      advancedKey("length_weight", &o->length_weight, {1.0, 1e9}, "",
-                  "weight of the length of the trajectory (kappa), in units of the mean diagonal "
-                  "of the information"),
-      advancedKey("log_scale_tolerance", &o->log_scale_tolerance, {1e-12, 0.1}, "",
-                  "end of the search, in log(scale)"),
+                  "fewer tracks over three or more keyframes have the status too_few_tracks"),
   };
 }
 
@@ -189,13 +141,6 @@ OptionTable optionTable(RefinementOptions* o) {
                   "observations beyond are removed before the second solve"),
       advancedKey("min_reject_px", &o->min_reject_px, {0.01, 100.0}, "px",
                   "observations below are never removed"),
-      advancedKey(
-          "min_line_views", &o->min_line_views, {2, 15}, "keyframes",
-          "a line seen in fewer is not used: two views of a line do not constrain the motion"),
-      advancedKey(
-          "line_agreement_sigmas", &o->line_agreement_sigmas, {1.0, 1e3}, "sigma",
-          "departure from one line in space, seen from the start, at which a line track is cut, in "
-          "standard deviations of an end point; leaves a margin for the error of the start"),
       advancedKey("suspicious_chi2", &o->suspicious_chi2, {0.0, 1e6}, "",
                   "visual chi-square per degree of freedom above which other minima are searched. "
                   "Correct ones have 0.6 to 1.1"),
@@ -221,9 +166,6 @@ OptionTable optionTable(SlimOptions* o) {
                   "gravity and gyroscope bias of that rest as a prior; off: from the motion alone"),
       advancedKey("second_search", &o->second_search,
                   "search for a lower minimum if the first is suspicious (ablation)"),
-      advancedKey("few_tracks", &o->few_tracks, {0, 100000}, "",
-                  "with fewer point tracks that search always runs: one bad track among a dozen "
-                  "biases the minimum without a larger residual"),
   };
 }
 
@@ -239,12 +181,6 @@ OptionTable motionGateTable(GateOptions* o) {
           "as min_parallax_px if every other gate of slim passes: the posterior decides better "
           "whether a few pixels are enough, but without translation noise alone makes a small "
           "definite shape"),
-      advancedKey("min_rotation_deg", &o->min_rotation_deg, {0.0, 180.0}, "deg",
-                  "without translation: less rotation over the window is stationary, more is pure "
-                  "rotation"),
-      advancedKey("max_rest_deviation", &o->max_rest_deviation, {0.0, 100.0}, "m/s^2",
-                  "without translation: maximum deviation (as min_excitation) of a window at rest; "
-                  "above it the vehicle accelerates and the scene is too far away"),
       userKey("min_excitation", &o->min_excitation, {0.0, 100.0}, "m/s^2",
               "minimum rms deviation of the specific force from its mean over the window; at "
               "constant velocity the scale is not observable"),
@@ -269,8 +205,6 @@ OptionTable slimGateTable(GateOptions* o) {
       advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
                   "minimum fraction of the point observations left after pruning and rejection",
                   kSlim),
-      advancedKey("min_point_spread_deg", &o->min_point_spread_deg, {0.0, 90.0}, "deg",
-                  "minimum rms angle over which the points of an image are spread", kSlim),
       userKey("max_extrinsic_error_deg", &o->max_extrinsic_error_deg, {0.0, 180.0}, "deg",
               "maximum estimated error of the extrinsic rotation, less 2.5 standard deviations; "
               "errors up to 10 deg are estimated reliably",
@@ -284,12 +218,6 @@ OptionTable slimGateTable(GateOptions* o) {
                   "the status is too_little_excitation. With 2, one estimate in four has an error "
                   "above 1 deg; with 0.5, one in twenty",
                   kSlim),
-      advancedKey(
-          "max_mean_acceleration", &o->max_mean_acceleration, {0.1, 1000.0}, "m/s^2",
-          "maximum change of the velocity over the window by its length. A quiet motion far from "
-          "everything also fits a fall along a tilted gravity, with 11; recorded flights have up "
-          "to 4",
-          kSlim),
   };
 }
 
@@ -346,25 +274,14 @@ OptionTable optionTable(ProvisionalOptions* o) {
       userKey("enabled", &o->enabled,
               "1: also return provisional states with a covariance before the scale is known, from "
               "0.2 s on (status provisional), for estimators that take a prior"),
-      advancedKey(
-          "keyframes", &o->keyframes, {kMinKeyframes, 50}, "",
-          "maximum number of keyframes of the short window: half a second of images at 20 Hz"),
-      advancedKey("min_interval_s", &o->min_interval_s, {0.005, 1.0}, "s",
-                  "minimum time between its keyframes: every image at 20 Hz"),
       advancedKey("max_velocity_sigma", &o->max_velocity_sigma, {0.0, 100.0}, "m/s",
                   "maximum standard deviation of the newest velocity along its worst axis. An "
                   "estimator recovers from initial velocity errors below 1 m/s"),
       advancedKey("max_tilt_sigma_deg", &o->max_tilt_sigma_deg, {0.0, 90.0}, "deg",
                   "the same of the newest attitude against gravity"),
-      advancedKey(
-          "max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
-          "maximum standard deviation of the logarithm of the scale; beyond, the priors dominate "
-          "and draw the mean to zero"),
       advancedKey("speed_prior", &o->speed_prior, {0.01, 1e3}, "m/s",
                   "standard deviation of a velocity before any data, per axis; raise it for fast "
                   "vehicles"),
-      advancedKey("acceleration_prior", &o->acceleration_prior, {0.01, 1e3}, "m/s^2",
-                  "the same of the mean acceleration over the window"),
   };
 }
 
@@ -391,7 +308,6 @@ OptionTable optionTable(InitializerOptions* o) {
                 &table);
   appendSection("alignment", optionTable(&o->alignment), kWithLigt, &table);
   appendSection("robust_bias", optionTable(&o->robust_bias), kSlim, &table);
-  appendSection("reverse_alignment", optionTable(&o->reverse_alignment), kSlim, &table);
   appendSection("refinement", optionTable(&o->refinement), kSlim, &table);
   appendSection("slim", optionTable(&o->slim), kSlim, &table);
   appendSection("provisional", optionTable(&o->provisional), kSlim, &table);
@@ -474,15 +390,7 @@ std::string InertialOptions::validate() const {
   return message;
 }
 
-std::string MultiGapBiasOptions::validate() const { return checkTable(*this).message(); }
-
-std::string TrackPruningOptions::validate() const { return checkTable(*this).message(); }
-
 std::string RobustBiasOptions::validate() const { return checkTable(*this).message(); }
-
-std::string ReverseAlignmentOptions::validate() const {
-  return checkTable(*this).ordered("min_scale", min_scale, "max_scale", max_scale).message();
-}
 
 std::string RefinementOptions::validate() const { return checkTable(*this).message(); }
 
@@ -512,7 +420,6 @@ std::string InitializerOptions::validate() const {
       .nested("vanishing_point", vanishing_point.validate())
       .nested("alignment", alignment.validate())
       .nested("robust_bias", robust_bias.validate())
-      .nested("reverse_alignment", reverse_alignment.validate())
       .nested("refinement", refinement.validate())
       .nested("slim", slim.validate())
       .nested("gates", gates.validate())

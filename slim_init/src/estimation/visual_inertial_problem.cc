@@ -169,7 +169,7 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
 void VisualInertialProblem::addLineTracks(const std::vector<Track>& lines) {
   const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
   for (const Track& track : lines) {
-    if (track.size() < options_.min_line_views) continue;
+    if (track.size() < kMinLineViews) continue;
     TrackRange range;
     range.begin = static_cast<int>(lines_.views.size());
     for (int s = track.begin; s < track.end; ++s) {
@@ -776,7 +776,7 @@ void VisualInertialProblem::reject(const MapResiduals& now, double max_point, do
     std::swap(*parameters, kept_parameters);
   };
   filter(now.points, max_point, 2, &points_, &structure_.points);
-  filter(now.lines, max_line, options_.min_line_views, &lines_, &structure_.lines);
+  filter(now.lines, max_line, kMinLineViews, &lines_, &structure_.lines);
 }
 
 }  // namespace slim_init

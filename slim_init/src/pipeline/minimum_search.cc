@@ -6,9 +6,16 @@
 #include <vector>
 
 #include "alignment/starting_states.h"
+#include "estimation/constants.h"
 
 namespace slim_init {
 namespace {
+
+using estimation_constants::kMinLineViews;
+
+// Departure from one line in space, seen from the start, at which a line track is cut, in standard
+// deviations of an end point; leaves a margin for the error of the start.
+constexpr double kLineAgreementSigmas = 6.0;
 
 // A wrong minimum shows in its chi-square, over all views and over the better half of them; with
 // gross errors among the tracks the right one shows in the first alone.
@@ -16,9 +23,11 @@ bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
   return refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
 }
 
-// With few tracks a bad one among them does not show.
+// One bad track among a dozen biases the minimum without a larger residual.
+constexpr int kFewTracks = 50;
+
 bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& options) {
-  return !fits(refined, options) || refined.point_tracks < options.slim.few_tracks;
+  return !fits(refined, options) || refined.point_tracks < kFewTracks;
 }
 
 // Minimises again from `refined` if its cost is an upper bound (StartMode::kRough), so that it can
@@ -34,8 +43,8 @@ void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines
 void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
                  const InitializerOptions& options, RefinedWindow* refined) {
   if (!input.budget.allows("the search of another minimum")) return;
-  const std::optional<WindowState> start = consistentStartingState(
-      input.tracks, input.pre, options.alignment, options.reverse_alignment, options.inertial);
+  const std::optional<WindowState> start =
+      consistentStartingState(input.tracks, input.pre, options.alignment, options.inertial);
   if (!start) return;
   makeCostExact(input, lines, refined);
   const RefinedWindow other = refineWindow(input, lines, {*start}, StartMode::kFine);
@@ -58,8 +67,8 @@ AgreeingLines believedLines(const InitWindow& tracks, const WindowState& start,
     all.tracks = tracks.lineTracks();
     return all;
   }
-  const double bound = options.refinement.line_agreement_sigmas * tracks.calibration().sigmaLine();
-  return agreeingLineTracks(tracks, start, bound, options.refinement.min_line_views);
+  const double bound = kLineAgreementSigmas * tracks.calibration().sigmaLine();
+  return agreeingLineTracks(tracks, start, bound, kMinLineViews);
 }
 
 RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,

@@ -36,6 +36,8 @@ constexpr double kTolerance = 1e-2;
 constexpr int kMaxIterations = 20;
 /// Speed of a start at the most, in standard deviations of the prior.
 constexpr double kUsualSpeed = 0.5;
+/// Standard deviation of the mean acceleration over the window before any data [m/s^2].
+constexpr double kMeanAcceleration = 3.0;
 
 // ---- Covariance
 
@@ -163,7 +165,7 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
   ProvisionalEstimate out;
   MotionPrior motion;
   motion.speed_sigma = options.provisional.speed_prior;
-  motion.acceleration_sigma = options.provisional.acceleration_prior;
+  motion.acceleration_sigma = kMeanAcceleration;
   RefinementOptions refinement = options.refinement;
   refinement.tolerance = std::min(refinement.tolerance, kTolerance);
   refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
@@ -296,7 +298,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   ProvisionalEstimate estimate;
   std::optional<WindowState> start;
   if (translation.valid) {
-    start = startingState(tracks, pre, translation, options.reverse_alignment, options.inertial);
+    start = startingState(tracks, pre, translation, options.inertial);
   }
   if (start) {
     // Without lines: which of them are believed depends on the start, so that costs do not compare.

@@ -162,8 +162,7 @@ class Refiner {
     const TranslationEstimate translation =
         estimateTranslations(tracks_, integrated_.R_c0_ck, options_.alignment);
     if (translation.valid) {
-      own_ = startingState(tracks_, integrated_.pre, translation, options_.reverse_alignment,
-                           options_.inertial);
+      own_ = startingState(tracks_, integrated_.pre, translation, options_.inertial);
     }
     return own_;
   }

@@ -13,6 +13,7 @@
 #include "geometry/units.h"
 #include "imu/row_compensation.h"
 #include "pipeline/solver_support.h"
+#include "rotation/constants.h"
 #include "rotation/extrinsic_rotation.h"
 #include "rotation/static_tracks.h"
 
@@ -40,6 +41,9 @@ constexpr double kLeastSigmaPx = Calibration::kTypicalSigmaPx;
 constexpr double kMostSigmaPx = 2.5;
 // A noise within this factor of the one assumed changes hardly a weight.
 constexpr double kNearSigma = 1.3;
+// Factor on the covariance of a vanishing direction: clutter among the inliers is not in it
+// (kappa_v).
+constexpr double kVpInflation = 4.0;
 // Rounds of re-weighting of the prior: its weight has settled by then.
 constexpr int kPriorRounds = 8;
 // Without the steps that follow there is no estimate at all: they have the rest.
@@ -179,11 +183,7 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
   std::vector<VanishingPoint> vanishing_points;
   if (options.slim.vanishing_points) {
     vanishing_points = trackVanishingPoints(*window, options.vanishing_point);
-    // Their covariance is that of the segments' noise; clutter among the inliers is not in it
-    // (kappa_v).
-    for (VanishingPoint& vp : vanishing_points) {
-      vp.covariance *= options.vanishing_point.covariance_inflation;
-    }
+    for (VanishingPoint& vp : vanishing_points) vp.covariance *= kVpInflation;
   }
   RobustBiasEstimator estimator(*window,
                                 options.slim.vanishing_points ? &vanishing_points : nullptr,
@@ -239,7 +239,7 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   if (options.slim.estimate_calibration &&
       handed_in.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
     const ExtrinsicRotation found =
-        estimateExtrinsicRotation(window, options.robust_bias.refinement.min_points_per_pair);
+        estimateExtrinsicRotation(window, options.robust_bias.min_points_per_pair);
     stage.message = found.message;
     stage.tracks = raw;
     if (!found.valid) return stage;
@@ -286,7 +286,7 @@ bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& option
                                 static_cast<int>(stage.window->pointTracks().size()), result);
       return true;
     case RobustBiasStatus::kTooFewPoints:
-      message << "0 keyframe pairs with " << options.refinement.min_points_per_pair
+      message << "0 keyframe pairs with " << options.min_points_per_pair
               << " or more common points (minimum 1)";
       fail(InitStatus::kTooFewTracks, message.str(), result);
       return false;
@@ -298,7 +298,7 @@ bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& option
     case RobustBiasStatus::kOutOfRange: break;
   }
   message << "gyroscope bias " << bias.gyro_bias.norm() << " rad/s (limit "
-          << options.refinement.max_bias << ")";
+          << rotation_constants::kMaxBias << ")";
   fail(InitStatus::kNumericalFailure, message.str(), result);
   return false;
 }

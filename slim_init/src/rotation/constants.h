@@ -65,6 +65,21 @@ inline constexpr double kRoundTolerance = 1e-5;
 /// not built to better than a milliradian.
 inline constexpr double kVpModelVariance = 1e-6;
 
+/// Levenberg-Marquardt iterations per round.
+inline constexpr int kMaxIterations = 10;
+/// Cauchy scale of a vanishing-point residual [sigma].
+inline constexpr double kVpCauchySigmas = 3.0;
+/// A larger bias is a numerical failure [rad/s].
+inline constexpr double kMaxBias = 1.0;
+
+// ---- Consensus (robust_bias.h)
+
+/// A solution is clean and kept from this fraction of agreeing observations on, and below this mean
+/// truncated squared residual [sigma^2]. Right solutions of clean windows have 0.9, one in ten 1.1;
+/// wrong minima mostly 1.2 to 2.4.
+inline constexpr double kCleanInlierFraction = 0.97;
+inline constexpr double kCleanCost = 1.15;
+
 // ---- Covariance of the bias (multi_gap_bias.h)
 
 /// Factor on the scatter of the tracks' gradients, which misses what the choice of outliers and of
@@ -130,6 +145,8 @@ inline constexpr double kMaxHandEyeSigmaDeg = 15.0;
 
 // ---- Pruning (track_pruning.h)
 
+/// A point with a larger residual disagrees with the bias [sigma].
+inline constexpr double kAgreementSigmas = 3.5;
 /// Factor on the squared residual that a link over more than kShortGap keyframes may have.
 inline constexpr double kLongLinkInflation = 2.0;
 

@@ -17,7 +17,7 @@ using namespace rotation_constants;  // NOLINT: the constants of this module
 namespace {
 
 // The shortest gap that enters a minimisation.
-int shortestGap(const KeyframePairs& pairs, const MultiGapBiasOptions& options) {
+int shortestGap(const KeyframePairs& pairs, const RobustBiasOptions& options) {
   if (options.max_gap < 2 || pairs.keyframes() < kMinKeyframesToSkip) return 1;
   const bool longer_suffice = std::all_of(pairs.begin(), pairs.end(), [](const KeyframePair& pair) {
     return pair.gap() != 2 || pair.points.count() >= kPointsToSkip;
@@ -35,8 +35,7 @@ Eigen::Matrix3d dampDiagonal(const QuadraticModel<3>& at, double damping) {
 
 MultiGapProblem::MultiGapProblem(const InitWindow& window,
                                  const std::vector<VanishingPoint>* vanishing_points,
-                                 const MultiGapBiasOptions& options,
-                                 const InertialOptions& inertial)
+                                 const RobustBiasOptions& options, const InertialOptions& inertial)
     : window_(window),
       vps_(vanishing_points),
       options_(options),
@@ -98,7 +97,7 @@ void MultiGapProblem::addVanishingPoints(std::size_t p, const PairRotation& rota
                                          QuadraticModel<3>* sum) const {
   if (!sameVanishingPoint(pairs_[p])) return;
   const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
-  const double c2 = options_.cauchy_sigmas * options_.cauchy_sigmas;
+  const double c2 = kVpCauchySigmas * kVpCauchySigmas;
   Eigen::Vector2d z;
   Eigen::Matrix<double, 2, 3> dz;
   whitenedVpResidual((*vps_)[pairs_[p].i], (*vps_)[pairs_[p].j],
@@ -162,7 +161,7 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, int max_gap,
       return evaluate(bias, max_gap, out.weighted, &out.baselines);
     };
     LevenbergMarquardtOptions options;
-    options.max_iterations = options_.max_iterations;
+    options.max_iterations = kMaxIterations;
     // The weights of the next round move the minimum anyway.
     const bool last = &cutoff == schedule.end() - 1;
     options.relative_decrease = last ? kCostTolerance : kRoundTolerance;
@@ -236,7 +235,7 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
                                           const std::vector<VanishingPoint>* vanishing_points,
-                                          const MultiGapBiasOptions& options,
+                                          const RobustBiasOptions& options,
                                           const InertialOptions& inertial) {
   MultiGapProblem problem(window, vanishing_points, options, inertial);
   MultiGapBiasEstimate best;
@@ -252,7 +251,7 @@ MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
         problem.findBaselines(start, max_gap, draw, unknownBaselines(problem.pairs())).baselines);
     best.iterations += minimum.iterations;
     const Eigen::Vector3d& bias = minimum.gyro_bias;
-    if (!bias.allFinite() || bias.norm() > options.max_bias) continue;
+    if (!bias.allFinite() || bias.norm() > kMaxBias) continue;
     BaselineConsensus rated =
         problem.findBaselines(bias, max_gap, rate, std::move(minimum.baselines));
     if (best.valid && rated.cost >= best.cost) continue;

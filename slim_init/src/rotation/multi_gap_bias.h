@@ -19,7 +19,7 @@ namespace slim_init {
 
 /// Result of the estimation.
 struct MultiGapBiasEstimate {
-  bool valid = false;  ///< some pair had data, the bias is finite and at most max_bias
+  bool valid = false;  ///< some pair had data, the bias is finite and at most kMaxBias
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   /// Mean squared residual, truncated at nine [sigma^2]; comparable between starts on the same
   /// data.
@@ -42,7 +42,7 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
                                           const std::vector<VanishingPoint>* vanishing_points,
-                                          const MultiGapBiasOptions& options,
+                                          const RobustBiasOptions& options,
                                           const InertialOptions& inertial);
 
 /// One weighted cost per pair; of pairs that did not enter it is not set.
@@ -64,7 +64,7 @@ class MultiGapProblem {
  public:
   /// `vanishing_points` may be null, else one per keyframe.
   MultiGapProblem(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                  const MultiGapBiasOptions& options, const InertialOptions& inertial);
+                  const RobustBiasOptions& options, const InertialOptions& inertial);
 
   const InitWindow& window() const { return window_; }
   const KeyframePairs& pairs() const { return pairs_; }
@@ -120,7 +120,7 @@ class MultiGapProblem {
 
   const InitWindow& window_;
   const std::vector<VanishingPoint>* vps_;
-  const MultiGapBiasOptions& options_;
+  const RobustBiasOptions& options_;
   const double gyro_bias_prior_;  // [rad/s]
   const KeyframePairs pairs_;
   const int shortest_gap_;

@@ -35,7 +35,7 @@ struct RobustBiasEstimator::State {
         options(robust),
         inertial(priors),
         budget(work),
-        problem(seen, vanishing_points, robust.refinement, priors) {
+        problem(seen, vanishing_points, robust, priors) {
     for (const KeyframePair& pair : problem.pairs()) points += pair.points.count();
     spend(kWorkPerKeyframe * seen.size());
     found.point_pairs = problem.pointPairs();
@@ -72,7 +72,7 @@ struct RobustBiasEstimator::State {
 void RobustBiasEstimator::State::start() {
   spend(kWorkPerPoint * points);
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-  const ConsensusOptions draw = {*kNarrowStart.begin(), options.pruning.hypotheses};
+  const ConsensusOptions draw = {*kNarrowStart.begin()};
   minimize(
       zero, kShortGap, kNarrowStart, {},
       problem.findBaselines(zero, kShortGap, draw, unknownBaselines(problem.pairs())).baselines);
@@ -80,17 +80,14 @@ void RobustBiasEstimator::State::start() {
 
 template <std::size_t N>
 void RobustBiasEstimator::State::refine(const RefinementPass (&passes)[N]) {
-  const double threshold = options.pruning.threshold_sigmas;
-  const int hypotheses = options.pruning.hypotheses;
-  const int max_gap = options.refinement.max_gap;
+  const int max_gap = options.max_gap;
   for (const RefinementPass& pass : passes) {
     spend(kWorkPerPoint * points);
     const Eigen::Vector3d bias = minimum.gyro_bias;
-    PairPruning pruning =
-        pruneTracks(window, problem.pairs(), problem.rotationsAt(bias, kLongGap),
-                    {pass.pruning_factor * threshold, hypotheses}, minimum.baselines);
+    PairPruning pruning = pruneTracks(window, problem.pairs(), problem.rotationsAt(bias, kLongGap),
+                                      {pass.pruning_factor * kAgreementSigmas}, minimum.baselines);
     BaselineConsensus searched =
-        problem.findBaselines(bias, max_gap, {threshold, hypotheses}, std::move(pruning.baselines));
+        problem.findBaselines(bias, max_gap, {kAgreementSigmas}, std::move(pruning.baselines));
     found.pruning = std::move(pruning.tracks);
     minimize(bias, max_gap, pass.schedule, masksOf(window, problem.pairs(), found.pruning.keep),
              std::move(searched.baselines));
@@ -104,13 +101,13 @@ void RobustBiasEstimator::State::refine(const RefinementPass (&passes)[N]) {
 RobustBias RobustBiasEstimator::State::finish() {
   RobustBias out = found;
   out.gyro_bias = minimum.gyro_bias;
-  if (!out.gyro_bias.allFinite() || out.gyro_bias.norm() > options.refinement.max_bias) {
+  if (!out.gyro_bias.allFinite() || out.gyro_bias.norm() > kMaxBias) {
     out.status = RobustBiasStatus::kOutOfRange;
     return out;
   }
   out.imu_noise = assumedImuNoise(window, inertial);
-  const Baselines baselines = problem.baselinesAt(out.gyro_bias, options.refinement.max_gap,
-                                                  minimum.weighted, minimum.baselines);
+  const Baselines baselines =
+      problem.baselinesAt(out.gyro_bias, options.max_gap, minimum.weighted, minimum.baselines);
   out.rotations = freeRotations(problem.pairs(), problem.rotationsAt(out.gyro_bias, kShortGap),
                                 baselines, kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
   out.track_sigma = trackNoise(problem.pairs(), out.rotations);
@@ -134,8 +131,7 @@ RobustBias RobustBiasEstimator::quick() {
   if (s.found.point_pairs == 0) return s.found;
   s.start();
   s.refine(kQuick);
-  s.found.clean = s.found.inlierFraction() >= s.options.clean_inlier_fraction &&
-                  s.found.cost <= s.options.clean_cost;
+  s.found.clean = s.found.inlierFraction() >= kCleanInlierFraction && s.found.cost <= kCleanCost;
   return s.finish();
 }
 

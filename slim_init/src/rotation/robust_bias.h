@@ -23,7 +23,7 @@ enum class RobustBiasStatus {
   kOk,
   kTooFewPoints,  ///< no keyframe pair has min_points_per_pair common points
   kNoConsensus,   ///< fewer than min_inlier_fraction of the observations agree with any bias
-  kOutOfRange,    ///< the bias is not finite or larger than max_bias
+  kOutOfRange,    ///< the bias is not finite or larger than kMaxBias
 };
 
 /// Gyroscope bias with the observations that agree with it.

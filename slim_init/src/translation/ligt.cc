@@ -42,21 +42,20 @@ void addLigtRow(LigtRow row, int l, int r, int i, Eigen::MatrixXd* H) {
   }
 }
 
-PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck,
-                       const AlignmentOptions& options) {
+PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck) {
   const std::vector<WindowPoint>& observations = window.pointObservations();
   PointRows out;
   out.H = Eigen::MatrixXd::Zero(3 * window.size(), 3 * window.size());
   out.votes.reserve(window.pointTracks().size());
   std::vector<Eigen::Vector3d> u;
   for (const Track& track : window.pointTracks()) {
-    if (track.size() < options.min_track_length) continue;
+    if (track.size() < kMinTrackLength) continue;
     u.clear();
     for (int s = track.begin; s < track.end; ++s) {
       u.push_back(R_c0_ck[observations[s].keyframe] * observations[s].bearing);
     }
     const BaseViews base = chooseBaseViews(u);
-    if (base.parallax2 <= options.min_parallax_rad * options.min_parallax_rad) continue;
+    if (base.parallax2 <= kMinParallax * kMinParallax) continue;
     const int l = observations[track.begin + base.l].keyframe;
     const int r = observations[track.begin + base.r].keyframe;
     for (int a = 0; a < track.size(); ++a) {
@@ -102,7 +101,7 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const AlignmentOptions& options) {
   TranslationEstimate estimate;
   const int n = window.size();
-  PointRows points = sumPointRows(window, R_c0_ck, options);
+  PointRows points = sumPointRows(window, R_c0_ck);
   Eigen::MatrixXd& H = points.H;
   estimate.rows = points.rows;
   estimate.tracks = static_cast<int>(points.votes.size());

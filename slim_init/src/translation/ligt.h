@@ -55,10 +55,14 @@ struct LigtRow {
 };
 LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r, const Eigen::Vector3d& u_i);
 
+/// Keyframes of a track: two views do not determine the relative scale.
+inline constexpr int kMinTrackLength = 3;
+/// Rotation-compensated parallax of a track [rad].
+inline constexpr double kMinParallax = 1e-4;
+
 /// Solves for the camera centres. `R_c0_ck`: rotation of camera k into the first camera, one per
-/// keyframe. Tracks seen in fewer than min_track_length keyframes or with less than
-/// min_parallax_rad of rotation-compensated parallax are left out; with fewer than min_tracks
-/// left, valid == false.
+/// keyframe. Tracks seen in fewer than kMinTrackLength keyframes or with less than kMinParallax are
+/// left out; with fewer than min_tracks left, valid == false.
 TranslationEstimate estimateTranslations(const InitWindow& window,
                                          const std::vector<Eigen::Matrix3d>& R_c0_ck,
                                          const AlignmentOptions& options);

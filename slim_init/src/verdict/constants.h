@@ -9,6 +9,19 @@ namespace slim_init::verdict_constants {
 
 /// The certain part of an error of the calibration is the estimate less this many sigma.
 inline constexpr double kCertainSigmas = 2.5;
+/// Without translation: less rotation over the window is stationary, more is pure rotation [deg].
+inline constexpr double kMinRotationDeg = 2.0;
+/// Without translation: largest deviation of the specific force of a window at rest; above it the
+/// vehicle accelerates and the scene is too far away [m/s^2].
+inline constexpr double kMaxRestDeviation = 0.5;
+/// Least rms angle over which the points of an image are spread [deg].
+inline constexpr double kMinPointSpreadDeg = 2.0;
+/// Largest change of the velocity over the window by its length [m/s^2]. A quiet motion far from
+/// everything also fits a fall along a tilted gravity, with 11; recorded flights have up to 4.
+inline constexpr double kMaxMeanAcceleration = 8.0;
+/// Largest standard deviation of the log scale of a provisional estimate; beyond, the priors
+/// dominate and draw the mean to zero.
+inline constexpr double kMaxProvisionalSigma = 0.4;
 /// Metres per unit of the trajectory below which a scale is no motion at all [m].
 inline constexpr double kMinScale = 1e-6;
 

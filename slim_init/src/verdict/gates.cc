@@ -150,9 +150,9 @@ double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, boo
 
 std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
   InitStatus no_motion = InitStatus::kStationary;
-  if (motion.rotation_deg >= options.min_rotation_deg) no_motion = InitStatus::kPureRotation;
+  if (motion.rotation_deg >= kMinRotationDeg) no_motion = InitStatus::kPureRotation;
   // Still tracks alone are no rest: a scene far away shows no parallax either.
-  if (no_motion == InitStatus::kStationary && motion.excitation > options.max_rest_deviation) {
+  if (no_motion == InitStatus::kStationary && motion.excitation > kMaxRestDeviation) {
     no_motion = InitStatus::kTooLittleExcitation;
   }
   // Without tracks nothing is known about the motion.
@@ -296,11 +296,10 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                atLeast(measures.inlier_fraction, options.min_inlier_fraction),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kMeanAcceleration, "mean acceleration over the window", "m/s^2",
-               atMost(measures.mean_acceleration, options.max_mean_acceleration),
+               atMost(measures.mean_acceleration, kMaxMeanAcceleration),
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
-               atLeast(measures.point_spread_deg, options.min_point_spread_deg),
-               InitStatus::kTooFewTracks)};
+               atLeast(measures.point_spread_deg, kMinPointSpreadDeg), InitStatus::kTooFewTracks)};
   // A cost that is flat over the scale falls towards large ones, whatever the wheel says.
   const bool shows_scale = measures.profiled && measures.motion_scale_sigma < kShownScaleSigma;
   if (measures.has_speeds && shows_scale) {
@@ -322,7 +321,7 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
 std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, double velocity_sigma,
                                         double tilt_sigma_deg, GateOptions options,
                                         const ProvisionalOptions& provisional) {
-  options.max_scale_sigma = provisional.max_scale_sigma;
+  options.max_scale_sigma = kMaxProvisionalSigma;
   MotionMeasures any;
   any.excitation = options.min_excitation;
   std::vector<GateValue> gates = posteriorGates(measures, any, options);

@@ -42,8 +42,8 @@ double forceDeviation(const std::vector<Preintegration>& pre,
                       const std::vector<Eigen::Matrix3d>& R_b0_bk);
 
 /// Gates on the motion: "parallax", "least_parallax" and "excitation". Tracks and IMU together
-/// classify a missing parallax: beyond min_rotation_deg a pure rotation; with a steady specific
-/// force (below max_rest_deviation over 0.25 s means, so that a vibrating vehicle is at rest)
+/// classify a missing parallax: beyond kMinRotationDeg a pure rotation; with a steady specific
+/// force (below kMaxRestDeviation over 0.25 s means, so that a vibrating vehicle is at rest)
 /// stationary; with an unsteady one too little excitation of the camera, the scene is too far.
 /// Where it could not be measured, too few tracks. Tracks that move while the IMU is quiet are a
 /// slide at constant velocity and fail "excitation", which is not enforced with measured
