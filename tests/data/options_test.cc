@@ -22,8 +22,7 @@ using namespace testing_support;  // NOLINT: the vocabulary of these tests
 TEST(OptionTable, BothSidesOfEveryBound) {
   expectBothSidesOfEveryBound<WindowOptions, InertialOptions, RobustBiasOptions,
                               VanishingPointOptions, AlignmentOptions, RefinementOptions,
-                              SlimOptions, GateOptions, InitializerOptions, Calibration, ImuNoise,
-                              ImuLimits>();
+                              GateOptions, InitializerOptions, Calibration, ImuNoise, ImuLimits>();
 }
 
 TEST(InertialOptions, NoiseFactorIsMeasuredOrAtLeastTheDataSheet) {
