@@ -676,6 +676,7 @@ TEST_F(StandInRun, ARestartOfTheTrackerIsJoined) {
   EXPECT_LT(values[1], exact_.keyframes[30].t);
   EXPECT_GT(values[2], 0.01);
   EXPECT_LT(values[2], 1.0);
+  EXPECT_EQ(timesLogged("the odometry frame is uncertain"), 0) << logText();
 }
 
 // VINS-Fusion and DynaVINS track their images themselves.
@@ -730,6 +731,7 @@ TEST_F(StandInRun, WithoutImuDataPoseAndHeadingStay) {
   restart({});
   k = frameUntilStarted(k + 10, 59);
   EXPECT_EQ(timesLogged("the odometry frame is continued"), 1) << logText();
+  EXPECT_EQ(timesLogged("the odometry frame is uncertain"), 1) << logText();
   EXPECT_LT((e.Ps[0] - last).norm(), 3.0);
   const Matrix3d turn = e.Rs[0] * exact_.truth[k - 1 - kNewest].R_w_b.transpose();
   EXPECT_LT(logSO3(turn).norm(), 1.2) << "what the body has turned in that second";

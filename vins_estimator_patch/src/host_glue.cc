@@ -59,7 +59,7 @@ constexpr double kRepeatReport = 5.0;
 constexpr double kMostTdStep = 0.9;
 // A heading that is less certain has not been measured, and the position neither [deg].
 constexpr double kMostTurned = 30.0;
-// An odometry frame that is less certain is reported as a warning [m].
+// So much more uncertainty of the odometry frame is a warning [m].
 constexpr double kUncertainFrame = 1.0;
 // Without IMU data: standard deviations of the speed [m/s], at least, and of the turning [deg/s].
 constexpr double kUnknownSpeed = 1.0;
@@ -177,6 +177,7 @@ struct HostGlue::State {
   double frame_since = std::numeric_limits<double>::quiet_NaN();
   double frame_variance = 0.0;      // of its position, worst axis [m^2]
   double frame_yaw_variance = 0.0;  // [deg^2]
+  double frame_reported = 0.0;      // its standard deviation at the last warning [m]
   Clock::time_point stock_began;
   double damage_reported = -std::numeric_limits<double>::infinity();  // begin of the damage [s]
   double saved_stamp = std::numeric_limits<double>::quiet_NaN();      // of the sensors file [s]
@@ -232,18 +233,31 @@ struct HostGlue::State {
 
   // The odometry goes on from a propagated state.
   void continueFrame(double stamp, const HostPropagation& propagated) {
-    frame_variance += propagated.position_sigma * propagated.position_sigma;
-    frame_yaw_variance += propagated.yaw_sigma_deg * propagated.yaw_sigma_deg;
-    report(propagated.position_sigma > kUncertainFrame ? ReportLevel::kWarn : ReportLevel::kInfo,
-           "the odometry frame is continued: " + propagated.message);
+    report(ReportLevel::kInfo, "the odometry frame is continued: " + propagated.message);
+    widenFrame(propagated.position_sigma, propagated.yaw_sigma_deg);
     publishFrame(stamp);
   }
+  // By standard deviations [m, deg]. The states are healthy again soon, the frame is not: users who
+  // do not read its topic are told, too.
+  void widenFrame(double position_sigma, double yaw_sigma_deg) {
+    frame_variance += position_sigma * position_sigma;
+    frame_yaw_variance += yaw_sigma_deg * yaw_sigma_deg;
+    const double sigma = std::sqrt(frame_variance);
+    if (!(sigma > frame_reported + kUncertainFrame)) return;
+    frame_reported = sigma;
+    std::ostringstream out;
+    out.precision(2);
+    out << "the odometry frame is uncertain: its position to " << sigma << " m, its heading to "
+        << yawSigmaDeg() << " deg";
+    report(ReportLevel::kWarn, out.str());
+  }
+  double yawSigmaDeg() const { return std::min(std::sqrt(frame_yaw_variance), 180.0); }
   void publishFrame(double stamp) {
     if (std::isnan(frame_since)) frame_since = stamp;
     std::ostringstream row;
     row.precision(4);
     row << std::fixed << stamp << ',' << frame_since << ',' << std::sqrt(frame_variance) << ','
-        << std::min(std::sqrt(frame_yaw_variance), 180.0);
+        << yawSigmaDeg();
     report(ReportLevel::kFrame, row.str());
   }
   // Healthy states up to this one.
@@ -662,8 +676,7 @@ HostPreparation HostGlue::prepareFrame(const std::vector<HostState>& window,
   const bool damaged = !frame.intervals.empty() && frame.intervals.back().damaged;
   state.frame_suspect = damaged || frame.suspect;
   if (state.frame_suspect || frame.position_sigma > 0.0) state.monitor.doubt(stamp);
-  state.frame_variance += frame.position_sigma * frame.position_sigma;
-  state.frame_yaw_variance += frame.yaw_sigma_deg * frame.yaw_sigma_deg;
+  state.widenFrame(frame.position_sigma, frame.yaw_sigma_deg);
   if (frame.message.empty() && damaged) {
     frame.message = "IMU data discarded or missing; relying on vision";
   }
