@@ -146,6 +146,7 @@ struct ProvisionalOptions {
   bool enabled = false;             ///< offer one where there is no success
   double max_velocity_sigma = 0.4;  ///< of the newest velocity, along its worst axis [m/s]
   double max_tilt_sigma_deg = 3.0;  ///< of the newest attitude against gravity [deg]
+  double max_scale_sigma = 0.4;     ///< of the logarithm of the scale
   double speed_prior = 2.0;         ///< standard deviation of a velocity before any data [m/s]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.

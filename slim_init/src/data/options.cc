@@ -279,6 +279,10 @@ OptionTable optionTable(ProvisionalOptions* o) {
                   "estimator recovers from initial velocity errors below 1 m/s"),
       advancedKey("max_tilt_sigma_deg", &o->max_tilt_sigma_deg, {0.0, 90.0}, "deg",
                   "the same of the newest attitude against gravity"),
+      advancedKey(
+          "max_scale_sigma", &o->max_scale_sigma, {0.0, 10.0}, "",
+          "maximum standard deviation of the logarithm of the scale; beyond, the priors dominate "
+          "and draw the mean to zero"),
       advancedKey("speed_prior", &o->speed_prior, {0.01, 1e3}, "m/s",
                   "standard deviation of a velocity before any data, per axis; raise it for fast "
                   "vehicles"),

@@ -30,9 +30,6 @@ inline constexpr double kNearMinimum = 4.0;
 /// A first minimisation goes on to this squared length of a step [sigma^2]: noise and outliers are
 /// told from its residuals, and a second one follows.
 inline constexpr double kRoughTolerance = 1.0;
-/// The same where starts are compared by the cost they reach [sigma^2]: with one of 1 the wrong one
-/// of two was taken in one of 40 windows (docs/derivation.md, 5.2).
-inline constexpr double kLowestTolerance = 0.1;
 /// Keyframes of a line: two views do not constrain the motion.
 inline constexpr int kMinLineViews = 3;
 /// A cost that rises by less than this share is equal: rounding of its sum.

@@ -52,10 +52,6 @@ double medianChi2(const MapResiduals& residuals, const VisualInertialProblem& ma
 // To a minimum, roughly where that is asked and it does not look suspicious there.
 MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState* state,
                    VisualInertialProblem* map) {
-  if (mode == StartMode::kLowest) {
-    return map->minimize(options.max_iterations, std::max(kLowestTolerance, options.tolerance),
-                         state);
-  }
   if (mode != StartMode::kRough) return map->minimize(options.max_iterations, state);
   const double tolerance = std::max(kRoughTolerance, options.tolerance);
   const MapSummary rough = map->minimize(options.max_iterations, tolerance, state);
@@ -66,8 +62,8 @@ MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState
   return exact;
 }
 
-// Tries the starts in order until one leads to a minimum that is not suspicious (all of them where
-// the lowest is asked for), and keeps the lowest. A wrong minimum has a chi-square of 5 to 30;
+// Tries the starts in order until one leads to a minimum that is not suspicious, and keeps the
+// lowest. A wrong minimum has a chi-square of 5 to 30;
 // after a good first start a second one found nothing better in any recorded window and doubled the
 // time. The map is left there.
 Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
@@ -81,7 +77,6 @@ Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
     best.iterations += summary.iterations;
     if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
     best = {summary, state, s, best.iterations};
-    if (mode == StartMode::kLowest) continue;
     if (fits(chi2(best.summary, *map), medianChi2(map->residuals(), *map), options)) break;
   }
   if (best.start >= 0 && best.start != last) {

@@ -73,8 +73,6 @@ enum class StartMode {
   /// The same, ended when the state has arrived while tracks far off may still move: `cost` is an
   /// upper bound. Where the minimum looks suspicious there it is as kFine.
   kRough,
-  /// As kFine, but every start is followed, until their costs can be compared.
-  kLowest,
 };
 
 /// What every refinement of a window shares. Keeps references: the arguments outlive it.

@@ -29,13 +29,6 @@ constexpr double kNegligible = 12.0;
 /// The linear dependence of the states on the scale is good up to here [log scale].
 constexpr double kNear = 0.2;
 constexpr int kRefinements = 2;
-/// End of the minimisation [sigma^2], as RefinementOptions::tolerance: along the weakest direction
-/// steps are short, and what is left of a third of a standard deviation is many of the velocity's
-/// others. With 1e-4 and fifty steps the answers are the same.
-constexpr double kTolerance = 1e-2;
-constexpr int kMaxIterations = 20;
-/// Speed of a start at the most, in standard deviations of the prior.
-constexpr double kUsualSpeed = 0.5;
 /// Standard deviation of the mean acceleration over the window before any data [m/s^2].
 constexpr double kMeanAcceleration = 3.0;
 
@@ -52,38 +45,6 @@ constexpr double kShortWindowAge = 0.15;
 constexpr double kMaxDisagreement = 50.0;
 /// An estimated td moves the instants of the same image by less than this [s].
 constexpr double kSameInstant = 0.01;
-
-// The shape of `state` at another size, as a vehicle would fly it that hardly accelerates: gravity
-// against the mean specific force, velocities those of the positions, no bias of the accelerometer.
-// A start with gravity far off ends in a minimum of a fall along it.
-WindowState withGravityAgainstMeanForce(WindowState state, double ratio,
-                                        const std::vector<Preintegration>& pre) {
-  const int n = state.size();
-  const double G = state.gravity_b0.norm();
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  for (int k = 0; k + 1 < n; ++k) force += state.R_b0_bk[k] * pre[k].dv;
-  if (force.norm() > 0.0) state.gravity_b0 = -G * force.normalized();
-  state.accel_bias.setZero();
-  state.p_b0 *= ratio;
-  for (int k = 0; k < n; ++k) {
-    const int a = std::max(k - 1, 0), b = std::min(k + 1, n - 1);
-    double dt = 0.0;
-    for (int i = a; i < b; ++i) dt += pre[i].dt;
-    state.v_b0.col(k) = (state.p_b0.col(b) - state.p_b0.col(a)) / dt;
-  }
-  return state;
-}
-
-// The ratio at which it is not faster than a vehicle mostly is.
-double slowed(const WindowState& state, const std::vector<Preintegration>& pre,
-              double speed_sigma) {
-  double way = 0.0, time = 0.0;
-  for (int k = 0; k + 1 < state.size(); ++k) {
-    way += (state.p_b0.col(k + 1) - state.p_b0.col(k)).norm();
-    time += pre[k].dt;
-  }
-  return std::min(1.0, kUsualSpeed * speed_sigma * time / std::max(way, 1e-9));
-}
 
 void inflateForShortWindow(double age_s, InitResult* result) {
   const double factor = 1.0 + (kShortWindowAge / age_s) * (kShortWindowAge / age_s);
@@ -166,21 +127,16 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
   MotionPrior motion;
   motion.speed_sigma = options.provisional.speed_prior;
   motion.acceleration_sigma = kMeanAcceleration;
-  RefinementOptions refinement = options.refinement;
-  refinement.tolerance = std::min(refinement.tolerance, kTolerance);
-  refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
-  const auto refine = [&](const std::vector<WindowState>& from) {
+  const auto refine = [&](const WindowState& from) {
     return refineWindow({input.tracks,
                          input.pre,
-                         refinement,
+                         options.refinement,
                          options.inertial,
                          input.budget,
                          {input.priors.rig, motion}},
-                        {}, from, StartMode::kLowest);
+                        {}, {from}, StartMode::kRough);
   };
-  out.refined =
-      refine({start, withGravityAgainstMeanForce(
-                         start, slowed(start, input.pre, motion.speed_sigma), input.pre)});
+  out.refined = refine(start);
   for (int round = 0; out.refined.valid; ++round) {
     const WindowState& state = out.refined.state;
     out.posterior = posteriorOf(input.tracks, out.refined);
@@ -197,7 +153,7 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
     WindowState other = state;
     other.p_b0 *= ratio;
     other.v_b0 *= ratio;
-    const RefinedWindow again = refine({other});
+    const RefinedWindow again = refine(other);
     if (!again.valid || !(again.cost < out.refined.cost)) break;
     out.refined = again;
   }

@@ -321,7 +321,7 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
 std::vector<GateValue> provisionalGates(const PosteriorMeasures& measures, double velocity_sigma,
                                         double tilt_sigma_deg, GateOptions options,
                                         const ProvisionalOptions& provisional) {
-  options.max_scale_sigma = kMaxProvisionalSigma;
+  options.max_scale_sigma = provisional.max_scale_sigma;
   MotionMeasures any;
   any.excitation = options.min_excitation;
   std::vector<GateValue> gates = posteriorGates(measures, any, options);
