@@ -32,12 +32,6 @@ constexpr int kRefinements = 2;
 /// Standard deviation of the mean acceleration over the window before any data [m/s^2].
 constexpr double kMeanAcceleration = 3.0;
 
-// ---- Covariance
-
-/// Age [s] at which the squared errors are twice what the covariance says: model errors of tracks
-/// and IMU, and the curvature that a linearisation leaves out, matter most where little is known.
-constexpr double kShortWindowAge = 0.15;
-
 // ---- Agreement
 
 /// Squared difference in standard deviations, three degrees of freedom: seven. Wrong minima are a
@@ -45,12 +39,6 @@ constexpr double kShortWindowAge = 0.15;
 constexpr double kMaxDisagreement = 50.0;
 /// An estimated td moves the instants of the same image by less than this [s].
 constexpr double kSameInstant = 0.01;
-
-void inflateForShortWindow(double age_s, InitResult* result) {
-  const double factor = 1.0 + (kShortWindowAge / age_s) * (kShortWindowAge / age_s);
-  result->covariance *= factor;
-  result->scale_sigma *= std::sqrt(factor);
-}
 
 std::vector<GateValue> gatesOf(const InitWindow& seen, const InitWindow& tracks,
                                const ProvisionalEstimate& estimate,
@@ -271,7 +259,6 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   if (estimate.valid) {
     setEstimate(tracks, estimate.refined, estimate.posterior, &result);
     moveToMean(estimate.scale, estimate.posterior, &result);
-    inflateForShortWindow(tracks.times().back() - tracks.times().front(), &result);
     appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
     appendGates(gatesOf(seen, tracks, estimate, options, result), &result);
   }
