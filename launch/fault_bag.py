@@ -43,6 +43,7 @@ FRAME_S = 2.0  # over which the frame before and after is measured
 REACH_S = 6.0  # an event's errors and latencies: up to so long after its end
 LARGE_M = 1.0  # an error that needs a warning
 GAP_S = 0.35  # without odometry nothing is back
+ROUNDING = 1e-4  # of the stamps in the rows of health and frame [s]
 DAMAGE_SEED = 1
 
 
@@ -243,12 +244,12 @@ class Flight:
 
     def state(self, t):
         """The last one published up to `t`: a row a second, and one a frame in trouble."""
-        k = bisect.bisect_right([row[0] for row in self.health], t + 1e-6)
+        k = bisect.bisect_right([row[0] for row in self.health], t + ROUNDING)
         return self.health[k - 1][1] if k > 0 else "none"
 
     def sigmas(self, t):
         """Variances of position and yaw of the frame at `t`."""
-        k = bisect.bisect_right(list(self.frame[:, 0]), t + 1e-6)
+        k = bisect.bisect_right(list(self.frame[:, 0]), t + ROUNDING)
         return self.frame[k - 1, 2:] ** 2 if k > 0 else np.zeros(2)
 
     def false_clears(self, first, last):
