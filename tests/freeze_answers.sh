@@ -3,7 +3,7 @@
 #
 # Runs `slim` on the windows that a change of the method is judged by, with PROGRAM (a built
 # slim_init) into DIR: tests/compare_answers.py compares two such folders. Expanding windows on
-# recorded and built-in motions and on real images, right and miscalibrated rigs; some 500 windows,
+# recorded and built-in motions and on real images, right and miscalibrated rigs; some 600 windows,
 # six minutes of one core. DATA: folder with euroc/, tumvi_room5/ and euroc_mh01_snippet/.
 #
 #   tests/freeze_answers.sh PROGRAM DATA DIR
@@ -31,6 +31,9 @@ for sequence in MH_03 MH_04 V1_01 V1_02 V2_01; do
 done
 run room5 --recorded "${data}/tumvi_room5" --world room --stride 60 "${tracks[@]}"
 run room5_wrong --recorded "${data}/tumvi_room5" --world room --stride 120 "${tracks[@]}" "${wrong[@]}"
+# One solve of ten keyframes, as in the papers: turns leave few tracks that link such a window.
+run room5_ten --recorded "${data}/tumvi_room5" --world room --stride 40 --keyframes 10 --gates on "${tracks[@]}"
+run V1_02_ten --recorded "${data}/euroc/V1_02" --stride 60 --keyframes 10 --gates on "${tracks[@]}"
 for motion in figure-eight corridor-walk constant-velocity circle; do
   run "${motion}" --builtin "${motion}" --stride 30 "${tracks[@]}"
 done

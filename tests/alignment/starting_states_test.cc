@@ -72,6 +72,63 @@ TEST(StartingState, WithoutNoiseItIsTheTruth) {
   EXPECT_EQ(start->gyro_bias, options.gyro_bias);
 }
 
+TEST(InertialStartingState, WithoutNoiseItIsTheTruth) {
+  ExactWindowOptions options;
+  const Prepared s = makePrepared(options);
+  const std::optional<WindowState> start =
+      inertialStartingState(*s.window, s.pre, InertialOptions());
+  ASSERT_TRUE(start.has_value());
+  EXPECT_NEAR(spread(start->p_b0), trueSpread(s.exact), 1e-4 * trueSpread(s.exact));
+  EXPECT_LT(testing_support::gravityErrorRad(start->gravity_b0, s.exact.truth[0]), 1e-4);
+  EXPECT_LT(start->accel_bias.norm(), 1e-3);
+  EXPECT_EQ(start->gyro_bias, options.gyro_bias);
+}
+
+// The noise of the tracks multiplies the centres and makes them smaller, never larger.
+TEST(InertialStartingState, NoiseAndSlidingTracksLeaveTheScale) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ExactWindowOptions options;
+    options.pixel_noise = 0.6;
+    options.seed = seed;
+    options.points = 40;
+    const Prepared s = makePrepared(options, 10);
+    const std::optional<WindowState> start =
+        inertialStartingState(*s.window, s.pre, InertialOptions());
+    ASSERT_TRUE(start.has_value()) << seed;
+    EXPECT_GT(spread(start->p_b0), 0.8 * trueSpread(s.exact)) << seed;
+    EXPECT_LT(spread(start->p_b0), 1.1 * trueSpread(s.exact)) << seed;
+  }
+}
+
+// Each half of the window has its own points: no shape links them, the IMU does.
+TEST(InertialStartingState, NeedsNoTrackThatLinksTheWindow) {
+  Prepared s = makePrepared(ExactWindowOptions());
+  std::vector<FrameObservation> frames = s.exact.keyframes;
+  for (std::size_t k = frames.size() / 2; k < frames.size(); ++k) {
+    for (PointObservation& point : frames[k].points) point.id += 1000000;
+  }
+  s.window = InitWindow::create(s.exact.calibration, frames, s.exact.imu);
+  const std::optional<WindowState> start =
+      inertialStartingState(*s.window, s.pre, InertialOptions());
+  ASSERT_TRUE(start.has_value());
+  EXPECT_NEAR(spread(start->p_b0), trueSpread(s.exact), 1e-3 * trueSpread(s.exact));
+  s.translation = estimateTranslations(*s.window, s.R_c0_ck, AlignmentOptions());
+  const std::optional<WindowState> of_shape =
+      startingState(*s.window, s.pre, s.translation, InertialOptions());
+  if (of_shape) {
+    EXPECT_GT(std::abs(spread(of_shape->p_b0) / trueSpread(s.exact) - 1.0), 0.01);
+  }
+}
+
+TEST(InertialStartingState, NoneFromViewsOfNothing) {
+  Prepared s = makePrepared(ExactWindowOptions());
+  std::vector<FrameObservation> frames = s.exact.keyframes;
+  for (FrameObservation& frame : frames) frame.points.clear();
+  s.window = InitWindow::create(s.exact.calibration, frames, s.exact.imu);
+  ASSERT_NE(s.window, nullptr);
+  EXPECT_FALSE(inertialStartingState(*s.window, s.pre, InertialOptions()).has_value());
+}
+
 TEST(ConsistentTracks, AllOfACleanWindowAgree) {
   ExactWindowOptions options;
   options.pixel_noise = 0.6;
@@ -79,7 +136,8 @@ TEST(ConsistentTracks, AllOfACleanWindowAgree) {
   const LinearMotion motion = linearMotion(s.pre, s.R_b0_bk, s.exact.calibration.t_b_c);
   const std::vector<char> agrees =
       consistentTracks(*s.window, motion, s.R_b0_bk, s.exact.calibration.sigmaBearing(),
-                       s.exact.calibration.gravity_magnitude, 0.1);
+                       s.exact.calibration.gravity_magnitude, 0.1)
+          .agrees;
   int disagree = 0;
   for (char a : agrees) disagree += a == 0;
   EXPECT_LE(disagree, static_cast<int>(agrees.size()) / 50);
@@ -94,7 +152,8 @@ TEST(ConsistentTracks, SlidingTracksDisagree) {
   const LinearMotion motion = linearMotion(s.pre, s.R_b0_bk, s.exact.calibration.t_b_c);
   const std::vector<char> agrees =
       consistentTracks(*s.window, motion, s.R_b0_bk, s.exact.calibration.sigmaBearing(),
-                       s.exact.calibration.gravity_magnitude, 0.1);
+                       s.exact.calibration.gravity_magnitude, 0.1)
+          .agrees;
   int missed = 0, lost = 0, sliding = 0;
   for (std::size_t t = 0; t < agrees.size(); ++t) {
     const Track& track = s.window->pointTracks()[t];

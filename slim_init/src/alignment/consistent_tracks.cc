@@ -127,9 +127,9 @@ bool graduate(const std::vector<TrackCost>& costs, double bound2, const Prior& p
 
 }  // namespace
 
-std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion& motion,
-                                   const std::vector<Eigen::Matrix3d>& R_b0_bk, double sigma_rad,
-                                   double gravity_magnitude, double accel_bias_prior) {
+ConsistentTracks consistentTracks(const InitWindow& window, const LinearMotion& motion,
+                                  const std::vector<Eigen::Matrix3d>& R_b0_bk, double sigma_rad,
+                                  double gravity_magnitude, double accel_bias_prior) {
   const std::vector<Track>& tracks = window.pointTracks();
   const std::vector<WindowPoint>& observations = window.pointObservations();
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
@@ -137,7 +137,8 @@ std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion&
   const Prior prior = {sigma_rad, gravity_magnitude, accel_bias_prior};
   const double bound2 = kAgreementSigmas * kAgreementSigmas * sigma_rad * sigma_rad;
 
-  std::vector<char> agrees(tracks.size(), 1);
+  ConsistentTracks out;
+  out.agrees.assign(tracks.size(), 1);
   std::vector<TrackCost> costs(tracks.size());
   std::vector<Eigen::Vector3d> u;
   Eigen::VectorXd centres;  // not known until the first pass has an answer
@@ -149,14 +150,14 @@ std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion&
       }
       costs[t] = costOf(&observations[tracks[t].begin], u, motion, c0, centres);
     }
-    Vector9d x = Vector9d::Zero();
-    if (!graduate(costs, bound2, prior, &x)) return agrees;
-    centres = motion.position * x + c0;
+    out.valid = graduate(costs, bound2, prior, &out.x);
+    if (!out.valid) return out;
+    centres = motion.position * out.x + c0;
     for (std::size_t t = 0; t < tracks.size(); ++t) {
-      agrees[t] = costs[t].rows == 0 || costs[t](x) <= bound2 ? 1 : 0;
+      out.agrees[t] = costs[t].rows == 0 || costs[t](out.x) <= bound2 ? 1 : 0;
     }
   }
-  return agrees;
+  return out;
 }
 
 }  // namespace slim_init

@@ -13,16 +13,20 @@
 
 namespace slim_init {
 
-/// Per track of window.pointTracks(), whether it agrees with the trajectory that most agree with.
-///
+/// The inertial trajectory that most tracks agree with.
+struct ConsistentTracks {
+  bool valid = false;             ///< false where the problem is singular
+  Eigen::Matrix<double, 9, 1> x;  ///< [v_0, b_a, g] in b0
+  std::vector<char> agrees;       ///< per track of window.pointTracks()
+};
+
 /// Derivation: docs/derivation.md, 3.3. The cost of a track over x = [v_0, b_a, g] is the sum of
 /// its squared multi-view residuals (LiGT rows as angles) at the centres C(x) = A x + c0, a
 /// quadratic of nine unknowns. Truncated least squares over the tracks by graduated non-convexity
 /// (Yang et al. 2020), |g| fixed; twice, since rows turn into angles by depths that the first pass
 /// finds. `sigma_rad`: standard deviation of a bearing. Tracks of two views have no rows and agree.
-/// All agree where the problem is singular.
-std::vector<char> consistentTracks(const InitWindow& window, const LinearMotion& motion,
-                                   const std::vector<Eigen::Matrix3d>& R_b0_bk, double sigma_rad,
-                                   double gravity_magnitude, double accel_bias_prior);
+ConsistentTracks consistentTracks(const InitWindow& window, const LinearMotion& motion,
+                                  const std::vector<Eigen::Matrix3d>& R_b0_bk, double sigma_rad,
+                                  double gravity_magnitude, double accel_bias_prior);
 
 }  // namespace slim_init

@@ -44,6 +44,28 @@ void addSpeeds(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b
   }
 }
 
+// At the poses of the IMU.
+WindowState stateOf(const ReverseEstimate& estimate, const std::vector<Preintegration>& pre,
+                    const std::vector<Eigen::Matrix3d>& R_b0_bk) {
+  WindowState state;
+  state.R_b0_bk = R_b0_bk;
+  state.p_b0 = estimate.positions_b0;
+  state.v_b0 = estimate.velocities_b0;
+  state.gyro_bias = pre.front().gyro_bias;
+  state.accel_bias = estimate.accel_bias;
+  state.gravity_b0 = estimate.gravity_b0;
+  return state;
+}
+
+// Against the attitudes of `pre`, at the noise of the window's tracks.
+ConsistentTracks consistentTracks(const InitWindow& window, const LinearMotion& motion,
+                                  const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                  const InertialOptions& inertial) {
+  const Calibration& calibration = window.calibration();
+  return consistentTracks(window, motion, R_b0_bk, calibration.sigmaBearing(),
+                          calibration.gravity_magnitude, inertial.accel_bias_prior);
+}
+
 }  // namespace
 
 std::optional<WindowState> startingState(const InitWindow& window,
@@ -62,21 +84,27 @@ std::optional<WindowState> startingState(const InitWindow& window,
       alignReverse(motion, shape_b0, H_b0 * (observations / lambda), calibration.gravity_magnitude,
                    inertial.accel_bias_prior);
   if (!reverse.valid) return std::nullopt;
-  WindowState state;
-  state.R_b0_bk = R_b0_bk;
-  state.v_b0 = reverse.velocities_b0;
-  state.gyro_bias = pre.front().gyro_bias;
-  state.accel_bias = reverse.accel_bias;
-  state.gravity_b0 = reverse.gravity_b0;
+  WindowState state = stateOf(reverse, pre, R_b0_bk);
   // From the shape, not from the IMU: the error is then in the inertial part, whose cost is
   // quadratic and corrected in one step; residuals of tens of pixels would lie on the flat part
   // of the robust loss.
-  state.p_b0.resize(3, window.size());
   for (int k = 0; k < window.size(); ++k) {
     state.p_b0.col(k) = reverse.scale * (shape_b0.col(k) - shape_b0.col(0)) -
                         (R_b0_bk[k] * calibration.t_b_c - R_b0_bk[0] * calibration.t_b_c);
   }
   return state;
+}
+
+std::optional<WindowState> inertialStartingState(const InitWindow& window,
+                                                 const std::vector<Preintegration>& pre,
+                                                 const InertialOptions& inertial) {
+  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
+  const LinearMotion motion = linearMotion(pre, R_b0_bk, window.calibration().t_b_c);
+  const ConsistentTracks consistent = consistentTracks(window, motion, R_b0_bk, inertial);
+  if (!consistent.valid) return std::nullopt;
+  ReverseEstimate estimate;
+  setSolution(motion, consistent.x, &estimate);
+  return stateOf(estimate, pre, R_b0_bk);
 }
 
 std::optional<WindowState> consistentStartingState(const InitWindow& window,
@@ -85,13 +113,12 @@ std::optional<WindowState> consistentStartingState(const InitWindow& window,
                                                    const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const std::vector<char> agrees = consistentTracks(
-      window, linearMotion(pre, R_b0_bk, calibration.t_b_c), R_b0_bk, calibration.sigmaBearing(),
-      calibration.gravity_magnitude, inertial.accel_bias_prior);
+  const ConsistentTracks consistent =
+      consistentTracks(window, linearMotion(pre, R_b0_bk, calibration.t_b_c), R_b0_bk, inertial);
   std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
   bool all = true;
-  for (std::size_t t = 0; t < agrees.size(); ++t) {
-    if (agrees[t]) continue;
+  for (std::size_t t = 0; t < consistent.agrees.size(); ++t) {
+    if (consistent.agrees[t]) continue;
     all = false;
     const Track& track = window.pointTracks()[t];
     std::fill(keep.begin() + track.begin, keep.begin() + track.end, kDropObservation);

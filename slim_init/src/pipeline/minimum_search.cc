@@ -23,7 +23,7 @@ bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
   return refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
 }
 
-// One bad track among a dozen biases the minimum without a larger residual.
+// With fewer point tracks it is searched again in any case.
 constexpr int kFewTracks = 50;
 
 bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& options) {
@@ -39,12 +39,17 @@ void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines
   if (exact.valid) *refined = exact;
 }
 
-// From the tracks that agree with one inertial trajectory. The lowest cost over all tracks wins.
+// Where the minimum does not fit, from the inertial trajectory that most tracks agree with: the
+// shape may have been none. Where it fits, but with few tracks, from the shape of those that agree
+// with each other: one bad track among a dozen biases the minimum without a larger residual. The
+// lowest cost over all tracks wins.
 void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
                  const InitializerOptions& options, RefinedWindow* refined) {
   if (!input.budget.allows("the search of another minimum")) return;
   const std::optional<WindowState> start =
-      consistentStartingState(input.tracks, input.pre, options.alignment, options.inertial);
+      fits(*refined, options)
+          ? consistentStartingState(input.tracks, input.pre, options.alignment, options.inertial)
+          : inertialStartingState(input.tracks, input.pre, options.inertial);
   if (!start) return;
   makeCostExact(input, lines, refined);
   const RefinedWindow other = refineWindow(input, lines, {*start}, StartMode::kFine);
