@@ -76,7 +76,7 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   // [3.2] Reverse alignment.
   out.start = startingState(input.tracks, input.pre, translation, options.inertial);
   // [4.8] Line tracks that agree with it.
-  AgreeingLines lines;
+  std::vector<Track> lines;
   if (out.start) lines = believedLines(input.tracks, *out.start, options);
   clock->lap("alignment");
 

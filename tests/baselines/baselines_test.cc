@@ -84,7 +84,6 @@ TEST_P(Baselines, StayWithinToleranceWithNoise) {
 TEST_P(Baselines, ReportStagesAndCounts) {
   const InitResult result = solve(noisyWindow(Motion::kExcited, 1));
   EXPECT_GE(result.stages.size(), 3u);
-  EXPECT_GT(result.totalMs(), 0.0);
   EXPECT_EQ(result.counts.keyframes, 10);
   EXPECT_GT(result.counts.point_tracks, 50);
 }

@@ -44,7 +44,7 @@ TEST_F(LiveStreams, OrderlyStreamsPass) {
   play(1e9, 3.0);
   EXPECT_EQ(check_.counts().imu_added, 601);
   EXPECT_EQ(check_.counts().frames_added, 61);
-  EXPECT_EQ(check_.counts().imuDropped() + check_.counts().framesDropped(), 0);
+  EXPECT_EQ(check_.counts().imu_out_of_order + check_.counts().frames_out_of_order, 0);
   EXPECT_EQ(check_.counts().restarts, 0);
 }
 

@@ -186,8 +186,7 @@ TEST(RefineWindow, AWrongLineIsTakenOut) {
   const RefinedWindow clean = refine(*exact.window, {trueState(exact)}, options);
   const RefinedWindow refined = refine(*window, {trueState(exact)}, options);
   ASSERT_TRUE(clean.valid && refined.valid);
-  EXPECT_GT(refined.line_cost, clean.line_cost + 10.0);
-  EXPECT_LE(refined.line_tracks, clean.line_tracks);
+  EXPECT_GT(refined.cost, clean.cost + 10.0);
   EXPECT_NEAR(refined.sigma_line_px, clean.sigma_line_px, 0.15 * clean.sigma_line_px);
   EXPECT_LT((refined.state.p_b0 - clean.state.p_b0).norm(), 0.02 * spread(clean.state));
 }
@@ -210,14 +209,12 @@ TEST(RefineWindow, ASecondStartIsTriedWhereTheFirstLooksWrong) {
 
   const RefinedWindow both = refine(*exact.window, {wrong, truth}, options);
   ASSERT_TRUE(both.valid);
-  EXPECT_EQ(both.chosen_start, 1);
   EXPECT_NEAR(both.cost, from_truth.cost, 1e-9 * from_truth.cost);
-  EXPECT_GT(both.iterations, from_truth.iterations);
 
   // Behind a good first start the second is not even tried.
   const RefinedWindow good_first = refine(*exact.window, {truth, wrong}, options);
-  EXPECT_EQ(good_first.chosen_start, 0);
-  EXPECT_EQ(good_first.iterations, from_truth.iterations);
+  EXPECT_EQ(good_first.cost, from_truth.cost);
+  EXPECT_EQ(good_first.state.p_b0, from_truth.state.p_b0);
 }
 
 TEST(RefineWindow, FitsWhereEitherChiSquareIsSmallAndTheFirstWithinReason) {
@@ -265,8 +262,6 @@ TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
   const RefinedWindow alone = refine(*exact.window, {truth}, options);
   const RefinedWindow both = refine(*exact.window, {truth, wrong}, options);
   ASSERT_TRUE(alone.valid && both.valid);
-  EXPECT_EQ(both.chosen_start, 0);
-  EXPECT_GT(both.iterations, alone.iterations) << "the second was tried";
   // The tracks are triangulated anew, so that the minimum is that of one more descent.
   EXPECT_NEAR(both.cost, alone.cost, 1e-2 * alone.cost);
   EXPECT_LT((both.state.p_b0 - alone.state.p_b0).norm(), 2e-3 * spread(truth));
@@ -279,7 +274,6 @@ TEST(RefineWindow, WithoutAStartThereIsNoAnswer) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   const RefinedWindow refined = refine(*exact.window, {}, RefinementOptions());
   EXPECT_FALSE(refined.valid);
-  EXPECT_EQ(refined.chosen_start, -1);
 }
 
 TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
@@ -290,7 +284,6 @@ TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
   EXPECT_FALSE(refine(*exact.window, {broken}, RefinementOptions()).valid);
   const RefinedWindow refined = refine(*exact.window, {broken, truth}, RefinementOptions());
   ASSERT_TRUE(refined.valid);
-  EXPECT_EQ(refined.chosen_start, 1);
   EXPECT_LT(scaleError(refined, truth), 0.02);
 }
 
@@ -371,11 +364,7 @@ TEST(RefineWindow, LinesAddWhatPointsLack) {
     options.use_lines = false;
     const RefinedWindow without = refine(*exact.window, {truth}, options);
     ASSERT_TRUE(with.valid && without.valid);
-    EXPECT_GT(with.line_tracks, 5);
-    EXPECT_GT(with.line_cost, 0.0);
     EXPECT_LT(scaleError(with, truth), 0.1);
-    EXPECT_EQ(without.line_tracks, 0);
-    EXPECT_EQ(without.line_cost, 0.0);
     with_sigma += posteriorOf(with.state, with.information).scale_sigma;
     without_sigma += posteriorOf(without.state, without.information).scale_sigma;
   }

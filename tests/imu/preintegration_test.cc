@@ -174,7 +174,7 @@ TEST_F(PreintegrationDerivatives, FirstOrderCorrectionErrsInSecondOrder) {
     const Vector3d bg = bg_ + size * direction_g, ba = ba_ + size * direction_a;
     const Preintegration exact = at(bg, ba);
     return (pre.positionAt(bg, ba) - exact.dp).norm() + (pre.velocityAt(bg, ba) - exact.dv).norm() +
-           logSO3(pre.rotationAt(bg).transpose() * exact.dR).norm();
+           logSO3((pre.dR * expSO3(pre.dR_dbg * (bg - bg_))).transpose() * exact.dR).norm();
   };
   EXPECT_LT(error(1e-3), 2e-6);
   EXPECT_NEAR(error(2e-2) / error(1e-2), 4.0, 0.2);

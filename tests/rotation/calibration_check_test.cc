@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "geometry/so3.h"
-#include "rotation/robust_bias.h"
 #include "slim_init/baselines/baselines.h"
 #include "support/chi_square.h"
 #include "support/exact_window.h"
+#include "support/robust_bias.h"
 
 namespace slim_init {
 namespace {
@@ -55,8 +55,7 @@ std::shared_ptr<const InitWindow> miscalibrated(const ExactWindow& exact,
 }
 
 CalibrationCheck check(const InitWindow& window) {
-  const RobustBias bias =
-      estimateRobustGyroBias(window, nullptr, RobustBiasOptions(), InertialOptions());
+  const RobustBias bias = robustBiasOf(window);
   EXPECT_TRUE(bias.valid());
   return checkCalibration(window, bias.gyro_bias, bias.rotations);
 }

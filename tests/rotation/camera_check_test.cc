@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "rotation/robust_bias.h"
 #include "slim_init/row_times.h"
 #include "support/exact_window.h"
+#include "support/robust_bias.h"
 
 namespace slim_init {
 namespace {
@@ -22,10 +22,6 @@ ExactWindowOptions noisy(unsigned seed, double noise_px) {
   return options;
 }
 
-RobustBias biasOf(const InitWindow& window) {
-  return estimateRobustGyroBias(window, nullptr, RobustBiasOptions(), InertialOptions());
-}
-
 // Mean of what windows of several seeds measure [px].
 double measuredPx(const ExactWindowOptions& like) {
   constexpr int kSeeds = 5;
@@ -34,7 +30,7 @@ double measuredPx(const ExactWindowOptions& like) {
     ExactWindowOptions options = like;
     options.seed = seed;
     const ExactWindow exact = makeExactWindow(options);
-    sum += biasOf(*exact.window).track_sigma * exact.calibration.focal_px / kSeeds;
+    sum += robustBiasOf(*exact.window).track_sigma * exact.calibration.focal_px / kSeeds;
   }
   return sum;
 }
@@ -67,13 +63,13 @@ TEST(TrackNoise, IsThatOfTheTracksThatAreNoGrossErrors) {
     }
   }
   const auto window = InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
-  EXPECT_NEAR(biasOf(*window).track_sigma * exact.calibration.focal_px, 0.6, 0.2 * 0.6);
+  EXPECT_NEAR(robustBiasOf(*window).track_sigma * exact.calibration.focal_px, 0.6, 0.2 * 0.6);
 }
 
 TEST(TrackNoise, IsNotMeasuredWithFewPoints) {
   ExactWindowOptions options = noisy(1, 0.6);
   options.points = 4;
-  EXPECT_TRUE(std::isnan(biasOf(*makeExactWindow(options).window).track_sigma));
+  EXPECT_TRUE(std::isnan(robustBiasOf(*makeExactWindow(options).window).track_sigma));
 }
 
 // A window of a camera with this readout that is taken for another.
@@ -83,7 +79,7 @@ ReadoutCheck readoutOf(unsigned seed, double true_s, double assumed_s) {
   options.readout_s = true_s;
   ExactWindow exact = makeExactWindow(options);
   exact.calibration.readout_s = assumed_s;
-  return biasOf(*InitWindow::create(exact.calibration, exact.keyframes, exact.imu)).readout;
+  return robustBiasOf(*InitWindow::create(exact.calibration, exact.keyframes, exact.imu)).readout;
 }
 
 // Far within the standard deviation of one window for a global shutter; one step from nothing is
@@ -109,11 +105,11 @@ TEST(ReadoutCheck, FindsWhatNobodyDeclared) {
 TEST(ReadoutCheck, NeedsRowsAndRotation) {
   ExactWindow exact = makeExactWindow(noisy(1, 0.6));
   for (FrameObservation& frame : exact.keyframes) setRows(0, &frame);
-  EXPECT_FALSE(
-      biasOf(*InitWindow::create(exact.calibration, exact.keyframes, exact.imu)).readout.valid);
+  EXPECT_FALSE(robustBiasOf(*InitWindow::create(exact.calibration, exact.keyframes, exact.imu))
+                   .readout.valid);
   ExactWindowOptions options = noisy(1, 0.6);
   options.motion = Motion::kHover;
-  EXPECT_FALSE(biasOf(*makeExactWindow(options).window).readout.valid);
+  EXPECT_FALSE(robustBiasOf(*makeExactWindow(options).window).readout.valid);
 }
 
 }  // namespace

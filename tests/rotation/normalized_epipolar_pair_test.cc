@@ -226,7 +226,6 @@ TEST(NormalizedEpipolarPair, OneObjectWeighsPairsOfDifferentSizesOneAfterTheOthe
   reused.weigh(ten_points, {}, ten.R_ci_cj, e, kSigma, 3.0);
   reused.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0);
   fresh.weigh(nine_points, {}, nine.R_ci_cj, e, kSigma, 3.0);
-  EXPECT_EQ(reused.weightSum(), fresh.weightSum());
   EXPECT_EQ(reused.evaluate(nine.R_ci_cj, 0.0).lambda, fresh.evaluate(nine.R_ci_cj, 0.0).lambda);
 }
 
@@ -238,9 +237,6 @@ TEST(PairPoints, ConsensusFindsTheBaselineAmongOutliers) {
       scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, Vector3d::Zero());
   EXPECT_GT(std::abs(found.direction.dot(t.normalized())), std::cos(0.1));
   EXPECT_LT(found.cost, 60 * 9.0 * 0.6);
-  // The outliers, but for those that happen to lie along their epipolar line.
-  EXPECT_LE(found.truncated, 20);
-  EXPECT_GE(found.truncated, 12);
   // The same direction handed in wins or is bettered.
   const ConsensusBaseline again =
       scene.points.consensusBaseline(scene.R_ci_cj, kSigma, options, 0, t.normalized());
@@ -271,18 +267,6 @@ TEST(PairPoints, WithoutHypothesesTheBaselineAtHandIsRated) {
       scene.points.consensusBaseline(scene.R_ci_cj, kSigma, rate, 0, Vector3d::Zero());
   EXPECT_EQ(nothing.direction, Vector3d::Zero());
   EXPECT_EQ(nothing.cost, 60 * 9.0);
-  EXPECT_EQ(nothing.truncated, 60);
-}
-
-TEST(NormalizedEpipolarPair, GradientsOfThePointsSumToTheGradient) {
-  const Scene scene = makeScene(31, kSigma, {0.4, 0.1, -0.2}, 8);
-  const Matrix3d R = scene.R_ci_cj * expSO3({0.002, 0.001, -0.001});
-  const std::vector<Vector3d> parts =
-      scene.normalized.pointGradients(scene.points, R, 0.5 * kSigma * kSigma);
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& part : parts) sum += part;
-  const Vector3d expected = scene.normalized.evaluate(R, 0.0).gradient;
-  EXPECT_LT((sum - expected).norm(), 1e-9 * expected.norm());
 }
 
 }  // namespace

@@ -11,8 +11,9 @@
 #include <set>
 #include <utility>
 
-#include "rotation/multi_gap_bias.h"
 #include "support/exact_window.h"
+#include "support/multi_gap_minimum.h"
+#include "support/robust_bias.h"
 
 namespace slim_init {
 namespace {
@@ -106,13 +107,11 @@ TEST(RobustBias, NoiseFreeRecovery) {
     const ExactWindow exact = makeExactWindow(options);
     InertialOptions inertial;
     inertial.gyro_bias_prior = 10.0;  // its pull towards zero is all that is left
-    const RobustBias estimate =
-        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), inertial);
+    const RobustBias estimate = robustBiasOf(*exact.window, inertial);
     ASSERT_TRUE(estimate.valid());
     EXPECT_LT(relativeError(estimate, options.gyro_bias), 1e-8) << "seed " << seed;
     EXPECT_EQ(estimate.inlierFraction(), 1.0);
-    EXPECT_EQ(estimate.pruning.dropped, 0);
-    EXPECT_EQ(estimate.pruning.cuts, 0);
+    EXPECT_EQ(estimate.pruning.keep, std::vector<char>(estimate.pruning.keep.size(), 1));
     EXPECT_TRUE(estimate.clean);
   }
 }
@@ -122,8 +121,7 @@ TEST(RobustBias, CleanNoiseKeepsNearlyEverything) {
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     const ExactWindowOptions options = noisy(seed);
     const ExactWindow exact = makeExactWindow(options);
-    const RobustBias estimate =
-        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), InertialOptions());
+    const RobustBias estimate = robustBiasOf(*exact.window);
     ASSERT_TRUE(estimate.valid());
     errors.push_back(relativeError(estimate, options.gyro_bias));
     kept.push_back(estimate.inlierFraction());
@@ -142,8 +140,7 @@ TEST(RobustBias, ThirtyPercentRandomOutliers) {
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     const ExactWindowOptions options = noisy(seed);
     const Corrupted corrupted = withRandomOutliers(makeExactWindow(options), 0.3, seed);
-    const RobustBias estimate =
-        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions(), InertialOptions());
+    const RobustBias estimate = robustBiasOf(*corrupted.window);
     ASSERT_TRUE(estimate.valid());
     errors.push_back(relativeError(estimate, options.gyro_bias));
     for (const Track& track : corrupted.window->pointTracks()) {
@@ -172,14 +169,13 @@ TEST(RobustBias, CoherentOutliers) {
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
     const ExactWindowOptions options = noisy(seed);
     const Corrupted corrupted = withCoherentOutliers(makeExactWindow(options), 0.15, seed);
-    const RobustBias estimate =
-        estimateRobustGyroBias(*corrupted.window, nullptr, RobustBiasOptions(), InertialOptions());
+    const RobustBias estimate = robustBiasOf(*corrupted.window);
     ASSERT_TRUE(estimate.valid());
-    EXPECT_GT(estimate.pruning.cuts, 0);
+    const std::vector<char>& keep = estimate.pruning.keep;
+    EXPECT_GT(std::count(keep.begin(), keep.end(), kStartTrack), 0);
     robust.push_back(relativeError(estimate, options.gyro_bias));
-    const MultiGapBiasEstimate unpruned = estimateMultiGapBias(
-        *corrupted.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(), InertialOptions());
-    plain.push_back((unpruned.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm());
+    const Vector3d unpruned = multiGapMinimum(*corrupted.window);
+    plain.push_back((unpruned - options.gyro_bias).norm() / options.gyro_bias.norm());
   }
   EXPECT_LT(median(robust), 0.15);
   EXPECT_LT(median(robust), 0.7 * median(plain));
@@ -191,8 +187,7 @@ TEST(RobustBias, PureRotationAndHoverGiveTheBias) {
       ExactWindowOptions options = noisy(seed);
       options.motion = motion;
       const ExactWindow exact = makeExactWindow(options);
-      const RobustBias estimate =
-          estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), InertialOptions());
+      const RobustBias estimate = robustBiasOf(*exact.window);
       ASSERT_TRUE(estimate.valid());
       EXPECT_LT(relativeError(estimate, options.gyro_bias), 0.1) << "seed " << seed;
     }
@@ -206,8 +201,7 @@ TEST(RobustBias, ShortWindow) {
     ExactWindowOptions options = noisy(seed);
     options.keyframes = 4;
     const ExactWindow exact = makeExactWindow(options);
-    const RobustBias estimate =
-        estimateRobustGyroBias(*exact.window, nullptr, RobustBiasOptions(), InertialOptions());
+    const RobustBias estimate = robustBiasOf(*exact.window);
     ASSERT_TRUE(estimate.valid());
     errors.push_back(relativeError(estimate, options.gyro_bias));
   }
@@ -217,8 +211,7 @@ TEST(RobustBias, ShortWindow) {
 TEST(RobustBias, RefusesWithoutPoints) {
   ExactWindowOptions options;
   options.points = 3;
-  const RobustBias estimate = estimateRobustGyroBias(*makeExactWindow(options).window, nullptr,
-                                                     RobustBiasOptions(), InertialOptions());
+  const RobustBias estimate = robustBiasOf(*makeExactWindow(options).window);
   EXPECT_EQ(estimate.status, RobustBiasStatus::kTooFewPoints);
   EXPECT_FALSE(estimate.valid());
 }
@@ -236,8 +229,7 @@ TEST(RobustBias, RefusesWithoutConsensus) {
       point.bearing = Vector3d(x, y, 1.0).normalized();
     }
   }
-  const RobustBias estimate = estimateRobustGyroBias(*windowOf(exact, frames), nullptr,
-                                                     RobustBiasOptions(), InertialOptions());
+  const RobustBias estimate = robustBiasOf(*windowOf(exact, frames));
   EXPECT_FALSE(estimate.valid());
 }
 

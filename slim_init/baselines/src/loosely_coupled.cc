@@ -10,7 +10,6 @@ namespace slim_init::baselines {
 
 bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
                     InitResult* result) {
-  result->counts.gyro_bias_iterations = bias.iterations;
   result->counts.vp_pairs = bias.vp_pairs;
   std::ostringstream message;
   if (bias.point_pairs == 0) {

@@ -110,11 +110,9 @@ struct StageTime {
 struct SolveCounts {
   int keyframes = 0;
   int point_tracks = 0;  ///< tracks seen in >= 2 keyframes
-  int point_observations = 0;
-  int line_tracks = 0;  ///< tracks seen in >= 2 keyframes
+  int line_tracks = 0;   ///< tracks seen in >= 2 keyframes
   int line_observations = 0;
   int vp_pairs = 0;  ///< keyframe pairs in which the VP residual was active
-  int gyro_bias_iterations = 0;
 };
 
 /// The measured velocities behind an estimate.
@@ -232,7 +230,6 @@ struct InitResult {
   bool success() const { return status == InitStatus::kSuccess; }
   bool provisional() const { return status == InitStatus::kProvisional; }
   bool hasEstimate() const { return !states.empty(); }
-  double totalMs() const;
 
   /// Covariance of [theta, p, v, b_g, b_a] of one keyframe, as in `covariance`, symmetric. NaN
   /// where there is no such state or no covariance.

@@ -65,12 +65,6 @@ struct StreamCounts {
   std::int64_t speeds_out_of_order = 0;    ///< time not after the previous one
   std::int64_t speeds_stray = 0;           ///< AddStatus::kStray
 
-  std::int64_t imuDropped() const {
-    return imu_not_finite + imu_glitches + imu_out_of_order + imu_stray + imu_before_jump;
-  }
-  std::int64_t framesDropped() const {
-    return frames_not_finite + frames_out_of_order + frames_stray + frames_before_jump;
-  }
   StreamCounts& operator+=(const StreamCounts& other);
 };
 

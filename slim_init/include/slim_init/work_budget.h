@@ -25,7 +25,6 @@ class WorkBudget {
   bool allows(const char* search);
   /// Notes that a search was skipped, or ended before its time. The first one counts.
   void leaveOut(const char* search);
-  bool hasLeftOut() const { return !left_out_.empty(); }
   /// The skipped searches and the reason, as a sentence; then forgotten. "" if there is nothing.
   std::string takeLeftOut();
 

@@ -113,12 +113,6 @@ double CalibrationEstimate::rotationSigmaDeg() const {
 double CalibrationEstimate::tdSigma() const { return std::sqrt(covariance(6, 6)); }
 double CalibrationEstimate::readoutSigma() const { return std::sqrt(covariance(7, 7)); }
 
-double InitResult::totalMs() const {
-  double sum = 0.0;
-  for (const StageTime& stage : stages) sum += stage.ms;
-  return sum;
-}
-
 Eigen::Matrix<double, 15, 15> InitResult::stateCovariance(std::size_t keyframe) const {
   Eigen::Matrix<double, 15, 15> P;
   P.setConstant(kNotComputed);

@@ -25,7 +25,6 @@ struct Basin {
   MapSummary summary;
   WindowState state;
   int start = -1;  // where it was reached from
-  int iterations = 0;
 };
 
 double chi2(const MapSummary& summary, const VisualInertialProblem& map) {
@@ -74,15 +73,13 @@ Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
     WindowState state = starts[s];
     const MapSummary summary = descend(mode, options, &state, map);
     last = s;
-    best.iterations += summary.iterations;
     if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
-    best = {summary, state, s, best.iterations};
+    best = {summary, state, s};
     if (fits(chi2(best.summary, *map), medianChi2(map->residuals(), *map), options)) break;
   }
   if (best.start >= 0 && best.start != last) {
     // The tracks were left at a start that lost.
     best.summary = descend(mode, options, &best.state, map);
-    best.iterations += best.summary.iterations;
   }
   return best;
 }
@@ -155,12 +152,9 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   if (!basin.summary.valid) return out;
   out.with_rig = input.priors.rig.has_value();
   out.state = basin.state;
-  out.chosen_start = basin.start;
-  out.iterations = basin.iterations;
   out.chi2 = chi2(basin.summary, map);
   out.cost = basin.summary.cost;
   out.cost_is_bound = mode == StartMode::kRough && out.chi2 <= options.suspicious_chi2;
-  out.line_cost = basin.summary.line_cost;
 
   // Noise from the residuals, then without what is beyond it.
   const MapResiduals residuals = map.residuals();
@@ -178,14 +172,12 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
     map.setPreintegrated(td_shift);
   }
   const MapSummary summary = map.resume(options.max_iterations, &out.state);
-  out.iterations += summary.iterations;
   if (!summary.valid) return out;
 
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
   out.inertial_chi2 = (summary.cost - summary.visual_cost - summary.rig_cost - summary.state_cost) /
                       (9.0 * (window.size() - 1));
   out.point_tracks = map.pointTracks();
-  out.line_tracks = map.lineTracks();
   out.sigma_px = noise.sigma_point * focal;
   out.sigma_line_px = noise.sigma_line * focal;
   out.speeds = map.speedUse();

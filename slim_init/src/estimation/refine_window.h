@@ -36,14 +36,10 @@ struct RefinedWindow {
   double inlier_fraction = 0.0;  ///< point observations kept, of those handed in
   double sigma_px = 0.0;         ///< noise of a point estimated from the data, floored [px]
   double sigma_line_px = 0.0;    ///< the same of a line end point
-  int iterations = 0;            ///< accepted steps in all
   int point_tracks = 0;          ///< tracks left
-  int line_tracks = 0;
-  double cost = 0.0;           ///< of the first solve, comparable between starts on the same data
-  double line_cost = 0.0;      ///< its part from lines
-  bool cost_is_bound = false;  ///< both are upper bounds (StartMode::kRough)
-  int chosen_start = -1;       ///< index into the starts
-  SpeedUse speeds;             ///< VisualInertialProblem::speedUse()
+  double cost = 0.0;             ///< of the first solve, comparable between starts on the same data
+  bool cost_is_bound = false;    ///< it is an upper bound (StartMode::kRough)
+  SpeedUse speeds;               ///< VisualInertialProblem::speedUse()
 };
 
 /// Preintegrations with covariance at the biases, from the noise that is to be assumed of the

@@ -583,9 +583,9 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->g.setZero(layout_.size());
   pose_blocks_.assign(n * n, Eigen::Matrix<double, 6, 6>::Zero());
   if (rolling_) row_blocks_.assign(n * n, RowBlocks());
-  system->line_cost = addTracks(lines_, structure.lines, state, &system->lines, system);
+  const double line_cost = addTracks(lines_, structure.lines, state, &system->lines, system);
   system->visual_cost =
-      addTracks(points_, structure.points, state, &system->points, system) + system->line_cost;
+      addTracks(points_, structure.points, state, &system->points, system) + line_cost;
   for (int a = 0; a < n; ++a) {
     for (int b = 0; b <= a; ++b) system->H.block<6, 6>(6 * a, 6 * b) = pose_blocks_[a * n + b];
   }

@@ -34,7 +34,6 @@ namespace slim_init {
 struct MapCost {
   double cost = 0.0;         ///< the whole
   double visual_cost = 0.0;  ///< from points and lines
-  double line_cost = 0.0;    ///< from lines
   double rig_cost = 0.0;     ///< from the prior of the rig
   double state_cost = 0.0;   ///< from a known state and measured velocities
 };
@@ -104,7 +103,6 @@ class VisualInertialProblem {
   SpeedUse speedUse() const;
 
   int pointTracks() const { return static_cast<int>(points_.ranges.size()); }
-  int lineTracks() const { return static_cast<int>(lines_.ranges.size()); }
 
   int pointViews() const { return static_cast<int>(points_.views.size()); }
   /// Visual residuals minus track parameters.

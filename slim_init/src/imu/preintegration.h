@@ -38,9 +38,6 @@ struct Preintegration {
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();  ///< linearisation point [m/s^2]
 
   // First-order values at other biases (Forster et al. 2016, eq. (44)).
-  Eigen::Matrix3d rotationAt(const Eigen::Vector3d& gyro_bias_new) const {
-    return dR * expSO3(dR_dbg * (gyro_bias_new - gyro_bias));
-  }
   Eigen::Vector3d velocityAt(const Eigen::Vector3d& bg, const Eigen::Vector3d& ba) const {
     return dv + dv_dbg * (bg - gyro_bias) + dv_dba * (ba - accel_bias);
   }

@@ -90,9 +90,9 @@ Range longest(const Stretch& stretch, const Range& range, double max_error_rad) 
 
 }  // namespace
 
-AgreeingLines agreeingLineTracks(const InitWindow& window, const WindowState& motion,
-                                 double max_error_rad, int min_views) {
-  AgreeingLines out;
+std::vector<Track> agreeingLineTracks(const InitWindow& window, const WindowState& motion,
+                                      double max_error_rad, int min_views) {
+  std::vector<Track> out;
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   std::vector<LineView> views;
   std::vector<Range> open;
@@ -105,20 +105,16 @@ AgreeingLines agreeingLineTracks(const InitWindow& window, const WindowState& mo
     }
     const Stretch stretch(views, motion, window.calibration().t_b_c);
     open.assign(1, {0, track.size()});
-    int kept = 0;
     while (!open.empty()) {
       const Range range = open.back();
       open.pop_back();
       if (range.size() < min_views) continue;
       const Range found = longest(stretch, range, max_error_rad);
       if (found.size() < min_views) continue;
-      out.tracks.push_back({track.id, track.begin + found.begin, track.begin + found.end});
-      kept += found.size();
+      out.push_back({track.id, track.begin + found.begin, track.begin + found.end});
       open.push_back({found.end, range.end});
       open.push_back({range.begin, found.begin});
     }
-    out.observations += kept;
-    out.dropped += track.size() - kept;
   }
   return out;
 }

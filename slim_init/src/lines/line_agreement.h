@@ -18,12 +18,8 @@ namespace slim_init {
 ///
 /// Only rotations and the shape of the trajectory matter, not its scale. Two views always agree
 /// (they put no constraint on the motion, docs/derivation.md), so the test begins with the third.
-struct AgreeingLines {
-  std::vector<Track> tracks;  ///< ranges of InitWindow::lineObservations(); ids repeat after a cut
-  int observations = 0;       ///< in `tracks`
-  int dropped = 0;            ///< observations of long enough tracks that are in no stretch
-};
-AgreeingLines agreeingLineTracks(const InitWindow& window, const WindowState& motion,
-                                 double max_error_rad, int min_views);
+/// Returned are ranges of InitWindow::lineObservations(); ids repeat after a cut.
+std::vector<Track> agreeingLineTracks(const InitWindow& window, const WindowState& motion,
+                                      double max_error_rad, int min_views);
 
 }  // namespace slim_init

@@ -65,27 +65,25 @@ Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
                      imuInstants(tracks, state.rig.dtd, state.gyro_bias, state.accel_bias));
 }
 
-AgreeingLines believedLines(const InitWindow& tracks, const WindowState& start,
-                            const InitializerOptions& options) {
+std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& start,
+                                 const InitializerOptions& options) {
   if (!options.slim.prune_lines || !options.refinement.use_lines) {
-    AgreeingLines all;
-    all.tracks = tracks.lineTracks();
-    return all;
+    return tracks.lineTracks();
   }
   const double bound = kLineAgreementSigmas * tracks.calibration().sigmaLine();
   return agreeingLineTracks(tracks, start, bound, kMinLineViews);
 }
 
-RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
+RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
                             const WindowState& start, const InitializerOptions& options) {
-  RefinedWindow refined = refineWindow(input, lines.tracks, {start}, StartMode::kRough);
+  RefinedWindow refined = refineWindow(input, lines, {start}, StartMode::kRough);
   if (options.slim.second_search && isSuspicious(refined, options)) {
-    searchAgain(input, lines.tracks, options, &refined);
+    searchAgain(input, lines, options, &refined);
   }
   return refined;
 }
 
-WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines& lines,
+WindowEstimate estimateWindow(const RefinementInput& input, const std::vector<Track>& lines,
                               const WindowState& start, const InitializerOptions& options) {
   WindowEstimate out;
   out.refined = searchMinimum(input, lines, start, options);

@@ -17,12 +17,12 @@
 namespace slim_init {
 
 /// The line tracks that agree with `start`; all of them where lines are not pruned or not used.
-AgreeingLines believedLines(const InitWindow& tracks, const WindowState& start,
-                            const InitializerOptions& options);
+std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& start,
+                                 const InitializerOptions& options);
 
 /// Maximum a posteriori estimate from `start`. A second search follows if the first minimum looks
-/// wrong, within the budget (WorkBudget::hasLeftOut()).
-RefinedWindow searchMinimum(const RefinementInput& input, const AgreeingLines& lines,
+/// wrong, within the budget.
+RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
                             const WindowState& start, const InitializerOptions& options);
 
 /// Posterior of a refined window, of the rig as well where that was estimated.
@@ -35,7 +35,7 @@ struct WindowEstimate {
 };
 
 /// searchMinimum() and its posterior.
-WindowEstimate estimateWindow(const RefinementInput& input, const AgreeingLines& lines,
+WindowEstimate estimateWindow(const RefinementInput& input, const std::vector<Track>& lines,
                               const WindowState& start, const InitializerOptions& options);
 
 }  // namespace slim_init

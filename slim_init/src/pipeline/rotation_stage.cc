@@ -276,7 +276,6 @@ bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& option
   }
   const RobustBias& bias = stage.bias;
   setTrackNoise(stage.measured_sigma_px, stage.window->calibration(), result);
-  result->counts.gyro_bias_iterations = bias.iterations;
   result->counts.vp_pairs = bias.vp_pairs;
   std::ostringstream message;
   switch (bias.status) {

@@ -25,7 +25,6 @@ InitResult startResult(const InitWindow& window) {
   InitResult result;
   result.counts.keyframes = window.size();
   result.counts.point_tracks = static_cast<int>(window.pointTracks().size());
-  result.counts.point_observations = static_cast<int>(window.pointObservations().size());
   result.counts.line_tracks = static_cast<int>(window.lineTracks().size());
   result.counts.line_observations = static_cast<int>(window.lineObservations().size());
   return result;

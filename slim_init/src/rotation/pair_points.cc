@@ -70,7 +70,6 @@ ConsensusBaseline PairPoints::consensusBaseline(const Eigen::Matrix3d& R_ci_cj, 
   const double truncation2 = options.truncation_sigmas * options.truncation_sigmas;
   ConsensusBaseline out;
   out.cost = truncation2 * count_;
-  out.truncated = count_;
   if (count_ < 2) return out;
   // f_i and m = f_i x R f_j. Single precision: its rounding, a ten millionth of a radian, is far
   // below any noise, and twice as many numbers fit a register.
@@ -105,7 +104,6 @@ ConsensusBaseline PairPoints::consensusBaseline(const Eigen::Matrix3d& R_ci_cj, 
     const float sum = z2.sum();
     if (sum < best_cost) {
       best_cost = sum;
-      out.truncated = static_cast<int>((z2 >= t2).count());
       out.direction = e.cast<double>();
     }
     if (h < 0 && best_cost < enough) break;

@@ -26,7 +26,6 @@ struct ConsensusOptions {
 struct ConsensusBaseline {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, in c_i; zero: none found
   double cost = 0.0;  ///< sum over the points of min(z^2, truncation^2) [sigma^2]
-  int truncated = 0;  ///< points beyond the truncation
 };
 
 /// Unit bearings of the points seen in keyframes i and j.

@@ -52,7 +52,6 @@ struct RobustBiasEstimator::State {
   void minimize(const Eigen::Vector3d& from, int max_gap, const CutoffSchedule& schedule,
                 const PointMasks& masks, Baselines baselines) {
     minimum = problem.minimize(from, max_gap, schedule, masks, std::move(baselines));
-    found.iterations += minimum.iterations;
     spend(kWorkPerPair * static_cast<double>(problem.pairs().size()) * minimum.iterations);
   }
   void spend(double work) {
@@ -140,15 +139,6 @@ RobustBias RobustBiasEstimator::thorough() {
   if (s.found.point_pairs == 0) return s.found;
   if (s.budget == nullptr || !s.budget->isUsedUp()) s.refine(kThorough);
   return s.finish();
-}
-
-RobustBias estimateRobustGyroBias(const InitWindow& window,
-                                  const std::vector<VanishingPoint>* vanishing_points,
-                                  const RobustBiasOptions& options, const InertialOptions& inertial,
-                                  WorkBudget* budget) {
-  RobustBiasEstimator estimator(window, vanishing_points, options, inertial, budget);
-  const RobustBias bias = estimator.quick();
-  return bias.clean ? bias : estimator.thorough();
 }
 
 }  // namespace slim_init

@@ -42,7 +42,6 @@ struct RobustBias {
   double track_sigma = kNotComputed;  ///< trackNoise() of these pairs [rad]
   ReadoutCheck readout;               ///< checkReadout() of these pairs
   bool clean = false;                 ///< the quick estimate was good enough
-  int iterations = 0;                 ///< accepted Levenberg-Marquardt steps in all
   int point_pairs = 0;                ///< keyframe pairs with enough common points
   int vp_pairs = 0;                   ///< keyframe pairs with a vanishing point residual
 
@@ -70,11 +69,5 @@ class RobustBiasEstimator {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// Both parts, the second where the first is not clean.
-RobustBias estimateRobustGyroBias(const InitWindow& window,
-                                  const std::vector<VanishingPoint>* vanishing_points,
-                                  const RobustBiasOptions& options, const InertialOptions& inertial,
-                                  WorkBudget* budget = nullptr);
 
 }  // namespace slim_init

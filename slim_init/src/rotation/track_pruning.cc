@@ -23,7 +23,7 @@ class LinkTable {
   // 1 <= gap <= kLongGap.
   void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
 
-  // Cuts tracks where they jump and drops what fits nowhere; `pairs` is left at zero.
+  // Cuts tracks where they jump and drops what fits nowhere.
   TrackPruning prune() const;
 
  private:
@@ -106,8 +106,6 @@ TrackPruning LinkTable::prune() const {
   TrackPruning out;
   out.keep.assign(window_.pointObservations().size(), kKeepObservation);
   for (const Track& track : window_.pointTracks()) pruneTrack(track, &out);
-  out.dropped = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kDropObservation));
-  out.cuts = static_cast<int>(std::count(out.keep.begin(), out.keep.end(), kStartTrack));
   return out;
 }
 
@@ -122,13 +120,11 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
   const Eigen::ArrayXd all_points;
   LinkTable links(window);
   NormalizedEpipolarPair weighted;
-  int tested = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const KeyframePair& pair = pairs[p];
     const Eigen::Matrix3d& R = rotations[p].R_ci_cj;
     Eigen::Vector3d& baseline = out.baselines[p];
     if (!pair.use_points || pair.gap() > kLongGap || baseline.squaredNorm() == 0.0) continue;
-    ++tested;
     // The winner of the draw went exactly through two noisy points.
     weighted.weigh(pair.points, all_points, R, baseline, pairs.sigma(), threshold);
     baseline = weighted.baseline(R, baseline);
@@ -140,7 +136,6 @@ PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
     }
   }
   out.tracks = links.prune();
-  out.tracks.pairs = tested;
   return out;
 }
 

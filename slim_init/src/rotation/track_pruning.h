@@ -21,9 +21,6 @@ struct TrackPruning {
   std::vector<char> keep;
   int checked = 0;       ///< consecutive observations of a track whose consistency could be tested
   int inconsistent = 0;  ///< those found inconsistent
-  int dropped = 0;       ///< observations with kDropObservation
-  int cuts = 0;          ///< observations with kStartTrack
-  int pairs = 0;         ///< keyframe pairs whose translation direction was found
 
   /// Share of the checked observations that agree; 1 when nothing could be checked.
   double inlierFraction() const {

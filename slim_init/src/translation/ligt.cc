@@ -23,7 +23,6 @@ struct PointRows {
   // Normal matrix over all centres, lower triangle. The gauge (centre 0 at zero) is fixed by
   // leaving out its rows and columns at the end.
   Eigen::MatrixXd H;
-  int rows = 0;
   std::vector<Vote> votes;  // one per track used
 };
 
@@ -62,7 +61,6 @@ PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix
       if (a == base.l) continue;
       const int i = observations[track.begin + a].keyframe;
       addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, &out.H);
-      out.rows += 3;
     }
     out.votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
   }
@@ -103,7 +101,6 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
   const int n = window.size();
   PointRows points = sumPointRows(window, R_c0_ck);
   Eigen::MatrixXd& H = points.H;
-  estimate.rows = points.rows;
   estimate.tracks = static_cast<int>(points.votes.size());
   if (estimate.tracks < options.min_tracks) return estimate;
 
@@ -119,14 +116,12 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
   const double spread = (centres.colwise() - centres.rowwise().mean()).norm();
   if (!std::isfinite(spread) || spread <= 0.0) return estimate;
   centres /= spread;
+  int for_it = 0;  // votes for this sign less those against it
   for (const Vote& vote : points.votes) {
     const double depth = vote.row.dot(centres.col(vote.r) - centres.col(vote.l));
-    ++(depth > 0.0 ? estimate.positive_votes : estimate.negative_votes);
+    for_it += depth > 0.0 ? 1 : -1;
   }
-  if (estimate.positive_votes < estimate.negative_votes) {
-    centres = -centres;
-    std::swap(estimate.positive_votes, estimate.negative_votes);
-  }
+  if (for_it < 0) centres = -centres;
   estimate.centres_c0 = centres;
   estimate.normal_matrix = H.selfadjointView<Eigen::Lower>();
   estimate.valid = true;

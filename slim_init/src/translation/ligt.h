@@ -19,15 +19,12 @@ struct TranslationEstimate {
   /// (root of the summed squared distances from their mean).
   Eigen::Matrix3Xd centres_c0;
   int tracks = 0;           ///< tracks used
-  int rows = 0;             ///< scalar equations
   double lambda_1 = 0.0;    ///< smallest eigenvalue of the system
   double lambda_2 = 0.0;    ///< second smallest
   double lambda_max = 0.0;  ///< largest
   /// Normal matrix L^T L of the rows over all stacked centres (3N x 3N), symmetric, in the frame of
   /// the first camera. Its null space holds the common translations.
   Eigen::MatrixXd normal_matrix;
-  int positive_votes = 0;  ///< cheirality votes for the chosen sign
-  int negative_votes = 0;
   /// lambda_2 / lambda_1: below about 10 the tracks do not link the window.
   /// Without noise lambda_1 vanishes; it is then replaced by its rounding error.
   double linkage() const {

@@ -1,0 +1,18 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "rotation/robust_bias.h"
+
+namespace slim_init::testing_support {
+
+/// Both parts of the estimator, the second where the first is not clean, without a calibration in
+/// between; no vanishing points.
+inline RobustBias robustBiasOf(const InitWindow& window,
+                               const InertialOptions& inertial = InertialOptions()) {
+  const RobustBiasOptions options;
+  RobustBiasEstimator estimator(window, nullptr, options, inertial);
+  const RobustBias bias = estimator.quick();
+  return bias.clean ? bias : estimator.thorough();
+}
+
+}  // namespace slim_init::testing_support
