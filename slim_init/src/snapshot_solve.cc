@@ -32,8 +32,6 @@ constexpr char kEarlier[] = "the window as it was before its newest keyframes";
 constexpr double kBeforeMotion = 0.15;
 // Images need not fall on both ends of a span.
 constexpr double kLeastOfSpan = 0.85;
-// More than the rounding of a stamp [s].
-constexpr double kSameFrame = 1e-4;
 // In a recovery the window alone has this share of the work; the rest is for a solve with a known
 // state, which needs less data.
 constexpr double kShareOfWindowAlone = 0.6;
@@ -143,8 +141,8 @@ void SnapshotSolve::searchRest() {
 
 // The span of the images from `first` to `last` [s] if the body stands in them; NaN if not.
 TimeSpan SnapshotSolve::restWithin(double first, double last, RestMeasures* rest) const {
-  const WindowCut cut = withKnownSensors(
-      window_.cutWithin(everyImage(std::numeric_limits<int>::max()), {first - kSameFrame, last}));
+  const WindowCut cut = withKnownSensors(window_.cutWithin(
+      everyImage(std::numeric_limits<int>::max()), {first - KeyframeWindow::kSameStamp, last}));
   if (cut.window == nullptr) return {};
   const TimeSpan span = {cut.window->times().front(), cut.window->times().back()};
   if (span.last - span.first < kLeastOfSpan * (last - first)) return {};

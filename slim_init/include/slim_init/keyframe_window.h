@@ -48,6 +48,8 @@ class KeyframeWindow {
   /// kNotFinite. No more than kMaxWaitingLines messages wait; the oldest is dropped beyond.
   AddStatus addLines(double stamp, std::vector<LineObservation> lines);
   static constexpr std::size_t kMaxWaitingLines = 100;
+  /// Two stamps of one image differ by rounding at most, those of two images by far more [s].
+  static constexpr double kSameStamp = 1e-4;
 
   /// Appends a velocity of Calibration::speed_sensor; time must increase.
   AddStatus addSpeed(const SpeedSample& sample);

@@ -7,12 +7,12 @@
 #include <sstream>
 #include <utility>
 
+#include "slim_init/keyframe_window.h"
 #include "slim_init/row_times.h"
 
 namespace slim_init::node {
 namespace {
 
-constexpr double kSameStamp = 1e-4;      // [s], as KeyframeWindow::addLines()
 constexpr double kStampRounding = 1e-6;  // [s]
 constexpr int kMaxImageHeight = 100000;  // [px]; beyond is a mistake
 // Frames that wait for IMU samples: the queue is bounded when the IMU falls silent.
@@ -65,7 +65,7 @@ AddStatus InitSession::addPoints(FrameObservation frame) {
 AddStatus InitSession::addLines(double t, std::vector<LineObservation> lines) {
   ++counts_.line_messages;
   const auto frame = std::find_if(frames_.begin(), frames_.end(), [t](const PendingFrame& f) {
-    return std::abs(f.t - t) <= kSameStamp;
+    return std::abs(f.t - t) <= KeyframeWindow::kSameStamp;
   });
   if (frame != frames_.end()) frame->has_lines = true;
   FrameObservation observed;

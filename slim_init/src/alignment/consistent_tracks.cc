@@ -105,7 +105,7 @@ bool graduate(const std::vector<TrackCost>& costs, double bound2, const Prior& p
     if (cost.rows > 0) largest = std::max(largest, cost(*x));
   }
   // mu grows from a nearly convex surrogate to the truncated cost.
-  double mu = largest > bound2 ? bound2 / (2.0 * largest - bound2) : kNothingToTruncate;
+  double mu = largest > bound2 ? bound2 / (2.0 * largest - bound2) : kTruncated;
   for (int i = 0; i < kMaxGraduations && mu < kTruncated; ++i, mu *= kGraduation) {
     bool settled = true;
     for (std::size_t t = 0; t < costs.size(); ++t) {

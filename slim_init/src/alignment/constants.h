@@ -17,8 +17,6 @@ inline constexpr int kDistancePasses = 2;
 inline constexpr double kGraduation = 1.4;
 /// Control parameter mu from which the surrogate is the truncated loss to a thousandth.
 inline constexpr double kTruncated = 1e3;
-/// mu where no residual is beyond the bound: above kTruncated, so that nothing is graduated.
-inline constexpr double kNothingToTruncate = 1e6;
 /// 1.4^40 = 7e5: mu reaches kTruncated from any start above 1.5e-3.
 inline constexpr int kMaxGraduations = 40;
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "geometry/units.h"
+
 namespace slim_init {
 namespace {
 
@@ -22,7 +24,6 @@ constexpr double kMatteringTd = 0.003;       // [s]
 constexpr double kMatteringReadout = 0.005;  // [s]
 constexpr double kMatteringRotationDeg = 1.0;
 constexpr double kMatteringTranslation = 0.02;  // [m]
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 // Digits of the values: far below what a window of two seconds can measure.
 constexpr int kDigits = 9;
 
@@ -79,7 +80,7 @@ std::string calibrationLines(const FileCalibration& file, const CalibrationEstim
         << "rolling_shutter_tr: " << found.readout_s << "\n";
   }
 
-  const double angle = kDegrees * Eigen::AngleAxisd(old.R_b_c.transpose() * found.R_b_c).angle();
+  const double angle = kDegPerRad * Eigen::AngleAxisd(old.R_b_c.transpose() * found.R_b_c).angle();
   const double t_off = (found.t_b_c - old.t_b_c).norm();
   const double t_sigma = largestSigma(found.covariance.block<3, 3>(3, 3));
   const bool new_rotation =

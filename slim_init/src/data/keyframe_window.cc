@@ -15,8 +15,6 @@ namespace {
 
 // Frames at exactly the interval count; a stamp in seconds since 1970 has 0.2 us of rounding [s].
 constexpr double kStampRounding = 1e-6;
-// Two stamps of one image differ by rounding at most, those of two images by far more [s].
-constexpr double kSameStamp = 1e-4;
 
 }  // namespace
 

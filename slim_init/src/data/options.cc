@@ -5,7 +5,7 @@
 #include "slim_init/options.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <sstream>
 #include <utility>
 
@@ -356,12 +356,11 @@ OptionTable optionTable(ImuNoise* n) {
 }
 
 OptionTable optionTable(ImuLimits* l) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   return {
-      userKey("max_accel", &l->max_accel, {19.6, kInfinity}, "m/s^2",
+      userKey("max_accel", &l->max_accel, {19.6, HUGE_VAL}, "m/s^2",
               "samples with more on an axis are discarded and counted; 160 is just above 16 g. "
               "Values below 2 g are refused: such a limit was given in g"),
-      userKey("max_gyro", &l->max_gyro, {2.1, kInfinity}, "rad/s",
+      userKey("max_gyro", &l->max_gyro, {2.1, HUGE_VAL}, "rad/s",
               "the same; 35 is just above 2000 deg/s"),
   };
 }

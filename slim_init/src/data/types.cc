@@ -24,9 +24,8 @@ std::string ImuBiases::validate() const {
   RangeCheck check;
   check.within("norm of gyro", gyro.norm(), 0.0, 10.0)
       .within("norm of accel", accel.norm(), 0.0, 10.0);
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  return check.within("gyro_sigma", gyro_sigma, 1e-6, kUnknown)
-      .within("accel_sigma", accel_sigma, 1e-6, kUnknown)
+  return check.within("gyro_sigma", gyro_sigma, 1e-6, HUGE_VAL)
+      .within("accel_sigma", accel_sigma, 1e-6, HUGE_VAL)
       .message();
 }
 

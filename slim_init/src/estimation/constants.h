@@ -7,8 +7,6 @@ namespace slim_init::estimation_constants {
 
 // ---- Minimisation (visual_inertial_problem.h)
 
-/// The motion of the IMU at an instant is the mean of the samples this close [s]: five at 200 Hz.
-inline constexpr double kInstantSpan = 0.012;
 /// Damping of a track's own parameters, relative to its largest information, and its floor: where
 /// the views do not determine one of them (the distance of a far point), it stays where it is.
 inline constexpr double kTrackDamping = 1e-7;
@@ -34,8 +32,6 @@ inline constexpr double kRoughTolerance = 1.0;
 inline constexpr int kMinLineViews = 3;
 /// A cost that rises by less than this share is equal: rounding of its sum.
 inline constexpr double kCostRounding = 1e-12;
-/// Nearest point that a start may have [1/m]; nearer ones are wrong matches.
-inline constexpr double kMaxStartInverseDepth = 10.0;
 
 // ---- Window (refine_window.h)
 

@@ -14,18 +14,18 @@ namespace {
 // direction of gravity. The yaw of the first body stays zero, which has no simple closed form;
 // central differences of a smooth function are good to 1e-9.
 Eigen::Matrix<double, 3, 2> attitudeFromGravity(const Eigen::Vector3d& gravity_b0) {
-  constexpr double kStep = estimation_constants::kGravityStep;
+  using estimation_constants::kGravityStep;
   const double G = gravity_b0.norm();
   const Eigen::Vector3d down = gravity_b0 / G;
   const Eigen::Matrix<double, 3, 2> B = tangentBasis(down);
   const Eigen::Matrix3d A = gravityAlignedAttitude(gravity_b0);
   Eigen::Matrix<double, 3, 2> J;
   for (int i = 0; i < 2; ++i) {
-    const Eigen::Vector3d plus = (down + kStep * B.col(i)).normalized() * G;
-    const Eigen::Vector3d minus = (down - kStep * B.col(i)).normalized() * G;
+    const Eigen::Vector3d plus = (down + kGravityStep * B.col(i)).normalized() * G;
+    const Eigen::Vector3d minus = (down - kGravityStep * B.col(i)).normalized() * G;
     J.col(i) = (logSO3(A.transpose() * gravityAlignedAttitude(plus)) -
                 logSO3(A.transpose() * gravityAlignedAttitude(minus))) /
-               (2.0 * kStep);
+               (2.0 * kGravityStep);
   }
   return J;
 }

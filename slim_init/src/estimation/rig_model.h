@@ -7,11 +7,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 #include "estimation/inertial_factor.h"
+#include "imu/imu_instants.h"
 #include "imu/window_state.h"
-#include "slim_init/init_window.h"
+#include "slim_init/types.h"
 
 namespace slim_init {
 
@@ -37,17 +37,6 @@ struct RigPriorTerm {
 /// who has one of them wrong has not measured the other with care either; the lever arm; the
 /// readout time. `rig` is an error against the calibration of the window.
 RigPriorTerm rigPriorTerm(const RigPrior& prior, const RigError& rig);
-
-/// Motion of the IMU at one instant, biases taken off.
-struct ImuInstant {
-  Eigen::Vector3d rate = Eigen::Vector3d::Zero();   ///< [rad/s]
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< specific force [m/s^2]
-};
-
-/// Means over kInstantSpan around every keyframe moved by `td_shift` [s], at the given biases.
-std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,
-                                    const Eigen::Vector3d& gyro_bias,
-                                    const Eigen::Vector3d& accel_bias);
 
 /// Derivative of the error [theta, p, v] of the body at the end of a preintegration.
 struct RigDerivatives {

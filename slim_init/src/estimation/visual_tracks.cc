@@ -4,11 +4,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "estimation/constants.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
-using estimation_constants::kMaxStartInverseDepth;
 
 PointParameters PointParameters::moved(const Eigen::Vector3d& step) const {
   PointParameters out = *this;
@@ -57,7 +55,7 @@ PointParameters triangulate(const PointView* views, int count, const WindowState
     a += slope.squaredNorm();
     b -= slope.dot(u.cross(point.direction));
   }
-  point.inverse_depth = a > 0.0 ? std::clamp(b / a, 0.0, kMaxStartInverseDepth) : 0.0;
+  point.inverse_depth = a > 0.0 ? std::clamp(b / a, 0.0, kMaxStartInverseDistance) : 0.0;
   return point;
 }
 

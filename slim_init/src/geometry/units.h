@@ -8,6 +8,6 @@
 namespace slim_init {
 
 inline constexpr double kDegPerRad = 180.0 / M_PI;
-inline constexpr double kMsPerS = 1e3;
+inline constexpr double kMilli = 1e3;  // ms in a second, mm in a metre
 
 }  // namespace slim_init

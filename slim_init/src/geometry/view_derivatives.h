@@ -5,6 +5,9 @@
 
 namespace slim_init {
 
+/// Nearest point or line that a start may have [1/m]; nearer ones are wrong matches.
+inline constexpr double kMaxStartInverseDistance = 10.0;
+
 /// Derivatives of one view of a track: two residuals, whitened.
 template <int D>
 struct ViewDerivatives {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "geometry/median.h"
+#include "imu/preintegration.h"
 
 namespace slim_init {
 namespace {
@@ -22,8 +23,6 @@ constexpr int kMinDifferences = 20;
 /// Share of a Gaussian within one standard deviation: robust as the median, and closer to the rms
 /// where vibration is a sinusoid (1.24 of it, the median 1.48).
 constexpr double kWithinSigma = 0.6827;
-/// Four averages that take this much longer than four without a gap have one among them.
-constexpr double kGap = 1.5;
 
 // ---- Model, fitted on all recordings at once (docs/derivation.md, section 8)
 
@@ -76,7 +75,7 @@ std::array<std::vector<double>, 6> thirdDifferences(const std::vector<Average>& 
   for (auto& axis : out) axis.reserve(averages.size());
   for (std::size_t k = 0; k + 3 < averages.size(); ++k) {
     const Average* first = &averages[k];
-    if (first[3].t - first[0].t > kGap * 3.0 * interval) continue;
+    if (first[3].t - first[0].t > kMissing * 3.0 * interval) continue;
     const Eigen::Vector4d weights = differenceWeights(first);
     Vector6d difference = Vector6d::Zero();
     for (int i = 0; i < 4; ++i) difference += weights[i] * first[i].value;

@@ -10,12 +10,10 @@ namespace {
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 
-// Samples that are more than kMissing intervals apart have others missing between them. What these
-// would have said is no white noise: the longer nobody looked, the less the mean of both ends says
-// about the mean between them. Variance per interval that is missing, in those that the assumed
-// densities make of the same time; fitted to 0.01 to 0.1 s taken out of five recorded flights
-// (docs/derivation.md, 4.2).
-constexpr double kMissing = 1.5;
+// What samples that are missing would have said is no white noise: the longer nobody looked, the
+// less the mean of both ends says about the mean between them. Variance per interval that is
+// missing, in those that the assumed densities make of the same time; fitted to 0.01 to 0.1 s taken
+// out of five recorded flights (docs/derivation.md, 4.2).
 constexpr double kGyroUnseen = 35.0;
 constexpr double kAccelUnseen = 4.5;
 

@@ -46,6 +46,9 @@ struct Preintegration {
   }
 };
 
+/// Samples this many intervals apart have others missing between them; so have averages of samples.
+inline constexpr double kMissing = 1.5;
+
 /// Biases that samples are integrated at: the linearisation point.
 struct BiasPoint {
   Eigen::Vector3d gyro;   ///< [rad/s]

@@ -30,8 +30,6 @@ inline constexpr double kMinSquaredSine = 1e-12;
 
 // ---- Line tracks (line_track.h, line_agreement.h)
 
-/// Nearest line that a start may have [1/m]; nearer ones are wrong matches.
-inline constexpr double kMaxStartInverseDistance = 10.0;
 /// Gauss-Newton steps before views are said to disagree: the linear line leans on the view in the
 /// middle, which may be a short segment.
 inline constexpr int kGaussNewtonSteps = 2;

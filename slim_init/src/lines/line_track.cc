@@ -9,7 +9,6 @@
 #include "lines/constants.h"
 
 namespace slim_init {
-using lines_constants::kMaxStartInverseDistance;
 using lines_constants::kMinSquaredSine;
 
 LineParameters LineParameters::moved(const Eigen::Vector4d& step) const {

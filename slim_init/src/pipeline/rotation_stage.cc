@@ -35,9 +35,8 @@ constexpr double kWrongReadout = 0.1;
 constexpr double kLargestReadout = 0.04;
 // Up to this probability it is taken as given: to estimate it costs a column of the equations.
 constexpr double kHardlyWrong = 0.03;
-// Bounds of the noise that a window may be granted [px]: below, what rotations and IMU get wrong
-// counts for as much; above, tracks are bad whatever their statistics are.
-constexpr double kLeastSigmaPx = Calibration::kTypicalSigmaPx;
+// Most noise that a window may be granted [px]: above, tracks are bad whatever their statistics
+// are. Below Calibration::kTypicalSigmaPx what rotations and IMU get wrong counts for as much.
 constexpr double kMostSigmaPx = 2.5;
 // A noise within this factor of the one assumed changes hardly a weight.
 constexpr double kNearSigma = 1.3;
@@ -126,7 +125,7 @@ double assumedSigmaPx(const RobustBias& bias, const Calibration& handed_in) {
   const double measured = bias.track_sigma * handed_in.focal_px;
   if (handed_in.sigma_px > 0.0) return handed_in.sigma_px;
   if (!std::isfinite(measured)) return Calibration::kTypicalSigmaPx;
-  return std::clamp(measured, kLeastSigmaPx, kMostSigmaPx);
+  return std::clamp(measured, Calibration::kTypicalSigmaPx, kMostSigmaPx);
 }
 
 // What the rotations say of the calibration: a better one, and whether that of the window is near.

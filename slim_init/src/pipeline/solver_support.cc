@@ -13,8 +13,6 @@
 namespace slim_init {
 namespace {
 
-// Standard deviations of prior and estimate together from which a calibration is called wrong.
-constexpr double kWarnSigmas = 2.5;
 // Tracks are called noisy beyond this factor on the noise assumed: what a window is granted at most
 // is exceeded, or sigma_px of the file.
 constexpr double kNoisyTracks = 1.3;
@@ -182,11 +180,10 @@ void setEstimate(const InitWindow& window, const RefinedWindow& refined, const P
 
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result) {
-  constexpr double kMmPerM = 1e3;
   const CalibrationSigmas& known = handed_in.sigmas;
   const auto warn = [result](const char* what, double error, double sigma, double prior,
                              const char* unit, const char* key) {
-    if (!(error > kWarnSigmas * std::hypot(sigma, prior))) return;
+    if (!(error > verdict_constants::kCertainSigmas * std::hypot(sigma, prior))) return;
     std::ostringstream message;
     message.precision(3);
     message << what << " is off by " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
@@ -200,12 +197,12 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
          found.rotationSigmaDeg(), known.rotation_deg, "deg", "extrinsicRotation");
   }
   const double translation_sigma = std::sqrt(found.covariance.diagonal().segment<3>(3).maxCoeff());
-  warn("extrinsic translation", kMmPerM * (found.t_b_c - handed_in.t_b_c).norm(),
-       kMmPerM * translation_sigma, kMmPerM * known.translation_m, "mm", "extrinsicTranslation");
-  warn("camera-IMU time offset", kMsPerS * std::abs(found.td - handed_in.td),
-       kMsPerS * found.tdSigma(), kMsPerS * known.td_s, "ms", "td");
-  warn("readout time", kMsPerS * std::abs(found.readout_s - handed_in.readout_s),
-       kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms",
+  warn("extrinsic translation", kMilli * (found.t_b_c - handed_in.t_b_c).norm(),
+       kMilli * translation_sigma, kMilli * known.translation_m, "mm", "extrinsicTranslation");
+  warn("camera-IMU time offset", kMilli * std::abs(found.td - handed_in.td),
+       kMilli * found.tdSigma(), kMilli * known.td_s, "ms", "td");
+  warn("readout time", kMilli * std::abs(found.readout_s - handed_in.readout_s),
+       kMilli * found.readoutSigma(), kMilli * known.readout_s, "ms",
        "rolling_shutter and rolling_shutter_tr");
 }
 

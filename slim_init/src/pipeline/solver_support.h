@@ -87,7 +87,7 @@ void setEstimate(const InitWindow& window, const RefinedWindow& refined, const P
                  InitResult* result);
 
 /// A warning for every part of the calibration `found` that differs from the one handed in by more
-/// than kWarnSigmas of both standard deviations: value, sigma and the key to change.
+/// than kCertainSigmas of both standard deviations: value, sigma and the key to change.
 void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEstimate& found,
                                InitResult* result);
 

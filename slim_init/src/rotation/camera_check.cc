@@ -7,6 +7,7 @@
 
 #include "geometry/median.h"
 #include "geometry/so3.h"
+#include "imu/imu_instants.h"
 #include "rotation/constants.h"
 #include "slim_init/types.h"
 
@@ -20,20 +21,6 @@ constexpr int kFitted = 5;
 
 Eigen::Matrix3d freedRotation(const RotationCorrection& rotation) {
   return rotation.R_ci_cj * expSO3(rotation.phi);
-}
-
-// Mean of the samples near an instant [rad/s].
-Eigen::Vector3d rateAt(const InitWindow& window, double t) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  const ImuSample* nearest = &window.imu().front();
-  for (const ImuSample& sample : window.imu()) {
-    if (std::abs(sample.t - t) < std::abs(nearest->t - t)) nearest = &sample;
-    if (std::abs(sample.t - t) > kRateSpan) continue;
-    sum += sample.gyro;
-    ++count;
-  }
-  return count > 0 ? Eigen::Vector3d(sum / count) : nearest->gyro;
 }
 
 // Normal equations of one pair over [rotation, direction of travel (2), readout].
@@ -85,7 +72,9 @@ std::vector<Eigen::Vector3d> cameraRates(const InitWindow& window,
                                          const Eigen::Vector3d& gyro_bias) {
   const Eigen::Matrix3d R_c_b = window.calibration().R_b_c.transpose();
   std::vector<Eigen::Vector3d> rates;
-  for (const double t : window.times()) rates.push_back(R_c_b * (rateAt(window, t) - gyro_bias));
+  for (const ImuInstant& at : imuInstants(window, 0.0, gyro_bias, Eigen::Vector3d::Zero())) {
+    rates.push_back(R_c_b * at.rate);
+  }
   return rates;
 }
 

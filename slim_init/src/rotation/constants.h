@@ -95,8 +95,6 @@ inline constexpr double kTdPrior = 0.5;              // [s]
 inline constexpr double kBiasPrior = 0.5;            // [rad/s]
 /// Rotations of the gyroscope itself, vibration and scale error [rad]: no pair is more exact.
 inline constexpr double kRotationFloor = 1e-3;
-/// The rate at an instant is the mean of the samples this close [s]: five at 200 Hz.
-inline constexpr double kRateSpan = 0.012;
 /// Rounds of re-weighting; the weights of a dozen pairs have settled by then.
 inline constexpr int kRounds = 5;
 /// Pairs of three equations for seven unknowns, with one over for a check.

@@ -18,8 +18,6 @@ constexpr int kRow[6] = {0, 0, 0, 1, 1, 2};
 constexpr int kCol[6] = {0, 1, 2, 1, 2, 2};
 constexpr int kPacked[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-constexpr int kGroup = PairPoints::kGroup;
-
 Vector9d vec(const Eigen::Matrix3d& B) { return Eigen::Map<const Vector9d>(B.data()); }
 
 Eigen::Matrix3d adjugate(const Eigen::Matrix3d& A) {
@@ -107,6 +105,7 @@ void NormalizedEpipolarPair::sum(const PairPoints& points) {
   // (f_j (x) f_i)(f_j (x) f_i)^T has 36 different entries, f_i f_i^T times f_j f_j^T. Two points at
   // a time in separate accumulators, so that the compiler may use vector registers without
   // changing the order of additions.
+  constexpr int kGroup = PairPoints::kGroup;
   double ij[6][6][kGroup] = {};
   double ii[6][kGroup] = {};
   double jj[6][kGroup] = {};

@@ -7,7 +7,8 @@ namespace slim_init::verdict_constants {
 
 // ---- Gates (gates.h)
 
-/// The certain part of an error of the calibration is the estimate less this many sigma.
+/// The certain part of an error of the calibration is the estimate less this many sigma, and beyond
+/// as many of prior and estimate together there is a warning.
 inline constexpr double kCertainSigmas = 2.5;
 /// Without translation: less rotation over the window is stationary, more is pure rotation [deg].
 inline constexpr double kMinRotationDeg = 2.0;
