@@ -18,7 +18,7 @@
 #include "pipeline/recovery.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
-#include "translation/ligt.h"
+#include "shape/ligt.h"
 #include "verdict/gates.h"
 #include "verdict/scale_profile.h"
 

@@ -21,11 +21,11 @@
 #include "geometry/so3.h"
 #include "linear_alignment.h"
 #include "rotation/normalized_epipolar_pair.h"
+#include "shape/ligt.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
 #include "support/track_views.h"
 #include "support/true_state.h"
-#include "translation/ligt.h"
 
 namespace slim_init {
 namespace {

@@ -10,7 +10,7 @@
 #include "gyro_bias.h"
 #include "imu/preintegration.h"
 #include "loosely_coupled.h"
-#include "translation/ligt.h"
+#include "shape/ligt.h"
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {

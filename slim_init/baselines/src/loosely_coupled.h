@@ -7,11 +7,11 @@
 #include "imu/preintegration.h"
 #include "linear_alignment.h"
 #include "pipeline/solver_support.h"
+#include "shape/ligt.h"
 #include "slim_init/baselines/options.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
-#include "translation/ligt.h"
 
 namespace slim_init::baselines {
 

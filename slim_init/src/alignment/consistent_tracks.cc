@@ -7,7 +7,7 @@
 
 #include "alignment/constants.h"
 #include "alignment/gravity_constrained.h"
-#include "translation/ligt.h"
+#include "shape/ligt.h"
 
 namespace slim_init {
 namespace {

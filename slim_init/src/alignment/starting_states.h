@@ -10,7 +10,7 @@
 #include "alignment/reverse_alignment.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
-#include "translation/ligt.h"
+#include "shape/ligt.h"
 
 namespace slim_init {
 

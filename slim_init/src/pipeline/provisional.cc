@@ -12,7 +12,7 @@
 #include "geometry/so3.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
-#include "translation/ligt.h"
+#include "shape/ligt.h"
 #include "verdict/constants.h"
 #include "verdict/gates.h"
 

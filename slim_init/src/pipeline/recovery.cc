@@ -18,7 +18,7 @@
 #include "pipeline/provisional.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
-#include "translation/ligt.h"
+#include "shape/ligt.h"
 #include "verdict/gates.h"
 
 namespace slim_init {

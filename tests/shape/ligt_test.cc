@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "translation/ligt.h"
+#include "shape/ligt.h"
 
 #include <gtest/gtest.h>
 
