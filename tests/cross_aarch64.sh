@@ -63,8 +63,8 @@ build="${dir}/build"
 packages=(libc6-dev libstdc++-12-dev libeigen3-dev nlohmann-json3-dev libgtest-dev
   libboost-program-options-dev libceres-dev libopencv-core-dev libopencv-imgproc-dev
   libopencv-calib3d-dev libopencv-imgcodecs-dev libopencv-video-dev)
-folders=(alignment config data derivation estimation feature_tracker_lines geometry imu lines methods
-  rotation shape verdict)
+folders=(config data derivation estimation feature_tracker_lines geometry imu lines methods rotation
+  scale shape verdict)
 
 # apt_here <argument>...: apt of a machine of that architecture on which nothing is installed. The
 # sources are those of this machine.

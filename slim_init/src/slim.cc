@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "alignment/starting_states.h"
 #include "data/with_calibration.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
@@ -18,9 +17,10 @@
 #include "pipeline/recovery.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
+#include "scale/scale_profile.h"
+#include "scale/starting_states.h"
 #include "shape/ligt.h"
 #include "verdict/gates.h"
-#include "verdict/scale_profile.h"
 
 namespace slim_init {
 namespace {

@@ -11,8 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "alignment/gravity_constrained.h"
-#include "alignment/starting_states.h"
 #include "epipolar_pair.h"
 #include "estimation/constants.h"
 #include "estimation/inertial_factor.h"
@@ -21,6 +19,8 @@
 #include "geometry/so3.h"
 #include "linear_alignment.h"
 #include "rotation/normalized_epipolar_pair.h"
+#include "scale/gravity_constrained.h"
+#include "scale/starting_states.h"
 #include "shape/ligt.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"

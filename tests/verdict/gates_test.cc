@@ -11,9 +11,9 @@
 
 #include "estimation/posterior.h"
 #include "geometry/so3.h"
+#include "scale/scale_profile.h"
 #include "support/exact_window.h"
 #include "verdict/constants.h"
-#include "verdict/scale_profile.h"
 
 namespace slim_init {
 namespace {

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 
-#include "alignment/gravity_constrained.h"
+#include "scale/gravity_constrained.h"
 
 namespace slim_init::baselines {
 namespace {

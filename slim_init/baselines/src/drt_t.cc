@@ -3,13 +3,13 @@
 #include <cmath>
 #include <vector>
 
-#include "alignment/gravity_constrained.h"
-#include "alignment/reverse_alignment.h"
 #include "compared_methods.h"
 #include "geometry/so3.h"
 #include "gyro_bias.h"
 #include "imu/preintegration.h"
 #include "loosely_coupled.h"
+#include "scale/gravity_constrained.h"
+#include "scale/reverse_alignment.h"
 #include "shape/ligt.h"
 #include "verdict/gates.h"
 

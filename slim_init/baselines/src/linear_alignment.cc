@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "alignment/gravity_constrained.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
+#include "scale/gravity_constrained.h"
 
 namespace slim_init::baselines {
 namespace {

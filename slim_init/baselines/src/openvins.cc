@@ -4,13 +4,13 @@
 #include <sstream>
 #include <vector>
 
-#include "alignment/reverse_alignment.h"
 #include "closed_form.h"
 #include "compared_methods.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "inertial_bundle_adjustment.h"
 #include "pipeline/solver_support.h"
+#include "scale/reverse_alignment.h"
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {

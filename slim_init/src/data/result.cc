@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "geometry/units.h"
 #include "slim_init/remedy.h"
 
 namespace slim_init {
@@ -108,7 +109,7 @@ double CalibrationEstimate::rotationSigmaDeg() const {
   const double largest =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(rotation, Eigen::EigenvaluesOnly)
           .eigenvalues()[2];
-  return std::sqrt(std::max(largest, 0.0)) * 180.0 / M_PI;
+  return std::sqrt(std::max(largest, 0.0)) * kDegPerRad;
 }
 double CalibrationEstimate::tdSigma() const { return std::sqrt(covariance(6, 6)); }
 double CalibrationEstimate::readoutSigma() const { return std::sqrt(covariance(7, 7)); }

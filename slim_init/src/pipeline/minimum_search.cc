@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "alignment/starting_states.h"
 #include "estimation/constants.h"
+#include "scale/starting_states.h"
 
 namespace slim_init {
 namespace {

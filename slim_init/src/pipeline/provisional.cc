@@ -7,25 +7,20 @@
 #include <optional>
 #include <sstream>
 
-#include "alignment/starting_states.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
+#include "scale/starting_states.h"
 #include "shape/ligt.h"
-#include "verdict/constants.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
 namespace {
 
-// ---- Integral over the scale
+// ---- Most probable scale
 
-/// Points of one pass, and passes: each covers what the one before found the density in.
-constexpr int kPoints = 32;
-constexpr int kPasses = 3;
-/// Less than this below its largest value the logarithm of the density is nothing.
-constexpr double kNegligible = 12.0;
 /// The linear dependence of the states on the scale is good up to here [log scale].
 constexpr double kNear = 0.2;
 constexpr int kRefinements = 2;
@@ -68,46 +63,6 @@ bool refusedByGates(GateMode mode, InitResult* result) {
 }
 
 }  // namespace
-
-ScaleMoments integrateScale(const ScaleCost& cost) {
-  ScaleMoments out;
-  const double limit = std::log(verdict_constants::kMaxRatio);
-  double low = -limit, high = limit;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    const double step = (high - low) / kPoints;
-    std::vector<double> values;
-    double best = -HUGE_VAL;
-    for (int k = 0; k <= kPoints; ++k) {
-      const double q = low + k * step;
-      // Of the logarithm: d ratio = ratio d q.
-      values.push_back(q - 0.5 * cost(q));
-      if (!(values.back() > best)) continue;
-      best = values.back();
-      out.log_best = q;
-    }
-    if (!std::isfinite(best)) return out;
-    double sum = 0.0, ratio = 0.0, ratio2 = 0.0, log = 0.0, log2 = 0.0;
-    double first = HUGE_VAL, last = -HUGE_VAL;
-    for (int k = 0; k <= kPoints; ++k) {
-      if (!(values[k] > best - kNegligible)) continue;
-      const double q = low + k * step, r = std::exp(q), w = std::exp(values[k] - best);
-      sum += w;
-      ratio += w * r;
-      ratio2 += w * r * r;
-      log += w * q;
-      log2 += w * q * q;
-      first = std::min(first, q);
-      last = std::max(last, q);
-    }
-    out.mean = ratio / sum;
-    out.variance = std::max(0.0, ratio2 / sum - out.mean * out.mean);
-    out.log_variance = std::max(0.0, log2 / sum - log * log / (sum * sum));
-    low = std::max(first - step, -limit);
-    high = std::min(last + step, limit);
-  }
-  out.valid = std::isfinite(out.mean) && std::isfinite(out.variance);
-  return out;
-}
 
 ProvisionalEstimate estimateProvisional(const RefinementInput& input, const WindowState& start,
                                         const InitializerOptions& options) {
@@ -190,7 +145,7 @@ NewestSigmas newestSigmas(const InitResult& result) {
     return std::sqrt(symmetricEigen(A).values.maxCoeff());
   };
   out.velocity = largest(S.topLeftCorner<3, 3>());
-  out.tilt_deg = largest(S.bottomRightCorner<2, 2>()) * 180.0 / M_PI;
+  out.tilt_deg = largest(S.bottomRightCorner<2, 2>()) * kDegPerRad;
   return out;
 }
 

@@ -10,24 +10,12 @@
 #include "estimation/posterior.h"
 #include "estimation/refine_window.h"
 #include "pipeline/minimum_search.h"
+#include "scale/scale_profile.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
-#include "verdict/scale_profile.h"
 
 namespace slim_init {
-
-/// Moments of the scale, as its ratio to that of a refined window.
-struct ScaleMoments {
-  bool valid = false;
-  double mean = 1.0;          ///< of the ratio
-  double variance = 0.0;      ///< of the ratio
-  double log_variance = 0.0;  ///< of its logarithm
-  double log_best = 0.0;      ///< logarithm of the most probable ratio
-};
-
-/// Integrates the density exp(-cost / 2) over the ratio, from 1/32 to 32.
-ScaleMoments integrateScale(const ScaleCost& cost);
 
 /// A window refined with a prior on its motion.
 struct ProvisionalEstimate {

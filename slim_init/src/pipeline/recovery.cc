@@ -7,7 +7,6 @@
 #include <optional>
 #include <sstream>
 
-#include "alignment/starting_states.h"
 #include "data/with_calibration.h"
 #include "estimation/refine_window.h"
 #include "geometry/dense.h"
@@ -18,6 +17,7 @@
 #include "pipeline/provisional.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
+#include "scale/starting_states.h"
 #include "shape/ligt.h"
 #include "verdict/gates.h"
 

@@ -23,22 +23,7 @@ inline constexpr double kMaxMeanAcceleration = 8.0;
 /// Metres per unit of the trajectory below which a scale is no motion at all [m].
 inline constexpr double kMinScale = 1e-6;
 
-// ---- Profile of the scale (scale_profile.h)
-
-/// Information that holds the shape along itself, in units of its mean diagonal: stiff enough that
-/// the rest cannot stretch it, far from what rounding allows.
-inline constexpr double kShapeHold = 1e3;
-/// Scales searched and integrated over: up to this many times larger and smaller. Wrong minima that
-/// were accepted lay a factor of 2.4 to 30 away.
-inline constexpr double kMaxRatio = 32.0;
-/// Points of the grid on each side: steps of 0.29 in the log scale, finer than the distance of two
-/// minima worth telling apart.
-inline constexpr int kHalfGrid = 12;
-/// First step of the search for the end of the interval [log scale]: half the sigma of a good
-/// window.
-inline constexpr double kFirstStep = 0.01;
-/// End of all searches [log scale]: a tenth of the smallest sigma.
-inline constexpr double kLogScaleTolerance = 2e-3;
+// ---- Other scales (scale/scale_profile.h)
 
 /// Least cost of any other minimum above that of the answer [sigma^2]: four standard deviations. Of
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.

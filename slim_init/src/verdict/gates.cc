@@ -12,9 +12,9 @@
 #include "geometry/median.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
+#include "scale/scale_profile.h"
 #include "slim_init/consistency_check.h"
 #include "verdict/constants.h"
-#include "verdict/scale_profile.h"
 
 namespace slim_init {
 namespace {

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "alignment/reverse_alignment.h"
+#include "scale/reverse_alignment.h"
 
 #include <gtest/gtest.h>
 

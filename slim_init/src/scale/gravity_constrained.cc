@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "alignment/gravity_constrained.h"
+#include "scale/gravity_constrained.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-#include "alignment/constants.h"
+#include "scale/constants.h"
 
 namespace slim_init {
 
@@ -30,7 +30,7 @@ Eigen::Vector3d minimizeOnSphere(const Eigen::Matrix3d& S, const Eigen::Vector3d
     double low = tiny;
     double high = h.norm() / G;  // |g(high)| <= |h| / high = G
     double nu = low;
-    for (int i = 0; i < alignment_constants::kMaxSecularSteps; ++i) {
+    for (int i = 0; i < scale_constants::kMaxSecularSteps; ++i) {
       const Eigen::Vector3d at = h.array() / (d.array() + nu);
       const double length = at.norm();
       (length > G ? low : high) = nu;
@@ -66,8 +66,7 @@ bool solveFor(const Eigen::Matrix<double, N, N>& H, const Eigen::Matrix<double, 
       scale.asDiagonal() * H.template topLeftCorner<Q, Q>(q, q) * scale.asDiagonal();
   const Eigen::LDLT<Eigen::Matrix<double, Q, Q>> ldlt(A);
   // Input that is not finite fails this test as well.
-  if (ldlt.info() != Eigen::Success ||
-      !(ldlt.vectorD().minCoeff() > alignment_constants::kMinPivot))
+  if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > scale_constants::kMinPivot))
     return false;
 
   Eigen::Matrix<double, Q, 4> rhs(q, 4);

@@ -1,18 +1,18 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "alignment/consistent_tracks.h"
+#include "scale/consistent_tracks.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "alignment/constants.h"
-#include "alignment/gravity_constrained.h"
+#include "scale/constants.h"
+#include "scale/gravity_constrained.h"
 #include "shape/ligt.h"
 
 namespace slim_init {
 namespace {
 
-using namespace alignment_constants;  // NOLINT: the constants of this module
+using namespace scale_constants;  // NOLINT: the constants of this module
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;

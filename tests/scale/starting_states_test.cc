@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Starting points of the refinement, and the tracks that one trajectory explains.
-#include "alignment/starting_states.h"
+#include "scale/starting_states.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <memory>
 #include <optional>
 
-#include "alignment/consistent_tracks.h"
 #include "pipeline/solver_support.h"
+#include "scale/consistent_tracks.h"
 #include "support/exact_window.h"
 
 namespace slim_init {

@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Numbers of the alignment that are not options: each with its unit and why it is what it is.
+// Numbers of the module that are not options: each with its unit and why it is what it is.
 #pragma once
 
-namespace slim_init::alignment_constants {
+namespace slim_init::scale_constants {
 
 // ---- Consistent tracks (consistent_tracks.h)
 
@@ -26,11 +26,33 @@ inline constexpr int kMaxGraduations = 40;
 inline constexpr double kMinScale = 0.02;
 inline constexpr double kMaxScale = 50.0;
 inline constexpr int kScaleGrid = 36;
-/// Weight of the length of the trajectory (kappa), in units of the mean diagonal of the
-/// information.
+/// Information that holds the shape along itself (kappa), in units of its mean diagonal: stiff
+/// enough that the rest cannot stretch it, far from what rounding allows.
 inline constexpr double kLengthWeight = 1e3;
 /// End of the search [log scale].
-inline constexpr double kLogScaleTolerance = 1e-5;
+inline constexpr double kStartTolerance = 1e-5;
+
+// ---- Profile of the scale (scale_profile.h)
+
+/// Scales searched and integrated over: up to this many times larger and smaller. Wrong minima that
+/// were accepted lay a factor of 2.4 to 30 away.
+inline constexpr double kMaxRatio = 32.0;
+/// Points of the grid on each side: steps of 0.29 in the log scale, finer than the distance of two
+/// minima worth telling apart.
+inline constexpr int kHalfGrid = 12;
+/// First step of the search for the end of the interval [log scale]: half the sigma of a good
+/// window.
+inline constexpr double kFirstStep = 0.01;
+/// End of all searches [log scale]: a tenth of the smallest sigma.
+inline constexpr double kLogScaleTolerance = 2e-3;
+
+// ---- Integral over the scale (integrateScale())
+
+/// Points of one pass, and passes: each covers what the one before found the density in.
+inline constexpr int kIntegralPoints = 32;
+inline constexpr int kIntegralPasses = 3;
+/// Less than this below its largest value the logarithm of the density is nothing.
+inline constexpr double kNegligible = 12.0;
 
 // ---- Fixed norm of gravity (gravity_constrained.h)
 
@@ -39,4 +61,4 @@ inline constexpr double kMinPivot = 1e-14;
 /// Steps on the secular equation: Newton needs a few, the bisection that guards it at most sixty.
 inline constexpr int kMaxSecularSteps = 100;
 
-}  // namespace slim_init::alignment_constants
+}  // namespace slim_init::scale_constants

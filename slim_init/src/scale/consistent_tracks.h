@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "alignment/reverse_alignment.h"
+#include "scale/reverse_alignment.h"
 #include "slim_init/init_window.h"
 
 namespace slim_init {

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "alignment/reverse_alignment.h"
 #include "imu/preintegration.h"
 #include "imu/window_state.h"
+#include "scale/reverse_alignment.h"
 #include "shape/ligt.h"
 
 namespace slim_init {

@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "alignment/starting_states.h"
+#include "scale/starting_states.h"
 
 #include <algorithm>
 #include <memory>
 
-#include "alignment/consistent_tracks.h"
 #include "data/with_observations.h"
 #include "estimation/speed_factor.h"
+#include "scale/consistent_tracks.h"
 
 namespace slim_init {
 namespace {

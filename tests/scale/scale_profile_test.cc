@@ -2,7 +2,7 @@
 //
 // The profile of the cost over the scale: against the minimum of the full problem with the scale
 // held, against the posterior, and in windows where another scale is as good.
-#include "verdict/scale_profile.h"
+#include "scale/scale_profile.h"
 
 #include <gtest/gtest.h>
 

@@ -1,18 +1,18 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "alignment/reverse_alignment.h"
+#include "scale/reverse_alignment.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "alignment/constants.h"
-#include "alignment/gravity_constrained.h"
 #include "geometry/golden_section.h"
+#include "scale/constants.h"
+#include "scale/gravity_constrained.h"
 
 namespace slim_init {
 namespace {
 
-using namespace alignment_constants;  // NOLINT: the constants of this module
+using namespace scale_constants;  // NOLINT: the constants of this module
 
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Vector9d = Eigen::Matrix<double, 9, 1>;
@@ -79,7 +79,7 @@ double bestLogScale(const ReverseCost& cost) {
   }
   if (!std::isfinite(best_cost)) return kNotComputed;
   return goldenSection([&](double log_scale) { return cost(std::exp(-log_scale), &x); },
-                       best - step, best + step, kLogScaleTolerance)
+                       best - step, best + step, kStartTolerance)
       .at;
 }
 

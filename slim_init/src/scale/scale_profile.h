@@ -91,4 +91,16 @@ class ScaleCost {
 /// Searches the profile on a logarithmic grid, from 1/32 to 32 times the scale of the answer.
 ScaleProfile profileScale(const ScaleCost& cost);
 
+/// Moments of the scale, as its ratio to that of a refined window.
+struct ScaleMoments {
+  bool valid = false;
+  double mean = 1.0;          ///< of the ratio
+  double variance = 0.0;      ///< of the ratio
+  double log_variance = 0.0;  ///< of its logarithm
+  double log_best = 0.0;      ///< logarithm of the most probable ratio
+};
+
+/// Integrates the density exp(-cost / 2) over the ratio, from 1/32 to 32.
+ScaleMoments integrateScale(const ScaleCost& cost);
+
 }  // namespace slim_init

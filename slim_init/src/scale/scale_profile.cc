@@ -1,21 +1,21 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "verdict/scale_profile.h"
+#include "scale/scale_profile.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "alignment/gravity_constrained.h"
 #include "estimation/inertial_factor.h"
 #include "geometry/dense.h"
 #include "geometry/golden_section.h"
 #include "geometry/so3.h"
-#include "verdict/constants.h"
+#include "scale/constants.h"
+#include "scale/gravity_constrained.h"
 
 namespace slim_init {
 namespace {
 
-using namespace verdict_constants;  // NOLINT: the constants of this module
+using namespace scale_constants;  // NOLINT: the constants of this module
 
 // Adds the gyroscope's part of one pair to information and gradient of
 // [theta_1 .. theta_{N-1} | q_1 .. q_{N-1} | b_g].
@@ -193,7 +193,7 @@ bool ScaleCost::conditionShape(const RefinedWindow& refined, const Calibration& 
   // The scale is the profile's variable: the shape is held along itself.
   const double length2 = shape_.squaredNorm();
   if (!(length2 > 0.0) || !H.allFinite()) return false;
-  const double hold = kShapeHold * H.block(rows, rows, rows, rows).trace() / rows;
+  const double hold = kLengthWeight * H.block(rows, rows, rows, rows).trace() / rows;
   H.block(rows, rows, rows, rows).noalias() += (hold / length2) * shape_ * shape_.transpose();
 
   // Rows of the difference by attitudes, biases (first) and by the shape at ratio one, and the
@@ -306,6 +306,46 @@ ScaleProfile profileScale(const ScaleCost& cost) {
   out.low = endOfInterval(cost, best.at, -1, bound);
   out.high = endOfInterval(cost, best.at, 1, bound);
   out.valid = true;
+  return out;
+}
+
+ScaleMoments integrateScale(const ScaleCost& cost) {
+  ScaleMoments out;
+  const double limit = std::log(kMaxRatio);
+  double low = -limit, high = limit;
+  for (int pass = 0; pass < kIntegralPasses; ++pass) {
+    const double step = (high - low) / kIntegralPoints;
+    std::vector<double> values;
+    double best = -HUGE_VAL;
+    for (int k = 0; k <= kIntegralPoints; ++k) {
+      const double q = low + k * step;
+      // Of the logarithm: d ratio = ratio d q.
+      values.push_back(q - 0.5 * cost(q));
+      if (!(values.back() > best)) continue;
+      best = values.back();
+      out.log_best = q;
+    }
+    if (!std::isfinite(best)) return out;
+    double sum = 0.0, ratio = 0.0, ratio2 = 0.0, log = 0.0, log2 = 0.0;
+    double first = HUGE_VAL, last = -HUGE_VAL;
+    for (int k = 0; k <= kIntegralPoints; ++k) {
+      if (!(values[k] > best - kNegligible)) continue;
+      const double q = low + k * step, r = std::exp(q), w = std::exp(values[k] - best);
+      sum += w;
+      ratio += w * r;
+      ratio2 += w * r * r;
+      log += w * q;
+      log2 += w * q * q;
+      first = std::min(first, q);
+      last = std::max(last, q);
+    }
+    out.mean = ratio / sum;
+    out.variance = std::max(0.0, ratio2 / sum - out.mean * out.mean);
+    out.log_variance = std::max(0.0, log2 / sum - log * log / (sum * sum));
+    low = std::max(first - step, -limit);
+    high = std::min(last + step, limit);
+  }
+  out.valid = std::isfinite(out.mean) && std::isfinite(out.variance);
   return out;
 }
 
