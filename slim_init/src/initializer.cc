@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "session/snapshot_solve.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/state_at.h"
-#include "snapshot_solve.h"
 
 namespace slim_init {
 namespace {

@@ -81,6 +81,9 @@ core_module(estimation geometry data imu lines rotation shape)
 core_module(scale geometry data imu lines rotation shape estimation)
 core_module(verdict geometry data imu lines rotation shape estimation scale)
 core_module(pipeline geometry data imu lines rotation shape estimation scale verdict)
+# The one module that holds a solver.
+set(on_top "initializer")
+core_module(session geometry data imu lines rotation shape estimation scale verdict pipeline)
 # A new module has to be given its place above.
 file(GLOB folders LIST_DIRECTORIES TRUE RELATIVE ${SOURCE_DIR}/slim_init/src ${SOURCE_DIR}/slim_init/src/*)
 foreach(folder IN LISTS folders)

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "snapshot_solve.h"
+#include "session/snapshot_solve.h"
 
 #include <algorithm>
 #include <cmath>
