@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "estimation/state_factor.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "estimation/constants.h"
@@ -23,6 +24,33 @@ constexpr double kUnknown[kStateParts] = {kUnknownVelocity, kUnknownGravity, kUn
 // What is exceeded by chance once in a thousand, by degrees of freedom.
 constexpr double kThousandth[] = {0.0,   10.83, 13.82, 16.27, 18.47, 20.52,
                                   22.46, 24.32, 26.12, 27.88, 29.59, 31.26};
+
+// F, with which P + F F^T is the covariance P with a part as good as unknown.
+Eigen::MatrixXd unknownPart(const StateCovariance& P, int part) {
+  const auto [at, size] = kRowsOf[part];
+  // The error of a velocity moves nothing else. A bias, or a tilt, has been carried into the
+  // velocity: what correlates with it is wrong too.
+  if (part == static_cast<int>(StatePart::kVelocity)) {
+    return kUnknown[part] * StateCovariance::Identity().middleCols(at, size);
+  }
+  return kUnknown[part] *
+         solveSymmetric(P.block(at, at, size, size), P.middleRows(at, size)).transpose();
+}
+
+// Of z = W d, d the difference of data and prior with the covariance (W^T W)^-1; `P` of the prior.
+StateTest testWhitened(const Eigen::VectorXd& z, const Eigen::MatrixXd& W,
+                       const StateCovariance& P) {
+  StateTest test;
+  test.freedom = static_cast<int>(z.size());
+  test.total = z.squaredNorm();
+  for (int i = 0; i < kStateParts; ++i) {
+    const Eigen::MatrixXd F = product(W, unknownPart(P, i));
+    const Eigen::VectorXd u = F.transpose() * z;
+    const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(u.size(), u.size());
+    test.part[i] = u.dot(solveSymmetric(one + product(F.transpose(), F), u).col(0));
+  }
+  return test;
+}
 
 }  // namespace
 
@@ -97,19 +125,8 @@ StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
 }
 
 StateCovariance without(const StateCovariance& covariance, StatePart part) {
-  const Rows rows = kRowsOf[static_cast<int>(part)];
-  Eigen::MatrixXd follows = Eigen::MatrixXd::Zero(kStateRows, rows.size);
-  if (part == StatePart::kVelocity) {
-    // The error of a velocity moves nothing else.
-    follows.middleRows(rows.at, rows.size).setIdentity();
-  } else {
-    // A bias, or a tilt, has been carried into the velocity: what correlates with it is wrong too.
-    follows = solveSymmetric(covariance.block(rows.at, rows.at, rows.size, rows.size),
-                             covariance.middleRows(rows.at, rows.size))
-                  .transpose();
-  }
-  const double sigma = kUnknown[static_cast<int>(part)];
-  return covariance + product(sigma * sigma * follows, follows.transpose());
+  const Eigen::MatrixXd F = unknownPart(covariance, static_cast<int>(part));
+  return covariance + product(F, F.transpose());
 }
 
 bool StateTest::contradicts() const {
@@ -139,57 +156,29 @@ StateTest testDifference(const StateFactor& prior, const StateFactor& estimate) 
   // Both tilts by one basis.
   StateCovariance turn = StateCovariance::Identity();
   turn.block<2, 2>(3, 3) = B.transpose() * tangentBasis(estimate.down_b);
-  const StateCovariance of_estimate = propagated(turn, estimate.covariance);
-  StateTest test;
-  test.freedom = kStateRows;
-  const auto distance = [&](const StateCovariance& of_prior) {
-    return r.dot(StateVector(solveSymmetric(of_prior + of_estimate, r)));
-  };
-  test.total = distance(prior.covariance);
-  for (int i = 0; i < kStateParts; ++i) {
-    test.part[i] = test.total - distance(without(prior.covariance, static_cast<StatePart>(i)));
-  }
-  return test;
+  const Eigen::LLT<StateCovariance> llt(prior.covariance + propagated(turn, estimate.covariance));
+  const StateCovariance W = llt.matrixL().solve(StateCovariance::Identity());
+  return testWhitened(W * r, W, prior.covariance);
 }
 
-// With M the information that the data have about the rows, and d their own most probable ones:
-// M (d - y) = P^-1 r at the estimate y that contains the prior. The difference d - (y - r) has the
-// covariance P + M^-1, of which only the directions are taken in which M is something.
+// The step r from the prior has the covariance P - S; with the difference d of data and prior, of
+// covariance C, it is P C^-1 d. Of P - S = L L^T only the directions are taken in which the data
+// say something.
 StateTest testState(const StateVector& r, const StateCovariance& covariance,
                     const StateCovariance& posterior) {
-  StateTest test;
   const StateVector scale = covariance.diagonal().cwiseSqrt();
-  if (!(scale.minCoeff() > 0.0)) return test;
+  if (!(scale.minCoeff() > 0.0)) return StateTest();
   const StateVector inverse = scale.cwiseInverse();
-  const auto scaled = [&inverse](const StateCovariance& P) -> StateCovariance {
-    return inverse.asDiagonal() * P * inverse.asDiagonal();
-  };
-  const StateCovariance P = scaled(covariance);
-  const StateVector x = inverse.cwiseProduct(r);
-  const StateCovariance identity = StateCovariance::Identity();
-  const StateCovariance of_data =
-      solveSymmetric(scaled(posterior), identity) - solveSymmetric(P, identity);
-  const SymmetricEigen eigen = symmetricEigen(0.5 * (of_data + of_data.transpose()));
-  const int first = static_cast<int>(
-      std::count_if(eigen.values.data(), eigen.values.data() + kStateRows,
-                    [](double information) { return !(information > kLeastInformation); }));
-  test.freedom = kStateRows - first;
-  if (test.freedom == 0) return test;
-  const Eigen::VectorXd root = eigen.values.tail(test.freedom).cwiseSqrt();
-  const Eigen::MatrixXd axes = eigen.vectors.rightCols(test.freedom).transpose();
-  const Eigen::MatrixXd A = root.asDiagonal() * axes;
-  const Eigen::VectorXd z =
-      root.cwiseInverse().asDiagonal() * product(axes, solveSymmetric(P, x)) + product(A, x);
-  const auto distance = [&A, &z](const StateCovariance& of_prior) {
-    Eigen::MatrixXd S = propagated(A, of_prior);
-    S.diagonal().array() += 1.0;
-    return z.dot(solveSymmetric(S, z).col(0));
-  };
-  test.total = distance(P);
-  for (int i = 0; i < kStateParts; ++i) {
-    test.part[i] = test.total - distance(scaled(without(covariance, static_cast<StatePart>(i))));
-  }
-  return test;
+  const SymmetricEigen eigen =
+      symmetricEigen(inverse.asDiagonal() * (covariance - posterior) * inverse.asDiagonal());
+  const auto first = std::count_if(eigen.values.data(), eigen.values.data() + kStateRows,
+                                   [](double share) { return !(share > kLeastInformation); });
+  const Eigen::VectorXd root = eigen.values.tail(kStateRows - first).cwiseSqrt();
+  const Eigen::MatrixXd axes = eigen.vectors.rightCols(kStateRows - first);
+  const Eigen::MatrixXd L = scale.asDiagonal() * axes * root.asDiagonal();
+  return testWhitened(
+      root.cwiseInverse().asDiagonal() * (axes.transpose() * (inverse.cwiseProduct(r))),
+      solveSymmetric(covariance, L).transpose(), covariance);
 }
 
 StatePart worstPart(const StateTest& test) {
