@@ -204,32 +204,6 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   return result;
 }
 
-// Most speeds have little weight, or images and IMU have another scale than they.
-bool contradictsSpeeds(const InitResult& result) {
-  if (result.speeds.keyframes == 0) return false;
-  return 2 * result.speeds.contradicted > result.speeds.keyframes ||
-         result.status == InitStatus::kInconsistentResiduals;
-}
-
-// Measured velocities that the data contradict are overruled: the window is solved without them.
-InitResult answerAboutSpeeds(const InitWindow& window, const InitializerOptions& options,
-                             WorkBudget* budget) {
-  InitResult result = answerAboutKnownBiases(window, options, budget, answer);
-  if (!contradictsSpeeds(result)) return result;
-  if (!budget->allows("the solve without the measured velocities, which the data contradict")) {
-    failAtLimit(budget, &result);
-    return result;
-  }
-  const SpeedUse refused = result.speeds;
-  result = answerAboutKnownBiases(*withoutSpeeds(window), options, budget, answer);
-  result.speeds = refused;
-  result.speeds.contradicted = refused.keyframes;
-  result.warnings.push_back(
-      "the measured velocities contradict images and IMU and are not used: a slipping wheel, or an "
-      "incorrect scale or extrinsic of the sensor");
-  return result;
-}
-
 }  // namespace
 
 const std::string& Slim::name() const {
@@ -243,7 +217,7 @@ InitResult Slim::solve(const InitWindow& window) const {
 }
 
 InitResult Slim::solveWithin(const InitWindow& window, WorkBudget* budget) const {
-  return answerAboutSpeeds(window, options_, budget);
+  return answerAboutKnownBiases(window, options_, budget, answer);
 }
 
 InitResult Slim::solveProvisional(const InitWindow& window, WorkBudget* budget) const {

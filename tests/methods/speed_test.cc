@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "estimation/speed_factor.h"
 #include "slim_init/initializer.h"
 #include "support/exact_window.h"
 
@@ -211,17 +212,42 @@ TEST(Speed, SomeThatSlipAreNamedAndDoNoHarm) {
   }
 }
 
-// 20 % too fast all the time, in a motion that shows the scale: solved as if there were no wheel.
+// All the time, in a motion that shows the scale: solved as if there were no wheel, but for the
+// ratios of its speeds.
 TEST(Speed, AWheelWithAnotherScaleIsOverruled) {
-  for (unsigned seed = 1; seed <= 10; ++seed) {
-    const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
-    Wheel wheel = noisyVelocity(seed);
-    wheel.scale = 1.2;
-    const InitResult with = solve(exact, &wheel), without = solve(exact, nullptr);
-    ASSERT_TRUE(with.success()) << with.message;
-    EXPECT_EQ(with.scale, without.scale);
-    EXPECT_EQ(with.speeds.contradicted, 10);
-    EXPECT_TRUE(warns(with, "the measured velocities contradict images and IMU"));
+  for (const double scale : {1.2, 3.0, 0.5}) {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      const ExactWindow exact = noisyWindow(Motion::kExcited, seed);
+      Wheel wheel = noisyVelocity(seed);
+      wheel.scale = scale;
+      const InitResult with = solve(exact, &wheel), without = solve(exact, nullptr);
+      ASSERT_TRUE(with.success()) << with.message;
+      EXPECT_NEAR(with.scale / without.scale, 1.0, 0.25 * without.scale_sigma) << scale;
+      EXPECT_GT(with.scale_sigma, 0.9 * without.scale_sigma) << scale;
+      EXPECT_EQ(with.speeds.contradicted, 10);
+      EXPECT_TRUE(warns(with, "measured velocities contradict")) << scale;
+    }
+  }
+}
+
+// Ten that fit but for an error that all have in common: within its standard deviation it is held
+// near zero, far beyond it is free.
+TEST(Speed, TheCommonErrorIsFreeWhereTheMotionContradictsIt) {
+  constexpr double kScaleSigma = 0.02, kNoise = 0.05;
+  struct Case {
+    double error, found;
+    int contradicted;
+  };
+  for (const Case& one : {Case{0.0, 0.0, 0}, {0.02, 0.0125, 0}, {0.2, 0.2, 10}, {5.0, 5.0, 10}}) {
+    SpeedResidual residual;
+    residual.J.setZero();
+    residual.by_scale = Eigen::Vector3d(1.0 / kNoise, 0.0, 0.0);
+    residual.r = -one.error * residual.by_scale;
+    const SpeedFit fit = fitSpeeds(std::vector<SpeedResidual>(10, residual), kScaleSigma);
+    EXPECT_NEAR(fit.use.scale_error, one.found, 0.1 * kScaleSigma) << one.error;
+    EXPECT_EQ(fit.use.contradicted, one.contradicted) << one.error;
+    // Each of the eleven costs at most the square of the cutoff.
+    EXPECT_LE(fit.cost, 11 * 9.0);
   }
 }
 

@@ -73,10 +73,10 @@ inline constexpr double kStateTestMargin = 2.25;
 
 // ---- Measured velocities (speed_factor.h)
 
-/// Re-weightings of the common error of the speeds at one state: with these it is within a
-/// hundredth of its sigma, within a tenth where half of the speeds slip.
-inline constexpr int kSpeedScalePasses = 4;
-/// A speed with a smaller weight is contradicted: 3.6 standard deviations.
+/// Re-weightings of the speeds and their common error at one state: an error that the motion
+/// contradicts is free after these.
+inline constexpr int kSpeedScalePasses = 12;
+/// A speed, or their common error, with a smaller weight is contradicted: 3.6 standard deviations.
 inline constexpr double kContradictedSpeed = 0.17;
 
 // ---- Work (WorkBudget)

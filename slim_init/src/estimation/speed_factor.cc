@@ -61,13 +61,13 @@ SpeedResidual speedResidual(const WindowState& state, const SpeedFactor& factor,
   const Eigen::Vector3d v_b =
       (state.R_b0_bk[factor.keyframe] * offset.R).transpose() * state.v_b0.col(factor.keyframe);
   SpeedResidual out;
-  out.r = factor.W * (R_s_b * (v_b + rate.cross(sensor.t_b_s)) - factor.velocity);
+  out.by_scale = factor.W * (R_s_b * (v_b + rate.cross(sensor.t_b_s)));
+  out.r = out.by_scale - factor.W * factor.velocity;
   const Eigen::Matrix3d WR = factor.W * R_s_b;
   const Eigen::Matrix3d by_attitude = WR * skew(v_b);
   out.J << by_attitude * offset.R.transpose(),
       WR * (state.R_b0_bk[factor.keyframe] * offset.R).transpose(), WR * skew(sensor.t_b_s),
       -by_attitude * offset.R_b_c;
-  out.by_scale = factor.W * factor.velocity;
   return out;
 }
 
@@ -76,7 +76,7 @@ SpeedFit fitSpeeds(const std::vector<SpeedResidual>& residuals, double scale_sig
   fit.use.keyframes = static_cast<int>(residuals.size());
   fit.weights.assign(residuals.size(), 1.0);
   for (int pass = 0; pass < kSpeedScalePasses; ++pass) {
-    double information = 1.0 / (scale_sigma * scale_sigma), gradient = 0.0;
+    double information = fit.scale_weight / (scale_sigma * scale_sigma), gradient = 0.0;
     for (std::size_t i = 0; i < residuals.size(); ++i) {
       const SpeedResidual& one = residuals[i];
       information += fit.weights[i] * one.by_scale.squaredNorm();
@@ -84,7 +84,8 @@ SpeedFit fitSpeeds(const std::vector<SpeedResidual>& residuals, double scale_sig
     }
     fit.use.scale_error = -gradient / information;
     const double z = fit.use.scale_error / scale_sigma;
-    fit.cost = z * z;
+    fit.cost = gemanMcClureCost(z * z);
+    fit.scale_weight = gemanMcClure(z * z);
     for (std::size_t i = 0; i < residuals.size(); ++i) {
       const SpeedResidual& one = residuals[i];
       const double z2 = (one.r + fit.use.scale_error * one.by_scale).squaredNorm();
@@ -93,8 +94,9 @@ SpeedFit fitSpeeds(const std::vector<SpeedResidual>& residuals, double scale_sig
     }
   }
   fit.use.contradicted =
-      static_cast<int>(std::count_if(fit.weights.begin(), fit.weights.end(),
-                                     [](double weight) { return weight < kContradictedSpeed; }));
+      static_cast<int>(std::count_if(fit.weights.begin(), fit.weights.end(), [&fit](double weight) {
+        return std::min(weight, fit.scale_weight) < kContradictedSpeed;
+      }));
   return fit;
 }
 

@@ -47,9 +47,11 @@ struct SpeedFit {
   SpeedUse use;                 ///< with the most probable common error; `missing` is not set
   double cost = 0.0;            ///< there, the prior of that error included
   std::vector<double> weights;  ///< gemanMcClure() of each residual there
+  double scale_weight = 1.0;    ///< the same of the common error
 };
 
-/// Minimises over the common relative error, which is zero with `scale_sigma`.
+/// Minimises over the common relative error, which is zero with `scale_sigma` unless the motion
+/// says otherwise: then it is free, and all speeds count as contradicted.
 SpeedFit fitSpeeds(const std::vector<SpeedResidual>& residuals, double scale_sigma);
 
 }  // namespace slim_init

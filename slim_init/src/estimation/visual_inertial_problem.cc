@@ -293,12 +293,15 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
   const std::vector<SpeedResidual> residuals = speedResiduals(state);
   const double scale_sigma = window_.calibration().speed_sensor.scale_sigma;
   const SpeedFit fit = fitSpeeds(residuals, scale_sigma);
-  double information = 1.0 / square(scale_sigma), gradient = fit.use.scale_error * information;
+  double information = fit.scale_weight / square(scale_sigma),
+         gradient = fit.use.scale_error * information;
   Eigen::VectorXd with_scale = Eigen::VectorXd::Zero(layout_.size());
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     const SpeedResidual& one = residuals[i];
     const Eigen::Vector3d r = one.r + fit.use.scale_error * one.by_scale;
-    const Eigen::Matrix<double, 3, kSpeedColumns> weighted = fit.weights[i] * one.J;
+    const double by_state = 1.0 + fit.use.scale_error;
+    const Eigen::Matrix<double, 3, kSpeedColumns> J = by_state * one.J;
+    const Eigen::Matrix<double, 3, kSpeedColumns> weighted = fit.weights[i] * J;
     information += fit.weights[i] * one.by_scale.squaredNorm();
     gradient += fit.weights[i] * one.by_scale.dot(r);
     // Ascending, so that the blocks are in the lower triangle.
@@ -309,7 +312,7 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
       system->g.segment<3>(at[a]) += J_a.transpose() * r;
       with_scale.segment<3>(at[a]) += J_a.transpose() * one.by_scale;
       for (int b = 0; b <= a; ++b) {
-        system->H.block<3, 3>(at[a], at[b]) += J_a.transpose() * one.J.middleCols<3>(3 * b);
+        system->H.block<3, 3>(at[a], at[b]) += J_a.transpose() * J.middleCols<3>(3 * b);
       }
     }
   }

@@ -29,20 +29,12 @@ inline constexpr double kMinScale = 1e-6;
 /// right answers one in five hundred has another minimum as low, and 40 would refuse no more.
 inline constexpr double kMinOtherScaleRise = 16.0;
 
-/// Squared difference between the scale of measured velocities and that of images and IMU that is
-/// accepted: exceeded by chance once in a thousand, one degree of freedom. And where images and IMU
-/// suffice alone, so that a refusal of the velocities costs nothing and a slipping wheel would.
-inline constexpr double kMaxSpeedDisagreement = 10.83;
-inline constexpr double kMaxNeedlessDisagreement = 2.25;
 /// Relative standard deviation of the scale of images and IMU below which the motion shows the
 /// scale: at constant velocity it stays above (0.37 to none in the first half second).
 inline constexpr double kShownScaleSigma = 0.35;
 /// And largest relative change of a velocity that counts as constant, 0.15 there: a change that the
 /// wheel sees is one that the IMU measures, half a second later at the latest.
 inline constexpr double kSteadyVelocityChange = 0.2;
-/// Velocities that add less than this share of the information have no scale of their own to
-/// compare.
-inline constexpr double kLeastSpeedShare = 0.1;
 /// Speeds that have to be there before the scale may rest on them: one that slips among fewer does
 /// not show.
 inline constexpr int kFewestSpeeds = 3;

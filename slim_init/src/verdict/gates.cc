@@ -113,7 +113,7 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   measures.inertial_chi2 = refined.inertial_chi2;
   measures.inlier_fraction = refined.inlier_fraction * tracks.pointObservations().size() /
                              window.pointObservations().size();
-  measures.has_speeds = refined.speeds.keyframes > 0;
+  measures.has_speeds = 2 * refined.speeds.contradicted < refined.speeds.keyframes;
   measures.scale_sigma = measures.motion_scale_sigma = scaleSigma(posterior, profile);
   measures.point_spread_deg = pointSpreadDeg(tracks);
   measures.scale = scale;
@@ -125,11 +125,6 @@ PosteriorMeasures measurePosterior(const InitWindow& window, const InitWindow& t
   if (profile != nullptr) {
     measures.other_scale = scale * std::exp(profile->other_log_ratio);
     measures.other_scale_rise = profile->other_rise;
-    measures.motion_scale = scale * std::exp(profile->log_ratio);
-    // The answer lies between both: its distance from the one grows to that of both.
-    const double ratio = posterior.scale_sigma / measures.motion_scale_sigma;
-    measures.speed_disagreement =
-        (profile->cost_here - profile->cost) / std::max(1.0 - ratio * ratio, kLeastSpeedShare);
   }
   return measures;
 }
@@ -262,14 +257,6 @@ std::string explainOtherScale(const PosteriorMeasures& measures) {
   return out.str();
 }
 
-std::string explainMotionScale(const PosteriorMeasures& measures) {
-  std::ostringstream out;
-  out.precision(3);
-  out << "images and IMU alone have another scale (mean baseline " << measures.motion_scale
-      << " m) than with the measured velocities (" << measures.scale << " m): squared difference";
-  return out.str();
-}
-
 std::string explainChi2(const PosteriorMeasures& measures) {
   std::ostringstream out;
   out.precision(2);
@@ -300,16 +287,8 @@ std::vector<GateValue> posteriorGates(const PosteriorMeasures& measures,
                InitStatus::kInconsistentResiduals),
       makeGate(GateName::kPointSpread, "angle over which the points are spread", "deg",
                atLeast(measures.point_spread_deg, kMinPointSpreadDeg), InitStatus::kTooFewTracks)};
-  // A cost that is flat over the scale falls towards large ones, whatever the wheel says.
-  const bool shows_scale = measures.profiled && measures.motion_scale_sigma < kShownScaleSigma;
-  if (measures.has_speeds && shows_scale) {
-    const bool alone_suffices = measures.motion_scale_sigma <= options.max_scale_sigma;
-    gates.push_back(
-        makeGate(GateName::kOtherScale, explainMotionScale(measures), "sigma^2",
-                 atMost(measures.speed_disagreement,
-                        alone_suffices ? kMaxNeedlessDisagreement : kMaxSpeedDisagreement),
-                 InitStatus::kInconsistentResiduals));
-  } else if (measures.profiled && !measures.has_speeds) {
+  // Measured velocities say which scale it is.
+  if (measures.profiled && !measures.has_speeds) {
     gates.push_back(makeGate(GateName::kOtherScale, explainOtherScale(measures), "sigma^2",
                              atLeast(measures.other_scale_rise, kMinOtherScaleRise), uncertain));
   }

@@ -88,11 +88,8 @@ struct PosteriorMeasures {
   bool profiled = true;                      ///< other scales were looked for
   double other_scale = kNotComputed;         ///< the best other one, as InitResult::scale [m]
   double other_scale_rise = kNotComputed;    ///< ScaleProfile::other_rise
-  bool has_speeds = false;                   ///< measured velocities are part of the estimate
-  double motion_scale = kNotComputed;        ///< of images and IMU alone, as InitResult::scale [m]
-  double motion_scale_sigma = kNotComputed;  ///< relative, of it
-  /// Squared difference of that scale from the one of the velocities alone, in its variance.
-  double speed_disagreement = kNotComputed;
+  bool has_speeds = false;                   ///< most measured velocities fit the estimate
+  double motion_scale_sigma = kNotComputed;  ///< relative, of the scale of images and IMU alone
   /// Largest difference of a velocity from their mean, divided by that.
   double velocity_change = kNotComputed;
   double mean_acceleration = kNotComputed;  ///< |v_last - v_first| by the time between [m/s^2]
