@@ -126,49 +126,45 @@ void moveToMean(const ScaleMoments& scale, const Posterior& posterior, InitResul
                         posterior.by_scale * posterior.by_scale.transpose();
 }
 
+namespace {
+
+// The newest state and its covariance.
+StateFactor newestState(const InitResult& result) {
+  StatePrior newest;
+  newest.state = result.states.back();
+  newest.covariance = result.stateCovariance(result.states.size() - 1);
+  return stateFactor(newest);
+}
+
+}  // namespace
+
 NewestSigmas newestSigmas(const InitResult& result) {
   NewestSigmas out;
   if (result.states.empty()) return out;
-  const Eigen::Matrix<double, 15, 15> P15 = result.stateCovariance(result.states.size() - 1);
-  if (!P15.allFinite()) return out;
-  const NavState& state = result.states.back();
-  const Eigen::Matrix3d R_b_w = state.R_w_b.transpose();
-  const Eigen::Matrix<double, 9, 9> P = P15.topLeftCorner<9, 9>();
-  Eigen::Matrix<double, 5, 9> J = Eigen::Matrix<double, 5, 9>::Zero();
-  // R^T v, and the direction R^T e_z: with an attitude R Exp(theta).
-  J.block<3, 3>(0, 0) = skew(R_b_w * state.v_w_b);
-  J.block<3, 3>(0, 6) = R_b_w;
-  const Eigen::Vector3d up = R_b_w.col(2);
-  J.block<2, 3>(3, 0) = tangentBasis(up).transpose() * skew(up);
-  const Eigen::Matrix<double, 5, 5> S = propagated(J, P);
+  const StateCovariance S = newestState(result).covariance;
+  if (!S.allFinite()) return out;
   const auto largest = [](const DenseView& A) {
     return std::sqrt(symmetricEigen(A).values.maxCoeff());
   };
   out.velocity = largest(S.topLeftCorner<3, 3>());
-  out.tilt_deg = largest(S.bottomRightCorner<2, 2>()) * kDegPerRad;
+  out.tilt_deg = largest(S.block<2, 2>(3, 3)) * kDegPerRad;
   return out;
 }
 
 bool agrees(const InitResult& earlier, const InitResult& now) {
-  const auto n = static_cast<Eigen::Index>(earlier.states.size());
-  if (n == 0 || now.states.empty() || earlier.covariance.rows() != 9 * n + 6) return false;
-  const NavState& before = earlier.states.back();
+  if (earlier.states.empty() || now.states.empty()) return false;
+  const double t = earlier.states.back().t;
   const auto nearest = std::min_element(
-      now.states.begin(), now.states.end(), [&before](const NavState& a, const NavState& b) {
-        return std::abs(a.t - before.t) < std::abs(b.t - before.t);
-      });
-  if (!(std::abs(nearest->t - before.t) < kSameInstant)) return false;
+      now.states.begin(), now.states.end(),
+      [t](const NavState& a, const NavState& b) { return std::abs(a.t - t) < std::abs(b.t - t); });
+  if (!(std::abs(nearest->t - t) < kSameInstant)) return false;
+  const StateFactor before = newestState(earlier);
   const auto within = [](const Eigen::Vector3d& difference, const Eigen::Matrix3d& covariance) {
     return difference.dot(solveSymmetric(covariance, difference).col(0)) < kMaxDisagreement;
   };
-  const Eigen::Matrix3d R_b_w = before.R_w_b.transpose();
-  const Eigen::Vector3d v = R_b_w * before.v_w_b;
-  Eigen::Matrix<double, 3, 9> J = Eigen::Matrix<double, 3, 9>::Zero();
-  J.leftCols<3>() = skew(v);
-  J.rightCols<3>() = R_b_w;
-  const Eigen::Matrix<double, 9, 9> P = earlier.covariance.block<9, 9>(9 * (n - 1), 9 * (n - 1));
-  return within(nearest->R_w_b.transpose() * nearest->v_w_b - v, J * P * J.transpose()) &&
-         within(now.gyro_bias - earlier.gyro_bias, earlier.covariance.block<3, 3>(9 * n, 9 * n));
+  return within(nearest->R_w_b.transpose() * nearest->v_w_b - before.velocity_b,
+                before.covariance.topLeftCorner<3, 3>()) &&
+         within(now.gyro_bias - earlier.gyro_bias, before.covariance.block<3, 3>(5, 5));
 }
 
 // The stages of Slim::solve() up to the starts.
