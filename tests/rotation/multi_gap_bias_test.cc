@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "gyro_bias.h"
+#include "support/chi_square.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
-#include "support/multi_gap_minimum.h"
 
 namespace slim_init {
 namespace {
@@ -29,8 +29,10 @@ TEST(MultiGapBias, NoiseFreeRecovery) {
     const ExactWindow exact = makeExactWindow(options);
     InertialOptions inertial;
     inertial.gyro_bias_prior = 10.0;  // its pull towards zero is all that is left without noise
-    const Vector3d bias = multiGapMinimum(*exact.window, RobustBiasOptions(), inertial);
-    EXPECT_LT(relativeError(bias, options.gyro_bias), 1e-6) << "seed " << seed;
+    const MultiGapBiasEstimate estimate = estimateMultiGapBias(
+        *exact.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(), inertial);
+    ASSERT_TRUE(estimate.valid);
+    EXPECT_LT(relativeError(estimate.gyro_bias, options.gyro_bias), 1e-6) << "seed " << seed;
   }
 }
 
@@ -43,7 +45,10 @@ TEST(MultiGapBias, BeatsConsecutivePairsAndDrtUnderNoise) {
     const auto run = [&](int max_gap) {
       RobustBiasOptions bias_options;
       bias_options.max_gap = max_gap;
-      return relativeError(multiGapMinimum(*exact.window, bias_options), options.gyro_bias);
+      return relativeError(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr,
+                                                bias_options, InertialOptions())
+                               .gyro_bias,
+                           options.gyro_bias);
     };
     ours.push_back(run(8));
     consecutive.push_back(run(1));
@@ -58,6 +63,46 @@ TEST(MultiGapBias, BeatsConsecutivePairsAndDrtUnderNoise) {
   EXPECT_LT(median(ours), 0.02);
   EXPECT_LT(median(ours), median(consecutive));
   EXPECT_LT(median(ours), 0.7 * median(drt));
+}
+
+TEST(MultiGapBias, KeepsTheLowerCostOfSeveralStarts) {
+  ExactWindowOptions options;
+  options.pixel_noise = 0.6;
+  const ExactWindow exact = makeExactWindow(options);
+  const Vector3d far(0.6, -0.6, 0.6);
+  const auto from = [&](const std::vector<Vector3d>& starts) {
+    return estimateMultiGapBias(*exact.window, starts, nullptr, RobustBiasOptions(),
+                                InertialOptions());
+  };
+  const MultiGapBiasEstimate both = from({far, Vector3d::Zero()});
+  EXPECT_LE(both.cost, from({Vector3d::Zero()}).cost * (1 + 1e-9));
+  EXPECT_LT(relativeError(both.gyro_bias, options.gyro_bias), 0.05);
+}
+
+TEST(MultiGapBias, InformationIsThatOfTheErrors) {
+  double sum = 0.0;
+  constexpr int kMany = 100;
+  for (unsigned seed = 1; seed <= kMany; ++seed) {
+    ExactWindowOptions options;
+    options.seed = seed;
+    options.pixel_noise = 0.6;
+    options.imu_noise = options.angular_noise = true;
+    const ExactWindow exact = makeExactWindow(options);
+    const MultiGapBiasEstimate estimate = estimateMultiGapBias(
+        *exact.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(), InertialOptions());
+    const Vector3d error = estimate.gyro_bias - options.gyro_bias;
+    sum += error.dot(estimate.information * error);
+  }
+  EXPECT_TRUE(isChiSquare(sum, 3 * kMany));
+}
+
+TEST(MultiGapBias, WithoutDataItIsNotValid) {
+  ExactWindowOptions options;
+  options.points = 3;
+  const ExactWindow exact = makeExactWindow(options);
+  EXPECT_FALSE(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(),
+                                    InertialOptions())
+                   .valid);
 }
 
 TEST(WhitenedVpResidual, JacobianAgreesWithDifferences) {

@@ -31,7 +31,8 @@ std::vector<int> KeyframePairs::layOut(int max_gap) {
 
 void KeyframePairs::addPoints(const InitWindow& window, const std::vector<int>& index) {
   const std::vector<WindowPoint>& s = window.pointObservations();
-  for (const Track& track : window.pointTracks()) {
+  for (std::size_t t = 0; t < window.pointTracks().size(); ++t) {
+    const Track& track = window.pointTracks()[t];
     for (int a = track.begin; a < track.end; ++a) {
       for (int b = a + 1; b < track.end; ++b) {
         const int p = index[s[a].keyframe * keyframes_ + s[b].keyframe];
@@ -39,6 +40,7 @@ void KeyframePairs::addPoints(const InitWindow& window, const std::vector<int>& 
         pairs_[p].points.add(s[a].bearing, s[b].bearing);
         pairs_[p].observation_i.push_back(a);
         pairs_[p].observation_j.push_back(b);
+        pairs_[p].track.push_back(static_cast<int>(t));
       }
     }
   }

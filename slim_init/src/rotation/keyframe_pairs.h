@@ -19,6 +19,7 @@ struct KeyframePair {
   PairPoints points;
   std::vector<int> observation_i,
       observation_j;        ///< of every point, into InitWindow::pointObservations()
+  std::vector<int> track;   ///< of every point, into InitWindow::pointTracks()
   bool use_points = false;  ///< enough points to enter
 
   int gap() const { return j - i; }

@@ -23,6 +23,7 @@ struct PointRows {
   // Normal matrix over all centres, lower triangle. The gauge (centre 0 at zero) is fixed by
   // leaving out its rows and columns at the end.
   Eigen::MatrixXd H;
+  int rows = 0;
   std::vector<Vote> votes;  // one per track used
 };
 
@@ -61,6 +62,7 @@ PointRows sumPointRows(const InitWindow& window, const std::vector<Eigen::Matrix
       if (a == base.l) continue;
       const int i = observations[track.begin + a].keyframe;
       addLigtRow(ligtRow(u[base.l], u[base.r], u[a]), l, r, i, &out.H);
+      out.rows += 3;
     }
     out.votes.push_back({l, r, u[base.r].cross(u[base.l].cross(u[base.r]))});
   }
@@ -101,6 +103,7 @@ TranslationEstimate estimateTranslations(const InitWindow& window,
   const int n = window.size();
   PointRows points = sumPointRows(window, R_c0_ck);
   Eigen::MatrixXd& H = points.H;
+  estimate.rows = points.rows;
   estimate.tracks = static_cast<int>(points.votes.size());
   if (estimate.tracks < options.min_tracks) return estimate;
 

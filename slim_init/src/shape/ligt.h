@@ -19,6 +19,7 @@ struct TranslationEstimate {
   /// (root of the summed squared distances from their mean).
   Eigen::Matrix3Xd centres_c0;
   int tracks = 0;           ///< tracks used
+  int rows = 0;             ///< scalar equations
   double lambda_1 = 0.0;    ///< smallest eigenvalue of the system
   double lambda_2 = 0.0;    ///< second smallest
   double lambda_max = 0.0;  ///< largest
