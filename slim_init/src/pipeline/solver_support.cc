@@ -75,20 +75,11 @@ IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d
   return out;
 }
 
-namespace {
-
-Eigen::Matrix3Xd cameraCentres(const InitWindow& window, const WindowState& state) {
+double cameraSpread(const InitWindow& window, const WindowState& state) {
   Eigen::Matrix3Xd centres_b0(3, state.size());
   for (int k = 0; k < state.size(); ++k) {
-    centres_b0.col(k) = state.p_b0.col(k) + state.R_b0_bk[k] * window.calibration().t_b_c;
+    centres_b0.col(k) = cameraCentre(state, k, window.calibration().t_b_c);
   }
-  return centres_b0;
-}
-
-}  // namespace
-
-double cameraSpread(const InitWindow& window, const WindowState& state) {
-  const Eigen::Matrix3Xd centres_b0 = cameraCentres(window, state);
   return (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
 }
 
