@@ -299,8 +299,7 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     const SpeedResidual& one = residuals[i];
     const Eigen::Vector3d r = one.r + fit.use.scale_error * one.by_scale;
-    const double by_state = 1.0 + fit.use.scale_error;
-    const Eigen::Matrix<double, 3, kSpeedColumns> J = by_state * one.J;
+    const Eigen::Matrix<double, 3, kSpeedColumns> J = (1.0 + fit.use.scale_error) * one.J;
     const Eigen::Matrix<double, 3, kSpeedColumns> weighted = fit.weights[i] * J;
     information += fit.weights[i] * one.by_scale.squaredNorm();
     gradient += fit.weights[i] * one.by_scale.dot(r);

@@ -144,11 +144,10 @@ void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result
   result->speeds = use;
   result->speeds.missing = window.size() - use.keyframes;
   if (use.contradicted > 0) {
-    result->warnings.push_back(std::to_string(use.contradicted) + " of " +
-                               std::to_string(use.keyframes) +
-                               " measured velocities contradict the motion and have little weight: "
-                               "a slipping wheel, or an "
-                               "incorrect scale or extrinsic of the sensor");
+    result->warnings.push_back(
+        std::to_string(use.contradicted) + " of " + std::to_string(use.keyframes) +
+        " measured velocities contradict the motion and have little weight: "
+        "a slipping wheel, or an incorrect scale or extrinsic of the sensor");
   }
   if (result->speeds.missing == 0) return;
   std::ostringstream message;
