@@ -18,7 +18,6 @@
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
 #include "scale/starting_states.h"
-#include "shape/ligt.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
@@ -159,11 +158,7 @@ class Refiner {
   const std::optional<WindowState>& ownStart() {
     if (has_own_) return own_;
     has_own_ = true;
-    const TranslationEstimate translation =
-        estimateTranslations(tracks_, integrated_.R_c0_ck, options_.alignment);
-    if (translation.valid) {
-      own_ = startingState(tracks_, integrated_.pre, translation, options_.inertial);
-    }
+    own_ = inertialStartingState(tracks_, integrated_.pre, options_.inertial);
     return own_;
   }
 
