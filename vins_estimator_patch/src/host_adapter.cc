@@ -158,6 +158,7 @@ struct HostAdapter::State {
     screen.reset();
     worker.discard();
     last_check = -std::numeric_limits<double>::infinity();
+    last_agreed = kNotComputed;
     contradictions = suspect_frames = 0;
     steady_biases = SteadyBiases();
     innovations.reset();
@@ -212,7 +213,8 @@ struct HostAdapter::State {
   std::deque<FrameObservation> frames;  // on the IMU clock, for the watchdog
   std::set<double> images;              // stamps of those that the host has received [s]
   double last_check = -std::numeric_limits<double>::infinity();  // stamp of the newest state [s]
-  int contradictions = 0;  // solved windows in a row that speak against the host
+  double last_agreed = kNotComputed;  // of a solve with the host: its stamp [s]
+  int contradictions = 0;             // solved windows in a row that speak against the host
   int suspect_frames = 0;
   SteadyBiases steady_biases;
   InnovationMonitor innovations;
@@ -280,6 +282,7 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
   const std::string contradiction = compareStates(newest, at.front(), solved->result.scale_sigma);
   if (contradiction.empty()) {
     contradictions = suspect_frames = 0;
+    last_agreed = solved->stamp;
     if (isClose(newest, at.front(), solved->result.scale_sigma)) {
       health->confirmed_stamp = solved->stamp;
     }
@@ -559,6 +562,18 @@ HostPropagation HostAdapter::State::continuationOf(const HostState& healthy,
   const double scale_sigma = std::isnan(result.scale_sigma) ? 0.0 : result.scale_sigma;
   frame.position_sigma =
       std::hypot(frame.position_sigma, scale_sigma * (last.p_w_b - first.p_w_b).norm());
+  // A host whose velocity is wrong may have gone wrong since a solve has last agreed with it.
+  const NavState carried = fromHostState(frame.state, calibration.td);
+  std::vector<NavState> at;
+  if (frame.ok && initializer->statesAt(result, {carried.t}, options.max_reach_s, &at, nullptr) &&
+      at.size() == 1) {
+    const double off = (carried.v_w_b - at.front().v_w_b).norm();
+    const double since = std::isnan(last_agreed) ? first_stamp : last_agreed;
+    if (off > kCloseVelocity) {
+      frame.position_sigma =
+          std::hypot(frame.position_sigma, off * std::max(healthy.stamp - since, 0.0));
+    }
+  }
   if (frame.ok) {
     frame.message = propagationMessage(calibration.imageStamp(first.t) - healthy.stamp, frame);
   }
