@@ -27,7 +27,7 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 16308, 10500),
+    "core_lines": ("lines of slim_init/src and public headers", 16312, 10500),
     "surrounding_lines": ("lines outside core and tests", 42358, 26000),
     "test_lines": ("lines of tests", 46145, 26000),
     "core_numbers": ("named constants and option fields of the core", 327, 170),

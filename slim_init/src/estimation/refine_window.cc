@@ -62,9 +62,8 @@ MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState
 }
 
 // Tries the starts in order until one leads to a minimum that is not suspicious, and keeps the
-// lowest. A wrong minimum has a chi-square of 5 to 30;
-// after a good first start a second one found nothing better in any recorded window and doubled the
-// time. The map is left there.
+// lowest. A wrong minimum has a chi-square of 5 to 30; after a good first start a second one found
+// nothing better in any recorded window and doubled the time. The map is left there.
 Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
                 const RefinementOptions& options, VisualInertialProblem* map) {
   Basin best;

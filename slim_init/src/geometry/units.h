@@ -8,6 +8,7 @@
 namespace slim_init {
 
 inline constexpr double kDegPerRad = 180.0 / M_PI;
-inline constexpr double kMilli = 1e3;  // ms in a second, mm in a metre
+inline constexpr double kMsPerS = 1e3;
+inline constexpr double kMmPerM = 1e3;
 
 }  // namespace slim_init

@@ -14,8 +14,8 @@ struct ImuInstant {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  ///< specific force [m/s^2]
 };
 
-/// Means of the samples that are a hundredth of a second or less from each keyframe moved by
-/// `td_shift` [s], at the given biases.
+/// Means of the samples within 12 ms of each keyframe moved by `td_shift` [s], less the biases
+/// [rad/s, m/s^2]. Without one the sample after it, the last one at the end.
 std::vector<ImuInstant> imuInstants(const InitWindow& window, double td_shift,
                                     const Eigen::Vector3d& gyro_bias,
                                     const Eigen::Vector3d& accel_bias);

@@ -19,13 +19,16 @@
 namespace slim_init {
 namespace {
 
+// ---- Prior on the motion
+
+/// Standard deviation of the mean acceleration over the window before any data [m/s^2].
+constexpr double kMeanAcceleration = 3.0;
+
 // ---- Most probable scale
 
 /// The linear dependence of the states on the scale is good up to here [log scale].
 constexpr double kNear = 0.2;
 constexpr int kRefinements = 2;
-/// Standard deviation of the mean acceleration over the window before any data [m/s^2].
-constexpr double kMeanAcceleration = 3.0;
 
 // ---- Agreement
 

@@ -188,12 +188,12 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
          found.rotationSigmaDeg(), known.rotation_deg, "deg", "extrinsicRotation");
   }
   const double translation_sigma = std::sqrt(found.covariance.diagonal().segment<3>(3).maxCoeff());
-  warn("extrinsic translation", kMilli * (found.t_b_c - handed_in.t_b_c).norm(),
-       kMilli * translation_sigma, kMilli * known.translation_m, "mm", "extrinsicTranslation");
-  warn("camera-IMU time offset", kMilli * std::abs(found.td - handed_in.td),
-       kMilli * found.tdSigma(), kMilli * known.td_s, "ms", "td");
-  warn("readout time", kMilli * std::abs(found.readout_s - handed_in.readout_s),
-       kMilli * found.readoutSigma(), kMilli * known.readout_s, "ms",
+  warn("extrinsic translation", kMmPerM * (found.t_b_c - handed_in.t_b_c).norm(),
+       kMmPerM * translation_sigma, kMmPerM * known.translation_m, "mm", "extrinsicTranslation");
+  warn("camera-IMU time offset", kMsPerS * std::abs(found.td - handed_in.td),
+       kMsPerS * found.tdSigma(), kMsPerS * known.td_s, "ms", "td");
+  warn("readout time", kMsPerS * std::abs(found.readout_s - handed_in.readout_s),
+       kMsPerS * found.readoutSigma(), kMsPerS * known.readout_s, "ms",
        "rolling_shutter and rolling_shutter_tr");
 }
 

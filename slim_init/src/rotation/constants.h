@@ -65,8 +65,6 @@ inline constexpr double kRoundTolerance = 1e-5;
 /// not built to better than a milliradian.
 inline constexpr double kVpModelVariance = 1e-6;
 
-/// Levenberg-Marquardt iterations per round.
-inline constexpr int kMaxIterations = 10;
 /// Cauchy scale of a vanishing-point residual [sigma].
 inline constexpr double kVpCauchySigmas = 3.0;
 /// A larger bias is a numerical failure [rad/s].

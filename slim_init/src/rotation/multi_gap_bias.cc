@@ -161,7 +161,6 @@ BiasMinimum MultiGapProblem::minimize(const Eigen::Vector3d& start, int max_gap,
       return evaluate(bias, max_gap, out.weighted, &out.baselines);
     };
     LevenbergMarquardtOptions options;
-    options.max_iterations = kMaxIterations;
     // The weights of the next round move the minimum anyway.
     const bool last = &cutoff == schedule.end() - 1;
     options.relative_decrease = last ? kCostTolerance : kRoundTolerance;

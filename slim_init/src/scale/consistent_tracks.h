@@ -15,11 +15,15 @@ namespace slim_init {
 
 /// The inertial trajectory that most tracks agree with.
 struct ConsistentTracks {
-  bool valid = false;             ///< false where the problem is singular
-  Eigen::Matrix<double, 9, 1> x;  ///< [v_0, b_a, g] in b0
-  std::vector<char> agrees;       ///< per track of window.pointTracks()
+  bool valid = false;
+  /// [v_0, b_a, g] in b0 [m/s, m/s^2, m/s^2].
+  Eigen::Matrix<double, 9, 1> x = Eigen::Matrix<double, 9, 1>::Zero();
+  std::vector<char> agrees;  ///< per track of window.pointTracks()
 };
 
+/// Finds it, and the tracks that agree with it. Not valid where the problem is singular; without
+/// any answer all tracks agree.
+///
 /// Derivation: docs/derivation.md, 3.3. The cost of a track over x = [v_0, b_a, g] is the sum of
 /// its squared multi-view residuals (LiGT rows as angles) at the centres C(x) = A x + c0, a
 /// quadratic of nine unknowns. Truncated least squares over the tracks by graduated non-convexity

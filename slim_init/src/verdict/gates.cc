@@ -203,11 +203,11 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                              atMost(found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg),
                              InitStatus::kTooLittleExcitation));
   }
-  const double td_error = kMilli * (found->td - handed_in.td);
-  const double td_sigma = kMilli * found->tdSigma();
+  const double td_error = kMsPerS * (found->td - handed_in.td);
+  const double td_sigma = kMsPerS * found->tdSigma();
   gates.push_back(makeGate(
       GateName::kTimeOffset, explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
-      atMost(certain(std::abs(td_error), td_sigma), kMilli * options.max_td_error_s),
+      atMost(certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s),
       InitStatus::kInconsistentResiduals));
   return gates;
 }
