@@ -91,9 +91,9 @@ struct Flight {
   }
   // From frame `begin` on a texture that moves by (px, px/2) per frame hides the given part of the
   // view, so that all of its tracks are new. A tracker that takes it for the scene rejects the
-  // others: they live for two frames. Returns the tracks of the texture.
-  std::set<FeatureId> coverWithTexture(int begin, double part, double px) {
-    constexpr FeatureId kTexture = 1000000, kShortLived = 2000000;
+  // others: they live for two frames. Returns the tracks of the texture, which live for `life`.
+  std::set<FeatureId> coverWithTexture(int begin, double part, double px, int life = 1000) {
+    constexpr FeatureId kTexture = 10000, kShortLived = 2000000;
     std::set<FeatureId> moving;
     std::mt19937 random(2);
     std::uniform_real_distribution<double> inside(-0.5, 0.5);
@@ -112,7 +112,7 @@ struct Flight {
       while (texture.size() < hidden) texture.emplace_back(inside(random), inside(random));
       for (std::size_t i = 0; i < hidden; ++i) {
         PointObservation point;
-        point.id = kTexture + static_cast<FeatureId>(i);
+        point.id = kTexture * (1 + age / life) + static_cast<FeatureId>(i);
         point.bearing << texture[i].x() + shift + noise(random),
             texture[i].y() + 0.5 * shift + noise(random), 1.0;
         point.bearing.normalize();
@@ -426,6 +426,23 @@ TEST(InnovationMonitor, ATextureThatIsAllThereIsIsNotTheScene) {
       }
       EXPECT_GT(seen, 1000);
       EXPECT_LT(used, 0.1 * seen);
+    }
+  }
+}
+
+// Tracks of few views agree with a pose far from the IMU's as well as with the IMU.
+TEST(InnovationMonitor, YoungTracksOfATextureAreNotDamage) {
+  for (const Motion motion : {Motion::kExcited, Motion::kHover}) {
+    for (const double px : {2.0, 3.0, 6.0, 12.0}) {
+      for (const int life : {3, 4, 5}) {
+        SCOPED_TRACE(std::to_string(px) + " px, " + std::to_string(life) + " frames, motion " +
+                     std::to_string(static_cast<int>(motion)));
+        Flight flight(flightOf(motion, kNoisePx));
+        flight.coverWithTexture(16, 0.75, px, life);
+        for (const auto& [k, result] : flight.watch()) {
+          EXPECT_NE(result.culprit, Culprit::kImu) << k << ": " << result.message;
+        }
+      }
     }
   }
 }

@@ -37,8 +37,8 @@ constexpr double kNearlyAll = 0.7;
 constexpr double kPart = 0.25;
 constexpr double kMajority = 0.5;
 constexpr double kHealthy = 0.8;
-// Of the tracks that tell two poses apart.
-constexpr double kDecides = 0.2;
+// A pose stays with the IMU's prediction if it is nearer to it than this part of the other pose.
+constexpr double kStays = 0.5;
 // Geman-McClure: a residual of this chi-square has a quarter of its weight.
 constexpr double kKernel = 6.0;
 constexpr int kMaxIterations = 12;
@@ -352,24 +352,11 @@ NavState constantMotion(const std::vector<NavState>& optimized, double t) {
   return state;
 }
 
-// Which tracks one of two poses explains and the other does not.
-struct Split {
-  int only_first = 0, only_second = 0;
-};
-
-Split splitOf(const PoseFit& first, const PoseFit& second) {
-  Split split;
-  for (std::size_t i = 0; i < first.agrees.size(); ++i) {
-    if (first.agrees[i] && !second.agrees[i]) ++split.only_first;
-    if (!first.agrees[i] && second.agrees[i]) ++split.only_second;
-  }
-  return split;
-}
-
 // Both sides of the test.
 struct Fits {
   PoseFit imu;           // the pose that the IMU allows
   PoseFit images;        // the pose that most tracks want
+  double left = 0.0;     // of that pose from the IMU's prediction [standard deviations]
   bool allowed = false;  // the IMU allows its pose indeed: a robust fit may leave it
 };
 
@@ -398,10 +385,12 @@ Fits fitBoth(const PoseSolver& solver, const Prediction& prediction,
       if (other.cost < fits.images.cost) fits.images = std::move(other);
     }
   }
+  // Where the tracks do not fix a pose, without parallax, the search may lose them.
+  if (!(fits.images.cost < fits.imu.cost + kAgrees)) fits.images = fits.imu;
   const Matrix6d expected =
       prediction.covariance + ofImages(fits.imu.pose, fits.imu.covariance, optimized);
-  fits.allowed =
-      mahalanobis(difference(fits.imu.pose, prediction.state), expected) < kLargestMahalanobis;
+  fits.left = mahalanobis(difference(fits.imu.pose, prediction.state), expected);
+  fits.allowed = fits.left < kLargestMahalanobis;
   return fits;
 }
 
@@ -442,14 +431,13 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool de
     return move(placed - static_cast<std::size_t>(fit.count) + (decide ? 0 : scene.moved), all);
   };
   const double a = fits.imu.fraction(), b = fits.images.fraction();
-  const Split split = splitOf(fits.imu, fits.images);
-  const double apart = split.only_first + split.only_second;
-  const bool distinct = apart > 0.1 * static_cast<double>(placed);
-  if (fits.allowed && distinct && a >= kPart && split.only_first >= kDecides * apart) {
+  // Damage leaves no part of the tracks where the IMU is. Tracks of few views, and a texture's, may
+  // agree in another minimum as well.
+  if (fits.allowed && a >= kPart && fits.left < kStays * distance) {
     return moves(fits.imu) ? Culprit::kImages : Culprit::kNone;
   }
   // With few tracks the pose says less than that none of them agrees.
-  const bool wrong = distance >= kLargestMahalanobis || (distinct && a < kPart && b >= kNearlyAll);
+  const bool wrong = distance >= kLargestMahalanobis || (a < kPart && b >= kNearlyAll);
   const int old = oldOf(scene, fits.images);
   const bool known_scene = old >= kLeastOld && old >= oldOf(scene, fits.imu);
   if (wrong && !decide && (!known_scene || b < kMajority)) return Culprit::kImages;
@@ -508,6 +496,8 @@ bool isWrong(const Innovation& result) {
 // is known of the host's velocity.
 bool compareTo(const PropagatedState& predicted, const std::vector<NavState>& optimized,
                Innovation* result) {
+  // A part of the tracks was where the IMU is, and the pose of the images is another minimum.
+  if (result->culprit == Culprit::kNone && result->mahalanobis >= kLargestMahalanobis) return true;
   const NavState& last = optimized.back();
   const Prediction prediction = predictionOf(predicted, last);
   const Vector6d d = difference(result->images, prediction.state);
