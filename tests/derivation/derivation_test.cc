@@ -12,20 +12,12 @@
 #include <vector>
 
 #include "epipolar_pair.h"
-#include "estimation/constants.h"
-#include "estimation/inertial_factor.h"
 #include "estimation/refine_window.h"
 #include "estimation/visual_inertial_problem.h"
 #include "geometry/so3.h"
 #include "linear_alignment.h"
 #include "rotation/normalized_epipolar_pair.h"
-#include "scale/gravity_constrained.h"
-#include "scale/starting_states.h"
-#include "shape/ligt.h"
-#include "support/exact_window.h"
 #include "support/jacobian_check.h"
-#include "support/track_views.h"
-#include "support/true_state.h"
 
 namespace slim_init {
 namespace {
@@ -126,35 +118,20 @@ TEST(Lines, Equation9IsTheBaselineAlongTheLineTimesTheSineBetweenThePlanes) {
   }
 }
 
-TEST(Lines, ThreeViewConstraintIsExact) {
-  for (unsigned seed = 0; seed < 100; ++seed) {
-    const LineViews line = makeLineViews(seed, 3);
-    const Eigen::Vector2d zero = threeViewConstraints(line, 0, 1, 2, line.state);
-    EXPECT_NEAR(zero[0], 0.0, 1e-12);
-    EXPECT_NEAR(zero[1], 0.0, 1e-12);
-  }
-}
-
 // The left null space of the track's Jacobian, projected on the poses: 2 m - 4 rows.
-template <int D, typename View, typename Parameters>
-MatrixXd eliminatedRows(const std::vector<View>& views, const Parameters& parameters,
-                        const WindowState& state, const Vector3d& t_b_c, double sqrt_information,
-                        double cauchy2, VectorXd* residual) {
-  const int m = static_cast<int>(views.size());
-  MatrixXd J_track(2 * m, D), J_pose = MatrixXd::Zero(2 * m, 6 * state.size());
-  VectorXd r(2 * m);
+MatrixXd eliminatedRows(const LineViews& line) {
+  const int m = static_cast<int>(line.views.size());
+  LineParameters parameters;
+  EXPECT_TRUE(triangulate(line.views.data(), m, line.state, Vector3d::Zero(), &parameters));
+  MatrixXd J_track(2 * m, 4), J_pose = MatrixXd::Zero(2 * m, 6 * m);
   for (int a = 0; a < m; ++a) {
-    ViewDerivatives<D> view;
-    evaluate(views[a], parameters, state, t_b_c, sqrt_information, &view);
-    const double root = std::sqrt(1.0 / (1.0 + view.r.squaredNorm() / cauchy2));
-    J_track.middleRows<2>(2 * a) = root * view.J_track;
-    J_pose.block<2, 6>(2 * a, 6 * views[a].keyframe) = root * view.J_pose;
-    r.segment<2>(2 * a) = root * view.r;
+    ViewDerivatives<4> view;
+    evaluate(line.views[a], parameters, line.state, Vector3d(Vector3d::Zero()), 1.0, &view);
+    J_track.middleRows<2>(2 * a) = view.J_track;
+    J_pose.block<2, 6>(2 * a, 6 * line.views[a].keyframe) = view.J_pose;
   }
   const MatrixXd Q = Eigen::HouseholderQR<MatrixXd>(J_track).householderQ();
-  const MatrixXd null = Q.rightCols(2 * m - D);
-  if (residual != nullptr) *residual = null.transpose() * r;
-  return null.transpose() * J_pose;
+  return Q.rightCols(2 * m - 4).transpose() * J_pose;
 }
 
 // Largest part of a row of A, relative to A, outside the row space of B.
@@ -166,11 +143,9 @@ double outsideOf(const MatrixXd& A, const MatrixXd& B) {
 TEST(Lines, EliminatedRowsAreTheTwoConstraintsOfThreeViews) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const LineViews line = makeLineViews(seed, 3);
-    LineParameters parameters;
-    ASSERT_TRUE(triangulate(line.views.data(), 3, line.state, Vector3d::Zero(), &parameters));
-    const MatrixXd rows =
-        eliminatedRows<4>(line.views, parameters, line.state, Vector3d::Zero(), 1.0, 1e12, nullptr);
+    const MatrixXd rows = eliminatedRows(line);
     ASSERT_EQ(rows.rows(), 2);
+    EXPECT_LT(threeViewConstraints(line, 0, 1, 2, line.state).cwiseAbs().maxCoeff(), 1e-12);
     const MatrixXd constraints = testing_support::numericJacobian(
         [&](const VectorXd& d) -> VectorXd {
           VectorXd step = VectorXd::Zero(StateLayout(3).size());
@@ -187,11 +162,7 @@ TEST(Lines, EliminatedRowsAreTheTwoConstraintsOfThreeViews) {
 TEST(Lines, MoreViewsAddTwoRowsEach) {
   for (int m : {3, 4, 5, 8}) {
     const LineViews line = makeLineViews(11, m);
-    LineParameters parameters;
-    ASSERT_TRUE(triangulate(line.views.data(), m, line.state, Vector3d::Zero(), &parameters));
-    const MatrixXd rows =
-        eliminatedRows<4>(line.views, parameters, line.state, Vector3d::Zero(), 1.0, 1e12, nullptr);
-    Eigen::JacobiSVD<MatrixXd> svd(rows);
+    Eigen::JacobiSVD<MatrixXd> svd(eliminatedRows(line));
     svd.setThreshold(1e-9);
     EXPECT_EQ(svd.rank(), 2 * m - 4);
   }
@@ -231,34 +202,6 @@ void addNoisy(const Pair& pair, double sigma, unsigned seed, Sink* sink) {
   for (std::size_t k = 0; k < pair.f_i.size(); ++k) {
     const Vector3d f_i = noisy(pair.f_i[k]), f_j = noisy(pair.f_j[k]);
     sink->add(f_i, f_j);
-  }
-}
-
-TEST(Rotation, NoiseAddsSigmaSquaredNToTheEpipolarMatrix) {
-  // E[e^T M e] = e^T M_0 e + sigma^2 e^T N e for any e, the true baseline or not. Every draw also
-  // with its sign turned, which takes out the part of first order in the noise.
-  const Pair pair = makePair(40, {0.3, -0.1, 0.1});
-  constexpr int kDraws = 2000;
-  constexpr double kMonteCarlo = 0.02;  // three standard deviations of the mean
-  for (const Vector3d& direction :
-       {Vector3d(0.3, -0.1, 0.1), Vector3d(0, 0, 1), Vector3d(1, 1, 0)}) {
-    const Vector3d e = direction.normalized();
-    const auto evaluateAt = [&](double sigma, unsigned seed) {
-      PairPoints noisy;
-      addNoisy(pair, sigma, seed, &noisy);
-      return noisy.residuals(pair.R_ci_cj, e, kSigma);
-    };
-    const auto eMe = [](const PointResiduals& at) {
-      return kSigma * kSigma * (at.z2 * at.noise).sum();
-    };
-    const PointResiduals exact = evaluateAt(0.0, 0);
-    const double predicted = kSigma * kSigma * exact.noise.sum();
-    double added = 0.0;
-    for (unsigned seed = 0; seed < kDraws; ++seed) {
-      const double both = eMe(evaluateAt(kSigma, seed)) + eMe(evaluateAt(-kSigma, seed));
-      added += (0.5 * both - eMe(exact)) / kDraws;
-    }
-    EXPECT_NEAR(added, predicted, kMonteCarlo * predicted);
   }
 }
 
@@ -307,168 +250,6 @@ TEST(Rotation, MinimumOfTheQuotientIsUnbiasedThatOfTheEigenvalueIsNot) {
   const double noise_of_a_mean = 1.0 / std::sqrt(static_cast<double>(kDraws));
   EXPECT_LT(quotient, 3.5 * noise_of_a_mean);
   EXPECT_GT(eigenvalue, 7.0 * noise_of_a_mean);
-}
-
-// ---- alignment
-// -----------------------------------------------------------------------------------
-
-// True shape of a window (camera centres in b0, zero mean, unit spread) with what the alignments
-// need, at the true rotations.
-struct Shape {
-  ExactWindow exact;
-  std::vector<Preintegration> pre;
-  std::vector<Matrix3d> R_b0_bk;
-  Eigen::Matrix3Xd centres;
-  double metres = 0.0;  // per unit of the shape
-};
-
-Shape makeShape(double pixel_noise, unsigned seed) {
-  ExactWindowOptions options;
-  options.pixel_noise = pixel_noise;
-  options.seed = seed;
-  Shape out{makeExactWindow(options), {}, {}, {}, 0.0};
-  out.pre = preintegrateWindow(*out.exact.window, options.gyro_bias, Vector3d::Zero(),
-                               PreintegrationParts::kMean);
-  out.R_b0_bk = chainRotations(out.pre);
-  out.centres = trueShape(out.exact, &out.metres);
-  return out;
-}
-
-// Information of the scale in the forward alignment of `shape`, everything else eliminated, with
-// gravity in the tangent plane of the truth.
-double forwardInformation(const Shape& shape, const Eigen::Matrix3Xd& centres) {
-  const AlignmentSystem system =
-      buildBaseRows({*shape.exact.window, shape.pre, shape.R_b0_bk, centres, LineTerms()});
-  const int n = static_cast<int>(centres.cols());
-  const MatrixXd H = system.H.selfadjointView<Eigen::Lower>();
-  const Vector3d down = shape.exact.truth[0].R_w_b.transpose() * -Vector3d::UnitZ();
-  MatrixXd T = MatrixXd::Zero(3 * n + 4, 3 * n + 2);
-  T.topLeftCorner(3 * n, 3 * n).setIdentity();
-  T.bottomRightCorner<3, 2>() = tangentBasis(down);
-  const MatrixXd others = T.transpose() * H * T;
-  const VectorXd cross = T.transpose() * H.col(3 * n);
-  return H(3 * n, 3 * n) - cross.dot(others.ldlt().solve(cross));
-}
-
-TEST(Alignment, NoiseOnTheRegressorShrinksTheForwardScaleAsPredicted) {
-  // s^ / s = h(c) / (h(c) + sigma^2 sum_k h(e_k)), h the information of the scale as a quadratic
-  // form of the shape, e_k the unit vectors.
-  constexpr double kNoise = 0.01;  // on every coordinate of a shape of unit spread
-  constexpr int kDraws = 300;
-  const Shape shape = makeShape(0.0, 1);
-  const double signal = forwardInformation(shape, shape.centres);
-  double noise = 0.0;
-  for (Eigen::Index k = 0; k < shape.centres.size(); ++k) {
-    Eigen::Matrix3Xd unit = Eigen::Matrix3Xd::Zero(3, shape.centres.cols());
-    unit.data()[k] = 1.0;
-    noise += kNoise * kNoise * forwardInformation(shape, unit);
-  }
-  double mean = 0.0;
-  for (unsigned seed = 0; seed < kDraws; ++seed) {
-    Random random(seed);
-    Eigen::Matrix3Xd noisy = shape.centres;
-    for (Eigen::Index k = 0; k < noisy.size(); ++k) noisy.data()[k] += kNoise * random.gaussian();
-    const AlignmentEstimate estimate =
-        alignLinear({*shape.exact.window, shape.pre, shape.R_b0_bk, noisy, LineTerms()});
-    ASSERT_TRUE(estimate.valid);
-    mean += estimate.scale / shape.metres / kDraws;
-  }
-  const double predicted = signal / (signal + noise);
-  EXPECT_LT(predicted, 0.99);
-  EXPECT_NEAR(1.0 - mean, 1.0 - predicted, 0.2 * (1.0 - predicted));
-}
-
-// ---- elimination
-// ---------------------------------------------------------------------------------
-
-TEST(Elimination, SchurComplementAndLeftNullSpaceTakeTheSameStep) {
-  ExactWindowOptions window_options;
-  window_options.points = 40;
-  const ExactWindow exact = noisyWindow(window_options);
-  const InitWindow& window = *exact.window;
-  const Vector3d& t_b_c = window.calibration().t_b_c;
-  RefinementOptions options;
-  options.tolerance = 1e-12;
-  const WindowState start = trueState(exact);
-  const StateLayout at(start.size());
-  const std::vector<Preintegration> pre =
-      preintegrateInflated(window, start.gyro_bias, start.accel_bias, InertialOptions());
-  VisualInertialProblem map(window, window.lineTracks(), pre, options, InertialOptions());
-  WindowState moved = start;
-  ASSERT_TRUE(map.minimize(0, &moved).valid);
-  const MatrixXd information = map.information();
-  ASSERT_EQ(map.minimize(1, &moved).iterations, 1);
-
-  // The normal equations at the start from the null space of every track.
-  MatrixXd H = MatrixXd::Zero(at.size(), at.size());
-  VectorXd g = VectorXd::Zero(at.size());
-  const double cauchy2 = options.cauchy_sigmas * options.cauchy_sigmas;
-  const auto add = [&](const MatrixXd& J, const VectorXd& r) {
-    H.topLeftCorner(J.cols(), J.cols()) += J.transpose() * J;
-    g.head(J.cols()) += J.transpose() * r;
-  };
-  for (const Track& track : window.pointTracks()) {
-    const std::vector<PointView> views = testing_support::pointViews(window, track);
-    const PointParameters point =
-        triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c);
-    VectorXd r;
-    const MatrixXd J =
-        eliminatedRows<3>(views, point, start, t_b_c, 1.0 / map.sigmaPoint(), cauchy2, &r);
-    ASSERT_EQ(J.rows(), 2 * track.size() - 3);
-    add(J, r);
-  }
-  int lines = 0;
-  for (const Track& track : window.lineTracks()) {
-    if (track.size() < estimation_constants::kMinLineViews) continue;
-    const std::vector<LineView> views = testing_support::lineViews(window, track);
-    LineParameters line;
-    ASSERT_TRUE(triangulate(views.data(), static_cast<int>(views.size()), start, t_b_c, &line));
-    VectorXd r;
-    const MatrixXd J =
-        eliminatedRows<4>(views, line, start, t_b_c, 1.0 / map.sigmaLine(), cauchy2, &r);
-    add(J, r);
-    ++lines;
-  }
-  ASSERT_GT(lines, 5);
-  for (int i = 0; i + 1 < at.n; ++i) {
-    Eigen::Matrix<double, 9, 9> W;
-    ASSERT_TRUE(inertialWhitening(pre[i], &W));
-    const InertialResidual factor = inertialResidual(start, i, pre[i]);
-    MatrixXd J = MatrixXd::Zero(9, at.size());
-    J.middleCols<12>(at.pose(i)) = W * factor.J.leftCols<12>();
-    J.middleCols<6>(at.velocity(i)) = W * factor.J.middleCols<6>(12);
-    J.rightCols<8>() = W * factor.J.rightCols<8>();
-    add(J, W * factor.r);
-  }
-  const auto prior = [&](int column, const Vector3d& value, double sigma) {
-    H.diagonal().segment<3>(column).array() += 1.0 / (sigma * sigma);
-    g.segment<3>(column) += value / (sigma * sigma);
-  };
-  prior(at.gyroBias(), start.gyro_bias, InertialOptions().gyro_bias_prior);
-  prior(at.accelBias(), start.accel_bias, InertialOptions().accel_bias_prior);
-
-  const int m = at.size() - StateLayout::kGauge;
-  // In units of the standard deviation that each entry has when all others are known.
-  const VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
-  MatrixXd A = H.bottomRightCorner(m, m);
-  constexpr double kTrackDamping = 1e-4;  // what holds a parameter that the views do not determine
-  EXPECT_LT((unit.asDiagonal() * (information - A) * unit.asDiagonal()).norm(), kTrackDamping);
-
-  // The first step has a Marquardt damping of 1e-6; the motion of the whole trajectory is known a
-  // thousand times worse than one entry alone, so that both dampings show there.
-  A.diagonal() *= 1.0 + 1e-6;
-  VectorXd step = VectorXd::Zero(at.size());
-  step.tail(m) = -A.llt().solve(g.tail(m));
-  const WindowState expected = retract(start, step);
-  const auto difference = [](const MatrixXd& a, const MatrixXd& b, const MatrixXd& from) {
-    return (a - b).norm() / (b - from).norm();
-  };
-  constexpr double kDamping = 0.01;
-  EXPECT_LT(difference(moved.p_b0, expected.p_b0, start.p_b0), kDamping);
-  EXPECT_LT(difference(moved.v_b0, expected.v_b0, start.v_b0), kDamping);
-  EXPECT_LT(difference(moved.gyro_bias, expected.gyro_bias, start.gyro_bias), kDamping);
-  EXPECT_LT(difference(moved.accel_bias, expected.accel_bias, start.accel_bias), kDamping);
-  EXPECT_LT(difference(moved.gravity_b0, expected.gravity_b0, start.gravity_b0), kDamping);
 }
 
 // ---- observability
