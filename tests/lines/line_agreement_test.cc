@@ -99,45 +99,27 @@ TEST(LineAgreement, TrueLinesAreKeptWholeWithNoiseAndAtAnyScale) {
   }
 }
 
-TEST(LineAgreement, AConfusedLineIsCutWhereItJumps) {
+// Pieces of the track of a line that shows another one from keyframe `from` on: first and last
+// keyframe of each.
+std::vector<std::pair<int, int>> piecesOfALineConfused(int from) {
   ExactWindow exact = makeExactWindow(ExactWindowOptions());
   const auto [line, other] = unlike(&exact);
-  ASSERT_GE(line, 0);
-  confuse(line, other, 6, 10, &exact);
-  const std::vector<Track> lines =
-      agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews);
+  EXPECT_GE(line, 0);
+  confuse(line, other, from, 10, &exact);
   std::vector<std::pair<int, int>> pieces;
-  for (const Track& track : lines) {
+  for (const Track& track :
+       agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews)) {
     if (track.id != line) continue;
-    pieces.push_back({exact.window->lineObservations()[track.begin].keyframe,
-                      exact.window->lineObservations()[track.end - 1].keyframe});
+    pieces.emplace_back(exact.window->lineObservations()[track.begin].keyframe,
+                        exact.window->lineObservations()[track.end - 1].keyframe);
   }
-  ASSERT_EQ(pieces.size(), 2u);
-  EXPECT_EQ(pieces[0], std::make_pair(0, 5));  // the longer one first
-  EXPECT_EQ(pieces[1], std::make_pair(6, 9));
+  return pieces;
 }
 
-TEST(LineAgreement, WhatIsTooShortAfterTheCutIsDropped) {
-  ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const auto [line, other] = unlike(&exact);
-  ASSERT_GE(line, 0);
-  confuse(line, other, 8, 10, &exact);
-  const std::vector<Track> lines =
-      agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews);
-  for (const Track& track : lines) {
-    if (track.id == line) {
-      EXPECT_EQ(track.size(), 8);
-    }
-  }
-}
-
-TEST(LineAgreement, AWindowWithoutLinesHasNone) {
-  ExactWindowOptions options;
-  options.lines = 0;
-  const ExactWindow exact = makeExactWindow(options);
-  const std::vector<Track> lines =
-      agreeingLineTracks(*exact.window, trueState(exact), kMaxError, kMinViews);
-  EXPECT_TRUE(lines.empty());
+TEST(LineAgreement, AConfusedLineIsCutWhereItJumps) {
+  using Pieces = std::vector<std::pair<int, int>>;
+  EXPECT_EQ(piecesOfALineConfused(6), (Pieces{{0, 5}, {6, 9}})) << "the longer one first";
+  EXPECT_EQ(piecesOfALineConfused(8), (Pieces{{0, 7}})) << "two views are too few";
 }
 
 }  // namespace

@@ -87,29 +87,23 @@ TEST(VanishingPointTrack, WrongSenseOfRotationLosesTheId) {
   EXPECT_EQ(ids(trackVanishingPoints(*window, R_ck_c0, {})), (std::vector<int>{0, 1, 2, 3}));
 }
 
-TEST(VanishingPointTrack, ComesBackWithItsIdAfterAMiss) {
-  const std::vector<int> seen = {0, 0, kMiss, 0, 0};
-  const auto R_c0_ck = turning(Eigen::Vector3d(0.3, 1.0, 0.0), 30.0, 5);
-  const auto vps = trackVanishingPoints(*windowOfAxes(kAxes, seen, R_c0_ck), R_c0_ck, {});
-  EXPECT_FALSE(vps[2].found);
-  EXPECT_EQ(ids(vps), (std::vector<int>{0, 0, -1, 0, 0}));
-  EXPECT_EQ(ages(vps), (std::vector<int>{1, 2, 0, 1, 2}));
-}
-
-TEST(VanishingPointTrack, AMissAtTheStartIsNoAxis) {
-  const std::vector<int> seen = {kMiss, 1, 1};
-  const auto R_c0_ck = turning(Eigen::Vector3d::UnitX(), 5.0, 3);
-  const auto vps = trackVanishingPoints(*windowOfAxes(kAxes, seen, R_c0_ck), R_c0_ck, {});
-  EXPECT_EQ(ids(vps), (std::vector<int>{-1, 0, 0}));
-  EXPECT_EQ(ages(vps), (std::vector<int>{0, 1, 2}));
-}
-
-TEST(VanishingPointTrack, SwitchesAxisAndReturns) {
-  const std::vector<int> seen = {1, 1, 0, 0, 1, 2, 0, 2};
-  const auto R_c0_ck = turning(Eigen::Vector3d(0.2, 1.0, -0.3), 30.0, 8);
-  const auto vps = trackVanishingPoints(*windowOfAxes(kAxes, seen, R_c0_ck), R_c0_ck, {});
-  EXPECT_EQ(ids(vps), (std::vector<int>{0, 0, 1, 1, 0, 2, 1, 2}));
-  EXPECT_EQ(ages(vps), (std::vector<int>{1, 2, 1, 2, 1, 1, 1, 1}));
+// After a miss and after other axes it comes back with its id; a miss at the start is no axis.
+TEST(VanishingPointTrack, IdsAndAgesOfWhatIsSeen) {
+  struct Case {
+    std::vector<int> seen, ids, ages;
+  };
+  const Case cases[] = {
+      {{0, 0, kMiss, 0, 0}, {0, 0, -1, 0, 0}, {1, 2, 0, 1, 2}},
+      {{kMiss, 1, 1}, {-1, 0, 0}, {0, 1, 2}},
+      {{1, 1, 0, 0, 1, 2, 0, 2}, {0, 0, 1, 1, 0, 2, 1, 2}, {1, 2, 1, 2, 1, 1, 1, 1}},
+  };
+  for (const Case& one : cases) {
+    const auto R_c0_ck =
+        turning(Eigen::Vector3d(0.2, 1.0, -0.3), 30.0, static_cast<int>(one.seen.size()));
+    const auto vps = trackVanishingPoints(*windowOfAxes(kAxes, one.seen, R_c0_ck), R_c0_ck, {});
+    EXPECT_EQ(ids(vps), one.ids);
+    EXPECT_EQ(ages(vps), one.ages);
+  }
 }
 
 TEST(VanishingPointTrack, MatchThresholdHasTwoSides) {
@@ -183,72 +177,34 @@ TEST(VanishingPointTrack, WrongNumberOfRotationsFindsNothing) {
   }
 }
 
-class ReliablePair : public ::testing::Test {
- protected:
-  void SetUp() override {
-    options_.min_track_age = 3;
-    options_.consistency_threshold_deg = 1.0;
-    vp_i_.found = true;
-    vp_i_.track_id = 5;
-    vp_i_.age = 2;
-    vp_i_.consistency_rad = 0.5 * kRadPerDeg;
-    vp_j_ = vp_i_;
-    vp_j_.age = 3;
-  }
-  bool reliable() const { return isReliablePair(vp_i_, vp_j_, options_); }
-
-  VanishingPointOptions options_;
-  VanishingPoint vp_i_;
-  VanishingPoint vp_j_;
-};
-
-TEST_F(ReliablePair, HoldsAtTheBounds) {
-  EXPECT_TRUE(reliable());
-  vp_i_.consistency_rad = 1.0 * kRadPerDeg;
-  vp_j_.consistency_rad = 1.0 * kRadPerDeg;
-  EXPECT_TRUE(reliable());
-}
-
-TEST_F(ReliablePair, BothMustBeFound) {
-  vp_i_.found = false;
-  EXPECT_FALSE(reliable());
-  vp_i_.found = true;
-  vp_j_.found = false;
-  EXPECT_FALSE(reliable());
-}
-
-TEST_F(ReliablePair, IdsMustBeTheSame) {
-  vp_j_.track_id = 6;
-  EXPECT_FALSE(reliable());
-  vp_i_.track_id = 6;
-  EXPECT_TRUE(reliable());
-  vp_i_.track_id = -1;
-  vp_j_.track_id = -1;
-  EXPECT_FALSE(reliable()) << "not tracked is not the same axis";
-}
-
-TEST_F(ReliablePair, AgeIsThatOfTheLaterOne) {
-  vp_j_.age = 2;
-  EXPECT_FALSE(reliable());
-  vp_i_.age = 9;
-  EXPECT_FALSE(reliable());
-  vp_i_.age = 1;
-  vp_j_.age = 3;
-  EXPECT_TRUE(reliable());
-}
-
-TEST_F(ReliablePair, ConsistencyIsAskedOfBoth) {
-  vp_i_.consistency_rad = 1.001 * kRadPerDeg;
-  EXPECT_FALSE(reliable());
-  vp_i_.consistency_rad = 0.999 * kRadPerDeg;
-  EXPECT_TRUE(reliable());
-  vp_j_.consistency_rad = 1.001 * kRadPerDeg;
-  EXPECT_FALSE(reliable());
-}
-
-TEST_F(ReliablePair, UnknownConsistencyIsNotReliable) {
-  vp_j_.consistency_rad = kNotComputed;
-  EXPECT_FALSE(reliable());
+TEST(ReliablePair, EachConditionHasTwoSides) {
+  VanishingPointOptions options;
+  options.min_track_age = 3;
+  options.consistency_threshold_deg = 1.0;
+  const auto reliable = [&options](void (*change)(VanishingPoint * i, VanishingPoint * j)) {
+    VanishingPoint i;
+    i.found = true;
+    i.track_id = 5;
+    i.age = 2;
+    i.consistency_rad = 1.0 * kRadPerDeg;  // at the bound
+    VanishingPoint j = i;
+    j.age = 3;
+    change(&i, &j);
+    return isReliablePair(i, j, options);
+  };
+  using Vp = VanishingPoint;
+  EXPECT_TRUE(reliable([](Vp*, Vp*) {}));
+  // Both found, and the same axis; not tracked is not the same axis.
+  EXPECT_FALSE(reliable([](Vp* i, Vp*) { i->found = false; }));
+  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->found = false; }));
+  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->track_id = 6; }));
+  EXPECT_FALSE(reliable([](Vp* i, Vp* j) { i->track_id = j->track_id = -1; }));
+  // The age is that of the later one.
+  EXPECT_FALSE(reliable([](Vp* i, Vp* j) { i->age = 9, j->age = 2; }));
+  EXPECT_TRUE(reliable([](Vp* i, Vp*) { i->age = 1; }));
+  EXPECT_FALSE(reliable([](Vp* i, Vp*) { i->consistency_rad = 1.001 * kRadPerDeg; }));
+  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->consistency_rad = 1.001 * kRadPerDeg; }));
+  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->consistency_rad = kNotComputed; }));
 }
 
 }  // namespace
