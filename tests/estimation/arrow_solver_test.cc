@@ -64,17 +64,6 @@ TEST(ArrowSolver, TakesTheStepOfTheDenseSystem) {
   }
 }
 
-TEST(ArrowSolver, CouplingsOfVelocitiesNeedTheDenseForm) {
-  const StateLayout at(6, false);
-  const MatrixXd H = normalEquations(at, true);
-  const VectorXd g = VectorXd::Ones(at.size());
-  ArrowSolver solver(at, false);
-  VectorXd step;
-  if (!solver.solve(H, g, 0.0, &step)) return;
-  const VectorXd expected = reference(at, H, g, 0.0);
-  EXPECT_GT((step - expected).norm(), 1e-3 * expected.norm());
-}
-
 TEST(ArrowSolver, RefusesWhatIsNotPositiveDefinite) {
   const StateLayout at(5, true);
   const VectorXd g = VectorXd::Ones(at.size());

@@ -39,31 +39,47 @@ WorldPose worldPose(const WindowState& state, int k) {
   return {A * state.R_b0_bk[k], A * state.p_b0.col(k), A * state.v_b0.col(k)};
 }
 
+// A covariance of the state `m` long. Small errors, so that first order is exact to a percent of
+// the sampling error.
+Eigen::MatrixXd smallCovariance(int m, std::mt19937* rng) {
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd A(m, m);
+  for (Eigen::Index i = 0; i < A.size(); ++i) A.data()[i] = normal(*rng);
+  return 1e-6 * (A * A.transpose() / m + Eigen::MatrixXd::Identity(m, m));
+}
+
+// Mean of the squares of errorOf(a draw of the state).
+template <typename ErrorOf>
+Eigen::MatrixXd sampledCovariance(const WindowState& state, const StateLayout& at,
+                                  const Eigen::MatrixXd& covariance, int rows, std::mt19937* rng,
+                                  const ErrorOf& errorOf) {
+  constexpr int kSamples = 4000;
+  std::normal_distribution<double> normal;
+  const Eigen::MatrixXd L = covariance.llt().matrixL();
+  Eigen::MatrixXd sampled = Eigen::MatrixXd::Zero(rows, rows);
+  for (int s = 0; s < kSamples; ++s) {
+    Eigen::VectorXd e(L.rows());
+    for (Eigen::Index i = 0; i < e.size(); ++i) e[i] = normal(*rng);
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
+    step.tail(L.rows()) = L * e;
+    const Eigen::VectorXd error = errorOf(retract(state, step));
+    sampled += error * error.transpose() / kSamples;
+  }
+  return sampled;
+}
+
 TEST(Posterior, CovarianceOfTheWorldStatesIsThatOfSamples) {
   const int n = 4;
   const WindowState state = someState(n);
   const StateLayout at(n);
   const int m = at.size() - StateLayout::kGauge;
   std::mt19937 rng(7);
-  std::normal_distribution<double> normal;
-  Eigen::MatrixXd A(m, m);
-  for (Eigen::Index i = 0; i < A.size(); ++i) A.data()[i] = normal(rng);
-  // Small errors, so that first order is exact to a percent of the sampling error.
-  const Eigen::MatrixXd covariance =
-      1e-6 * (A * A.transpose() / m + Eigen::MatrixXd::Identity(m, m));
+  const Eigen::MatrixXd covariance = smallCovariance(m, &rng);
   const Posterior posterior = posteriorOf(state, covariance.inverse());
   ASSERT_TRUE(posterior.valid);
   ASSERT_EQ(posterior.covariance.rows(), 9 * n + 6);
 
-  const Eigen::MatrixXd L = covariance.llt().matrixL();
-  constexpr int kSamples = 4000;
-  Eigen::MatrixXd sampled = Eigen::MatrixXd::Zero(9 * n + 6, 9 * n + 6);
-  for (int s = 0; s < kSamples; ++s) {
-    Eigen::VectorXd e(m);
-    for (Eigen::Index i = 0; i < m; ++i) e[i] = normal(rng);
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
-    step.tail(m) = L * e;
-    const WindowState moved = retract(state, step);
+  const auto errorOf = [&](const WindowState& moved) {
     Eigen::VectorXd error(9 * n + 6);
     for (int k = 0; k < n; ++k) {
       const WorldPose x = worldPose(state, k), y = worldPose(moved, k);
@@ -73,8 +89,10 @@ TEST(Posterior, CovarianceOfTheWorldStatesIsThatOfSamples) {
     }
     error.segment<3>(9 * n) = moved.gyro_bias - state.gyro_bias;
     error.tail<3>() = moved.accel_bias - state.accel_bias;
-    sampled += error * error.transpose() / kSamples;
-  }
+    return error;
+  };
+  const Eigen::MatrixXd sampled =
+      sampledCovariance(state, at, covariance, 9 * n + 6, &rng, errorOf);
   EXPECT_LT((posterior.covariance - sampled).norm(), 0.1 * sampled.norm());
   EXPECT_LT((posterior.covariance - posterior.covariance.transpose()).norm(), 1e-15);
 }
@@ -97,10 +115,7 @@ TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
   for (ImuInstant& instant : instants) instant = {vector(), 9.81 * vector().normalized()};
   const StateLayout at(n, true);
   const int m = at.size() - StateLayout::kGauge;
-  Eigen::MatrixXd A(m, m);
-  for (Eigen::Index i = 0; i < A.size(); ++i) A.data()[i] = normal(rng);
-  const Eigen::MatrixXd covariance =
-      1e-6 * (A * A.transpose() / m + Eigen::MatrixXd::Identity(m, m));
+  const Eigen::MatrixXd covariance = smallCovariance(m, &rng);
   const Posterior posterior = posteriorOf(state, covariance.inverse(), calibration, instants);
   ASSERT_TRUE(posterior.valid);
   EXPECT_LT((posterior.rig_covariance - covariance.bottomRightCorner<8, 8>()).norm(), 1e-12);
@@ -121,15 +136,7 @@ TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
     return poses;
   };
   const std::vector<WorldPose> reference = world(state, 0.0);
-  const Eigen::MatrixXd L = covariance.llt().matrixL();
-  constexpr int kSamples = 4000;
-  Eigen::MatrixXd sampled = Eigen::MatrixXd::Zero(9 * n, 9 * n);
-  for (int s = 0; s < kSamples; ++s) {
-    Eigen::VectorXd e(m);
-    for (Eigen::Index i = 0; i < m; ++i) e[i] = normal(rng);
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(at.size());
-    step.tail(m) = L * e;
-    const WindowState moved = retract(state, step);
+  const auto errorOf = [&](const WindowState& moved) {
     // The exposures are at td + its error; the label of the states is the estimate.
     const std::vector<WorldPose> truth = world(moved, -(moved.rig.dtd - state.rig.dtd));
     Eigen::VectorXd error(9 * n);
@@ -138,8 +145,9 @@ TEST(Posterior, CovarianceOfTheBodyContainsThatOfTheRig) {
       error.segment<3>(9 * k + 3) = truth[k].p - reference[k].p;
       error.segment<3>(9 * k + 6) = truth[k].v - reference[k].v;
     }
-    sampled += error * error.transpose() / kSamples;
-  }
+    return error;
+  };
+  const Eigen::MatrixXd sampled = sampledCovariance(state, at, covariance, 9 * n, &rng, errorOf);
   const Eigen::MatrixXd stated = posterior.covariance.topLeftCorner(9 * n, 9 * n);
   EXPECT_LT((stated - sampled).norm(), 0.1 * sampled.norm());
   for (int k = 0; k < n; ++k) {

@@ -50,25 +50,6 @@ double scaleError(const RefinedWindow& refined, const WindowState& truth) {
   return std::abs(spread(refined.state) / spread(truth) - 1.0);
 }
 
-// A trajectory of `scale` times the size, with velocities to match.
-WindowState scaled(WindowState state, double scale) {
-  state.p_b0 *= scale;
-  state.v_b0 *= scale;
-  return state;
-}
-
-// Every pose, velocity and the direction of gravity moved at random.
-WindowState moved(const WindowState& state, double amount, unsigned seed) {
-  std::mt19937 rng(seed);
-  std::normal_distribution<double> normal;
-  const StateLayout at(state.size());
-  Eigen::VectorXd step(at.size());
-  for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = amount * normal(rng);
-  step.head<StateLayout::kGauge>().setZero();
-  step.segment<6>(at.gyroBias()).setZero();
-  return retract(state, step);
-}
-
 // ---- noise of the data
 // ----------------------------------------------------------------------------
 
@@ -198,7 +179,7 @@ TEST(RefineWindow, ASecondStartIsTriedWhereTheFirstLooksWrong) {
   const ExactWindow exact = makeExactWindow(noisy(7));
   const WindowState truth = trueState(exact);
   // Turned over: the minimisation does not come back from there.
-  WindowState wrong = moved(truth, 1.0, 2);
+  WindowState wrong = moved(truth, 1.0, 2, false);
   RefinementOptions options;
   options.suspicious_chi2 = 2.0;
   const RefinedWindow from_wrong = refine(*exact.window, {wrong}, options);
@@ -249,14 +230,15 @@ TEST(RefineWindow, TheMedianIsBlindToGrossErrors) {
   EXPECT_GT(refined.chi2, 1.5 * clean.chi2);
   EXPECT_LT(refined.median_chi2, 1.35 * clean.median_chi2);
   // In a wrong minimum no view fits.
-  const RefinedWindow wrong = refine(*exact.window, {moved(trueState(exact), 1.0, 2)}, options);
+  const RefinedWindow wrong =
+      refine(*exact.window, {moved(trueState(exact), 1.0, 2, false)}, options);
   EXPECT_TRUE(!wrong.valid || wrong.median_chi2 > 2.0) << wrong.median_chi2;
 }
 
 TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
   const ExactWindow exact = makeExactWindow(noisy(7));
   const WindowState truth = trueState(exact);
-  const WindowState wrong = moved(truth, 1.0, 2);
+  const WindowState wrong = moved(truth, 1.0, 2, false);
   RefinementOptions options;
   options.suspicious_chi2 = 1e-3;  // every minimum looks wrong
   const RefinedWindow alone = refine(*exact.window, {truth}, options);
@@ -270,28 +252,16 @@ TEST(RefineWindow, TheLowestOfAllStartsIsGoneBackTo) {
 // ---- input that is no use
 // -------------------------------------------------------------------------
 
-TEST(RefineWindow, WithoutAStartThereIsNoAnswer) {
-  const ExactWindow exact = makeExactWindow(noisy(1));
-  const RefinedWindow refined = refine(*exact.window, {}, RefinementOptions());
-  EXPECT_FALSE(refined.valid);
-}
-
 TEST(RefineWindow, AStartThatIsNotFiniteLosesAgainstAnyOther) {
   const ExactWindow exact = makeExactWindow(noisy(1));
   const WindowState truth = trueState(exact);
   WindowState broken = truth;
   broken.p_b0(1, 3) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(refine(*exact.window, {}, RefinementOptions()).valid);
   EXPECT_FALSE(refine(*exact.window, {broken}, RefinementOptions()).valid);
   const RefinedWindow refined = refine(*exact.window, {broken, truth}, RefinementOptions());
   ASSERT_TRUE(refined.valid);
   EXPECT_LT(scaleError(refined, truth), 0.02);
-}
-
-TEST(RefineWindow, FromFarAwayItIsInvalidOrLooksWrong) {
-  const ExactWindow exact = makeExactWindow(noisy(1));
-  const WindowState far = scaled(moved(trueState(exact), 1.0, 3), 1e6);
-  const RefinedWindow refined = refine(*exact.window, {far}, RefinementOptions());
-  EXPECT_TRUE(!refined.valid || refined.chi2 > 5.0) << refined.chi2;
 }
 
 TEST(RefineWindow, ACovarianceThatIsNoneIsRefused) {

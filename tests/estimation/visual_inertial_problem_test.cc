@@ -26,17 +26,6 @@ namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
-WindowState perturbed(const WindowState& state, double amount, unsigned seed) {
-  std::mt19937 rng(seed);
-  std::normal_distribution<double> normal;
-  const StateLayout at(state.size());
-  Eigen::VectorXd step(at.size());
-  for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = amount * normal(rng);
-  step.head<StateLayout::kGauge>().setZero();
-  step.segment<3>(at.gyroBias()) *= 0.1;
-  return retract(state, step);
-}
-
 ExactWindow noisyWindow(unsigned seed) {
   ExactWindowOptions options;
   options.accel_bias = Eigen::Vector3d(0.05, -0.08, 0.1);
@@ -60,7 +49,7 @@ TEST(VisualInertialProblem, NoiseFreeMinimumIsTheTruth) {
   const std::vector<Preintegration> pre =
       preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
   VisualInertialProblem map(*exact.window, exact.window->lineTracks(), pre, options, inertial);
-  WindowState state = perturbed(truth, 0.02, 3);
+  WindowState state = moved(truth, 0.02, 3, true);
   const MapSummary summary = map.minimize(options.max_iterations, &state);
   ASSERT_TRUE(summary.valid);
   EXPECT_TRUE(summary.converged);
@@ -195,7 +184,7 @@ TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
     const std::vector<Preintegration> pre =
         preintegrateInflated(*window, truth.gyro_bias, truth.accel_bias, inertial);
     VisualInertialProblem map(*window, window->lineTracks(), pre, options, inertial);
-    WindowState state = perturbed(truth, 0.02, seed);
+    WindowState state = moved(truth, 0.02, seed, true);
     const MapSummary summary = map.minimize(30, &state);
     ASSERT_TRUE(summary.valid && summary.converged) << seed;
     worst = std::max(worst, stepLeft(state, &map));

@@ -214,57 +214,20 @@ TEST(CalibrationOfSlim, AnUnknownRotationIsRefusedWithTheAxisThatIsMissing) {
   }
 }
 
-// A camera that swings about its own axes, `swing_c` [rad/s] each at its own frequency, and sways
-// sideways among points 2 to 6 m away. Only the gyroscope of the IMU means anything.
+// A camera that swings about its own axes, `swing_c` [rad/s] each at its own frequency, of whose
+// rotation nothing is known.
 std::shared_ptr<const InitWindow> swinging(const Eigen::Vector3d& swing_c, unsigned seed) {
-  constexpr double kSpan = 2.5, kStep = 0.005, kInterval = 0.25;
-  Calibration calibration = eurocCalibration();
-  const Eigen::Matrix3d R_b_c = calibration.R_b_c;
-  std::mt19937 rng(seed);
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  std::vector<Eigen::Vector3d> places;
-  for (int i = 0; i < 150; ++i) {
-    const double depth = 4.0 + 2.0 * uniform(rng);
-    places.push_back(
-        Eigen::Vector3d{0.8 * depth * uniform(rng), 0.6 * depth * uniform(rng), depth});
-  }
-  std::vector<ImuSample> imu;
-  std::vector<FrameObservation> keyframes;
-  Eigen::Matrix3d R_w_c = Eigen::Matrix3d::Identity();
-  const double noise = calibration.sigmaBearing();
-  for (int step = 0; step * kStep <= kSpan; ++step) {
-    const double t = step * kStep;
-    const auto rate = [&](double at) -> Eigen::Vector3d {
-      return {swing_c.x() * std::cos(2.0 * at), swing_c.y() * std::cos(2.6 * at + 1.0),
-              swing_c.z() * std::cos(3.1 * at + 2.0)};
-    };
-    imu.push_back({t, R_b_c * rate(t), Eigen::Vector3d(0.0, 0.0, 9.81)});
-    if (step % static_cast<int>(std::lround(kInterval / kStep)) == 0) {
-      const Eigen::Vector3d centre(0.3 * std::sin(1.5 * t), 0.2 * std::sin(2.2 * t), 0.0);
-      FrameObservation frame;
-      frame.t = t;
-      for (std::size_t i = 0; i < places.size(); ++i) {
-        const Eigen::Vector3d X = R_w_c.transpose() * (places[i] - centre);
-        if (X.z() < 0.5 || std::abs(X.x()) > 0.75 * X.z() || std::abs(X.y()) > 0.5 * X.z())
-          continue;
-        PointObservation point;
-        point.id = static_cast<int>(i);
-        point.bearing = Eigen::Vector3d{X.x() / X.z() + noise * normal(rng),
-                                        X.y() / X.z() + noise * normal(rng), 1.0}
-                            .normalized();
-        frame.points.push_back(point);
-      }
-      keyframes.push_back(frame);
-    }
-    R_w_c = R_w_c * expSO3(kStep * rate(t + 0.5 * kStep));
-  }
-  calibration.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
-  calibration.R_b_c.setIdentity();
-  std::string error;
-  auto window = InitWindow::create(calibration, keyframes, imu, &error);
-  EXPECT_NE(window, nullptr) << error;
-  return window;
+  ExactWindowOptions options = noisy(seed);
+  options.keyframes = 11;
+  options.angular_rate = [swing_c](double t) -> Eigen::Vector3d {
+    const Eigen::Vector3d phase(std::cos(2.0 * t), std::cos(2.6 * t + 1.0),
+                                std::cos(3.1 * t + 2.0));
+    return eurocCalibration().R_b_c * swing_c.cwiseProduct(phase);
+  };
+  ExactWindow exact = makeExactWindow(options);
+  exact.calibration.sigmas.rotation_deg = CalibrationSigmas::kUnknownRotationDeg;
+  exact.calibration.R_b_c.setIdentity();
+  return InitWindow::create(exact.calibration, exact.keyframes, exact.imu);
 }
 
 // About one axis: refused, and told to turn about another one. About two: found.

@@ -65,7 +65,7 @@ TEST(Heap, DoesNotGrowWithTheNumberOfWindows) {
     // by some hundred.
     EXPECT_LT(bytesInUse(), before + 1024)
         << name << " after " << windows
-        << " windows (by hand: with the environment that tests/solvers/CMakeLists.txt sets)";
+        << " windows (by hand: with the environment that tests/methods/CMakeLists.txt sets)";
   }
 }
 

@@ -86,26 +86,6 @@ TEST_F(InitializerTest, HandsOutWhatAHostNeedsToKnow) {
   EXPECT_EQ(initializer->info().counts.lines_waiting, 0);
 }
 
-TEST_F(InitializerTest, StatesBetweenAndBesideTheKeyframes) {
-  const auto initializer = make();
-  feed(*initializer, exact_);
-  const InitResult result =
-      initializer->initialize({healthy(exact_.truth[3]), {}});  // in the frame of the truth
-  ASSERT_TRUE(result.success()) << result.message;
-  std::vector<NavState> states;
-  std::string error;
-  const double middle = 0.5 * (exact_.truth[4].t + exact_.truth[5].t);
-  ASSERT_TRUE(initializer->statesAt(result, {middle, exact_.truth[5].t}, 0.0, &states, &error))
-      << error;
-  ASSERT_EQ(states.size(), 2u);
-  EXPECT_LT((states[1].p_w_b - exact_.truth[5].p_w_b).norm(), 1e-6);
-  const Vector3d halfway = 0.5 * (exact_.truth[4].p_w_b + exact_.truth[5].p_w_b);
-  EXPECT_LT((states[0].p_w_b - halfway).norm(), 0.1);
-  EXPECT_FALSE(initializer->statesAt(result, {exact_.truth[0].t - 0.5}, 0.1, &states, &error));
-  EXPECT_NE(error.find("(limit 0.1 s)"), std::string::npos) << error;
-  EXPECT_EQ(states.size(), 2u) << "left as they were";
-}
-
 /// Reports success for every window, without an estimate.
 class WrongSuccess : public WindowSolver {
  public:
@@ -128,19 +108,6 @@ TEST_F(InitializerTest, ASuccessThatContradictsItselfIsNotPassedOn) {
   const InitResult result = initializer->initialize();
   EXPECT_EQ(result.status, InitStatus::kNumericalFailure);
   EXPECT_EQ(result.message, "wrong-success reported success without states");
-}
-
-TEST_F(InitializerTest, RecoverContinuesPositionAndYawInsideTheWindow) {
-  const auto initializer = make();
-  feed(*initializer, exact_);
-  // The host was healthy at the fourth keyframe; its odometry frame is the truth's.
-  const InitResult result = initializer->initialize({healthy(exact_.truth[3]), {}});
-  ASSERT_TRUE(result.success()) << result.message;
-  for (std::size_t k = 0; k < exact_.truth.size(); ++k) {
-    EXPECT_LT((result.states[k].p_w_b - exact_.truth[k].p_w_b).norm(), 1e-6);
-    EXPECT_LT((result.states[k].v_w_b - exact_.truth[k].v_w_b).norm(), 1e-6);
-    EXPECT_LT(logSO3(result.states[k].R_w_b.transpose() * exact_.truth[k].R_w_b).norm(), 1e-6);
-  }
 }
 
 TEST_F(InitializerTest, RecoverCarriesAStateFromBeforeTheWindowByTheImu) {
@@ -188,14 +155,6 @@ TEST_F(InitializerTest, RecoverRefusesToIntegrateAcrossAGapOfTheImu) {
   const InitResult result = recoverWithGap(0.2);
   EXPECT_EQ(result.status, InitStatus::kInvalidInput);
   EXPECT_NE(result.message.find("window 0.2"), std::string::npos) << result.message;
-}
-
-TEST_F(InitializerTest, RecoverBeforeTheWindowIsFullWaits) {
-  const auto initializer = make();
-  for (const ImuSample& sample : exact_.imu) initializer->addImu(sample);
-  initializer->addFrame(exact_.keyframes[0]);
-  EXPECT_EQ(initializer->initialize({healthy(exact_.truth[0]), {}}).status,
-            InitStatus::kTooFewKeyframes);
 }
 
 /// Sure of a bent path, and counts how often it was asked. `scale` may change from window to

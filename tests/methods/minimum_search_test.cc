@@ -120,23 +120,6 @@ ExactWindow withSlidingPoints(int points) {
   return exact;
 }
 
-TEST(SearchMinimum, TheSecondSearchOnlyLowersTheCost) {
-  Search search(withSlidingPoints(5));
-  // A start with the trajectory mirrored at its first position.
-  WindowState wrong = search.truth;
-  wrong.p_b0 = -wrong.p_b0;
-  wrong.v_b0 = -wrong.v_b0;
-  const RefinedWindow twice = search.run(wrong);
-  search.options.slim.second_search = false;
-  const RefinedWindow once = search.run(wrong);
-  ASSERT_TRUE(twice.valid);
-  if (once.valid) {
-    EXPECT_LE(twice.cost, once.cost);
-  }
-  const RefinedWindow right = search.run(search.truth);
-  EXPECT_LT(twice.cost, 1.01 * right.cost);
-}
-
 // A limit in units of work.
 WorkBudget budgetOf(double units) {
   WorkLimits limits;
@@ -161,6 +144,7 @@ TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
   const RefinedWindow once = search.run(wrong, &first);
   search.options.slim.second_search = true;
   ASSERT_LT(found.cost, 0.9 * once.cost) << "this window needs the second search";
+  EXPECT_LT(found.cost, 1.01 * search.run(search.truth).cost);
 
   WorkBudget enough = budgetOf(1.01 * all.used());
   EXPECT_EQ(search.run(wrong, &enough).cost, found.cost);

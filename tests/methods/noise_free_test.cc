@@ -115,17 +115,5 @@ TEST(NoiseFreeEquation11, PullsTheScaleDownAndMoreWithMoreWeight) {
   EXPECT_LT(last, -0.01);  // 2 % of the scale are gone at weight 10, in the absence of any noise
 }
 
-TEST(NoiseFreeAccelBias, ShowsUpInGravityBecauseNeitherMethodModelsIt) {
-  ExactWindowOptions options;
-  options.accel_bias = Eigen::Vector3d(-0.013, 0.10, 0.09);
-  const ExactWindow exact = makeExactWindow(options);
-  const InitResult result =
-      baselines::makeMethod("drt-l", InitializerOptions())->solve(*exact.window);
-  ASSERT_TRUE(result.hasEstimate());
-  const double error = gravityErrorRad(result.gravity_b0, exact.truth[0]);
-  EXPECT_GT(error, 0.002);  // b_a / g is 0.014 rad
-  EXPECT_LT(error, 0.03);
-}
-
 }  // namespace
 }  // namespace slim_init

@@ -41,11 +41,6 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
-  const Vector3d f = point->bearing / point->bearing.z();
-  point->bearing = (f + Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
-}
-
 struct Corrupted {
   std::shared_ptr<const InitWindow> window;
   std::set<std::pair<FeatureId, int>> moved;  // id and keyframe of the observations that were moved
@@ -193,20 +188,6 @@ TEST(RobustBias, PureRotationAndHoverGiveTheBias) {
       EXPECT_LT(relativeError(estimate, options.gyro_bias), 0.1) << "seed " << seed;
     }
   }
-}
-
-TEST(RobustBias, ShortWindow) {
-  // What a front end has at hand a moment after its start.
-  std::vector<double> errors;
-  for (unsigned seed = 1; seed <= kWindows; ++seed) {
-    ExactWindowOptions options = noisy(seed);
-    options.keyframes = 4;
-    const ExactWindow exact = makeExactWindow(options);
-    const RobustBias estimate = robustBiasOf(*exact.window);
-    ASSERT_TRUE(estimate.valid());
-    errors.push_back(relativeError(estimate, options.gyro_bias));
-  }
-  EXPECT_LT(median(errors), 0.10);
 }
 
 TEST(RobustBias, RefusesWithoutPoints) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
+#include <vector>
 
 #include "rotation/constants.h"
 #include "slim_init/options.h"
@@ -14,11 +16,6 @@ namespace {
 
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
-
-void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
-  const Vector3d f = point->bearing / point->bearing.z();
-  point->bearing = (f + Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
-}
 
 // With the pairs and rotations that the pruning needs, and nothing known of the baselines.
 TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias,
@@ -31,50 +28,48 @@ TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias,
       .tracks;
 }
 
-TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
-  const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
-  // A track of at least six observations, bent in the middle, in both axes.
-  const InitWindow& clean = *exact.window;
-  const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
-                                  [](const Track& t) { return t.size() >= 6; });
-  ASSERT_NE(track, clean.pointTracks().end());
-  const int keyframe = clean.pointObservations()[track->begin + 3].keyframe;
-  std::vector<FrameObservation> frames = exact.keyframes;
-  for (PointObservation& point : frames[keyframe].points) {
-    if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
+// The first track of at least eight observations, so many of them displaced in both axes, from the
+// fourth on.
+struct Bent {
+  std::shared_ptr<const InitWindow> window;
+  Track track;
+
+  Bent(const ExactWindow& exact, int observations) {
+    const auto longEnough = [](const Track& t) { return t.size() >= 8; };
+    const auto& tracks = exact.window->pointTracks();
+    const FeatureId id = std::find_if(tracks.begin(), tracks.end(), longEnough)->id;
+    std::vector<FrameObservation> frames = exact.keyframes;
+    int seen = 0;
+    for (FrameObservation& frame : frames) {
+      for (PointObservation& point : frame.points) {
+        if (point.id != id || seen++ < 3 || seen > 3 + observations) continue;
+        shift(25.0, 25.0, exact.calibration.focal_px, &point);
+      }
+    }
+    window = windowOf(exact, frames);
+    for (const Track& t : window->pointTracks()) {
+      if (t.id == id) track = t;
+    }
   }
-  const auto window = windowOf(exact, frames);
-  const TrackPruning pruning = pruned(*window, ExactWindowOptions().gyro_bias);
-  const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
-                                 [&](const Track& t) { return t.id == track->id; });
-  for (int a = bent->begin; a < bent->end; ++a) {
-    const bool bad = window->pointObservations()[a].keyframe == keyframe;
-    EXPECT_EQ(pruning.keep[a], bad ? kDropObservation : kKeepObservation) << a - bent->begin;
+};
+
+TEST(TrackPruning, SingleBadSightingIsDroppedAndTheTrackGoesOn) {
+  const Bent bent(noisyWindow(Motion::kExcited, 2), 1);
+  const TrackPruning pruning = pruned(*bent.window, ExactWindowOptions().gyro_bias);
+  for (int k = 0; k < bent.track.size(); ++k) {
+    EXPECT_EQ(pruning.keep[bent.track.begin + k], k == 3 ? kDropObservation : kKeepObservation)
+        << k;
   }
 }
 
 TEST(TrackPruning, JumpForGoodCutsTheTrack) {
-  const ExactWindow exact = noisyWindow(Motion::kExcited, 2);
-  const InitWindow& clean = *exact.window;
-  const auto track = std::find_if(clean.pointTracks().begin(), clean.pointTracks().end(),
-                                  [](const Track& t) { return t.size() >= 8; });
-  ASSERT_NE(track, clean.pointTracks().end());
-  const int keyframe = clean.pointObservations()[track->begin + 4].keyframe;
-  std::vector<FrameObservation> frames = exact.keyframes;
-  for (std::size_t k = keyframe; k < frames.size(); ++k) {
-    for (PointObservation& point : frames[k].points) {
-      if (point.id == track->id) shift(25.0, 25.0, exact.calibration.focal_px, &point);
-    }
-  }
-  const auto window = windowOf(exact, frames);
-  const TrackPruning pruning = pruned(*window, ExactWindowOptions().gyro_bias);
-  const auto bent = std::find_if(window->pointTracks().begin(), window->pointTracks().end(),
-                                 [&](const Track& t) { return t.id == track->id; });
-  EXPECT_EQ(pruning.keep[bent->begin + 4], kStartTrack);
-  const auto cut = withObservations(*window, pruning.keep);
+  const Bent bent(noisyWindow(Motion::kExcited, 2), 100);
+  const TrackPruning pruning = pruned(*bent.window, ExactWindowOptions().gyro_bias);
+  EXPECT_EQ(pruning.keep[bent.track.begin + 3], kStartTrack);
+  const auto cut = withObservations(*bent.window, pruning.keep);
   ASSERT_NE(cut, nullptr);
   int pieces = 0;
-  for (const Track& t : cut->pointTracks()) pieces += t.id == track->id ? 1 : 0;
+  for (const Track& t : cut->pointTracks()) pieces += t.id == bent.track.id ? 1 : 0;
   EXPECT_EQ(pieces, 2);
 }
 

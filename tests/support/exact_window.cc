@@ -24,8 +24,9 @@ Eigen::Vector3d gaussian3(Random& random) {
 }
 
 // Angular rate in b [rad/s].
-Eigen::Vector3d angularRate(Motion motion, double t) {
-  switch (motion) {
+Eigen::Vector3d angularRate(const ExactWindowOptions& options, double t) {
+  if (options.angular_rate) return options.angular_rate(t);
+  switch (options.motion) {
     case Motion::kExcited:
       return {0.30 * std::sin(1.9 * t), 0.25 * std::cos(1.3 * t + 0.5), 0.20 * std::sin(2.3 * t)};
     case Motion::kPureRotation:
@@ -207,12 +208,11 @@ ExactWindow makeExactWindow(const ExactWindowOptions& options) {
     const double t = k * h - begin;
     ImuSample sample;
     sample.t = k * h;
-    sample.gyro = angularRate(options.motion, t) + options.gyro_bias;
+    sample.gyro = angularRate(options, t) + options.gyro_bias;
     sample.accel = R_w_b.transpose() * (R_w_h * acceleration(options.motion, t) - gravity_w) +
                    options.accel_bias;
     out.imu.push_back(sample);
-    R_w_b *=
-        expSO3(0.5 * h * (angularRate(options.motion, t) + angularRate(options.motion, t + h)));
+    R_w_b *= expSO3(0.5 * h * (angularRate(options, t) + angularRate(options, t + h)));
   }
 
   // The truth at the keyframes is the integral of these samples.
@@ -312,6 +312,11 @@ std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
   auto window = InitWindow::create(exact.calibration, keyframes, exact.imu, &error);
   if (window == nullptr) throw std::runtime_error(error);
   return window;
+}
+
+void shift(double dx_px, double dy_px, double focal_px, PointObservation* point) {
+  const Eigen::Vector3d f = point->bearing / point->bearing.z();
+  point->bearing = (f + Eigen::Vector3d(dx_px / focal_px, dy_px / focal_px, 0.0)).normalized();
 }
 
 double positionRmse(const std::vector<NavState>& estimate, const std::vector<NavState>& truth) {

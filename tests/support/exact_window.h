@@ -4,6 +4,7 @@
 // so that a noise-free solver has to recover it to rounding.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -18,6 +19,8 @@ enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity, kFromRes
 struct ExactWindowOptions {
   Motion motion = Motion::kExcited;
   double rest_s = 1.5;  ///< of kFromRest [s]
+  /// In b at time t [rad/s], in place of that of the motion.
+  std::function<Eigen::Vector3d(double t)> angular_rate;
   int keyframes = 10;
   double interval_s = 0.25;
   /// Keyframes lie this long after an IMU sample: 0 hits samples, 0.0017 falls between two.
@@ -74,6 +77,9 @@ ExactWindow noisyWindow(Motion motion, unsigned seed);
 /// Other keyframes with the calibration and the IMU data of `exact`; throws if there is no window.
 std::shared_ptr<const InitWindow> windowOf(const ExactWindow& exact,
                                            const std::vector<FrameObservation>& keyframes);
+
+/// Moves an observation in the image plane.
+void shift(double dx_px, double dy_px, double focal_px, PointObservation* point);
 
 /// Root mean square over the keyframes of the position error, both trajectories shifted to their
 /// first keyframe and the estimate rotated by the yaw between the first attitudes [m].

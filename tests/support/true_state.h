@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <random>
+
 #include "imu/window_state.h"
 #include "support/exact_window.h"
 
@@ -23,6 +25,20 @@ inline WindowState trueState(const ExactWindow& exact) {
   state.accel_bias = first.accel_bias;
   state.gravity_b0 = R_b0_w * Eigen::Vector3d(0, 0, -exact.calibration.gravity_magnitude);
   return state;
+}
+
+/// Every pose and velocity, the direction of gravity and, where wanted, the biases moved at random;
+/// the first pose stays.
+inline WindowState moved(const WindowState& state, double amount, unsigned seed, bool biases) {
+  std::mt19937 rng(seed);
+  std::normal_distribution<double> normal;
+  const StateLayout at(state.size());
+  Eigen::VectorXd step(at.size());
+  for (Eigen::Index i = 0; i < step.size(); ++i) step[i] = amount * normal(rng);
+  step.head<StateLayout::kGauge>().setZero();
+  step.segment<3>(at.gyroBias()) *= 0.1;
+  if (!biases) step.segment<6>(at.gyroBias()).setZero();
+  return retract(state, step);
 }
 
 /// The true camera centres in the first body frame, one column per keyframe [m].
