@@ -200,13 +200,6 @@ TEST_F(BackgroundSolve, AResetForgetsTheSolveThatRuns) {
   EXPECT_FALSE(answer.success());
 }
 
-TEST_F(BackgroundSolve, EndsWhileASolveRuns) {
-  feed(0, 30);
-  ASSERT_TRUE(adapter_->seed(stamps(30)).pending);
-  adapter_.reset();
-  EXPECT_EQ(solves_, 1);
-}
-
 // Lock step: whatever a solve takes, the call returns its answer.
 TEST_F(BackgroundSolve, ANegativeWaitIsSynchronous) {
   make(-1.0);
@@ -216,16 +209,6 @@ TEST_F(BackgroundSolve, ANegativeWaitIsSynchronous) {
   EXPECT_FALSE(answer.pending);
   EXPECT_TRUE(answer.success()) << answer.message;
   EXPECT_GE(answer.total_ms, 100.0);
-}
-
-TEST_F(BackgroundSolve, BoundsOfTheWait) {
-  HostOptions options;
-  options.max_wait_ms = -1.0;
-  EXPECT_EQ(options.validate(), "");
-  options.max_wait_ms = -2.0;
-  EXPECT_EQ(options.validate(), "max_wait_ms is -2, must be in [-1, 1000]");
-  options.max_wait_ms = 1001.0;
-  EXPECT_NE(options.validate(), "");
 }
 
 // Streams, solves and the watchdog from three threads, with restarts in between.

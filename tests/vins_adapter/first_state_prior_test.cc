@@ -28,6 +28,11 @@ Root rootOf(const std::vector<double>& prior) {
 
 constexpr double kSigmaVelocity = 0.05, kSigmaTilt = 0.01, kSigmaGyro = 1e-3, kSigmaAccel = 0.03;
 
+// A step along one axis, in standard deviations.
+double sigmasOf(const Root& root, int column, double step) {
+  return std::abs(step) * root.col(column).norm();
+}
+
 // Two keyframes, the second of which nobody asks about.
 InitResult answer() {
   InitResult result;
@@ -77,14 +82,8 @@ TEST(FirstStatePrior, TheRestHasTheCovarianceOfTheAnswer) {
   const InitResult result = answer();
   const HostState host = inHost(result.states.front());
   const Root root = rootOf(firstStatePrior(result, result.states.front(), host));
-  // Along one axis, the others free to follow.
-  const auto sigmas = [&root](int column, double step) {
-    Eigen::Matrix<double, 15, 1> d = Eigen::Matrix<double, 15, 1>::Zero();
-    d[column] = step;
-    return (root * d).norm();
-  };
-  EXPECT_NEAR(sigmas(9, kSigmaAccel), 1.0, 1e-9);
-  EXPECT_NEAR(sigmas(12, kSigmaGyro), 1.0, 1e-9);
+  EXPECT_NEAR(sigmasOf(root, 9, kSigmaAccel), 1.0, 1e-9);
+  EXPECT_NEAR(sigmasOf(root, 12, kSigmaGyro), 1.0, 1e-9);
   // Velocity and tilt go together, through the velocity in the body.
   const Eigen::MatrixXd information = root.transpose() * root;
   const Eigen::MatrixXd of_v = information.block<3, 3>(6, 6).inverse();
@@ -135,13 +134,8 @@ TEST(FirstStatePrior, OfAHealthyState) {
   const Root root = rootOf(firstStatePrior(healthy, host));
   ASSERT_EQ(root.rows(), 11);
   EXPECT_EQ(root.leftCols<3>().norm(), 0.0);
-  const auto sigmas = [&root](int column, double step) {
-    Eigen::Matrix<double, 15, 1> d = Eigen::Matrix<double, 15, 1>::Zero();
-    d[column] = step;
-    return (root * d).norm();
-  };
-  EXPECT_NEAR(sigmas(9, std::sqrt(healthy.covariance(12, 12))), 1.0, 1e-9);
-  EXPECT_NEAR(sigmas(12, std::sqrt(healthy.covariance(9, 9))), 1.0, 1e-9);
+  EXPECT_NEAR(sigmasOf(root, 9, std::sqrt(healthy.covariance(12, 12))), 1.0, 1e-9);
+  EXPECT_NEAR(sigmasOf(root, 12, std::sqrt(healthy.covariance(9, 9))), 1.0, 1e-9);
   const Eigen::MatrixXd information = root.transpose() * root;
   const Eigen::MatrixXd of_v = information.block<3, 3>(6, 6).inverse();
   EXPECT_NEAR(of_v.diagonal().maxCoeff(), healthy.covariance(3, 3), 0.1 * healthy.covariance(3, 3));

@@ -297,11 +297,6 @@ TEST_F(ForeignInitializer, RowsAreSet) {
   EXPECT_NEAR(oracle_->last_frame.lines[0].end_row, 0.0, 1e-12);
   adapter_->addLines(frame.t, frame.lines);
   EXPECT_NEAR(oracle_->last_lines[0].start_row, 0.5, 1e-12);
-
-  options.image_height = -1;
-  std::string error;
-  EXPECT_EQ(HostAdapter::create(std::make_unique<Oracle>(exact_), options, &error), nullptr);
-  EXPECT_EQ(error, "image_height is -1, must be in [0, 100000]");
 }
 
 // A host that changes its td: each frame is that of the IMU data it was paired with.

@@ -7,14 +7,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <limits>
 #include <thread>
 
 #include "geometry/so3.h"
-#include "slim_init/vins_adapter/host_file.h"
-#include "slim_init/vins_adapter/host_glue.h"
 #include "support/exact_window.h"
-#include "support/same_result.h"
 #include "vins_adapter/host_streams.h"
 
 namespace slim_init::vins_adapter {
@@ -32,14 +28,12 @@ ExactWindowOptions tenHertz() {
 
 class HostAdapterTest : public ::testing::Test {
  protected:
-  std::unique_ptr<HostAdapter> make(const Calibration& calibration, HostOptions options = {},
-                                    const ImuLimits& limits = {}) {
+  std::unique_ptr<HostAdapter> make(const Calibration& calibration, HostOptions options = {}) {
     options.reinit = true;
     options.max_wait_ms = -1.0;
-    InitializerOptions defaults = HostAdapter::hostDefaults();
-    defaults.imu = limits;
     std::string error;
-    auto adapter = HostAdapter::create(makeInitializer(calibration, defaults), options, &error);
+    auto adapter = HostAdapter::create(makeInitializer(calibration, HostAdapter::hostDefaults()),
+                                       options, &error);
     EXPECT_NE(adapter, nullptr) << error;
     return adapter;
   }
@@ -105,34 +99,17 @@ TEST_F(HostAdapterTest, FillsEveryFrameOfTheHost) {
   EXPECT_NEAR(answer.data_s, 3.0, 1e-6);
 }
 
-TEST_F(HostAdapterTest, AnswersWithinTheFirstSecondOfExcitedMotion) {
-  const auto adapter = make();
-  int first = -1;
-  for (int k = 0; k < 35 && first < 0; ++k) {
-    feed(*adapter, k, k);
-    if (k + 1 < kHostFrames) continue;
-    const HostResult answer = adapter->seed(stamps(k));
-    if (answer.success()) first = k;
-  }
-  ASSERT_GE(first, 0);
-  EXPECT_LE(exact_.keyframes[first].t - exact_.keyframes[0].t, 1.3);
-}
-
 TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
   HostOptions options;
   options.max_reach_s = 0.3;
   const auto adapter = make(exact_.calibration, options);
   feed(*adapter, 0, 34);
-  // The window spans 3 s; the host needs frames 3.2 s back.
+  // The window spans 3 s; the host needs frames 3.2 s and 3.4 s back.
   std::vector<double> old = stamps(34);
   old.front() = exact_.keyframes[2].t;
-  HostResult answer = adapter->seed(old);
-  ASSERT_TRUE(answer.success()) << answer.message;
-  EXPECT_LT((answer.window.states[10].P - answer.window.states[9].P).norm(), 0.5);
-  EXPECT_NEAR((answer.window.states[10].P - answer.window.states[0].P).norm(),
-              (exact_.truth[34].p_w_b - exact_.truth[2].p_w_b).norm(), 5e-3);
+  EXPECT_TRUE(adapter->seed(old).success());
   old.front() = exact_.keyframes[0].t;
-  answer = adapter->seed(old);
+  HostResult answer = adapter->seed(old);
   EXPECT_FALSE(answer.success());
   EXPECT_EQ(answer.result.status, InitStatus::kTooFewKeyframes);
   EXPECT_NE(answer.message.find("s before the window (limit 0.3 s)"), std::string::npos)
@@ -379,42 +356,6 @@ TEST_F(HostAdapterTest, AStreamThatJumpsBackStartsAnew) {
   EXPECT_NEAR(answer.data_s, 3.0, 1e-6) << "since the restart";
 }
 
-TEST_F(HostAdapterTest, ImplausibleSamplesAreLeftOut) {
-  const auto adapter = make();
-  feed(*adapter, 0, 30);
-  const auto undisturbed = make();
-  next_ = 0;
-  feed(*undisturbed, 0, 30);
-  const Eigen::Vector3d accel(-159.9, 159.9, 0.0), gyro(34.9, 0.0, -34.9);
-  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
-  double t = exact_.imu[next_ - 1].t;
-
-  // Just above, on one axis and in either direction, whatever the time.
-  EXPECT_EQ(adapter->addImu(t + 0.001, accel - 0.2 * x, gyro), AddStatus::kGlitch);
-  EXPECT_EQ(adapter->addImu(t + 0.001, accel, gyro - 0.2 * z), AddStatus::kGlitch);
-  EXPECT_EQ(adapter->addImu(t - 100.0, 160.1 * z, gyro), AddStatus::kGlitch);
-  EXPECT_EQ(adapter->counts().imu_glitches, 3);
-  EXPECT_EQ(adapter->counts().restarts, 0);
-  EXPECT_EQ(adapter->counts().imu_added, undisturbed->counts().imu_added);
-  const HostResult answer = adapter->seed(stamps(30)), expected = undisturbed->seed(stamps(30));
-  ASSERT_TRUE(answer.success()) << answer.message;
-  for (int i = 0; i < kHostFrames; ++i) {
-    EXPECT_EQ(answer.window.states[i].P, expected.window.states[i].P);
-  }
-
-  // Just below, although together longer than a bound; and what is no number is counted as such.
-  EXPECT_EQ(adapter->addImu(t + 0.001, accel, gyro), AddStatus::kAdded);
-  EXPECT_EQ(adapter->addImu(t + 0.002, kNotComputed * x, 36.0 * x), AddStatus::kNotFinite);
-  EXPECT_EQ(adapter->counts().imu_glitches, 3);
-  EXPECT_EQ(adapter->counts().imu_not_finite, 1);
-
-  ImuLimits none;
-  none.max_accel = none.max_gyro = std::numeric_limits<double>::infinity();
-  const auto unlimited = make(exact_.calibration, HostOptions(), none);
-  EXPECT_EQ(unlimited->addImu(t, 1e6 * x, 1e6 * x), AddStatus::kAdded);
-  EXPECT_EQ(unlimited->counts().imu_glitches, 0);
-}
-
 TEST_F(HostAdapterTest, BadStampsAndArguments) {
   const auto adapter = make();
   feed(*adapter, 0, 30);
@@ -428,12 +369,22 @@ TEST_F(HostAdapterTest, BadStampsAndArguments) {
   std::string error;
   EXPECT_EQ(HostAdapter::create(nullptr, HostOptions(), &error), nullptr);
   EXPECT_EQ(error, "the initializer is null");
-  HostOptions options;
-  options.max_reach_s = -1.0;
-  EXPECT_EQ(options.validate(), "max_reach_s is -1, must be in [0, 60]");
-  const auto made = [this] { return makeInitializer(exact_.calibration, InitializerOptions()); };
-  EXPECT_EQ(HostAdapter::create(made(), options, &error), nullptr);
-  EXPECT_EQ(error, options.validate());
+  const auto refusal = [&](void (*spoil)(HostOptions*)) {
+    HostOptions options;
+    spoil(&options);
+    EXPECT_EQ(HostAdapter::create(makeInitializer(exact_.calibration, InitializerOptions()),
+                                  options, &error),
+              nullptr);
+    return error;
+  };
+  EXPECT_EQ(refusal([](HostOptions* o) { o->max_reach_s = -1.0; }),
+            "max_reach_s is -1, must be in [0, 60]");
+  EXPECT_EQ(refusal([](HostOptions* o) { o->max_wait_ms = -2.0; }),
+            "max_wait_ms is -2, must be in [-1, 1000]");
+  EXPECT_EQ(refusal([](HostOptions* o) { o->max_wait_ms = 1001.0; }),
+            "max_wait_ms is 1001, must be in [-1, 1000]");
+  EXPECT_EQ(refusal([](HostOptions* o) { o->image_height = -1; }),
+            "image_height is -1, must be in [0, 100000]");
   HostMode mode = HostMode::kStock;
   EXPECT_TRUE(parseHostMode("shadow", &mode));
   EXPECT_EQ(mode, HostMode::kShadow);
@@ -462,64 +413,6 @@ TEST_F(HostAdapterTest, LinesFromAnotherThread) {
   lines.join();
   EXPECT_EQ(adapter->counts().lines_merged, 31);
   EXPECT_TRUE(adapter->seed(stamps(30)).success());
-}
-
-// An adapter of the caller's own with what a file would say: keep_heading is heeded from there too.
-TEST_F(HostAdapterTest, KeepHeadingOfACallersOwnAdapter) {
-  const Eigen::Matrix3d before = expSO3(Eigen::Vector3d(0.1, -0.2, 0.7));
-  const Eigen::Matrix3d drift = expSO3(Eigen::Vector3d(0, 0, 0.09));
-  for (const bool asked : {false, true}) {
-    HostGlue glue;
-    int reports = 0;
-    glue.listen([&reports](ReportLevel, const std::string& text) {
-      reports += text.find("keep_heading: 1") != std::string::npos;
-    });
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    glue.keepHeading(before, drift * before, &turn);
-    EXPECT_EQ(turn, Eigen::Matrix3d::Identity()) << "before open()";
-    HostFile file;
-    file.mode = HostMode::kSlim;
-    file.keep_heading = asked;
-    ASSERT_TRUE(glue.open(make(), file));
-    glue.keepHeading(before, drift * before, &turn);
-    Eigen::Matrix3d expected = Eigen::Matrix3d::Identity();
-    if (asked) expected = drift.transpose();
-    EXPECT_LT((turn - expected).norm(), 1e-12) << asked;
-    EXPECT_EQ(reports, asked ? 1 : 0);
-  }
-}
-
-// Hosts in one process share nothing that an answer depends on: each asks at every frame.
-TEST(HostAdapterThreads, EightHostsAtOnceGiveTheAnswersOfOne) {
-  ExactWindowOptions noisy = tenHertz();
-  noisy.pixel_noise = 0.6;
-  noisy.imu_noise = true;
-  const ExactWindow flight = makeExactWindow(noisy);
-  const auto fly = [&flight] {
-    std::vector<InitResult> answers;
-    HostOptions synchronous;
-    synchronous.max_wait_ms = -1.0;
-    const auto adapter = HostAdapter::create(
-        makeInitializer(flight.calibration, HostAdapter::hostDefaults()), synchronous, nullptr);
-    std::size_t next = 0;
-    for (int k = 0; k < static_cast<int>(flight.keyframes.size()); ++k) {
-      feed(flight, flight.imu, k, k, &next, adapter.get());
-      if (k + 1 >= kHostFrames) answers.push_back(adapter->seed(stampsOf(flight, k)).result);
-    }
-    return answers;
-  };
-  const std::vector<InitResult> alone = fly();
-  EXPECT_TRUE(std::any_of(alone.begin(), alone.end(), [](const auto& a) { return a.success(); }));
-  std::vector<std::vector<InitResult>> hosts(8);
-  std::vector<std::thread> threads;
-  for (std::vector<InitResult>& host : hosts) threads.emplace_back([&] { host = fly(); });
-  for (std::thread& thread : threads) thread.join();
-  for (const std::vector<InitResult>& host : hosts) {
-    ASSERT_EQ(host.size(), alone.size());
-    for (std::size_t k = 0; k < alone.size(); ++k) {
-      EXPECT_TRUE(sameBytes(alone[k], host[k])) << k;
-    }
-  }
 }
 
 }  // namespace

@@ -239,6 +239,7 @@ class StandInRun : public ::testing::Test {
     file.mode = HostMode::kSlim;
     file.rig.calibration = wrong;
     file.rig.has_rotation = estimate_extrinsic != 2;
+    file.keep_heading = true;
     HostOptions options;
     options.estimate_td = estimate_td;
     options.estimate_extrinsic = estimate_extrinsic != 0;
@@ -278,6 +279,7 @@ TEST_F(StandInRun, AFoundCalibrationGoesIntoTheHost) {
 
   EXPECT_EQ(timesLogged("warn: slim_init: the right calibration was found"), 1) << logText();
   EXPECT_EQ(timesLogged("extrinsicRotation: "), 0) << "one window is not enough for advice";
+  EXPECT_EQ(timesLogged("keep_heading: 1"), 1) << "also with an adapter of the caller's own";
   EXPECT_GT(newest, 0);
 }
 
@@ -556,22 +558,10 @@ TEST_F(StandInRun, SpeedsOfTheHostsFileReachTheInitializer) {
   EXPECT_EQ(timesLogged("its covariance is not positive definite"), 1) << logText();
 }
 
-// With the first full window, so that one reads it before the start.
-TEST_F(StandInRun, MissingLinesAreReportedBeforeTheFirstAttempt) {
-  start("initializer: slim\n");
-  int k = 0;
-  for (; k < kNewest; ++k) frame(k, false);
-  EXPECT_EQ(timesLogged(kNoLines), 0);
-  frame(k, false);
-  EXPECT_EQ(timesLogged(kNoLines), 1);
-  EXPECT_LT(logText().find(kNoLines), logText().find("slim_init: seed "));
-  for (++k; k < 40; ++k) frame(k, false);
-  EXPECT_EQ(timesLogged(kNoLines), 1);
-}
-
-// A glitch of the IMU during the first second costs nothing and is reported once.
+// A glitch of the IMU during the first second costs nothing and is reported once, with the bounds
+// of the file.
 TEST_F(StandInRun, ImuGlitchesAreDropped) {
-  start("initializer: slim\n");
+  start("initializer: slim\n", "  imu: {max_accel: 300.0, max_gyro: 2.5}\n");
   for (const double t : {0.52, 0.71}) {
     for (ImuSample& sample : exact_.imu) {
       if (std::abs(sample.t - exact_.imu[0].t - t) < 0.008) sample.accel.y() += 400.0;
@@ -580,17 +570,7 @@ TEST_F(StandInRun, ImuGlitchesAreDropped) {
   const int k = frameUntilStarted();
   EXPECT_LE(k, 14) << "1.3 s of excited data";
   EXPECT_EQ(timesLogged("warn: slim_init: an IMU sample of 4"), 1) << logText();
-}
-
-// An IMU of another kind: the bounds are those of the file.
-TEST_F(StandInRun, BoundsOfTheImuAreThoseOfTheFile) {
-  start("initializer: slim\n", "  imu: {max_accel: 500.0, max_gyro: 2.5}\n");
-  exact_.imu[100].accel.y() += 400.0;
-  exact_.imu[120].gyro.z() = 2.6;
-  for (int k = 0; k < 10; ++k) frame(k);
-  EXPECT_EQ(timesLogged("an IMU sample of "), 1) << logText();
-  EXPECT_EQ(timesLogged("and 2.6 rad/s on an axis (limits 500 m/s^2, 2.5 rad/s) is discarded"), 1)
-      << logText();
+  EXPECT_EQ(timesLogged("on an axis (limits 300 m/s^2, 2.5 rad/s) is discarded"), 1) << logText();
 }
 
 TEST_F(StandInRun, StockIsUntouched) {
@@ -764,13 +744,30 @@ TEST_F(StandInRun, TheWatchdogRecoversAHostThatDoesNotNotice) {
   EXPECT_LT((e.Ps[kNewest] - exact_.truth[k].p_w_b).norm(), 0.05);
 }
 
-TEST_F(StandInRun, WithoutReinitTheWatchdogOnlyReports) {
+// Its interval of a damaged IMU, its states and its reset are its own.
+TEST_F(StandInRun, WithoutReinitTheHostIsOnlyWatched) {
   Estimator& e = started("initializer: slim\nreinit: 0\nwatchdog: 1\n");
+  for (ImuSample& sample : exact_.imu) {
+    if (sample.t > exact_.truth[45].t + 0.03) sample.accel = Eigen::Vector3d(120, 0, 0);
+  }
   int k = fly(45);
   const Vector3d wrong = e.Vs[kNewest] += Vector3d(3, 0, 0);
   frame(k);
   EXPECT_EQ(timesLogged("watchdog: the host's states are inconsistent: velocity"), 1) << logText();
   EXPECT_EQ(e.Vs[kNewest], wrong);
+  track(++k);
+  IntegrationBase* const own = e.pre_integrations[kNewest];
+  const Vector3d predicted = e.Vs[kNewest] += Vector3d(12, 0, 0);
+  const int resets = e.resets;
+  frame(k);
+  EXPECT_EQ(e.Vs[kNewest], predicted);
+  EXPECT_EQ(e.pre_integrations[kNewest], own);
+  EXPECT_EQ(e.resets, resets);
+  e.fails = 1;
+  frame(++k);
+  EXPECT_EQ(e.resets, resets + 1);
+  request(true);
+  EXPECT_NE(logText().find("set reinit: 1"), std::string::npos);
 }
 
 TEST_F(StandInRun, WithoutWatchdogNobodyLooks) {
@@ -831,19 +828,6 @@ TEST_F(StandInRun, TheFirstWindowIsRemembered) {
   EXPECT_EQ(e.Ps[0], P);
 }
 
-TEST_F(StandInRun, WithoutReinitTheHostKeepsItsData) {
-  Estimator& e = started("initializer: slim\nreinit: 0\n");
-  for (ImuSample& sample : exact_.imu) {
-    if (sample.t > exact_.truth[41].t + 0.03) sample.accel = Eigen::Vector3d(120, 0, 0);
-  }
-  const int k = fly(42);
-  IntegrationBase* const own = e.pre_integrations[kNewest];
-  const Vector3d predicted = e.Vs[kNewest] += Vector3d(12, 0, 0);
-  frame(k);
-  EXPECT_EQ(e.Vs[kNewest], predicted);
-  EXPECT_EQ(e.pre_integrations[kNewest], own);
-}
-
 // A glitch in the host's window would throw off the optimization that follows a recovery.
 TEST_F(StandInRun, TheHostGetsCleanDataWithARecovery) {
   Estimator& e = started("initializer: slim\nreinit: 1\n");
@@ -867,18 +851,6 @@ TEST_F(StandInRun, TheHostGetsCleanDataWithARecovery) {
   EXPECT_EQ(e.angular_velocity_buf[7].size(), e.dt_buf[7].size());
   EXPECT_EQ(e.pre_integrations[2], untouched);
   EXPECT_TRUE(untouched->accel.empty());
-}
-
-TEST_F(StandInRun, WithoutReinitAFailureResetsTheHost) {
-  Estimator& e = started("initializer: slim\n");
-  int k = 0;
-  for (; k < 40; ++k) frame(k);
-  const int resets = e.resets;
-  e.fails = 1;
-  frame(k);
-  EXPECT_EQ(e.resets, resets + 1);
-  request(true);
-  EXPECT_NE(logText().find("set reinit: 1"), std::string::npos);
 }
 
 TEST_F(StandInRun, RequestsAreServedWithTheNextFrame) {
