@@ -93,21 +93,9 @@ class ImageFrontEnd::Impl {
     reset();
   }
 
-  AddStatus addImu(const ImuSample& sample) {
-    const AddStatus status = window_.addImu(sample);
-    switch (status) {
-      case AddStatus::kAdded: ++totals_.imu_added; break;
-      case AddStatus::kNotFinite: ++totals_.imu_not_finite; break;
-      case AddStatus::kOutOfOrder: ++totals_.imu_out_of_order; break;
-      default: break;
-    }
-    return status;
-  }
-
+  AddStatus addImu(const ImuSample& sample) { return window_.addImu(sample); }
   ImageStatus addImage(double t, const cv::Mat& image, FrameObservation* frame);
-  void setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma);
   const ImageReport& report() const { return report_; }
-  const FrontEndTotals& totals() const { return totals_; }
   std::string lineDetector() const { return options_.lines.enabled ? LineDetector::kName : ""; }
   cv::Mat debugImage() const { return tracker_.debugImage(); }
 
@@ -115,7 +103,6 @@ class ImageFrontEnd::Impl {
     tracker_.reset();
     window_.reset();
     report_ = ImageReport();
-    totals_ = FrontEndTotals();
     t_last_ = dt_last_ = kNotComputed;
     forgetBias();
   }
@@ -135,15 +122,13 @@ class ImageFrontEnd::Impl {
   void forgetBias();
   void updateBias(const FrameObservation& frame);
   void estimateBias(double t_imu);
-  void addToTotals(const ImageReport& report);
 
   CameraParameters camera_;
   Calibration calibration_;
   FrontEndOptions options_;
   FeatureTracker tracker_;
   KeyframeWindow window_;
-  ImageReport report_;     // of the last tracked image
-  FrontEndTotals totals_;  // over the run
+  ImageReport report_;  // of the last tracked image
   cv::Mat grey_;
   double t_last_ = kNotComputed;           // last image [s], camera clock
   double dt_last_ = kNotComputed;          // between the last two images [s]
@@ -184,12 +169,6 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
   prior.rows_before.rate_c = R_b_c.transpose() * (gyroAt(samples, t_before) - bias);
   prior.rows_now.rate_c = R_b_c.transpose() * (gyroAt(samples, t_now) - bias);
   return prior;
-}
-
-void ImageFrontEnd::Impl::setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma) {
-  if (!gyro_bias.allFinite() || !std::isfinite(sigma) || sigma < 0.0) return;
-  if (bias_ && bias_->sigma < sigma) return;
-  bias_ = Bias{gyro_bias, std::max(sigma, kLeastBiasSigma)};
 }
 
 // Estimates the gyro bias from the tracks in the bias window, if it is time to.
@@ -285,26 +264,10 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   }
 }
 
-void ImageFrontEnd::Impl::addToTotals(const ImageReport& report) {
-  ++totals_.images;
-  totals_.images_without_imu += report.rotation_missing ? 1 : 0;
-  totals_.points_outliers += report.points_outliers;
-  totals_.fallbacks += report.rotation_overruled ? 1 : 0;
-}
-
 ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameObservation* frame) {
-  if (!std::isfinite(t)) {
-    ++totals_.images_not_finite;
-    return ImageStatus::kNotFinite;
-  }
-  if (t <= t_last_) {  // false before the first image
-    ++totals_.images_out_of_order;
-    return ImageStatus::kOutOfOrder;
-  }
-  if (!isUsable(image)) {
-    ++totals_.images_bad;
-    return ImageStatus::kBadImage;
-  }
+  if (!std::isfinite(t)) return ImageStatus::kNotFinite;
+  if (t <= t_last_) return ImageStatus::kOutOfOrder;  // false before the first image
+  if (!isUsable(image)) return ImageStatus::kBadImage;
   Stopwatch watch;
   ImageReport report;
   FrameObservation result;
@@ -317,11 +280,9 @@ ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameO
     tracker_.reset();
     t_last_ = t;
     dt_last_ = kNotComputed;
-    ++totals_.images_bad;
     return ImageStatus::kBadImage;
   }
   report.total_ms = watch.lap();
-  addToTotals(report);
   report_ = std::move(report);
   dt_last_ = t - t_last_;  // NaN at the first image
   t_last_ = t;
@@ -340,11 +301,7 @@ AddStatus ImageFrontEnd::addImu(const ImuSample& sample) { return impl_->addImu(
 ImageStatus ImageFrontEnd::addImage(double t, const cv::Mat& image, FrameObservation* frame) {
   return impl_->addImage(t, image, frame);
 }
-void ImageFrontEnd::setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma) {
-  impl_->setGyroBias(gyro_bias, sigma);
-}
 const ImageReport& ImageFrontEnd::report() const { return impl_->report(); }
-const FrontEndTotals& ImageFrontEnd::totals() const { return impl_->totals(); }
 std::string ImageFrontEnd::lineDetector() const { return impl_->lineDetector(); }
 cv::Mat ImageFrontEnd::debugImage() const { return impl_->debugImage(); }
 void ImageFrontEnd::reset() { impl_->reset(); }

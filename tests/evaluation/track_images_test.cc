@@ -85,7 +85,8 @@ TEST(TrackImages, TracksRunThroughTheWholeRecording) {
   hooks.tracked = [&](std::int64_t stamp_ns,
                       const feature_tracker_lines::ImageFrontEnd& front_end) {
     EXPECT_EQ(stamp_ns, 1000 + 50000000LL * calls);
-    EXPECT_EQ(front_end.totals().images, ++calls);
+    EXPECT_GT(front_end.report().total_ms, 0.0);
+    ++calls;
   };
   const Tracked tracked = track(&card, Calibration(), hooks);
   ASSERT_EQ(tracked.error, "");

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
@@ -22,10 +21,10 @@ namespace slim_init::feature_tracker_lines {
 /// What `addImage` did with an image.
 enum class ImageStatus {
   kTracked,     ///< a frame came out
-  kNotFinite,   ///< time is NaN or infinite: dropped and counted
-  kOutOfOrder,  ///< time not after the previous image: dropped and counted
+  kNotFinite,   ///< time is NaN or infinite: dropped
+  kOutOfOrder,  ///< time not after the previous image: dropped
   kBadImage,    ///< empty, of another size than the camera's, of a type not handled, or refused by
-                ///< OpenCV: dropped and counted
+                ///< OpenCV: dropped
 };
 
 /// Stable lower-case name: "tracked", "not_finite", "out_of_order", "bad_image".
@@ -66,24 +65,10 @@ struct ImageReport {
   double gyro_bias_sigma = kNotComputed;                ///< its largest standard deviation [rad/s]
 };
 
-/// Counts since construction or reset().
-struct FrontEndTotals {
-  std::int64_t images = 0;               ///< tracked
-  std::int64_t images_not_finite = 0;    ///< dropped: ImageStatus::kNotFinite
-  std::int64_t images_out_of_order = 0;  ///< dropped: ImageStatus::kOutOfOrder
-  std::int64_t images_bad = 0;           ///< dropped: ImageStatus::kBadImage
-  std::int64_t images_without_imu = 0;   ///< tracked with ImageReport::rotation_missing
-  std::int64_t imu_added = 0;
-  std::int64_t imu_not_finite = 0;    ///< dropped: AddStatus::kNotFinite
-  std::int64_t imu_out_of_order = 0;  ///< dropped: AddStatus::kOutOfOrder
-  std::int64_t points_outliers = 0;   ///< sum of ImageReport::points_outliers
-  std::int64_t fallbacks = 0;         ///< images with ImageReport::rotation_overruled
-};
-
 /// Rotation prediction from the gyro, point and line tracker, vanishing point, online gyro bias.
 ///
 /// Feed the IMU up to an image's time (image stamp + Calibration::td) before the image; an image
-/// that the IMU does not cover is tracked without prediction and counted. Deterministic: equal
+/// that the IMU does not cover is tracked without prediction. Deterministic: equal
 /// inputs give equal frames, whatever FrontEndOptions::threads and the number of OpenCV threads.
 /// Not thread-safe.
 class ImageFrontEnd {
@@ -103,17 +88,8 @@ class ImageFrontEnd {
   /// the observation, otherwise it is not changed.
   ImageStatus addImage(double t, const cv::Mat& image, FrameObservation* frame);
 
-  /// Sets the gyroscope bias [rad/s] with the standard deviation of each component, for example
-  /// from an initializer that succeeded or from the last healthy state of the estimator. It
-  /// replaces the front end's own estimate unless that one has the smaller standard deviation.
-  /// Values that are not finite are ignored.
-  void setGyroBias(const Eigen::Vector3d& gyro_bias, double sigma);
-
   /// Report on the last tracked image; default-constructed before the first one.
   const ImageReport& report() const;
-
-  /// Counts over the run.
-  const FrontEndTotals& totals() const;
 
   /// Name of the line detector, as reports state it; empty with lines switched off.
   std::string lineDetector() const;
@@ -123,7 +99,7 @@ class ImageFrontEnd {
   /// size that is tracked. Empty before the first image.
   cv::Mat debugImage() const;
 
-  /// Forgets images, tracks, IMU, bias, report and counts. Ids are not reused.
+  /// Forgets images, tracks, IMU, bias and report. Ids are not reused.
   void reset();
 
  private:

@@ -72,11 +72,11 @@ struct LineTrackerOptions {
 struct FrontEndOptions {
   TrackerProfile profile = TrackerProfile::kDefault;  ///< how points are tracked
   bool use_gyro = true;                               ///< predict the flow from the gyroscope
-  bool estimate_gyro_bias = true;      ///< from the tracks; off: ImageFrontEnd::setGyroBias() only
-  double max_rotation_sigma_px = 0.5;  ///< of a rotation that counts as known [px]
-  int threads = 1;                     ///< 2: lines beside points; the frames are the same
-  PointTrackerOptions points;          ///< point tracker of the default profile
-  LineTrackerOptions lines;            ///< line tracker
+  bool estimate_gyro_bias = true;                     ///< from the tracks
+  double max_rotation_sigma_px = 0.5;                 ///< of a rotation that counts as known [px]
+  int threads = 1;             ///< 2: lines beside points; the frames are the same
+  PointTrackerOptions points;  ///< point tracker of the default profile
+  LineTrackerOptions lines;    ///< line tracker
   /// Dominant vanishing point of the debug image and of ImageReport. Has no keys of its own:
   /// loadConfig() copies what the solvers use.
   VanishingPointOptions vanishing_point;
