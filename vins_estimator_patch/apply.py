@@ -50,7 +50,7 @@ def condensed(line):
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 HOST_KEYS = {"title", "repository", "checked_at", "like", "folder", "files", "recognised_by", "in",
-             "words", "insertions", "repairs", "members", "members_in", "why"}
+             "words", "insertions", "repairs", "why"}
 INSERTION_KEYS = {"file", "before", "after", "text", "in", "why"}
 PLACEHOLDER = re.compile("@([a-z_]+)@")
 
@@ -66,12 +66,9 @@ class Host:
         self.title = data["title"]
         self.checked_at = data.get("checked_at", "")
         self.recognised_by = []
-        self.members = data.get("members", MEMBERS)
-        self.members_in = data.get("members_in", [])
         folder = data.get("folder", "")
         paths = {kind: "/".join(filter(None, [folder, path]))
                  for kind, path in data["files"].items()}
-        self.header = paths["header"]
         self.code_files = [paths[kind] for kind in ("header", "source", "node")]
         for sign in data.get("recognised_by", []):
             self.recognised_by.append((paths[sign["file"]], condensed(sign["line"])))
@@ -367,32 +364,6 @@ def chosen_host(options):
 
 # ---------------------------------------------------------------------------------- what fits
 
-# What the inserted calls use of a host of the VINS family, by name, in the headers of the estimator;
-# another host names its own ("members", "members_in").
-MEMBERS = ["INITIAL", "NON_LINEAR", "MARGIN_OLD", "solver_flag", "marginalization_flag", "g", "ric",
-           "tic", "Ps", "Vs", "Rs", "Bas", "Bgs", "Headers", "pre_integrations", "frame_count",
-           "acc_0", "gyr_0", "dt_buf", "linear_acceleration_buf", "angular_velocity_buf",
-           "f_manager", "failure_occur", "initial_timestamp", "last_marginalization_info",
-           "last_marginalization_parameter_blocks", "last_R", "last_P", "last_R0", "last_P0",
-           "estimated_depth", "solve_flag", "setRic", "repropagate", "removeFailures"]
-
-
-def members_missing(checkout, host):
-    """Names that no header of the host's estimator has."""
-    folders = [os.path.join(checkout, name) for name in host.members_in]
-    if not folders:
-        folder = os.path.dirname(os.path.join(checkout, host.header))
-        if os.path.basename(folder) == "estimator":  # VINS-Fusion keeps factor/ beside it
-            folder = os.path.dirname(folder)
-        folders = [folder]
-    words = set()
-    for root, _, files in (entry for folder in folders for entry in os.walk(folder)):
-        for name in files:
-            if name.endswith((".h", ".hpp")):
-                words.update(re.findall(r"\w+", read(os.path.join(root, name))))
-    return [name for name in host.members if name not in words]
-
-
 def examined(checkout, host):
     """[(path, problem or "", [(insertion's name, insertion, indices found, scope, lines)])]"""
     result = []
@@ -475,12 +446,6 @@ def diagnosis(options):
             close = nearest(insertion, scope, lines)
             if close:
                 out.append("              nearest is line %d: %s" % (close[0], shortened(close[1])))
-    missing = members_missing(options.checkout, host)
-    for name in missing:
-        out.append("  NOT FOUND   member %s, in no header of the estimator" % name)
-    if not missing:
-        out.append("  the members that the inserted calls use are all there")
-    fits = fits and not missing
     out.append("%d of %d anchors match%s" % (
         count_matches(examination), host.total(),
         "; the patch can be applied" if fits else "; what to do: docs/port_to_your_fork.md"))

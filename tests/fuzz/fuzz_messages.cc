@@ -58,11 +58,10 @@ Cloud makeCloud(slim_init::fuzz::Bytes* bytes, bool lines) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   slim_init::fuzz::Bytes bytes(data, size);
-  const int cameras = bytes.below(4);
   slim_init::FrameObservation frame;
   std::string error;
   const Cloud points = makeCloud(&bytes, false);
-  if (adapter::readPointMessage(points, cameras, &frame, &error)) {
+  if (adapter::readPointMessage(points, &frame, &error)) {
     for (const auto& point : frame.points) FUZZ_CHECK(point.bearing.allFinite(), point.id);
     Cloud written;
     FUZZ_CHECK(adapter::writePointMessage(frame, &frame, &written, &error) || !error.empty(),

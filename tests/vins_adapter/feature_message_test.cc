@@ -53,7 +53,7 @@ TEST(FeatureMessage, PointsThereAndBack) {
   FrameObservation back;
   back.lines = frame.lines;
   std::string error;
-  ASSERT_TRUE(readPointMessage(packed(false), 1, &back, &error)) << error;
+  ASSERT_TRUE(readPointMessage(packed(false), &back, &error)) << error;
   EXPECT_EQ(back.t, frame.t);
   EXPECT_EQ(back.lines.size(), 3u) << "reading points must not touch the lines";
   ASSERT_EQ(back.points.size(), 3u);
@@ -99,16 +99,6 @@ TEST(FeatureMessage, PointsCarryTheirVelocity) {
   EXPECT_NEAR(cloud.channels[3].values[2], 0.0, 1e-5);
 }
 
-TEST(FeatureMessage, OtherCamerasAreLeftOut) {
-  GlueCloud cloud = packed(false);
-  cloud.channels[0].values = {14.0f, 15.0f, 16.0f};  // id * 2 + camera
-  FrameObservation frame;
-  ASSERT_TRUE(readPointMessage(cloud, 2, &frame, nullptr));
-  ASSERT_EQ(frame.points.size(), 2u);
-  EXPECT_EQ(frame.points[0].id, 7);
-  EXPECT_EQ(frame.points[1].id, 8);
-}
-
 struct Garbage {
   const char* words;
   std::function<void(GlueCloud*)> spoil;
@@ -136,8 +126,8 @@ TEST(FeatureMessage, GarbageIsRefusedWithASentence) {
       FrameObservation frame;
       frame.t = -1.0;
       std::string error;
-      const bool read = lines ? readLineMessage(cloud, &frame, &error)
-                              : readPointMessage(cloud, 1, &frame, &error);
+      const bool read =
+          lines ? readLineMessage(cloud, &frame, &error) : readPointMessage(cloud, &frame, &error);
       EXPECT_FALSE(read) << garbage.words;
       // A float prints with six digits.
       const std::string words = garbage.words;
@@ -155,8 +145,6 @@ TEST(FeatureMessage, GarbageIsRefusedWithASentence) {
   FrameObservation frame;
   EXPECT_FALSE(readLineMessage(cloud, &frame, &error));
   EXPECT_EQ(error, "line message: channel 1 is \"end_y\", must be \"end_x\"");
-  EXPECT_FALSE(readPointMessage(packed(false), 0, &frame, &error));
-  EXPECT_EQ(error, "cameras is 0, must be at least 1");
 }
 
 TEST(FeatureMessage, WhatCannotBeWrittenIsRefused) {

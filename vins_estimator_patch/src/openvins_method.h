@@ -12,9 +12,8 @@
 namespace slim_init::vins_adapter {
 
 /// `rig` holds where the file's section `slim_init:` is silent; "" for `file`: everywhere, and the
-/// method is slim. On a problem, and where a file is given in a build without OpenCV, null and a
-/// message in `error`. `limits`: of IMU samples, unchanged without a file. `notes`: what a person
-/// should know.
+/// method is slim. On a problem null and a message in `error`. `limits`: of IMU samples, unchanged
+/// without a file. `notes`: what a person should know.
 std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibration& rig,
                                          ImuLimits* limits, std::vector<std::string>* notes,
                                          std::string* error);

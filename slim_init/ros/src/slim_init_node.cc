@@ -143,7 +143,7 @@ void SlimInitNode::onImu(const sensor_msgs::Imu& message) {
 void SlimInitNode::onPoints(const sensor_msgs::PointCloud& message) {
   FrameObservation frame;
   std::string problem;
-  vins_adapter::readPointMessage(message, 1, &frame, &problem);
+  vins_adapter::readPointMessage(message, &frame, &problem);
   if (!streams_.accept(kPoints, message.header, problem, &frame.t)) return;
   session_->expectLines(expect_lines_ && lines_.getNumPublishers() > 0);
   use(session_->addPoints(std::move(frame)));

@@ -3,8 +3,7 @@
 // The two feature messages and their fields: templates over any type with the members of
 // sensor_msgs::PointCloud, so that no ROS header is needed here.
 //
-//   points  /feature_tracker/feature      VINS-Mono: points (x, y, 1); channels id * cameras +
-//   camera,
+//   points  /feature_tracker/feature      VINS-Mono with one camera: points (x, y, 1); channels id,
 //                                         u, v, velocity x, velocity y
 //   lines   /feature_tracker_lines/lines  points (x, y, 1) of the start; channels kLineChannels
 //
@@ -107,28 +106,22 @@ inline Eigen::Vector3d ray(double x, double y) { return Eigen::Vector3d(x, y, 1.
 
 }  // namespace message_detail
 
-/// Reads the point message into t and points of `frame`; its lines stay. `cameras` is the host's
-/// NUM_OF_CAM; only observations of camera 0 are taken. Garbage (too few channels, channels of
-/// another size than the points, a value that is not finite, z that is not 1, an id that is not a
-/// whole number in [0, kMaxMessageId]) is refused: false, `frame` as it was and a message in
-/// `error` (may be null).
+/// Reads the point message into t and points of `frame`; its lines stay. Garbage (too few channels,
+/// channels of another size than the points, a value that is not finite, z that is not 1, an id
+/// that is not a whole number in [0, kMaxMessageId]) is refused: false, `frame` as it was and a
+/// message in `error` (may be null).
 template <typename Cloud>
-bool readPointMessage(const Cloud& cloud, int cameras, FrameObservation* frame,
-                      std::string* error) {
+bool readPointMessage(const Cloud& cloud, FrameObservation* frame, std::string* error) {
   namespace detail = message_detail;
   constexpr char kWhat[] = "feature";
-  if (cameras < 1) return detail::refuse(error, "cameras is ", cameras, ", must be at least 1");
   if (!detail::checkCloud(cloud, detail::kPointChannelCount, kPointChannels, kWhat, error)) {
     return false;
   }
   std::vector<PointObservation> points;
   points.reserve(cloud.points.size());
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    FeatureId id = -1;
-    if (!detail::readId(cloud.channels[0].values[i], kWhat, i, &id, error)) return false;
-    if (id % cameras != 0) continue;
     PointObservation point;
-    point.id = id / cameras;
+    if (!detail::readId(cloud.channels[0].values[i], kWhat, i, &point.id, error)) return false;
     point.bearing = detail::ray(cloud.points[i].x, cloud.points[i].y);
     point.pixel = Eigen::Vector2d(cloud.channels[1].values[i], cloud.channels[2].values[i]);
     points.push_back(point);
