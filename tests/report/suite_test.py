@@ -49,8 +49,7 @@ class Suite(unittest.TestCase):
         code, text = self.snakemake()
         self.assertEqual(code, 0, text)
         for case in CASES:
-            for name in ("windows.csv", "summary.json", "summary.csv", "report.md", "report.html",
-                         "log.txt"):
+            for name in ("windows.csv", "summary.json", "report.md", "report.html", "log.txt"):
                 self.assertTrue(os.path.exists(self.path("out dir/%s/%s" % (case, name))), case)
         with open(self.path("out dir/report.md"), encoding="utf-8") as file:
             report = file.read()

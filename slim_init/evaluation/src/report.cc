@@ -29,10 +29,8 @@ double rotation(const Record& r) { return r.calibration.rotation_deg; }
 double rotationOverSigma(const Record& r) { return r.calibration.rotation_over_sigma; }
 double readoutMs(const Record& r) { return 1e3 * r.calibration.readout_s; }
 double seconds(const Record& r) { return r.data_s; }
-double keyframes(const Record& r) { return r.keyframes; }
 double ate(const Record& r) { return r.downstream.ate; }
 double lastScale(const Record& r) { return r.downstream.scale_error; }
-double wallMs(const Record& r) { return r.solve_ms; }
 double cpuMs(const Record& r) { return r.solve_cpu_ms; }
 
 bool any(const Record& /*r*/) { return true; }
@@ -41,13 +39,9 @@ bool successful(const Record& r) { return r.attempted && r.metrics.success(); }
 bool accepted(const Record& r) { return r.accepted(); }
 bool evaluated(const Record& r) { return r.accepted() && r.metrics.computed(); }
 bool within10(const Record& r) { return evaluated(r) && scaleError(r) < 0.1; }
-bool within50(const Record& r) { return evaluated(r) && scaleError(r) < 0.5; }
 bool beyond25(const Record& r) { return evaluated(r) && scaleError(r) > 0.25; }
 bool ran(const Record& r) { return r.accepted() && r.downstream.ran; }
 bool diverged(const Record& r) { return ran(r) && r.downstream.diverged; }
-bool waiting(const Record& r) { return !r.accepted() && isWait(r.status); }
-bool refused(const Record& r) { return !r.accepted() && !waiting(r) && isRefused(r.status); }
-bool failed(const Record& r) { return !r.accepted() && !waiting(r) && !refused(r); }
 
 double middle(const std::vector<double>& values) { return median(values); }
 double p90(const std::vector<double>& values) { return quantile(values, 0.9); }
@@ -104,29 +98,17 @@ constexpr Definition kDefinitions[] = {
     figure("scale_median", successful, scaleError, middle),
     figure("scale_p90", successful, scaleError, p90),
     figure("gravity_rmse_deg", successful, gravity, rms),
-    figure("gravity_median_deg", successful, gravity, middle),
-    figure("gravity_p90_deg", successful, gravity, p90),
     figure("velocity_rmse", successful, velocity, rms),
-    figure("velocity_median", successful, velocity, middle),
-    figure("velocity_p90", successful, velocity, p90),
     figure("velocity_vec_rmse", successful, velocityVector, rms),
     figure("pose_rmse", successful, pose, rms),
-    figure("pose_median", successful, pose, middle),
-    figure("pose_p90", successful, pose, p90),
     figure("gyro_bias_err_pct", successful, biasPercent, rms),
     figure("gyro_bias_vec_rmse", successful, biasVector, rms),
     count("accepted", accepted),
-    count("accepted_within_0_1", within10),
-    count("accepted_within_0_5", within50),
     count("accepted_beyond_0_25", beyond25),
     fraction("accepted_within_0_1_rate", within10, accepted, true),
-    fraction("accepted_within_0_5_rate", within50, accepted, true),
     figure("accepted_scale_error_max", evaluated, scaleError, largest),
     fraction("accepted_rate", accepted, any),
     figure("accepted_scale_rmse", evaluated, scaleError, rms),
-    figure("accepted_scale_median", evaluated, scaleError, middle),
-    figure("accepted_gravity_rmse_deg", evaluated, gravity, rms),
-    figure("accepted_velocity_rmse", evaluated, velocity, rms),
     figure("accepted_scale_over_sigma", evaluated, scaleOverSigma, rms),
     figure("accepted_td_rmse_ms", evaluated, tdMs, rms),
     figure("accepted_td_over_sigma", evaluated, tdOverSigma, rms),
@@ -135,7 +117,6 @@ constexpr Definition kDefinitions[] = {
     figure("accepted_readout_rmse_ms", evaluated, readoutMs, rms),
     figure("accept_s_median", accepted, seconds, middle),
     figure("accept_s_p90", accepted, seconds, p90),
-    figure("accept_keyframes_median", accepted, keyframes, middle),
     fraction("right_rate", within10, any, true),
     figure("right_s_median", within10, seconds, middle),
     figure("right_s_p90", within10, seconds, p90),
@@ -146,37 +127,8 @@ constexpr Definition kDefinitions[] = {
     figure("downstream_ate_p90", ran, ate, p90),
     figure("downstream_scale_median", ran, lastScale, middle),
     figure("downstream_scale_p90", ran, lastScale, p90),
-    count("waiting", waiting),
-    count("refused", refused),
-    count("failed", failed),
-    figure("solve_ms_median", attempted, wallMs, middle),
-    figure("solve_ms_mean", attempted, wallMs, mean),
     figure("solve_cpu_ms_median", attempted, cpuMs, middle),
-    figure("solve_cpu_ms_mean", attempted, cpuMs, mean),
-    figure("solve_cpu_ms_p90", attempted, cpuMs, p90),
 };
-
-/// What is known in windows with this status and without an estimate.
-PartialSummary partialOf(const std::vector<const Record*>& records, InitStatus status) {
-  PartialSummary summary;
-  std::vector<double> tilt, percent, vector;
-  for (const Record* record : records) {
-    const PartialMetrics& known = record->partial;
-    const bool has_gravity = std::isfinite(known.gravity_error_deg);
-    const bool has_bias = std::isfinite(known.gyro_bias_vec_err);
-    if (record->attempted || record->status != status || !(has_gravity || has_bias)) continue;
-    ++summary.windows;
-    if (has_gravity) tilt.push_back(known.gravity_error_deg);
-    if (has_bias) vector.push_back(known.gyro_bias_vec_err);
-    if (std::isfinite(known.gyro_bias_err_pct)) percent.push_back(known.gyro_bias_err_pct);
-  }
-  summary.gravity_median_deg = median(tilt);
-  summary.gravity_max_deg = largest(tilt);
-  summary.gyro_bias_median_pct = median(percent);
-  summary.gyro_bias_max_pct = largest(percent);
-  summary.gyro_bias_vec_rmse = rms(vector);
-  return summary;
-}
 
 SubsetSummary subsetOf(const std::vector<const Record*>& records, bool has_truth) {
   SubsetSummary summary;
@@ -184,12 +136,7 @@ SubsetSummary subsetOf(const std::vector<const Record*>& records, bool has_truth
     const bool is_count = one.reduce == nullptr && one.of == nullptr;
     summary.figures.push_back({one.key, one.ofWindows(records, has_truth), is_count});
   }
-  for (const Record* record : records) {
-    const std::string status = toString(record->status);
-    if (++summary.statuses[status] > 1) continue;
-    const PartialSummary partial = partialOf(records, record->status);
-    if (partial.windows > 0) summary.partial[status] = partial;
-  }
+  for (const Record* record : records) ++summary.statuses[toString(record->status)];
   return summary;
 }
 
@@ -229,7 +176,6 @@ std::string writeReport(const std::string& directory, const RunInfo& info,
   std::string error = makeReportDirectory(directory);
   const fs::path base(directory);
   if (error.empty()) error = writeFile(base / "windows.csv", windowsCsv(info, result));
-  if (error.empty()) error = writeFile(base / "summary.csv", summaryCsv(info, summaries));
   if (error.empty()) error = writeFile(base / "summary.json", summaryJson(info, result, summaries));
   return error;
 }

@@ -167,15 +167,6 @@ Json jsonSubset(const SubsetSummary& subset) {
         figure.is_count ? Json(static_cast<int>(figure.value)) : jsonNumber(figure.value);
   }
   json["statuses"] = subset.statuses;
-  Json& partial = json["partial"] = Json::object();
-  for (const auto& [status, errors] : subset.partial) {
-    partial[status] = {{"windows", errors.windows},
-                       {"gravity_median_deg", jsonNumber(errors.gravity_median_deg)},
-                       {"gravity_max_deg", jsonNumber(errors.gravity_max_deg)},
-                       {"gyro_bias_median_pct", jsonNumber(errors.gyro_bias_median_pct)},
-                       {"gyro_bias_max_pct", jsonNumber(errors.gyro_bias_max_pct)},
-                       {"gyro_bias_vec_rmse", jsonNumber(errors.gyro_bias_vec_rmse)}};
-  }
   return json;
 }
 
@@ -193,24 +184,6 @@ std::string windowsCsv(const RunInfo& info, const ProtocolResult& result) {
       for (auto& column : methodColumns(result.methods[m], window.methods[m])) {
         row.push_back(column.second);
       }
-      text += csvRow(row);
-    }
-  }
-  return text;
-}
-
-std::string summaryCsv(const RunInfo& info, const std::vector<MethodSummary>& summaries) {
-  std::string text;
-  for (const MethodSummary& summary : summaries) {
-    for (const bool excited : {false, true}) {
-      std::vector<std::string> header = {"dataset", "method", "subset"};
-      std::vector<std::string> row = {csvText(info.dataset), csvText(summary.name),
-                                      excited ? "excited" : "all"};
-      for (const Figure& figure : (excited ? summary.excited : summary.all).figures) {
-        header.emplace_back(figure.key);
-        row.push_back(csvNumber(figure.value));
-      }
-      if (text.empty()) text = csvRow(header);
       text += csvRow(row);
     }
   }

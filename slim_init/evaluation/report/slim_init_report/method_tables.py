@@ -9,7 +9,7 @@ FEW_WINDOWS = "\u2020"  # a dagger
 
 @dataclass
 class Column:
-    """A figure of one method over one set of windows; `key` as in summary.csv."""
+    """A figure of one method over one set of windows; `key` as in statistics.py."""
     title: str
     key: str
     pattern: str = "%.4f"

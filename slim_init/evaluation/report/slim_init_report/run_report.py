@@ -52,18 +52,6 @@ def _status_table(run):
     return table
 
 
-def _partial_table(run):
-    table = Table(["method", "status", "windows", "gravity deg, median", "gravity deg, max",
-                   "gyro bias %, median", "gyro bias %, max", "gyro bias rad/s, rms"], names=2)
-    for row in statistics.partial_answers(run.windows):
-        table.add(row["method"], row["status"], count(row["windows"]),
-                  number("%.3f", row["gravity_median_deg"]), number("%.3f", row["gravity_max_deg"]),
-                  number("%.2f", row["gyro_bias_median_pct"]),
-                  number("%.2f", row["gyro_bias_max_pct"]),
-                  number("%.5f", row["gyro_bias_vec_rmse"]))
-    return table
-
-
 def _feature_table(tracking):
     table = Table(["per image", "median", "10 % quantile", "of them in the image before, median"])
     for name in ("points", "lines"):
@@ -91,7 +79,7 @@ def build(run, out):
         "calibration": _subset_tables(run, CALIBRATION) if run.has_rig_errors else [],
         "downstream": _subset_tables(run, DOWNSTREAM) if run.has_downstream else [],
         "differences": differences, "pictures": figures.draw_run(run, out),
-        "statuses": _status_table(run), "partial": _partial_table(run),
+        "statuses": _status_table(run),
         "tracking": run.info.get("tracking"),
         "features": _feature_table(run.info["tracking"]) if run.info.get("tracking") else None,
         "simulated": run.info.get("simulated", {}),

@@ -1,8 +1,8 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""Statistics over windows: the keys of summary.csv, computed from the rows of windows.csv.
+"""Statistics over windows, computed from the rows of windows.csv.
 
-`slim_init ab` writes the same numbers for one run; here they are computed over any set of windows,
-several runs together included. Definitions: docs/evaluation.md.
+`slim_init ab` writes some of them for one run into summary.json; here they are computed over any set
+of windows, several runs together included. Definitions: docs/evaluation.md.
 """
 import numpy
 import pandas
@@ -52,7 +52,7 @@ def ratio(part, whole):
 
 
 def summarize_method(rows):
-    """The keys of summary.csv for one method over the windows in `rows`."""
+    """The statistics by key of one method over the windows in `rows`."""
     attempted = rows[rows["attempted"]]
     success = attempted[attempted["success"]]
     accepted = rows[rows["status"] == "success"]
@@ -118,7 +118,6 @@ def summarize_method(rows):
 
     # Over windows with an estimate: an early "wait" is no fast solution.
     s["solve_ms_median"] = median(attempted["solve_ms"])
-    s["solve_ms_mean"] = mean(attempted["solve_ms"])
     s["solve_cpu_ms_median"] = median(attempted["solve_cpu_ms"])
     s["solve_cpu_ms_mean"] = mean(attempted["solve_cpu_ms"])
     s["solve_cpu_ms_p90"] = quantile(attempted["solve_cpu_ms"], 0.9)
@@ -126,7 +125,7 @@ def summarize_method(rows):
 
 
 def summarize(windows, methods=None):
-    """A row per method (in their order of occurrence, or as listed) with the keys of summary.csv.
+    """A row per method (in their order of occurrence, or as listed) with their statistics.
     A method without a window has zeros and NaN."""
     methods = methods_of(windows) if methods is None else methods
     rows = [summarize_method(windows[windows["method"] == method]) for method in methods]
@@ -139,25 +138,6 @@ def statuses(windows):
         return pandas.DataFrame()
     counts = pandas.crosstab(windows["method"], windows["status"])
     return counts.reindex(methods_of(windows))
-
-
-def partial_answers(windows):
-    """What was known in windows without an estimate: a row per method and status with a gravity or
-    gyroscope bias, columns `windows`, `gravity_*_deg`, `gyro_bias_*_pct` and `gyro_bias_vec_rmse`
-    [rad/s]."""
-    known = windows[~windows["attempted"] & (numpy.isfinite(windows["gravity_error_deg"]) |
-                                             numpy.isfinite(windows["gyro_bias_vec_err"]))]
-    rows = []
-    for method in methods_of(windows):
-        of_method = known[known["method"] == method]
-        for status, group in of_method.groupby("status"):
-            rows.append({"method": method, "status": status, "windows": len(group),
-                         "gravity_median_deg": median(group["gravity_error_deg"]),
-                         "gravity_max_deg": quantile(group["gravity_error_deg"], 1.0),
-                         "gyro_bias_median_pct": median(group["gyro_bias_err_pct"]),
-                         "gyro_bias_max_pct": quantile(group["gyro_bias_err_pct"], 1.0),
-                         "gyro_bias_vec_rmse": root_mean_square(group["gyro_bias_vec_err"])})
-    return rows
 
 
 def stage_times(windows):

@@ -18,16 +18,6 @@
 
 namespace slim_init::evaluation {
 
-/// Gravity and gyro bias of windows with one status and without an estimate.
-struct PartialSummary {
-  int windows = 0;  ///< with a gravity or a gyro bias
-  double gravity_median_deg = kNotComputed;
-  double gravity_max_deg = kNotComputed;
-  double gyro_bias_median_pct = kNotComputed;
-  double gyro_bias_max_pct = kNotComputed;
-  double gyro_bias_vec_rmse = kNotComputed;  ///< [rad/s]
-};
-
 /// A number under its key in the files (docs/evaluation.md, "What is counted").
 struct Figure {
   const char* key = "";
@@ -40,8 +30,6 @@ struct Figure {
 struct SubsetSummary {
   std::vector<Figure> figures;          ///< every key, always in the same order
   std::map<std::string, int> statuses;  ///< windows by status name; names that occur
-  /// What was known in windows without an estimate, by name of the status; names with a number.
-  std::map<std::string, PartialSummary> partial;
 
   /// The value under a key; NaN under a key that does not exist.
   double at(const std::string& key) const;
@@ -79,7 +67,6 @@ struct RunInfo {
 
 /// The files as text.
 std::string windowsCsv(const RunInfo& info, const ProtocolResult& result);
-std::string summaryCsv(const RunInfo& info, const std::vector<MethodSummary>& summaries);
 std::string summaryJson(const RunInfo& info, const ProtocolResult& result,
                         const std::vector<MethodSummary>& summaries);
 
@@ -89,7 +76,7 @@ std::string summaryTable(const ProtocolResult& result, const std::vector<MethodS
 /// Makes `directory` with its parents. Returns an empty string, or a message naming the path.
 std::string makeReportDirectory(const std::string& directory);
 
-/// Writes windows.csv, summary.csv and summary.json into `directory`, which is made when missing.
+/// Writes windows.csv and summary.json into `directory`, which is made when missing.
 /// Returns an empty string, or a message naming the file that could not be written.
 std::string writeReport(const std::string& directory, const RunInfo& info,
                         const ProtocolResult& result, const std::vector<MethodSummary>& summaries);
