@@ -1,13 +1,11 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Boost splits the arguments and lays out the help. Values stay text until our own table takes
-// them, so that every sentence is ours and the same with every Boost.
+// them, which knows their ranges.
 #include "command_line.h"
 
 #include <algorithm>
 #include <boost/program_options.hpp>
-#include <cctype>
-#include <set>
 #include <sstream>
 #include <utility>
 
@@ -15,7 +13,6 @@
 #include "methods.h"
 #include "python_report.h"
 #include "simulate.h"
-#include "slim_init/config/edit_distance.h"
 
 namespace slim_init::tools {
 namespace {
@@ -129,83 +126,41 @@ std::string programHelp() {
   return out.str();
 }
 
-/// "; did you mean --stride?", or nothing when no option is near.
-std::string suggestion(const std::string& typed, const po::options_description& options) {
-  std::string word = typed.substr(std::min(typed.find_first_not_of('-'), typed.size()));
-  std::string nearest;
-  std::size_t distance = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const auto& option : options.options()) {
-    const std::string& name = option->long_name();
-    // What is cut short is meant as it begins, however much is missing.
-    const bool begins = word.size() >= 3 && name.compare(0, word.size(), word) == 0;
-    const std::size_t d = begins ? 1 : editDistance(word, name);
-    if (d < distance && d < name.size()) {
-      distance = d;
-      nearest = name;
-    }
-  }
-  return nearest.empty() ? "" : "; did you mean --" + nearest + "?";
-}
-
-/// "--name", "-x" or "-x..." rather than a value; "-1" and "-" are values.
-bool looksLikeOption(const std::string& token) {
-  return token.size() > 1 && token[0] == '-' &&
-         (token[1] == '-' || std::isalpha(static_cast<unsigned char>(token[1])) != 0);
-}
-
 using Given = std::vector<std::pair<std::string, std::string>>;  // name without dashes, value
 
 /// Splits the arguments into options and their values. Returns an empty string, or the first
-/// problem as a sentence. --help wins over unknown and stray arguments.
+/// problem as a sentence. --help wins over everything else.
 std::string split(const Syntax& syntax, const std::vector<std::string>& arguments, Given* given) {
+  for (const std::string& argument : arguments) {
+    if (argument != "--help" && argument != "-h") continue;
+    *given = {{"help", ""}};
+    return "";
+  }
   po::command_line_parser parser(arguments);
   using Style = po::command_line_style::style_t;
   // "--str" must not become --stride today and an error when another --str... is added.
   parser.options(syntax.options)
-      .style(Style::unix_style & ~Style::allow_guessing & ~Style::allow_sticky)
-      .allow_unregistered();
-  std::vector<po::option> found;
+      .style(Style::unix_style & ~Style::allow_guessing & ~Style::allow_sticky);
   try {
-    found = parser.run().options;
-  } catch (const po::invalid_command_line_syntax& error) {
-    const std::string name = error.get_option_name();
-    switch (error.kind()) {
-      case po::invalid_syntax::missing_parameter:
-      case po::invalid_syntax::empty_adjacent_parameter: return name + " needs a value";
-      case po::invalid_syntax::extra_parameter: return name + " takes no value";
-      default: return error.what();
+    const po::parsed_options parsed = parser.run();
+    for (const po::option& option : parsed.options) {
+      if (option.position_key >= 0) {
+        return "'" + option.original_tokens.front() + "' was not expected: " + syntax.command +
+               " takes options only";
+      }
+      const std::string value = option.value.empty() ? "" : option.value.front();
+      // Boost takes whatever follows.
+      if (option.original_tokens.size() > 1 && value.compare(0, 2, "--") == 0) {
+        return option.original_tokens.front() + " needs a value, but '" + value + "' follows";
+      }
+      given->emplace_back(option.string_key, value);
     }
+    po::variables_map once;
+    po::store(parsed, once);  // refuses what is given twice
   } catch (const po::error& error) {
     return error.what();
   }
-
-  std::string problem;
-  std::set<std::string> seen;
-  for (const po::option& option : found) {
-    if (option.string_key == "help") {
-      *given = {{"help", ""}};
-      return "";
-    }
-    if (!problem.empty()) continue;  // only --help may still change the answer
-    const std::string typed =
-        option.original_tokens.empty() ? option.string_key : option.original_tokens.front();
-    const std::string value = option.value.empty() ? "" : option.value.front();
-    if (option.position_key >= 0) {
-      problem = "'" + typed + "' was not expected: " + syntax.command + " takes options only";
-    } else if (option.unregistered) {
-      const std::string name = typed.substr(0, typed.find('='));
-      problem = name + " is not an option of " + syntax.command + suggestion(name, syntax.options);
-    } else if (option.original_tokens.size() > 1 && looksLikeOption(value)) {
-      // Boost takes whatever follows.
-      problem = typed + " needs a value, but '" + value + "' follows; if that is meant, write " +
-                typed + "=" + value;
-    } else if (!seen.insert(option.string_key).second) {
-      problem = "--" + option.string_key + " is given twice";
-    } else {
-      given->emplace_back(option.string_key, value);
-    }
-  }
-  return problem;
+  return "";
 }
 
 bool has(const Given& given, const std::string& name) {

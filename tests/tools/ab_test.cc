@@ -42,20 +42,18 @@ const BadCommand kBadCommands[] = {
     {"MethodTwice", "ab --builtin circle --methods drt-l,drt-l", "twice"},
     {"UnknownGates", "ab --builtin circle --gates ajar", "--gates is 'ajar'|own, on, off"},
     {"UnknownOption", "ab --builtin circle --fast", "--fast"},
-    {"Misspelt", "ab --builtin circle --pixelnoise 1",
-     "--pixelnoise is not an option|did you mean --pixel-noise?"},
-    {"Abbreviated", "ab --builtin circle --str 5", "--str is not an option|did you mean --stride?"},
-    {"UnknownLetter", "ab --builtin circle -x", "-x is not an option"},
-    {"UnknownProgramOption", "--verbose ab", "--verbose is not an option of slim_init"},
-    {"Repeated", "ab --builtin circle --seed 1 --seed=2", "--seed is given twice"},
-    {"RepeatedSwitch", "ab --builtin circle --quiet --quiet", "--quiet is given twice"},
-    {"SwitchWithValue", "ab --builtin circle --quiet=no", "--quiet takes no value"},
+    {"Abbreviated", "ab --builtin circle --str 5", "'--str'|--help"},
+    {"UnknownLetter", "ab --builtin circle -x", "'-x'"},
+    {"UnknownProgramOption", "--verbose ab", "'--verbose'|--help"},
+    {"Repeated", "ab --builtin circle --seed 1 --seed=2", "'--seed'|more than once"},
+    {"RepeatedSwitch", "ab --builtin circle --quiet --quiet", "'--quiet'|more than once"},
+    {"SwitchWithValue", "ab --builtin circle --quiet=no", "'--quiet'|does not take"},
     {"ExtraPositional", "ab --builtin circle more", "more"},
     {"ExtraAfterDashes", "ab --builtin circle -- more", "'more'"},
     {"ExtraForMethods", "methods more", "'more'|slim_init methods"},
     {"ExtraAfterVersion", "--version more", "'more'"},
     {"MissingValue", "ab --builtin", "--builtin"},
-    {"MissingValueAfterEquals", "ab --builtin circle --stride=", "--stride needs a value"},
+    {"MissingValueAfterEquals", "ab --builtin circle --stride=", "'--stride'"},
     {"OptionWhereAValueBelongs", "ab --world --builtin circle",
      "--world needs a value|'--builtin'"},
     {"EmptyNumber", "ab --builtin circle --stride ''", "--stride|''"},
@@ -535,8 +533,9 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   refused("", "cannot be opened");
   refused("no YAML: [", "not a YAML file");
   refused("%YAML:1.0\nother: 1\n", "slim_init: is missing");
-  refused("%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
-          "slim_init.slim_paper.use_vb is not a known key|did you mean slim_paper.use_vp?");
+  refused(
+      "%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
+      "slim_init.slim_paper.use_vb is not a known key|`slim_init options --keys all` lists them");
   refused("%YAML:1.0\nslim_init:\n  alignment: {min_tracks: many}\n",
           "slim_init.alignment.min_tracks is \"many\"|a whole number");
   refused("%YAML:1.0\nslim_init:\n  alignment: {min_tracks: 0}\n",

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "slim_init/config/edit_distance.h"
 #include "yaml_value.h"
 
 namespace slim_init::config {
@@ -52,18 +51,6 @@ class SectionReader {
   }
 
   [[noreturn]] void unknown(const std::string& key) const {
-    const OptionField* nearest = nullptr;
-    std::size_t distance = std::max<std::size_t>(2, key.size() / 3) + 1;
-    for (const OptionField& known : table_) {
-      const std::size_t d = editDistance(key, known.key);
-      if (d < distance) {
-        distance = d;
-        nearest = &known;
-      }
-    }
-    if (nearest != nullptr) {
-      fail(fullName(key), " is not a known key; did you mean ", nearest->key, "?");
-    }
     fail(fullName(key), " is not a known key; `slim_init options --keys all` lists them");
   }
 
