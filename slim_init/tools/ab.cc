@@ -141,7 +141,6 @@ evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
   protocol.window = options.initializer.window;
   protocol.first_keyframes = options.first_keyframes;
   protocol.threads = options.threads;
-  protocol.downstream_every = options.downstream_every;
   protocol.rig = options.rig;
   protocol.shows_calibration = options.hasRigErrors();
   setDownstream(options, &protocol);

@@ -113,8 +113,8 @@ std::string fileOfOptions(const AbOptions& options) {
                                       : "--options: " + options.options_file;
 }
 
-/// Keyframes, their interval and the span of a window. What was not typed is as in the options,
-/// those of a file included; windows of one size are the paper's.
+/// Keyframes of a window. What was not typed is as in the options, those of a file included;
+/// windows of one size are the paper's.
 std::string mergeWindow(AbOptions* options) {
   AbOptions& o = *options;
   WindowOptions& window = o.initializer.window;
@@ -133,25 +133,18 @@ std::string mergeWindow(AbOptions* options) {
   }
   if (std::string sentence = checkKeyframes(options); !sentence.empty()) return sentence;
   const bool growing = o.first_keyframes > 0;
-  const WindowOptions paper = evaluation::paperWindow();
-  if (!typed(o, "interval")) {
-    o.interval_s = growing || !typed_keyframes ? window.min_interval_s : paper.min_interval_s;
+  if (!growing && typed_keyframes) {
+    window.min_interval_s = evaluation::paperWindow().min_interval_s;
+    window.max_span_s = evaluation::paperWindow().max_span_s;
   }
-  if (!growing && typed(o, "span")) {
-    return "--span is for expanding windows: --keyframes A..B";
-  }
-  if (!typed(o, "span")) o.span_s = growing || !typed_keyframes ? window.max_span_s : 0.0;
   window.keyframes = o.keyframes;
   window.min_keyframes = growing ? o.first_keyframes : o.keyframes;
-  window.min_interval_s = o.interval_s;
-  window.max_span_s = o.span_s;
   // The window that the options were made for may be short; the protocol keeps what it needs.
   window.buffer_s = std::max(window.buffer_s, 2.0 * window.fullSpan() + 1.0);
   return "";
 }
 
-/// Where --keyframes, --interval, --span and --gates were not typed, the file's values become
-/// theirs, for the report.
+/// Where --keyframes and --gates were not typed, the file's values become theirs, for the report.
 std::string mergeFile(AbOptions* options) {
   AbOptions& o = *options;
   if (std::string sentence = mergeWindow(options); !sentence.empty()) return sentence;
@@ -164,25 +157,6 @@ std::string mergeFile(AbOptions* options) {
     if (!from_file && o.gates == name) o.initializer.gates.mode = mode;
   }
   return "";
-}
-
-/// For values that came from elsewhere than the command line.
-std::string checkRange(const AbOption& option, const AbOptions& options) {
-  return std::visit(
-      [&](auto* field) -> std::string {
-        using T = Pointee<decltype(field)>;
-        if constexpr (kIsNumber<T>) {
-          const double value = static_cast<double>(*field);
-          if (value >= option.min && value <= option.max) return "";
-          const bool from_file =
-              option.name == "interval" && options.hasFile() && !typed(options, "interval");
-          return (from_file ? fileOfOptions(options) + ": slim_init.window.min_interval_s"
-                            : "--" + option.name) +
-                 " is " + numberText(value) + ", must be " + allowedText<T>(option);
-        }
-        return "";
-      },
-      option.field);
 }
 
 /// Exactly one source, and nothing that has no effect with it.
@@ -200,27 +174,16 @@ std::string checkSource(const AbOptions& options) {
   if (sources.size() > 1) return sources[0] + " and " + sources[1] + " exclude each other";
   for (const AbOption& option : abOptionTable(&o)) {
     if (!typed(o, option.name.c_str())) continue;
-    const OptionScope useless =
-        o.hasImages() ? OptionScope::kSimulatedFeatures : OptionScope::kImages;
     // A seed is that of the rig's errors as well.
     if (option.name == "seed" && o.rig.any()) continue;
-    if (option.scope == useless) return "--" + option.name + " has no effect with " + sources[0];
+    if (o.hasImages() && option.scope == OptionScope::kSimulatedFeatures) {
+      return "--" + option.name + " has no effect with " + sources[0];
+    }
   }
   if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
     return "--random-rig has no effect without --td-error or --extrinsic-error";
   }
-  for (const char* name : {"speed-scale", "speed-slip"}) {
-    if (typed(o, name) && !typed(o, "speed")) {
-      return "--" + std::string(name) + " has no effect without --speed";
-    }
-  }
   if (o.from_rest && o.provisional) return "--from-rest and --provisional exclude each other";
-  if (typed(o, "downstream-every") && !(o.downstream_s > 0.0)) {
-    return "--downstream-every has no effect without --downstream above 0 s";
-  }
-  if (!o.groundtruth.empty() && o.bag.empty()) {
-    return "--groundtruth is for --bag; an ASL folder holds its own";
-  }
   if (!o.bag.empty() && o.config_file.empty()) {
     return "--bag needs --config YAML, which holds the calibration and names the topics";
   }
@@ -246,21 +209,20 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
   simulation::FeatureSimulationOptions& f = o.features;
   constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
   constexpr OptionScope kSimulated = OptionScope::kSimulatedFeatures;
-  constexpr OptionScope kImages = OptionScope::kImages;
   constexpr OptionScope kRig = OptionScope::kRig;
   return {
       {"asl", &o.asl, "DIR",
        "Recording with images: ASL folder (EuRoC's layout), DIR/mav0 or DIR with cam0 and imu0",
        "asl"},
       {"bag", &o.bag, "FILE",
-       "Recording with images: bag of ROS 1; needs --config, which names the topics", "bag"},
+       "Recording with images: bag of ROS 1; needs --config, which names the topics; ground truth, "
+       "8 "
+       "or 17 columns, from FILE.groundtruth.csv",
+       "bag"},
       {"config", &o.config_file, "YAML",
        "The host's configuration file (VINS-Mono's, as it is): camera, extrinsic, td, topics and "
        "the section slim_init:",
        "config"},
-      {"groundtruth", &o.groundtruth, "FILE",
-       "Ground truth of a bag, 8 or 17 columns (default: BAG.groundtruth.csv if it exists)",
-       "groundtruth", 0.0, 0.0, kImages},
       {"recorded", &o.recorded, "DIR",
        "Folder with imu0.csv, cam0_timestamps.csv, groundtruth.csv: real IMU data, features "
        "simulated along the ground-truth trajectory",
@@ -299,18 +261,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"stride", &o.stride, "N", "Images between the starts of two windows", "stride", 1, 100000},
       {"keyframes", &o.keyframes_text, "N",
        "A..B: windows expand from A to B keyframes (4 to 15) and are solved at every image until "
-       "the method accepts; N: windows of N keyframes, 10 as in the paper (default: 5..15, or as "
-       "in the files)",
+       "the method accepts; N: windows of N keyframes, 10 as in the paper, at least 0.22 s apart "
+       "(default: 5..15, or as in the files)",
        "keyframes"},
-      {"interval", &o.interval_s, "X",
-       "Minimum time between keyframes [s]; they fall on images (default: as in the files, 0.22 "
-       "with "
-       "--keyframes N)",
-       "interval_s", 0.01, 2.0},
-      {"span", &o.span_s, "X",
-       "Maximum length of an expanding window [s]; beyond, keyframes are thinned out (default: as "
-       "in the files)",
-       "span_s", 0.0, 60.0},
       {"limit", &o.limit, "N", "Stop after this many windows (0: no limit)", "limit", 0,
        1000000000},
       {"threads", &o.threads, "N",
@@ -330,17 +283,10 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"line-misassociation", &f.line_misassociation, "X",
        "Chance per line and image that it jumps to another line", "line_misassociation", 0.0, 1.0,
        kSimulated},
-      {"velocity", &o.velocity, "X", "Forward speed of --builtin constant-velocity [m/s] (0: 0.5)",
-       "velocity", 0.0, 50.0, kSimulated},
       {"speed", &o.speed.noise, "X",
        "Simulated forward speed at 50 Hz, half a metre behind the body: its noise as a fraction of "
        "the speed, at least 0.01 m/s",
        "speed_noise", 0.0, 1.0, kSimulated},
-      {"speed-scale", &o.speed.scale_error, "X", "Relative error of all these speeds",
-       "speed_scale_error", -0.9, 2.0, kSimulated},
-      {"speed-slip", &o.speed.slip, "X",
-       "For 1 s of every 2.5 s they are too fast by this fraction", "speed_slip", 0.0, 2.0,
-       kSimulated},
       {"td-error", &o.rig.td_s, "S", "Injected td error [s]: td_given = td_true - S", "td_error_s",
        -0.5, 0.5, kRig},
       {"extrinsic-error", &o.rig.extrinsic_deg, "DEG",
@@ -380,8 +326,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},
-      {"downstream-every", &o.downstream_every, "N",
-       "Do so in every N-th trial only, the first one included", "downstream_every", 1, 100000},
       {"report",
        &o.report,
        "MODE",
@@ -445,11 +389,6 @@ std::string checkAbOptions(AbOptions* options) {
     return "--gates off: no method would wait for its window to expand (--keyframes " +
            o.keyframes_text + "); --keyframes 10 has windows of one size";
   }
-  for (const AbOption& option : abOptionTable(options)) {
-    // An IMU rate of zero is the recorded one, and not to be typed.
-    if (option.scope == OptionScope::kRig && !typed(o, option.name.c_str())) continue;
-    if (std::string sentence = checkRange(option, o); !sentence.empty()) return sentence;
-  }
   o.rig.seed = o.seed;
   return checkMethods(options);
 }
@@ -460,8 +399,7 @@ NamedValues describeAbOptions(const AbOptions& options) {
   for (const AbOption& option : abOptionTable(&copy)) {
     if (option.report_key.empty()) continue;
     if (option.name == "duration" && options.builtin.empty()) continue;
-    const bool of_speed = option.name == "velocity" || option.name.rfind("speed", 0) == 0;
-    if (of_speed && !typed(options, option.name.c_str())) continue;
+    if (option.name == "speed" && !typed(options, "speed")) continue;
     const bool of_rig = option.name == "seed" && options.rig.any();
     if (option.scope == OptionScope::kSimulatedFeatures && options.hasImages() && !of_rig) continue;
     if (option.scope == OptionScope::kRig && !typed(options, option.name.c_str())) continue;
@@ -490,7 +428,9 @@ NamedValues describeAbOptions(const AbOptions& options) {
         },
         option.field);
   }
-  // Of the simulation, but no option.
+  // No options of the command line.
+  list.emplace_back("interval_s", options.initializer.window.min_interval_s);
+  list.emplace_back("span_s", options.initializer.window.max_span_s);
   if (!options.hasImages()) list.emplace_back("line_noise", options.features.line_noise);
   list.insert(list.end(), options.file_values.begin(), options.file_values.end());
   return list;

@@ -34,32 +34,27 @@ struct AbOptions {
   std::string bag;       ///< file of a recording with pixels
 
   std::string config_file;  ///< the host's configuration file; empty: none
-  std::string groundtruth;  ///< of a bag; empty: the file beside it
   std::string world = "room";
   std::string methods;       ///< comma separated; empty: all
   std::string options_file;  ///< YAML with a section `slim_init:`; empty: the defaults
   int stride = evaluation::ProtocolOptions().stride;
   std::string keyframes_text;  ///< "5..15" or "10"; empty: those of the window options
-  double interval_s = WindowOptions().min_interval_s;
-  double span_s = WindowOptions().max_span_s;
-  int limit = 0;  ///< windows; 0: no limit
+  int limit = 0;               ///< windows; 0: no limit
   int threads = evaluation::ProtocolOptions().threads;
   unsigned seed = 1;
   std::string out = "out/ab";
   std::string gates;         ///< empty: "on" for windows that grow, else "own"
   double duration_s = 60.0;  ///< of a built-in motion
   bool ablation = false;
-  bool provisional = false;   ///< ask for provisional answers in place of the methods' windows
-  bool from_rest = false;     ///< the starts after each rest in place of the methods' windows
-  double downstream_s = 0.0;  ///< 0: the back end is not run
-  int downstream_every = evaluation::ProtocolOptions().downstream_every;
+  bool provisional = false;     ///< ask for provisional answers in place of the methods' windows
+  bool from_rest = false;       ///< the starts after each rest in place of the methods' windows
+  double downstream_s = 0.0;    ///< 0: the back end is not run
   std::string report = "auto";  ///< or "off"
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
   bool auto_exposure = false;  ///< the images are not equally spaced
   double readout_s = 0.0;      ///< of the camera, where it was typed; else that of the calibration
   evaluation::RigErrors rig;   ///< rig.seed is `seed`
-  double velocity = 0.0;       ///< of "constant-velocity" [m/s]; 0: its own
   simulation::SpeedSimulationOptions speed;  ///< in use if --speed was typed; its seed is `seed`
 
   /// The features come from pixels.
@@ -97,7 +92,6 @@ struct AbOptions {
 enum class OptionScope {
   kAlways,
   kSimulatedFeatures,  ///< no effect with --asl and --bag
-  kImages,             ///< no effect without them
   kRig,                ///< what is wrong with the rig; in the report where it was typed
 };
 
@@ -133,8 +127,8 @@ std::string valueText(const AbOption& option);
 /// "1 to 100000" for a number, "auto, off" for a text with choices, else empty.
 std::string rangeText(const AbOption& option);
 
-/// Merges file and command line, checks ranges and what a single option cannot know (exactly one
-/// source, names), and fills the last fields. Returns an empty string, or a sentence naming the
+/// Merges file and command line, checks what a single option cannot know (exactly one source,
+/// names), and fills the last fields. Returns an empty string, or a sentence naming the
 /// option, its value and what is allowed.
 std::string checkAbOptions(AbOptions* options);
 

@@ -31,11 +31,9 @@ std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
   if (!options.config->image_topic.empty()) topics.image = options.config->image_topic;
   topics.speed = options.config->speed_topic;
   topics.speed_forward_only = options.config->speed_forward_only;
-  std::string truth = options.groundtruth;
+  std::string truth = evaluation::groundtruthFileOf(options.bag);
   std::error_code code;
-  if (truth.empty() && fs::exists(evaluation::groundtruthFileOf(options.bag), code)) {
-    truth = evaluation::groundtruthFileOf(options.bag);
-  }
+  if (!fs::exists(truth, code)) truth.clear();
   return evaluation::openRosbag(options.bag, topics, truth, read_options, status);
 }
 

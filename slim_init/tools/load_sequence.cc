@@ -169,9 +169,8 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   loaded->gyro_bias_truth = "simulated";
 
   std::string error;
-  auto trajectory = simulation::makeBuiltinTrajectory(options.builtin, options.duration_s,
-                                                      sequence.calibration.R_b_c, options.seed,
-                                                      &error, options.velocity);
+  auto trajectory = simulation::makeBuiltinTrajectory(
+      options.builtin, options.duration_s, sequence.calibration.R_b_c, options.seed, &error);
   if (trajectory == nullptr) return "--builtin: " + error;
 
   simulation::ImuSimulationOptions imu;

@@ -70,8 +70,7 @@ std::string readConfiguration(AbOptions* options) {
   o.sigma_line_px = config.calibration.sigma_line_px;
 
   // The same table three times: as read, as used here, as it is by default. The report has the
-  // window's length and the gates under the names of --keyframes, --interval and --gates, which may
-  // win, and the protocol counts full windows only.
+  // window and the gates under names of their own, as --keyframes and --gates may win.
   const std::set<std::string> set_elsewhere = {"window.keyframes", "window.min_keyframes",
                                                "window.min_interval_s", "window.max_span_s",
                                                "gates.mode"};

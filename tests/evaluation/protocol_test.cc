@@ -250,7 +250,6 @@ TEST(Protocol, UnusableInputIsASentence) {
     expectNamed("threads is " + std::to_string(threads),
                 [threads](auto* options, auto*) { options->threads = threads; });
   }
-  expectNamed("downstream_every is 0", [](auto* options, auto*) { options->downstream_every = 0; });
   expectNamed("window.", [](auto* options, auto*) { options->window.keyframes = 1; });
   expectNamed("", [](auto*, auto* bad) { bad->truth.pop_back(); });
   expectNamed("frame 4", [](auto*, auto* bad) { std::swap(bad->frames[3].t, bad->frames[4].t); });
@@ -481,25 +480,6 @@ TEST(Protocol, CpuTimeCountsWorkAndNotSleep) {
     EXPECT_GE(sleep.solve_ms, 50.0);
     EXPECT_LT(sleep.solve_cpu_ms, 5.0);
   }
-}
-
-TEST(Protocol, TheEstimatorRunsInEveryNthTrial) {
-  const VariedSolver solver("fake");
-  ProtocolOptions options;
-  options.downstream = runNothing;
-  options.downstream_every = 4;
-  ProtocolResult result = run(makeCircleSequence(10.0), {&solver}, options);
-  int accepted = 0, ran = 0;
-  for (const WindowRecord& window : result.windows) {
-    const MethodRecord& record = window.methods[0];
-    EXPECT_EQ(record.downstream.ran, record.accepted() && window.trial % 4 == 0) << window.trial;
-    EXPECT_EQ(record.downstream.message,
-              record.accepted() && window.trial % 4 != 0 ? "run in one trial of 4 only" : "");
-    accepted += record.accepted() ? 1 : 0;
-    ran += record.downstream.ran ? 1 : 0;
-  }
-  EXPECT_GT(ran, 0);
-  EXPECT_GT(accepted, ran);
 }
 
 }  // namespace

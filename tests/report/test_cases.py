@@ -52,7 +52,7 @@ class Cases(unittest.TestCase):
         walk = found["simulated/corridor-walk"]
         self.assertEqual(walk.arguments, [
             "--builtin", "corridor-walk", "--world", "corridor", "--points", "12", "--outliers",
-            "0.03", "--drift", "0.04", "--seed", "1", "--keyframes", "10", "--interval", "0.22"])
+            "0.03", "--drift", "0.04", "--seed", "1", "--keyframes", "10"])
         ablation = found["ablation/simulated/corridor-walk"]
         self.assertEqual(option(ablation, "methods"), "slim,slim-paper")
         self.assertIn("--ablation", ablation.arguments)
@@ -93,16 +93,15 @@ class Cases(unittest.TestCase):
 
     def test_options_reach_every_run(self):
         found, _ = self.cases(methods="slim-paper,drt-l", stride=20, limit=7, seed=3, threads=2,
-                              downstream=10, downstream_every=5, gates="on", options="o.yaml")
+                              downstream=10, gates="on", options="o.yaml")
         walk = found["simulated/corridor-walk"]
         for name, value in (("methods", "slim-paper,drt-l"), ("stride", "20"), ("limit", "7"),
                             ("seed", "3"), ("threads", "2"), ("downstream", "10"),
-                            ("downstream-every", "5"), ("gates", "on"), ("options", "o.yaml")):
+                            ("gates", "on"), ("options", "o.yaml")):
             self.assertEqual(option(walk, name), value)
         ablation = found["ablation/simulated/corridor-walk"]
         self.assertEqual(option(ablation, "methods"), "slim-paper")
         self.assertIsNone(option(ablation, "downstream"))
-        self.assertIsNone(option(self.cases()[0]["simulated/hover"], "downstream-every"))
 
     def test_quick(self):
         for value in (True, "true", 1):

@@ -97,22 +97,12 @@ const BadCommand kBadCommands[] = {
     {"ImuDropoutHigh", "ab --builtin circle --imu-dropout 1",
      "--imu-dropout: '1' is not a number in [0, 0.9]"},
     {"ReportMode", "ab --builtin circle --report 3d", "--report is '3d'"},
-    {"DownstreamEveryAlone", "ab --builtin circle --downstream-every 2",
-     "--downstream-every has no effect without --downstream above 0 s"},
-    {"DownstreamOfNoTime", "ab --builtin circle --downstream 0 --downstream-every 2",
-     "--downstream-every has no effect without --downstream above 0 s"},
-    {"IntervalZero", "ab --builtin circle --interval 0", "'0'|[0.01, 2]"},
     {"KeyframesShrink", "ab --builtin circle --keyframes 9..4", "'9..4' must expand"},
     {"KeyframesHalf", "ab --builtin circle --keyframes 4..", "''|[4, 15]"},
     {"GrowingWithoutGates", "ab --builtin circle --keyframes 4..9 --gates off",
      "--gates off: no method would wait"},
-    {"SpanOfOneSize", "ab --builtin circle --keyframes 10 --span 2",
-     "--span is for expanding windows"},
     {"SimulationOfImages", "ab --asl x --world room", "--world has no effect with --asl"},
     {"SeedOfImages", "ab --bag x --seed 2", "--seed has no effect with --bag"},
-    {"TruthWithoutImages", "ab --builtin circle --groundtruth x",
-     "--groundtruth has no effect with --builtin"},
-    {"TruthOfAFolder", "ab --asl x --groundtruth y", "--groundtruth is for --bag"},
     {"BagWithoutConfig", "ab --bag x.bag", "--bag needs --config"},
     {"EmptyConfig", "ab --builtin circle --config ''", "--config is empty, must be YAML"},
     {"NoFolder", "ab --recorded no/such/folder", "no/such/folder is not a directory"},
@@ -150,9 +140,9 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
       run.out,
       "--recorded DIR|--builtin NAME|--duration X (=60)|[s]; 3 to 3600|--world NAME (=room)|"
       "--methods LIST|--options FILE|--gates MODE|--seed N (=1)|--stride N (=10)|"
-      "--keyframes N|--interval X (=0.09)|--span X (=3)|--asl DIR|--bag FILE|--config YAML|"
-      "--groundtruth FILE|--ablation|--report MODE (=auto)|--limit N (=0)|"
-      "--auto-exposure|--velocity X (=0)|--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
+      "--keyframes N|--asl DIR|--bag FILE|--config YAML|"
+      "--ablation|--report MODE (=auto)|--limit N (=0)|"
+      "--auto-exposure|--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
       "[px]; 0 to 10|--drift X (=0)|--outliers X (=0)|"
       "--line-misassociation X (=0)|--td-error S (=0)|"
       "--extrinsic-error DEG (=0)|--random-rig|--readout S (=0)|--readout-error S (=0)|"
@@ -285,8 +275,11 @@ TEST_F(Ab, RigErrorsReachTheMethods) {
 }
 
 TEST_F(Ab, TheIntervalSpacesTheKeyframes) {
-  const auto json = summary(
-      "--builtin circle --duration 6 --methods drt-l --interval 0.09 --keyframes 8 --quiet");
+  folder.write(
+      "o.yaml",
+      "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 8, max_span_s: 0}\n");
+  const auto json =
+      summary("--builtin circle --duration 6 --methods drt-l --options @o.yaml --quiet");
   // Images come every 0.05 s: eight keyframes take 0.7 s.
   EXPECT_TRUE(contains(readFile(folder.file("out/windows.csv")), ",0.7,8,"));
   EXPECT_EQ(json["options"]["interval_s"], 0.09);
@@ -412,8 +405,8 @@ ProgramRun runWithOptions(const ScratchFolder& folder, const std::string& out,
                                         "--out", folder.file(out)};
   arguments.insert(arguments.end(), extra.begin(), extra.end());
   // Windows of one size, but where the test is on them.
-  const bool asked = std::any_of(extra.begin(), extra.end(), [](const std::string& text) {
-    return text == "--keyframes" || text == "--span";
+  const bool asked = std::any_of(extra.begin(), extra.end(), [&](const std::string& text) {
+    return text == "--keyframes" || contains(readFile(text), "keyframes:");
   });
   if (!asked) arguments.insert(arguments.end(), {"--keyframes", "10"});
   return runProgram(folder, arguments);
@@ -457,12 +450,10 @@ TEST(AbOptionsFile, ASwitchedTermChangesItsMethodOnly) {
 TEST(AbOptionsFile, TheCommandLineWins) {
   const ScratchFolder folder;
   folder.write("file.yaml",
-               "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 6}\n"
+               "%YAML:1.0\nslim_init:\n  window: {keyframes: 8, min_keyframes: 6, max_span_s: 2}\n"
                "  gates: {mode: on}\n");
   const std::vector<std::string> file = {"--options", folder.file("file.yaml")};
-  std::vector<std::string> growing = file;
-  growing.insert(growing.end(), {"--span", "2"});
-  ASSERT_EQ(runWithOptions(folder, "file", growing).exit_code, 0);
+  ASSERT_EQ(runWithOptions(folder, "file", file).exit_code, 0);
   auto options = summaryOf(folder, "file")["options"];
   EXPECT_EQ(options["keyframes"], "6..8");
   EXPECT_EQ(options["span_s"], 2.0);
@@ -522,8 +513,7 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   const ScratchFolder folder;
   const auto refused = [&](const std::string& text, const std::string& parts) {
     if (!text.empty()) folder.write("file.yaml", text);
-    const ProgramRun run =
-        runWithOptions(folder, "out", {"--options", folder.file("file.yaml"), "--span", "2"});
+    const ProgramRun run = runWithOptions(folder, "out", {"--options", folder.file("file.yaml")});
     EXPECT_EQ(run.exit_code, 2) << text;
     EXPECT_EQ(run.out, "");
     EXPECT_EQ(run.err.rfind("slim_init: --options: " + folder.file("file.yaml"), 0), 0u) << run.err;

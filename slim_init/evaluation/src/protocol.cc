@@ -266,13 +266,8 @@ MethodRecord runSolver(const WindowSolver& solver, const Trial& trial, const Seq
     if (record.accepted()) break;
   }
   if (!options.downstream || !record.accepted()) return record;
-  if (trial.record.trial % options.downstream_every == 0) {
-    if (!answer.calibration.has_value()) answer.calibration = toldTo(trial.calibration);
-    record.downstream = options.downstream(sequence, answer);
-  } else {
-    record.downstream.message =
-        "run in one trial of " + std::to_string(options.downstream_every) + " only";
-  }
+  if (!answer.calibration.has_value()) answer.calibration = toldTo(trial.calibration);
+  record.downstream = options.downstream(sequence, answer);
   return record;
 }
 
@@ -337,9 +332,6 @@ std::string ProtocolOptions::validate() const {
   if (threads < 1 || threads > kMaxThreads) {
     return "threads is " + std::to_string(threads) + ", must be in [1, " +
            std::to_string(kMaxThreads) + "]";
-  }
-  if (downstream_every < 1) {
-    return "downstream_every is " + std::to_string(downstream_every) + ", must be at least 1";
   }
   if (max_windows < 0) {
     return "max_windows is " + std::to_string(max_windows) + ", must be at least 0";

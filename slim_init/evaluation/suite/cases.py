@@ -11,7 +11,7 @@ DRIFT_PX = "0.04"
 
 # The protocol is the paper's, whatever a file of options says about windows; the cases "growing"
 # have the windows of a host, of the files or the defaults.
-WINDOW = ["--keyframes", "10", "--interval", "0.22"]
+WINDOW = ["--keyframes", "10"]
 
 QUICK_WINDOWS = 5
 QUICK_DURATION_S = "10"
@@ -106,8 +106,6 @@ def _common(config, ablation, fixed=True):
               ("gates", config.get("gates"))]
     if not ablation:  # of a variant it is the answer that counts
         values.append(("downstream", config.get("downstream")))
-        if config.get("downstream"):
-            values.append(("downstream-every", config.get("downstream_every")))
     for name, value in values:
         if value not in (None, "", 0):
             arguments += ["--" + name, str(value)]

@@ -23,8 +23,7 @@ SpeedSensor simulatedSpeedSensor(const Calibration& calibration) {
 
 std::vector<SpeedSample> simulateSpeeds(const Trajectory& trajectory, const SpeedSensor& sensor,
                                         const SpeedSimulationOptions& options) {
-  Random noise(options.seed, "speed/noise"), phase(options.seed, "speed/slip");
-  const double slip_begin = phase.uniform(0.0, SpeedSimulationOptions::kSlipPeriod);
+  Random noise(options.seed, "speed/noise");
   std::vector<SpeedSample> samples;
   for (int k = 0;; ++k) {
     const double t = trajectory.begin() + k / options.rate_hz;
@@ -34,12 +33,9 @@ std::vector<SpeedSample> simulateSpeeds(const Trajectory& trajectory, const Spee
     const Kinematics motion = trajectory.at(t);
     const Eigen::Vector3d v_b =
         motion.R_w_b.transpose() * motion.v_w_b + motion.omega_b.cross(sensor.t_b_s);
-    double speed = (1.0 + options.scale_error) * sensor.R_b_s.col(0).dot(v_b);
+    const double speed = sensor.R_b_s.col(0).dot(v_b);
     const double sigma =
         std::max(SpeedSimulationOptions::kLeastSigma, options.noise * std::abs(speed));
-    const double in_period =
-        std::fmod(t - trajectory.begin() + slip_begin, SpeedSimulationOptions::kSlipPeriod);
-    if (in_period < SpeedSimulationOptions::kSlip) speed *= 1.0 + options.slip;
     samples.push_back(SpeedSample::forward(t, speed + sigma * error, sigma));
   }
   return samples;

@@ -43,8 +43,6 @@ struct ProtocolOptions {
   int first_keyframes = 0;
   /// Runs an estimator from every estimate that a method accepts; empty: none.
   DownstreamRunner downstream;
-  /// The estimator is run from every n-th trial only: those with trial % downstream_every == 0.
-  int downstream_every = 1;
   /// With rig.random every trial is cut and solved with an assumedCalibration() of its own. All
   /// other errors of a rig are in the sequence already (applyRigErrors()).
   RigErrors rig;

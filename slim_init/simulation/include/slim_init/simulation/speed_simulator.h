@@ -13,13 +13,9 @@ struct SpeedSimulationOptions {
   double rate_hz = 50.0;
   /// Standard deviation as a fraction of the speed; at least kLeastSigma, as an encoder has steps.
   double noise = 0.05;
-  double scale_error = 0.0;  ///< relative error of all measurements: the radius of the wheel
-  double slip = 0.0;         ///< for kSlip of every kSlipPeriod all are too fast by this fraction
   unsigned seed = 1;
 
   static constexpr double kLeastSigma = 0.01;  ///< [m/s]
-  static constexpr double kSlip = 1.0;         ///< [s]
-  static constexpr double kSlipPeriod = 2.5;   ///< [s]
 };
 
 /// A sensor half a metre behind and 0.3 m below the body, x along the optical axis, y to the left.
