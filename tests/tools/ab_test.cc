@@ -599,9 +599,8 @@ std::string runFromRest(const std::string& recording, const ScratchFolder& folde
                                              "--keyframes", "5..15", "--out", folder.file("out")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   expectParts(run.out,
-              "1 of 1 starts accepted (1 from the rest)|1 of 1 starts accepted (0 from the rest)");
-  const std::string csv = readFile(folder.file("out/from_rest.csv"));
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << csv;
+              "first estimates: 1 of 1|from the rest: 1|without the rest as a prior: 1 of 1");
+  EXPECT_TRUE(std::filesystem::exists(folder.file("out/starts.csv")));
   return run.out;
 }
 

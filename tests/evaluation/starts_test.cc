@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Which motions begin at rest, and the figures of their starts.
-#include "slim_init/evaluation/from_rest.h"
+// Which motions begin at rest, and the figures of starts.
+#include "slim_init/evaluation/starts.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ Sequence sequenceThatMoves(double length, const std::vector<TimeSpan>& moves) {
 }
 
 TEST(MotionOnsets, EveryRestOfASecondBeforeAMotion) {
-  const std::vector<MotionOnset> onsets =
+  const std::vector<Start> onsets =
       motionOnsets(sequenceThatMoves(20.0, {{5.0, 7.0}, {9.0, 10.0}, {10.8, 12.0}}));
   // The rest of 0.8 s is too short.
   ASSERT_EQ(onsets.size(), 2u);
@@ -51,38 +51,55 @@ TEST(MotionOnsets, NoneWithoutRestOrMotionOrGroundTruth) {
   EXPECT_TRUE(motionOnsets(Sequence()).empty());
 }
 
-FromRestRecord accepted(double after_s, double scale, double sigma) {
-  FromRestRecord record;
-  record.with_prior = record.from_rest = true;
+TEST(StartsEvery, OnesWithDataEnoughUpToTheLimit) {
+  const Sequence sequence = sequenceThatMoves(10.0, {});  // 200 images
+  EXPECT_EQ(startsEvery(40, 0, 2.0, sequence).size(), 4u);
+  EXPECT_EQ(startsEvery(40, 3, 2.0, sequence).size(), 3u);
+  EXPECT_EQ(startsEvery(40, 0, 1.9, sequence).back().first, 160u);
+}
+
+StartRecord answered(int start, double after_s, double scale, double sigma) {
+  StartRecord record;
+  record.start = start;
   record.status = InitStatus::kSuccess;
+  record.first = true;
   record.after_s = after_s;
-  record.log_scale = std::log(scale);
-  record.scale_sigma = sigma;
+  record.errors.log_scale = std::log(scale);
+  record.errors.log_scale_squared = std::pow(record.errors.log_scale / sigma, 2);
+  record.errors.velocity = std::abs(record.errors.log_scale);
   return record;
 }
 
-TEST(FromRestTable, HasTheFiguresOfBothRuns) {
-  FromRestRecord refused;
+TEST(StartsTable, HasTheFiguresOfTheFirstEstimates) {
+  StartRecord refused;
   refused.status = InitStatus::kScaleTooUncertain;
-  FromRestRecord stood = accepted(0.4, 1.3, 0.3);
-  stood.false_rests = 2;
-  const std::string table =
-      fromRestTable({accepted(0.2, 1.05, 0.05), stood, accepted(0.3, 0.97, 0.05), refused});
-  EXPECT_NE(table.find("3 of 3 starts accepted"), std::string::npos) << table;
-  EXPECT_NE(table.find("0.3 s median, 0.4 s p90"), std::string::npos) << table;
-  EXPECT_NE(table.find("66.7 % within 10 %, 1 beyond 25 %"), std::string::npos) << table;
-  EXPECT_NE(table.find("false rests 2"), std::string::npos) << table;
-  EXPECT_NE(table.find("0 of 1 starts accepted"), std::string::npos) << table;
-  const std::string csv = fromRestCsv({refused});
+  refused.false_rest = true;
+  StartRecord later = answered(0, 0.5, 1.02, 0.02);
+  later.first = false;
+  StartRecord stood = answered(1, 0.4, 1.3, 0.3);
+  stood.from_rest = true;
+  stood.downstream.ran = true;
+  stood.downstream.ate = 0.1;
+  const std::vector<StartRecord> records = {answered(0, 0.2, 1.05, 0.05), later, stood,
+                                            answered(2, 0.3, 0.97, 0.05), refused};
+  const std::string table = startsTable("title", records, 4, 0.5);
+  for (const char* part :
+       {"title: 3 of 4, after 0.3 s median, 0.38 s p90", "0.262 maximum",
+        "2 within 10 %, 1 beyond 25 %", "scale 0.834;", "estimates at 0.5 s: 1 of 4",
+        "from the rest: 1; false rests 1", "1 of 1 end well"}) {
+    EXPECT_NE(table.find(part), std::string::npos) << part << "\n" << table;
+  }
+  const std::string csv = startsCsv({refused});
   EXPECT_NE(csv.find("scale_too_uncertain"), std::string::npos) << csv;
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 2);
 }
 
-TEST(RunFromRest, BadOptionsAreNamed) {
-  InitializerOptions options;
-  options.window.keyframes = 1;
-  std::vector<FromRestRecord> records;
-  EXPECT_NE(runFromRest(sequenceThatMoves(10.0, {{5.0, 7.0}}), options, &records), "");
+TEST(RunStarts, BadOptionsAreNamed) {
+  StartRun run;
+  run.initializer.window.keyframes = 1;
+  std::vector<StartRecord> records;
+  const Sequence sequence = sequenceThatMoves(10.0, {{5.0, 7.0}});
+  EXPECT_NE(runStarts(sequence, motionOnsets(sequence), run, &records), "");
 }
 
 }  // namespace
