@@ -104,7 +104,7 @@ layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
       ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
             slim_init/evaluation/include slim_init/evaluation/src
             vins_estimator_patch/host_health/include
-      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(rosbag|(geometry|sensor)_msgs)/[A-Za-z_]+\\.h")
+      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|sys/wait\\.h|unistd\\.h|(rosbag|(geometry|sensor)_msgs)/[A-Za-z_]+\\.h")
 # Instruments of this repository, not installed, that look into the core.
 layer("back end" FOLDERS slim_init/backend
       ROOTS slim_init/include slim_init/src slim_init/evaluation/include

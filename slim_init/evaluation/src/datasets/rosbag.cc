@@ -9,15 +9,17 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <exception>
 #include <filesystem>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 
-#include "datasets/bag_check.h"
 #include "datasets/csv_table.h"
 #include "datasets/image_truth.h"
 #include "datasets/truth_csv.h"
@@ -52,6 +54,32 @@ std::vector<std::uint8_t> bytesOf(const rosbag::MessageInstance& message) {
   ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   message.write(out);
   return bytes;
+}
+
+/// Why a bag cannot be read, or an empty string. The library believes every length and offset in
+/// the file: a damaged one makes it ask for gigabytes or read outside its memory. A child process
+/// takes every message out once, with the same steps as this process will, and ends in its place.
+std::string bagDamage(const std::string& file) {
+  enum Outcome { kSound, kDamaged, kUnindexed };
+  const pid_t child = fork();
+  if (child == 0) {
+    Outcome outcome = kDamaged;
+    try {
+      rosbag::Bag bag(file);
+      rosbag::View all(bag);
+      for (const rosbag::MessageInstance& message : all) bytesOf(message);
+      outcome = kSound;
+    } catch (const rosbag::BagUnindexedException&) {
+      outcome = kUnindexed;
+    } catch (const std::exception&) {
+    }
+    _exit(outcome);
+  }
+  int status = -1;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  if (!WIFEXITED(status)) return "it is damaged";
+  const int outcome = WEXITSTATUS(status);
+  return outcome == kSound ? "" : outcome == kUnindexed ? "it has no index" : "it is damaged";
 }
 
 ros::serialization::IStream streamOf(std::vector<std::uint8_t>* bytes) {
@@ -144,17 +172,13 @@ class BagFile : public ImageSequence {
       return error(ReadError::kMissingFile,
                    file + (fs::exists(file, code) ? " is not a regular file" : " does not exist"));
     }
-    try {
-      // First: the library believes the lengths and offsets that it reads when it opens a bag.
-      const std::string damage = bagDamage(file);
-      if (!damage.empty()) return error(ReadError::kMalformed, file + cutShort(damage));
-      bag_.open(file, rosbag::bagmode::Read);
-    } catch (const rosbag::BagUnindexedException&) {
-      return error(ReadError::kMalformed, file + cutShort("it has no index"));
-    } catch (const std::exception& exception) {
-      return error(ReadError::kMalformed, file + cutShort(exception.what()));
+    if (const std::string damage = bagDamage(file); !damage.empty()) {
+      return error(ReadError::kMalformed,
+                   file + " cannot be opened as a bag of ROS 1: " + damage +
+                       "; if its recording was cut short, `rosbag reindex` repairs it");
     }
     try {
+      bag_.open(file, rosbag::bagmode::Read);
       return readMessages(topics, groundtruth_file, options);
     } catch (const std::exception& exception) {
       return error(ReadError::kMalformed, file + " cannot be read: " + exception.what());
@@ -181,11 +205,6 @@ class BagFile : public ImageSequence {
   }
 
  private:
-  static std::string cutShort(const std::string& reason) {
-    return " cannot be opened as a bag of ROS 1: " + reason +
-           "; if its recording was cut short, `rosbag reindex` repairs it";
-  }
-
   /// The topic of the bag that is meant by `wanted`, which carries one of `types`. An image topic
   /// may also be there in its compressed form only.
   ReadStatus findTopic(const std::map<std::string, std::string>& known, const std::string& key,
