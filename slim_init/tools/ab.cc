@@ -107,7 +107,6 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
     info.simulated = {{"point_tracks", counts.point_tracks},
                       {"outlier_tracks", counts.outlier_tracks},
                       {"line_tracks", counts.line_tracks},
-                      {"fragmented_lines", counts.fragmented_lines},
                       {"misassociated_lines", counts.misassociated_lines}};
   }
   return info;

@@ -182,7 +182,6 @@ TEST(FeatureStreams, EqualSeedsGiveEqualBytesAndOthersDiffer) {
   FeatureSimulationOptions options;
   options.drift = 0.04;
   options.outlier_rate = 0.1;
-  options.line_fragmentation = 0.02;
   options.line_misassociation = 0.02;
   const auto a = s.run(options);
   const auto b = s.run(options);
@@ -279,7 +278,6 @@ TEST(FeatureProjection, NoiseFreeLinesLieOnTheirSegmentAndInTheImage) {
   }
   EXPECT_GT(lines, 1000);
   EXPECT_EQ(counts.misassociated_lines, 0);
-  EXPECT_EQ(counts.fragmented_lines, 0);
 }
 
 TEST(FeatureProjection, TimeOffsetMovesTheCameraNotTheStamp) {
@@ -394,7 +392,6 @@ TEST(FeatureOcclusion, ASegmentThroughTheCameraPlaneIsCutInFrontOfIt) {
 TEST(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
   const Scene s = scene("circle", WorldKind::kHall);
   FeatureSimulationOptions options;
-  options.line_fragmentation = 0.05;
   options.line_misassociation = 0.05;
   options.outlier_rate = 0.1;
   FeatureSimulationCounts counts;
@@ -641,30 +638,6 @@ TEST(LineErrors, EndPointNoiseHasTheSigmaGiven) {
   EXPECT_NEAR(squares.y() / n, 0.49, 0.49 * 5.0 * std::sqrt(2.0 / n));
 }
 
-TEST(LineErrors, FragmentationContinuesTheLineUnderANewId) {
-  const Scene s = stillScene(0);
-  FeatureSimulationOptions options = noiseFree();
-  options.track_life = 1e9;
-  options.line_fragmentation = 0.1;
-  FeatureSimulationCounts counts;
-  const auto frames = s.run(options, 500, &counts);
-  int breaks = 0, chances = 0;
-  for (std::size_t k = 1; k < frames.size(); ++k) {
-    std::map<int, FeatureId> before, now;  // by segment
-    for (const LineObservation& o : frames[k - 1].lines) before[findSegment(s, 0.0, o)] = o.id;
-    for (const LineObservation& o : frames[k].lines) now[findSegment(s, 0.0, o)] = o.id;
-    ASSERT_EQ(before.size(), frames[k - 1].lines.size());
-    for (const auto& entry : before) {
-      ASSERT_EQ(now.count(entry.first), 1U) << "a broken line is seen all the same";
-      breaks += now[entry.first] != entry.second;
-      ++chances;
-    }
-  }
-  EXPECT_NEAR(static_cast<double>(breaks) / chances, 0.1, 5.0 * std::sqrt(0.09 / chances));
-  EXPECT_EQ(counts.fragmented_lines, breaks);
-  EXPECT_EQ(counts.misassociated_lines, 0);
-}
-
 TEST(LineErrors, MisassociationKeepsTheIdAndChangesTheLine) {
   const Scene s = stillScene(0);
   FeatureSimulationOptions options = noiseFree();
@@ -696,7 +669,6 @@ TEST(LineErrors, MisassociationKeepsTheIdAndChangesTheLine) {
   }
   EXPECT_NEAR(static_cast<double>(jumps) / chances, 0.05, 5.0 * std::sqrt(0.0475 / chances));
   EXPECT_EQ(counts.misassociated_lines, jumps);
-  EXPECT_EQ(counts.fragmented_lines, 0);
   wrong_quality /= jumps;
   right_quality /= chances - jumps;
   EXPECT_LT(wrong_quality, right_quality - 0.03) << "a wrong match should look somewhat worse";

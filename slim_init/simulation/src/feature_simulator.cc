@@ -291,7 +291,6 @@ class LineTracker {
         views_(world.segments.size()),
         choice_(options.seed, "lines/choice"),
         lives_(options.seed, "lines/life", options.track_life),
-        fragmentation_(options.seed, "lines/fragmentation"),
         misassociation_(options.seed, "lines/misassociation"),
         slide_(options.seed, "lines/slide"),
         noise_(options.seed, "lines/noise"),
@@ -415,28 +414,20 @@ class LineTracker {
   }
 
   void keepAlive(const CameraPose& pose) {
-    std::vector<Track> fragments;  // continue the same segment under a new id
     std::size_t kept = 0;
     for (Track& track : tracks_) {
-      const bool breaks = fragmentation_.uniform() < options_.line_fragmentation;
       const bool jumps = misassociation_.uniform() < options_.line_misassociation;
       track.is_new = false;
-      track.is_wrong_match = jumps && !breaks && jumpToSimilar(pose, &track);
+      track.is_wrong_match = jumps && jumpToSimilar(pose, &track);
       track.view = detect(pose, track.segment);
       if (--track.frames_left <= 0 || !longEnough(track.view)) {
         tracked_[track.segment] = false;
         continue;
       }
       if (track.is_wrong_match) ++counts_->misassociated_lines;
-      if (breaks) {
-        fragments.push_back(track);
-        ++counts_->fragmented_lines;
-        continue;
-      }
       tracks_[kept++] = track;
     }
     tracks_.resize(kept);
-    for (const Track& fragment : fragments) start(fragment.segment, fragment.view);
   }
 
   // Moves a track to a random one of the most similar untracked segments in view.
@@ -564,7 +555,6 @@ class LineTracker {
   std::vector<LineView> views_;  // per segment of the world, ignoring occlusion
   Random choice_;
   LifeTimes lives_;
-  Random fragmentation_;
   Random misassociation_;
   Random slide_;
   Random noise_;
@@ -593,7 +583,6 @@ std::string FeatureSimulationOptions::validate() const {
   requireWithin("track_life", track_life, 1.0, inf, &message);
   // Two cuts of half a segment each would leave nothing.
   requireWithin("line_slide", line_slide, 0.0, 0.49, &message);
-  requireWithin("line_fragmentation", line_fragmentation, 0.0, 1.0, &message);
   requireWithin("line_misassociation", line_misassociation, 0.0, 1.0, &message);
   requireWithin("min_line_length_px", min_line_length_px, 1.0, 1e4, &message);
   return message;
