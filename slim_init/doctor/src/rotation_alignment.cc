@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/doctor/rotation_alignment.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -13,7 +11,6 @@
 #include "geometry/robust_weight.h"
 #include "reference_so3.h"
 #include "rotation/free_rotations.h"
-#include "slim_init/evaluation/inertial_steps.h"
 #include "slim_init/evaluation/statistics.h"
 
 namespace slim_init::evaluation {
@@ -21,13 +18,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Matrix8d = Eigen::Matrix<double, 8, 8>;
-using Vector8d = Eigen::Matrix<double, 8, 1>;
-using Matrix38d = Eigen::Matrix<double, 3, 8>;
 
-constexpr double kMedianChi2 = 2.366;  // of three degrees of freedom
-// Errors that are not in the bearings: jitter of the stamps, noise of the gyro over a pair [rad].
-constexpr double kModelSigma = 5e-4;
 // Standard deviation of a rate beyond the noise of its own pair [rad/s].
 constexpr double kRateSigma = 0.02;
 // Weight of the configured rotation: enough to decide what the data leave open, too little to move
@@ -35,7 +26,6 @@ constexpr double kRateSigma = 0.02;
 constexpr double kTieBreak = 1e-3;
 
 struct Pair {
-  std::size_t i = 0, j = 0;  ///< of the frames
   double t_i = 0.0, t_j = 0.0;
   RelativeRotation seen;
   double dt() const { return t_j - t_i; }
@@ -50,7 +40,7 @@ struct Pair {
 /// The gyro as a function of time.
 class Gyro {
  public:
-  Gyro(const std::vector<ImuSample>& imu, double max_gap_s) : imu_(imu), max_gap_s_(max_gap_s) {
+  Gyro(const std::vector<ImuSample>& imu, double max_gap_s) : imu_(imu) {
     angle_.assign(imu.size(), Vector3d::Zero());
     gaps_.assign(imu.size(), 0);
     for (std::size_t k = 1; k < imu.size(); ++k) {
@@ -72,15 +62,6 @@ class Gyro {
     const double u = (t - imu_[k - 1].t) / (imu_[k].t - imu_[k - 1].t);
     return (1.0 - u) * imu_[k - 1].gyro + u * imu_[k].gyro;
   }
-  /// R_bi_bj of the rate gyro / scale - bias.
-  Matrix3d rotation(double t0, double t1, double scale, const Vector3d& bias) {
-    Matrix3d R = Matrix3d::Identity();
-    if (!inertialSteps(imu_, t0, t1, max_gap_s_, &steps_)) return R;
-    for (const InertialStep& step : steps_) {
-      R *= reference::expSo3((step.gyro / scale - bias) * step.dt);
-    }
-    return R;
-  }
 
  private:
   /// The step from sample k - 1 to k that holds t.
@@ -96,18 +77,8 @@ class Gyro {
   }
 
   const std::vector<ImuSample>& imu_;
-  double max_gap_s_;
   std::vector<Vector3d> angle_;  // integral of the rate
   std::vector<int> gaps_;        // steps too long up to here
-  std::vector<InertialStep> steps_;
-};
-
-/// Parameters that align camera and gyro.
-struct Alignment {
-  double td = 0.0;
-  Matrix3d R_b_c = Matrix3d::Identity();
-  double scale = 1.0;
-  Vector3d bias = Vector3d::Zero();
 };
 
 PairPoints commonPoints(const FrameObservation& i, const FrameObservation& j) {
@@ -144,8 +115,6 @@ std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, doub
     }
     if (j == i || frames[j].t - frames[i].t > options.max_frame_gap_s) continue;
     Pair pair;
-    pair.i = i;
-    pair.j = j;
     pair.t_i = frames[i].t;
     pair.t_j = frames[j].t;
     if (!relativeRotation(common, sigma, nullptr, &pair.seen)) continue;
@@ -159,6 +128,7 @@ std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, doub
 struct Rates {
   std::vector<Vector3d> camera, gyro;
   std::vector<double> weights;
+  std::vector<double> noise2;  // of the camera's, squared
 
   void center() {
     Vector3d camera_sum = Vector3d::Zero(), gyro_sum = Vector3d::Zero();
@@ -185,8 +155,9 @@ struct Procrustes {
 /// R that minimises sum w |gyro / scale - R camera|^2.
 Procrustes procrustes(const Rates& rates, const Matrix3d& R_tie) {
   Matrix3d B = Matrix3d::Zero();
-  double camera2 = 0.0, gyro2 = 0.0;
+  double camera2 = 0.0, gyro2 = 0.0, noise2 = 0.0;
   for (std::size_t k = 0; k < rates.camera.size(); ++k) {
+    noise2 += rates.weights[k] * rates.noise2[k];
     B += rates.weights[k] * rates.gyro[k] * rates.camera[k].transpose();
     camera2 += rates.weights[k] * rates.camera[k].squaredNorm();
     gyro2 += rates.weights[k] * rates.gyro[k].squaredNorm();
@@ -203,7 +174,8 @@ Procrustes procrustes(const Rates& rates, const Matrix3d& R_tie) {
   const double aligned = (result.R_b_c.transpose() * B).trace();
   result.correlation = aligned / norm;
   result.mirrored = (sigma.x() + sigma.y() - signs.z() * sigma.z()) / norm;
-  result.scale = aligned / camera2;
+  // The noise of the camera's rates would make them longer.
+  result.scale = aligned / std::max(camera2 - noise2, 0.5 * camera2);
   return result;
 }
 
@@ -237,12 +209,7 @@ class Aligner {
       return result_;
     }
     result_.status = AlignmentStatus::kSolved;
-    Alignment alignment = search();
-    refine(&alignment);
-    if (result_.correlation > kRemeasureCorrelation) {
-      measureAgain(alignment);
-      refine(&alignment);
-    }
+    search();
     return result_;
   }
 
@@ -251,10 +218,6 @@ class Aligner {
   // not below kLeastRange [s].
   static constexpr double kLeastCovered = 0.9, kLeastRange = 0.02;
   static constexpr int kSearchRounds = 3;  // with weights from the previous one
-  // Correlation from which on the gyro's prediction is good enough to measure the pairs again.
-  static constexpr double kRemeasureCorrelation = 0.6;
-  // Stretches of the recording whose scatter enters the covariance, and pairs in each.
-  static constexpr std::size_t kMaxBlocks = 12, kMinPairsOfBlock = 8;
   // Floors against division by zero: spread of the rates [rad/s], scale of the gyro.
   static constexpr double kLeastSpread = 1e-6, kLeastScale = 1e-3;
 
@@ -297,6 +260,7 @@ class Aligner {
     rates.weights = weights;
     for (const Pair& pair : pairs_) {
       rates.camera.push_back(pair.rate());
+      rates.noise2.push_back(3.0 * pair.rateSigma() * pair.rateSigma());
       rates.gyro.push_back(gyro_.meanRate(pair.t_i + td, pair.t_j + td));
     }
     rates.center();
@@ -304,7 +268,7 @@ class Aligner {
   }
 
   /// The offset and rotation of the best correlation.
-  Alignment search() {
+  void search() {
     std::vector<double> quality;
     for (const Pair& pair : pairs_) {
       const double sigma = pair.rateSigma();
@@ -347,137 +311,42 @@ class Aligner {
     }
     result_.correlation = best.correlation;
     result_.mirrored_correlation = best.mirrored;
-    Alignment alignment;
-    alignment.td = td;
-    alignment.R_b_c = best.R_b_c;
-    alignment.scale = std::max(best.scale, kLeastScale);
-    // The bias is what the means differ by.
+    result_.td = td;
+    result_.R_b_c = best.R_b_c;
+    result_.gyro_scale = std::max(best.scale, kLeastScale);
+    describeAlignment(weights, quality);
+  }
+
+  /// Bias and standard deviations of the alignment, each quantity for itself, from the scatter of
+  /// the pairs about it. `quality`: weights without the robust ones.
+  void describeAlignment(const std::vector<double>& weights, const std::vector<double>& quality) {
+    const Rates rates = ratesAt(result_.td, weights);
     Vector3d difference = Vector3d::Zero();
-    double sum = 0.0;
+    Matrix3d of_rotation = Matrix3d::Zero();
+    double sum = 0.0, count = 0.0, of_td = 0.0, of_scale = 0.0, chi2 = 0.0;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const Pair& pair = pairs_[k];
-      difference += weights[k] * (gyro_.meanRate(pair.t_i + td, pair.t_j + td) / alignment.scale -
-                                  alignment.R_b_c * pair.rate());
-      sum += weights[k];
+      const double t_i = pair.t_i + result_.td, t_j = pair.t_j + result_.td, w = weights[k];
+      const Vector3d& c = rates.camera[k];
+      sum += w;
+      count += w / quality[k];
+      // The bias is what the means differ by.
+      difference +=
+          w * (gyro_.meanRate(t_i, t_j) / result_.gyro_scale - result_.R_b_c * pair.rate());
+      of_rotation += w * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose());
+      of_scale += w * c.squaredNorm();
+      const Vector3d change = (gyro_.rate(t_j) - gyro_.rate(t_i)) / pair.dt() / result_.gyro_scale;
+      of_td += w * change.squaredNorm();
+      chi2 += w * (rates.gyro[k] / result_.gyro_scale - result_.R_b_c * c).squaredNorm();
     }
-    alignment.bias = difference / sum;
-    return alignment;
-  }
-
-  /// Rotation of the camera predicted from the gyro.
-  Matrix3d predicted(const Pair& pair, const Alignment& a) {
-    const Matrix3d R_bi_bj = gyro_.rotation(pair.t_i + a.td, pair.t_j + a.td, a.scale, a.bias);
-    return a.R_b_c.transpose() * R_bi_bj * a.R_b_c;
-  }
-
-  /// Measures the pairs again, starting from the gyro's prediction: that separates rotation from
-  /// sideways travel where the points alone may confuse them.
-  void measureAgain(const Alignment& alignment) {
-    for (Pair& pair : pairs_) {
-      const Matrix3d start = predicted(pair, alignment);
-      RelativeRotation seen;
-      if (relativeRotation(commonPoints(frames_[pair.i], frames_[pair.j]),
-                           calibration_.sigmaBearing(), &start, &seen)) {
-        pair.seen = seen;
-      }
-    }
-  }
-
-  /// Normal equations of all pairs at `a`, with robust weights.
-  struct System {
-    Matrix8d H = Matrix8d::Zero();
-    Vector8d gradient = Vector8d::Zero();
-    std::vector<Vector8d> block_gradients;  ///< of stretches of the recording
-    double scale2 = 1.0;                    ///< of the chi-square of a pair
-  };
-  System build(const Alignment& a) {
-    System system;
-    std::vector<Vector3d> residuals;
-    std::vector<Matrix38d> jacobians;
-    std::vector<Matrix3d> information;
-    std::vector<double> chi2;
-    for (const Pair& pair : pairs_) {
-      const Matrix3d covariance = (pair.seen.information + Matrix3d::Identity()).inverse();
-      information.push_back(
-          (covariance + kModelSigma * kModelSigma * Matrix3d::Identity()).inverse());
-      jacobians.emplace_back();
-      residuals.push_back(linearize(pair, a, &jacobians.back()));
-      chi2.push_back(residuals.back().dot(information.back() * residuals.back()));
-    }
-    system.scale2 = std::max(median(chi2) / kMedianChi2, 1e-3);
-    const std::size_t blocks =
-        std::clamp<std::size_t>(pairs_.size() / kMinPairsOfBlock, 2, kMaxBlocks);
-    system.block_gradients.assign(blocks, Vector8d::Zero());
-    for (std::size_t k = 0; k < pairs_.size(); ++k) {
-      const double w = gemanMcClure(chi2[k] / (3.0 * system.scale2));
-      const Eigen::Matrix<double, 8, 3> JtI = w * jacobians[k].transpose() * information[k];
-      const Vector8d gradient = JtI * residuals[k];
-      system.H += JtI * jacobians[k];
-      system.gradient += gradient;
-      system.block_gradients[k * blocks / pairs_.size()] += gradient;
-    }
-    // Prior of 1 rad, 1 s, 1 rad/s and 1 in log scale: too weak to hold what the data determine.
-    system.H += system.scale2 * Matrix8d::Identity();
-    return system;
-  }
-
-  /// Covariance of the parameters: from the scatter of single pairs, and from that of whole
-  /// stretches, whose errors (a scene that misleads the tracker, a lens model) last longer than a
-  /// pair.
-  Matrix8d covarianceOf(const System& system) const {
-    const Matrix8d inverse = system.H.ldlt().solve(Matrix8d::Identity());
+    result_.gyro_bias = difference / sum;
+    // Pairs that overlap repeat each other.
     const double overlap = std::max(1.0, options_.pair_interval_s / options_.pair_spacing_s);
-    const double blocks = static_cast<double>(system.block_gradients.size());
-    Matrix8d scatter = Matrix8d::Zero();
-    for (const Vector8d& gradient : system.block_gradients) {
-      scatter += blocks / (blocks - 1.0) * gradient * gradient.transpose();
-    }
-    return overlap * system.scale2 * inverse + inverse * scatter * inverse;
-  }
-
-  /// Gauss-Newton over R_b_c, td, bias and the logarithm of the scale, in this order.
-  void refine(Alignment* alignment) {
-    constexpr int kIterations = 12;
-    System system = build(*alignment);
-    for (int iteration = 0; iteration < kIterations; ++iteration) {
-      Vector8d x = system.H.ldlt().solve(-system.gradient);
-      if (!x.allFinite()) break;
-      constexpr double kMaxStep = 0.1;
-      const double largest = x.cwiseAbs().maxCoeff();
-      if (largest > kMaxStep) x *= kMaxStep / largest;
-      Alignment next = *alignment;
-      next.R_b_c *= reference::expSo3(x.head<3>());
-      next.td += x(3);
-      next.bias += x.segment<3>(4);
-      next.scale *= std::exp(x(7));
-      if (std::abs(next.td - calibration_.td) > max_offset_) break;  // left the data
-      *alignment = next;
-      system = build(*alignment);
-      if (x.norm() < 1e-8) break;
-    }
-    const Matrix8d covariance = covarianceOf(system);
-    result_.R_b_c = alignment->R_b_c;
-    result_.R_covariance = covariance.topLeftCorner<3, 3>();
-    result_.td = alignment->td;
-    result_.td_sigma = std::sqrt(covariance(3, 3));
-    result_.gyro_bias = alignment->bias;
-    result_.gyro_scale = alignment->scale;
-    result_.gyro_scale_sigma = alignment->scale * std::sqrt(covariance(7, 7));
-  }
-
-  /// r = Log(R_ci_cj^T C), C what the gyro predicts, and its derivative.
-  Vector3d linearize(const Pair& pair, const Alignment& a, Matrix38d* J) {
-    const double t0 = pair.t_i + a.td, t1 = pair.t_j + a.td;
-    const Matrix3d G = gyro_.rotation(t0, t1, a.scale, a.bias);
-    const Matrix3d C = a.R_b_c.transpose() * G * a.R_b_c;
-    const Matrix3d R_c_b = a.R_b_c.transpose();
-    const Vector3d start = gyro_.rate(t0) / a.scale - a.bias;
-    const Vector3d end = gyro_.rate(t1) / a.scale - a.bias;
-    J->leftCols<3>() = Matrix3d::Identity() - C.transpose();
-    J->col(3) = R_c_b * (end - G.transpose() * start);
-    J->middleCols<3>(4) = -pair.dt() * R_c_b;
-    J->col(7) = -pair.dt() / a.scale * (R_c_b * gyro_.meanRate(t0, t1));
-    return reference::logSo3(pair.seen.R_ci_cj.transpose() * C);
+    const double variance = overlap * chi2 / (3.0 * count);
+    // A prior of 1 rad, too weak to hold what the data determine.
+    result_.R_covariance = (of_rotation / variance + Matrix3d::Identity()).inverse();
+    result_.td_sigma = std::sqrt(variance / of_td);
+    result_.gyro_scale_sigma = result_.gyro_scale * std::sqrt(variance / of_scale);
   }
 
   const std::vector<FrameObservation>& frames_;

@@ -32,7 +32,7 @@ enum class AlignmentStatus {
 };
 
 /// Rotation of the camera against that of the gyro, pair of images by pair. The sigmas come from
-/// the scatter of single pairs and of stretches of the recording.
+/// the scatter of the pairs.
 struct RotationAlignment {
   AlignmentStatus status = AlignmentStatus::kTooFewPairs;
   int pairs = 0;
@@ -55,8 +55,7 @@ struct RotationAlignment {
 };
 
 /// Measures the rotation of pairs of images by their common points alone and aligns it with the
-/// gyro's: first the correlation over all offsets with the best rotation for each (Procrustes),
-/// then offset, rotation, scale and bias together by robust least squares on SO(3).
+/// gyro's: correlation of the rates over all offsets, with the best rotation for each (Procrustes).
 ///
 /// Neither td nor R_b_c of `calibration` is trusted: td is the centre of the search, R_b_c fills in
 /// what the motion leaves open (turns about one axis only). `frames` and `imu` ascend in time.
