@@ -459,10 +459,7 @@ TEST_F(Doctor, TheCalibrationIsThatOfTheSolver) {
   const std::string text = doctorText(report, false);
   EXPECT_NE(text.find("Lines for the configuration file:\n# rotation: "), std::string::npos)
       << text;
-  const auto json = nlohmann::json::parse(doctorJson(report));
-  EXPECT_EQ(json["slim"]["R_b_c"].size(), 9u);
-  EXPECT_EQ(json["slim"]["windows"], report.answers.windows);
-  EXPECT_EQ(json["lines"], report.lines);
+  EXPECT_EQ(nlohmann::json::parse(doctorJson(report))["lines"], report.lines);
   // With the lines in the file there is nothing to say.
   off.calibration.R_b_c = found.R_b_c;
   off.calibration.t_b_c = found.t_b_c;
@@ -586,8 +583,6 @@ TEST_F(Doctor, WritesATableAndJson) {
     }
   }
   EXPECT_EQ(names.size(), report.findings.size()) << "a check is listed twice";
-  EXPECT_NEAR(json["rotation"]["td_s"].get<double>(), 0.0, 1e-3);
-  EXPECT_EQ(json["rotation"]["R_b_c"].size(), 9u);
 }
 
 }  // namespace

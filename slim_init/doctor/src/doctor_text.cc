@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The doctor's report as a table and as JSON.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -77,58 +76,6 @@ std::string countText(const DoctorReport& report, Severity severity, const char*
 /// NaN is no JSON.
 Json jsonNumber(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
-Json matrixJson(const Eigen::Matrix3d& R) {
-  Json json = Json::array();
-  for (int k = 0; k < 9; ++k) json.push_back(R(k / 3, k % 3));
-  return json;
-}
-
-Json alignmentJson(const RotationAlignment& a) {
-  Json json = {{"pairs", a.pairs},
-               {"solved", a.status == AlignmentStatus::kSolved},
-               {"camera_rate_deg_s", jsonNumber(kDegPerRad * a.camera_rate)},
-               {"correlation", jsonNumber(a.correlation)},
-               {"mirrored_correlation", jsonNumber(a.mirrored_correlation)},
-               {"epipolar_px", jsonNumber(a.residual_px)},
-               {"flow_px_s", jsonNumber(a.flow_px_per_s)}};
-  if (a.status != AlignmentStatus::kSolved) return json;
-  json["td_s"] = jsonNumber(a.td);
-  json["td_sigma_s"] = jsonNumber(a.td_sigma);
-  json["gyro_scale"] = jsonNumber(a.gyro_scale);
-  json["gyro_scale_sigma"] = jsonNumber(a.gyro_scale_sigma);
-  json["gyro_bias_rad_s"] = {a.gyro_bias.x(), a.gyro_bias.y(), a.gyro_bias.z()};
-  json["R_b_c"] = matrixJson(a.R_b_c);
-  const Eigen::Vector3d variances =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(a.R_covariance).eigenvalues();
-  json["R_b_c_sigma_deg"] = jsonNumber(kDegPerRad * std::sqrt(variances(2)));
-  return json;
-}
-
-Json noiseJson(const ImuNoise& noise) {
-  return {{"gyro_density", jsonNumber(noise.gyro_density)},
-          {"accel_density", jsonNumber(noise.accel_density)}};
-}
-
-Json answersJson(const WindowEstimates& answers) {
-  Json json = {{"windows", answers.windows},
-               {"accepted", answers.accepted},
-               {"refused", answers.refused},
-               {"statuses", answers.statuses},
-               {"measured_noise", noiseJson(answers.measured_noise)},
-               {"assumed_noise", noiseJson(answers.assumed_noise)},
-               {"calibration_windows", answers.calibration_windows}};
-  if (!answers.calibration) return json;
-  const CalibrationEstimate& found = *answers.calibration;
-  json["td_s"] = jsonNumber(found.td);
-  json["td_sigma_s"] = jsonNumber(found.tdSigma());
-  json["R_b_c"] = matrixJson(found.R_b_c);
-  json["R_b_c_sigma_deg"] = jsonNumber(found.rotationSigmaDeg());
-  json["t_b_c"] = {found.t_b_c.x(), found.t_b_c.y(), found.t_b_c.z()};
-  json["t_b_c_sigma_m"] =
-      jsonNumber(std::sqrt(found.covariance.diagonal().segment<3>(3).maxCoeff()));
-  return json;
-}
-
 }  // namespace
 
 std::string doctorText(const DoctorReport& report, bool color) {
@@ -168,8 +115,6 @@ std::string doctorJson(const DoctorReport& report) {
                                 {"message", f.message},
                                 {"advice", f.advice}});
   }
-  json["rotation"] = alignmentJson(report.alignment);
-  json["slim"] = answersJson(report.answers);
   json["lines"] = report.lines;
   return json.dump(2) + "\n";
 }

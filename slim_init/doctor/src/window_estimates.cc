@@ -223,7 +223,6 @@ WindowEstimates solveWindows(const DoctorData& data, const RotationAlignment& al
     const bool sound = result.success() || result.status == InitStatus::kScaleTooUncertain;
     if (sound && result.calibration.has_value()) found.push_back(*result.calibration);
   }
-  answers.calibration_windows = static_cast<int>(found.size());
   answers.calibration = combinedCalibration(found, start);
   return answers;
 }

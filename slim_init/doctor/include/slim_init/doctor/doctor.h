@@ -85,7 +85,6 @@ struct WindowEstimates {
   /// What all windows together say about the calibration, solved with wide priors; its sigmas are
   /// without the floors of DoctorOptions. Absent with fewer than three windows.
   OptionalCalibration calibration;
-  int calibration_windows = 0;
   /// Noise of the IMU measured in its samples, and the one that `slim` then assumes: medians over
   /// the windows.
   ImuNoise measured_noise = {kNotComputed, kNotComputed};
