@@ -11,7 +11,6 @@ import unittest
 from html.parser import HTMLParser
 
 import numpy
-import pandas
 from handmade import by_hand, row, write_run
 from slim_init_report import __main__ as program
 from slim_init_report import bootstrap, data, figures, render, run_report, suite_report, suite_tables
@@ -197,31 +196,6 @@ class RunReport(Folder):
         self.assertFalse(os.path.exists(os.path.join(self.folder, "run", "error_cdf.png")))
 
 
-class Growth(unittest.TestCase):
-    COLUMNS = ["what", "value", "method", "point_tracks", "median_ms", "p90_ms", "p99_ms"]
-
-    def draw(self, rows):
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "growth.svg")
-            caption = figures.growth(pandas.DataFrame(rows, columns=self.COLUMNS), path)
-            if not os.path.exists(path):
-                return caption, ""
-            with open(path) as file:
-                return caption, file.read()
-
-    def test_a_panel_for_each_quantity(self):
-        rows = [[what, value, method, 80.0, 1.0 + value, 2.0 + value, 3.0 + value]
-                for what, values in (("points", (30, 300)), ("outliers", (0.0, 0.2)))
-                for value in values for method in ("drt-l", "slim")]
-        caption, picture = self.draw(rows)
-        self.assertIn("median", caption)
-        for text in ("points", "outliers", "drt-l", "slim"):
-            self.assertIn("<!-- %s -->" % text, picture)
-
-    def test_nothing_to_draw(self):
-        self.assertEqual(self.draw([]), ("", ""))
-
-
 class FirstAnswer(unittest.TestCase):
     def waits(self, rows, growing):
         with tempfile.TemporaryDirectory() as folder:
@@ -285,12 +259,6 @@ class SuiteReport(Folder):
         # Where a method succeeds in no window there is nothing to be first in but the success rate.
         self.assertIn("`slim` is first or level in", markdown)
         self.assertNotIn("NOT RUN", markdown)
-        with open(os.path.join(out, "comparisons.csv"), encoding="utf-8") as file:
-            lines = file.read().splitlines()
-        self.assertEqual(lines[0], "group,method,reference,windows,both_success,quantity,difference,"
-                                   "low,high")
-        self.assertEqual(len(lines), 1 + 4 * 5)  # four groups, one method, five quantities
-        self.assertTrue(lines[1].startswith('"EuRoC, from images",drt-l,slim,60,60,success_rate,0,'))
         self.assertGreaterEqual(page.pictures, 10)
 
     def test_first_answers_have_a_table_of_their_own(self):

@@ -248,35 +248,6 @@ def image_strip(folder, path):
     return "What the front end tracks: points by age, lines, vanishing point"
 
 
-def growth(rows, path):
-    """From the rows that `slim_init_bench growth` prints: a panel for each of its quantities, with
-    the median time of a solve and, above it, the slowest of ten. Times are logarithmic, and so are
-    quantities that reach far."""
-    quantities = list(dict.fromkeys(rows["what"]))
-    if not quantities:
-        return ""
-    methods = list(dict.fromkeys(rows["method"]))
-    colors = _colors(methods)
-    figure, axes = pyplot.subplots(1, len(quantities), squeeze=False, sharey=True,
-                                   figsize=(3.2 * len(quantities), 3.4))
-    for axis, quantity in zip(axes[0], quantities):
-        panel = rows[rows["what"] == quantity]
-        for method in methods:
-            of_method = panel[panel["method"] == method]
-            axis.plot(of_method["value"], of_method["median_ms"], "o-", color=colors[method],
-                      markersize=3, label=method)
-            axis.plot(of_method["value"], of_method["p90_ms"], ":", color=colors[method])
-        axis.set_yscale("log")
-        if panel["value"].min() > 0 and panel["value"].max() >= 10 * panel["value"].min():
-            axis.set_xscale("log")
-        axis.set_xlabel(quantity)
-        axis.grid(True, which="both", alpha=0.3)
-    axes[0][0].set_ylabel("time of a solve [ms]")
-    _legend(figure, axes[0])
-    _save(figure, path)
-    return "Time of a solve, median and slowest of ten (dotted)"
-
-
 def draw_run(run, out):
     """All pictures of one run into the folder `out`. Returns pairs of file and caption."""
     growing = "first_keyframes" in run.info

@@ -1,7 +1,6 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """The report of several runs together: the paper's tables, what it printed beside ours, and
 differences with intervals. Its text is in templates/suite.j2."""
-import csv
 import os
 from dataclasses import dataclass
 
@@ -129,23 +128,8 @@ def _first_answers(runs):
             for subset, name in SUBSETS if any(run.kind == kind for run in growing)]
 
 
-def _write_comparisons(comparisons, path):
-    """Every difference with its interval, for programs."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(["group", "method", "reference", "windows", "both_success", "quantity",
-                       "difference", "low", "high"])
-        for group, of_group in comparisons:
-            for c in of_group:
-                for quantity, interval in c.intervals.items():
-                    rows.writerow([group.title, c.method, REFERENCE, c.windows, c.both_success,
-                                   quantity] + ["%.9g" % x if x == x else "" for x in
-                                                (interval.value, interval.low, interval.high)])
-
-
 def build(runs, out, notes=(), command=""):
-    """Draws the pictures, writes comparisons.csv into `out` and returns the context of the
-    template. notes: lines about what was not run; command: how the runs were made."""
+    """Draws the pictures into `out` and returns the context of the template. notes: lines about what was not run; command: how the runs were made."""
     groups = group_runs(runs)
     plain = [group for group in groups if not group.ablation]
     real = [group for group in plain if group.kind != "builtin"]
@@ -154,7 +138,6 @@ def build(runs, out, notes=(), command=""):
     compared = REFERENCE in methods and len(methods) > 1
     comparisons = [(group, bootstrap.compare(pool(group.runs), REFERENCE))
                    for group in plain] if compared else []
-    _write_comparisons(comparisons, os.path.join(out, "comparisons.csv"))
     timed = (real[:1] or plain or groups)
     return {
         "title": "The paper's tables", "reference": REFERENCE, "command": command,
@@ -185,6 +168,5 @@ def build(runs, out, notes=(), command=""):
 
 
 def write(runs, out, notes=(), command=""):
-    """Writes report.md, report.html, comparisons.csv and the pictures into `out`. Returns the two
-    reports."""
+    """Writes report.md, report.html and the pictures into `out`. Returns the two reports."""
     return render.write("suite.j2", build(runs, out, notes, command), out)
