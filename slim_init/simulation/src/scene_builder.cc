@@ -45,36 +45,25 @@ void addLampGrid(SceneBuilder* b, const Box& hull, double spacing, double size, 
 
 void buildRoom(const std::string& kind, SceneBuilder* b, Scene* scene) {
   Random& random = b->random;
-  const bool blank = kind == "blank-room";
   const bool bricks = kind == "brick-room";
-  const bool tiles = kind == "tile-room";
-  const Finish finish = blank ? Finish::kPlain : Finish::kPatterned;
   Look wall{Pattern::kPlaster, 0.62, 0.55, 0.6, 0.0, 0.0};
   Look floor{Pattern::kPlanks, 0.5, 0.3, 0.14, 0.0, 0.0};
-  Look ceiling{Pattern::kTiles, 0.7, 0.4, 0.6, 0.0, 0.0};
   if (bricks) {
     wall = {Pattern::kBricks, 0.42, 0.68, 0.25, 0.0, 0.0};
     floor = {Pattern::kTiles, 0.45, 0.3, 0.4, 0.0, 0.0};
-  } else if (tiles) {
-    wall = {Pattern::kTiles, 0.7, 0.3, 0.15, 0.0, 0.0};
-    floor = {Pattern::kChecker, 0.6, 0.25, 0.3, 0.0, 0.0};
-  } else if (blank) {
-    wall = plain(0.6);
-    floor = plain(0.35);
-    ceiling = plain(0.75);
   }
-  b->shell(floor, ceiling, wall);
+  b->shell(floor, {Pattern::kTiles, 0.7, 0.4, 0.6, 0.0, 0.0}, wall);
   addLampGrid(b, scene->hull, 4.0, 0.6, 0.4, 3.0);
   addSkirting(b, 0.09, 0.2);
   addDoor(b, &b->walls[random.index(4)]);
   addWindow(b, &b->walls[random.index(4)], 1.8, 1.2, 1.0);
   addWindow(b, &b->walls[random.index(4)], 1.2, 1.2, 1.0);
   addRadiator(b, &b->walls[random.index(4)]);
-  const int posters = kind == "room" ? 22 : blank ? 2 : 6;
+  const int posters = bricks ? 6 : 22;
   for (int i = 0; i < posters; ++i) addPoster(b, &b->walls[i % 4]);
-  for (int i = 0; i < 3; ++i) addCupboard(b, finish);
-  for (int i = 0; i < 2; ++i) addTable(b, finish);
-  for (int i = 0; i < 4; ++i) addCrates(b, finish, 1.0);
+  for (int i = 0; i < 3; ++i) addCupboard(b);
+  for (int i = 0; i < 2; ++i) addTable(b);
+  for (int i = 0; i < 4; ++i) addCrates(b, 1.0);
 }
 
 // Upright girders along a wall, an H of three boxes each, and a beam under the ceiling to the wall
@@ -149,8 +138,8 @@ void buildHall(SceneBuilder* b, Scene* scene) {
   addPipes(b);
   addGallery(b, b->walls[2], 3.2);
   for (int i = 0; i < 14; ++i) addMachine(b);
-  for (int i = 0; i < 8; ++i) addCrates(b, Finish::kPatterned, 1.5);
-  for (int i = 0; i < 3; ++i) addCupboard(b, Finish::kPatterned);
+  for (int i = 0; i < 8; ++i) addCrates(b, 1.5);
+  for (int i = 0; i < 3; ++i) addCupboard(b);
   for (Wall& wall : b->walls) {
     addDoor(b, &wall);
     for (int i = 0; i < 3; ++i) addWindow(b, &wall, 1.8, 1.4, 4.6);
@@ -280,8 +269,7 @@ void buildCorridor(const Box& path, SceneBuilder* b, Scene* scene) {
 }  // namespace
 
 const std::vector<std::string>& sceneNames() {
-  static const std::vector<std::string> names = {"room",       "brick-room", "tile-room",
-                                                 "blank-room", "hall",       "corridor"};
+  static const std::vector<std::string> names = {"room", "brick-room", "hall", "corridor"};
   return names;
 }
 

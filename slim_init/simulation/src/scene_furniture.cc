@@ -25,15 +25,15 @@ Vector3d drawSize(Random* random, const Range& x, const Range& y, const Range& z
 
 }  // namespace
 
-void addCupboard(SceneBuilder* b, Finish finish) {
+void addCupboard(SceneBuilder* b) {
   Random& random = b->random;
   const Vector3d size = drawSize(&random, {0.8, 1.5}, {0.4, 0.7}, {0.8, 1.9});
   const bool turned = random.uniform() < 0.5;
   Box place;
   const Vector3d turned_size(size.y(), size.x(), size.z());
   if (!b->standing(turned ? turned_size : size, Standing::kAlongWalls, &place)) return;
-  Look body{Pattern::kPlanks, random.uniform(0.4, 0.6), random.uniform(0.2, 0.35), 0.15, 0.0, 0.0};
-  if (finish == Finish::kPlain) body = plain(random.uniform(0.3, 0.6));
+  const Look body{
+      Pattern::kPlanks, random.uniform(0.4, 0.6), random.uniform(0.2, 0.35), 0.15, 0.0, 0.0};
   b->box("cupboard", place.min, place.max, b->look(body));
   // Doors stand 1 cm proud on all four long sides, so that whichever is seen has them.
   const int axis = turned ? 1 : 0;
@@ -63,14 +63,13 @@ void addCupboard(SceneBuilder* b, Finish finish) {
   }
 }
 
-void addTable(SceneBuilder* b, Finish finish) {
+void addTable(SceneBuilder* b) {
   Random& random = b->random;
   const double depth = random.uniform(0.6, 0.9), width = random.uniform(1.0, 1.6);
   const Vector3d size(width, depth, 0.74);
   Box place;
   if (!b->standing(size, Standing::kAnywhere, &place)) return;
-  Look top{Pattern::kPlanks, 0.55, 0.35, 0.12, 0.0, 0.0};
-  if (finish == Finish::kPlain) top = plain(0.5);
+  const Look top{Pattern::kPlanks, 0.55, 0.35, 0.12, 0.0, 0.0};
   b->box("table top", {place.min.x(), place.min.y(), place.max.z() - 0.04}, place.max,
          b->look(top));
   const int leg = b->look(plain(0.15));
@@ -87,14 +86,11 @@ void addTable(SceneBuilder* b, Finish finish) {
     const Vector3d half = drawSize(&random, {0.06, 0.16}, {0.05, 0.12}, {0.03, 0.18});
     const Vector3d center(x, y, place.max.z() + half.z());
     const double turn_deg = random.uniform(-60.0, 60.0);
-    b->box("thing", center - half, center + half,
-           b->look(finish == Finish::kPatterned ? posterLook(&random)
-                                                : plain(random.uniform(0.15, 0.7))),
-           turn_deg);
+    b->box("thing", center - half, center + half, b->look(posterLook(&random)), turn_deg);
   }
 }
 
-void addCrates(SceneBuilder* b, Finish finish, double scale) {
+void addCrates(SceneBuilder* b, double scale) {
   Random& random = b->random;
   const double s = scale * random.uniform(0.4, 0.8);
   Box place;
@@ -107,13 +103,12 @@ void addCrates(SceneBuilder* b, Finish finish, double scale) {
     const double yaw = random.uniform(-45.0, 45.0);
     const Vector3d half(0.5 * size, 0.5 * size, 0.5 * size);
     const Vector3d center = foot + Vector3d(0.0, 0.0, base + half.z());
-    Look body{Pattern::kPlanks,          random.uniform(0.45, 0.65),
-              random.uniform(0.2, 0.35), 0.12,
-              90.0 * random.index(2),    0.0};
-    if (finish == Finish::kPlain) body = plain(random.uniform(0.25, 0.7));
+    const Look body{Pattern::kPlanks,          random.uniform(0.45, 0.65),
+                    random.uniform(0.2, 0.35), 0.12,
+                    90.0 * random.index(2),    0.0};
     b->box("crate", center - half, center + half, b->look(body), yaw);
     // Battens around it.
-    const int batten = b->look(plain(finish == Finish::kPatterned ? 0.25 : 0.5));
+    const int batten = b->look(plain(0.25));
     for (const double z : {-0.38, 0.38}) {
       const Vector3d rim(1.06 * half.x(), 1.06 * half.y(), 0.06 * size);
       const Vector3d at = center + Vector3d(0.0, 0.0, z * size);

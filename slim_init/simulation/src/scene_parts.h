@@ -27,8 +27,6 @@ inline Look plain(double bright) { return {Pattern::kPlain, bright, bright, 1.0,
 /// A lamp or a window pane.
 inline Look glowing(double glow) { return {Pattern::kPlain, 0.3, 0.3, 1.0, 0.0, glow}; }
 
-/// Whether furniture has patterns or is of one brightness.
-enum class Finish { kPatterned, kPlain };
 /// Where an object on the floor is placed: anywhere, or along the walls while there is space.
 enum class Standing { kAnywhere, kAlongWalls };
 /// Whether a door has a sign with print beside it.
@@ -217,10 +215,10 @@ void addRadiator(SceneBuilder* b, Wall* wall);
 void addSkirting(SceneBuilder* b, double height, double brightness);
 
 // Objects on the floor (scene_furniture.cc), at random free places.
-void addCupboard(SceneBuilder* b, Finish finish);
-void addTable(SceneBuilder* b, Finish finish);
+void addCupboard(SceneBuilder* b);
+void addTable(SceneBuilder* b);
 /// One crate or two, one on the other; 0.4 m to 0.8 m times `scale`.
-void addCrates(SceneBuilder* b, Finish finish, double scale);
+void addCrates(SceneBuilder* b, double scale);
 /// A machine: a body with panels, a motor and a pipe to the ceiling.
 void addMachine(SceneBuilder* b);
 

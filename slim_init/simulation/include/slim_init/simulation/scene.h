@@ -75,7 +75,7 @@ struct SceneEdge {
   Eigen::Vector3d end_w = Eigen::Vector3d::Zero();
 };
 
-/// Names of the scenes: "room", "brick-room", "tile-room", "blank-room", "hall", "corridor".
+/// Names of the scenes: "room", "brick-room", "hall", "corridor".
 const std::vector<std::string>& sceneNames();
 
 /// Solids, their looks and the lights: everything that rendering and ray casting need.
