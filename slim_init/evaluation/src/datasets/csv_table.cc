@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -56,36 +55,31 @@ class TableParser {
   ReadStatus parse(const std::string& path, const std::string& text, CsvTable* table) {
     table_ = table;
     table_->path = path;
-    table_->rows.reserve(text.size() / 64 + 1);
-    const char* cursor = text.data();
-    const char* const end = cursor + text.size();
-    if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) cursor += 3;  // byte order mark of some editors
+    std::istringstream lines(text);
+    if (text.compare(0, 3, "\xEF\xBB\xBF") == 0)
+      lines.ignore(3);  // byte order mark of some editors
     int empty_line = 0;
-    for (line_ = 1; cursor < end; ++line_) {
-      const void* newline = std::memchr(cursor, '\n', static_cast<std::size_t>(end - cursor));
-      const char* line_end = newline != nullptr ? static_cast<const char*>(newline) : end;
-      const char* const next = newline != nullptr ? line_end + 1 : end;
-      if (line_end > cursor && line_end[-1] == '\r') --line_end;
-      trim(&cursor, &line_end);
-      if (cursor == line_end) {
+    for (std::string line; std::getline(lines, line);) {
+      ++line_;
+      line = trimmed(line);
+      if (line.empty()) {
         if (empty_line == 0) empty_line = line_;
-      } else if (*cursor != '#') {
+      } else if (line[0] != '#') {
         if (empty_line != 0) {
           return error(ReadError::kMalformed, path + " line " + std::to_string(empty_line) +
                                                   " is empty, data go on after");
         }
-        if (ReadStatus status = parseRow(cursor, line_end); !status.ok()) return status;
+        if (ReadStatus status = parseRow(line); !status.ok()) return status;
       }
-      cursor = next;
     }
     return {};
   }
 
  private:
-  static void trim(const char** begin, const char** end) {
-    const auto blank = [](char c) { return c == ' ' || c == '\t'; };
-    while (*begin < *end && blank(**begin)) ++*begin;
-    while (*begin < *end && blank((*end)[-1])) --*end;
+  static std::string trimmed(const std::string& text) {
+    const std::size_t begin = text.find_first_not_of(" \t\r");
+    if (begin == std::string::npos) return "";
+    return text.substr(begin, text.find_last_not_of(" \t\r") + 1 - begin);
   }
 
   std::string place() const { return table_->path + " line " + std::to_string(line_); }
@@ -93,13 +87,10 @@ class TableParser {
     return place() + " column " + std::to_string(column + 1) + " (" + format_.names[column] + ")";
   }
 
-  ReadStatus checkColumnCount(const char* begin, const char* end) {
-    std::size_t count = 1;
-    for (const char* c = begin; c != end; ++c) count += *c == ',' ? 1 : 0;
-    if (table_->columns == 0) {
-      for (const std::size_t allowed : format_.allowed) {
-        if (count == allowed) table_->columns = count;
-      }
+  ReadStatus checkColumnCount(const std::string& line, std::size_t count) {
+    const std::vector<std::size_t>& allowed = format_.allowed;
+    if (table_->columns == 0 && std::count(allowed.begin(), allowed.end(), count) > 0) {
+      table_->columns = count;
     }
     if (count == table_->columns) return {};
     std::ostringstream out;
@@ -107,34 +98,29 @@ class TableParser {
     if (table_->columns != 0) {
       out << table_->columns;
     } else {
-      for (std::size_t i = 0; i < format_.allowed.size(); ++i)
-        out << (i > 0 ? " or " : "") << format_.allowed[i];
+      for (std::size_t i = 0; i < allowed.size(); ++i) out << (i > 0 ? " or " : "") << allowed[i];
     }
-    out << ": " << quoted({begin, end});
+    out << ": " << quoted(line);
     return error(ReadError::kMalformed, out.str());
   }
 
-  ReadStatus parseRow(const char* begin, const char* end) {
-    if (ReadStatus status = checkColumnCount(begin, end); !status.ok()) return status;
+  ReadStatus parseRow(const std::string& line) {
+    std::vector<std::string> fields;
+    std::istringstream cells(line + ",");
+    for (std::string cell; std::getline(cells, cell, ',');) fields.push_back(trimmed(cell));
+    if (ReadStatus status = checkColumnCount(line, fields.size()); !status.ok()) return status;
     CsvRow row;
     row.line = line_;
-    const char* field = begin;
-    for (std::size_t column = 0; column < table_->columns; ++column) {
-      const char* field_end = field;
-      while (field_end < end && *field_end != ',') ++field_end;
-      const char* first = field;
-      const char* last = field_end;
-      trim(&first, &last);
+    for (std::size_t column = 0; column < fields.size(); ++column) {
       ReadStatus status;
       if (column == 0) {
-        status = parseStamp(first, last, &row.stamp_ns);
+        status = parseStamp(fields[0], &row.stamp_ns);
       } else if (format_.last_is_text && column + 1 == format_.allowed.back()) {
-        row.text.assign(first, last);
+        row.text = fields[column];
       } else {
-        status = parseNumber(first, last, column, &row.values[column - 1]);
+        status = parseNumber(fields[column], column, &row.values[column - 1]);
       }
       if (!status.ok()) return status;
-      field = field_end + 1;
     }
     if (format_.order == RowOrder::kReject && !table_->rows.empty() &&
         row.stamp_ns <= table_->rows.back().stamp_ns) {
@@ -151,30 +137,23 @@ class TableParser {
     return {};
   }
 
-  ReadStatus parseStamp(const char* first, const char* last, std::int64_t* stamp_ns) const {
-    const auto parsed = std::from_chars(first, last, *stamp_ns);
-    if (parsed.ec == std::errc() && parsed.ptr == last && first != last && *stamp_ns >= 0) {
-      return {};
-    }
+  ReadStatus parseStamp(const std::string& field, std::int64_t* stamp_ns) const {
+    const char* const end = field.data() + field.size();
+    const auto parsed = std::from_chars(field.data(), end, *stamp_ns);
+    if (parsed.ec == std::errc() && parsed.ptr == end && *stamp_ns >= 0) return {};
     return error(ReadError::kMalformed,
-                 place(0) + ": " + quoted({first, last}) + " is not a whole number of nanoseconds");
+                 place(0) + ": " + quoted(field) + " is not a whole number of nanoseconds");
   }
 
-  ReadStatus parseNumber(const char* first, const char* last, std::size_t column,
-                         double* value) const {
-    // The field is not empty and starts with no space, so strtod cannot run into the next field: it
-    // stops at the comma or the end of the line. (from_chars for double needs GCC 11.)
-    char* stopped = nullptr;
-    if (first != last) *value = std::strtod(first, &stopped);
-    if (first == last || stopped != last) {
+  ReadStatus parseNumber(const std::string& field, std::size_t column, double* value) const {
+    char* stopped = nullptr;  // (from_chars for double needs GCC 11)
+    *value = std::strtod(field.c_str(), &stopped);
+    if (field.empty() || stopped != field.c_str() + field.size()) {
       return error(ReadError::kMalformed,
-                   place(column) + ": " + quoted({first, last}) + " is not a number");
+                   place(column) + ": " + quoted(field) + " is not a number");
     }
-    if (!std::isfinite(*value)) {
-      return error(ReadError::kBadValue,
-                   place(column) + ": " + quoted({first, last}) + " is not finite");
-    }
-    return {};
+    if (std::isfinite(*value)) return {};
+    return error(ReadError::kBadValue, place(column) + ": " + quoted(field) + " is not finite");
   }
 
   const CsvFormat& format_;
