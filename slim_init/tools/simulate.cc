@@ -29,6 +29,9 @@ namespace {
 
 using feature_tracker_lines::CameraParameters;
 
+constexpr int kSubFrames = 5;  // pictures averaged with motion blur
+constexpr int kBands = 16;     // pictures of an image with a rolling shutter, blended between rows
+
 int fail(ExitCode code, const std::string& message) {
   std::cerr << "slim_init: " << message << "\n";
   return code;
@@ -66,11 +69,6 @@ std::string loadRig(const SimulateOptions& options, Calibration* calibration,
   // Pixel centres are at whole numbers: the image's edge at -0.5 stays where it is.
   camera->cx = scale * (camera->cx + 0.5) - 0.5;
   camera->cy = scale * (camera->cy + 0.5) - 0.5;
-  if (options.distortion == "off") {
-    camera->model = feature_tracker_lines::CameraModel::kPinhole;
-    camera->distortion = {0.0, 0.0, 0.0, 0.0};
-    camera->xi = 0.0;
-  }
   calibration->focal_px = feature_tracker_lines::Camera(*camera).focalPx();
   if (options.readout_s > 0.0) calibration->readout_s = options.readout_s;
   return camera->validate();
@@ -87,13 +85,11 @@ simulation::CameraPose poseAt(const SimulatedMotion& motion, const Calibration& 
 
 // Pictures that are averaged over the exposure.
 int subFramesOf(const SimulateOptions& options) {
-  return options.motion_blur_ms > 0.0 ? options.sub_frames : 1;
+  return options.motion_blur_ms > 0.0 ? kSubFrames : 1;
 }
 
 // Instants within the readout at which pictures are drawn: one for a global shutter.
-int bandsOf(const SimulateOptions& options, const Calibration& calibration) {
-  return calibration.readout_s > 0.0 ? options.bands : 1;
-}
+int bandsOf(const Calibration& calibration) { return calibration.readout_s > 0.0 ? kBands : 1; }
 
 // Poses of all pictures: per image bandsOf(), from the first rows to the last, each of them
 // subFramesOf(), spread over the exposure.
@@ -101,7 +97,7 @@ std::vector<simulation::CameraPose> posesOf(const SimulateOptions& options,
                                             const SimulatedMotion& motion,
                                             const Calibration& calibration) {
   const double exposure = 1e-3 * options.motion_blur_ms;
-  const int sub_frames = subFramesOf(options), bands = bandsOf(options, calibration);
+  const int sub_frames = subFramesOf(options), bands = bandsOf(calibration);
   std::vector<simulation::CameraPose> poses;
   for (const double t : motion.image_times) {
     for (int band = 0; band < bands; ++band) {
@@ -212,9 +208,6 @@ std::string writeScene(const simulation::Scene& scene, const std::string& out) {
 simulation::SensorOptions sensorOf(const SimulateOptions& options) {
   simulation::SensorOptions sensor;
   sensor.gain = options.gain;
-  sensor.blur_px = options.lens_blur_px;
-  sensor.vignetting = options.vignetting;
-  sensor.exposure_swing = options.exposure_swing;
   sensor.read_noise = options.read_noise;
   sensor.shot_noise = options.shot_noise;
   sensor.seed = options.seed;
@@ -307,7 +300,6 @@ int runSimulate(const SimulateOptions& options) {
   if (!error.empty()) return fail(kExitInternal, error);
 
   simulation::RenderOptions render;
-  render.supersample = options.supersample;
   render.threads = options.threads;
   render.program = options.povray;
   render.work_directory = options.out;
@@ -315,7 +307,7 @@ int runSimulate(const SimulateOptions& options) {
   const auto renderer =
       simulation::Renderer::start(setup.scene, setup.camera, setup.poses, render, &error);
   if (renderer == nullptr) return fail(kExitBadInput, error);
-  error = writeImages(options, setup.motion, bandsOf(options, setup.calibration), setup.sensor,
+  error = writeImages(options, setup.motion, bandsOf(setup.calibration), setup.sensor,
                       renderer.get(), &writers);
   if (error.empty()) error = writers.each([](auto* w) { return w->finish(); });
   if (!error.empty()) return fail(kExitInternal, error);

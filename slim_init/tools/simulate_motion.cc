@@ -101,11 +101,6 @@ std::string simulateSensors(const SimulateOptions& options, const Calibration& c
   imu.noise = calibration.imu_noise;
   imu.gravity_magnitude = calibration.gravity_magnitude;
   imu.seed = options.seed;
-  if (options.imu_errors == "off") {
-    imu.add_noise = false;
-    imu.gyro_bias.setZero();
-    imu.accel_bias.setZero();
-  }
   if (std::string sentence = imu.validate(); !sentence.empty()) return sentence;
   const simulation::Trajectory& trajectory = *motion->trajectory;
   motion->imu = simulation::simulateImu(trajectory, imu);

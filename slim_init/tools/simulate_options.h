@@ -18,23 +18,15 @@ struct SimulateOptions {
   double duration_s = 0.0;  ///< of the images; 0: to the end of the motion, 20 s of a built-in one
   std::string config;       ///< YAML with camera and extrinsic; empty: EuRoC's cam0
   double image_scale = 1.0;
-  std::string distortion = "on";  ///< "off": a pinhole of the same focal length
-  double rate_hz = 20.0;          ///< of images where the motion has no image times of its own
-  bool auto_exposure = false;     ///< autoExposureTimes() in place of all other image times
+  double rate_hz = 20.0;       ///< of images where the motion has no image times of its own
+  bool auto_exposure = false;  ///< autoExposureTimes() in place of all other image times
   double speed = -1.0;  ///< noise of written speeds, as a fraction; below zero: none are written
-  double imu_rate_hz = 200.0;     ///< where the IMU is simulated
-  std::string imu_errors = "on";  ///< noise and bias of a simulated IMU
-  double vignetting = 0.25;
+  double imu_rate_hz = 200.0;  ///< where the IMU is simulated
   double read_noise = 1.5;
   double shot_noise = 0.04;
-  double exposure_swing = 0.1;
-  double lens_blur_px = 0.5;
   double motion_blur_ms = 0.0;
-  int sub_frames = 5;
   double readout_s = 0.0;  ///< rolling shutter; 0: that of `config`
-  int bands = 16;          ///< pictures per image with a rolling shutter
   double gain = 255.0;
-  double supersample = 1.0;
   int threads = 1;
   unsigned seed = 1;
   std::string povray = "povray";

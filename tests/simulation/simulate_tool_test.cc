@@ -114,9 +114,8 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
 TEST(Simulate, ARollingShutterIsDrawnRowByRow) {
   NEEDS_POVRAY();
   const ScratchFolder folder;
-  const std::vector<std::string> clean = {"--read-noise", "0",           "--shot-noise", "0",
-                                          "--lens-blur",  "0",           "--duration",   "0.2",
-                                          "--builtin",    "figure-eight"};
+  const std::vector<std::string> clean = {"--read-noise", "0",   "--shot-noise", "0",
+                                          "--duration",   "0.2", "--builtin",    "figure-eight"};
   const auto simulate = [&](const char* name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"simulate", "--scene",         "room",
                                           "--out",    folder.file(name), "--rate",
@@ -130,7 +129,7 @@ TEST(Simulate, ARollingShutterIsDrawnRowByRow) {
                                      &status);
   };
   const auto global = simulate("global", {});
-  const auto rolling = simulate("rolling", {"--readout", "0.08", "--bands", "8"});
+  const auto rolling = simulate("rolling", {"--readout", "0.08"});
   ASSERT_TRUE(global != nullptr && rolling != nullptr);
   ASSERT_TRUE(global->calibration().has_value() && rolling->calibration().has_value());
   EXPECT_EQ(global->calibration()->calibration.readout_s, 0.0);
@@ -154,7 +153,7 @@ TEST(Simulate, MotionBlurAveragesOverTheExposure) {
   const ScratchFolder folder;
   const std::vector<std::string> clean = {"--read-noise", "0", "--shot-noise", "0"};
   std::vector<std::string> blurred = clean;
-  blurred.insert(blurred.end(), {"--motion-blur", "50", "--sub-frames", "4"});
+  blurred.insert(blurred.end(), {"--motion-blur", "50"});
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("sharp"), clean)).exit_code, 0);
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("blurred"), blurred)).exit_code, 0);
   evaluation::ReadStatus status;
@@ -227,7 +226,7 @@ TEST(Simulate, PosesFromAFile) {
   const ProgramRun run =
       runLine(folder,
               "simulate --csv @poses.csv --scene corridor --duration 0.2 --image-scale 0.1 "
-              "--imu-errors off --out @seq");
+              "--out @seq");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   evaluation::ReadStatus status;
   const auto sequence =
@@ -235,8 +234,8 @@ TEST(Simulate, PosesFromAFile) {
   ASSERT_NE(sequence, nullptr) << status.message;
   EXPECT_EQ(sequence->images(), 5u);
   for (const ImuSample& sample : sequence->imu()) {
-    EXPECT_LT(sample.gyro.norm(), 1e-9);
-    EXPECT_NEAR(sample.accel.norm(), 9.81007, 1e-6);
+    EXPECT_LT(sample.gyro.norm(), 0.15);  // EuRoC's biases and noise
+    EXPECT_NEAR(sample.accel.norm(), 9.81007, 0.3);
   }
 }
 
@@ -251,9 +250,8 @@ TEST(Simulate, BadInputIsASentence) {
       {"--builtin circle --csv x", "exclude each other"},
       {"--builtin moonwalk", "--builtin is 'moonwalk'|corridor-walk"},
       {"--builtin circle --scene moon", "--scene is 'moon'|brick-room"},
-      {"--builtin circle --distortion maybe", "--distortion is 'maybe'"},
-      {"--builtin circle --vignetting 2", "--vignetting: '2'|[0, 1]"},
-      {"--builtin circle --sceen room", "--sceen|--scene"},
+      {"--builtin circle --image-scale 9", "--image-scale: '9'|[0.05, 4]"},
+      {"--builtin circle --sceen room", "--sceen"},
       {"--builtin circle --povray no-such-renderer", "'no-such-renderer'|package povray"},
       {"--recorded @none --povray sh", "none is not a directory"},
       {"--builtin circle --config @none.yaml --povray sh", "--config: |none.yaml"},
