@@ -200,10 +200,14 @@ TEST(MakeBaseline, RefusesUnknownNamesAndBadOptions) {
   bad.openvins.sigma_px = -1.0;
   EXPECT_EQ(makeMethod("openvins", InitializerOptions(), bad, &error, allMethods()), nullptr);
   EXPECT_NE(error.find("openvins.sigma_px is -1"), std::string::npos) << error;
+  bad = BaselineOptions();
+  bad.alignment_gates.min_linkage = 0.0;
+  EXPECT_EQ(makeMethod("vins", InitializerOptions(), bad, &error, allMethods()), nullptr);
+  EXPECT_NE(error.find("alignment_gates.min_linkage"), std::string::npos) << error;
   InitializerOptions initializer;
-  initializer.gates.min_linkage = 0.0;
+  initializer.gates.min_excitation = -1.0;
   EXPECT_EQ(makeMethod("vins", initializer, BaselineOptions(), &error, allMethods()), nullptr);
-  EXPECT_NE(error.find("gates.min_linkage"), std::string::npos) << error;
+  EXPECT_NE(error.find("gates.min_excitation"), std::string::npos) << error;
   for (const std::string& name : namesOf(allMethods())) {
     EXPECT_EQ(makeMethod(name, InitializerOptions(), {}, nullptr, allMethods())->name(), name);
   }

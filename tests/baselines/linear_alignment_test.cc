@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "geometry/so3.h"
+#include "loosely_coupled.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
+#include "verdict/gates.h"
 
 namespace slim_init::baselines {
 namespace {
@@ -144,6 +146,43 @@ TEST_F(LinearAlignment, NotFiniteInputIsInvalid) {
   Eigen::Matrix3Xd broken = centres_;
   broken(1, 3) = kNotComputed;
   EXPECT_FALSE(alignLinear({*exact_.window, pre_, R_b0_bk_, broken, LineTerms()}).valid);
+}
+
+TEST(AlignmentGates, EachOnBothSides) {
+  const double e = 1e-3, max_sigma = 0.1;
+  const AlignmentGateOptions options;
+  const auto passes = [&](GateName name, const AlignmentMeasures& measures) {
+    for (const GateValue& gate : alignmentGates(measures, options, max_sigma)) {
+      if (gate.name == name) return gate.passed;
+    }
+    ADD_FAILURE() << "no gate " << toString(name);
+    return false;
+  };
+  EXPECT_TRUE(passes(GateName::kLinkage, {options.min_linkage * (1 + e), 1, 0, 0}));
+  EXPECT_FALSE(passes(GateName::kLinkage, {options.min_linkage * (1 - e), 1, 0, 0}));
+  EXPECT_TRUE(passes(GateName::kScalePositive, {100, 1.001e-6, 0, 0}));
+  EXPECT_FALSE(passes(GateName::kScalePositive, {100, 0.999e-6, 0, 0}));
+  EXPECT_FALSE(passes(GateName::kScalePositive, {100, -1.0, 0, 0}));
+  EXPECT_TRUE(
+      passes(GateName::kAlignmentResidual, {100, 1, options.max_alignment_residual * (1 - e), 0}));
+  EXPECT_FALSE(
+      passes(GateName::kAlignmentResidual, {100, 1, options.max_alignment_residual * (1 + e), 0}));
+  EXPECT_TRUE(passes(GateName::kScaleSigma, {100, 1, 0, max_sigma * (1 - e)}));
+  EXPECT_FALSE(passes(GateName::kScaleSigma, {100, 1, 0, max_sigma * (1 + e)}));
+}
+
+TEST(AlignmentGates, UnknownValuesDoNotPass) {
+  for (const GateValue& gate : alignmentGates({}, {}, 0.1)) {
+    EXPECT_FALSE(gate.passed) << toString(gate.name);
+  }
+}
+
+TEST(AlignmentGates, ANonPositiveScaleIsRefusedForEveryMethod) {
+  InitResult result;
+  result.gates = alignmentGates({1.0, -0.5, 0.0, 0.0}, {}, 0.1);  // linkage fails as well
+  decide(false, &result);
+  EXPECT_EQ(result.status, InitStatus::kDegenerateAlignment);
+  EXPECT_NE(result.message.find("scale -0.5 m (minimum "), std::string::npos) << result.message;
 }
 
 }  // namespace

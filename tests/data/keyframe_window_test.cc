@@ -243,6 +243,38 @@ TEST_F(KeyframeWindowTest, LinesOfTheTimeBeforeARestartDoNotWaitForTheirStampToC
   EXPECT_EQ(window.counts().lines_merged, 1);
 }
 
+TEST_F(KeyframeWindowTest, BadMessagesAreDroppedAndCounted) {
+  KeyframeWindow window(calibration_, options_);
+  EXPECT_EQ(window.addImu(imu(0.0)), AddStatus::kAdded);
+  EXPECT_EQ(window.addImu(imu(0.0)), AddStatus::kOutOfOrder);
+  EXPECT_EQ(window.addImu(imu(-1.0)), AddStatus::kOutOfOrder);
+  ImuSample bad = imu(0.1);
+  bad.accel.x() = kNotComputed;
+  EXPECT_EQ(window.addImu(bad), AddStatus::kNotFinite);
+  EXPECT_EQ(window.addImu(imu(std::numeric_limits<double>::infinity())), AddStatus::kNotFinite);
+  bad.accel.x() = 400.0;
+  EXPECT_EQ(window.addImu(bad), AddStatus::kGlitch);
+  EXPECT_EQ(window.addFrame(frame(0.0)), AddStatus::kAdded);
+  EXPECT_EQ(window.addFrame(frame(0.0)), AddStatus::kOutOfOrder);
+  EXPECT_EQ(window.addFrame(frame(kNotComputed)), AddStatus::kNotFinite);
+  FrameObservation twice = frame(0.05);
+  twice.points.push_back(twice.points[0]);
+  twice.points.push_back(twice.points[0]);
+  twice.points.back().bearing.setZero();
+  twice.lines.emplace_back();  // both ends in one place
+  EXPECT_EQ(window.addFrame(twice), AddStatus::kAdded);
+  EXPECT_EQ(window.counts().imu_added, 1);
+  EXPECT_EQ(window.counts().imu_out_of_order, 2);
+  EXPECT_EQ(window.counts().imu_not_finite, 2);
+  EXPECT_EQ(window.counts().imu_glitches, 1);
+  EXPECT_EQ(window.counts().frames_added, 2);
+  EXPECT_EQ(window.counts().frames_out_of_order, 1);
+  EXPECT_EQ(window.counts().frames_not_finite, 1);
+  EXPECT_EQ(window.counts().observations_duplicate_id, 1);
+  EXPECT_EQ(window.counts().observations_not_finite, 1);
+  EXPECT_EQ(window.counts().lines_degenerate, 1);
+}
+
 TEST_F(KeyframeWindowTest, NoWindowAcrossAGapInTheFrames) {
   for (const double most_s : {options_.max_frame_gap_s, 1.3}) {
     options_.max_frame_gap_s = most_s;

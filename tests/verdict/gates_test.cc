@@ -267,21 +267,6 @@ TEST(PosteriorGates, WithoutExcitationTheUncertainScaleIsNamedSo) {
       InitStatus::kTooLittleExcitation);
 }
 
-TEST(AlignmentGates, EachOnBothSides) {
-  // Every value by this share beyond its bound; negative: within.
-  const auto beyond = [](double share) {
-    return alignmentGates(kOptions.min_linkage * (1.0 - share), 1e-6 * (1.0 - share),
-                          kOptions.max_alignment_residual * (1.0 + share),
-                          kOptions.max_scale_sigma * (1.0 + share), kOptions);
-  };
-  for (const double share : {-1e-3, 1e-3, kNotComputed}) {
-    EXPECT_EQ(beyond(share).size(), 4u);
-    for (const GateValue& gate : beyond(share)) {
-      EXPECT_EQ(gate.passed, share < 0.0) << toString(gate.name) << " " << share;
-    }
-  }
-}
-
 TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {
   InitResult result;
   MotionMeasures motion = goodMotion();
@@ -297,14 +282,6 @@ TEST(Decide, FirstFailureDecidesOnlyWhenEnforced) {
   EXPECT_EQ(result.status, InitStatus::kSuccess);
   EXPECT_NE(result.message.find("not enforced"), std::string::npos) << result.message;
   for (const GateValue& gate : result.gates) EXPECT_FALSE(gate.enforced);
-}
-
-TEST(Decide, ANonPositiveScaleIsRefusedForEveryMethod) {
-  InitResult result;
-  result.gates = alignmentGates(1.0, -0.5, 0.0, 0.0, kOptions);  // linkage fails as well
-  decide(false, &result);
-  EXPECT_EQ(result.status, InitStatus::kDegenerateAlignment);
-  EXPECT_NE(result.message.find("scale -0.5 m (minimum "), std::string::npos) << result.message;
 }
 
 TEST(MotionGates, WithoutTracksNothingIsClaimedAboutTheMotion) {

@@ -13,9 +13,6 @@ namespace {
 using evaluation::DownstreamRecord;
 using evaluation::Sequence;
 
-// Stamps in seconds since 1970 are rounded to 0.2 us [s].
-constexpr double kStampRounding = 1e-6;
-
 std::vector<Eigen::Vector3d> positions(const std::vector<NavState>& states) {
   std::vector<Eigen::Vector3d> p;
   for (const NavState& state : states) p.push_back(state.p_w_b);

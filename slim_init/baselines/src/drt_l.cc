@@ -19,7 +19,8 @@ InitResult solveDrtL(const InitWindow& window, const InitializerOptions& options
   if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;
 
   // Translations up to scale, then velocities, gravity and scale linearly (section 4.2).
-  solveTranslationAndAlign(window, LineTerms(), options, &clock, &result);
+  solveTranslationAndAlign(window, LineTerms(), options, baseline_options.alignment_gates, &clock,
+                           &result);
   return result;
 }
 

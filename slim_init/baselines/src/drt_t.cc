@@ -112,10 +112,11 @@ InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options
     setWorldStates(window, state, &result);
     result.scale_sigma = alignment.scale_sigma;
     // The motion is the IMU's own: its position and velocity rows have no residual.
-    const std::vector<GateValue> gates =
-        alignmentGates(visual.linkage(), cameraSpread(window, state), 0.0, alignment.scale_sigma,
-                       gatesInForce(options.gates, window, options.window));
-    appendGates(gates, &result);
+    appendGates(
+        alignmentGates({visual.linkage(), cameraSpread(window, state), 0.0, alignment.scale_sigma},
+                       baseline_options.alignment_gates,
+                       gatesInForce(options.gates, window, options.window).max_scale_sigma),
+        &result);
   }
   decideAlignment(window, pre, R_b0_bk, visual, alignment.valid, options, &result);
   clock.lap("verdict");

@@ -5,6 +5,7 @@
 #include "epipolar_bundle_adjustment.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
+#include "loosely_coupled.h"
 #include "pipeline/solver_support.h"
 #include "verdict/gates.h"
 
@@ -12,24 +13,24 @@ namespace slim_init::baselines {
 namespace {
 
 // DRT-l's gates with what the refinement has changed: scale and its standard deviation.
-void updateGates(const GateOptions& options, double camera_spread, InitResult* result) {
-  double linkage = kNotComputed, residual = kNotComputed;
+void updateGates(const AlignmentGateOptions& options, double max_scale_sigma, double camera_spread,
+                 InitResult* result) {
+  AlignmentMeasures measures;
+  measures.scale = camera_spread;
+  measures.scale_sigma = result->scale_sigma;
   std::vector<GateValue> gates;
   for (const GateValue& gate : result->gates) {
     if (gate.name == GateName::kLinkage) {
-      linkage = gate.value;
+      measures.linkage = gate.value;
     } else if (gate.name == GateName::kAlignmentResidual) {
-      residual = gate.value;
+      measures.residual_rms = gate.value;
     } else if (gate.name == GateName::kParallax || gate.name == GateName::kLeastParallax ||
                gate.name == GateName::kExcitation) {
       gates.push_back(gate);
     }
   }
-  for (const GateValue& gate :
-       alignmentGates(linkage, camera_spread, residual, result->scale_sigma, options)) {
-    gates.push_back(gate);
-  }
   result->gates = gates;
+  appendGates(alignmentGates(measures, options, max_scale_sigma), result);
 }
 
 }  // namespace
@@ -59,8 +60,9 @@ InitResult solveDrtViBa(const InitWindow& window, const InitializerOptions& opti
   const Posterior posterior = posteriorOf(state, adjustment.information);
   result.scale_sigma = posterior.scale_sigma;
   result.covariance = posterior.covariance;
-  updateGates(gatesInForce(options.gates, window, options.window), cameraSpread(window, state),
-              &result);
+  updateGates(baseline_options.alignment_gates,
+              gatesInForce(options.gates, window, options.window).max_scale_sigma,
+              cameraSpread(window, state), &result);
   decide(options.gates.mode == GateMode::kOn, &result);
   clock.lap("posterior");
   return result;

@@ -7,6 +7,12 @@
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {
+namespace {
+
+// Metres per unit of the trajectory below which a scale is no motion at all [m].
+constexpr double kMinScale = 1e-6;
+
+}  // namespace
 
 bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
                     InitResult* result) {
@@ -28,6 +34,48 @@ bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options
   return true;
 }
 
+double cameraSpread(const InitWindow& window, const WindowState& state) {
+  Eigen::Matrix3Xd centres_b0(3, state.size());
+  for (int k = 0; k < state.size(); ++k) {
+    centres_b0.col(k) = cameraCentre(state, k, window.calibration().t_b_c);
+  }
+  return (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
+}
+
+WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude) {
+  const NavState& first = states.front();
+  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
+  const int n = static_cast<int>(states.size());
+  WindowState state;
+  state.p_b0.resize(3, n);
+  state.v_b0.resize(3, n);
+  for (int k = 0; k < n; ++k) {
+    state.R_b0_bk.push_back(R_b0_w * states[k].R_w_b);
+    state.p_b0.col(k) = R_b0_w * (states[k].p_w_b - first.p_w_b);
+    state.v_b0.col(k) = R_b0_w * states[k].v_w_b;
+  }
+  state.gyro_bias = states.back().gyro_bias;
+  state.accel_bias = states.back().accel_bias;
+  state.gravity_b0 = -gravity_magnitude * R_b0_w.col(2);
+  return state;
+}
+
+std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures,
+                                      const AlignmentGateOptions& options, double max_scale_sigma) {
+  std::vector<GateValue> gates = {
+      makeGate(GateName::kLinkage, "eigenvalue ratio of the translation system", "",
+               atLeast(measures.linkage, options.min_linkage), InitStatus::kDegenerateAlignment),
+      makeGate(GateName::kScalePositive, "scale", "m", atLeast(measures.scale, kMinScale),
+               InitStatus::kDegenerateAlignment),
+      makeGate(GateName::kAlignmentResidual, "rms residual of the alignment", "m, m/s",
+               atMost(measures.residual_rms, options.max_alignment_residual),
+               InitStatus::kInconsistentResiduals),
+      makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
+               atMost(measures.scale_sigma, max_scale_sigma), InitStatus::kScaleTooUncertain)};
+  gates[1].enforced = true;
+  return gates;
+}
+
 void decideAlignment(const InitWindow& window, const std::vector<Preintegration>& pre,
                      const std::vector<Eigen::Matrix3d>& R_b0_bk,
                      const TranslationEstimate& translation, bool solved,
@@ -47,7 +95,8 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
 }
 
 void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
-                              const InitializerOptions& options, StageClock* clock,
+                              const InitializerOptions& options,
+                              const AlignmentGateOptions& alignment_gates, StageClock* clock,
                               InitResult* result) {
   const Calibration& calibration = window.calibration();
   const std::vector<Preintegration> pre = preintegrateWindow(
@@ -69,10 +118,11 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   clock->lap("alignment");
 
   if (alignment.valid) {
-    const std::vector<GateValue> gates =
-        alignmentGates(translation.linkage(), alignment.scale, alignment.residual_rms,
-                       alignment.scale_sigma, gatesInForce(options.gates, window, options.window));
-    appendGates(gates, result);
+    appendGates(
+        alignmentGates(
+            {translation.linkage(), alignment.scale, alignment.residual_rms, alignment.scale_sigma},
+            alignment_gates, gatesInForce(options.gates, window, options.window).max_scale_sigma),
+        result);
     setWorldStates(window, stateOf(R_b0_bk, result->gyro_bias, alignment), result);
     // A negative scale of the alignment is a mirrored trajectory.
     result->scale = std::copysign(result->scale, alignment.scale);

@@ -33,6 +33,29 @@ WindowState stateOf(const std::vector<Eigen::Matrix3d>& R_b0_bk, const Eigen::Ve
   return state;
 }
 
+/// Root of the summed squared distances of the camera centres from their mean [m]: what one unit of
+/// estimateTranslations() is in metres.
+double cameraSpread(const InitWindow& window, const WindowState& state);
+
+/// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
+/// with gravity of this size along -z of w and the biases of the newest state.
+WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude);
+
+/// What the gates on an alignment compare.
+struct AlignmentMeasures {
+  double linkage = kNotComputed;       ///< TranslationEstimate::linkage()
+  double scale = kNotComputed;         ///< metres per unit of the trajectory
+  double residual_rms = kNotComputed;  ///< of velocity and position rows [m, m/s]
+  double scale_sigma = kNotComputed;   ///< relative
+};
+
+/// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
+/// "alignment_residual" (inconsistent residuals), "scale_sigma" (scale too uncertain, bound
+/// `max_scale_sigma`). "scale_positive" is enforced for every method: a scale that is not positive
+/// contradicts the points being in front of the camera, so there is no answer to accept.
+std::vector<GateValue> alignmentGates(const AlignmentMeasures& measures,
+                                      const AlignmentGateOptions& options, double max_scale_sigma);
+
 /// The end of a method: the status that the gates give and, where none has refused and yet the
 /// alignment is not `solved`, the refusal: too few tracks for the translations, or a singular
 /// system.
@@ -45,7 +68,8 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
 /// alignment with `line_terms`, states, gates. The gates are enforced with GateMode::kOn only: as
 /// published, these methods have none. `result` has passed acceptGyroBias().
 void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,
-                              const InitializerOptions& options, StageClock* clock,
+                              const InitializerOptions& options,
+                              const AlignmentGateOptions& alignment_gates, StageClock* clock,
                               InitResult* result);
 
 }  // namespace slim_init::baselines

@@ -9,6 +9,7 @@
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 #include "inertial_bundle_adjustment.h"
+#include "loosely_coupled.h"
 #include "pipeline/solver_support.h"
 #include "scale/reverse_alignment.h"
 #include "verdict/gates.h"

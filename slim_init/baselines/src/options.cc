@@ -6,6 +6,11 @@
 #include "data/range_check.h"
 
 namespace slim_init::baselines {
+namespace {
+
+const std::vector<std::string> kWithLigt = {"slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
+
+}  // namespace
 
 OptionTable optionTable(GyroBiasOptions* o) {
   return {
@@ -19,6 +24,18 @@ OptionTable optionTable(GyroBiasOptions* o) {
                   "keyframe pairs with fewer common points are not used"),
       advancedKey("max_bias", &o->max_bias, {1e-3, 10.0}, "rad/s",
                   "a larger estimate is a numerical failure"),
+  };
+}
+
+OptionTable optionTable(AlignmentGateOptions* o) {
+  return {
+      advancedKey("min_linkage", &o->min_linkage, {1.0, 1e12}, "",
+                  "minimum ratio of the second to the first eigenvalue of the translation system: "
+                  "the tracks link the window",
+                  kWithLigt),
+      advancedKey("max_alignment_residual", &o->max_alignment_residual, {0.0, 1e3}, "m, m/s",
+                  "maximum rms residual of the velocity and position rows over the window",
+                  {"slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
   };
 }
 
@@ -127,8 +144,8 @@ OptionTable optionTable(OpenVinsOptions* o) {
 
 OptionTable optionTable(BaselineOptions* o) {
   OptionTable table;
-  appendSection("gyro_bias", optionTable(&o->gyro_bias),
-                {"slim-paper", "drt-l", "drt-t", "drt-vi-ba"}, &table);
+  appendSection("alignment_gates", optionTable(&o->alignment_gates), {}, &table);
+  appendSection("gyro_bias", optionTable(&o->gyro_bias), kWithLigt, &table);
   appendSection("line_selection", optionTable(&o->line_selection), {"slim-paper"}, &table);
   appendSection("slim_paper", optionTable(&o->slim_paper), {"slim-paper"}, &table);
   appendSection("drt_vi_ba", optionTable(&o->drt_vi_ba), {"drt-vi-ba"}, &table);

@@ -48,7 +48,8 @@ InitResult solveSlimPaper(const InitWindow& window, const InitializerOptions& op
   clock.lap("line_selection");
 
   // Step 2, eq. (7): alignment on point and line residuals.
-  solveTranslationAndAlign(window, line_terms, options, &clock, &result);
+  solveTranslationAndAlign(window, line_terms, options, baseline_options.alignment_gates, &clock,
+                           &result);
   return result;
 }
 

@@ -78,9 +78,6 @@ class InitWindow {
   /// Every line of one keyframe, single observations included: a vanishing point needs no track.
   const std::vector<WindowLine>& linesOfKeyframe(int k) const { return common_->keyframe_lines[k]; }
 
-  /// Observations rejected by create(); zero for frames that a KeyframeWindow has cleaned before.
-  const StreamCounts& counts() const { return common_->counts; }
-
  private:
   /// What all windows that differ in their point tracks alone have in common, never copied.
   struct Common {
@@ -91,7 +88,6 @@ class InitWindow {
     std::vector<Track> line_tracks;
     std::vector<WindowLine> line_observations;
     std::vector<std::vector<WindowLine>> keyframe_lines;
-    StreamCounts counts;
   };
 
   InitWindow() = default;
@@ -99,8 +95,7 @@ class InitWindow {
   /// As create(), of frames that cleanFrame() has been applied to.
   static std::shared_ptr<const InitWindow> fromCleanFrames(
       const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
-      std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts = StreamCounts(),
-      std::vector<SpeedSample> speeds = {});
+      std::vector<ImuSample> imu, std::string* error, std::vector<SpeedSample> speeds);
   friend std::shared_ptr<const InitWindow> withObservations(const InitWindow& window,
                                                             const std::vector<char>& keep);
   friend std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,

@@ -15,6 +15,9 @@ namespace slim_init {
 /// Marks "not computed" or "not known" in every real-valued field of this library.
 inline constexpr double kNotComputed = std::numeric_limits<double>::quiet_NaN();
 
+/// Times that differ by less are equal [s]: a stamp in seconds since 1970 has 0.2 us of rounding.
+inline constexpr double kStampRounding = 1e-6;
+
 /// One inertial measurement.
 struct ImuSample {
   double t = 0.0;                                   ///< [s], IMU clock

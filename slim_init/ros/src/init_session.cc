@@ -13,7 +13,6 @@
 namespace slim_init::node {
 namespace {
 
-constexpr double kStampRounding = 1e-6;  // [s]
 constexpr int kMaxImageHeight = 100000;  // [px]; beyond is a mistake
 // Frames that wait for IMU samples: the queue is bounded when the IMU falls silent.
 constexpr std::size_t kMostPending = 50;

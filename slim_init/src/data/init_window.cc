@@ -110,18 +110,17 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
                                                      std::vector<SpeedSample> speeds) {
   std::vector<FrameObservation> clean = keyframes;
   std::vector<const FrameObservation*> pointers;
-  StreamCounts counts;
+  StreamCounts discarded;
   for (FrameObservation& frame : clean) {
-    cleanFrame(frame, counts);
+    cleanFrame(frame, discarded);
     pointers.push_back(&frame);
   }
-  return fromCleanFrames(calibration, pointers, std::move(imu), error, counts, std::move(speeds));
+  return fromCleanFrames(calibration, pointers, std::move(imu), error, std::move(speeds));
 }
 
 std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
-    std::vector<ImuSample> imu, std::string* error, const StreamCounts& counts,
-    std::vector<SpeedSample> speeds) {
+    std::vector<ImuSample> imu, std::string* error, std::vector<SpeedSample> speeds) {
   std::ostringstream out;
   if (const std::string message = calibration.validate(); !message.empty()) {
     return fail(error, "calibration: " + message);
@@ -153,7 +152,6 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   common->calibration.R_b_c = nearestRotation(calibration.R_b_c);
   common->imu = std::move(imu);
   common->speeds = std::move(speeds);
-  common->counts = counts;
   common->times.reserve(keyframes.size());
   common->keyframe_lines.resize(keyframes.size());
   std::vector<std::pair<FeatureId, WindowPoint>> points;

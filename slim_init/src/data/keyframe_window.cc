@@ -11,13 +11,6 @@
 #include "data/clean_frame.h"
 
 namespace slim_init {
-namespace {
-
-// Frames at exactly the interval count; a stamp in seconds since 1970 has 0.2 us of rounding [s].
-constexpr double kStampRounding = 1e-6;
-
-}  // namespace
-
 KeyframeWindow::KeyframeWindow(const Calibration& calibration, const WindowOptions& options,
                                const StreamOptions& streams)
     : calibration_(calibration), options_(options), check_(streams) {}
@@ -276,9 +269,8 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
       speeds_.begin(), speeds_.end(), std::back_inserter(speeds),
       [&](const SpeedSample& s) { return s.t > t_first - kReach && s.t < t_last + kReach; });
   std::string error;
-  result.window =
-      InitWindow::fromCleanFrames(calibration_, keyframes, samplesCovering(t_first, t_last), &error,
-                                  StreamCounts(), std::move(speeds));
+  result.window = InitWindow::fromCleanFrames(
+      calibration_, keyframes, samplesCovering(t_first, t_last), &error, std::move(speeds));
   if (result.window == nullptr) {
     result.status = InitStatus::kInvalidInput;
     result.message = error;

@@ -18,9 +18,8 @@ namespace {
 constexpr OptionRange kShare = {0.0, 1.0};
 const std::vector<std::string> kSlim = {"slim"};
 const std::vector<std::string> kSlimPaper = {"slim-paper"};
-// Methods with LiGT translations; the compared ones among them.
+// Methods with LiGT translations.
 const std::vector<std::string> kWithLigt = {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
-const std::vector<std::string> kComparedLigt = {"slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
 // Methods with a standard deviation of the scale.
 const std::vector<std::string> kWithScaleSigma = {"slim",  "slim-paper", "drt-l",
                                                   "drt-t", "drt-vi-ba",  "vins"};
@@ -221,19 +220,6 @@ OptionTable slimGateTable(GateOptions* o) {
   };
 }
 
-// Gates of the compared methods' alignments.
-OptionTable alignmentGateTable(GateOptions* o) {
-  return {
-      advancedKey("min_linkage", &o->min_linkage, {1.0, 1e12}, "",
-                  "minimum ratio of the second to the first eigenvalue of the translation system: "
-                  "the tracks link the window",
-                  kComparedLigt),
-      advancedKey("max_alignment_residual", &o->max_alignment_residual, {0.0, 1e3}, "m, m/s",
-                  "maximum rms residual of the velocity and position rows over the window",
-                  {"slim-paper", "drt-l", "drt-t", "drt-vi-ba", "vins"}),
-  };
-}
-
 }  // namespace
 
 OptionTable optionTable(GateOptions* o) {
@@ -265,7 +251,6 @@ OptionTable optionTable(GateOptions* o) {
           kWithScaleSigma),
   });
   add(slimGateTable(o));
-  add(alignmentGateTable(o));
   return table;
 }
 

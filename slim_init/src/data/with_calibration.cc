@@ -92,7 +92,6 @@ std::shared_ptr<const InitWindow> withCalibration(const InitWindow& window,
   common->calibration = calibration;
   common->imu = old.imu;
   common->speeds = old.speeds;
-  common->counts = old.counts;
   for (int k = selection.first; k < selection.last; ++k) {
     common->times.push_back(old.times[k] + shift);
     common->keyframe_lines.push_back(old.keyframe_lines[k]);

@@ -132,7 +132,6 @@ ImuQuality measureImuQuality(const std::vector<ImuSample>& samples) {
   measureMotion(samples, &out);
   const double interval = medianInterval(samples);
   if (!(interval > 0.0)) return out;
-  out.rate_hz = 1.0 / interval;
   double gyro2 = std::numeric_limits<double>::infinity(), accel2 = gyro2;
   for (const int length : kAverages) {
     if (length > 1 && length * interval > kLongestAverage) break;

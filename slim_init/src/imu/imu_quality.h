@@ -19,7 +19,6 @@ struct ImuQuality {
   /// axis, rms of the three. NaN where there are too few samples.
   ImuNoise noise = {kNotComputed, kNotComputed};
   int differences = 0;          ///< third differences of single samples, on each axis
-  double rate_hz = 0.0;         ///< inverse of the median interval between samples
   double force_spread = 0.0;    ///< rms of |f - mean f| [m/s^2]
   double angular_spread = 0.0;  ///< rms of |w - mean w| [rad/s]
 

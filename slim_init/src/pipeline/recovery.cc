@@ -23,8 +23,6 @@
 namespace slim_init {
 namespace {
 
-/// The prior is that of the first keyframe to within rounding [s].
-constexpr double kSameInstant = 1e-6;
 /// What an estimator goes on with: standard deviations of the newest velocity, a part that a host
 /// survives whatever its speed and a share of the speed, and of the newest attitude.
 constexpr double kVelocitySigma = 0.2;  // [m/s]
@@ -218,7 +216,7 @@ std::string checkPrior(const InitWindow& window, const StatePrior& prior,
     return "the covariance of the last healthy state is not positive definite in velocity, tilt "
            "and biases";
   }
-  if (!(std::abs(prior.state.t - window.times().front()) < kSameInstant)) {
+  if (!(std::abs(prior.state.t - window.times().front()) < kStampRounding)) {
     return "the last healthy state is not that of the first keyframe";
   }
   return "";

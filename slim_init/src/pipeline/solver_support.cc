@@ -75,14 +75,6 @@ IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d
   return out;
 }
 
-double cameraSpread(const InitWindow& window, const WindowState& state) {
-  Eigen::Matrix3Xd centres_b0(3, state.size());
-  for (int k = 0; k < state.size(); ++k) {
-    centres_b0.col(k) = cameraCentre(state, k, window.calibration().t_b_c);
-  }
-  return (centres_b0.colwise() - centres_b0.rowwise().mean()).norm();
-}
-
 double meanBaseline(const std::vector<NavState>& states, const Eigen::Vector3d& t_b_c) {
   if (states.size() < 2) return kNotComputed;
   double sum = 0.0;
@@ -216,24 +208,6 @@ void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result
       << " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
       << " the key mask, the back end uses these tracks too";
   result->warnings.push_back(message.str());
-}
-
-WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude) {
-  const NavState& first = states.front();
-  const Eigen::Matrix3d R_b0_w = first.R_w_b.transpose();
-  const int n = static_cast<int>(states.size());
-  WindowState state;
-  state.p_b0.resize(3, n);
-  state.v_b0.resize(3, n);
-  for (int k = 0; k < n; ++k) {
-    state.R_b0_bk.push_back(R_b0_w * states[k].R_w_b);
-    state.p_b0.col(k) = R_b0_w * (states[k].p_w_b - first.p_w_b);
-    state.v_b0.col(k) = R_b0_w * states[k].v_w_b;
-  }
-  state.gyro_bias = states.back().gyro_bias;
-  state.accel_bias = states.back().accel_bias;
-  state.gravity_b0 = -gravity_magnitude * R_b0_w.col(2);
-  return state;
 }
 
 void keepObservable(const std::vector<Preintegration>& pre,

@@ -69,10 +69,6 @@ struct IntegratedWindow {
 IntegratedWindow integrateWindow(const InitWindow& window, const Eigen::Vector3d& gyro_bias,
                                  const Eigen::Vector3d& accel_bias, const ImuNoise& noise);
 
-/// Root of the summed squared distances of the camera centres from their mean [m]: what one unit of
-/// estimateTranslations() is in metres.
-double cameraSpread(const InitWindow& window, const WindowState& state);
-
 /// InitResult::scale: mean distance between consecutive camera centres [m]; NaN for fewer than two
 /// states. `t_b_c`: camera centre in the body [m].
 double meanBaseline(const std::vector<NavState>& states, const Eigen::Vector3d& t_b_c);
@@ -97,10 +93,6 @@ void setTrackNoise(double measured_px, const Calibration& used, InitResult* resu
 /// A warning where `static_tracks` point tracks were taken out (withoutStaticTracks()), beside the
 /// `tracks` that are left: numbers and what to do. None where it is zero.
 void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result);
-
-/// The inverse of setWorldStates(): world states, at least one, in the frame of the first body,
-/// with gravity of this size along -z of w and the biases of the newest state.
-WindowState windowStateOf(const std::vector<NavState>& states, double gravity_magnitude);
 
 /// A window without translation holds no scale: where the status says so, removes what is not
 /// observable and keeps the rest. Stationary: gravity from the mean specific force (at rest it is

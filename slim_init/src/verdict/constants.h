@@ -20,8 +20,6 @@ inline constexpr double kMinPointSpreadDeg = 2.0;
 /// Largest change of the velocity over the window by its length [m/s^2]. A quiet motion far from
 /// everything also fits a fall along a tilted gravity, with 11; recorded flights have up to 4.
 inline constexpr double kMaxMeanAcceleration = 8.0;
-/// Metres per unit of the trajectory below which a scale is no motion at all [m].
-inline constexpr double kMinScale = 1e-6;
 
 // ---- Other scales (scale/scale_profile.h)
 

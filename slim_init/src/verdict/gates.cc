@@ -24,7 +24,9 @@ using namespace verdict_constants;  // NOLINT: the constants of this module
 // First to last keyframe [s].
 double spanOf(const InitWindow& window) { return window.times().back() - window.times().front(); }
 
-// A value with its bound. Comparisons with NaN are false: a value that is not known does not pass.
+}  // namespace
+
+// Comparisons with NaN are false: a value that is not known does not pass.
 GateValue atMost(double value, double threshold) {
   GateValue gate;
   gate.value = value;
@@ -49,8 +51,6 @@ GateValue makeGate(GateName name, const std::string& explanation, const char* un
   gate.status_if_failed = status_if_failed;
   return gate;
 }
-
-}  // namespace
 
 double medianParallaxPx(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_c0_ck) {
   std::vector<double> angles;
@@ -209,22 +209,6 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
       GateName::kTimeOffset, explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
       atMost(certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s),
       InitStatus::kInconsistentResiduals));
-  return gates;
-}
-
-std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
-                                      double scale_sigma, const GateOptions& options) {
-  std::vector<GateValue> gates = {
-      makeGate(GateName::kLinkage, "eigenvalue ratio of the translation system", "",
-               atLeast(linkage, options.min_linkage), InitStatus::kDegenerateAlignment),
-      makeGate(GateName::kScalePositive, "scale", "m", atLeast(scale, kMinScale),
-               InitStatus::kDegenerateAlignment),
-      makeGate(GateName::kAlignmentResidual, "rms residual of the alignment", "m, m/s",
-               atMost(residual_rms, options.max_alignment_residual),
-               InitStatus::kInconsistentResiduals),
-      makeGate(GateName::kScaleSigma, "relative standard deviation of the scale", "",
-               atMost(scale_sigma, options.max_scale_sigma), InitStatus::kScaleTooUncertain)};
-  gates[1].enforced = true;
   return gates;
 }
 

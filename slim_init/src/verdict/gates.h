@@ -20,6 +20,13 @@ struct Posterior;
 struct RefinedWindow;
 struct ScaleProfile;
 
+/// A value with its bound; one that is not known does not pass.
+GateValue atMost(double value, double threshold);
+GateValue atLeast(double value, double threshold);
+/// The same with its name, what was measured, and the status if it fails.
+GateValue makeGate(GateName name, const std::string& explanation, const char* unit, GateValue gate,
+                   InitStatus status_if_failed);
+
 /// What the motion in a window offers, before any alignment.
 struct MotionMeasures {
   double parallax_px = kNotComputed;   ///< see medianParallaxPx()
@@ -59,13 +66,6 @@ std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOpt
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const OptionalCalibration& found,
                                         const GateOptions& options);
-
-/// Gates on a loosely-coupled answer: "linkage" and "scale_positive" (degenerate alignment),
-/// "alignment_residual" (inconsistent residuals), "scale_sigma" (scale too uncertain).
-/// "scale_positive" is enforced for every method: a scale that is not positive contradicts the
-/// points being in front of the camera, so there is no answer to accept.
-std::vector<GateValue> alignmentGates(double linkage, double scale, double residual_rms,
-                                      double scale_sigma, const GateOptions& options);
 
 /// Whether a window spans what is possible (ConsistencyCheck::kFullFraction).
 bool isFull(const InitWindow& window, const WindowOptions& options);

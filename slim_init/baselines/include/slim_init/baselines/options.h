@@ -19,6 +19,12 @@ struct GyroBiasOptions {
   double max_bias = 1.0;         ///< maximum valid estimate [rad/s]
 };
 
+/// Limits of the gates on an alignment, beside those of GateOptions.
+struct AlignmentGateOptions {
+  double min_linkage = 10.0;             ///< ratio of eigenvalues of the translation system
+  double max_alignment_residual = 0.10;  ///< rms residual of the alignment [m, m/s]
+};
+
 /// Which lines enter the alignment and how they are weighted (paper IV-C-4).
 struct LineSelectionOptions {
   int min_keyframes = 3;          ///< minimum length of a line track [keyframes]
@@ -80,12 +86,13 @@ struct OpenVinsOptions {
 /// Parameters that only compared methods have. What they share with `slim` (vanishing points,
 /// translations, gates) is in InitializerOptions.
 struct BaselineOptions {
-  GyroBiasOptions gyro_bias;            ///< slim-paper, drt-l, drt-t, drt-vi-ba
-  LineSelectionOptions line_selection;  ///< slim-paper
-  SlimPaperOptions slim_paper;          ///< slim-paper
-  DrtViBaOptions drt_vi_ba;             ///< drt-vi-ba
-  VinsOptions vins;                     ///< vins
-  OpenVinsOptions openvins;             ///< openvins
+  GyroBiasOptions gyro_bias;             ///< slim-paper, drt-l, drt-t, drt-vi-ba
+  AlignmentGateOptions alignment_gates;  ///< slim-paper, drt-l, drt-t, drt-vi-ba, vins
+  LineSelectionOptions line_selection;   ///< slim-paper
+  SlimPaperOptions slim_paper;           ///< slim-paper
+  DrtViBaOptions drt_vi_ba;              ///< drt-vi-ba
+  VinsOptions vins;                      ///< vins
+  OpenVinsOptions openvins;              ///< openvins
 
   /// Returns an empty string, or a message naming section and field, its value and the violated
   /// bound.
@@ -94,6 +101,7 @@ struct BaselineOptions {
 
 /// The tables of these structs, bound to the fields of the argument (slim_init/option_table.h).
 OptionTable optionTable(GyroBiasOptions* options);
+OptionTable optionTable(AlignmentGateOptions* options);
 OptionTable optionTable(LineSelectionOptions* options);
 OptionTable optionTable(SlimPaperOptions* options);
 OptionTable optionTable(DrtViBaOptions* options);
