@@ -4,9 +4,11 @@
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "epipolar_pair.h"
+#include "geometry/units.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
 
@@ -182,8 +184,8 @@ TEST(GyroBias, VpTermAgreesWithExactDirectionsAndNeedsPoints) {
   GyroBiasProblem problem;
   problem.pair_loss = PairLoss::kSumOfSquares;
   problem.vanishing_points = &vps;
-  problem.vp_weight = 1.0;
-  problem.vp_cauchy_scale = 0.05;
+  problem.vp_options.vp_weight = 1.0;
+  problem.vp_options.vp_cauchy_scale = 0.05;
   // One axis leaves the rotation about it open, so that VPs alone are no answer.
   const GyroBiasEstimate alone = estimateGyroBias(*exact.window, problem, GyroBiasOptions());
   EXPECT_EQ(alone.vp_pairs, 9);
@@ -195,6 +197,86 @@ TEST(GyroBias, VpTermAgreesWithExactDirectionsAndNeedsPoints) {
   EXPECT_EQ(both.vp_pairs, 9);
   ASSERT_TRUE(both.valid);
   EXPECT_LT((both.gyro_bias - options.gyro_bias).norm(), 1e-9);
+}
+
+class ReliablePair : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    options_.min_track_age = 3;
+    options_.consistency_threshold_deg = 1.0;
+    vp_i_.found = true;
+    vp_i_.track_id = 5;
+    vp_i_.age = 2;
+    consistency_rad_.fill(0.5 / kDegPerRad);
+    vp_j_ = vp_i_;
+    vp_j_.age = 3;
+  }
+  bool reliable() const { return isReliablePair(vp_i_, vp_j_, consistency_rad_, options_); }
+
+  SlimPaperOptions options_;
+  std::array<double, 2> consistency_rad_;
+  VanishingPoint vp_i_;
+  VanishingPoint vp_j_;
+};
+
+TEST_F(ReliablePair, HoldsAtTheBounds) {
+  EXPECT_TRUE(reliable());
+  consistency_rad_[0] = 1.0 / kDegPerRad;
+  consistency_rad_[1] = 1.0 / kDegPerRad;
+  EXPECT_TRUE(reliable());
+}
+
+TEST_F(ReliablePair, BothMustBeFound) {
+  vp_i_.found = false;
+  EXPECT_FALSE(reliable());
+  vp_i_.found = true;
+  vp_j_.found = false;
+  EXPECT_FALSE(reliable());
+}
+
+TEST_F(ReliablePair, IdsMustBeTheSame) {
+  vp_j_.track_id = 6;
+  EXPECT_FALSE(reliable());
+  vp_i_.track_id = 6;
+  EXPECT_TRUE(reliable());
+  vp_i_.track_id = -1;
+  vp_j_.track_id = -1;
+  EXPECT_FALSE(reliable()) << "not tracked is not the same axis";
+}
+
+TEST_F(ReliablePair, AgeIsThatOfTheLaterOne) {
+  vp_j_.age = 2;
+  EXPECT_FALSE(reliable());
+  vp_i_.age = 9;
+  EXPECT_FALSE(reliable());
+  vp_i_.age = 1;
+  vp_j_.age = 3;
+  EXPECT_TRUE(reliable());
+}
+
+TEST_F(ReliablePair, ConsistencyIsAskedOfBoth) {
+  consistency_rad_[0] = 1.001 / kDegPerRad;
+  EXPECT_FALSE(reliable());
+  consistency_rad_[0] = 0.999 / kDegPerRad;
+  EXPECT_TRUE(reliable());
+  consistency_rad_[1] = 1.001 / kDegPerRad;
+  EXPECT_FALSE(reliable());
+}
+
+TEST_F(ReliablePair, UnknownConsistencyIsNotReliable) {
+  consistency_rad_[1] = kNotComputed;
+  EXPECT_FALSE(reliable());
+}
+
+TEST(VanishingPoint, ConsistencyIsTheRmsOverTheInliers) {
+  std::vector<WindowLine> lines(3);
+  for (WindowLine& line : lines) line.normal = Vector3d::UnitX();
+  VanishingPoint vp;
+  EXPECT_EQ(consistencyOf(vp, lines), 0.0);
+  vp.direction = Vector3d(0.3, 0.0, 1.0).normalized();
+  vp.inliers = {0, 2};
+  lines[2].normal = -Vector3d::UnitZ();
+  EXPECT_NEAR(consistencyOf(vp, lines), std::sqrt(0.5), 1e-15);
 }
 
 }  // namespace

@@ -177,35 +177,5 @@ TEST(VanishingPointTrack, WrongNumberOfRotationsFindsNothing) {
   }
 }
 
-TEST(ReliablePair, EachConditionHasTwoSides) {
-  VanishingPointOptions options;
-  options.min_track_age = 3;
-  options.consistency_threshold_deg = 1.0;
-  const auto reliable = [&options](void (*change)(VanishingPoint * i, VanishingPoint * j)) {
-    VanishingPoint i;
-    i.found = true;
-    i.track_id = 5;
-    i.age = 2;
-    i.consistency_rad = 1.0 * kRadPerDeg;  // at the bound
-    VanishingPoint j = i;
-    j.age = 3;
-    change(&i, &j);
-    return isReliablePair(i, j, options);
-  };
-  using Vp = VanishingPoint;
-  EXPECT_TRUE(reliable([](Vp*, Vp*) {}));
-  // Both found, and the same axis; not tracked is not the same axis.
-  EXPECT_FALSE(reliable([](Vp* i, Vp*) { i->found = false; }));
-  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->found = false; }));
-  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->track_id = 6; }));
-  EXPECT_FALSE(reliable([](Vp* i, Vp* j) { i->track_id = j->track_id = -1; }));
-  // The age is that of the later one.
-  EXPECT_FALSE(reliable([](Vp* i, Vp* j) { i->age = 9, j->age = 2; }));
-  EXPECT_TRUE(reliable([](Vp* i, Vp*) { i->age = 1; }));
-  EXPECT_FALSE(reliable([](Vp* i, Vp*) { i->consistency_rad = 1.001 * kRadPerDeg; }));
-  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->consistency_rad = 1.001 * kRadPerDeg; }));
-  EXPECT_FALSE(reliable([](Vp*, Vp* j) { j->consistency_rad = kNotComputed; }));
-}
-
 }  // namespace
 }  // namespace slim_init

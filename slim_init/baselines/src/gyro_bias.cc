@@ -7,6 +7,7 @@
 #include "epipolar_pair.h"
 #include "geometry/levenberg_marquardt.h"
 #include "geometry/so3.h"
+#include "geometry/units.h"
 
 namespace slim_init::baselines {
 namespace {
@@ -76,11 +77,14 @@ class Objective {
     if (problem.vanishing_points != nullptr) {
       const std::vector<VanishingPoint>& vps = *problem.vanishing_points;
       for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        vp_active_[i] = isReliablePair(vps[i], vps[i + 1], problem.vp_options);
+        vp_active_[i] = isReliablePair(vps[i], vps[i + 1],
+                                       {consistencyOf(vps[i], window.linesOfKeyframe(i)),
+                                        consistencyOf(vps[i + 1], window.linesOfKeyframe(i + 1))},
+                                       problem.vp_options);
         vp_pairs_ += vp_active_[i] ? 1 : 0;
       }
       // lambda_vp of eq. (1): point to VP residual count ratio within the window.
-      if (vp_pairs_ > 0) lambda_vp_ = problem.vp_weight * points / vp_pairs_;
+      if (vp_pairs_ > 0) lambda_vp_ = problem.vp_options.vp_weight * points / vp_pairs_;
     }
   }
 
@@ -137,7 +141,7 @@ class Objective {
     vpResidual((*problem_.vanishing_points)[i].direction,
                (*problem_.vanishing_points)[i + 1].direction, R_bi_bj, window_.calibration().R_b_c,
                &r, &dr);
-    const Cauchy rho = cauchy(r.squaredNorm(), problem_.vp_cauchy_scale);
+    const Cauchy rho = cauchy(r.squaredNorm(), problem_.vp_options.vp_cauchy_scale);
     sum.cost += lambda_vp_ * rho.value;
     dr *= J;
     sum.gradient += 2.0 * lambda_vp_ * rho.weight * (dr.transpose() * r);
@@ -169,6 +173,23 @@ void vpResidual(const Eigen::Vector3d& d_i, const Eigen::Vector3d& d_j,
   *residual = d_j.cross(u_c);
   // (R Exp(phi))^T u = R^T u - phi x R^T u = R^T u + [R^T u]x phi.
   if (jacobian != nullptr) *jacobian = skew(d_j) * R_b_c.transpose() * skew(u_b);
+}
+
+bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
+                    const std::array<double, 2>& consistency_rad, const SlimPaperOptions& options) {
+  const double max_consistency_rad = options.consistency_threshold_deg / kDegPerRad;
+  return vp_i.found && vp_j.found && vp_i.track_id >= 0 && vp_i.track_id == vp_j.track_id &&
+         vp_j.age >= options.min_track_age && consistency_rad[0] <= max_consistency_rad &&
+         consistency_rad[1] <= max_consistency_rad;
+}
+
+double consistencyOf(const VanishingPoint& vp, const std::vector<WindowLine>& lines) {
+  double sum = 0.0;
+  for (const int l : vp.inliers) {
+    const double error = lines[l].normal.dot(vp.direction);
+    sum += error * error;
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(vp.inliers.size(), 1)));
 }
 
 GyroBiasEstimate estimateGyroBias(const InitWindow& window, const GyroBiasProblem& problem,

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "imu/preintegration.h"
@@ -30,9 +31,7 @@ struct GyroBiasProblem {
   PairLoss pair_loss = PairLoss::kEigenvalue;
   /// VP term of eq. (1); null without it. One entry per keyframe.
   const std::vector<VanishingPoint>* vanishing_points = nullptr;
-  VanishingPointOptions vp_options;
-  double vp_weight = 0.0;        ///< SlimPaperOptions::vp_weight
-  double vp_cauchy_scale = 0.0;  ///< SlimPaperOptions::vp_cauchy_scale [rad]
+  SlimPaperOptions vp_options;  ///< of that term
 };
 
 /// Result of step 1.
@@ -51,6 +50,14 @@ struct GyroBiasEstimate {
 void vpResidual(const Eigen::Vector3d& d_i, const Eigen::Vector3d& d_j,
                 const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
                 Eigen::Vector3d* residual, Eigen::Matrix3d* jacobian);
+
+/// The indicator of IV-B-2 for a pair of keyframes, `vp_i` the earlier one: both found, same id,
+/// age of the later one >= min_track_age, `consistency` of both <= consistency_threshold_deg.
+bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
+                    const std::array<double, 2>& consistency_rad, const SlimPaperOptions& options);
+
+/// Rms of e^vp = n . d over the inliers, eq. (3) [rad]; `lines` of its keyframe.
+double consistencyOf(const VanishingPoint& vp, const std::vector<WindowLine>& lines);
 
 /// Minimises the rotation-only cost over the gyroscope bias from `initial_bias`, re-integrating the
 /// gyro at each new estimate. Fails (valid == false) when no pair has enough points: vanishing

@@ -55,6 +55,12 @@ OptionTable optionTable(SlimPaperOptions* o) {
       advancedKey("use_vp", &o->use_vp, "vanishing points in the gyroscope bias, eq. (4)"),
       advancedKey("use_line_epipolar", &o->use_line_epipolar, "the line residual of eq. (11)"),
       advancedKey("use_line_normal", &o->use_line_normal, "the line residual of eq. (12)"),
+      advancedKey("min_track_age", &o->min_track_age, {1, 100}, "keyframes",
+                  "younger vanishing points are not used (A_min of the paper)"),
+      advancedKey("consistency_threshold_deg", &o->consistency_threshold_deg, {0.01, 20.0}, "deg",
+                  "maximum rms of the inliers (t_vp of the paper). Lines spread evenly up to "
+                  "vanishing_point.inlier_threshold_deg have 0.58 of it, so this rejects a bundle "
+                  "that is no vanishing point"),
       advancedKey(
           "vp_weight", &o->vp_weight, {0.0, 1e6}, "",
           "factor on lambda_vp, the ratio of point to vanishing-point residuals. At 1 the "

@@ -27,9 +27,7 @@ InitResult solveSlimPaper(const InitWindow& window, const InitializerOptions& op
   GyroBiasProblem problem;
   problem.pair_loss = PairLoss::kSumOfSquares;
   problem.vanishing_points = terms.use_vp ? &vanishing_points : nullptr;
-  problem.vp_options = options.vanishing_point;
-  problem.vp_weight = terms.vp_weight;
-  problem.vp_cauchy_scale = terms.vp_cauchy_scale;
+  problem.vp_options = terms;
   const GyroBiasEstimate bias = estimateGyroBias(window, problem, baseline_options.gyro_bias);
   clock.lap("gyro_bias");
   if (!acceptGyroBias(bias, baseline_options.gyro_bias, &result)) return result;

@@ -59,12 +59,10 @@ struct RobustBiasOptions {
 
 /// Dominant vanishing point of a keyframe and its track (paper IV-B-1, IV-B-2).
 struct VanishingPointOptions {
-  double vote_threshold_deg = 3.0;         ///< a line votes for directions this close [deg]
-  double inlier_threshold_deg = 1.0;       ///< a line this close is an inlier; t_in [deg]
-  int min_inliers = 8;                     ///< minimum number of lines of a vanishing point
-  double match_threshold_deg = 6.0;        ///< predicted to observed direction [deg]
-  int min_track_age = 2;                   ///< A_min of the paper [keyframes]
-  double consistency_threshold_deg = 0.5;  ///< largest rms of the inliers; t_vp [deg]
+  double vote_threshold_deg = 3.0;    ///< a line votes for directions this close [deg]
+  double inlier_threshold_deg = 1.0;  ///< a line this close is an inlier; t_in [deg]
+  int min_inliers = 8;                ///< minimum number of lines of a vanishing point
+  double match_threshold_deg = 6.0;   ///< predicted to observed direction [deg]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;

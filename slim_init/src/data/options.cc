@@ -17,7 +17,6 @@ namespace {
 
 constexpr OptionRange kShare = {0.0, 1.0};
 const std::vector<std::string> kSlim = {"slim"};
-const std::vector<std::string> kSlimPaper = {"slim-paper"};
 // Methods with LiGT translations.
 const std::vector<std::string> kWithLigt = {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
 // Methods with a standard deviation of the scale.
@@ -104,12 +103,6 @@ OptionTable optionTable(VanishingPointOptions* o) {
       advancedKey("match_threshold_deg", &o->match_threshold_deg, {0.1, 45.0}, "deg",
                   "maximum angle between the direction predicted by the gyroscope and the observed "
                   "one of the same vanishing point"),
-      advancedKey("min_track_age", &o->min_track_age, {1, 100}, "keyframes",
-                  "younger vanishing points are not used (A_min of the paper)", kSlimPaper),
-      advancedKey("consistency_threshold_deg", &o->consistency_threshold_deg, {0.01, 20.0}, "deg",
-                  "maximum rms of the inliers (t_vp of the paper). Lines spread evenly up to t_in "
-                  "have 0.58 t_in, so this rejects a bundle that is no vanishing point",
-                  kSlimPaper),
   };
 }
 
@@ -382,13 +375,7 @@ std::string RobustBiasOptions::validate() const { return checkTable(*this).messa
 
 std::string RefinementOptions::validate() const { return checkTable(*this).message(); }
 
-std::string VanishingPointOptions::validate() const {
-  return checkTable(*this)
-      // The rms over lines chosen by a threshold is always below that threshold.
-      .ordered("consistency_threshold_deg", consistency_threshold_deg, "inlier_threshold_deg",
-               inlier_threshold_deg)
-      .message();
-}
+std::string VanishingPointOptions::validate() const { return checkTable(*this).message(); }
 
 std::string AlignmentOptions::validate() const { return checkTable(*this).message(); }
 

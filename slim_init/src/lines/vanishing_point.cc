@@ -177,15 +177,9 @@ VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, doub
   direction = scatter.eigenvectors().col(0);
   if (!isDetermined(lines, inliers, scatter, sigma_line_rad)) return vp;
 
-  double squared_sum = 0.0;
-  for (const int l : inliers) {
-    const double error = lines[l].normal.dot(direction);
-    squared_sum += error * error;
-  }
   vp.found = true;
   vp.direction = direction.z() < 0.0 ? Eigen::Vector3d(-direction) : direction;
   vp.covariance = covarianceOfDirection(lines, inliers, scatter, sigma_line_rad);
-  vp.consistency_rad = std::sqrt(squared_sum / static_cast<double>(inliers.size()));
   vp.inliers = std::move(inliers);
   return vp;
 }

@@ -20,10 +20,9 @@ struct VanishingPoint {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   /// Covariance of the direction, rank 2 (across the direction), in c [rad^2].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double consistency_rad = 0.0;  ///< rms of e^vp = n . d over the inliers, eq. (3) [rad]
-  std::vector<int> inliers;      ///< indices into the lines handed to the estimator, ascending
-  int track_id = -1;             ///< same id = same physical axis; -1: not found or not tracked
-  int age = 0;                   ///< consecutive keyframes with this id, this one included
+  std::vector<int> inliers;  ///< indices into the lines handed to the estimator, ascending
+  int track_id = -1;         ///< same id = same physical axis; -1: not found or not tracked
+  int age = 0;               ///< consecutive keyframes with this id, this one included
 };
 
 /// Vote and refine for one keyframe (paper IV-B-1). Every line votes with its length for every
@@ -62,10 +61,5 @@ std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
 /// turns the camera by less than the matching threshold.
 std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
                                                  const VanishingPointOptions& options);
-
-/// The indicator of IV-B-2 for a pair of keyframes, `vp_i` the earlier one: both found, same id,
-/// age of the later one >= min_track_age, consistency of both <= consistency_threshold_deg.
-bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
-                    const VanishingPointOptions& options);
 
 }  // namespace slim_init

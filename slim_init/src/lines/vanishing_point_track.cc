@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// Track ids of vanishing points and their reliability gate (paper IV-B-1, IV-B-2).
+// Track ids of vanishing points (paper IV-B-1).
 #include <cmath>
 
 #include "geometry/units.h"
@@ -70,14 +70,6 @@ std::vector<VanishingPoint> trackVanishingPoints(const InitWindow& window,
       window, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), PreintegrationParts::kRotation);
   return trackVanishingPoints(
       window, cameraRotations(chainRotations(predicted), window.calibration().R_b_c), options);
-}
-
-bool isReliablePair(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
-                    const VanishingPointOptions& options) {
-  const double max_consistency_rad = options.consistency_threshold_deg / kDegPerRad;
-  return vp_i.found && vp_j.found && vp_i.track_id >= 0 && vp_i.track_id == vp_j.track_id &&
-         vp_j.age >= options.min_track_age && vp_i.consistency_rad <= max_consistency_rad &&
-         vp_j.consistency_rad <= max_consistency_rad;
 }
 
 }  // namespace slim_init

@@ -35,13 +35,15 @@ struct LineSelectionOptions {
 /// The switches of `slim-paper`, one per term, and the proportionality constants that the paper
 /// leaves open (docs/baselines.md measures them).
 struct SlimPaperOptions {
-  bool use_vp = true;                  ///< VP residual in step 1, eq. (4)
-  bool use_line_epipolar = true;       ///< eq. (11)
-  bool use_line_normal = true;         ///< eq. (12)
-  double vp_weight = 0.001;            ///< factor on lambda_vp
-  double vp_cauchy_scale = 0.05;       ///< Cauchy scale of the VP residual [rad]
-  double line_epipolar_weight = 0.01;  ///< constant of eq. (13), type e
-  double line_normal_weight = 1.0;     ///< constant of eq. (13), type n
+  bool use_vp = true;                      ///< VP residual in step 1, eq. (4)
+  bool use_line_epipolar = true;           ///< eq. (11)
+  bool use_line_normal = true;             ///< eq. (12)
+  int min_track_age = 2;                   ///< A_min of the paper [keyframes]
+  double consistency_threshold_deg = 0.5;  ///< largest rms of the inliers; t_vp [deg]
+  double vp_weight = 0.001;                ///< factor on lambda_vp
+  double vp_cauchy_scale = 0.05;           ///< Cauchy scale of the VP residual [rad]
+  double line_epipolar_weight = 0.01;      ///< constant of eq. (13), type e
+  double line_normal_weight = 1.0;         ///< constant of eq. (13), type n
 };
 
 /// Structureless visual-inertial bundle adjustment of `drt-vi-ba` (Song et al. 2025).
