@@ -1,22 +1,18 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/state_prior.h"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <sstream>
+
+#include "geometry/so3.h"
 
 namespace slim_init {
 namespace {
 
-// As for R_b_c in Calibration::validate().
-constexpr double kRotationTolerance = 1e-3;
 // Share of the diagonal.
 constexpr double kSymmetry = 1e-6;
 
-bool isRotation(const Eigen::Matrix3d& R) {
-  return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
-         R.determinant() > 0.0;
-}
+bool isRotation(const Eigen::Matrix3d& R) { return distanceFromRotation(R) < kRotationTolerance; }
 
 std::string checkCalibration(const OptionalCalibration& calibration, const char* whose) {
   if (!calibration.has_value() ||

@@ -1,10 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/types.h"
 
-#include <Eigen/LU>
 #include <cmath>
 
 #include "data/range_check.h"
+#include "geometry/so3.h"
 #include "slim_init/option_table.h"
 
 namespace slim_init {
@@ -29,17 +29,11 @@ std::string ImuBiases::validate() const {
       .message();
 }
 
-namespace {
-
-double distanceFromRotation(const Eigen::Matrix3d& R) {
-  return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() + std::abs(R.determinant() - 1.0);
-}
-
-}  // namespace
-
 std::string SpeedSensor::validate() const {
   RangeCheck check;
-  check.within("distance of R_b_s from a rotation", distanceFromRotation(R_b_s), 0.0, 1e-3)
+  check
+      .within("distance of R_b_s from a rotation", distanceFromRotation(R_b_s), 0.0,
+              kRotationTolerance)
       .within("norm of t_b_s", t_b_s.norm(), 0.0, 20.0)
       .within("scale_sigma", scale_sigma, 1e-4, 0.5)
       .within("lateral_sigma", lateral_sigma, 0.0, 10.0);
@@ -68,7 +62,9 @@ std::string Calibration::validate() const {
       .within("td", td, -1.0, 1.0)
       .within("readout_s", readout_s, 0.0, 0.2)
       .within("norm of t_b_c", t_b_c.norm(), 0.0, 10.0);
-  check.within("distance of R_b_c from a rotation", distanceFromRotation(R_b_c), 0.0, 1e-3)
+  check
+      .within("distance of R_b_c from a rotation", distanceFromRotation(R_b_c), 0.0,
+              kRotationTolerance)
       .nested("speed_sensor", speed_sensor.validate());
   return check.message();
 }

@@ -58,12 +58,9 @@ inline constexpr double kGravityStep = 1e-5;
 
 // ---- Known state (state_factor.h)
 
-/// Standard deviations of the parts of a state of which nothing is known: of a fast vehicle, of an
-/// attitude, of the worst sensors.
-inline constexpr double kUnknownVelocity = 30.0;  // [m/s]
-inline constexpr double kUnknownGravity = 1.0;    // [rad]
-inline constexpr double kUnknownGyroBias = 0.3;   // [rad/s]
-inline constexpr double kUnknownAccelBias = 1.0;  // [m/s^2]
+/// Standard deviations of the parts of a state (StatePart) of which nothing is known: velocity of a
+/// fast vehicle [m/s], attitude [rad], biases of the worst sensors [rad/s, m/s^2].
+inline constexpr double kUnknown[] = {30.0, 1.0, 0.3, 1.0};
 /// Data whose information is a smaller share of the prior's than this say nothing against it.
 inline constexpr double kLeastInformation = 1e-3;
 /// On the bounds of the test, squared errors beyond the covariance: those of model errors of tracks

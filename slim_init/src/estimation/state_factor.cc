@@ -17,10 +17,6 @@ struct Rows {
   int at, size;
 };
 constexpr Rows kRowsOf[kStateParts] = {{0, 3}, {3, 2}, {5, 3}, {8, 3}};
-// Standard deviation of a part of which nothing is known [m/s, rad, rad/s, m/s^2].
-constexpr double kUnknown[kStateParts] = {kUnknownVelocity, kUnknownGravity, kUnknownGyroBias,
-                                          kUnknownAccelBias};
-
 // What is exceeded by chance once in a thousand, by degrees of freedom.
 constexpr double kThousandth[] = {0.0,   10.83, 13.82, 16.27, 18.47, 20.52,
                                   22.46, 24.32, 26.12, 27.88, 29.59, 31.26};

@@ -1,9 +1,15 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "geometry/so3.h"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
+#include <cmath>
 
 namespace slim_init {
+
+double distanceFromRotation(const Eigen::Matrix3d& A) {
+  return (A.transpose() * A - Eigen::Matrix3d::Identity()).norm() + std::abs(A.determinant() - 1.0);
+}
 
 Eigen::Matrix3d nearestRotation(const Eigen::Matrix3d& A) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);

@@ -77,6 +77,11 @@ inline Eigen::Matrix3d rightJacobianInverse(const Eigen::Vector3d& theta) {
   return Eigen::Matrix3d::Identity() + 0.5 * K + c * (K * K);
 }
 
+/// How far A is from a rotation: |A^T A - I| + |det A - 1|.
+double distanceFromRotation(const Eigen::Matrix3d& A);
+/// Largest one of a matrix that counts as a rotation: typed with few digits.
+inline constexpr double kRotationTolerance = 1e-3;
+
 /// Nearest rotation (polar decomposition by the SVD); for calibration typed with few digits.
 Eigen::Matrix3d nearestRotation(const Eigen::Matrix3d& A);
 

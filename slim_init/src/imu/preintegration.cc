@@ -188,6 +188,17 @@ NavState propagate(const NavState& state_i, const Preintegration& pre,
   return state_j;
 }
 
+NavState propagateTo(const NavState& state, double t, const std::vector<ImuSample>& samples,
+                     const Eigen::Vector3d& gravity_w) {
+  if (!(t > state.t)) return state;
+  NavState moved = propagate(state,
+                             preintegrate(samples, state.t, t, {state.gyro_bias, state.accel_bias},
+                                          ImuNoise(), PreintegrationParts::kMean),
+                             gravity_w);
+  moved.t = t;
+  return moved;
+}
+
 std::vector<Eigen::Matrix3d> chainRotations(const std::vector<Preintegration>& pre) {
   std::vector<Eigen::Matrix3d> R_b0_bk(1, Eigen::Matrix3d::Identity());
   R_b0_bk.reserve(pre.size() + 1);

@@ -81,6 +81,11 @@ std::vector<Preintegration> preintegrateWindow(const InitWindow& window,
 NavState propagate(const NavState& state_i, const Preintegration& pre,
                    const Eigen::Vector3d& gravity_w);
 
+/// The state at time `t` [s], propagated by `samples` at its own biases; unchanged where `t` is not
+/// later.
+NavState propagateTo(const NavState& state, double t, const std::vector<ImuSample>& samples,
+                     const Eigen::Vector3d& gravity_w);
+
 /// Body attitudes in the first body frame, R_b0_bk, by chaining the relative rotations.
 std::vector<Eigen::Matrix3d> chainRotations(const std::vector<Preintegration>& pre);
 

@@ -12,24 +12,12 @@
 namespace slim_init {
 namespace {
 
-Preintegration between(const std::vector<ImuSample>& imu, double t_i, double t_j,
-                       const NavState& at_biases) {
-  return preintegrate(imu, t_i, t_j, {at_biases.gyro_bias, at_biases.accel_bias}, ImuNoise(),
-                      PreintegrationParts::kMean);
-}
-
-NavState forward(const NavState& from, double t, const Eigen::Vector3d& gravity_w,
-                 const std::vector<ImuSample>& imu) {
-  NavState state = from.t < t ? propagate(from, between(imu, from.t, t, from), gravity_w) : from;
-  state.t = t;
-  return state;
-}
-
 // The inverse of propagate(): the state that the preintegration carries to `from`.
 NavState backward(const NavState& from, double t, const Eigen::Vector3d& gravity_w,
                   const std::vector<ImuSample>& imu) {
   if (!(t < from.t)) return from;
-  const Preintegration pre = between(imu, t, from.t, from);
+  const Preintegration pre = preintegrate(imu, t, from.t, {from.gyro_bias, from.accel_bias},
+                                          ImuNoise(), PreintegrationParts::kMean);
   NavState state = from;
   state.t = t;
   state.R_w_b = from.R_w_b * pre.dR.transpose();
@@ -115,9 +103,9 @@ bool statesAt(const InitResult& result, const std::vector<ImuSample>& imu,
     if (before) {
       found.push_back(backward(b, t, gravity_w, imu));
     } else if (after) {
-      found.push_back(forward(a, t, gravity_w, imu));
+      found.push_back(propagateTo(a, t, imu, gravity_w));
     } else {
-      found.push_back(blend(forward(a, t, gravity_w, imu), backward(b, t, gravity_w, imu),
+      found.push_back(blend(propagateTo(a, t, imu, gravity_w), backward(b, t, gravity_w, imu),
                             (t - a.t) / (b.t - a.t)));
     }
   }

@@ -54,7 +54,7 @@ bool contradicts(const InitResult& result, const InertialOptions& priors) {
   using namespace estimation_constants;  // NOLINT: of the test of a known state
   constexpr int kGyro = 5, kAccel = 8;   // rows of StateVector
   StateVector sigma;
-  sigma << Eigen::Vector3d::Constant(kUnknownVelocity), Eigen::Vector2d::Constant(kUnknownGravity),
+  sigma << Eigen::Vector3d::Constant(kUnknown[0]), Eigen::Vector2d::Constant(kUnknown[1]),
       Eigen::Vector3d::Constant(priors.gyro_bias_prior),
       Eigen::Vector3d::Constant(priors.accel_bias_prior);
   const StateCovariance prior = sigma.cwiseAbs2().asDiagonal();

@@ -52,16 +52,6 @@ WindowOptions everyImage(int keyframes) {
   return selection;
 }
 
-// State of the body at time t, carried there from `state` by the IMU.
-NavState propagateTo(const NavState& state, double t, const std::vector<ImuSample>& imu,
-                     const Eigen::Vector3d& gravity_w, const ImuNoise& noise) {
-  if (t <= state.t) return state;
-  return propagate(state,
-                   preintegrate(imu, state.t, t, {state.gyro_bias, state.accel_bias}, noise,
-                                PreintegrationParts::kMean),
-                   gravity_w);
-}
-
 // Longest time between neighbouring samples that touches [t_from, t_to]; zero for an empty
 // interval.
 double largestGap(const std::vector<ImuSample>& imu, double t_from, double t_to) {
@@ -444,7 +434,6 @@ InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
 // Moves the new solution into the old odometry frame: both describe the body at one time, the
 // first at which both exist.
 void SnapshotSolve::continueFrom(const HealthyState& healthy, InitResult* result) const {
-  const ImuNoise& noise = window_.calibration().imu_noise;
   NavState there = healthy.prior->state;
   std::size_t k = 0;
   for (std::size_t i = 1; i < result->states.size(); ++i) {
@@ -471,8 +460,8 @@ void SnapshotSolve::continueFrom(const HealthyState& healthy, InitResult* result
   };
   if (!keepsBias(9, StatePart::kGyroBias)) there.gyro_bias = here.gyro_bias;
   if (!keepsBias(12, StatePart::kAccelBias)) there.accel_bias = here.accel_bias;
-  there = propagateTo(there, here.t, imu_, result->gravity_w, noise);
-  here = propagateTo(here, there.t, imu_, result->gravity_w, noise);
+  there = propagateTo(there, here.t, imu_, result->gravity_w);
+  here = propagateTo(here, there.t, imu_, result->gravity_w);
   moveToFrame(there, here, result);
 }
 
