@@ -182,9 +182,8 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
   if (bias_) starts.insert(starts.begin(), bias_->value);
   // Null for a global shutter, where the window is right as it is.
   const auto compensated = withRowsCompensated(*cut.window, starts.front());
-  const MultiGapBiasEstimate estimate =
-      estimateMultiGapBias(compensated != nullptr ? *compensated : *cut.window, starts, nullptr,
-                           RobustBiasOptions(), InertialOptions());
+  const MultiGapBiasEstimate estimate = estimateMultiGapBias(
+      compensated != nullptr ? *compensated : *cut.window, starts, nullptr, InertialOptions());
   if (!estimate.valid) return;
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(estimate.information, Eigen::EigenvaluesOnly)

@@ -26,8 +26,7 @@ namespace slim_init {
 namespace {
 
 // No gate has refused, and yet there is no answer.
-void failWithoutAnswer(const TranslationEstimate& translation, const InitializerOptions& options,
-                       InitResult* result) {
+void failWithoutAnswer(const TranslationEstimate& translation, InitResult* result) {
   if (translation.valid) {
     fail(InitStatus::kNumericalFailure,
          "the refinement found no minimum with a positive definite information", result);
@@ -35,7 +34,7 @@ void failWithoutAnswer(const TranslationEstimate& translation, const Initializer
   }
   std::ostringstream message;
   message << translation.tracks << " tracks over " << kMinTrackLength
-          << " or more keyframes with parallax (minimum " << options.alignment.min_tracks << ")";
+          << " or more keyframes with parallax (minimum " << kMinTracks << ")";
   fail(InitStatus::kTooFewTracks, message.str(), result);
 }
 
@@ -156,7 +155,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   // [1, 6.1] Vanishing points with their covariance, gyroscope bias b_g by consensus, under a
   // calibration that the rotations agree with; observations that contradict it are pruned.
   const RotationStage rotation = estimateRotations(window, options, budget);
-  if (!acceptRotations(rotation, options.robust_bias, &result)) return result;
+  if (!acceptRotations(rotation, &result)) return result;
   const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
   const double G = seen.calibration().gravity_magnitude;
   clock.lap("gyro_bias");
@@ -174,7 +173,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   }
 
   // [2] Camera centres up to scale.
-  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options.alignment);
+  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck);
   clock.lap("translation");
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
@@ -199,7 +198,7 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
                     &result);
   keepObservable(pre, R_b0_bk, G, &result);
   clock.lap("verdict");
-  if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, options, &result);
+  if (result.success() && !result.hasEstimate()) failWithoutAnswer(translation, &result);
   failAtLimit(budget, &result);
   return result;
 }

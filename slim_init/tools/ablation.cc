@@ -45,8 +45,6 @@ const std::vector<AblationVariant>& ablationVariants() {
        [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_tracks = false; }},
       {"slim", "no-line-pruning", "lines that contradict the start stay in",
        [](InitializerOptions* o, BaselineOptions*) { o->slim.prune_lines = false; }},
-      {"slim", "consecutive-pairs", "gyroscope bias from consecutive keyframes only",
-       [](InitializerOptions* o, BaselineOptions*) { o->robust_bias.max_gap = 1; }},
       {"slim-paper", "no-vp", "without the vanishing point residual, eq. (4)",
        [](InitializerOptions*, BaselineOptions* o) { o->slim_paper.use_vp = false; }},
       {"slim-paper", "no-lines", "without both line residuals, eqs. (11) and (12)",

@@ -20,9 +20,9 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 TEST(OptionTable, BothSidesOfEveryBound) {
-  expectBothSidesOfEveryBound<WindowOptions, InertialOptions, RobustBiasOptions,
-                              VanishingPointOptions, AlignmentOptions, RefinementOptions,
-                              GateOptions, InitializerOptions, Calibration, ImuNoise, ImuLimits>();
+  expectBothSidesOfEveryBound<WindowOptions, InertialOptions, VanishingPointOptions,
+                              RefinementOptions, GateOptions, InitializerOptions, Calibration,
+                              ImuNoise, ImuLimits>();
 }
 
 TEST(InertialOptions, NoiseFactorIsMeasuredOrAtLeastTheDataSheet) {
@@ -60,7 +60,6 @@ TEST(OptionTable, HeaderStatesTheSameUnits) {
   InitializerOptions o;
   expectUnitsAgree(units, "WindowOptions", optionTable(&o.window));
   expectUnitsAgree(units, "InertialOptions", optionTable(&o.inertial));
-  expectUnitsAgree(units, "RobustBiasOptions", optionTable(&o.robust_bias));
   expectUnitsAgree(units, "VanishingPointOptions", optionTable(&o.vanishing_point));
   expectUnitsAgree(units, "RefinementOptions", optionTable(&o.refinement));
   expectUnitsAgree(units, "SlimOptions", optionTable(&o.slim));
@@ -81,9 +80,9 @@ TEST(OptionTable, MethodsOfARowAreThoseOfItsSectionUnlessItNamesItsOwn) {
 }
 
 TEST(Options, OutOfRangeMessageNamesValueAndBound) {
-  RobustBiasOptions bias;
-  bias.max_gap = 9;
-  EXPECT_EQ(bias.validate(), "max_gap is 9, must be in [1, 8]");
+  WindowOptions window;
+  window.keyframes = 51;
+  EXPECT_EQ(window.validate(), "keyframes is 51, must be in [4, 50]");
   RefinementOptions refinement;
   refinement.min_sigma_px = 40.0;
   EXPECT_EQ(refinement.validate(), "min_sigma_px is 40, must be in [0.01, 10]");

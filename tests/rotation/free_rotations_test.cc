@@ -71,7 +71,7 @@ struct Freed {
 
 // From a gyroscope that is wrong by `wrong` [rad] in every pair.
 Freed freed(double depth, double step, double wrong) {
-  constexpr int kMaxGap = 8, kMinPoints = 10;
+  constexpr int kMaxGap = 8;
   Freed out;
   for (unsigned seed = 1; seed <= kDraws; ++seed) {
     std::mt19937 random(seed);
@@ -80,7 +80,7 @@ Freed freed(double depth, double step, double wrong) {
     std::normal_distribution<double> normal;
     const Eigen::Vector3d error =
         wrong * testing_support::drawnVector([&] { return normal(random); }).normalized();
-    const KeyframePairs pairs(*window, kMaxGap, kMinPoints);
+    const KeyframePairs pairs(*window, kMaxGap);
     PairRotation rotation;
     rotation.R_ci_cj = expSO3(error);
     for (const RotationCorrection& pair :

@@ -19,11 +19,13 @@ using Eigen::Vector3d;
 
 TEST(KeyframePairs, AllGapsWithTheirCommonPoints) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const KeyframePairs pairs(*exact.window, 8, 6);
+  const KeyframePairs pairs(*exact.window, 8);
   ASSERT_EQ(pairs.size(), 9u + 8u + 6u + 2u);
-  EXPECT_EQ(KeyframePairs(*exact.window, 4, 6).size(), 9u + 8u + 6u);
+  EXPECT_EQ(KeyframePairs(*exact.window, 4).size(), 9u + 8u + 6u);
   EXPECT_EQ(pairs.pointPairs(), 25);
-  EXPECT_EQ(KeyframePairs(*exact.window, 8, 1000).pointPairs(), 0);
+  ExactWindowOptions few;
+  few.points = 5;
+  EXPECT_EQ(KeyframePairs(*makeExactWindow(few).window, 8).pointPairs(), 0);
   const std::vector<WindowPoint>& s = exact.window->pointObservations();
   int last_gap = 1;
   for (const KeyframePair& pair : pairs) {
@@ -43,7 +45,7 @@ TEST(KeyframePairs, AllGapsWithTheirCommonPoints) {
 
 TEST(GyroRotations, AreThoseOfTheMotionAtTheTrueBias) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const KeyframePairs pairs(*exact.window, 8, 6);
+  const KeyframePairs pairs(*exact.window, 8);
   const Matrix3d& R_b_c = exact.window->calibration().R_b_c;
   const WindowState truth = trueState(exact);
   GyroRotations gyro(*exact.window);
@@ -63,7 +65,7 @@ TEST(GyroRotations, AreThoseOfTheMotionAtTheTrueBias) {
 
 TEST(GyroRotations, DerivativeAgreesWithDifferences) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const KeyframePairs pairs(*exact.window, 8, 6);
+  const KeyframePairs pairs(*exact.window, 8);
   const GyroRotations gyro(*exact.window);
   const Vector3d bias(1e-3, -2e-3, 1e-3), step(1e-6, 2e-6, -1e-6);
   const PairRotations at = gyro.at(bias, pairs, 8);
@@ -76,7 +78,7 @@ TEST(GyroRotations, DerivativeAgreesWithDifferences) {
 
 TEST(GyroRotations, IntegratesAnewBeyondTheToleranceOnly) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const KeyframePairs pairs(*exact.window, 8, 6);
+  const KeyframePairs pairs(*exact.window, 8);
   const Vector3d bias = ExactWindowOptions().gyro_bias;
   GyroRotations untouched(*exact.window), within(*exact.window), beyond(*exact.window);
   within.linearizeNear(bias, 1.0);
@@ -89,7 +91,7 @@ TEST(GyroRotations, IntegratesAnewBeyondTheToleranceOnly) {
 
 TEST(FindBaselines, FindsThoseOfTheMotionAndKeepsWhatIsBeyondTheGaps) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
-  const KeyframePairs pairs(*exact.window, 8, 6);
+  const KeyframePairs pairs(*exact.window, 8);
   const WindowState truth = trueState(exact);
   GyroRotations gyro(*exact.window);
   gyro.linearizeNear(truth.gyro_bias, 1e-6);
@@ -112,7 +114,7 @@ TEST(FindBaselines, FindsThoseOfTheMotionAndKeepsWhatIsBeyondTheGaps) {
 TEST(MasksOf, LeaveOutDroppedSightingsAndLinksAcrossACut) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
   const InitWindow& window = *exact.window;
-  const KeyframePairs pairs(window, 8, 6);
+  const KeyframePairs pairs(window, 8);
   std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
   for (const Eigen::ArrayXd& mask : masksOf(window, pairs, keep)) EXPECT_TRUE((mask == 1.0).all());
   int track = 0;
@@ -135,13 +137,12 @@ TEST(MasksOf, LeaveOutDroppedSightingsAndLinksAcrossACut) {
 }
 
 TEST(MultiGapProblem, ConsecutivePairsEnterWhereLongerOnesHaveFewPoints) {
-  const RobustBiasOptions options;
   const auto consecutiveEnter = [&](int keyframes, int points) {
     ExactWindowOptions window;
     window.keyframes = keyframes;
     window.points = points;
     const ExactWindow exact = makeExactWindow(window);
-    const MultiGapProblem problem(*exact.window, nullptr, options, InertialOptions());
+    const MultiGapProblem problem(*exact.window, nullptr, InertialOptions());
     EXPECT_TRUE(problem.enters(problem.pairs()[keyframes - 1], 8)) << "two keyframes apart";
     return problem.enters(problem.pairs()[0], 8);
   };
@@ -154,9 +155,8 @@ TEST(MultiGapProblem, EqualCallsGiveEqualAnswersWhateverWasCalledBefore) {
   ExactWindowOptions window;
   window.pixel_noise = 0.6;
   const ExactWindow exact = makeExactWindow(window);
-  const RobustBiasOptions options;
-  MultiGapProblem problem(*exact.window, nullptr, options, InertialOptions());
-  const int max_gap = options.max_gap;
+  MultiGapProblem problem(*exact.window, nullptr, InertialOptions());
+  const int max_gap = rotation_constants::kLongestGap;
   const auto minimum = [&]() {
     return problem.minimize(window.gyro_bias, max_gap, rotation_constants::kNarrowStart, {},
                             unknownBaselines(problem.pairs()));

@@ -169,8 +169,8 @@ TEST(RobustBias, CoherentOutliers) {
     const std::vector<char>& keep = estimate.pruning.keep;
     EXPECT_GT(std::count(keep.begin(), keep.end(), kStartTrack), 0);
     robust.push_back(relativeError(estimate, options.gyro_bias));
-    const MultiGapBiasEstimate unpruned = estimateMultiGapBias(
-        *corrupted.window, {Vector3d::Zero()}, nullptr, RobustBiasOptions(), InertialOptions());
+    const MultiGapBiasEstimate unpruned =
+        estimateMultiGapBias(*corrupted.window, {Vector3d::Zero()}, nullptr, InertialOptions());
     plain.push_back((unpruned.gyro_bias - options.gyro_bias).norm() / options.gyro_bias.norm());
   }
   EXPECT_LT(median(robust), 0.15);

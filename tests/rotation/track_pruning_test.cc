@@ -18,9 +18,8 @@ using namespace testing_support;  // NOLINT: the vocabulary of these tests
 using Eigen::Vector3d;
 
 // With the pairs and rotations that the pruning needs, and nothing known of the baselines.
-TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias,
-                    int min_points_per_pair = 6) {
-  const KeyframePairs pairs(window, rotation_constants::kLongGap, min_points_per_pair);
+TrackPruning pruned(const InitWindow& window, const Vector3d& gyro_bias) {
+  const KeyframePairs pairs(window, rotation_constants::kLongGap);
   GyroRotations gyro(window);
   gyro.linearizeNear(gyro_bias, rotation_constants::kRelinearizeTolerance);
   return pruneTracks(window, pairs, gyro.at(gyro_bias, pairs, rotation_constants::kLongGap),
@@ -91,11 +90,12 @@ TEST(TrackPruning, PairsWithFewPointsAreNotTested) {
   few.points = 5;
   const ExactWindow exact = makeExactWindow(few);
   const Vector3d wrong = few.gyro_bias + Vector3d(0.5, -0.5, 0.5);
-  const TrackPruning untested = pruned(*exact.window, wrong, 6);
+  const TrackPruning untested = pruned(*exact.window, wrong);
   EXPECT_EQ(untested.checked, 0);
   EXPECT_EQ(untested.keep, std::vector<char>(untested.keep.size(), kKeepObservation));
   EXPECT_EQ(untested.inlierFraction(), 1.0);
-  EXPECT_GT(pruned(*exact.window, wrong, 3).checked, 0);
+  few.points = 60;
+  EXPECT_GT(pruned(*makeExactWindow(few).window, wrong).checked, 0);
 }
 
 TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
@@ -103,7 +103,7 @@ TEST(TrackPruning, PairsOfLongerGapsChangeNothing) {
   const Vector3d bias = ExactWindowOptions().gyro_bias;
   const TrackPruning alone = pruned(*exact.window, bias);
   // Pairs of more gaps than the pruning needs.
-  const KeyframePairs pairs(*exact.window, 8, 6);
+  const KeyframePairs pairs(*exact.window, 8);
   GyroRotations gyro(*exact.window);
   gyro.linearizeNear(bias, rotation_constants::kRelinearizeTolerance);
   Baselines known = unknownBaselines(pairs);

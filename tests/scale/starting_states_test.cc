@@ -47,7 +47,7 @@ Prepared makePrepared(const ExactWindowOptions& options, int sliding_points = 0)
                              PreintegrationParts::kMean);
   s.R_b0_bk = chainRotations(s.pre);
   s.R_c0_ck = cameraRotations(s.R_b0_bk, s.exact.calibration.R_b_c);
-  s.translation = estimateTranslations(*s.window, s.R_c0_ck, AlignmentOptions());
+  s.translation = estimateTranslations(*s.window, s.R_c0_ck);
   return s;
 }
 
@@ -98,7 +98,7 @@ TEST(InertialStartingState, NeedsNoTrackThatLinksTheWindow) {
       inertialStartingState(*s.window, s.pre, InertialOptions());
   ASSERT_TRUE(start.has_value());
   EXPECT_NEAR(spread(start->p_b0), trueSpread(s.exact), 1e-3 * trueSpread(s.exact));
-  s.translation = estimateTranslations(*s.window, s.R_c0_ck, AlignmentOptions());
+  s.translation = estimateTranslations(*s.window, s.R_c0_ck);
   const std::optional<WindowState> of_shape =
       startingState(*s.window, s.pre, s.translation, InertialOptions());
   if (of_shape) {

@@ -9,8 +9,7 @@ namespace slim_init::testing_support {
 /// between; no vanishing points.
 inline RobustBias robustBiasOf(const InitWindow& window,
                                const InertialOptions& inertial = InertialOptions()) {
-  const RobustBiasOptions options;
-  RobustBiasEstimator estimator(window, nullptr, options, inertial);
+  RobustBiasEstimator estimator(window, nullptr, inertial);
   const RobustBias bias = estimator.quick();
   return bias.clean ? bias : estimator.thorough();
 }

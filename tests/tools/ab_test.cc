@@ -523,13 +523,11 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   refused("", "cannot be opened");
   refused("no YAML: [", "not a YAML file");
   refused("%YAML:1.0\nother: 1\n", "slim_init: is missing");
-  refused(
-      "%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
-      "slim_init.slim_paper.use_vb is not a known key|`slim_init options --keys all` lists them");
-  refused("%YAML:1.0\nslim_init:\n  alignment: {min_tracks: many}\n",
-          "slim_init.alignment.min_tracks is \"many\"|a whole number");
-  refused("%YAML:1.0\nslim_init:\n  alignment: {min_tracks: 0}\n",
-          "slim_init.alignment.min_tracks is 0");
+  refused("%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
+          "slim_init.slim_paper.use_vb is not a known key|`slim_init options --keys all` lists them");
+  refused("%YAML:1.0\nslim_init:\n  window: {keyframes: many}\n",
+          "slim_init.window.keyframes is \"many\"|a whole number");
+  refused("%YAML:1.0\nslim_init:\n  window: {keyframes: 0}\n", "slim_init.window.keyframes is 0");
   // Good for an estimator, too long for the windows of this program.
   refused("%YAML:1.0\nslim_init:\n  window: {keyframes: 16}\n",
           "slim_init.window.keyframes is 16|[4, 15]");

@@ -96,7 +96,7 @@ InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options
 
   // Linear equations of the tracks over the camera centres (LiGT).
   const TranslationEstimate visual =
-      estimateTranslations(window, cameraRotations(R_b0_bk, calibration.R_b_c), options.alignment);
+      estimateTranslations(window, cameraRotations(R_b0_bk, calibration.R_b_c));
   clock.lap("translation");
 
   // First velocity and gravity from both (section 4.2, tightly coupled).

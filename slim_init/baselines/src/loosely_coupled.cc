@@ -90,7 +90,7 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
   }
   std::ostringstream message;
   message << translation.tracks << " tracks over " << kMinTrackLength
-          << " or more keyframes with parallax (minimum " << options.alignment.min_tracks << ")";
+          << " or more keyframes with parallax (minimum " << kMinTracks << ")";
   fail(InitStatus::kTooFewTracks, message.str(), result);
 }
 
@@ -105,7 +105,7 @@ void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_te
   const std::vector<Eigen::Matrix3d> R_c0_ck = cameraRotations(R_b0_bk, calibration.R_b_c);
   clock->lap("integration");
 
-  const TranslationEstimate translation = estimateTranslations(window, R_c0_ck, options.alignment);
+  const TranslationEstimate translation = estimateTranslations(window, R_c0_ck);
   clock->lap("translation");
 
   result->gates = motionGates(measureMotion(window, pre, R_b0_bk), options.gates);

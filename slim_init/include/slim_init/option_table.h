@@ -95,9 +95,7 @@ void appendSection(const std::string& prefix, OptionTable section,
 /// them.
 OptionTable optionTable(WindowOptions* options);
 OptionTable optionTable(InertialOptions* options);
-OptionTable optionTable(RobustBiasOptions* options);
 OptionTable optionTable(VanishingPointOptions* options);
-OptionTable optionTable(AlignmentOptions* options);
 OptionTable optionTable(RefinementOptions* options);
 OptionTable optionTable(SlimOptions* options);
 OptionTable optionTable(GateOptions* options);

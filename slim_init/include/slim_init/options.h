@@ -46,31 +46,12 @@ struct InertialOptions {
   std::string validate() const;
 };
 
-/// Consensus gyroscope bias of `slim`: noise-normalised epipolar cost over keyframe pairs 1, 2, 4
-/// and 8 apart, and the tracks that disagree.
-struct RobustBiasOptions {
-  int max_gap = 8;                   ///< largest gap between the keyframes of a pair [keyframes]
-  int min_points_per_pair = 6;       ///< minimum number of common points of a pair
-  double min_inlier_fraction = 0.3;  ///< minimum fraction of agreeing observations
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
 /// Dominant vanishing point of a keyframe and its track (paper IV-B-1, IV-B-2).
 struct VanishingPointOptions {
   double vote_threshold_deg = 3.0;    ///< a line votes for directions this close [deg]
   double inlier_threshold_deg = 1.0;  ///< a line this close is an inlier; t_in [deg]
   int min_inliers = 8;                ///< minimum number of lines of a vanishing point
   double match_threshold_deg = 6.0;   ///< predicted to observed direction [deg]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
-};
-
-/// Step 2, LiGT translations (Cai et al. 2021) and linear alignment.
-struct AlignmentOptions {
-  int min_tracks = 8;  ///< minimum number of tracks over three or more keyframes
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -93,7 +74,7 @@ struct RefinementOptions {
 };
 
 /// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
-/// the refinement are in RefinementOptions, of the bias in RobustBiasOptions.
+/// the refinement are in RefinementOptions.
 struct SlimOptions {
   bool vanishing_points = true;      ///< in the gyroscope bias
   bool prune_tracks = true;          ///< take out tracks that contradict the bias or stand still
@@ -165,8 +146,6 @@ struct InitializerOptions {
   WindowOptions window;                   ///< keyframes
   InertialOptions inertial;               ///< noise and priors of the IMU
   VanishingPointOptions vanishing_point;  ///< vanishing points
-  AlignmentOptions alignment;             ///< camera centres up to scale
-  RobustBiasOptions robust_bias;          ///< gyroscope bias of `slim`
   RefinementOptions refinement;           ///< refinement of `slim`
   SlimOptions slim;                       ///< switches of `slim`
   GateOptions gates;                      ///< gates

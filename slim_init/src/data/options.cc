@@ -17,8 +17,6 @@ namespace {
 
 constexpr OptionRange kShare = {0.0, 1.0};
 const std::vector<std::string> kSlim = {"slim"};
-// Methods with LiGT translations.
-const std::vector<std::string> kWithLigt = {"slim", "slim-paper", "drt-l", "drt-t", "drt-vi-ba"};
 // Methods with a standard deviation of the scale.
 const std::vector<std::string> kWithScaleSigma = {"slim",  "slim-paper", "drt-l",
                                                   "drt-t", "drt-vi-ba",  "vins"};
@@ -77,18 +75,6 @@ OptionTable optionTable(InertialOptions* o) {
   };
 }
 
-OptionTable optionTable(RobustBiasOptions* o) {
-  return {
-      advancedKey("max_gap", &o->max_gap, {1, 8}, "keyframes",
-                  "maximum gap between the keyframes of a pair; gaps are 1, 2, 4 and 8, and 1 "
-                  "leaves consecutive pairs only (ablation)"),
-      advancedKey("min_points_per_pair", &o->min_points_per_pair, {5, 1000}, "",
-                  "keyframe pairs with fewer common points are neither used nor tested"),
-      advancedKey("min_inlier_fraction", &o->min_inlier_fraction, kShare, "",
-                  "a smaller fraction of agreeing observations is no consensus"),
-  };
-}
-
 OptionTable optionTable(VanishingPointOptions* o) {
   return {
       advancedKey("vote_threshold_deg", &o->vote_threshold_deg, {0.1, 20.0}, "deg",
@@ -103,13 +89,6 @@ OptionTable optionTable(VanishingPointOptions* o) {
       advancedKey("match_threshold_deg", &o->match_threshold_deg, {0.1, 45.0}, "deg",
                   "maximum angle between the direction predicted by the gyroscope and the observed "
                   "one of the same vanishing point"),
-  };
-}
-
-OptionTable optionTable(AlignmentOptions* o) {
-  return {
-      advancedKey("min_tracks", &o->min_tracks, {1, 10000}, "",
-                  "fewer tracks over three or more keyframes have the status too_few_tracks"),
   };
 }
 
@@ -288,8 +267,6 @@ OptionTable optionTable(InitializerOptions* o) {
   appendSection("gates", optionTable(&o->gates), {}, &table);
   appendSection("vanishing_point", optionTable(&o->vanishing_point), {"slim", "slim-paper"},
                 &table);
-  appendSection("alignment", optionTable(&o->alignment), kWithLigt, &table);
-  appendSection("robust_bias", optionTable(&o->robust_bias), kSlim, &table);
   appendSection("refinement", optionTable(&o->refinement), kSlim, &table);
   appendSection("slim", optionTable(&o->slim), kSlim, &table);
   appendSection("provisional", optionTable(&o->provisional), kSlim, &table);
@@ -371,13 +348,9 @@ std::string InertialOptions::validate() const {
   return message;
 }
 
-std::string RobustBiasOptions::validate() const { return checkTable(*this).message(); }
-
 std::string RefinementOptions::validate() const { return checkTable(*this).message(); }
 
 std::string VanishingPointOptions::validate() const { return checkTable(*this).message(); }
-
-std::string AlignmentOptions::validate() const { return checkTable(*this).message(); }
 
 std::string SlimOptions::validate() const { return checkTable(*this).message(); }
 
@@ -393,8 +366,6 @@ std::string InitializerOptions::validate() const {
       .nested("window", window.validate())
       .nested("inertial", inertial.validate())
       .nested("vanishing_point", vanishing_point.validate())
-      .nested("alignment", alignment.validate())
-      .nested("robust_bias", robust_bias.validate())
       .nested("refinement", refinement.validate())
       .nested("slim", slim.validate())
       .nested("gates", gates.validate())

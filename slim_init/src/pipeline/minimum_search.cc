@@ -47,9 +47,8 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
                  const InitializerOptions& options, RefinedWindow* refined) {
   if (!input.budget.allows("the search of another minimum")) return;
   const std::optional<WindowState> start =
-      fits(*refined, options)
-          ? consistentStartingState(input.tracks, input.pre, options.alignment, options.inertial)
-          : inertialStartingState(input.tracks, input.pre, options.inertial);
+      fits(*refined, options) ? consistentStartingState(input.tracks, input.pre, options.inertial)
+                              : inertialStartingState(input.tracks, input.pre, options.inertial);
   if (!start) return;
   makeCostExact(input, lines, refined);
   const RefinedWindow other = refineWindow(input, lines, {*start}, StartMode::kFine);

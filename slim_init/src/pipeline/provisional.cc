@@ -177,7 +177,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
   const RotationStage rotation = estimateRotations(window, options, budget);
-  if (!acceptRotations(rotation, options.robust_bias, &result)) return result;
+  if (!acceptRotations(rotation, &result)) return result;
   const InitWindow &seen = *rotation.window, &tracks = *rotation.tracks;
   const double G = seen.calibration().gravity_magnitude;
   clock.lap("gyro_bias");
@@ -190,7 +190,7 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
     clock.lap("verdict");
     return result;
   }
-  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck, options.alignment);
+  const TranslationEstimate translation = estimateTranslations(tracks, R_c0_ck);
   clock.lap("translation");
 
   ProvisionalEstimate estimate;

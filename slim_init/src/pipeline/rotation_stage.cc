@@ -186,7 +186,7 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
   }
   RobustBiasEstimator estimator(*window,
                                 options.slim.vanishing_points ? &vanishing_points : nullptr,
-                                options.robust_bias, options.inertial, budget);
+                                options.inertial, budget);
   const auto adopt = [&](const RobustBias& bias) {
     stage->bias = bias;
     if (bias.valid()) compensate(bias.gyro_bias);
@@ -237,8 +237,7 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   stage.window = raw;
   if (options.slim.estimate_calibration &&
       handed_in.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
-    const ExtrinsicRotation found =
-        estimateExtrinsicRotation(window, options.robust_bias.min_points_per_pair);
+    const ExtrinsicRotation found = estimateExtrinsicRotation(window);
     stage.message = found.message;
     stage.tracks = raw;
     if (!found.valid) return stage;
@@ -267,8 +266,7 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
   return stage;
 }
 
-bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& options,
-                     InitResult* result) {
+bool acceptRotations(const RotationStage& stage, InitResult* result) {
   if (!stage.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, stage.message, result);
     return false;
@@ -284,13 +282,14 @@ bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& option
                                 static_cast<int>(stage.window->pointTracks().size()), result);
       return true;
     case RobustBiasStatus::kTooFewPoints:
-      message << "0 keyframe pairs with " << options.min_points_per_pair
+      message << "0 keyframe pairs with " << rotation_constants::kMinPointsPerPair
               << " or more common points (minimum 1)";
       fail(InitStatus::kTooFewTracks, message.str(), result);
       return false;
     case RobustBiasStatus::kNoConsensus:
       message << "fraction of the point tracks that agree with one gyroscope bias "
-              << bias.inlierFraction() << " (minimum " << options.min_inlier_fraction << ')';
+              << bias.inlierFraction() << " (minimum " << rotation_constants::kMinInlierFraction
+              << ')';
       fail(InitStatus::kInconsistentResiduals, message.str(), result);
       return false;
     case RobustBiasStatus::kOutOfRange: break;

@@ -55,7 +55,6 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
 
 /// Sets the bias, and reports on the tracks. False, with status and message set, where there is no
 /// bias.
-bool acceptRotations(const RotationStage& stage, const RobustBiasOptions& options,
-                     InitResult* result);
+bool acceptRotations(const RotationStage& stage, InitResult* result);
 
 }  // namespace slim_init

@@ -23,6 +23,9 @@ namespace rotation_constants {
 /// Distances [keyframes] between the two keyframes of a pair. The derivative of a rotation by the
 /// bias grows with the gap while its noise does not; doubling it keeps the number of pairs low.
 inline constexpr int kGaps[] = {1, 2, 4, 8};
+inline constexpr int kLongestGap = 8;
+/// Pairs with fewer common points are neither used nor tested.
+inline constexpr int kMinPointsPerPair = 6;
 /// Gap [keyframes] over which a camera has turned enough to say something of the calibration, a
 /// bias still unknown turns it little, and the tracks have not yet drifted: that of the first bias
 /// and of the rotations that are freed.
@@ -72,6 +75,8 @@ inline constexpr double kMaxBias = 1.0;
 
 // ---- Consensus (robust_bias.h)
 
+/// With a smaller share of agreeing observations there is no consensus.
+inline constexpr double kMinInlierFraction = 0.3;
 /// A solution is clean and kept from this fraction of agreeing observations on, and below this mean
 /// truncated squared residual [sigma^2]. Right solutions of clean windows have 0.9, one in ten 1.1;
 /// wrong minima mostly 1.2 to 2.4.

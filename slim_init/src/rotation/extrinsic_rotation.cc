@@ -158,7 +158,7 @@ double refine(const InitWindow& window, const KeyframePairs& pairs, const std::v
 
 }  // namespace
 
-ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair) {
+ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
   ExtrinsicRotation out;
   std::shared_ptr<const InitWindow> seen = unowned(window);
   std::vector<Turn> turns;
@@ -174,7 +174,7 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_po
       seen = withRowsCompensated(*turned, Eigen::Vector3d::Zero());
       if (seen == nullptr) break;
     }
-    const KeyframePairs pairs(*seen, kHandEyeGap, min_points_per_pair);
+    const KeyframePairs pairs(*seen, kHandEyeGap);
     turns = turnsOf(*seen, pairs);
     if (static_cast<int>(turns.size()) < kMinPairs) {
       message << turns.size() << " keyframe pairs with enough points to measure it (minimum "

@@ -24,6 +24,6 @@ struct ExtrinsicRotation {
 /// rotations that the points of a pair see (relativeRotation()), the extrinsic rotation that most
 /// pairs agree with, and from there rotation, bias and td by checkCalibration().
 /// estimateRotations() goes on with it.
-ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window, int min_points_per_pair);
+ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window);
 
 }  // namespace slim_init

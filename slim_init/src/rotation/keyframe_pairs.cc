@@ -9,10 +9,12 @@
 
 namespace slim_init {
 
-KeyframePairs::KeyframePairs(const InitWindow& window, int max_gap, int min_points_per_pair)
+KeyframePairs::KeyframePairs(const InitWindow& window, int max_gap)
     : keyframes_(window.size()), sigma_(window.calibration().sigmaBearing()) {
   addPoints(window, layOut(max_gap));
-  for (KeyframePair& pair : pairs_) pair.use_points = pair.points.count() >= min_points_per_pair;
+  for (KeyframePair& pair : pairs_) {
+    pair.use_points = pair.points.count() >= rotation_constants::kMinPointsPerPair;
+  }
 }
 
 std::vector<int> KeyframePairs::layOut(int max_gap) {

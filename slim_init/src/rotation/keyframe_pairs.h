@@ -29,8 +29,8 @@ struct KeyframePair {
 class KeyframePairs {
  public:
   /// Pairs more than `max_gap` keyframes apart are left out; those with fewer than
-  /// `min_points_per_pair` common points do not use them.
-  KeyframePairs(const InitWindow& window, int max_gap, int min_points_per_pair);
+  /// kMinPointsPerPair common points do not use them.
+  KeyframePairs(const InitWindow& window, int max_gap);
 
   std::size_t size() const { return pairs_.size(); }
   const KeyframePair& operator[](std::size_t p) const { return pairs_[p]; }

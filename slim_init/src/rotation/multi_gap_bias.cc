@@ -17,8 +17,8 @@ using namespace rotation_constants;  // NOLINT: the constants of this module
 namespace {
 
 // The shortest gap that enters a minimisation.
-int shortestGap(const KeyframePairs& pairs, const RobustBiasOptions& options) {
-  if (options.max_gap < 2 || pairs.keyframes() < kMinKeyframesToSkip) return 1;
+int shortestGap(const KeyframePairs& pairs) {
+  if (pairs.keyframes() < kMinKeyframesToSkip) return 1;
   const bool longer_suffice = std::all_of(pairs.begin(), pairs.end(), [](const KeyframePair& pair) {
     return pair.gap() != 2 || pair.points.count() >= kPointsToSkip;
   });
@@ -35,13 +35,12 @@ Eigen::Matrix3d dampDiagonal(const QuadraticModel<3>& at, double damping) {
 
 MultiGapProblem::MultiGapProblem(const InitWindow& window,
                                  const std::vector<VanishingPoint>* vanishing_points,
-                                 const RobustBiasOptions& options, const InertialOptions& inertial)
+                                 const InertialOptions& inertial)
     : window_(window),
       vps_(vanishing_points),
-      options_(options),
       gyro_bias_prior_(inertial.gyro_bias_prior),
-      pairs_(window, options.max_gap, options.min_points_per_pair),
-      shortest_gap_(shortestGap(pairs_, options)),
+      pairs_(window, kLongestGap),
+      shortest_gap_(shortestGap(pairs_)),
       gyro_(window) {}
 
 bool MultiGapProblem::enters(const KeyframePair& pair, int max_gap) const {
@@ -234,12 +233,11 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
                                           const std::vector<VanishingPoint>* vanishing_points,
-                                          const RobustBiasOptions& options,
                                           const InertialOptions& inertial) {
-  MultiGapProblem problem(window, vanishing_points, options, inertial);
+  MultiGapProblem problem(window, vanishing_points, inertial);
   MultiGapBiasEstimate best;
   if (problem.pointPairs() + problem.vpPairs() == 0) return best;
-  const int max_gap = options.max_gap;
+  const int max_gap = kLongestGap;
   const ConsensusOptions draw = {*kFromFar.begin()};
   const ConsensusOptions rate = {kOutlierSigmas, 0};
   for (const Eigen::Vector3d& start : starts) {

@@ -39,7 +39,6 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
                                           const std::vector<VanishingPoint>* vanishing_points,
-                                          const RobustBiasOptions& options,
                                           const InertialOptions& inertial);
 
 /// One weighted cost per pair; of pairs that did not enter it is not set.
@@ -61,7 +60,7 @@ class MultiGapProblem {
  public:
   /// `vanishing_points` may be null, else one per keyframe.
   MultiGapProblem(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                  const RobustBiasOptions& options, const InertialOptions& inertial);
+                  const InertialOptions& inertial);
 
   const KeyframePairs& pairs() const { return pairs_; }
   int pointPairs() const { return pairs_.pointPairs(); }
@@ -116,7 +115,6 @@ class MultiGapProblem {
 
   const InitWindow& window_;
   const std::vector<VanishingPoint>* vps_;
-  const RobustBiasOptions& options_;
   const double gyro_bias_prior_;  // [rad/s]
   const KeyframePairs pairs_;
   const int shortest_gap_;

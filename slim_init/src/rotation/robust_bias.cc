@@ -30,12 +30,8 @@ constexpr RefinementPass kThorough[] = {
 
 struct RobustBiasEstimator::State {
   State(const InitWindow& seen, const std::vector<VanishingPoint>* vanishing_points,
-        const RobustBiasOptions& robust, const InertialOptions& priors, WorkBudget* work)
-      : window(seen),
-        options(robust),
-        inertial(priors),
-        budget(work),
-        problem(seen, vanishing_points, robust, priors) {
+        const InertialOptions& priors, WorkBudget* work)
+      : window(seen), inertial(priors), budget(work), problem(seen, vanishing_points, priors) {
     for (const KeyframePair& pair : problem.pairs()) points += pair.points.count();
     spend(kWorkPerKeyframe * seen.size());
     found.point_pairs = problem.pointPairs();
@@ -59,7 +55,6 @@ struct RobustBiasEstimator::State {
   }
 
   const InitWindow& window;
-  const RobustBiasOptions& options;
   const InertialOptions& inertial;
   WorkBudget* budget;
   MultiGapProblem problem;
@@ -79,16 +74,15 @@ void RobustBiasEstimator::State::start() {
 
 template <std::size_t N>
 void RobustBiasEstimator::State::refine(const RefinementPass (&passes)[N]) {
-  const int max_gap = options.max_gap;
   for (const RefinementPass& pass : passes) {
     spend(kWorkPerPoint * points);
     const Eigen::Vector3d bias = minimum.gyro_bias;
     PairPruning pruning = pruneTracks(window, problem.pairs(), problem.rotationsAt(bias, kLongGap),
                                       {pass.pruning_factor * kAgreementSigmas}, minimum.baselines);
     BaselineConsensus searched =
-        problem.findBaselines(bias, max_gap, {kAgreementSigmas}, std::move(pruning.baselines));
+        problem.findBaselines(bias, kLongestGap, {kAgreementSigmas}, std::move(pruning.baselines));
     found.pruning = std::move(pruning.tracks);
-    minimize(bias, max_gap, pass.schedule, masksOf(window, problem.pairs(), found.pruning.keep),
+    minimize(bias, kLongestGap, pass.schedule, masksOf(window, problem.pairs(), found.pruning.keep),
              std::move(searched.baselines));
   }
   BaselineConsensus rated = problem.findBaselines(minimum.gyro_bias, kLongGap, {kOutlierSigmas, 0},
@@ -106,22 +100,21 @@ RobustBias RobustBiasEstimator::State::finish() {
   }
   out.imu_noise = assumedImuNoise(window, inertial);
   const Baselines baselines =
-      problem.baselinesAt(out.gyro_bias, options.max_gap, minimum.weighted, minimum.baselines);
+      problem.baselinesAt(out.gyro_bias, kLongestGap, minimum.weighted, minimum.baselines);
   out.rotations = freeRotations(problem.pairs(), problem.rotationsAt(out.gyro_bias, kShortGap),
                                 baselines, kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
   out.track_sigma = trackNoise(problem.pairs(), out.rotations);
   out.readout = checkReadout(window, problem.pairs(), out.rotations, out.gyro_bias,
                              std::fmax(out.track_sigma, problem.pairs().sigma()));
-  out.status = out.inlierFraction() < options.min_inlier_fraction ? RobustBiasStatus::kNoConsensus
-                                                                  : RobustBiasStatus::kOk;
+  out.status = out.inlierFraction() < kMinInlierFraction ? RobustBiasStatus::kNoConsensus
+                                                         : RobustBiasStatus::kOk;
   return out;
 }
 
 RobustBiasEstimator::RobustBiasEstimator(const InitWindow& window,
                                          const std::vector<VanishingPoint>* vanishing_points,
-                                         const RobustBiasOptions& options,
                                          const InertialOptions& inertial, WorkBudget* budget)
-    : state_(std::make_unique<State>(window, vanishing_points, options, inertial, budget)) {}
+    : state_(std::make_unique<State>(window, vanishing_points, inertial, budget)) {}
 
 RobustBiasEstimator::~RobustBiasEstimator() = default;
 

@@ -21,8 +21,8 @@ namespace slim_init {
 /// Why there is no bias.
 enum class RobustBiasStatus {
   kOk,
-  kTooFewPoints,  ///< no keyframe pair has min_points_per_pair common points
-  kNoConsensus,   ///< fewer than min_inlier_fraction of the observations agree with any bias
+  kTooFewPoints,  ///< no keyframe pair has kMinPointsPerPair common points
+  kNoConsensus,   ///< fewer than kMinInlierFraction of the observations agree with any bias
   kOutOfRange,    ///< the bias is not finite or larger than kMaxBias
 };
 
@@ -56,8 +56,7 @@ struct RobustBias {
 class RobustBiasEstimator {
  public:
   RobustBiasEstimator(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
-                      const RobustBiasOptions& options, const InertialOptions& inertial,
-                      WorkBudget* budget = nullptr);
+                      const InertialOptions& inertial, WorkBudget* budget = nullptr);
   ~RobustBiasEstimator();
 
   /// Few passes. To be called once, before thorough().

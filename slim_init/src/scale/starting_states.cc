@@ -109,7 +109,6 @@ std::optional<WindowState> inertialStartingState(const InitWindow& window,
 
 std::optional<WindowState> consistentStartingState(const InitWindow& window,
                                                    const std::vector<Preintegration>& pre,
-                                                   const AlignmentOptions& alignment,
                                                    const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
@@ -126,7 +125,7 @@ std::optional<WindowState> consistentStartingState(const InitWindow& window,
   if (all) return std::nullopt;
   const std::shared_ptr<const InitWindow> agreeing = withObservations(window, keep);
   const TranslationEstimate translation =
-      estimateTranslations(*agreeing, cameraRotations(R_b0_bk, calibration.R_b_c), alignment);
+      estimateTranslations(*agreeing, cameraRotations(R_b0_bk, calibration.R_b_c));
   if (!translation.valid) return std::nullopt;
   return startingState(*agreeing, pre, translation, inertial);
 }

@@ -33,7 +33,6 @@ std::optional<WindowState> inertialStartingState(const InitWindow& window,
 /// agree or too few do.
 std::optional<WindowState> consistentStartingState(const InitWindow& window,
                                                    const std::vector<Preintegration>& pre,
-                                                   const AlignmentOptions& alignment,
                                                    const InertialOptions& inertial);
 
 }  // namespace slim_init

@@ -97,15 +97,14 @@ LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r,
 }
 
 TranslationEstimate estimateTranslations(const InitWindow& window,
-                                         const std::vector<Eigen::Matrix3d>& R_c0_ck,
-                                         const AlignmentOptions& options) {
+                                         const std::vector<Eigen::Matrix3d>& R_c0_ck) {
   TranslationEstimate estimate;
   const int n = window.size();
   PointRows points = sumPointRows(window, R_c0_ck);
   Eigen::MatrixXd& H = points.H;
   estimate.rows = points.rows;
   estimate.tracks = static_cast<int>(points.votes.size());
-  if (estimate.tracks < options.min_tracks) return estimate;
+  if (estimate.tracks < kMinTracks) return estimate;
 
   const int m = 3 * (n - 1);
   const SymmetricEigen eigen = symmetricEigen(H.bottomRightCorner(m, m));

@@ -57,12 +57,13 @@ LigtRow ligtRow(const Eigen::Vector3d& u_l, const Eigen::Vector3d& u_r, const Ei
 inline constexpr int kMinTrackLength = 3;
 /// Rotation-compensated parallax of a track [rad].
 inline constexpr double kMinParallax = 1e-4;
+/// Tracks of that length with that parallax that a solution needs.
+inline constexpr int kMinTracks = 8;
 
 /// Solves for the camera centres. `R_c0_ck`: rotation of camera k into the first camera, one per
 /// keyframe. Tracks seen in fewer than kMinTrackLength keyframes or with less than kMinParallax are
-/// left out; with fewer than min_tracks left, valid == false.
+/// left out; with fewer than kMinTracks left, valid == false.
 TranslationEstimate estimateTranslations(const InitWindow& window,
-                                         const std::vector<Eigen::Matrix3d>& R_c0_ck,
-                                         const AlignmentOptions& options);
+                                         const std::vector<Eigen::Matrix3d>& R_c0_ck);
 
 }  // namespace slim_init
