@@ -183,7 +183,7 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
   // Null for a global shutter, where the window is right as it is.
   const auto compensated = withRowsCompensated(*cut.window, starts.front());
   const MultiGapBiasEstimate estimate = estimateMultiGapBias(
-      compensated != nullptr ? *compensated : *cut.window, starts, nullptr, InertialOptions());
+      compensated != nullptr ? *compensated : *cut.window, starts, InertialOptions());
   if (!estimate.valid) return;
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(estimate.information, Eigen::EigenvaluesOnly)

@@ -121,7 +121,6 @@ TEST(SlimPaperSwitches, WithoutLinesTheLineTermsChangeNothing) {
   const InitResult without =
       baselines::makeMethod("slim-paper", InitializerOptions(), off)->solve(*exact.window);
   EXPECT_TRUE(sameBytes(with, without));
-  EXPECT_EQ(with.counts.vp_pairs, 0);
 }
 
 TEST(SlimPaperSwitches, EachTermChangesTheAnswerByItself) {
@@ -140,7 +139,6 @@ TEST(SlimPaperSwitches, EachTermChangesTheAnswerByItself) {
   normal.slim_paper.use_line_normal = true;
   const InitResult with_vp =
       baselines::makeMethod("slim-paper", InitializerOptions(), vp)->solve(*exact.window);
-  EXPECT_GT(with_vp.counts.vp_pairs, 0);
   EXPECT_NE(with_vp.gyro_bias, base.gyro_bias);
   for (const baselines::BaselineOptions& options : {epipolar, normal}) {
     const InitResult with =

@@ -30,7 +30,7 @@ TEST(MultiGapBias, NoiseFreeRecovery) {
     InertialOptions inertial;
     inertial.gyro_bias_prior = 10.0;  // its pull towards zero is all that is left without noise
     const MultiGapBiasEstimate estimate =
-        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, inertial);
+        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, inertial);
     ASSERT_TRUE(estimate.valid);
     EXPECT_LT(relativeError(estimate.gyro_bias, options.gyro_bias), 1e-6) << "seed " << seed;
   }
@@ -43,8 +43,7 @@ TEST(MultiGapBias, BeatsDrtUnderNoise) {
     options.seed = seed;
     const ExactWindow exact = noisyWindow(options);
     ours.push_back(relativeError(
-        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, InertialOptions())
-            .gyro_bias,
+        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, InertialOptions()).gyro_bias,
         options.gyro_bias));
     drt.push_back(relativeError(
         estimateGyroBias(*exact.window, GyroBiasProblem(), GyroBiasOptions()).gyro_bias,
@@ -64,7 +63,7 @@ TEST(MultiGapBias, KeepsTheLowerCostOfSeveralStarts) {
   const ExactWindow exact = makeExactWindow(options);
   const Vector3d far(0.6, -0.6, 0.6);
   const auto from = [&](const std::vector<Vector3d>& starts) {
-    return estimateMultiGapBias(*exact.window, starts, nullptr, InertialOptions());
+    return estimateMultiGapBias(*exact.window, starts, InertialOptions());
   };
   const MultiGapBiasEstimate both = from({far, Vector3d::Zero()});
   EXPECT_LE(both.cost, from({Vector3d::Zero()}).cost * (1 + 1e-9));
@@ -81,7 +80,7 @@ TEST(MultiGapBias, InformationIsThatOfTheErrors) {
     options.imu_noise = options.angular_noise = true;
     const ExactWindow exact = makeExactWindow(options);
     const MultiGapBiasEstimate estimate =
-        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, InertialOptions());
+        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, InertialOptions());
     const Vector3d error = estimate.gyro_bias - options.gyro_bias;
     sum += error.dot(estimate.information * error);
   }
@@ -92,8 +91,7 @@ TEST(MultiGapBias, WithoutDataItIsNotValid) {
   ExactWindowOptions options;
   options.points = 3;
   const ExactWindow exact = makeExactWindow(options);
-  EXPECT_FALSE(
-      estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, nullptr, InertialOptions()).valid);
+  EXPECT_FALSE(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, InertialOptions()).valid);
 }
 
 TEST(WhitenedVpResidual, JacobianAgreesWithDifferences) {

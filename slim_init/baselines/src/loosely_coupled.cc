@@ -16,7 +16,6 @@ constexpr double kMinScale = 1e-6;
 
 bool acceptGyroBias(const GyroBiasEstimate& bias, const GyroBiasOptions& options,
                     InitResult* result) {
-  result->counts.vp_pairs = bias.vp_pairs;
   std::ostringstream message;
   if (bias.point_pairs == 0) {
     message << "0 keyframe pairs with " << options.min_points_per_pair

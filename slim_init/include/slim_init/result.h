@@ -112,7 +112,6 @@ struct SolveCounts {
   int point_tracks = 0;  ///< tracks seen in >= 2 keyframes
   int line_tracks = 0;   ///< tracks seen in >= 2 keyframes
   int line_observations = 0;
-  int vp_pairs = 0;  ///< keyframe pairs in which the VP residual was active
 };
 
 /// The measured velocities behind an estimate.

@@ -273,7 +273,6 @@ bool acceptRotations(const RotationStage& stage, InitResult* result) {
   }
   const RobustBias& bias = stage.bias;
   setTrackNoise(stage.measured_sigma_px, stage.window->calibration(), result);
-  result->counts.vp_pairs = bias.vp_pairs;
   std::ostringstream message;
   switch (bias.status) {
     case RobustBiasStatus::kOk:

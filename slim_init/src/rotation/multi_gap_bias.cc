@@ -61,12 +61,6 @@ bool MultiGapProblem::sameVanishingPoint(const KeyframePair& pair) const {
   return vp_i.found && vp_j.found && vp_i.track_id == vp_j.track_id;
 }
 
-int MultiGapProblem::vpPairs() const {
-  return static_cast<int>(
-      std::count_if(pairs_.begin(), pairs_.end(),
-                    [this](const KeyframePair& pair) { return sameVanishingPoint(pair); }));
-}
-
 PairRotations MultiGapProblem::rotationsAt(const Eigen::Vector3d& gyro_bias, int max_gap) {
   gyro_.linearizeNear(gyro_bias, kRelinearizeTolerance);
   return gyro_.at(gyro_bias, pairs_, max_gap);
@@ -232,11 +226,10 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
 
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
-                                          const std::vector<VanishingPoint>* vanishing_points,
                                           const InertialOptions& inertial) {
-  MultiGapProblem problem(window, vanishing_points, inertial);
+  MultiGapProblem problem(window, nullptr, inertial);
   MultiGapBiasEstimate best;
-  if (problem.pointPairs() + problem.vpPairs() == 0) return best;
+  if (problem.pointPairs() == 0) return best;
   const int max_gap = kLongestGap;
   const ConsensusOptions draw = {*kFromFar.begin()};
   const ConsensusOptions rate = {kOutlierSigmas, 0};

@@ -34,11 +34,10 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
                         const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
                         Eigen::Vector2d* residual, Eigen::Matrix<double, 2, 3>* jacobian);
 
-/// Minimises from each of `starts`, without pruning, and keeps the lowest cost. `vanishing_points`
-/// may be null, else one per keyframe.
+/// Minimises from each of `starts`, without pruning and vanishing points, and keeps the lowest
+/// cost.
 MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
                                           const std::vector<Eigen::Vector3d>& starts,
-                                          const std::vector<VanishingPoint>* vanishing_points,
                                           const InertialOptions& inertial);
 
 /// One weighted cost per pair; of pairs that did not enter it is not set.
@@ -64,7 +63,6 @@ class MultiGapProblem {
 
   const KeyframePairs& pairs() const { return pairs_; }
   int pointPairs() const { return pairs_.pointPairs(); }
-  int vpPairs() const;
   /// Whether a pair enters a minimisation up to `max_gap` keyframes: consecutive ones only where
   /// longer ones have few points (kMinKeyframesToSkip, kPointsToSkip).
   bool enters(const KeyframePair& pair, int max_gap) const;

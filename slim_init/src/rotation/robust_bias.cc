@@ -35,7 +35,6 @@ struct RobustBiasEstimator::State {
     for (const KeyframePair& pair : problem.pairs()) points += pair.points.count();
     spend(kWorkPerKeyframe * seen.size());
     found.point_pairs = problem.pointPairs();
-    found.vp_pairs = problem.vpPairs();
   }
 
   // A bias from pairs up to kShortGap keyframes, from a bias of zero. No track is pruned yet.

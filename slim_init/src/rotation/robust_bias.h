@@ -43,7 +43,6 @@ struct RobustBias {
   ReadoutCheck readout;               ///< checkReadout() of these pairs
   bool clean = false;                 ///< the quick estimate was good enough
   int point_pairs = 0;                ///< keyframe pairs with enough common points
-  int vp_pairs = 0;                   ///< keyframe pairs with a vanishing point residual
 
   /// Share of the checked observations that agree with the bias.
   double inlierFraction() const { return pruning.inlierFraction(); }
