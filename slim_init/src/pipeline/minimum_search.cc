@@ -23,34 +23,14 @@ bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
   return refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
 }
 
-// With fewer point tracks it is searched again in any case.
-constexpr int kFewTracks = 50;
-
-bool isSuspicious(const RefinedWindow& refined, const InitializerOptions& options) {
-  return !fits(refined, options) || refined.point_tracks < kFewTracks;
-}
-
-// Minimises again from `refined` if its cost is an upper bound (StartMode::kRough), so that it can
-// be compared with others. `lines` as it was refined with.
-void makeCostExact(const RefinementInput& input, const std::vector<Track>& lines,
-                   RefinedWindow* refined) {
-  if (!refined->valid || !refined->cost_is_bound) return;
-  const RefinedWindow exact = refineWindow(input, lines, {refined->state}, StartMode::kFine);
-  if (exact.valid) *refined = exact;
-}
-
-// Where the minimum does not fit, from the inertial trajectory that most tracks agree with: the
-// shape may have been none. Where it fits, but with few tracks, from the shape of those that agree
-// with each other: one bad track among a dozen biases the minimum without a larger residual. The
-// lowest cost over all tracks wins.
+// Again from the inertial trajectory that most tracks agree with: the shape may have been none. The
+// lowest cost wins.
 void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
-                 const InitializerOptions& options, RefinedWindow* refined) {
+                 RefinedWindow* refined) {
   if (!input.budget.allows("the search of another minimum")) return;
   const std::optional<WindowState> start =
-      fits(*refined, options) ? consistentStartingState(input.tracks, input.pre, options.inertial)
-                              : inertialStartingState(input.tracks, input.pre, options.inertial);
+      inertialStartingState(input.tracks, input.pre, input.inertial);
   if (!start) return;
-  makeCostExact(input, lines, refined);
   const RefinedWindow other = refineWindow(input, lines, {*start}, StartMode::kFine);
   if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
 }
@@ -76,9 +56,7 @@ std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& st
 RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
                             const WindowState& start, const InitializerOptions& options) {
   RefinedWindow refined = refineWindow(input, lines, {start}, StartMode::kRough);
-  if (options.slim.second_search && isSuspicious(refined, options)) {
-    searchAgain(input, lines, options, &refined);
-  }
+  if (options.slim.second_search && !fits(refined, options)) searchAgain(input, lines, &refined);
   return refined;
 }
 

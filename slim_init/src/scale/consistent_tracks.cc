@@ -127,9 +127,10 @@ bool graduate(const std::vector<TrackCost>& costs, double bound2, const Prior& p
 
 }  // namespace
 
-ConsistentTracks consistentTracks(const InitWindow& window, const LinearMotion& motion,
-                                  const std::vector<Eigen::Matrix3d>& R_b0_bk, double sigma_rad,
-                                  double gravity_magnitude, double accel_bias_prior) {
+std::optional<Vector9d> consistentMotion(const InitWindow& window, const LinearMotion& motion,
+                                         const std::vector<Eigen::Matrix3d>& R_b0_bk,
+                                         double sigma_rad, double gravity_magnitude,
+                                         double accel_bias_prior) {
   const std::vector<Track>& tracks = window.pointTracks();
   const std::vector<WindowPoint>& observations = window.pointObservations();
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
@@ -137,8 +138,7 @@ ConsistentTracks consistentTracks(const InitWindow& window, const LinearMotion& 
   const Prior prior = {sigma_rad, gravity_magnitude, accel_bias_prior};
   const double bound2 = kAgreementSigmas * kAgreementSigmas * sigma_rad * sigma_rad;
 
-  ConsistentTracks out;
-  out.agrees.assign(tracks.size(), 1);
+  Vector9d x;
   std::vector<TrackCost> costs(tracks.size());
   std::vector<Eigen::Vector3d> u;
   Eigen::VectorXd centres;  // not known until the first pass has an answer
@@ -150,14 +150,10 @@ ConsistentTracks consistentTracks(const InitWindow& window, const LinearMotion& 
       }
       costs[t] = costOf(&observations[tracks[t].begin], u, motion, c0, centres);
     }
-    out.valid = graduate(costs, bound2, prior, &out.x);
-    if (!out.valid) return out;
-    centres = motion.position * out.x + c0;
-    for (std::size_t t = 0; t < tracks.size(); ++t) {
-      out.agrees[t] = costs[t].rows == 0 || costs[t](out.x) <= bound2 ? 1 : 0;
-    }
+    if (!graduate(costs, bound2, prior, &x)) return std::nullopt;
+    centres = motion.position * x + c0;
   }
-  return out;
+  return x;
 }
 
 }  // namespace slim_init

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "data/with_observations.h"
 #include "estimation/speed_factor.h"
 #include "scale/consistent_tracks.h"
 
@@ -57,15 +56,6 @@ WindowState stateOf(const ReverseEstimate& estimate, const std::vector<Preintegr
   return state;
 }
 
-// Against the attitudes of `pre`, at the noise of the window's tracks.
-ConsistentTracks consistentTracks(const InitWindow& window, const LinearMotion& motion,
-                                  const std::vector<Eigen::Matrix3d>& R_b0_bk,
-                                  const InertialOptions& inertial) {
-  const Calibration& calibration = window.calibration();
-  return consistentTracks(window, motion, R_b0_bk, calibration.sigmaBearing(),
-                          calibration.gravity_magnitude, inertial.accel_bias_prior);
-}
-
 }  // namespace
 
 std::optional<WindowState> startingState(const InitWindow& window,
@@ -99,35 +89,14 @@ std::optional<WindowState> inertialStartingState(const InitWindow& window,
                                                  const std::vector<Preintegration>& pre,
                                                  const InertialOptions& inertial) {
   const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const LinearMotion motion = linearMotion(pre, R_b0_bk, window.calibration().t_b_c);
-  const ConsistentTracks consistent = consistentTracks(window, motion, R_b0_bk, inertial);
-  if (!consistent.valid) return std::nullopt;
-  ReverseEstimate estimate;
-  setSolution(motion, consistent.x, &estimate);
-  return stateOf(estimate, pre, R_b0_bk);
-}
-
-std::optional<WindowState> consistentStartingState(const InitWindow& window,
-                                                   const std::vector<Preintegration>& pre,
-                                                   const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
-  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const ConsistentTracks consistent =
-      consistentTracks(window, linearMotion(pre, R_b0_bk, calibration.t_b_c), R_b0_bk, inertial);
-  std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
-  bool all = true;
-  for (std::size_t t = 0; t < consistent.agrees.size(); ++t) {
-    if (consistent.agrees[t]) continue;
-    all = false;
-    const Track& track = window.pointTracks()[t];
-    std::fill(keep.begin() + track.begin, keep.begin() + track.end, kDropObservation);
-  }
-  if (all) return std::nullopt;
-  const std::shared_ptr<const InitWindow> agreeing = withObservations(window, keep);
-  const TranslationEstimate translation =
-      estimateTranslations(*agreeing, cameraRotations(R_b0_bk, calibration.R_b_c));
-  if (!translation.valid) return std::nullopt;
-  return startingState(*agreeing, pre, translation, inertial);
+  const LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
+  const auto x = consistentMotion(window, motion, R_b0_bk, calibration.sigmaBearing(),
+                                  calibration.gravity_magnitude, inertial.accel_bias_prior);
+  if (!x) return std::nullopt;
+  ReverseEstimate estimate;
+  setSolution(motion, *x, &estimate);
+  return stateOf(estimate, pre, R_b0_bk);
 }
 
 }  // namespace slim_init
