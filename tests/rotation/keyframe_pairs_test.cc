@@ -111,25 +111,23 @@ TEST(FindBaselines, FindsThoseOfTheMotionAndKeepsWhatIsBeyondTheGaps) {
   }
 }
 
-TEST(MasksOf, LeaveOutDroppedSightingsAndLinksAcrossACut) {
+TEST(MasksOf, LeaveOutDroppedObservations) {
   const ExactWindow exact = makeExactWindow(ExactWindowOptions());
   const InitWindow& window = *exact.window;
   const KeyframePairs pairs(window, 8);
   std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
-  for (const Eigen::ArrayXd& mask : masksOf(window, pairs, keep)) EXPECT_TRUE((mask == 1.0).all());
+  for (const Eigen::ArrayXd& mask : masksOf(pairs, keep)) EXPECT_TRUE((mask == 1.0).all());
   int track = 0;
   while (window.pointTracks()[track].size() < 6) ++track;
   const int begin = window.pointTracks()[track].begin;
   keep[begin + 1] = kDropObservation;
-  keep[begin + 3] = kStartTrack;
-  const PointMasks masks = masksOf(window, pairs, keep);
+  const PointMasks masks = masksOf(pairs, keep);
   int left_out = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     for (int k = 0; k < pairs[p].points.count(); ++k) {
       const int a = pairs[p].observation_i[k], b = pairs[p].observation_j[k];
       const bool dropped = a == begin + 1 || b == begin + 1;
-      const bool across = pairs[p].track[k] == track && a < begin + 3 && b >= begin + 3;
-      EXPECT_EQ(masks[p][k], dropped || across ? 0.0 : 1.0);
+      EXPECT_EQ(masks[p][k], dropped ? 0.0 : 1.0);
       left_out += masks[p][k] == 0.0 ? 1 : 0;
     }
   }

@@ -167,7 +167,7 @@ TEST(RobustBias, CoherentOutliers) {
     const RobustBias estimate = robustBiasOf(*corrupted.window);
     ASSERT_TRUE(estimate.valid());
     const std::vector<char>& keep = estimate.pruning.keep;
-    EXPECT_GT(std::count(keep.begin(), keep.end(), kStartTrack), 0);
+    EXPECT_GT(std::count(keep.begin(), keep.end(), kDropObservation), 0);
     robust.push_back(relativeError(estimate, options.gyro_bias));
     const MultiGapBiasEstimate unpruned =
         estimateMultiGapBias(*corrupted.window, {Vector3d::Zero()}, InertialOptions());

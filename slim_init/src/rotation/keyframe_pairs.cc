@@ -109,24 +109,15 @@ BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations&
   return out;
 }
 
-PointMasks masksOf(const InitWindow& window, const KeyframePairs& pairs,
-                   const std::vector<char>& keep) {
-  // Number of the piece of track that an observation belongs to.
-  std::vector<int> piece(keep.size(), -1);
-  int id = 0;
-  for (const Track& track : window.pointTracks()) {
-    ++id;
-    for (int a = track.begin; a < track.end; ++a) {
-      if (keep[a] == kStartTrack) ++id;
-      if (keep[a] != kDropObservation) piece[a] = id;
-    }
-  }
+PointMasks masksOf(const KeyframePairs& pairs, const std::vector<char>& keep) {
   PointMasks masks(pairs.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     masks[p].setOnes(pairs[p].points.count());
     for (int k = 0; k < pairs[p].points.count(); ++k) {
-      const int a = piece[pairs[p].observation_i[k]];
-      if (a < 0 || a != piece[pairs[p].observation_j[k]]) masks[p][k] = 0.0;
+      if (keep[pairs[p].observation_i[k]] == kDropObservation ||
+          keep[pairs[p].observation_j[k]] == kDropObservation) {
+        masks[p][k] = 0.0;
+      }
     }
   }
   return masks;

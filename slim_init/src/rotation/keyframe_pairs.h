@@ -100,9 +100,8 @@ BaselineConsensus findBaselines(const KeyframePairs& pairs, const PairRotations&
 /// Per pair and point: 1 used, 0 left out. Without entries every point is used.
 using PointMasks = std::vector<Eigen::ArrayXd>;
 
-/// Leaves out the points of a pair of which an observation is dropped, or whose track is cut
-/// between both. `keep`: one ObservationVerdict per observation of `window`.
-PointMasks masksOf(const InitWindow& window, const KeyframePairs& pairs,
-                   const std::vector<char>& keep);
+/// Leaves out the points of a pair of which an observation is dropped. `keep`: as
+/// withObservations() takes it.
+PointMasks masksOf(const KeyframePairs& pairs, const std::vector<char>& keep);
 
 }  // namespace slim_init

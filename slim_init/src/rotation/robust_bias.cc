@@ -81,7 +81,7 @@ void RobustBiasEstimator::State::refine(const RefinementPass (&passes)[N]) {
     BaselineConsensus searched =
         problem.findBaselines(bias, kLongestGap, {kAgreementSigmas}, std::move(pruning.baselines));
     found.pruning = std::move(pruning.tracks);
-    minimize(bias, kLongestGap, pass.schedule, masksOf(window, problem.pairs(), found.pruning.keep),
+    minimize(bias, kLongestGap, pass.schedule, masksOf(problem.pairs(), found.pruning.keep),
              std::move(searched.baselines));
   }
   BaselineConsensus rated = problem.findBaselines(minimum.gyro_bias, kLongGap, {kOutlierSigmas, 0},

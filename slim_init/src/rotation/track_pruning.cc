@@ -23,7 +23,7 @@ class LinkTable {
   // 1 <= gap <= kLongGap.
   void set(int a, int gap, bool agrees) { links_[a][gap] = agrees ? kAgrees : kDisagrees; }
 
-  // Cuts tracks where they jump and drops what fits nowhere.
+  // Drops what does not agree with the observations before it.
   TrackPruning prune() const;
 
  private:
@@ -31,7 +31,7 @@ class LinkTable {
 
   Link link(int a, int b) const;
   void pruneTrack(const Track& track, TrackPruning* out) const;
-  void closePiece(int begin, int end, TrackPruning* out) const;
+  bool slides(const Track& track, const TrackPruning& out) const;
 
   const InitWindow& window_;
   // By observation and gap.
@@ -48,29 +48,25 @@ LinkTable::Link LinkTable::link(int a, int b) const {
   return gap <= kLongGap ? links_[a][gap] : kUntested;
 }
 
-// A piece of track, [begin, end) without the dropped ones, is complete. Dropped as a whole when it
-// is a single observation, or when most of its longest links disagree: such a point slides slowly.
-void LinkTable::closePiece(int begin, int end, TrackPruning* out) const {
+// Most of the longest links between what is kept disagree: such a point slides slowly. Nothing is
+// left of a track of a single observation either.
+bool LinkTable::slides(const Track& track, const TrackPruning& out) const {
   const std::vector<WindowPoint>& s = window_.pointObservations();
   int kept = 0, agree = 0, disagree = 0;
-  for (int a = begin; a < end; ++a) {
-    if (out->keep[a] == kDropObservation) continue;
+  for (int a = track.begin; a < track.end; ++a) {
+    if (out.keep[a] == kDropObservation) continue;
     ++kept;
-    for (int b = a + 1; b < end && s[b].keyframe - s[a].keyframe <= kLongGap; ++b) {
-      if (out->keep[b] == kDropObservation || s[b].keyframe - s[a].keyframe != kLongGap) continue;
+    for (int b = a + 1; b < track.end && s[b].keyframe - s[a].keyframe <= kLongGap; ++b) {
+      if (out.keep[b] == kDropObservation || s[b].keyframe - s[a].keyframe != kLongGap) continue;
       agree += link(a, b) == kAgrees ? 1 : 0;
       disagree += link(a, b) == kDisagrees ? 1 : 0;
     }
   }
-  if (kept < 2 || disagree > agree) {
-    std::fill(out->keep.begin() + begin, out->keep.begin() + end, kDropObservation);
-  }
+  return kept < 2 || disagree > agree;
 }
 
 void LinkTable::pruneTrack(const Track& track, TrackPruning* out) const {
-  int begin = track.begin;  // of the present piece
-  int last = track.begin;   // its last observation
-  int pending = -1;         // an observation after `last` that does not agree with it
+  int last = track.begin;  // that is kept
   for (int b = track.begin + 1; b < track.end; ++b) {
     const Link step = link(b - 1, b);
     if (step != kUntested) {
@@ -79,27 +75,14 @@ void LinkTable::pruneTrack(const Track& track, TrackPruning* out) const {
     }
     const Link with_last = link(last, b);
     if (with_last == kAgrees || (with_last == kUntested && last == b - 1)) {
-      if (pending >= 0) out->keep[pending] = kDropObservation;
-      pending = -1;
       last = b;
-    } else if (pending == b - 1 && step != kDisagrees) {
-      // Two in a row agree with each other and not with what was before: a jump.
-      closePiece(begin, pending, out);
-      out->keep[pending] = kStartTrack;
-      begin = pending;
-      last = b;
-      pending = -1;
     } else {
-      if (pending >= 0) out->keep[pending] = kDropObservation;
-      pending = b;
+      out->keep[b] = kDropObservation;
     }
   }
-  if (pending >= 0) out->keep[pending] = kDropObservation;
-  closePiece(begin, track.end, out);
-  // No observation is kept before the first piece that is: it needs no cut.
-  const auto first = std::find_if(out->keep.begin() + track.begin, out->keep.begin() + track.end,
-                                  [](char keep) { return keep != kDropObservation; });
-  if (first != out->keep.begin() + track.end) *first = kKeepObservation;
+  if (slides(track, *out)) {
+    std::fill(out->keep.begin() + track.begin, out->keep.begin() + track.end, kDropObservation);
+  }
 }
 
 TrackPruning LinkTable::prune() const {

@@ -37,7 +37,7 @@ struct PairPruning {
 /// Finds the translation direction of every keyframe pair of the checked gaps (1, 2 and 4) at
 /// `rotations`, those of the gyro at a bias, and the observations that disagree with it by more
 /// than `consensus.truncation_sigmas` standard deviations; the baselines `known` compete. A single
-/// bad observation is dropped and its track continues; where a track jumps permanently it is cut.
+/// bad observation is dropped and its track continues; after a jump the rest of it is dropped.
 /// Pairs that do not use their points are not tested, their observations are kept. Deterministic.
 PairPruning pruneTracks(const InitWindow& window, const KeyframePairs& pairs,
                         const PairRotations& rotations, const ConsensusOptions& consensus,
