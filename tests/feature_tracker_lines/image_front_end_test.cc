@@ -603,8 +603,13 @@ bool same(const FrameObservation& a, const FrameObservation& b) {
   return true;
 }
 
+class FrontEndProfiles : public testing::TestWithParam<TrackerProfile> {};
+
+INSTANTIATE_TEST_SUITE_P(Both, FrontEndProfiles,
+                         testing::Values(TrackerProfile::kDefault, TrackerProfile::kVins));
+
 // Of OpenCV, and of the front end: lines beside points.
-TEST(FrontEnd, EqualInputsGiveEqualFramesWhateverTheThreads) {
+TEST_P(FrontEndProfiles, EqualInputsGiveEqualFramesWhateverTheThreads) {
   const auto mixed = [](int wall, double u, double v) {
     return 0.5 * textures::rich(wall, u, v) + 0.5 * textures::panels(wall, u, v);
   };
@@ -614,6 +619,7 @@ TEST(FrontEnd, EqualInputsGiveEqualFramesWhateverTheThreads) {
     cv::setNumThreads(of_opencv);
     FrontEndOptions options = smallOptions();
     options.threads = own;
+    options.profile = GetParam();
     ImageFrontEnd front_end(walk.parameters, walk.calibration, options);
     frames.emplace_back(15);
     for (int k = 0; k < 15; ++k) {
@@ -669,14 +675,15 @@ TEST(FrontEnd, TheDebugImageShowsPointsLinesAndTheVanishingPoint) {
 
 // ------------------------------------------------------------------------------------------ mask
 
-TEST(FrontEndMask, NeitherPointsNorEndsOfLinesLieInTheMaskedArea) {
+TEST_P(FrontEndProfiles, NeitherPointsNorEndsOfLinesLieInTheMaskedArea) {
   RoomWalk walk(smallCamera(), BoxRoom(kRoom, textures::bricks), Motion(), 2);
   const int width = walk.parameters.width, middle = width / 2;
   FrontEndOptions options = smallOptions();
+  options.profile = GetParam();
+  ImageFrontEnd whole(walk.parameters, walk.calibration, options);
   options.mask = cv::Mat(walk.parameters.height, width, CV_8UC1, cv::Scalar(0));
   options.mask.colRange(middle, width).setTo(255);
   ImageFrontEnd masked(walk.parameters, walk.calibration, options);
-  ImageFrontEnd whole(walk.parameters, walk.calibration, smallOptions());
   // In the left half, as the mask is looked up; over all images.
   const auto isLeft = [&](const Eigen::Vector2d& pixel) { return cvRound(pixel.x()) < middle; };
   int points_left = 0, ends_left = 0, points = 0, ends = 0;
