@@ -42,7 +42,6 @@ TEST_F(WithObservationsTest, EverythingButThePointsIsShared) {
   EXPECT_EQ(fewer->lineTracks().data(), window_->lineTracks().data());
   EXPECT_EQ(fewer->lineObservations().data(), window_->lineObservations().data());
   EXPECT_EQ(&fewer->linesOfKeyframe(3), &window_->linesOfKeyframe(3));
-  EXPECT_EQ(&fewer->counts(), &window_->counts());
   EXPECT_NE(fewer->pointObservations().data(), window_->pointObservations().data());
 }
 
