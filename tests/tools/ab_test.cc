@@ -523,8 +523,9 @@ TEST(AbOptionsFile, BadFilesExitWithTwoAndASentence) {
   refused("", "cannot be opened");
   refused("no YAML: [", "not a YAML file");
   refused("%YAML:1.0\nother: 1\n", "slim_init: is missing");
-  refused("%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
-          "slim_init.slim_paper.use_vb is not a known key|`slim_init options --keys all` lists them");
+  refused(
+      "%YAML:1.0\nslim_init:\n  slim_paper: {use_vb: 0}\n",
+      "slim_init.slim_paper.use_vb is not a known key|`slim_init options --keys all` lists them");
   refused("%YAML:1.0\nslim_init:\n  window: {keyframes: many}\n",
           "slim_init.window.keyframes is \"many\"|a whole number");
   refused("%YAML:1.0\nslim_init:\n  window: {keyframes: 0}\n", "slim_init.window.keyframes is 0");
