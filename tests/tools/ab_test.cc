@@ -302,8 +302,7 @@ TEST_F(Ab, AblationRunsVariantsBesideTheirMethod) {
 TEST_F(Ab, AblationOfSlimChangesOneThingAtATime) {
   const auto methods =
       summary("--builtin circle --duration 4 --methods slim --ablation --quiet")["methods"];
-  for (const char* name : {"points-only", "no-lines", "no-vp", "no-accel-bias", "no-refinement",
-                           "consecutive-pairs"}) {
+  for (const char* name : {"points-only", "no-lines", "no-vp", "no-accel-bias", "no-refinement"}) {
     const std::string variant = std::string("slim[") + name + "]";
     ASSERT_TRUE(methods.contains(variant)) << variant;
     EXPECT_GT(methods[variant]["all"]["attempted"].get<int>(), 0) << variant;
