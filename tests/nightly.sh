@@ -94,7 +94,7 @@ nodes() {
   slim_init_build
   slim_init_say "The nodes, ${NODE_ROUNDS:-1000} rounds"
   (cd "${SLIM_INIT_BUILD_DIR}" &&
-    SLIM_INIT_NODE_SOAK_ROUNDS="${NODE_ROUNDS:-1000}" ctest --verbose -R '^ros_(sequence|soak)$')
+    SLIM_INIT_NODE_ROUNDS="${NODE_ROUNDS:-1000}" ctest --verbose -R '^ros_(sequence|loop)$')
 }
 
 # The core, the adapter and the front end under Valgrind, with bytes of every kind, in the Release
