@@ -56,13 +56,12 @@ int fail(const std::string& message) {
 std::unique_ptr<evaluation::ImageSequence> openRecording(const DoctorCommand& command,
                                                          const Config& config,
                                                          evaluation::ReadStatus* status) {
-  evaluation::ImageSequenceOptions options;
-  options.max_imu_gap_s = config.options.window.max_imu_gap_s;
-  if (!command.asl.empty()) return evaluation::openAslFolder(command.asl, options, status);
+  const double max_imu_gap_s = config.options.window.max_imu_gap_s;
+  if (!command.asl.empty()) return evaluation::openAslFolder(command.asl, max_imu_gap_s, status);
   evaluation::BagTopics topics;
   if (!config.imu_topic.empty()) topics.imu = config.imu_topic;
   if (!config.image_topic.empty()) topics.image = config.image_topic;
-  return evaluation::openRosbag(command.bag, topics, "", options, status);
+  return evaluation::openRosbag(command.bag, topics, "", max_imu_gap_s, status);
 }
 
 int examineRecording(const DoctorCommand& command) {

@@ -23,9 +23,8 @@ namespace fs = std::filesystem;
 
 std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
                                                       evaluation::ReadStatus* status) {
-  evaluation::ImageSequenceOptions read_options;
-  read_options.max_imu_gap_s = options.initializer.window.max_imu_gap_s;
-  if (!options.asl.empty()) return evaluation::openAslFolder(options.asl, read_options, status);
+  const double max_imu_gap_s = options.initializer.window.max_imu_gap_s;
+  if (!options.asl.empty()) return evaluation::openAslFolder(options.asl, max_imu_gap_s, status);
   evaluation::BagTopics topics;
   if (!options.config->imu_topic.empty()) topics.imu = options.config->imu_topic;
   if (!options.config->image_topic.empty()) topics.image = options.config->image_topic;
@@ -34,7 +33,7 @@ std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
   std::string truth = evaluation::groundtruthFileOf(options.bag);
   std::error_code code;
   if (!fs::exists(truth, code)) truth.clear();
-  return evaluation::openRosbag(options.bag, topics, truth, read_options, status);
+  return evaluation::openRosbag(options.bag, topics, truth, max_imu_gap_s, status);
 }
 
 /// Takes a few debug images, evenly over the recording, for the report.

@@ -124,11 +124,9 @@ void addSpeeds(const AbOptions& options, const simulation::Trajectory& trajector
 }
 
 std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
-  evaluation::RecordedOptions read_options;
-  read_options.max_imu_gap_s = options.initializer.window.max_imu_gap_s;
   evaluation::RecordedMotion motion;
-  const evaluation::ReadStatus status =
-      evaluation::readRecordedMotion(options.recorded, read_options, &motion);
+  const evaluation::ReadStatus status = evaluation::readRecordedMotion(
+      options.recorded, options.initializer.window.max_imu_gap_s, &motion);
   if (!status.ok()) return status.message;
 
   evaluation::Sequence& sequence = loaded->sequence;

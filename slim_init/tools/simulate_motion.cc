@@ -8,6 +8,7 @@
 
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/truth.h"
+#include "slim_init/options.h"
 #include "slim_init/simulation/image_times.h"
 #include "slim_init/simulation/imu_simulator.h"
 
@@ -68,7 +69,7 @@ std::string loadRecorded(const SimulateOptions& options, const Calibration& cali
                          SimulatedMotion* motion) {
   evaluation::RecordedMotion recorded;
   const evaluation::ReadStatus status =
-      evaluation::readRecordedMotion(options.recorded, evaluation::RecordedOptions(), &recorded);
+      evaluation::readRecordedMotion(options.recorded, WindowOptions().max_imu_gap_s, &recorded);
   if (!status.ok()) return status.message;
   motion->name = recorded.name;
   motion->t0_ns = recorded.t0_ns;

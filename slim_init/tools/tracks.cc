@@ -23,6 +23,7 @@
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/statistics.h"
 #include "slim_init/evaluation/track_images.h"
+#include "slim_init/options.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/track_truth.h"
 #include "slim_init/simulation/trajectory.h"
@@ -120,8 +121,7 @@ struct Input {
 /// Returns an empty string or a message.
 std::string openInput(const TracksCommand& command, Input* input) {
   evaluation::ReadStatus status;
-  input->images =
-      evaluation::openAslFolder(command.asl, evaluation::ImageSequenceOptions(), &status);
+  input->images = evaluation::openAslFolder(command.asl, WindowOptions().max_imu_gap_s, &status);
   if (input->images == nullptr) return status.message;
   std::string error;
   if (command.config_file.empty()) {

@@ -13,6 +13,7 @@
 #include "evaluation/scratch_folder.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/options.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -53,7 +54,7 @@ class AslFolderTest : public ::testing::Test {
   }
 
   std::unique_ptr<ImageSequence> open() {
-    return openAslFolder(directory(), ImageSequenceOptions(), &status_);
+    return openAslFolder(directory(), WindowOptions().max_imu_gap_s, &status_);
   }
 
   ScratchFolder folder_;
@@ -89,7 +90,7 @@ TEST_F(AslFolderTest, ReadsBackWhatWasWritten) {
 TEST_F(AslFolderTest, AnyOfTheUsualFoldersMayBeNamed) {
   for (const std::string& name :
        {directory(), directory() + "/", directory() + "/mav0", directory() + "/mav0/"}) {
-    const auto sequence = openAslFolder(name, ImageSequenceOptions(), &status_);
+    const auto sequence = openAslFolder(name, WindowOptions().max_imu_gap_s, &status_);
     ASSERT_NE(sequence, nullptr) << name << ": " << status_.message;
     EXPECT_EQ(sequence->name(), "V9_01") << name;
   }
@@ -163,7 +164,6 @@ TEST_F(AslFolderTest, UnusableSensorFilesAreNamed) {
 
 struct BadFolder {
   const char* name;
-  ReadError error;
   std::function<void(const std::string& mav0)> spoil;
   const char* said;
 };
@@ -173,27 +173,22 @@ TEST_F(AslFolderTest, ErrorsNameFileLineAndValue) {
     return [name, text](const std::string& mav0) { std::ofstream(mav0 + "/" + name) << text; };
   };
   const std::vector<BadFolder> cases = {
-      {"no camera", ReadError::kMissingFile,
-       [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0"); }, "not an ASL folder"},
-      {"no IMU", ReadError::kMissingFile,
-       [](const std::string& mav0) { fs::remove(mav0 + "/imu0/data.csv"); },
+      {"no camera", [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0"); },
+       "not an ASL folder"},
+      {"no IMU", [](const std::string& mav0) { fs::remove(mav0 + "/imu0/data.csv"); },
        "imu0/data.csv does not exist"},
-      {"IMU word", ReadError::kMalformed,
-       overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n2,0,0,x,0,0,9\n"),
+      {"IMU word", overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n2,0,0,x,0,0,9\n"),
        "imu0/data.csv line 2|column 4 (w_z)|'x'"},
-      {"IMU NaN", ReadError::kBadValue, overwrite("imu0/data.csv", "1,0,0,0,0,0,nan\n"),
-       "line 1|not finite"},
-      {"one sample", ReadError::kTooFewRows, overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n"),
+      {"IMU NaN", overwrite("imu0/data.csv", "1,0,0,0,0,0,nan\n"), "line 1|not finite"},
+      {"one sample", overwrite("imu0/data.csv", "1,0,0,0,0,0,9\n"),
        "imu0/data.csv has 1 rows|(minimum 2)"},
-      {"image stamp", ReadError::kMalformed, overwrite("cam0/data.csv", "1.5,a.png\n"),
+      {"image stamp", overwrite("cam0/data.csv", "1.5,a.png\n"),
        "cam0/data.csv line 1|'1.5'|whole number"},
-      {"images gone", ReadError::kTooFewRows,
-       [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0/data"); },
+      {"images gone", [](const std::string& mav0) { fs::remove_all(mav0 + "/cam0/data"); },
        "names 0 images that exist|.png does not exist"},
-      {"truth columns", ReadError::kMalformed,
-       overwrite("state_groundtruth_estimate0/data.csv", "1,2,3\n"),
+      {"truth columns", overwrite("state_groundtruth_estimate0/data.csv", "1,2,3\n"),
        "state_groundtruth_estimate0/data.csv line 1 has 3 columns|8 or 17"},
-      {"truth quaternion", ReadError::kBadValue,
+      {"truth quaternion",
        overwrite("state_groundtruth_estimate0/data.csv",
                  "1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n3,0,0,0,2,0,0,0\n4,0,0,0,1,0,0,0\n"),
        "line 3|norm is 2"},
@@ -203,10 +198,10 @@ TEST_F(AslFolderTest, ErrorsNameFileLineAndValue) {
     write(TinyRecording::rig());
     bad.spoil(directory() + "/mav0");
     EXPECT_EQ(open(), nullptr);
-    EXPECT_EQ(status_.error, bad.error) << status_.message;
     expectParts(status_.message, bad.said);
   }
-  EXPECT_EQ(openAslFolder(directory() + "/nothing", ImageSequenceOptions(), &status_), nullptr);
+  EXPECT_EQ(openAslFolder(directory() + "/nothing", WindowOptions().max_imu_gap_s, &status_),
+            nullptr);
   expectParts(status_.message, "is not a directory");
 }
 

@@ -22,6 +22,7 @@
 #include "evaluation/scratch_folder.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/sequence_writer.h"
+#include "slim_init/options.h"
 #include "support/text_parts.h"
 
 namespace slim_init::evaluation {
@@ -95,7 +96,7 @@ class RosbagTest : public ::testing::Test {
 
   std::unique_ptr<ImageSequence> open(const BagTopics& topics = BagTopics(),
                                       const std::string& truth = "") {
-    return openRosbag(file(), topics, truth, ImageSequenceOptions(), &status_);
+    return openRosbag(file(), topics, truth, WindowOptions().max_imu_gap_s, &status_);
   }
 
   ScratchFolder folder_;
@@ -245,7 +246,6 @@ TEST_F(RosbagTest, ImagesThatCannotBeUsedAreNamed) {
 TEST_F(RosbagTest, MissingTopicsAreListedWithThoseThatAreThere) {
   writeTiny();
   EXPECT_EQ(open({"/imu0", "/camera/image", "", true}), nullptr);
-  EXPECT_EQ(status_.error, ReadError::kMissingTopic);
   expectParts(status_.message,
               "tiny.bag has no topic '/camera/image' (image_topic)|/imu0 "
               "(sensor_msgs/Imu)|/cam0/image_raw (sensor_msgs/Image)");
@@ -296,14 +296,12 @@ TEST_F(RosbagTest, ABagCutShortAnywhereIsRefusedWithASentence) {
   for (const double share : {0.0, 0.0001, 0.01, 0.3, 0.6, 0.9, 0.999}) {
     folder_.write("tiny.bag", whole.substr(0, static_cast<std::size_t>(share * whole.size())));
     EXPECT_EQ(open(), nullptr) << share;
-    EXPECT_EQ(status_.error, ReadError::kMalformed) << share;
     expectParts(status_.message, "tiny.bag cannot be opened as a bag");
   }
   folder_.write("tiny.bag", "this is no bag\n");
   EXPECT_EQ(open(), nullptr);
   std::filesystem::remove(file());
   EXPECT_EQ(open(), nullptr);
-  EXPECT_EQ(status_.error, ReadError::kMissingFile);
   expectParts(status_.message, "does not exist");
 }
 
@@ -378,7 +376,6 @@ TEST_F(RosbagTest, AnIndexThatLeadsOutOfItsChunkIsRefused) {
       std::memcpy(&bytes[index + 8], &offset, sizeof(offset));
       std::ofstream(file(), std::ios::binary | std::ios::trunc) << bytes;
       EXPECT_EQ(open(), nullptr);
-      EXPECT_EQ(status_.error, ReadError::kMalformed);
       expectParts(status_.message, "it is damaged");
     }
   }

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "slim_init/evaluation/recorded.h"
+#include "slim_init/options.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -166,7 +167,7 @@ TEST(GyroBiasFit, AgreesWithTheRecordedBiasOfRealData) {
   }
   for (const char* name : {"V1_02", "MH_04"}) {
     RecordedMotion motion;
-    ASSERT_TRUE(readRecordedMotion(data + "/" + name, RecordedOptions(), &motion).ok());
+    ASSERT_TRUE(readRecordedMotion(data + "/" + name, WindowOptions().max_imu_gap_s, &motion).ok());
     const GyroBiasFit fit = fitGyroBias(motion.imu, motion.truth);
     ASSERT_TRUE(fit.ok) << fit.message;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();

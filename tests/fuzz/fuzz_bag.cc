@@ -46,7 +46,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   folder.write("a.bag", slim_init::fuzz::edited(good, &bytes));
   slim_init::evaluation::ReadStatus status;
   const auto sequence =
-      slim_init::evaluation::openRosbag(folder.file("a.bag"), {}, "", {}, &status);
+      slim_init::evaluation::openRosbag(folder.file("a.bag"), {}, "", 0.05, &status);
   slim_init::fuzz::checkSequence(sequence.get(), status);
   return 0;
 }

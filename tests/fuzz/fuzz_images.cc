@@ -62,7 +62,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                  i == (which == kCount ? kFirstImage : which) ? content : kFiles[i].text);
   }
   slim_init::evaluation::ReadStatus status;
-  const auto sequence = slim_init::evaluation::openAslFolder(folder.path(), {}, &status);
+  const auto sequence = slim_init::evaluation::openAslFolder(folder.path(), 0.05, &status);
   slim_init::fuzz::checkSequence(sequence.get(), status);
   return 0;
 }

@@ -32,7 +32,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   folder.write("cam0_timestamps.csv", which == 1 ? text : kImages);
   folder.write("groundtruth.csv", which == 2 ? text : kTruth);
   RecordedMotion motion;
-  const ReadStatus status = readRecordedMotion(folder.path(), {}, &motion);
+  const ReadStatus status = readRecordedMotion(folder.path(), 0.05, &motion);
   FUZZ_CHECK(status.ok() || !status.message.empty(), "refused without a word");
   for (std::size_t i = 0; status.ok() && i < motion.imu.size(); ++i) {
     FUZZ_CHECK(motion.imu[i].gyro.allFinite() && motion.imu[i].accel.allFinite(), i);

@@ -635,7 +635,7 @@ struct Recording {
 bool readRecording(const std::string& name, double pixel_noise, Recording* recording) {
   evaluation::RecordedMotion motion;
   const std::string folder = std::string(SLIM_INIT_RECORDINGS) + "/" + name;
-  if (!evaluation::readRecordedMotion(folder, {}, &motion).ok()) return false;
+  if (!evaluation::readRecordedMotion(folder, 0.05, &motion).ok()) return false;
   const auto trajectory = simulation::makeSampledTrajectory(motion.truth);
   if (trajectory == nullptr) return false;
   std::vector<double> times;

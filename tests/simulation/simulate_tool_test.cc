@@ -15,6 +15,7 @@
 #include "simulation/needs_povray.h"
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/recorded.h"
+#include "slim_init/options.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/trajectory.h"
 #include "tools/run_program.h"
@@ -42,7 +43,7 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
 
   evaluation::ReadStatus status;
   const auto sequence =
-      evaluation::openAslFolder(folder.file("seq"), evaluation::ImageSequenceOptions(), &status);
+      evaluation::openAslFolder(folder.file("seq"), WindowOptions().max_imu_gap_s, &status);
   ASSERT_NE(sequence, nullptr) << status.message;
   ASSERT_EQ(sequence->images(), 7u);
   ASSERT_TRUE(sequence->calibration().has_value()) << sequence->calibrationProblem();
@@ -125,8 +126,7 @@ TEST(Simulate, ARollingShutterIsDrawnRowByRow) {
     const ProgramRun run = runProgram(folder, arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     evaluation::ReadStatus status;
-    return evaluation::openAslFolder(folder.file(name), evaluation::ImageSequenceOptions(),
-                                     &status);
+    return evaluation::openAslFolder(folder.file(name), WindowOptions().max_imu_gap_s, &status);
   };
   const auto global = simulate("global", {});
   const auto rolling = simulate("rolling", {"--readout", "0.08"});
@@ -161,7 +161,7 @@ TEST(Simulate, MotionBlurAveragesOverTheExposure) {
   int i = 0;
   for (const char* name : {"sharp", "blurred"}) {
     const auto sequence =
-        evaluation::openAslFolder(folder.file(name), evaluation::ImageSequenceOptions(), &status);
+        evaluation::openAslFolder(folder.file(name), WindowOptions().max_imu_gap_s, &status);
     ASSERT_NE(sequence, nullptr) << status.message;
     for (std::size_t k = 0; k < sequence->images(); ++k) {
       cv::Mat image;
@@ -189,11 +189,11 @@ TEST(Simulate, RecordingKeepsItsImuAndImageTimes) {
   expectParts(run.err, "slim_init: note: ");
   evaluation::RecordedMotion recorded;
   ASSERT_TRUE(
-      evaluation::readRecordedMotion(data + "/MH_04", evaluation::RecordedOptions(), &recorded)
+      evaluation::readRecordedMotion(data + "/MH_04", WindowOptions().max_imu_gap_s, &recorded)
           .ok());
   evaluation::ReadStatus status;
   const auto sequence =
-      evaluation::openAslFolder(folder.file("seq"), evaluation::ImageSequenceOptions(), &status);
+      evaluation::openAslFolder(folder.file("seq"), WindowOptions().max_imu_gap_s, &status);
   ASSERT_NE(sequence, nullptr) << status.message;
   EXPECT_GE(sequence->images(), 6u);
   const double shift = 1e-9 * static_cast<double>(sequence->t0Ns() - recorded.t0_ns);
@@ -230,7 +230,7 @@ TEST(Simulate, PosesFromAFile) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   evaluation::ReadStatus status;
   const auto sequence =
-      evaluation::openAslFolder(folder.file("seq"), evaluation::ImageSequenceOptions(), &status);
+      evaluation::openAslFolder(folder.file("seq"), WindowOptions().max_imu_gap_s, &status);
   ASSERT_NE(sequence, nullptr) << status.message;
   EXPECT_EQ(sequence->images(), 5u);
   for (const ImuSample& sample : sequence->imu()) {

@@ -16,18 +16,16 @@ namespace fs = std::filesystem;
 
 const std::array<const char*, 2> kImageColumns = {"timestamp", "filename"};
 
-ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
-
 class AslFolder : public ImageSequence {
  public:
-  ReadStatus open(const std::string& directory, const ImageSequenceOptions& options) {
+  ReadStatus open(const std::string& directory, double max_imu_gap_s) {
     if (ReadStatus status = findRoot(directory); !status.ok()) return status;
-    if (ReadStatus status = readImu(options); !status.ok()) return status;
+    if (ReadStatus status = readImu(max_imu_gap_s); !status.ok()) return status;
     if (ReadStatus status = readSpeeds(file("speed0/data.csv"), t0_ns_, &speeds_); !status.ok()) {
       return status;
     }
-    if (ReadStatus status = readImages(options.min_images); !status.ok()) return status;
-    if (ReadStatus status = readFolderTruth(options.min_truth_rows); !status.ok()) return status;
+    if (ReadStatus status = readImages(); !status.ok()) return status;
+    if (ReadStatus status = readFolderTruth(); !status.ok()) return status;
     SequenceCalibration calibration;
     calibration_problem_ =
         readSensorYaml(file("cam0/sensor.yaml"), file("imu0/sensor.yaml"), &calibration);
@@ -58,7 +56,7 @@ class AslFolder : public ImageSequence {
   ReadStatus findRoot(const std::string& directory) {
     std::error_code code;
     if (!fs::is_directory(directory, code)) {
-      return error(ReadError::kMissingFile, directory + " is not a directory");
+      return {directory + " is not a directory"};
     }
     const fs::path given(directory);
     for (const fs::path& candidate : {given / "mav0", given}) {
@@ -70,14 +68,12 @@ class AslFolder : public ImageSequence {
       if (name_ == "mav0") name_ = lastComponent((given / "..").string());
       return {};
     }
-    return error(ReadError::kMissingFile,
-                 directory + " is not an ASL folder: neither it nor its mav0 holds cam0 and imu0");
+    return {directory + " is not an ASL folder: neither it nor its mav0 holds cam0 and imu0"};
   }
 
-  ReadStatus readImu(const ImageSequenceOptions& options) {
+  ReadStatus readImu(double max_imu_gap_s) {
     CsvTable table;
-    if (ReadStatus status = readTable(file("imu0/data.csv"),
-                                      imuFormat(RowOrder::kSort, options.min_imu_samples), &table);
+    if (ReadStatus status = readTable(file("imu0/data.csv"), imuFormat(RowOrder::kSort), &table);
         !status.ok()) {
       return status;
     }
@@ -87,13 +83,13 @@ class AslFolder : public ImageSequence {
     counts_.imu_repeated = table.repeated;
     counts_.imu_out_of_order = table.out_of_order;
     note(disorderNote(table.path, "IMU samples", table.repeated, table.out_of_order));
-    const ImuGaps gaps = findImuGaps(table.path, imu_, options.max_imu_gap_s, &table);
+    const ImuGaps gaps = findImuGaps(table.path, imu_, max_imu_gap_s, &table);
     counts_.imu_gaps = gaps.count;
     note(gaps.note);
     return {};
   }
 
-  ReadStatus readImages(int min_images) {
+  ReadStatus readImages() {
     CsvTable table;
     const CsvFormat format = {kImageColumns.data(), {1, 2}, true, RowOrder::kSort, 1};
     if (ReadStatus status = readTable(file("cam0/data.csv"), format, &table); !status.ok()) {
@@ -120,24 +116,24 @@ class AslFolder : public ImageSequence {
       note(std::to_string(counts_.images_unreadable) + " of " + std::to_string(table.rows.size()) +
            " images of " + table.path + " have no file, the first is " + first_missing);
     }
-    if (counts_.images < min_images) {
+    if (counts_.images < kMinImages) {
       std::ostringstream out;
       out << table.path << " names " << counts_.images << " images that exist (minimum "
-          << min_images << ')';
+          << kMinImages << ')';
       if (!first_missing.empty()) out << "; " << first_missing << " does not exist";
-      return error(ReadError::kTooFewRows, out.str());
+      return {out.str()};
     }
     return {};
   }
 
-  ReadStatus readFolderTruth(int min_rows) {
+  ReadStatus readFolderTruth() {
     const std::string path = file("state_groundtruth_estimate0/data.csv");
     std::error_code code;
     if (!fs::exists(path, code)) {
       note(path + " does not exist: without ground truth there are no errors to report");
       return {};
     }
-    return readTruth(path, min_rows);
+    return readTruth(path);
   }
 
   std::string root_;  ///< the folder that holds cam0 and imu0
@@ -146,11 +142,10 @@ class AslFolder : public ImageSequence {
 
 }  // namespace
 
-std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory,
-                                             const ImageSequenceOptions& options,
+std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory, double max_imu_gap_s,
                                              ReadStatus* status) {
   auto folder = std::make_unique<AslFolder>();
-  *status = folder->open(directory, options);
+  *status = folder->open(directory, max_imu_gap_s);
   if (!status->ok()) return nullptr;
   return folder;
 }

@@ -27,13 +27,11 @@ const std::array<const char*, 7> kSpeedColumns = {"timestamp", "v_x", "sigma_x",
                                                   "sigma_y",   "v_z", "sigma_z"};
 constexpr std::size_t kForwardColumns = 3;
 
-ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
-
 ReadStatus readText(const std::string& path, std::string* text) {
   std::error_code code;
-  if (!fs::exists(path, code)) return error(ReadError::kMissingFile, path + " does not exist");
+  if (!fs::exists(path, code)) return {path + " does not exist"};
   if (!fs::is_regular_file(path, code)) {
-    return error(ReadError::kMissingFile, path + " is not a regular file");
+    return {path + " is not a regular file"};
   }
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
@@ -41,7 +39,7 @@ ReadStatus readText(const std::string& path, std::string* text) {
   // error of reading.
   if (file && file.peek() != std::ifstream::traits_type::eof()) content << file.rdbuf();
   if (!file.is_open() || file.bad() || content.fail()) {
-    return error(ReadError::kMissingFile, path + " cannot be read");
+    return {path + " cannot be read"};
   }
   *text = content.str();
   return {};
@@ -66,8 +64,7 @@ class TableParser {
         if (empty_line == 0) empty_line = line_;
       } else if (line[0] != '#') {
         if (empty_line != 0) {
-          return error(ReadError::kMalformed, path + " line " + std::to_string(empty_line) +
-                                                  " is empty, data go on after");
+          return {path + " line " + std::to_string(empty_line) + " is empty, data go on after"};
         }
         if (ReadStatus status = parseRow(line); !status.ok()) return status;
       }
@@ -101,7 +98,7 @@ class TableParser {
       for (std::size_t i = 0; i < allowed.size(); ++i) out << (i > 0 ? " or " : "") << allowed[i];
     }
     out << ": " << quoted(line);
-    return error(ReadError::kMalformed, out.str());
+    return {out.str()};
   }
 
   ReadStatus parseRow(const std::string& line) {
@@ -131,7 +128,7 @@ class TableParser {
                   ? "repeats that"
                   : "is before the " + std::to_string(before.stamp_ns) + " ns")
           << " of line " << before.line << ", times must increase";
-      return error(ReadError::kOutOfOrder, out.str());
+      return {out.str()};
     }
     table_->rows.push_back(std::move(row));
     return {};
@@ -141,19 +138,17 @@ class TableParser {
     const char* const end = field.data() + field.size();
     const auto parsed = std::from_chars(field.data(), end, *stamp_ns);
     if (parsed.ec == std::errc() && parsed.ptr == end && *stamp_ns >= 0) return {};
-    return error(ReadError::kMalformed,
-                 place(0) + ": " + quoted(field) + " is not a whole number of nanoseconds");
+    return {place(0) + ": " + quoted(field) + " is not a whole number of nanoseconds"};
   }
 
   ReadStatus parseNumber(const std::string& field, std::size_t column, double* value) const {
     char* stopped = nullptr;  // (from_chars for double needs GCC 11)
     *value = std::strtod(field.c_str(), &stopped);
     if (field.empty() || stopped != field.c_str() + field.size()) {
-      return error(ReadError::kMalformed,
-                   place(column) + ": " + quoted(field) + " is not a number");
+      return {place(column) + ": " + quoted(field) + " is not a number"};
     }
     if (std::isfinite(*value)) return {};
-    return error(ReadError::kBadValue, place(column) + ": " + quoted(field) + " is not finite");
+    return {place(column) + ": " + quoted(field) + " is not finite"};
   }
 
   const CsvFormat& format_;
@@ -175,13 +170,13 @@ ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable*
     std::ostringstream out;
     out << path << " has " << table->rows.size() << " rows of data (minimum " << format.min_rows
         << ')';
-    return error(ReadError::kTooFewRows, out.str());
+    return {out.str()};
   }
   return {};
 }
 
-CsvFormat imuFormat(RowOrder order, int min_rows) {
-  return {kImuColumns.data(), {kImuColumns.size()}, false, order, min_rows};
+CsvFormat imuFormat(RowOrder order) {
+  return {kImuColumns.data(), {kImuColumns.size()}, false, order, kMinImuSamples};
 }
 
 CsvFormat truthFormat(RowOrder order, int min_rows) {
@@ -258,7 +253,7 @@ ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<Na
       std::ostringstream out;
       out << table.path << " line " << row.line << " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is "
           << q.norm() << ", must be within " << kMaxQuaternionNormError << " of 1";
-      return error(ReadError::kBadValue, out.str());
+      return {out.str()};
     }
     state.R_w_b = q.normalized().toRotationMatrix();
     if (*has_velocity_and_bias) {

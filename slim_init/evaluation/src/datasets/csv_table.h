@@ -50,10 +50,17 @@ struct CsvFormat {
 /// lines at the end are accepted. The message of an error names file, line, column and value.
 ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable* table);
 
+/// What a recording needs to be usable: two samples make the shortest interval, two images the
+/// smallest window.
+inline constexpr int kMinImuSamples = 2;
+inline constexpr int kMinImages = 2;
+/// A cubic through the neighbours needs four rows of ground truth.
+inline constexpr int kMinTruthRows = 4;
+
 /// `stamp_ns` and inertial columns of imu0.csv and imu0/data.csv.
-CsvFormat imuFormat(RowOrder order, int min_rows);
+CsvFormat imuFormat(RowOrder order);
 /// Pose, or pose with velocity and biases.
-CsvFormat truthFormat(RowOrder order, int min_rows);
+CsvFormat truthFormat(RowOrder order, int min_rows = kMinTruthRows);
 
 /// Forward speed and its standard deviation, or both for each of the three axes, in the frame of
 /// the sensor [m/s]. A standard deviation that is not positive is left to the stream check.

@@ -9,9 +9,9 @@
 
 namespace slim_init::evaluation {
 
-ReadStatus ImageSequence::readTruth(const std::string& path, int min_rows) {
+ReadStatus ImageSequence::readTruth(const std::string& path) {
   CsvTable table;
-  ReadStatus status = readTable(path, truthFormat(RowOrder::kSort, min_rows), &table);
+  ReadStatus status = readTable(path, truthFormat(RowOrder::kSort), &table);
   if (status.ok()) status = truthStates(table, t0_ns_, &truth_, &has_velocity_and_bias_);
   if (!status.ok()) return status;
   counts_.truth_repeated = table.repeated;

@@ -14,8 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::array<const char*, 1> kImageColumns = {"timestamp"};
-ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
-
 ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
   RecordedCounts& counts = motion->counts;
   counts.images = static_cast<int>(table.rows.size());
@@ -47,7 +45,7 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
             : counts.images_outside_imu > 0            ? outside_imu + ", " + outside_truth
                                                        : outside_truth)
         << "; the images span " << first << " s to " << last << " s, so none can be used";
-    return error(ReadError::kNoOverlap, out.str());
+    return {out.str()};
   }
   if (counts.images_outside_imu > 0) motion->notes.push_back(outside_imu + " and were discarded");
   if (counts.images_outside_truth > 0) {
@@ -58,26 +56,24 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
 
 }  // namespace
 
-ReadStatus readRecordedMotion(const std::string& directory, const RecordedOptions& options,
+ReadStatus readRecordedMotion(const std::string& directory, double max_imu_gap_s,
                               RecordedMotion* motion) {
   std::error_code code;
   if (!fs::is_directory(directory, code)) {
-    return error(ReadError::kMissingFile, directory + " is not a directory");
+    return {directory + " is not a directory"};
   }
   const auto file = [&](const char* name) { return (fs::path(directory) / name).string(); };
   CsvTable imu;
   CsvTable images;
   CsvTable truth;
-  ReadStatus status =
-      readTable(file("imu0.csv"), imuFormat(RowOrder::kReject, options.min_imu_rows), &imu);
+  ReadStatus status = readTable(file("imu0.csv"), imuFormat(RowOrder::kReject), &imu);
   if (status.ok()) {
     const CsvFormat format = {
-        kImageColumns.data(), {kImageColumns.size()}, false, RowOrder::kReject, options.min_images};
+        kImageColumns.data(), {kImageColumns.size()}, false, RowOrder::kReject, kMinImages};
     status = readTable(file("cam0_timestamps.csv"), format, &images);
   }
   if (status.ok()) {
-    status = readTable(file("groundtruth.csv"),
-                       truthFormat(RowOrder::kReject, options.min_truth_rows), &truth);
+    status = readTable(file("groundtruth.csv"), truthFormat(RowOrder::kReject), &truth);
   }
   if (!status.ok()) return status;
 
@@ -86,7 +82,7 @@ ReadStatus readRecordedMotion(const std::string& directory, const RecordedOption
   read.t0_ns = imu.rows.front().stamp_ns;
   read.imu = imuSamples(imu, read.t0_ns);
   read.counts.imu_samples = static_cast<int>(read.imu.size());
-  const ImuGaps gaps = findImuGaps(imu.path, read.imu, options.max_imu_gap_s, &imu);
+  const ImuGaps gaps = findImuGaps(imu.path, read.imu, max_imu_gap_s, &imu);
   read.counts.imu_gaps = gaps.count;
   read.counts.largest_imu_gap_s = gaps.largest_s;
   if (!gaps.note.empty()) read.notes.push_back(gaps.note);

@@ -38,8 +38,6 @@ constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
 constexpr char kTwistType[] = "geometry_msgs/TwistWithCovarianceStamped";
 constexpr char kOdometryType[] = "nav_msgs/Odometry";
 
-ReadStatus error(ReadError kind, const std::string& message) { return {kind, message}; }
-
 std::string withoutSlash(const std::string& topic) {
   return topic.substr(std::min(topic.find_first_not_of('/'), topic.size()));
 }
@@ -164,24 +162,22 @@ std::string decodeMessage(const rosbag::MessageInstance& instance, cv::Mat* grey
 class BagFile : public ImageSequence {
  public:
   ReadStatus open(const std::string& file, const BagTopics& topics,
-                  const std::string& groundtruth_file, const ImageSequenceOptions& options) {
+                  const std::string& groundtruth_file, double max_imu_gap_s) {
     file_ = file;
     name_ = fs::path(lastComponent(file)).stem().string();
     std::error_code code;
     if (!fs::is_regular_file(file, code)) {
-      return error(ReadError::kMissingFile,
-                   file + (fs::exists(file, code) ? " is not a regular file" : " does not exist"));
+      return {file + (fs::exists(file, code) ? " is not a regular file" : " does not exist")};
     }
     if (const std::string damage = bagDamage(file); !damage.empty()) {
-      return error(ReadError::kMalformed,
-                   file + " cannot be opened as a bag of ROS 1: " + damage +
-                       "; if its recording was cut short, `rosbag reindex` repairs it");
+      return {file + " cannot be opened as a bag of ROS 1: " + damage +
+              "; if its recording was cut short, `rosbag reindex` repairs it"};
     }
     try {
       bag_.open(file, rosbag::bagmode::Read);
-      return readMessages(topics, groundtruth_file, options);
+      return readMessages(topics, groundtruth_file, max_imu_gap_s);
     } catch (const std::exception& exception) {
-      return error(ReadError::kMalformed, file + " cannot be read: " + exception.what());
+      return {file + " cannot be read: " + exception.what()};
     }
   }
 
@@ -215,9 +211,8 @@ class BagFile : public ImageSequence {
       for (const auto& [name, type] : known) {
         if (withoutSlash(name) != withoutSlash(wanted) + suffix) continue;
         if (std::find(types.begin(), types.end(), type) == types.end()) {
-          return error(ReadError::kMissingTopic, file_ + ": " + key + " " + wanted + " carries " +
-                                                     quoted(type) + ", must be " + types.front() +
-                                                     (types.size() > 1 ? " or " + types[1] : ""));
+          return {file_ + ": " + key + " " + wanted + " carries " + quoted(type) + ", must be " +
+                  types.front() + (types.size() > 1 ? " or " + types[1] : "")};
         }
         if (!suffix.empty()) note(file_ + ": " + wanted + " is there as " + name);
         *topic = name;
@@ -232,11 +227,11 @@ class BagFile : public ImageSequence {
       out << (first ? "" : ", ") << name << " (" << type << ")";
       first = false;
     }
-    return error(ReadError::kMissingTopic, out.str());
+    return {out.str()};
   }
 
   ReadStatus readMessages(const BagTopics& topics, const std::string& groundtruth_file,
-                          const ImageSequenceOptions& options) {
+                          double max_imu_gap_s) {
     std::map<std::string, std::string> known;
     {
       rosbag::View all(bag_);
@@ -262,11 +257,11 @@ class BagFile : public ImageSequence {
       status =
           findTopic(known, "speed_topic", topics.speed, {kTwistType, kOdometryType}, &speed_topic);
     }
-    if (status.ok()) status = readImu(imu_topic, options);
+    if (status.ok()) status = readImu(imu_topic, max_imu_gap_s);
     if (status.ok() && !speed_topic.empty()) readSpeeds(speed_topic, topics.speed_forward_only);
-    if (status.ok()) status = readImageStamps(image_topic, options.min_images);
+    if (status.ok()) status = readImageStamps(image_topic);
     if (status.ok() && !groundtruth_file.empty()) {
-      status = readTruth(groundtruth_file, options.min_truth_rows);
+      status = readTruth(groundtruth_file);
     } else if (status.ok()) {
       note(file_ + ": without ground truth there are no errors to report");
     }
@@ -307,12 +302,11 @@ class BagFile : public ImageSequence {
 
   ReadStatus checkCount(const std::string& topic, int count, int minimum) const {
     if (count >= minimum) return {};
-    return error(ReadError::kTooFewRows, file_ + ": " + topic + " has " + std::to_string(count) +
-                                             " usable messages (minimum " +
-                                             std::to_string(minimum) + ")");
+    return {file_ + ": " + topic + " has " + std::to_string(count) + " usable messages (minimum " +
+            std::to_string(minimum) + ")"};
   }
 
-  ReadStatus readImu(const std::string& topic, const ImageSequenceOptions& options) {
+  ReadStatus readImu(const std::string& topic, double max_imu_gap_s) {
     const auto read = [](const rosbag::MessageInstance& instance, ImuSample* sample) {
       const sensor_msgs::Imu::ConstPtr message = instance.instantiate<sensor_msgs::Imu>();
       if (message == nullptr) throw std::runtime_error("another version of the type");
@@ -330,8 +324,7 @@ class BagFile : public ImageSequence {
     auto samples = readTopic<ImuSample>(&view, topic, "IMU messages", read, &counts_.imu_unreadable,
                                         &counts_.imu_repeated, &counts_.imu_out_of_order);
     counts_.imu_samples = static_cast<int>(samples.size());
-    if (ReadStatus status = checkCount(topic, counts_.imu_samples, options.min_imu_samples);
-        !status.ok()) {
+    if (ReadStatus status = checkCount(topic, counts_.imu_samples, kMinImuSamples); !status.ok()) {
       return status;
     }
     t0_ns_ = samples.front().stamp_ns;
@@ -339,8 +332,7 @@ class BagFile : public ImageSequence {
       sample.value.t = relativeSeconds(sample.stamp_ns, t0_ns_);
       imu_.push_back(sample.value);
     }
-    const ImuGaps gaps =
-        findImuGaps(file_ + ": " + topic, imu_, options.max_imu_gap_s, /*table=*/nullptr);
+    const ImuGaps gaps = findImuGaps(file_ + ": " + topic, imu_, max_imu_gap_s, /*table=*/nullptr);
     counts_.imu_gaps = gaps.count;
     note(gaps.note);
     return {};
@@ -357,7 +349,7 @@ class BagFile : public ImageSequence {
     }
   }
 
-  ReadStatus readImageStamps(const std::string& topic, int min_images) {
+  ReadStatus readImageStamps(const std::string& topic) {
     image_view_ = std::make_unique<rosbag::View>(bag_, rosbag::TopicQuery(topic));
     // Messages themselves can be copied, but not moved about: sorted are their places.
     const auto read = [this](const rosbag::MessageInstance& message, std::size_t* place) {
@@ -374,7 +366,7 @@ class BagFile : public ImageSequence {
       image_stamps_ns_.push_back(image.stamp_ns);
       message_of_image_.push_back(image.value);
     }
-    return checkCount(topic, counts_.images, min_images);
+    return checkCount(topic, counts_.images, kMinImages);
   }
 
   std::string file_;
@@ -500,10 +492,10 @@ class BagWriter : public SequenceWriter {
 bool rosbagSupported() { return true; }
 
 std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopics& topics,
-                                          const std::string& groundtruth_file,
-                                          const ImageSequenceOptions& options, ReadStatus* status) {
+                                          const std::string& groundtruth_file, double max_imu_gap_s,
+                                          ReadStatus* status) {
   auto bag = std::make_unique<BagFile>();
-  *status = bag->open(file, topics, groundtruth_file, options);
+  *status = bag->open(file, topics, groundtruth_file, max_imu_gap_s);
   if (!status->ok()) return nullptr;
   return bag;
 }

@@ -17,9 +17,8 @@ bool rosbagSupported() { return false; }
 
 std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopics& /*topics*/,
                                           const std::string& /*groundtruth_file*/,
-                                          const ImageSequenceOptions& /*options*/,
-                                          ReadStatus* status) {
-  *status = {ReadError::kNotSupported, file + kWithoutRosbag};
+                                          double /*max_imu_gap_s*/, ReadStatus* status) {
+  *status = {file + kWithoutRosbag};
   return nullptr;
 }
 

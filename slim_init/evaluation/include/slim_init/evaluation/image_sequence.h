@@ -18,21 +18,13 @@
 
 namespace slim_init::evaluation {
 
-/// What a sequence with images needs to be usable.
-struct ImageSequenceOptions {
-  double max_imu_gap_s = 0.05;  ///< a longer step between samples is counted and noted
-  int min_imu_samples = 2;      ///< two samples make the shortest interval
-  int min_images = 2;           ///< two keyframes make the smallest window
-  int min_truth_rows = 4;       ///< a cubic through the neighbours needs four
-};
-
 /// What was read, and what of it was dropped or moved. What is dropped is not in the sequence.
 struct ImageSequenceCounts {
   int imu_samples = 0;          ///< kept
   int imu_repeated = 0;         ///< same stamp as one before: dropped
   int imu_out_of_order = 0;     ///< stamp before one before: sorted in
   int imu_unreadable = 0;       ///< not finite, or a message that cannot be read: dropped
-  int imu_gaps = 0;             ///< steps longer than ImageSequenceOptions::max_imu_gap_s
+  int imu_gaps = 0;             ///< steps longer than max_imu_gap_s
   int images = 0;               ///< kept; whether they can be decoded shows when they are read
   int images_repeated = 0;      ///< same stamp as one before: dropped
   int images_out_of_order = 0;  ///< stamp before one before: sorted in
@@ -97,7 +89,7 @@ class ImageSequence {
 
   /// Reads a ground truth table (8 or 17 columns) into truth(), its flag, counts() and notes().
   /// t0Ns() is known by then.
-  ReadStatus readTruth(const std::string& path, int min_rows);
+  ReadStatus readTruth(const std::string& path);
   /// Adds to notes(); an empty sentence is none.
   void note(const std::string& sentence);
 
@@ -117,10 +109,10 @@ class ImageSequence {
 /// Opens an ASL folder (EuRoC's layout): DIR/mav0 or DIR itself with imu0/data.csv, cam0/data.csv,
 /// cam0/data/*, cam0/sensor.yaml, imu0/sensor.yaml and, where known,
 /// state_groundtruth_estimate0/data.csv and speed0/data.csv. Without sensor.yaml files there is no
-/// calibration(). On an error null, and `status` says what, where and which bound
-/// (docs/evaluation.md, "Images").
-std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory,
-                                             const ImageSequenceOptions& options,
+/// calibration(). A step between IMU samples that is longer than `max_imu_gap_s` is counted and
+/// noted. On an error null, and `status` says what, where and which bound (docs/evaluation.md,
+/// "Images").
+std::unique_ptr<ImageSequence> openAslFolder(const std::string& directory, double max_imu_gap_s,
                                              ReadStatus* status);
 
 /// Topics of a bag, as in `imu_topic`, `image_topic` and `speed_topic` of the host's file.
@@ -141,7 +133,7 @@ bool rosbagSupported();
 /// none. Neither a master nor any process of ROS is needed. On an error null, and a sentence in
 /// `status`; in a build without rosbag always so.
 std::unique_ptr<ImageSequence> openRosbag(const std::string& file, const BagTopics& topics,
-                                          const std::string& groundtruth_file,
-                                          const ImageSequenceOptions& options, ReadStatus* status);
+                                          const std::string& groundtruth_file, double max_imu_gap_s,
+                                          ReadStatus* status);
 
 }  // namespace slim_init::evaluation

@@ -11,38 +11,16 @@
 
 namespace slim_init::evaluation {
 
-/// Why a recording could not be read.
-enum class ReadError {
-  kNone,
-  kMissingFile,  ///< not there, not a regular file, or not readable
-  kMalformed,    ///< incorrect number of columns, not a number, empty line between rows
-  kBadValue,     ///< NaN or infinity, quaternion that is no rotation
-  kOutOfOrder,   ///< time not after the one before (duplicates included)
-  kTooFewRows,
-  kNoOverlap,     ///< no image within both the IMU data and the ground truth
-  kMissingTopic,  ///< the bag has no such topic, or one of another type
-  kNotSupported,  ///< this build lacks the library that could read it
-};
-
-/// Outcome of reading: kNone, or the error and one sentence naming file, line, column and value.
+/// Outcome of reading: no message, or one sentence naming file, line, column and value.
 struct ReadStatus {
-  ReadError error = ReadError::kNone;
   std::string message;
-  bool ok() const { return error == ReadError::kNone; }
-};
-
-/// What a recording without images needs to be usable.
-struct RecordedOptions {
-  double max_imu_gap_s = 0.05;  ///< a longer step between samples is counted and noted
-  int min_imu_rows = 2;         ///< two samples make the shortest interval
-  int min_truth_rows = 4;       ///< a cubic through the neighbours needs four
-  int min_images = 2;           ///< two keyframes make the smallest window
+  bool ok() const { return message.empty(); }
 };
 
 /// What was read, and what of it cannot be used.
 struct RecordedCounts {
   int imu_samples = 0;
-  int imu_gaps = 0;                ///< steps longer than RecordedOptions::max_imu_gap_s
+  int imu_gaps = 0;                ///< steps longer than max_imu_gap_s
   double largest_imu_gap_s = 0.0;  ///< longest step between samples, gap or not
   int images = 0;                  ///< rows of cam0_timestamps.csv
   int images_outside_imu = 0;      ///< before the first or after the last IMU sample
@@ -65,8 +43,9 @@ struct RecordedMotion {
 };
 
 /// Reads DIR/imu0.csv, DIR/cam0_timestamps.csv, DIR/groundtruth.csv and, if it exists,
-/// DIR/speed0.csv (docs/evaluation.md, "Input files"). On an error `motion` is left as it was.
-ReadStatus readRecordedMotion(const std::string& directory, const RecordedOptions& options,
+/// DIR/speed0.csv (docs/evaluation.md, "Input files"). A step between IMU samples that is longer
+/// than `max_imu_gap_s` is counted and noted. On an error `motion` is left as it was.
+ReadStatus readRecordedMotion(const std::string& directory, double max_imu_gap_s,
                               RecordedMotion* motion);
 
 /// Reads poses in 8 or 17 columns as in a groundtruth.csv; times are relative to the first stamp,
