@@ -85,8 +85,8 @@ void setTruthBetween(std::unique_ptr<simulation::Trajectory> trajectory,
 }
 
 /// Fills sequence.frames with what a front end would have seen; sequence.truth is the path.
-std::string addFeatures(const AbOptions& options, const simulation::Trajectory& trajectory,
-                        const std::vector<double>& image_times, LoadedSequence* loaded) {
+void addFeatures(const AbOptions& options, const simulation::Trajectory& trajectory,
+                 const std::vector<double>& image_times, LoadedSequence* loaded) {
   evaluation::Sequence* sequence = &loaded->sequence;
   simulation::WorldOptions world_options;
   world_options.kind = options.world_kind;
@@ -98,7 +98,6 @@ std::string addFeatures(const AbOptions& options, const simulation::Trajectory& 
   simulation::FeatureSimulationOptions features = options.features;
   features.seed = options.seed;
   features.camera = cameraOf(options);
-  if (std::string sentence = features.validate(); !sentence.empty()) return sentence;
 
   std::vector<Eigen::Vector3d> path_w;
   for (const NavState& state : sequence->truth) path_w.push_back(state.p_w_b);
@@ -106,7 +105,6 @@ std::string addFeatures(const AbOptions& options, const simulation::Trajectory& 
   loaded->simulated.emplace();
   sequence->frames = simulation::simulateFeatures(trajectory, world, sequence->calibration,
                                                   image_times, features, &*loaded->simulated);
-  return "";
 }
 
 /// Simulated speeds in place of recorded ones.
@@ -155,9 +153,9 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   }
   for (NavState& state : sequence.truth) setBiases(motion.truth, &state);
   addSpeeds(options, *trajectory, &sequence);
-  std::string sentence = addFeatures(options, *trajectory, motion.image_times, loaded);
+  addFeatures(options, *trajectory, motion.image_times, loaded);
   setTruthBetween(std::move(trajectory), std::move(motion.truth), &sequence);
-  return sentence;
+  return "";
 }
 
 std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
@@ -175,7 +173,6 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
   imu.noise = sequence.calibration.imu_noise;
   imu.gravity_magnitude = sequence.calibration.gravity_magnitude;
   imu.seed = options.seed;
-  if (std::string sentence = imu.validate(); !sentence.empty()) return sentence;
   sequence.imu = simulation::simulateImu(*trajectory, imu);
 
   std::vector<double> image_times;
@@ -194,12 +191,12 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
     state.accel_bias = imu.accel_bias;
   }
   addSpeeds(options, *trajectory, &sequence);
-  std::string sentence = addFeatures(options, *trajectory, image_times, loaded);
+  addFeatures(options, *trajectory, image_times, loaded);
   // The biases are constant: one state has them.
   if (!sequence.truth.empty()) {
     setTruthBetween(std::move(trajectory), {sequence.truth.front()}, &sequence);
   }
-  return sentence;
+  return "";
 }
 
 }  // namespace

@@ -238,8 +238,7 @@ std::string checkPrograms(const SimulateOptions& options) {
 // Returns an empty string or a message.
 std::string prepare(const SimulateOptions& options, Setup* setup) {
   setup->sensor = sensorOf(options);
-  std::string error = setup->sensor.validate();
-  if (error.empty()) error = loadRig(options, &setup->calibration, &setup->camera);
+  std::string error = loadRig(options, &setup->calibration, &setup->camera);
   if (error.empty()) error = loadSimulatedMotion(options, setup->calibration, &setup->motion);
   if (!error.empty()) return error;
   for (const std::string& note : setup->motion.notes) {

@@ -102,7 +102,6 @@ std::string simulateSensors(const SimulateOptions& options, const Calibration& c
   imu.noise = calibration.imu_noise;
   imu.gravity_magnitude = calibration.gravity_magnitude;
   imu.seed = options.seed;
-  if (std::string sentence = imu.validate(); !sentence.empty()) return sentence;
   const simulation::Trajectory& trajectory = *motion->trajectory;
   motion->imu = simulation::simulateImu(trajectory, imu);
   for (std::int64_t k = 0;; ++k) {

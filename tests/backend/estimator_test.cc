@@ -270,19 +270,5 @@ TEST(FailureDetection, NamesRuleValueAndBound) {
   EXPECT_EQ(detectFailure(before, after, report, options), "");
 }
 
-TEST(BackendOptions, DefaultsAreValidAndSentencesNameTheField) {
-  EXPECT_EQ(EstimatorOptions().validate(), "");
-  EXPECT_EQ(FailureOptions().validate(), "");
-  EXPECT_EQ(DownstreamOptions().validate(), "");
-  EstimatorOptions estimator;
-  estimator.window_frames = 2;
-  EXPECT_EQ(estimator.validate(), "window_frames is 2, must be in [4, 50]");
-  DownstreamOptions downstream;
-  downstream.failure.max_step_m = 0.0;
-  EXPECT_EQ(downstream.validate().rfind("failure.max_step_m is 0, must be in [1e-12", 0), 0u);
-  downstream.seconds = -1.0;
-  EXPECT_EQ(downstream.validate(), "seconds is -1, must be positive");
-}
-
 }  // namespace
 }  // namespace slim_init::backend

@@ -10,6 +10,11 @@
 #include "support/exact_window.h"
 
 namespace slim_init::testing_support {
+namespace {
+
+constexpr double kImageRate = 10.0;  // [Hz]; what VINS-Mono's tracker hands to its estimator
+
+}  // namespace
 
 evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& options) {
   evaluation::Sequence sequence;
@@ -22,15 +27,14 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
 
   simulation::ImuSimulationOptions imu;
   imu.noise = sequence.calibration.imu_noise;
-  imu.add_noise = options.imu_noise;
   imu.gravity_magnitude = sequence.calibration.gravity_magnitude;
   imu.seed = options.seed;
   sequence.imu = simulation::simulateImu(*trajectory, imu);
 
   std::vector<double> times;
   std::vector<Eigen::Vector3d> path;
-  for (int k = 0; k / options.image_rate_hz <= sequence.imu.back().t; ++k) {
-    const double t = k / options.image_rate_hz;
+  for (int k = 0; k / kImageRate <= sequence.imu.back().t; ++k) {
+    const double t = k / kImageRate;
     NavState state = simulation::stateAt(*trajectory, t);
     state.gyro_bias = imu.gyro_bias;
     state.accel_bias = imu.accel_bias;
@@ -40,13 +44,12 @@ evaluation::Sequence makeSimulatedSequence(const SimulatedSequenceOptions& optio
   }
 
   simulation::WorldOptions world;
-  world.kind = options.world;
   world.seed = options.seed;
   simulation::FeatureSimulationOptions features;
   features.max_points = options.points;
   features.pixel_noise = options.pixel_noise;
   features.outlier_rate = options.outlier_rate;
-  features.track_life = 1.8 * options.image_rate_hz;  // [frames]; 36 at 20 Hz by default
+  features.track_life = 1.8 * kImageRate;  // [frames]; 36 at 20 Hz by default
   features.seed = options.seed;
   sequence.frames = simulation::simulateFeatures(*trajectory, simulation::makeWorld(world, path),
                                                  sequence.calibration, times, features);

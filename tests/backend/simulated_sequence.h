@@ -6,19 +6,15 @@
 #include <string>
 
 #include "slim_init/evaluation/sequence.h"
-#include "slim_init/simulation/world.h"
 
 namespace slim_init::testing_support {
 
 struct SimulatedSequenceOptions {
   std::string motion = "figure-eight";  ///< simulation::builtinTrajectoryNames()
-  simulation::WorldKind world = simulation::WorldKind::kRoom;
   double duration_s = 20.0;
-  double image_rate_hz = 10.0;  ///< what VINS-Mono's tracker hands to its estimator
   int points = 100;
   double pixel_noise = 0.6;   ///< [px]
   double outlier_rate = 0.0;  ///< share of tracks that slide off
-  bool imu_noise = true;
   unsigned seed = 1;
 };
 

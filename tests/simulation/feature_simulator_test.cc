@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -726,25 +725,6 @@ TEST(FeatureWorlds, EmptyInputGivesEmptyFrames) {
     EXPECT_TRUE(frame.lines.empty());
   }
   EXPECT_TRUE(s.run(FeatureSimulationOptions(), 0).empty());
-}
-
-TEST(FeatureOptions, AreValidated) {
-  EXPECT_EQ(FeatureSimulationOptions().validate(), "");
-  const auto expectNamed = [](const char* words, auto change) {
-    FeatureSimulationOptions options;
-    change(&options);
-    EXPECT_NE(options.validate().find(words), std::string::npos) << options.validate();
-  };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  expectNamed("max_points is -1", [](auto* o) { o->max_points = -1; });
-  expectNamed("track_life", [](auto* o) { o->track_life = 0.5; });
-  expectNamed("line_slide", [](auto* o) { o->line_slide = 0.5; });
-  expectNamed("outlier_rate", [](auto* o) { o->outlier_rate = 1.1; });
-  expectNamed("pixel_noise", [=](auto* o) { o->pixel_noise = nan; });
-  expectNamed("camera.fx", [](auto* o) { o->camera.fx = 0.0; });
-  FeatureSimulationOptions bad;
-  bad.drift = -1.0;
-  EXPECT_TRUE(stillScene().run(bad, 3).empty());
 }
 
 /// A motion that turns and moves fast, seen row by row.

@@ -188,25 +188,6 @@ DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer
 
 }  // namespace
 
-std::string DownstreamOptions::validate() const {
-  std::ostringstream out;
-  if (!(seconds > 0.0) || !std::isfinite(seconds)) {
-    out << "seconds is " << seconds << ", must be positive";
-  } else if (!(frame_interval_s >= 0.0)) {
-    out << "frame_interval_s is " << frame_interval_s << ", must be at least 0";
-  } else if (!(max_error_m > 0.0)) {
-    out << "max_error_m is " << max_error_m << ", must be positive";
-  } else if (!(min_spread_m > 0.0)) {
-    out << "min_spread_m is " << min_spread_m << ", must be positive";
-  } else if (const std::string estimator_problem = estimator.validate();
-             !estimator_problem.empty()) {
-    out << "estimator." << estimator_problem;
-  } else if (const std::string failure_problem = failure.validate(); !failure_problem.empty()) {
-    out << "failure." << failure_problem;
-  }
-  return out.str();
-}
-
 double windowScaleError(const std::vector<NavState>& states, const std::vector<NavState>& truth,
                         double min_spread_m) {
   const auto true_p = positions(truth);

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "random.h"
-#include "range_message.h"
 
 namespace slim_init::simulation {
 namespace {
@@ -563,31 +562,6 @@ class LineTracker {
 
 }  // namespace
 
-std::string FeatureSimulationOptions::validate() const {
-  std::string message;
-  const double inf = std::numeric_limits<double>::max();
-  requireWithin("camera.width", camera.width, 16, 100000, &message);
-  requireWithin("camera.height", camera.height, 16, 100000, &message);
-  requireWithin("camera.fx", camera.fx, 1.0, 1e6, &message);
-  requireWithin("camera.fy", camera.fy, 1.0, 1e6, &message);
-  requireWithin("camera.cx", camera.cx, 0.0, static_cast<double>(camera.width), &message);
-  requireWithin("camera.cy", camera.cy, 0.0, static_cast<double>(camera.height), &message);
-  requireWithin("max_points", max_points, 0, 100000, &message);
-  requireWithin("min_point_distance", min_point_distance, 0.0, 1e4, &message);
-  requireWithin("max_lines", max_lines, 0, 100000, &message);
-  requireWithin("pixel_noise", pixel_noise, 0.0, 100.0, &message);
-  requireWithin("line_noise", line_noise, 0.0, 100.0, &message);
-  requireWithin("drift", drift, 0.0, 100.0, &message);
-  requireWithin("outlier_rate", outlier_rate, 0.0, 1.0, &message);
-  requireWithin("outlier_speed", outlier_speed, 0.0, 1e3, &message);
-  requireWithin("track_life", track_life, 1.0, inf, &message);
-  // Two cuts of half a segment each would leave nothing.
-  requireWithin("line_slide", line_slide, 0.0, 0.49, &message);
-  requireWithin("line_misassociation", line_misassociation, 0.0, 1.0, &message);
-  requireWithin("min_line_length_px", min_line_length_px, 1.0, 1e4, &message);
-  return message;
-}
-
 std::vector<FrameObservation> simulateFeatures(const Trajectory& trajectory, const World& world,
                                                const Calibration& calibration,
                                                const std::vector<double>& image_times,
@@ -595,18 +569,16 @@ std::vector<FrameObservation> simulateFeatures(const Trajectory& trajectory, con
                                                FeatureSimulationCounts* counts) {
   FeatureSimulationCounts local_counts;
   std::vector<FrameObservation> frames;
-  if (options.validate().empty()) {
-    PointTracker points(world, options, &local_counts);
-    LineTracker lines(world, options, &local_counts);
-    frames.reserve(image_times.size());
-    for (const double t : image_times) {
-      const Exposure exposure(trajectory, calibration, options.camera, t + calibration.td);
-      FrameObservation frame;
-      frame.t = t;
-      points.observe(exposure, &frame.points);
-      lines.observe(exposure, &frame.lines);
-      frames.push_back(std::move(frame));
-    }
+  PointTracker points(world, options, &local_counts);
+  LineTracker lines(world, options, &local_counts);
+  frames.reserve(image_times.size());
+  for (const double t : image_times) {
+    const Exposure exposure(trajectory, calibration, options.camera, t + calibration.td);
+    FrameObservation frame;
+    frame.t = t;
+    points.observe(exposure, &frame.points);
+    lines.observe(exposure, &frame.lines);
+    frames.push_back(std::move(frame));
   }
   if (counts != nullptr) *counts = local_counts;
   return frames;

@@ -21,8 +21,8 @@ Eigen::Vector2d EquidistantView::project(const Eigen::Vector3d& direction) const
   return px_per_rad * anglesOf(direction) + 0.5 * Eigen::Vector2d(width - 1.0, height - 1.0);
 }
 
-bool makeEquidistantView(const feature_tracker_lines::Camera& camera, double supersample,
-                         EquidistantView* view, std::string* error) {
+bool makeEquidistantView(const feature_tracker_lines::Camera& camera, EquidistantView* view,
+                         std::string* error) {
   constexpr double kMaxAngle = 87.5 * 3.141592653589793 / 180.0;
   constexpr double kMargin = 2.0;  // [px], for the resampling
   const auto& parameters = camera.parameters();
@@ -49,7 +49,7 @@ bool makeEquidistantView(const feature_tracker_lines::Camera& camera, double sup
   for (int v = 0; v < parameters.height; ++v) {
     if (!look(0.0, v) || !look(parameters.width - 1.0, v)) return false;
   }
-  view->px_per_rad = supersample * camera.focalPx();
+  view->px_per_rad = camera.focalPx();
   view->width = 2 * static_cast<int>(std::ceil(view->px_per_rad * largest.x() + kMargin));
   view->height = 2 * static_cast<int>(std::ceil(view->px_per_rad * largest.y() + kMargin));
   // The corners of the picture are farther out than those of the image.

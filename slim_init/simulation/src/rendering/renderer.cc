@@ -19,7 +19,6 @@
 #include <sstream>
 #include <thread>
 
-#include "range_message.h"
 #include "slim_init/simulation/rendering.h"
 
 namespace slim_init::simulation {
@@ -77,15 +76,6 @@ std::string lastLines(const fs::path& file, std::size_t count) {
 
 }  // namespace
 
-std::string RenderOptions::validate() const {
-  std::string message;
-  requireWithin("supersample", supersample, 0.25, 8.0, &message);
-  requireWithin("antialias_threshold", antialias_threshold, 0.0, 3.0, &message);
-  requireWithin("antialias_depth", antialias_depth, 1, 9, &message);
-  requireWithin("threads", threads, 1, 512, &message);
-  return message;
-}
-
 bool povrayAvailable(const std::string& program, std::string* error) {
   if (!findProgram(program).empty()) return true;
   report(absentSentence(program), error);
@@ -109,7 +99,6 @@ class Renderer::Impl {
 
   std::string start(const Scene& scene, const feature_tracker_lines::CameraParameters& parameters,
                     const std::vector<CameraPose>& poses, const RenderOptions& options) {
-    if (std::string s = options.validate(); !s.empty()) return s;
     if (std::string s = scene.validate(); !s.empty()) return "scene: " + s;
     if (std::string s = parameters.validate(); !s.empty()) return "camera: " + s;
     if (poses.empty()) return "there is no pose to render";
@@ -118,7 +107,7 @@ class Renderer::Impl {
 
     const Camera camera(parameters);
     std::string error;
-    if (!makeEquidistantView(camera, options.supersample, &view_, &error)) return error;
+    if (!makeEquidistantView(camera, &view_, &error)) return error;
     makeMap(camera);
 
     if (std::string s = makeFolder(options.work_directory); !s.empty()) return s;

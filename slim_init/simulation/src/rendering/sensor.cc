@@ -6,22 +6,9 @@
 #include <vector>
 
 #include "random.h"
-#include "range_message.h"
 #include "slim_init/simulation/rendering.h"
 
 namespace slim_init::simulation {
-
-std::string SensorOptions::validate() const {
-  std::string message;
-  requireWithin("gain", gain, 1e-3, 1e5, &message);
-  requireWithin("blur_px", blur_px, 0.0, 20.0, &message);
-  requireWithin("vignetting", vignetting, 0.0, 1.0, &message);
-  requireWithin("exposure_swing", exposure_swing, 0.0, 0.9, &message);
-  requireWithin("exposure_period_s", exposure_period_s, 0.1, 1e6, &message);
-  requireWithin("read_noise", read_noise, 0.0, 100.0, &message);
-  requireWithin("shot_noise", shot_noise, 0.0, 100.0, &message);
-  return message;
-}
 
 cv::Mat mergeBands(const std::vector<cv::Mat>& pictures) {
   if (pictures.size() < 2) return pictures.empty() ? cv::Mat() : pictures.front();

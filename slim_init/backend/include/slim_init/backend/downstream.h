@@ -17,9 +17,6 @@ struct DownstreamOptions {
   double min_spread_m = 0.05;     ///< a last window that moved less, rms, shows no scale
   EstimatorOptions estimator;
   FailureOptions failure;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Seeds the estimator with the states of `answer` at their frames of `sequence` (the newest ten of

@@ -3,8 +3,6 @@
 // Every number of the sliding-window back end.
 #pragma once
 
-#include <string>
-
 namespace slim_init::backend {
 
 /// SlidingWindowEstimator. Sizes and rules are those that Qin et al. (2018) publish for VINS-Mono.
@@ -34,9 +32,6 @@ struct EstimatorOptions {
   double seed_gyro_bias = 0.02;     ///< trust in the seed's gyro bias, 1 sigma [rad/s]
   double seed_accel_bias = 0.2;     ///< trust in its accelerometer bias, 1 sigma [m/s^2]
   double imu_buffer_s = 10.0;       ///< samples kept while there is no window
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Failure detection by the published rules of VINS-Mono (Qin et al. 2018, section VIII-A; bounds
@@ -52,9 +47,6 @@ struct FailureOptions {
   /// frame with fewer than min_judged_points of them is not judged.
   double min_inlier_share = 0.5;
   int min_judged_points = 10;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 }  // namespace slim_init::backend

@@ -40,7 +40,7 @@ struct FrameReport {
 /// w: z up, whatever origin and heading the seed has.
 class SlidingWindowEstimator {
  public:
-  /// Both are taken as they are; call their validate() first.
+  /// Both are taken as they are.
   SlidingWindowEstimator(const Calibration& calibration, const EstimatorOptions& options);
   ~SlidingWindowEstimator();
   SlidingWindowEstimator(const SlidingWindowEstimator&) = delete;

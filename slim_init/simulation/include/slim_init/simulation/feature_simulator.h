@@ -37,9 +37,6 @@ struct FeatureSimulationOptions {
                                      ///< under the same id, for the rest of the track
   double min_line_length_px = 25.0;  ///< shorter segments are not seen
   unsigned seed = 1;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// What was simulated, for reports.
@@ -63,7 +60,7 @@ struct FeatureSimulationCounts {
 /// and are never reused. Observations are ascending in id. Point, line, noise, life and outlier
 /// streams are independent and derived from the seed: equal seeds give equal bytes, the points do
 /// not change when the lines are switched off, and noise levels do not change which tracks there
-/// are. Options that do not validate() give no frames.
+/// are.
 std::vector<FrameObservation> simulateFeatures(const Trajectory& trajectory, const World& world,
                                                const Calibration& calibration,
                                                const std::vector<double>& image_times,

@@ -12,21 +12,15 @@ namespace slim_init::simulation {
 struct ImuSimulationOptions {
   double rate_hz = 200.0;
   ImuNoise noise;  ///< densities; per-sample sigma is density * sqrt(rate_hz)
-  bool add_noise = true;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d(-0.0022, 0.0208, 0.0765);  ///< [rad/s], EuRoC's
   Eigen::Vector3d accel_bias = Eigen::Vector3d(-0.013, 0.10, 0.09);      ///< [m/s^2], EuRoC's
   double gravity_magnitude = 9.81007;                                    ///< [m/s^2]
   unsigned seed = 1;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound. A
-  /// density of zero is allowed here.
-  std::string validate() const;
 };
 
 /// Samples gyro = omega_b + bias + noise and accel = R_w_b^T (a_w_b - g_w) + bias + noise at
 /// begin() + k / rate_hz over the whole trajectory. Gyro and accelerometer noise are independent
 /// streams derived from the seed: the noise of one does not change with the density of the other.
-/// Options that do not validate() give no samples.
 std::vector<ImuSample> simulateImu(const Trajectory& trajectory,
                                    const ImuSimulationOptions& options);
 

@@ -23,9 +23,6 @@ struct CameraPose {
 
 /// How POV-Ray draws.
 struct RenderOptions {
-  /// Pixels drawn per pixel of the image, along each axis at the image centre. More than one costs
-  /// its square in time.
-  double supersample = 1.0;
   /// Every pixel is the mean of rays through its corners; where these differ by more than this, in
   /// units of full brightness, it is divided into four, `antialias_depth` times at most.
   double antialias_threshold = 0.05;
@@ -35,9 +32,6 @@ struct RenderOptions {
   /// Folder for the scene file and for pictures between POV-Ray and us; made when it is missing. A
   /// folder of its own is made in it, and removed at the end.
   std::string work_directory = ".";
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// The picture that POV-Ray draws: equidistant (pixels per angle from the axis are constant), so
@@ -55,8 +49,8 @@ struct EquidistantView {
 
 /// The smallest view in which every pixel of the camera lies, with a margin of two pixels. False
 /// and a message when a pixel has no ray or one beyond 87.5 deg from the axis.
-bool makeEquidistantView(const feature_tracker_lines::Camera& camera, double supersample,
-                         EquidistantView* view, std::string* error);
+bool makeEquidistantView(const feature_tracker_lines::Camera& camera, EquidistantView* view,
+                         std::string* error);
 
 /// The scene and the camera at every pose as POV-Ray text, one frame of the animation per pose.
 std::string povrayText(const Scene& scene, const EquidistantView& view,
@@ -106,9 +100,6 @@ struct SensorOptions {
   double read_noise = 1.5;         ///< standard deviation in the dark [grey levels]
   double shot_noise = 0.04;        ///< variance per grey level of signal [grey levels]
   unsigned seed = 1;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Image that the sensor makes of a radiance picture (CV_32FC1) at time t [s]: CV_8UC1. Noise
