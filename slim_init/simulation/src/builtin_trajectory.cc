@@ -203,10 +203,6 @@ constexpr Builtin kBuiltins[] = {
     {"pure-rotation", pureRotation},
 };
 
-void report(const std::string& message, std::string* error) {
-  if (error != nullptr) *error = message;
-}
-
 }  // namespace
 
 const std::vector<std::string>& builtinTrajectoryNames() {
@@ -227,23 +223,7 @@ std::unique_ptr<Trajectory> makeBuiltinTrajectory(const std::string& name, doubl
     std::ostringstream out;
     out << "unknown trajectory '" << name << "', must be one of";
     for (const std::string& known : builtinTrajectoryNames()) out << ' ' << known;
-    report(out.str(), error);
-    return nullptr;
-  }
-  if (!(duration_s > 0.0) || !std::isfinite(duration_s)) {
-    std::ostringstream out;
-    out << "duration_s is " << duration_s << ", must be positive and finite";
-    report(out.str(), error);
-    return nullptr;
-  }
-  constexpr double kMaxNotRotation = 1e-3;  // calibration files carry 4 digits or more
-  const double not_rotation = (R_b_c.transpose() * R_b_c - Eigen::Matrix3d::Identity()).norm() +
-                              std::abs(R_b_c.determinant() - 1.0);
-  if (!(not_rotation <= kMaxNotRotation)) {
-    std::ostringstream out;
-    out << "distance of R_b_c from a rotation is " << not_rotation << ", must be at most "
-        << kMaxNotRotation;
-    report(out.str(), error);
+    if (error != nullptr) *error = out.str();
     return nullptr;
   }
   // Camera (z forward, x right, y down) in the heading frame (x forward, y left, z up).
