@@ -87,7 +87,7 @@ Scene stillScene(int points = 3000) {
     Eigen::Vector3d a(depth, -0.4 * depth, v * depth);
     Eigen::Vector3d b(depth + 0.3, -0.1 * depth, v * depth);
     if (i % 3 == 0) std::swap(a.y(), a.z());
-    s.world.segments.push_back({a, b, -1});
+    s.world.segments.push_back({a, b});
   }
   return s;
 }

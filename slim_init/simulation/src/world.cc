@@ -219,12 +219,12 @@ std::vector<Segment> obstacleEdges(const World& world) {
     const double y[2] = {b.min.y(), b.max.y()};
     const double top = b.max.z();
     for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < 2; ++j) edges.push_back({{x[i], y[j], b.min.z()}, {x[i], y[j], top}, 2});
+      for (int j = 0; j < 2; ++j) edges.push_back({{x[i], y[j], b.min.z()}, {x[i], y[j], top}});
     }
     if (top >= world.hull.max.z() - kSurfaceTolerance) continue;
     for (int i = 0; i < 2; ++i) {
-      edges.push_back({{x[0], y[i], top}, {x[1], y[i], top}, 0});
-      edges.push_back({{x[i], y[0], top}, {x[i], y[1], top}, 1});
+      edges.push_back({{x[0], y[i], top}, {x[1], y[i], top}});
+      edges.push_back({{x[i], y[0], top}, {x[i], y[1], top}});
     }
   }
   return edges;
@@ -249,7 +249,7 @@ Segment cutToSurface(const Surface& s, const Eigen::Vector3d& center,
     back = std::max(back, std::min(a, b));
     ahead = std::min(ahead, std::max(a, b));
   }
-  Segment segment{center + back * direction, center + ahead * direction, -1};
+  Segment segment{center + back * direction, center + ahead * direction};
   for (Eigen::Vector3d* end : {&segment.start, &segment.end}) {
     for (int axis = 0; axis < 3; ++axis) {  // against rounding
       if (axis == s.normal) continue;
@@ -277,18 +277,15 @@ void addSegments(const Style& style, const std::array<double, 3>& axis_weights, 
       const Eigen::Vector3d center = drawPlace(s, &random);
       const double length = random.uniform(kMinSegment, style.max_segment);
       Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-      int axis = -1;
       if (is_free) {
         constexpr double kPi = 3.141592653589793;
         const double angle = random.uniform(0.0, kPi);
         direction[(s.normal + 1) % 3] = std::cos(angle);
         direction[(s.normal + 2) % 3] = std::sin(angle);
       } else {
-        axis = drawAxis(axis_weights, s.normal, &random);
-        direction[axis] = 1.0;
+        direction[drawAxis(axis_weights, s.normal, &random)] = 1.0;
       }
       segment = cutToSurface(s, center, direction, length);
-      segment.axis = axis;
       const bool hidden = s.is_wall && insideObstacle(*world, center);
       if (!hidden && (segment.end - segment.start).norm() >= kMinCutSegment) break;
     }

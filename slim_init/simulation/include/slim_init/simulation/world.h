@@ -15,11 +15,10 @@ struct Box {
   Eigen::Vector3d max = Eigen::Vector3d::Zero();
 };
 
-/// A 3D segment; `axis` is 0, 1, 2 for a Manhattan direction and -1 for a free one.
+/// A 3D segment.
 struct Segment {
   Eigen::Vector3d start = Eigen::Vector3d::Zero();
   Eigen::Vector3d end = Eigen::Vector3d::Zero();
-  int axis = -1;
 };
 
 /// Walls of `hull` seen from inside, furniture `obstacles` inside it that hide what is behind them,
