@@ -7,7 +7,6 @@ import re
 import tempfile
 import unittest
 
-import pandas
 from handmade import by_hand, row, write_run
 from slim_init_report import data, statistics
 
@@ -69,17 +68,6 @@ class ByHand(unittest.TestCase):
                            ("rotation_over_sigma", 0.5), ("readout_rmse_ms", 1.0)):
             self.assertAlmostEqual(summary["accepted_" + key], value, 12, key)
         self.assertTrue(math.isnan(self.all["accepted_td_rmse_ms"]))  # nobody estimated it
-
-    def test_runs_from_before_calibration_was_estimated(self):
-        with tempfile.TemporaryDirectory() as folder:
-            write_run(folder, by_hand())
-            path = os.path.join(folder, "windows.csv")
-            table = pandas.read_csv(path)
-            table.drop(columns=list(data.CALIBRATION_COLUMNS) + ["warnings"]).to_csv(path,
-                                                                                  index=False)
-            summary = statistics.summarize(data.load_run(folder).windows).loc["hand"]
-        self.assertEqual(summary["windows"], 5)
-        self.assertTrue(math.isnan(summary["accepted_td_rmse_ms"]))
 
     def test_times_over_windows_with_an_estimate(self):
         for key, value in (("solve_ms_median", 2.5), ("solve_cpu_ms_median", 1.25), ("solve_cpu_ms_mean", 2.0),

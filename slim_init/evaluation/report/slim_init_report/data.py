@@ -1,7 +1,6 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 """What `slim_init ab` left in a folder."""
 import json
-import math
 import os
 from dataclasses import dataclass
 
@@ -11,11 +10,6 @@ import pandas
 # an empty one is a number that does not exist (NaN).
 TEXT_COLUMNS = ("dataset", "method", "status", "gates", "message", "not_evaluated",
                 "downstream_message", "warnings", "stages_ms")
-
-# Columns that runs made before methods estimated the calibration do not have: empty there.
-CALIBRATION_COLUMNS = ("rig_td_ms", "rig_rotation_deg", "rig_readout_ms", "td_error_ms",
-                       "td_sigma_ms", "rotation_error_deg", "rotation_sigma_deg",
-                       "rotation_over_sigma", "readout_error_ms", "readout_sigma_ms")
 
 # Options on what is wrong with a rig; they are in the options of a run where they were typed.
 RIG_OPTIONS = ("td_error_s", "extrinsic_error_deg", "random_rig", "readout_s", "readout_error_s",
@@ -127,11 +121,6 @@ def load_run(folder):
     except ValueError as error:  # both parsers
         raise InputError("%s: summary.json or windows.csv cannot be read: %s" % (folder, error))
     try:
-        for name in CALIBRATION_COLUMNS:
-            if name not in windows:
-                windows[name] = math.nan
-        if "warnings" not in windows:
-            windows["warnings"] = ""
         for name in TEXT_COLUMNS:
             windows[name] = windows[name].fillna("")
         for name in ("excited", "attempted", "success", "downstream"):
