@@ -61,7 +61,7 @@ TEST(CalibrationAdvice, ACorrectCalibrationStays) {
 }
 
 TEST(CalibrationAdvice, AFileWithoutARotationGetsOne) {
-  FileCalibration file;
+  host_health::FileCalibration file;
   file.has_rotation = false;
   CalibrationAdvice advice(file);
   std::string said;

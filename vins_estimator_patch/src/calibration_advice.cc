@@ -35,7 +35,7 @@ std::string CalibrationAdvice::add(double stamp, const OptionalCalibration& foun
       found->td - old.td, found->readout_s - old.readout_s;
   windows_.push_back(window);
   if (static_cast<int>(windows_.size()) < kWindows) return "";
-  const std::string lines = calibrationLines(file_, mean());
+  const std::string lines = host_health::calibrationLines(file_, mean());
   // Later windows may know better.
   if (lines.empty()) return "";
   given_ = true;

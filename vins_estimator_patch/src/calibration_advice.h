@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/calibration_lines.h"
+#include "slim_init/host_health/calibration_lines.h"
 #include "slim_init/result.h"
 
 namespace slim_init::vins_adapter {
@@ -20,7 +20,9 @@ class CalibrationAdvice {
   static constexpr int kWindows = 8;       ///< fewer say nothing: 25 s of flight
   static constexpr double kApart_s = 3.5;  ///< between their newest frames: longer than a window
 
-  explicit CalibrationAdvice(const FileCalibration& file = FileCalibration()) : file_(file) {}
+  explicit CalibrationAdvice(
+      const host_health::FileCalibration& file = host_health::FileCalibration())
+      : file_(file) {}
 
   /// The calibration found by a window whose newest frame is at `stamp` [s]. Returns, once, lines
   /// for the host's file with how sure they are, or "".
@@ -35,7 +37,7 @@ class CalibrationAdvice {
 
   CalibrationEstimate mean() const;
 
-  FileCalibration file_;
+  host_health::FileCalibration file_;
   std::vector<Window> windows_;
   double newest_ = kNotComputed;  // [s]
   bool given_ = false;

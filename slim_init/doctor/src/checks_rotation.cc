@@ -6,7 +6,7 @@
 
 #include "checks.h"
 #include "reference_so3.h"
-#include "slim_init/calibration_lines.h"
+#include "slim_init/host_health/calibration_lines.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -241,7 +241,7 @@ bool checkTranslation(const DoctorData& data, const MeasuredCalibration& a,
 /// Lines for the parts that are off; the others stay as the file has them.
 std::string linesFor(const DoctorData& data, const MeasuredCalibration& a, bool td, bool rotation,
                      bool translation) {
-  FileCalibration file;
+  host_health::FileCalibration file;
   file.calibration = data.calibration;
   file.extrinsic_in_one_matrix = data.extrinsic_in_one_matrix;
   file.has_rotation = data.has_rotation || !rotation;
@@ -254,7 +254,7 @@ std::string linesFor(const DoctorData& data, const MeasuredCalibration& a, bool 
   found.td = td ? a.td : data.calibration.td;
   if (!translation) found.t_b_c = data.calibration.t_b_c;
   found.readout_s = data.calibration.readout_s;
-  return calibrationLines(file, found);
+  return host_health::calibrationLines(file, found);
 }
 
 void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {

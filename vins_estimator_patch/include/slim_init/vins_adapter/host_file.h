@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/calibration_lines.h"
+#include "slim_init/host_health/calibration_lines.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 
 namespace slim_init::vins_adapter {
@@ -21,7 +21,7 @@ struct HostFile {
   std::string speed_topic;         ///< of measured velocities, or ""
   bool speed_forward_only = true;  ///< their x alone is measured
   ImuLimits imu_limits;            ///< samples beyond are dropped; for messages about them
-  FileCalibration rig;
+  host_health::FileCalibration rig;
   double max_wait_ms = 10.0;  ///< an image waits so long for a solve [ms]; negative: until it ends
   std::string sensors_file;   ///< what is known of the sensors goes from run to run, or ""
   std::string output_path;    ///< the host's folder for results, or ""

@@ -8,7 +8,7 @@
 #include "slim_init/result.h"
 #include "slim_init/types.h"
 
-namespace slim_init {
+namespace slim_init::host_health {
 
 /// What the host's file says about the rig, to compare it with what was found.
 struct FileCalibration {
@@ -25,4 +25,4 @@ struct FileCalibration {
 /// are none.
 std::string calibrationLines(const FileCalibration& file, const CalibrationEstimate& found);
 
-}  // namespace slim_init
+}  // namespace slim_init::host_health

@@ -1,5 +1,5 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim_init/calibration_lines.h"
+#include "slim_init/host_health/calibration_lines.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -7,9 +7,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "geometry/units.h"
-
-namespace slim_init {
+namespace slim_init::host_health {
 namespace {
 
 // A value further from the file's than so many standard deviations is not the file's any more.
@@ -26,6 +24,7 @@ constexpr double kMatteringRotationDeg = 1.0;
 constexpr double kMatteringTranslation = 0.02;  // [m]
 // Digits of the values: far below what a window of two seconds can measure.
 constexpr int kDigits = 9;
+constexpr double kDegPerRad = 180.0 / M_PI;
 
 // Root of the largest variance over all directions.
 double largestSigma(const Eigen::Matrix3d& covariance) {
@@ -105,4 +104,4 @@ std::string calibrationLines(const FileCalibration& file, const CalibrationEstim
   return out.str();
 }
 
-}  // namespace slim_init
+}  // namespace slim_init::host_health

@@ -1,13 +1,13 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Lines for the host's file: when they come, and that the file with them is read as what was found.
-#include "slim_init/calibration_lines.h"
+#include "slim_init/host_health/calibration_lines.h"
 
 #include <gtest/gtest.h>
 
 #include "geometry/so3.h"
 
-namespace slim_init {
+namespace slim_init::host_health {
 namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180.0;
@@ -108,4 +108,4 @@ TEST_F(CalibrationLines, OneMatrixForVinsFusion) {
 }
 
 }  // namespace
-}  // namespace slim_init
+}  // namespace slim_init::host_health
