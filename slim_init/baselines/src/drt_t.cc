@@ -106,9 +106,7 @@ InitResult solveDrtT(const InitWindow& window, const InitializerOptions& options
   clock.lap("alignment");
 
   if (alignment.valid) {
-    ReverseEstimate motion_b0;
-    setSolution(motion, alignment.x, &motion_b0);
-    const WindowState state = stateOf(R_b0_bk, result.gyro_bias, motion_b0);
+    const WindowState state = motion.at(alignment.x);
     setWorldStates(window, state, &result);
     result.scale_sigma = alignment.scale_sigma;
     // The motion is the IMU's own: its position and velocity rows have no residual.

@@ -72,16 +72,15 @@ std::vector<NavState> statesOf(const InitWindow& window, const LinearMotion& mot
                                const ClosedForm& solution) {
   Eigen::Matrix<double, 9, 1> x;
   x << solution.velocity_b0, Eigen::Vector3d::Zero(), solution.gravity_b0;
-  ReverseEstimate estimate;
-  setSolution(motion, x, &estimate);
+  const WindowState estimate = motion.at(x);
   const Eigen::Matrix3d R_w_b0 = gravityAlignedAttitude(solution.gravity_b0);
   std::vector<NavState> states;
   for (int k = 0; k < window.size(); ++k) {
     NavState state;
     state.t = window.times()[k];
     state.R_w_b = R_w_b0 * R_b0_bk[k];
-    state.p_w_b = R_w_b0 * estimate.positions_b0.col(k);
-    state.v_w_b = R_w_b0 * estimate.velocities_b0.col(k);
+    state.p_w_b = R_w_b0 * estimate.p_b0.col(k);
+    state.v_w_b = R_w_b0 * estimate.v_b0.col(k);
     states.push_back(state);
   }
   return states;

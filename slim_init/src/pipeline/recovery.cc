@@ -9,6 +9,7 @@
 
 #include "data/with_calibration.h"
 #include "estimation/refine_window.h"
+#include "estimation/state_factor.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "imu/imu_quality.h"
@@ -17,6 +18,7 @@
 #include "pipeline/provisional.h"
 #include "pipeline/rotation_stage.h"
 #include "pipeline/solver_support.h"
+#include "scale/reverse_alignment.h"
 #include "scale/starting_states.h"
 #include "verdict/gates.h"
 
@@ -81,6 +83,14 @@ NavState corrected(const StatePrior& prior, const StateVector& r) {
   state.R_w_b = state.R_w_b * expSO3(step.head<3>());
   state.p_w_b += step.segment<3>(3);
   return state;
+}
+
+// The motion of a window as the IMU alone continues the known state, at whose biases `pre` is.
+WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
+                         double gravity_magnitude) {
+  Eigen::Matrix<double, 9, 1> x;
+  x << known.velocity_b, Eigen::Vector3d::Zero(), gravity_magnitude * known.down_b;
+  return linearMotion(pre, chainRotations(pre), Eigen::Vector3d::Zero()).at(x);
 }
 
 // The refinement with a known state, without the parts of it that the data contradict.
@@ -257,28 +267,6 @@ void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& mo
 }
 
 }  // namespace
-
-WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
-                         double gravity_magnitude) {
-  const auto n = static_cast<Eigen::Index>(pre.size()) + 1;
-  WindowState state;
-  state.R_b0_bk = {Eigen::Matrix3d::Identity()};
-  state.p_b0.setZero(3, n);
-  state.v_b0.setZero(3, n);
-  state.v_b0.col(0) = known.velocity_b;
-  state.gyro_bias = known.gyro_bias;
-  state.accel_bias = known.accel_bias;
-  state.gravity_b0 = gravity_magnitude * known.down_b;
-  for (Eigen::Index k = 0; k + 1 < n; ++k) {
-    const Preintegration& step = pre[k];
-    const Eigen::Matrix3d& R = state.R_b0_bk.back();
-    state.p_b0.col(k + 1) = state.p_b0.col(k) + state.v_b0.col(k) * step.dt +
-                            0.5 * state.gravity_b0 * step.dt * step.dt + R * step.dp;
-    state.v_b0.col(k + 1) = state.v_b0.col(k) + state.gravity_b0 * step.dt + R * step.dv;
-    state.R_b0_bk.push_back(R * step.dR);
-  }
-  return state;
-}
 
 InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
                            const InitializerOptions& options, WorkBudget* budget) {

@@ -3,11 +3,6 @@
 // The answer of a window at whose beginning a state is known (docs/derivation.md, 5.3).
 #pragma once
 
-#include <vector>
-
-#include "estimation/state_factor.h"
-#include "imu/preintegration.h"
-#include "imu/window_state.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
 #include "slim_init/result.h"
@@ -15,10 +10,6 @@
 #include "slim_init/work_budget.h"
 
 namespace slim_init {
-
-/// The motion of a window as the IMU alone continues the known state.
-WindowState deadReckoned(const StateFactor& known, const std::vector<Preintegration>& pre,
-                         double gravity_magnitude);
 
 /// WindowSolver::solveWithPrior() of `slim`.
 InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,

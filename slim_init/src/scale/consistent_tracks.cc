@@ -128,14 +128,13 @@ bool graduate(const std::vector<TrackCost>& costs, double bound2, const Prior& p
 }  // namespace
 
 std::optional<Vector9d> consistentMotion(const InitWindow& window, const LinearMotion& motion,
-                                         const std::vector<Eigen::Matrix3d>& R_b0_bk,
-                                         double sigma_rad, double gravity_magnitude,
                                          double accel_bias_prior) {
   const std::vector<Track>& tracks = window.pointTracks();
   const std::vector<WindowPoint>& observations = window.pointObservations();
-  const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
+  const Calibration& calibration = window.calibration();
+  const double sigma_rad = calibration.sigmaBearing();
   const Eigen::VectorXd c0 = motion.position0 + motion.lever;
-  const Prior prior = {sigma_rad, gravity_magnitude, accel_bias_prior};
+  const Prior prior = {sigma_rad, calibration.gravity_magnitude, accel_bias_prior};
   const double bound2 = kAgreementSigmas * kAgreementSigmas * sigma_rad * sigma_rad;
 
   Vector9d x;
@@ -146,7 +145,8 @@ std::optional<Vector9d> consistentMotion(const InitWindow& window, const LinearM
     for (std::size_t t = 0; t < tracks.size(); ++t) {
       u.clear();
       for (int s = tracks[t].begin; s < tracks[t].end; ++s) {
-        u.push_back(R_b0_bk[observations[s].keyframe] * R_b_c * observations[s].bearing);
+        u.push_back(motion.R_b0_bk[observations[s].keyframe] * calibration.R_b_c *
+                    observations[s].bearing);
       }
       costs[t] = costOf(&observations[tracks[t].begin], u, motion, c0, centres);
     }

@@ -21,10 +21,9 @@ namespace slim_init {
 /// its squared multi-view residuals (LiGT rows as angles) at the centres C(x) = A x + c0, a
 /// quadratic of nine unknowns. Truncated least squares over the tracks by graduated non-convexity
 /// (Yang et al. 2020), |g| fixed; twice, since rows turn into angles by depths that the first pass
-/// finds. `sigma_rad`: standard deviation of a bearing. Tracks of two views have no rows.
-std::optional<Eigen::Matrix<double, 9, 1>> consistentMotion(
-    const InitWindow& window, const LinearMotion& motion,
-    const std::vector<Eigen::Matrix3d>& R_b0_bk, double sigma_rad, double gravity_magnitude,
-    double accel_bias_prior);
+/// finds. Tracks of two views have no rows.
+std::optional<Eigen::Matrix<double, 9, 1>> consistentMotion(const InitWindow& window,
+                                                            const LinearMotion& motion,
+                                                            double accel_bias_prior);
 
 }  // namespace slim_init

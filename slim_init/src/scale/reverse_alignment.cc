@@ -90,6 +90,9 @@ LinearMotion linearMotion(const std::vector<Preintegration>& pre,
                           const Eigen::Vector3d& t_b_c) {
   const int n = static_cast<int>(R_b0_bk.size());
   LinearMotion motion;
+  motion.R_b0_bk = R_b0_bk;
+  motion.gyro_bias = pre.front().gyro_bias;
+  motion.accel_bias = pre.front().accel_bias;
   motion.position.setZero(3 * n, 9);
   motion.velocity.setZero(3 * n, 9);
   motion.position0.setZero(3 * n);
@@ -116,16 +119,16 @@ LinearMotion linearMotion(const std::vector<Preintegration>& pre,
   return motion;
 }
 
-void setSolution(const LinearMotion& motion, const Eigen::Matrix<double, 9, 1>& x,
-                 ReverseEstimate* estimate) {
-  const Eigen::Index n = motion.position0.size() / 3;
-  const Eigen::VectorXd p = motion.position0 + motion.position * x;
-  const Eigen::VectorXd v = motion.velocity0 + motion.velocity * x;
-  estimate->positions_b0 = Eigen::Map<const Eigen::Matrix3Xd>(p.data(), 3, n);
-  estimate->velocities_b0 = Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, n);
-  estimate->accel_bias = x.segment<3>(3);
-  estimate->gravity_b0 = x.tail<3>();
-  estimate->valid = true;
+WindowState LinearMotion::at(const Eigen::Matrix<double, 9, 1>& x) const {
+  const Eigen::VectorXd p = position0 + position * x, v = velocity0 + velocity * x;
+  WindowState state;
+  state.R_b0_bk = R_b0_bk;
+  state.p_b0 = Eigen::Map<const Eigen::Matrix3Xd>(p.data(), 3, state.size());
+  state.v_b0 = Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, state.size());
+  state.gyro_bias = gyro_bias;
+  state.accel_bias = accel_bias + x.segment<3>(3);
+  state.gravity_b0 = x.tail<3>();
+  return state;
 }
 
 ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd& shape_b0,
@@ -146,10 +149,8 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
 
   const double log_scale = bestLogScale(cost);
   if (!std::isfinite(log_scale)) return out;
-  Vector9d x;
-  if (!std::isfinite(cost(std::exp(-log_scale), &x))) return out;
+  out.valid = std::isfinite(cost(std::exp(-log_scale), &out.x));
   out.scale = std::exp(log_scale);
-  setSolution(motion, x, &out);
   return out;
 }
 

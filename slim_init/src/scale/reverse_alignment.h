@@ -13,13 +13,15 @@
 #include <vector>
 
 #include "imu/preintegration.h"
-#include "slim_init/init_window.h"
-#include "slim_init/options.h"
+#include "imu/window_state.h"
 
 namespace slim_init {
 
-/// Positions and velocities as the IMU predicts them in b0, linear in x = [v_0, b_a, g].
+/// Positions and velocities as the IMU predicts them in b0, linear in x = [v_0, b_a, g]; b_a is
+/// what the preintegrations lack of the accelerometer bias.
 struct LinearMotion {
+  std::vector<Eigen::Matrix3d> R_b0_bk;               ///< as given
+  Eigen::Vector3d gyro_bias, accel_bias;              ///< of the preintegrations
   Eigen::Matrix<double, Eigen::Dynamic, 9> position;  ///< 3N x 9, of the body
   Eigen::VectorXd position0;                          ///< 3N
   Eigen::Matrix<double, Eigen::Dynamic, 9> velocity;  ///< 3N x 9
@@ -29,6 +31,9 @@ struct LinearMotion {
   Eigen::Matrix<double, 9, 9> speed_information = Eigen::Matrix<double, 9, 9>::Zero();
   Eigen::Matrix<double, 9, 1> speed_gradient = Eigen::Matrix<double, 9, 1>::Zero();
   double speed_cost = 0.0;
+
+  /// The motion at x.
+  WindowState at(const Eigen::Matrix<double, 9, 1>& x) const;
 };
 
 /// Chains the preintegrations (made with derivatives) with given attitudes.
@@ -36,20 +41,12 @@ LinearMotion linearMotion(const std::vector<Preintegration>& pre,
                           const std::vector<Eigen::Matrix3d>& R_b0_bk,
                           const Eigen::Vector3d& t_b_c);
 
-/// Solution of the reverse alignment, in b0.
+/// Solution of the reverse alignment.
 struct ReverseEstimate {
   bool valid = false;
   double scale = kNotComputed;  ///< metres per unit of the visual shape
-  Eigen::Vector3d gravity_b0 = Eigen::Vector3d::Zero();
-  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();
-  Eigen::Matrix3Xd velocities_b0;  ///< 3xN
-  Eigen::Matrix3Xd positions_b0;   ///< 3xN, body, column 0 zero
+  Eigen::Matrix<double, 9, 1> x = Eigen::Matrix<double, 9, 1>::Zero();  ///< of the motion
 };
-
-/// Sets accelerometer bias, gravity and motion that follow from x = [v_0, b_a, g]; the scale is
-/// left to the caller.
-void setSolution(const LinearMotion& motion, const Eigen::Matrix<double, 9, 1>& x,
-                 ReverseEstimate* estimate);
 
 /// Minimises over u and x
 ///   u^2 C^T H C + kappa (u c^T C - 1)^2 + |b_a|^2 / sigma_ba^2,   |g| fixed,

@@ -92,13 +92,12 @@ ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegrat
   if (n < 3 || refined.visual_information.rows() != 6 * n) return;
   const WindowState body = bodyState(refined.state, calibration.R_b_c, calibration.t_b_c);
   const Eigen::Vector3d t_b_c = calibration.t_b_c + body.rig.dt;
-  predictCentres(body, pre, motion);
+  predictCentres(linearMotion(pre, body.R_b0_bk, t_b_c), body, pre, motion);
   shape_.resize(3 * (n - 1));
   for (int k = 1; k < n; ++k) {
     const Eigen::Matrix3d& R = body.R_b0_bk[k];
     shape_.segment<3>(3 * (k - 1)) = cameraCentre(body, k, t_b_c) - t_b_c;
     // The camera is at the end of the lever arm, which turns with the body.
-    offset_.segment<3>(3 * (k - 1)) += R * t_b_c - t_b_c;
     by_attitudes_.block<3, 3>(3 * (k - 1), 3 * (k - 1)) -= R * skew(t_b_c);
   }
   valid_ = conditionShape(refined, calibration, body, pre, inertial.gyro_bias_prior);
@@ -106,35 +105,26 @@ ScaleCost::ScaleCost(const RefinedWindow& refined, const std::vector<Preintegrat
 
 // Positions that the accelerometer predicts for the attitudes of the refined window: derivatives by
 // x, attitudes and gyroscope bias, and in S0_ the covariance of its noise.
-void ScaleCost::predictCentres(const WindowState& state, const std::vector<Preintegration>& pre,
+void ScaleCost::predictCentres(const LinearMotion& imu, const WindowState& state,
+                               const std::vector<Preintegration>& pre,
                                const std::optional<MotionPrior>& motion) {
   const int n = state.size();
   const int rows = 3 * (n - 1);
   const int columns = rows + 3;
-  by_unknowns_.setZero(rows, 9);
-  offset_.setZero(rows);
+  by_unknowns_ = imu.position.bottomRows(rows);
+  // b_a is counted from zero.
+  const Eigen::VectorXd p = imu.position0 - imu.position.middleCols<3>(3) * imu.accel_bias;
+  const Eigen::VectorXd v = imu.velocity0 - imu.velocity.middleCols<3>(3) * imu.accel_bias;
+  offset_ = (p + imu.lever).tail(rows) - imu.lever.head<3>().replicate(n - 1, 1);
   by_attitudes_.setZero(rows, columns);
   S0_ = noiseOfCentres(state, pre);
   // Velocity and position of the keyframe reached.
-  Eigen::Matrix<double, 3, 9> v_x = Eigen::Matrix<double, 3, 9>::Zero(), p_x = v_x;
-  v_x.leftCols<3>().setIdentity();
-  Eigen::Vector3d v = Eigen::Vector3d::Zero(), p = v;
   Eigen::MatrixXd v_y = Eigen::MatrixXd::Zero(3, columns), p_y = v_y;
   double duration = 0.0;
   for (int i = 0; i + 1 < n; ++i) {
     const Preintegration& pair = pre[i];
     const Eigen::Matrix3d& R = state.R_b0_bk[i];
     const double dt = pair.dt;
-    // About the biases of the window; b_a is an unknown, counted from zero.
-    const Eigen::Vector3d dv = pair.velocityAt(state.gyro_bias, Eigen::Vector3d::Zero());
-    const Eigen::Vector3d dp = pair.positionAt(state.gyro_bias, Eigen::Vector3d::Zero());
-    p_x += dt * v_x;
-    p_x.middleCols<3>(3) += R * pair.dp_dba;
-    p_x.rightCols<3>().diagonal().array() += 0.5 * dt * dt;
-    v_x.middleCols<3>(3) += R * pair.dv_dba;
-    v_x.rightCols<3>().diagonal().array() += dt;
-    p += dt * v + R * dp;
-    v += R * dv;
     p_y += dt * v_y;
     p_y.rightCols<3>() += R * pair.dp_dbg;
     v_y.rightCols<3>() += R * pair.dv_dbg;
@@ -144,19 +134,16 @@ void ScaleCost::predictCentres(const WindowState& state, const std::vector<Prein
       v_y.middleCols<3>(3 * (i - 1)) -=
           R * skew(pair.velocityAt(state.gyro_bias, state.accel_bias));
     }
-    const int k = 3 * i;
-    by_unknowns_.middleRows<3>(k) = p_x;
-    offset_.segment<3>(k) = p;
-    by_attitudes_.middleRows<3>(k) = p_y;
+    by_attitudes_.middleRows<3>(3 * i) = p_y;
     duration += dt;
-    if (!motion || i + 1 != MotionPrior::middle(n)) continue;
-    motion_by_unknowns_.topRows<3>() = v_x / motion->speed_sigma;
-    motion_offset_.head<3>() = v / motion->speed_sigma;
   }
   if (!motion) return;
-  v_x.leftCols<3>().setZero();
-  motion_by_unknowns_.bottomRows<3>() = v_x / (duration * motion->acceleration_sigma);
-  motion_offset_.tail<3>() = v / (duration * motion->acceleration_sigma);
+  const int middle = 3 * MotionPrior::middle(n);
+  motion_by_unknowns_ << imu.velocity.middleRows<3>(middle) / motion->speed_sigma,
+      imu.velocity.bottomRows<3>() / (duration * motion->acceleration_sigma);
+  motion_by_unknowns_.bottomLeftCorner<3, 3>().setZero();  // the change does not know the first
+  motion_offset_ << v.segment<3>(middle) / motion->speed_sigma,
+      v.tail<3>() / (duration * motion->acceleration_sigma);
 }
 
 // What images and gyroscope say of the attitudes and the shape: its covariance and mean, carried to

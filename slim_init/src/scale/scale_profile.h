@@ -12,6 +12,7 @@
 #include "estimation/motion_prior.h"
 #include "estimation/refine_window.h"
 #include "imu/preintegration.h"
+#include "scale/reverse_alignment.h"
 #include "slim_init/options.h"
 #include "slim_init/types.h"
 
@@ -64,7 +65,8 @@ class ScaleCost {
  private:
   static constexpr int kUnknowns = 9;
 
-  void predictCentres(const WindowState& body, const std::vector<Preintegration>& pre,
+  void predictCentres(const LinearMotion& imu, const WindowState& body,
+                      const std::vector<Preintegration>& pre,
                       const std::optional<MotionPrior>& motion);
   bool conditionShape(const RefinedWindow& refined, const Calibration& calibration,
                       const WindowState& body, const std::vector<Preintegration>& pre,

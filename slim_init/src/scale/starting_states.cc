@@ -23,15 +23,12 @@ Eigen::MatrixXd rotated(const Eigen::MatrixXd& H, const Eigen::Matrix3d& R) {
 
 // The measured velocities as a cost of x: with the shape they give the scale. A slipping wheel is
 // the refinement's matter.
-void addSpeeds(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b0_bk,
-               const Eigen::Vector3d& gyro_bias, LinearMotion* motion) {
+void addSpeeds(const InitWindow& window, LinearMotion* motion) {
   const std::vector<SpeedFactor> speeds = speedFactors(window, 0.0);
   if (speeds.empty()) return;
   const std::vector<ImuInstant> instants =
-      imuInstants(window, 0.0, gyro_bias, Eigen::Vector3d::Zero());
-  WindowState at_zero;
-  at_zero.R_b0_bk = R_b0_bk;
-  at_zero.v_b0 = Eigen::Map<const Eigen::Matrix3Xd>(motion->velocity0.data(), 3, window.size());
+      imuInstants(window, 0.0, motion->gyro_bias, Eigen::Vector3d::Zero());
+  const WindowState at_zero = motion->at(Eigen::Matrix<double, 9, 1>::Zero());
   for (const SpeedFactor& speed : speeds) {
     const SpeedResidual residual =
         speedResidual(at_zero, speed, window.calibration(), instants[speed.keyframe].rate);
@@ -43,19 +40,6 @@ void addSpeeds(const InitWindow& window, const std::vector<Eigen::Matrix3d>& R_b
   }
 }
 
-// At the poses of the IMU.
-WindowState stateOf(const ReverseEstimate& estimate, const std::vector<Preintegration>& pre,
-                    const std::vector<Eigen::Matrix3d>& R_b0_bk) {
-  WindowState state;
-  state.R_b0_bk = R_b0_bk;
-  state.p_b0 = estimate.positions_b0;
-  state.v_b0 = estimate.velocities_b0;
-  state.gyro_bias = pre.front().gyro_bias;
-  state.accel_bias = estimate.accel_bias;
-  state.gravity_b0 = estimate.gravity_b0;
-  return state;
-}
-
 }  // namespace
 
 std::optional<WindowState> startingState(const InitWindow& window,
@@ -63,9 +47,8 @@ std::optional<WindowState> startingState(const InitWindow& window,
                                          const TranslationEstimate& translation,
                                          const InertialOptions& inertial) {
   const Calibration& calibration = window.calibration();
-  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
-  addSpeeds(window, R_b0_bk, pre.front().gyro_bias, &motion);
+  LinearMotion motion = linearMotion(pre, chainRotations(pre), calibration.t_b_c);
+  addSpeeds(window, &motion);
   const Eigen::Matrix3Xd shape_b0 = calibration.R_b_c * translation.centres_c0;
   const Eigen::MatrixXd H_b0 = rotated(translation.normal_matrix, calibration.R_b_c);
   const int observations = static_cast<int>(window.pointObservations().size());
@@ -74,13 +57,13 @@ std::optional<WindowState> startingState(const InitWindow& window,
       alignReverse(motion, shape_b0, H_b0 * (observations / lambda), calibration.gravity_magnitude,
                    inertial.accel_bias_prior);
   if (!reverse.valid) return std::nullopt;
-  WindowState state = stateOf(reverse, pre, R_b0_bk);
+  WindowState state = motion.at(reverse.x);
   // From the shape, not from the IMU: the error is then in the inertial part, whose cost is
   // quadratic and corrected in one step; residuals of tens of pixels would lie on the flat part
   // of the robust loss.
   for (int k = 0; k < window.size(); ++k) {
     state.p_b0.col(k) = reverse.scale * (shape_b0.col(k) - shape_b0.col(0)) -
-                        (R_b0_bk[k] * calibration.t_b_c - R_b0_bk[0] * calibration.t_b_c);
+                        (motion.lever.segment<3>(3 * k) - motion.lever.head<3>());
   }
   return state;
 }
@@ -88,15 +71,10 @@ std::optional<WindowState> startingState(const InitWindow& window,
 std::optional<WindowState> inertialStartingState(const InitWindow& window,
                                                  const std::vector<Preintegration>& pre,
                                                  const InertialOptions& inertial) {
-  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
-  const Calibration& calibration = window.calibration();
-  const LinearMotion motion = linearMotion(pre, R_b0_bk, calibration.t_b_c);
-  const auto x = consistentMotion(window, motion, R_b0_bk, calibration.sigmaBearing(),
-                                  calibration.gravity_magnitude, inertial.accel_bias_prior);
+  const LinearMotion motion = linearMotion(pre, chainRotations(pre), window.calibration().t_b_c);
+  const auto x = consistentMotion(window, motion, inertial.accel_bias_prior);
   if (!x) return std::nullopt;
-  ReverseEstimate estimate;
-  setSolution(motion, *x, &estimate);
-  return stateOf(estimate, pre, R_b0_bk);
+  return motion.at(*x);
 }
 
 }  // namespace slim_init
