@@ -53,16 +53,11 @@ struct MetricEstimate {
 ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refined) {
   const InitWindow& window = input.tracks;
   const WindowState& state = refined.state;
-  const double shift = coveredShift(window, state.rig.dtd);
-  std::vector<Preintegration> pre;
-  pre.reserve(input.pre.size());
-  for (std::size_t k = 0; k < input.pre.size(); ++k) {
-    pre.push_back(preintegrate(window.imu(), window.times()[k] + shift,
-                               window.times()[k + 1] + shift, {state.gyro_bias, state.accel_bias},
-                               ImuNoise(), PreintegrationParts::kMean));
-    // The covariance depends on the biases by a hundredth of itself.
-    pre.back().covariance = input.pre[k].covariance;
-  }
+  std::vector<Preintegration> pre =
+      preintegrateWindow(window, {state.gyro_bias, state.accel_bias}, ImuNoise(),
+                         coveredShift(window, state.rig.dtd), PreintegrationParts::kMean);
+  // The covariance depends on the biases by a hundredth of itself.
+  for (std::size_t k = 0; k < pre.size(); ++k) pre[k].covariance = input.pre[k].covariance;
   return profileScale(ScaleCost(refined, pre, window.calibration(), input.inertial));
 }
 

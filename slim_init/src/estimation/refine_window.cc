@@ -118,22 +118,8 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const InertialOptions& inertial, double td_shift) {
-  return preintegrateInflated(window, gyro_bias, accel_bias, assumedImuNoise(window, inertial),
-                              td_shift);
-}
-
-std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
-                                                 const Eigen::Vector3d& gyro_bias,
-                                                 const Eigen::Vector3d& accel_bias,
-                                                 const ImuNoise& noise, double td_shift) {
-  std::vector<Preintegration> pre;
-  pre.reserve(window.size() - 1);
-  for (int k = 0; k + 1 < window.size(); ++k) {
-    pre.push_back(preintegrate(window.imu(), window.times()[k] + td_shift,
-                               window.times()[k + 1] + td_shift, {gyro_bias, accel_bias}, noise,
-                               PreintegrationParts::kWithCovariance));
-  }
-  return pre;
+  return preintegrateWindow(window, {gyro_bias, accel_bias}, assumedImuNoise(window, inertial),
+                            td_shift, PreintegrationParts::kWithCovariance);
 }
 
 RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
@@ -153,7 +139,6 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   out.state = basin.state;
   out.chi2 = chi2(basin.summary, map);
   out.cost = basin.summary.cost;
-  out.cost_is_bound = mode == StartMode::kRough && out.chi2 <= options.suspicious_chi2;
 
   // Noise from the residuals, then without what is beyond it.
   const MapResiduals residuals = map.residuals();
@@ -176,7 +161,6 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
   out.inertial_chi2 = (summary.cost - summary.visual_cost - summary.rig_cost - summary.state_cost) /
                       (9.0 * (window.size() - 1));
-  out.point_tracks = map.pointTracks();
   out.sigma_px = noise.sigma_point * focal;
   out.sigma_line_px = noise.sigma_line * focal;
   out.speeds = map.speedUse();

@@ -36,25 +36,17 @@ struct RefinedWindow {
   double inlier_fraction = 0.0;  ///< point observations kept, of those handed in
   double sigma_px = 0.0;         ///< noise of a point estimated from the data, floored [px]
   double sigma_line_px = 0.0;    ///< the same of a line end point
-  int point_tracks = 0;          ///< tracks left
   double cost = 0.0;             ///< of the first solve, comparable between starts on the same data
-  bool cost_is_bound = false;    ///< it is an upper bound (StartMode::kRough)
   SpeedUse speeds;               ///< VisualInertialProblem::speedUse()
 };
 
 /// Preintegrations with covariance at the biases, from the noise that is to be assumed of the
-/// window's IMU (assumedImuNoise()), between the keyframe times moved by `td_shift` [s]. The IMU
-/// has to cover them there.
+/// window's IMU (assumedImuNoise()), between the keyframe times moved by `td_shift` [s].
 std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
                                                  const Eigen::Vector3d& gyro_bias,
                                                  const Eigen::Vector3d& accel_bias,
                                                  const InertialOptions& inertial,
                                                  double td_shift = 0.0);
-/// The same with a `noise` that is known already: measuring it takes as long as integrating.
-std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
-                                                 const Eigen::Vector3d& gyro_bias,
-                                                 const Eigen::Vector3d& accel_bias,
-                                                 const ImuNoise& noise, double td_shift = 0.0);
 
 /// Whether a minimum with these chi-squares (RefinedWindow) can be the right one: a wrong one fits
 /// no view, while gross errors of tracks raise the first alone.

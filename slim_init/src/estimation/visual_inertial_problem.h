@@ -102,8 +102,6 @@ class VisualInertialProblem {
   /// What has become of the measured velocities, at the answer of minimize().
   SpeedUse speedUse() const;
 
-  int pointTracks() const { return static_cast<int>(points_.ranges.size()); }
-
   int pointViews() const { return static_cast<int>(points_.views.size()); }
   /// Visual residuals minus track parameters.
   int visualDof() const;

@@ -164,17 +164,24 @@ Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, d
   return pre;
 }
 
-std::vector<Preintegration> preintegrateWindow(const InitWindow& window,
-                                               const Eigen::Vector3d& gyro_bias,
-                                               const Eigen::Vector3d& accel_bias,
+std::vector<Preintegration> preintegrateWindow(const InitWindow& window, const BiasPoint& biases,
+                                               const ImuNoise& noise, double td_shift,
                                                PreintegrationParts parts) {
   std::vector<Preintegration> pre;
   pre.reserve(window.size() - 1);
   for (int i = 0; i + 1 < window.size(); ++i) {
-    pre.push_back(preintegrate(window.imu(), window.times()[i], window.times()[i + 1],
-                               {gyro_bias, accel_bias}, window.calibration().imu_noise, parts));
+    pre.push_back(preintegrate(window.imu(), window.times()[i] + td_shift,
+                               window.times()[i + 1] + td_shift, biases, noise, parts));
   }
   return pre;
+}
+
+std::vector<Preintegration> preintegrateWindow(const InitWindow& window,
+                                               const Eigen::Vector3d& gyro_bias,
+                                               const Eigen::Vector3d& accel_bias,
+                                               PreintegrationParts parts) {
+  return preintegrateWindow(window, {gyro_bias, accel_bias}, window.calibration().imu_noise, 0.0,
+                            parts);
 }
 
 NavState propagate(const NavState& state_i, const Preintegration& pre,

@@ -71,7 +71,12 @@ Preintegration preintegrate(const std::vector<ImuSample>& samples, double t_i, d
                             const BiasPoint& biases, const ImuNoise& noise,
                             PreintegrationParts parts);
 
-/// One preintegration per consecutive keyframe pair of the window (size() - 1 of them).
+/// One preintegration per consecutive keyframe pair of the window (size() - 1 of them), between the
+/// keyframe times moved by `td_shift` [s]. The IMU has to cover them there.
+std::vector<Preintegration> preintegrateWindow(const InitWindow& window, const BiasPoint& biases,
+                                               const ImuNoise& noise, double td_shift,
+                                               PreintegrationParts parts);
+/// The same between the keyframe times, with the noise of the data sheet.
 std::vector<Preintegration> preintegrateWindow(const InitWindow& window,
                                                const Eigen::Vector3d& gyro_bias,
                                                const Eigen::Vector3d& accel_bias,
