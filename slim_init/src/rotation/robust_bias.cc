@@ -2,135 +2,107 @@
 #include "rotation/robust_bias.h"
 
 #include <cmath>
-#include <cstddef>
 #include <utility>
 
 #include "imu/imu_quality.h"
 #include "rotation/constants.h"
-#include "rotation/free_rotations.h"
-#include "rotation/multi_gap_bias.h"
 
 namespace slim_init {
 namespace {
 
 using namespace rotation_constants;  // NOLINT: the constants of this module
 
-// Prune, then minimise over all gaps.
-struct RefinementPass {
-  double pruning_factor;  // on threshold_sigmas; the first bias may be off by several residuals
-  CutoffSchedule schedule;
-};
-
 // How a first bias is refined, and again where it does not look clean.
-constexpr RefinementPass kQuick[] = {{1.5, {{4.0}, 1}}, {1.0, {{3.0}, 1}}};
-constexpr RefinementPass kThorough[] = {
+const std::vector<RefinementPass> kQuick = {{1.5, {{4.0}, 1}}, {1.0, {{3.0}, 1}}};
+const std::vector<RefinementPass> kThorough = {
     {1.5, {{5.0, 3.0}, 2}}, {1.0, {{3.0, 3.0}, 2}}, {1.0, {{3.0, 3.0}, 2}}};
 
 }  // namespace
 
-struct RobustBiasEstimator::State {
-  State(const InitWindow& seen, const std::vector<VanishingPoint>* vanishing_points,
-        const InertialOptions& priors, WorkBudget* work)
-      : window(seen), inertial(priors), budget(work), problem(seen, vanishing_points, priors) {
-    for (const KeyframePair& pair : problem.pairs()) points += pair.points.count();
-    spend(kWorkPerKeyframe * seen.size());
-    found.point_pairs = problem.pointPairs();
-  }
+RobustBiasEstimator::RobustBiasEstimator(const InitWindow& window,
+                                         const std::vector<VanishingPoint>* vanishing_points,
+                                         const InertialOptions& inertial, WorkBudget* budget)
+    : window_(window),
+      inertial_(inertial),
+      budget_(budget),
+      problem_(window, vanishing_points, inertial) {
+  for (const KeyframePair& pair : problem_.pairs()) points_ += pair.points.count();
+  spend(kWorkPerKeyframe * window.size());
+  found_.point_pairs = problem_.pointPairs();
+}
 
-  // A bias from pairs up to kShortGap keyframes, from a bias of zero. No track is pruned yet.
-  void start();
-  template <std::size_t N>
-  void refine(const RefinementPass (&passes)[N]);
-  // What follows from the bias.
-  RobustBias finish();
+void RobustBiasEstimator::spend(double work) {
+  if (budget_ != nullptr) budget_->spend(work);
+}
 
-  void minimize(const Eigen::Vector3d& from, int max_gap, const CutoffSchedule& schedule,
-                const PointMasks& masks, Baselines baselines) {
-    minimum = problem.minimize(from, max_gap, schedule, masks, std::move(baselines));
-    spend(kWorkPerPair * static_cast<double>(problem.pairs().size()) * minimum.iterations);
-  }
-  void spend(double work) {
-    if (budget != nullptr) budget->spend(work);
-  }
+void RobustBiasEstimator::minimize(const Eigen::Vector3d& from, int max_gap,
+                                   const CutoffSchedule& schedule, const PointMasks& masks,
+                                   Baselines baselines) {
+  minimum_ = problem_.minimize(from, max_gap, schedule, masks, std::move(baselines));
+  spend(kWorkPerPair * static_cast<double>(problem_.pairs().size()) * minimum_.iterations);
+}
 
-  const InitWindow& window;
-  const InertialOptions& inertial;
-  WorkBudget* budget;
-  MultiGapProblem problem;
-  double points = 0.0;  // of all pairs
-  BiasMinimum minimum;  // baselines those of the rating
-  RobustBias found;
-};
-
-void RobustBiasEstimator::State::start() {
-  spend(kWorkPerPoint * points);
+void RobustBiasEstimator::start() {
+  spend(kWorkPerPoint * points_);
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
   const ConsensusOptions draw = {*kNarrowStart.begin()};
   minimize(
       zero, kShortGap, kNarrowStart, {},
-      problem.findBaselines(zero, kShortGap, draw, unknownBaselines(problem.pairs())).baselines);
+      problem_.findBaselines(zero, kShortGap, draw, unknownBaselines(problem_.pairs())).baselines);
 }
 
-template <std::size_t N>
-void RobustBiasEstimator::State::refine(const RefinementPass (&passes)[N]) {
+void RobustBiasEstimator::refine(const std::vector<RefinementPass>& passes) {
   for (const RefinementPass& pass : passes) {
-    spend(kWorkPerPoint * points);
-    const Eigen::Vector3d bias = minimum.gyro_bias;
-    PairPruning pruning = pruneTracks(window, problem.pairs(), problem.rotationsAt(bias, kLongGap),
-                                      {pass.pruning_factor * kAgreementSigmas}, minimum.baselines);
+    spend(kWorkPerPoint * points_);
+    const Eigen::Vector3d bias = minimum_.gyro_bias;
+    PairPruning pruning =
+        pruneTracks(window_, problem_.pairs(), problem_.rotationsAt(bias, kLongGap),
+                    {pass.pruning_factor * kAgreementSigmas}, minimum_.baselines);
     BaselineConsensus searched =
-        problem.findBaselines(bias, kLongestGap, {kAgreementSigmas}, std::move(pruning.baselines));
-    found.pruning = std::move(pruning.tracks);
-    minimize(bias, kLongestGap, pass.schedule, masksOf(problem.pairs(), found.pruning.keep),
+        problem_.findBaselines(bias, kLongestGap, {kAgreementSigmas}, std::move(pruning.baselines));
+    found_.pruning = std::move(pruning.tracks);
+    minimize(bias, kLongestGap, pass.schedule, masksOf(problem_.pairs(), found_.pruning.keep),
              std::move(searched.baselines));
   }
-  BaselineConsensus rated = problem.findBaselines(minimum.gyro_bias, kLongGap, {kOutlierSigmas, 0},
-                                                  std::move(minimum.baselines));
-  minimum.baselines = std::move(rated.baselines);
-  found.cost = rated.cost;
+  BaselineConsensus rated = problem_.findBaselines(
+      minimum_.gyro_bias, kLongGap, {kOutlierSigmas, 0}, std::move(minimum_.baselines));
+  minimum_.baselines = std::move(rated.baselines);
+  found_.cost = rated.cost;
 }
 
-RobustBias RobustBiasEstimator::State::finish() {
-  RobustBias out = found;
-  out.gyro_bias = minimum.gyro_bias;
+RobustBias RobustBiasEstimator::finish() {
+  RobustBias out = found_;
+  out.gyro_bias = minimum_.gyro_bias;
   if (!out.gyro_bias.allFinite() || out.gyro_bias.norm() > kMaxBias) {
     out.status = RobustBiasStatus::kOutOfRange;
     return out;
   }
-  out.imu_noise = assumedImuNoise(window, inertial);
+  out.imu_noise = assumedImuNoise(window_, inertial_);
+  const KeyframePairs& pairs = problem_.pairs();
   const Baselines baselines =
-      problem.baselinesAt(out.gyro_bias, kLongestGap, minimum.weighted, minimum.baselines);
-  out.rotations = freeRotations(problem.pairs(), problem.rotationsAt(out.gyro_bias, kShortGap),
-                                baselines, kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
-  out.track_sigma = trackNoise(problem.pairs(), out.rotations);
-  out.readout = checkReadout(window, problem.pairs(), out.rotations, out.gyro_bias,
-                             std::fmax(out.track_sigma, problem.pairs().sigma()));
+      problem_.baselinesAt(out.gyro_bias, kLongestGap, minimum_.weighted, minimum_.baselines);
+  out.rotations = freeRotations(pairs, problem_.rotationsAt(out.gyro_bias, kShortGap), baselines,
+                                kShortGap, out.clean ? kFreeFromClean : kFreeFromFar);
+  out.track_sigma = trackNoise(pairs, out.rotations);
+  out.readout = checkReadout(window_, pairs, out.rotations, out.gyro_bias,
+                             std::fmax(out.track_sigma, pairs.sigma()));
   out.status = out.inlierFraction() < kMinInlierFraction ? RobustBiasStatus::kNoConsensus
                                                          : RobustBiasStatus::kOk;
   return out;
 }
 
-RobustBiasEstimator::RobustBiasEstimator(const InitWindow& window,
-                                         const std::vector<VanishingPoint>* vanishing_points,
-                                         const InertialOptions& inertial, WorkBudget* budget)
-    : state_(std::make_unique<State>(window, vanishing_points, inertial, budget)) {}
-
-RobustBiasEstimator::~RobustBiasEstimator() = default;
-
 RobustBias RobustBiasEstimator::quick() {
-  State& s = *state_;
-  if (s.found.point_pairs == 0) return s.found;
-  s.start();
-  s.refine(kQuick);
-  s.found.clean = s.found.inlierFraction() >= kCleanInlierFraction && s.found.cost <= kCleanCost;
-  return s.finish();
+  if (found_.point_pairs == 0) return found_;
+  start();
+  refine(kQuick);
+  found_.clean = found_.inlierFraction() >= kCleanInlierFraction && found_.cost <= kCleanCost;
+  return finish();
 }
 
 RobustBias RobustBiasEstimator::thorough() {
-  State& s = *state_;
-  if (s.found.point_pairs == 0) return s.found;
-  if (s.budget == nullptr || !s.budget->isUsedUp()) s.refine(kThorough);
-  return s.finish();
+  if (found_.point_pairs == 0) return found_;
+  if (budget_ == nullptr || !budget_->isUsedUp()) refine(kThorough);
+  return finish();
 }
 
 }  // namespace slim_init

@@ -5,12 +5,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <memory>
 #include <vector>
 
 #include "lines/vanishing_point.h"
 #include "rotation/camera_check.h"
 #include "rotation/free_rotations.h"
+#include "rotation/multi_gap_bias.h"
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
@@ -48,6 +48,12 @@ struct RobustBias {
   double inlierFraction() const { return pruning.inlierFraction(); }
 };
 
+/// Prune, then minimise over all gaps.
+struct RefinementPass {
+  double pruning_factor;  ///< on kAgreementSigmas; the first bias may be off by several residuals
+  CutoffSchedule schedule;
+};
+
 /// Estimates the bias of a window of two or more keyframes, in two parts for a caller that can see
 /// in the first answer why it is not clean. `vanishing_points` may be null, else one per keyframe.
 /// Deterministic. `budget` (null: none) counts the work; used up, no further start is tried: a
@@ -56,7 +62,6 @@ class RobustBiasEstimator {
  public:
   RobustBiasEstimator(const InitWindow& window, const std::vector<VanishingPoint>* vanishing_points,
                       const InertialOptions& inertial, WorkBudget* budget = nullptr);
-  ~RobustBiasEstimator();
 
   /// Few passes. To be called once, before thorough().
   RobustBias quick();
@@ -64,8 +69,22 @@ class RobustBiasEstimator {
   RobustBias thorough();
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  // A bias from pairs up to kShortGap keyframes, from a bias of zero. No track is pruned yet.
+  void start();
+  void refine(const std::vector<RefinementPass>& passes);
+  // What follows from the bias.
+  RobustBias finish();
+  void minimize(const Eigen::Vector3d& from, int max_gap, const CutoffSchedule& schedule,
+                const PointMasks& masks, Baselines baselines);
+  void spend(double work);
+
+  const InitWindow& window_;
+  const InertialOptions& inertial_;
+  WorkBudget* budget_;
+  MultiGapProblem problem_;
+  double points_ = 0.0;  // of all pairs
+  BiasMinimum minimum_;  // baselines those of the rating
+  RobustBias found_;
 };
 
 }  // namespace slim_init
