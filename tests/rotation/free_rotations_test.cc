@@ -153,7 +153,7 @@ struct Scene {
 TEST(PairRotation, IsExactWithoutNoise) {
   const Scene scene;
   RelativeRotation result;
-  ASSERT_TRUE(relativeRotation(scene.points(1), kSigma, nullptr, &result));
+  ASSERT_TRUE(relativeRotation(scene.points(1), kSigma, &result));
   EXPECT_LT(scene.error(result), 1e-6);
 }
 
@@ -164,7 +164,7 @@ TEST(PairRotation, ErrorIsWhatTheInformationSays) {
   constexpr int kRuns = 200;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
     RelativeRotation result;
-    ASSERT_TRUE(relativeRotation(scene.points(seed), kSigma, nullptr, &result));
+    ASSERT_TRUE(relativeRotation(scene.points(seed), kSigma, &result));
     const Eigen::Vector3d error = logSO3(result.R_ci_cj.transpose() * expSO3(scene.turn));
     chi2 += error.dot(result.information * error);
     EXPECT_NEAR(result.residual, kSigma, 0.5 * kSigma);
@@ -179,7 +179,7 @@ int rightOfFifty(const Scene& scene) {
   int right = 0;
   for (unsigned seed = 1; seed <= 50; ++seed) {
     RelativeRotation result;
-    EXPECT_TRUE(relativeRotation(scene.points(seed), kSigma, nullptr, &result));
+    EXPECT_TRUE(relativeRotation(scene.points(seed), kSigma, &result));
     right += scene.error(result) < 0.005 ? 1 : 0;
   }
   return right;
@@ -206,18 +206,18 @@ TEST(PairRotation, NeedsNoParallax) {
   scene.noise = 0.3 * kSigma;
   scene.travel.setZero();
   RelativeRotation result;
-  ASSERT_TRUE(relativeRotation(scene.points(1), kSigma, nullptr, &result));
+  ASSERT_TRUE(relativeRotation(scene.points(1), kSigma, &result));
   EXPECT_LT(scene.error(result), 0.003);
   scene.turn.setZero();
-  ASSERT_TRUE(relativeRotation(scene.points(1), kSigma, nullptr, &result));
+  ASSERT_TRUE(relativeRotation(scene.points(1), kSigma, &result));
   EXPECT_LT(scene.error(result), 0.003);
   EXPECT_LT(result.flow, kSigma);
 }
 
 TEST(PairRotation, RefusesAHandfulOfPoints) {
   RelativeRotation result;
-  EXPECT_FALSE(relativeRotation(Scene().points(1, 7), kSigma, nullptr, &result));
-  EXPECT_TRUE(relativeRotation(Scene().points(1, 12), kSigma, nullptr, &result));
+  EXPECT_FALSE(relativeRotation(Scene().points(1, 7), kSigma, &result));
+  EXPECT_TRUE(relativeRotation(Scene().points(1, 12), kSigma, &result));
 }
 
 }  // namespace

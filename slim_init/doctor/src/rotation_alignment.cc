@@ -117,7 +117,7 @@ std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, doub
     Pair pair;
     pair.t_i = frames[i].t;
     pair.t_j = frames[j].t;
-    if (!relativeRotation(common, sigma, nullptr, &pair.seen)) continue;
+    if (!relativeRotation(common, sigma, &pair.seen)) continue;
     pairs.push_back(pair);
     next_start = frames[i].t + options.pair_spacing_s;
   }

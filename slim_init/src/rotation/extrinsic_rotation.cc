@@ -40,7 +40,7 @@ std::vector<Turn> turnsOf(const InitWindow& window, const KeyframePairs& pairs) 
     const KeyframePair& pair = pairs[p];
     if (!pair.use_points) continue;
     Turn turn;
-    if (!relativeRotation(pair.points, pairs.sigma(), nullptr, &turn.seen)) continue;
+    if (!relativeRotation(pair.points, pairs.sigma(), &turn.seen)) continue;
     turn.i = pair.i;
     turn.j = pair.j;
     turn.pair = p;

@@ -120,8 +120,7 @@ std::vector<RotationCorrection> freeRotations(const KeyframePairs& pairs,
   return out;
 }
 
-bool relativeRotation(const PairPoints& points, double sigma, const Eigen::Matrix3d* start,
-                      RelativeRotation* result) {
+bool relativeRotation(const PairPoints& points, double sigma, RelativeRotation* result) {
   // Five unknowns, and three points more to tell a gross error.
   constexpr int kMinPoints = 8, kSpreadRounds = 3;
   if (points.count() < kMinPoints) return false;
@@ -130,8 +129,7 @@ bool relativeRotation(const PairPoints& points, double sigma, const Eigen::Matri
   result->flow = median({flows.begin(), flows.end()});
   FreeRotation best;
   double lowest = std::numeric_limits<double>::infinity();
-  for (const Eigen::Matrix3d& R :
-       start != nullptr ? std::vector<Eigen::Matrix3d>{*start} : startsFor(points, result->flow)) {
+  for (const Eigen::Matrix3d& R : startsFor(points, result->flow)) {
     FreeRotation at = {R};
     if (!freeRotation(points, sigma, kFreeFromFar, 0, &at)) continue;
     const double cost =

@@ -43,11 +43,9 @@ struct RelativeRotation {
 };
 
 /// Minimises the quotient of the points over the rotation. `sigma` [rad] is the noise of a bearing,
-/// for the search. `start`: of the search; null: from the best rotation without travel and from
-/// rotations near it. Points at rest or far away are fine: the direction is then of no meaning, the
-/// rotation is. One point in ten may be an outlier. False with fewer than eight points or when
-/// nothing fits.
-bool relativeRotation(const PairPoints& points, double sigma, const Eigen::Matrix3d* start,
-                      RelativeRotation* result);
+/// for the search, which begins from the best rotation without travel and from rotations near it.
+/// Points at rest or far away are fine: the direction is then of no meaning, the rotation is. One
+/// point in ten may be an outlier. False with fewer than eight points or when nothing fits.
+bool relativeRotation(const PairPoints& points, double sigma, RelativeRotation* result);
 
 }  // namespace slim_init
