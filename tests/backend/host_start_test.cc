@@ -109,15 +109,5 @@ TEST(TestHostStart, RunsAnyInitializer) {
   EXPECT_TRUE(seeded);
 }
 
-TEST(TestHostStart, BadOptionsAreRefused) {
-  TestHostOptions options;
-  options.suspect_s = -1.0;
-  std::string error;
-  EXPECT_EQ(TestHost::create(nullptr, options, &error), nullptr);
-  EXPECT_EQ(error, "suspect_s is -1, must be in [0, 2]");
-  EXPECT_EQ(TestHost::create(nullptr, TestHostOptions(), &error), nullptr);
-  EXPECT_EQ(error, "the initializer is null");
-}
-
 }  // namespace
 }  // namespace slim_init::backend

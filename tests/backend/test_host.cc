@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "data/range_check.h"
 #include "slim_init/vins_adapter/host_convention.h"
 
 namespace slim_init::backend {
@@ -14,8 +13,7 @@ using vins_adapter::HostResult;
 using vins_adapter::HostState;
 using vins_adapter::toHostState;
 
-// Largest suspect_s, and healthy states kept, as in HostGlue [s].
-constexpr double kMostSuspect = 2.0;
+// Healthy states kept, as in HostGlue [s].
 constexpr double kHealthyKept = 30.0;
 
 }  // namespace
@@ -25,15 +23,6 @@ TestHostOptions::TestHostOptions() {
   adapter.max_wait_ms = -1.0;  // lock step
 }
 
-std::string TestHostOptions::validate() const {
-  return RangeCheck()
-      .nested("adapter", adapter.validate())
-      .nested("estimator", estimator.validate())
-      .nested("failure", failure.validate())
-      .within("suspect_s", suspect_s, 0.0, kMostSuspect)
-      .message();
-}
-
 TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& options)
     : adapter_(std::move(adapter)),
       options_(options),
@@ -41,11 +30,6 @@ TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& 
 
 std::unique_ptr<TestHost> TestHost::create(std::unique_ptr<IInitializer> initializer,
                                            const TestHostOptions& options, std::string* error) {
-  const std::string problem = options.validate();
-  if (!problem.empty()) {
-    if (error != nullptr) *error = problem;
-    return nullptr;
-  }
   std::unique_ptr<HostAdapter> adapter =
       HostAdapter::create(std::move(initializer), options.adapter, error);
   if (adapter == nullptr) return nullptr;

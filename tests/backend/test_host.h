@@ -22,9 +22,6 @@ struct TestHostOptions {
   FailureOptions failure;
   /// States of the last moments before a failure was noticed are not trusted [s].
   double suspect_s = 0.5;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// What happened with one frame.

@@ -349,7 +349,7 @@ TEST(FeatureOcclusion, ATrackEndsBehindABoxAndComesBackUnderANewId) {
 
 TEST(FeatureOcclusion, OfAHalfHiddenSegmentTheVisibleHalfIsObserved) {
   Scene s = boxScene();
-  s.world.segments = {{{6.0, 0.0, 0.0}, {6.0, 4.0, 0.0}, 1}};
+  s.world.segments = {Segment{{6.0, 0.0, 0.0}, {6.0, 4.0, 0.0}}};
   FeatureSimulationOptions options = noiseFree();
   options.line_slide = 0.0;
   const auto frames = s.run(options, 20);
@@ -366,14 +366,14 @@ TEST(FeatureOcclusion, OfAHalfHiddenSegmentTheVisibleHalfIsObserved) {
 
 TEST(FeatureOcclusion, HiddenSegmentsAreNotObserved) {
   Scene s = boxScene();
-  s.world.segments = {{{6.0, -0.9, 0.0}, {6.0, 0.9, 0.0}, 1}};
+  s.world.segments = {Segment{{6.0, -0.9, 0.0}, {6.0, 0.9, 0.0}}};
   for (const FrameObservation& frame : s.run(noiseFree(), 20)) EXPECT_TRUE(frame.lines.empty());
 }
 
 TEST(FeatureOcclusion, ASegmentThroughTheCameraPlaneIsCutInFrontOfIt) {
   Scene s = boxScene();
   s.world.obstacles.clear();
-  s.world.segments = {{{-5.0, 0.5, -0.4}, {8.0, 0.5, -0.4}, 0}};  // passes the camera
+  s.world.segments = {Segment{{-5.0, 0.5, -0.4}, {8.0, 0.5, -0.4}}};  // passes the camera
   FeatureSimulationOptions options = noiseFree();
   options.line_slide = 0.0;
   for (const FrameObservation& frame : s.run(options, 5)) {
@@ -587,7 +587,7 @@ TEST(FeatureErrors, OutliersSlideAtConstantVelocityInTheShareGiven) {
 TEST(LineErrors, EndPointsSlideAlongTheLine) {
   Scene s = boxScene();
   s.world.obstacles.clear();
-  s.world.segments = {{{6.0, -2.0, 0.5}, {6.0, 2.0, 0.5}, 1}};
+  s.world.segments = {Segment{{6.0, -2.0, 0.5}, {6.0, 2.0, 0.5}}};
   FeatureSimulationOptions options = noiseFree();
   options.line_slide = 0.25;
   const PinholeCamera c;
