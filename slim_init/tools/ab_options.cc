@@ -66,7 +66,6 @@ bool readNumber(const std::string& text, double min, double max, T* value) {
 }
 
 constexpr int kMaxKeyframes = 15;
-constexpr int kMaxThreads = 256;
 
 constexpr std::pair<const char*, GateMode> kGateModes[] = {
     {"own", GateMode::kOwn}, {"on", GateMode::kOn}, {"off", GateMode::kOff}};
@@ -269,7 +268,7 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        1000000000},
       {"threads", &o.threads, "N",
        "Windows solved at the same time; estimates do not depend on it, wall times do", "", 1,
-       kMaxThreads},
+       evaluation::kMaxThreads},
       {"auto-exposure", &o.auto_exposure, "",
        "Images 33, 40 or 60 ms apart, with gaps of 0.4 s, as automatic exposure makes them",
        "auto_exposure", 0.0, 0.0, kSimulated},

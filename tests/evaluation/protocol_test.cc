@@ -393,6 +393,18 @@ TEST(AnytimeProtocol, TheLongestWindowIsThatOfThePlainProtocol) {
   EXPECT_EQ(plain.times, growing.times);
 }
 
+TEST(AnytimeProtocol, RefusesSizesThatCannotGrow) {
+  ProtocolOptions options;
+  for (const int first : {1, 3, 11}) {
+    options.first_keyframes = first;
+    EXPECT_NE(options.validate().find("first_keyframes is " + std::to_string(first)),
+              std::string::npos)
+        << options.validate();
+  }
+  options.first_keyframes = 10;
+  EXPECT_EQ(options.validate(), "");
+}
+
 TEST(ParallelProtocol, AnswersAndOrderDoNotDependOnTheThreads) {
   Sequence sequence = makeCircleSequence(15.0);
   sequence.truth[150].t = kNotComputed;  // some trials are none

@@ -34,6 +34,7 @@ TEST(RigErrors, NoneLeaveTheCalibrationAsItIs) {
   EXPECT_EQ(assumed.td, truth.td);
   EXPECT_EQ(assumed.readout_s, truth.readout_s);
   EXPECT_FALSE(RigErrors().any());
+  EXPECT_EQ(RigErrors().validate(), "");
 }
 
 TEST(RigErrors, TheTruthIsTheCalibrationPlusTheError) {
@@ -113,7 +114,21 @@ TEST(RigErrors, AReadoutTimeCanBeWrongOrNotDeclared) {
 
 TEST(RigErrors, SaysWhatCannotBe) {
   RigErrors errors;
+  const std::tuple<double*, double, const char*> cases[] = {
+      {&errors.td_s, -0.6, "td_s is -0.6, must be in [-0.5, 0.5]"},
+      {&errors.extrinsic_deg, 181.0, "extrinsic_deg is 181, must be in [0, 180]"},
+      {&errors.imu_jitter_s, 0.06, "imu_jitter_s is 0.06, must be in [0, 0.05]"},
+      {&errors.imu_dropout, 0.95, "imu_dropout is 0.95, must be in [0, 0.9]"},
+      {&errors.imu_rate_hz, 5.0, "imu_rate_hz is 5, must be in [10, 10000]"},
+  };
+  for (const auto& [error, value, message] : cases) {
+    errors = RigErrors();
+    *error = value;
+    EXPECT_EQ(errors.validate(), message);
+  }
+
   Sequence sequence = makeCircleSequence(1.0);
+  errors = RigErrors();
   errors.imu_rate_hz = 400.0;
   EXPECT_EQ(applyRigErrors(errors, false, &sequence),
             "imu_rate_hz is 400, must be at most 200, the rate of the IMU data");

@@ -327,12 +327,30 @@ void takeRecord(WindowRecord record, ProtocolResult* result) {
 
 }  // namespace
 
+std::string ProtocolOptions::validate() const {
+  if (stride < 1) return "stride is " + std::to_string(stride) + ", must be at least 1";
+  if (threads < 1 || threads > kMaxThreads) {
+    return "threads is " + std::to_string(threads) + ", must be in [1, " +
+           std::to_string(kMaxThreads) + "]";
+  }
+  if (max_windows < 0) {
+    return "max_windows is " + std::to_string(max_windows) + ", must be at least 0";
+  }
+  if (first_keyframes != 0 &&
+      (first_keyframes < kMinKeyframes || first_keyframes > window.keyframes)) {
+    return "first_keyframes is " + std::to_string(first_keyframes) + ", must be 0 or in [" +
+           std::to_string(kMinKeyframes) + ", " + std::to_string(window.keyframes) + "]";
+  }
+  if (const std::string message = imu.validate(); !message.empty()) return "imu." + message;
+  if (const std::string message = rig.validate(); !message.empty()) return "rig." + message;
+  const std::string message = window.validate();
+  return message.empty() ? "" : "window." + message;
+}
+
 std::string runProtocol(const Sequence& sequence, const std::vector<const WindowSolver*>& solvers,
                         const ProtocolOptions& options, const ProgressCallback& progress,
                         ProtocolResult* result) {
-  if (const std::string sentence = options.window.validate(); !sentence.empty()) {
-    return "window." + sentence;
-  }
+  if (std::string sentence = options.validate(); !sentence.empty()) return sentence;
   if (std::string sentence = checkSequence(sequence); !sentence.empty()) return sentence;
 
   *result = ProtocolResult();

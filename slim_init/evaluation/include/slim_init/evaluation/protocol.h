@@ -18,6 +18,9 @@
 
 namespace slim_init::evaluation {
 
+/// Largest ProtocolOptions::threads.
+inline constexpr int kMaxThreads = 256;
+
 /// Windows as in the paper: ten keyframes 0.22 s apart (V-D).
 inline WindowOptions paperWindow() {
   WindowOptions window;
@@ -46,6 +49,9 @@ struct ProtocolOptions {
   bool shows_calibration = false;  ///< summaryTable() shows what was found of the calibration
   /// Windows solved at the same time. Estimates and their order do not depend on it; wall times do.
   int threads = 1;
+
+  /// Returns an empty string, or a sentence naming the field, its value and the violated bound.
+  std::string validate() const;
 };
 
 /// What one method said about one window.

@@ -27,6 +27,9 @@ struct RigErrors {
 
   bool disturbsImu() const;
   bool any() const;
+
+  /// Returns an empty string, or a message naming the field, its value and the violated bound.
+  std::string validate() const;
 };
 
 /// Trial of assumedCalibration() for what does not change from trial to trial.
