@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "pipeline/solver_support.h"
+#include "scale/consistent_tracks.h"
 #include "support/exact_window.h"
 #include "support/true_state.h"
 
@@ -112,6 +113,32 @@ TEST(InertialStartingState, NoneFromViewsOfNothing) {
   s.window = InitWindow::create(s.exact.calibration, frames, s.exact.imu);
   ASSERT_NE(s.window, nullptr);
   EXPECT_FALSE(inertialStartingState(*s.window, s.pre, InertialOptions()).has_value());
+}
+
+TEST(ConsistentTracks, SlidingTracksDisagreeAndOthersDoNot) {
+  constexpr int kSliding = 10;
+  for (const int sliding : {0, kSliding}) {
+    ExactWindowOptions options;
+    options.pixel_noise = 0.6;
+    options.points = sliding > 0 ? 40 : 100;
+    const Prepared s = makePrepared(options, sliding);
+    const LinearMotion motion = linearMotion(s.pre, s.R_b0_bk, s.exact.calibration.t_b_c);
+    const auto consistent = consistentTracks(*s.window, motion, 0.1);
+    ASSERT_TRUE(consistent.has_value());
+    const std::vector<char>& agrees = consistent->agrees;
+    int missed = 0, lost = 0, all = 0;
+    for (std::size_t t = 0; t < agrees.size(); ++t) {
+      const Track& track = s.window->pointTracks()[t];
+      if (track.size() < 4) continue;  // too short to tell
+      const bool slides = track.id < sliding;
+      all += slides;
+      missed += slides && agrees[t];
+      lost += !slides && !agrees[t];
+    }
+    ASSERT_GE(all, sliding / 2);
+    EXPECT_LE(missed, 1);
+    EXPECT_LE(lost, 2);
+  }
 }
 
 }  // namespace

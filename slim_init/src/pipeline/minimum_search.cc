@@ -23,13 +23,19 @@ bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
   return refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
 }
 
-// Again from the inertial trajectory that most tracks agree with: the shape may have been none. The
+// With fewer point tracks it is searched again in any case.
+constexpr int kFewTracks = 50;
+
+// Where the minimum does not fit, from the inertial trajectory that most tracks agree with: the
+// shape may have been none. Where it fits, but with few tracks, from the shape of those that agree
+// with each other: one bad track among a dozen biases the minimum without a larger residual. The
 // lowest cost wins.
-void searchAgain(const RefinementInput& input, const std::vector<Track>& lines,
+void searchAgain(const RefinementInput& input, const std::vector<Track>& lines, bool fit,
                  RefinedWindow* refined) {
   if (!input.budget.allows("the search of another minimum")) return;
   const std::optional<WindowState> start =
-      inertialStartingState(input.tracks, input.pre, input.inertial);
+      fit ? consistentStartingState(input.tracks, input.pre, input.inertial)
+          : inertialStartingState(input.tracks, input.pre, input.inertial);
   if (!start) return;
   const RefinedWindow other = refineWindow(input, lines, {*start}, StartMode::kFine);
   if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
@@ -56,7 +62,10 @@ std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& st
 RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
                             const WindowState& start, const InitializerOptions& options) {
   RefinedWindow refined = refineWindow(input, lines, {start}, StartMode::kRough);
-  if (options.slim.second_search && !fits(refined, options)) searchAgain(input, lines, &refined);
+  const bool fit = fits(refined, options);
+  if (options.slim.second_search && (!fit || input.tracks.pointTracks().size() < kFewTracks)) {
+    searchAgain(input, lines, fit, &refined);
+  }
   return refined;
 }
 

@@ -127,8 +127,9 @@ bool graduate(const std::vector<TrackCost>& costs, double bound2, const Prior& p
 
 }  // namespace
 
-std::optional<Vector9d> consistentMotion(const InitWindow& window, const LinearMotion& motion,
-                                         double accel_bias_prior) {
+std::optional<ConsistentTracks> consistentTracks(const InitWindow& window,
+                                                 const LinearMotion& motion,
+                                                 double accel_bias_prior) {
   const std::vector<Track>& tracks = window.pointTracks();
   const std::vector<WindowPoint>& observations = window.pointObservations();
   const Calibration& calibration = window.calibration();
@@ -137,7 +138,7 @@ std::optional<Vector9d> consistentMotion(const InitWindow& window, const LinearM
   const Prior prior = {sigma_rad, calibration.gravity_magnitude, accel_bias_prior};
   const double bound2 = kAgreementSigmas * kAgreementSigmas * sigma_rad * sigma_rad;
 
-  Vector9d x;
+  ConsistentTracks out;
   std::vector<TrackCost> costs(tracks.size());
   std::vector<Eigen::Vector3d> u;
   Eigen::VectorXd centres;  // not known until the first pass has an answer
@@ -150,10 +151,13 @@ std::optional<Vector9d> consistentMotion(const InitWindow& window, const LinearM
       }
       costs[t] = costOf(&observations[tracks[t].begin], u, motion, c0, centres);
     }
-    if (!graduate(costs, bound2, prior, &x)) return std::nullopt;
-    centres = motion.position * x + c0;
+    if (!graduate(costs, bound2, prior, &out.x)) return std::nullopt;
+    centres = motion.position * out.x + c0;
   }
-  return x;
+  for (const TrackCost& cost : costs) {
+    out.agrees.push_back(cost.rows == 0 || cost(out.x) <= bound2 ? 1 : 0);
+  }
+  return out;
 }
 
 }  // namespace slim_init

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "data/with_observations.h"
 #include "estimation/speed_factor.h"
 #include "scale/consistent_tracks.h"
 
@@ -72,9 +73,33 @@ std::optional<WindowState> inertialStartingState(const InitWindow& window,
                                                  const std::vector<Preintegration>& pre,
                                                  const InertialOptions& inertial) {
   const LinearMotion motion = linearMotion(pre, chainRotations(pre), window.calibration().t_b_c);
-  const auto x = consistentMotion(window, motion, inertial.accel_bias_prior);
-  if (!x) return std::nullopt;
-  return motion.at(*x);
+  const auto consistent = consistentTracks(window, motion, inertial.accel_bias_prior);
+  if (!consistent) return std::nullopt;
+  return motion.at(consistent->x);
+}
+
+std::optional<WindowState> consistentStartingState(const InitWindow& window,
+                                                   const std::vector<Preintegration>& pre,
+                                                   const InertialOptions& inertial) {
+  const Calibration& calibration = window.calibration();
+  const std::vector<Eigen::Matrix3d> R_b0_bk = chainRotations(pre);
+  const auto consistent = consistentTracks(window, linearMotion(pre, R_b0_bk, calibration.t_b_c),
+                                           inertial.accel_bias_prior);
+  if (!consistent) return std::nullopt;
+  std::vector<char> keep(window.pointObservations().size(), kKeepObservation);
+  bool all = true;
+  for (std::size_t t = 0; t < consistent->agrees.size(); ++t) {
+    if (consistent->agrees[t]) continue;
+    all = false;
+    const Track& track = window.pointTracks()[t];
+    std::fill(keep.begin() + track.begin, keep.begin() + track.end, kDropObservation);
+  }
+  if (all) return std::nullopt;
+  const std::shared_ptr<const InitWindow> agreeing = withObservations(window, keep);
+  const TranslationEstimate translation =
+      estimateTranslations(*agreeing, cameraRotations(R_b0_bk, calibration.R_b_c));
+  if (!translation.valid) return std::nullopt;
+  return startingState(*agreeing, pre, translation, inertial);
 }
 
 }  // namespace slim_init

@@ -22,11 +22,17 @@ std::optional<WindowState> startingState(const InitWindow& window,
                                          const TranslationEstimate& translation,
                                          const InertialOptions& inertial);
 
-/// The trajectory that most tracks agree with (consistentMotion()), or none where it fails. It
+/// The trajectory that most tracks agree with (consistentTracks()), or none where it fails. It
 /// needs no shape, which fast turns over few common tracks do not leave; the noise of the tracks
 /// makes it too small, so that it is no start for all windows.
 std::optional<WindowState> inertialStartingState(const InitWindow& window,
                                                  const std::vector<Preintegration>& pre,
                                                  const InertialOptions& inertial);
+
+/// startingState() from the tracks that consistentTracks() finds to agree only, or none when all
+/// agree or too few do.
+std::optional<WindowState> consistentStartingState(const InitWindow& window,
+                                                   const std::vector<Preintegration>& pre,
+                                                   const InertialOptions& inertial);
 
 }  // namespace slim_init
