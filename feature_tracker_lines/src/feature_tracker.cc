@@ -156,7 +156,7 @@ void FeatureTracker::trackFeatures(double t, const RotationPrior& given, ImageRe
   std::future<void> lines;
   if (options_.lines.enabled) {
     lines = launch(options_.threads,
-                   [this, &prior, report, points = points_.motion(), found = segments.get()] {
+                   [this, &prior, report, points = points_.motion(prior), found = segments.get()] {
                      lines_.track(before_, now_, prior, found, points, report);
                    });
     report->stages.push_back({"segments", watch.lap()});

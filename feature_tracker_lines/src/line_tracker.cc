@@ -215,7 +215,7 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
       }
       const Eigen::Vector2d across = (beside - middle).normalized();
       if (!known) {
-        const cv::Point2f flow = points.residualFlowNear(toPoint(middle));
+        const cv::Point2f flow = points.flowNear(toPoint(middle));
         middle += across * across.dot(Eigen::Vector2d(flow.x, flow.y));
       }
       samples.owner.push_back(k);

@@ -58,8 +58,16 @@ constexpr double kRefillAll = 0.5;
 // that new points keep.
 constexpr double kLeastDistanceShare = 0.5;
 
-// The known rotation is doubted where it finds or explains less than this share of the points, and
-// overruled where another, or a free one, does so for so many times as many.
+// Whether two places look alike is seen on this level of the pyramid, over a square of so many of
+// its pixels, which tells one brick from the next. One looks better below this share of the
+// difference; without it the gyroscope is overruled where a camera that stands still decides by
+// noise.
+constexpr int kLookLevel = 2;
+constexpr int kLookSide = 9;
+constexpr double kLessAlike = 0.9;
+
+// The known rotation is doubted where it explains less than this share of the points, and overruled
+// where a free one explains so many times as many.
 constexpr double kDoubtBelow = 0.8;
 constexpr double kFallbackGain = 1.2;
 constexpr std::size_t kLeastForFundamental = 8;
@@ -141,6 +149,18 @@ bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Poin
 // Side of a pixel of a level in those of level 0, where every position is kept. A power of two:
 // positions of level 0 stay as they are, bit for bit.
 float pixelOf(int level) { return static_cast<float>(1 << level); }
+
+// Mean difference of the grey levels around a place of one image and one of another.
+double lookDifference(const ImagePyramid& before, const cv::Point2f& there, const ImagePyramid& now,
+                      const cv::Point2f& here) {
+  const int level = std::min({kLookLevel, before.max_level, now.max_level});
+  const float pixel = pixelOf(level);
+  const cv::Size side(kLookSide, kLookSide);
+  cv::Mat a, b;
+  cv::getRectSubPix(before.level(level), side, there / pixel, a);
+  cv::getRectSubPix(now.level(level), side, here / pixel, b);
+  return cv::norm(a, b, cv::NORM_L1) / side.area();
+}
 
 // Drops the corners that are too strong on the next level. Those of the scene are sharp and have
 // the same slopes on both, while the slopes of shading double and their squares grow fourfold.
@@ -272,9 +292,10 @@ PointTracker::PointTracker(const CameraParameters& camera, const FrontEndOptions
 void PointTracker::reset() {
   tracks_.clear();
   for (CornerDetector& corners : corners_) corners.reset();
+  last_prior_ = RotationPrior();
+  was_overruled_ = false;
   since_mark_s_ = 0.0;
   R_now_mark_.setIdentity();
-  turn_rate_.setZero();
   t_count_start_ = kNotComputed;
   published_ = 0;
 }
@@ -289,15 +310,13 @@ bool PointTracker::isInside(const cv::Point2f& pixel, double border) const {
          usable_.at<uchar>(cvRound(pixel.y), cvRound(pixel.x)) != 0;
 }
 
-bool PointTracker::advance(const cv::Point2f& to, const cv::Point2f& without_flow,
-                           PointTrack* track) const {
+bool PointTracker::advance(const cv::Point2f& to, PointTrack* track) const {
   const Eigen::Vector3d bearing = camera_.bearing(toEigen(to));
   if (!bearing.allFinite()) return false;
   track->bearing_before = track->bearing;
   track->pixel_before = track->pixel;
   track->pixel = to;
   track->bearing = bearing;
-  track->residual_flow = to - without_flow;
   track->has_flow = true;
   ++track->age;
   return true;
@@ -313,7 +332,7 @@ bool PointTracker::addTrack(const cv::Point2f& pixel) {
   return true;
 }
 
-cv::Point2f PointMotion::residualFlowNear(const cv::Point2f& pixel) const {
+cv::Point2f PointMotion::flowNear(const cv::Point2f& pixel) const {
   std::array<std::pair<float, const Flow*>, kNeighbours> nearest;
   int count = 0;
   for (const Flow& flow : flows) {
@@ -335,12 +354,24 @@ cv::Point2f PointMotion::residualFlowNear(const cv::Point2f& pixel) const {
   return {static_cast<float>(medianOf(x, count)), static_cast<float>(medianOf(y, count))};
 }
 
-PointMotion PointTracker::motion() const {
+cv::Point2f PointTracker::turned(const RotationPrior& prior, const Eigen::Vector3d& bearing,
+                                 const cv::Point2f& pixel) const {
+  Eigen::Vector2d there;
+  const RowCamera lens(camera_, prior.rows_now);
+  const Eigen::Vector3d now = prior.R_now_before * atMiddleRow(prior.rows_before, bearing, pixel);
+  return lens.project(now, &there) ? toPoint(there) : pixel;
+}
+
+cv::Point2f PointTracker::flowOf(const PointTrack& track, const RotationPrior& prior) const {
+  return track.pixel - turned(prior, track.bearing_before, track.pixel_before);
+}
+
+PointMotion PointTracker::motion(const RotationPrior& prior) const {
   PointMotion motion;
   int balance = 0;
   for (const PointTrack& track : tracks_) {
     if (!track.has_flow) continue;
-    motion.flows.push_back({track.pixel, track.residual_flow});
+    motion.flows.push_back({track.pixel, flowOf(track, prior)});
     balance += track.surprise_px < kSteadyPx ? 1 : -1;
   }
   motion.steady = balance > 0;
@@ -375,6 +406,12 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
 
 // ------------------------------------------------------------------------------ default profile
 
+struct PointTracker::Expected {
+  std::vector<cv::Point2f> rotated;    // where each point would be without translation
+  std::vector<cv::Point2f> predicted;  // and with the flow of the step before
+  bool trusted = false;                // there is reason to look near
+};
+
 PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   Levels levels;
   for (int level = 0; level < kLevels; ++level) {
@@ -383,29 +420,23 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
-// Where many points are lost, and more are found if the camera goes on turning as before, it is the
-// gyroscope that is wrong: `prior` is that turn then, of which nothing is known.
-std::vector<PointTrack> PointTracker::searchBoth(const Levels& before, const Levels& now,
-                                                 RotationPrior* prior, ImageReport* report) {
-  deformAnchors(*prior);
-  std::vector<PointTrack> moved = search(before, now, *prior);
-  if (!prior->measured) return moved;
-  if (static_cast<double>(moved.size()) < kDoubtBelow * static_cast<double>(tracks_.size())) {
-    RotationPrior steady = *prior;
-    steady.R_now_before = expSO3(prior->dt_s * turn_rate_);
-    steady.sigma_px = std::numeric_limits<double>::infinity();
-    std::vector<PointTrack> other = search(before, now, steady);
-    if (static_cast<double>(other.size()) > kFallbackGain * static_cast<double>(moved.size())) {
-      RotationPrior correction = steady;
-      correction.R_now_before = steady.R_now_before * prior->R_now_before.transpose();
-      deformAnchors(correction);
-      *prior = steady;
-      report->rotation_overruled = true;
-      return other;
-    }
+// After an overruled image the gyroscope is wrong for as long as it disagrees with the turn that
+// the tracks agree with best by about as much, though each track may be where it was predicted: the
+// flow beyond its rotation contains the same error. That turn is for lines and axes where nothing
+// better is known.
+void PointTracker::compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
+                                ImageReport* report) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const PointTrack& track : moved) sum += track.bearing * track.bearing_before.transpose();
+  const Eigen::Matrix3d turn = nearestRotation(sum);
+  const double apart = logSO3(last_prior_.R_now_before.transpose() * turn).norm() / prior->dt_s;
+  if (prior->measured && was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_) {
+    *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
+    report->rotation_overruled = true;
   }
-  turn_rate_ = logSO3(prior->R_now_before) / prior->dt_s;
-  return moved;
+  was_overruled_ = report->rotation_overruled;
+  (was_overruled_ ? apart_wrong_ : apart_right_) = apart;
+  if (!prior->measured) prior->R_now_before = turn;
 }
 
 void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
@@ -413,8 +444,11 @@ void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid&
   std::vector<PointTrack> moved;
   if (!tracks_.empty() && !before.empty()) {
     const Levels levels_now = levelsOf(now);
-    moved = searchBoth(levelsOf(before), levels_now, prior, report);
+    const Expected expected = chooseRotation(before, now, prior, report);
+    deformAnchors(*prior);
+    moved = search(levelsOf(before), levels_now, *prior, expected);
     anchorTracks(levels_now, &moved);
+    if (!moved.empty()) compareTurns(moved, prior, report);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);
     report->points_outliers += checkThreeViews(*prior, &moved);
@@ -442,12 +476,6 @@ void PointTracker::deformAnchors(const RotationPrior& prior) const {
   }
 }
 
-// Where each point would be seen without translation, and with the residual flow of the previous
-// step.
-struct PointTracker::Expected {
-  std::vector<cv::Point2f> rotated, predicted;
-};
-
 // What became of each point.
 struct PointTracker::Found {
   explicit Found(std::size_t points) : ok(points, 0), recognised(points, 0), to(points) {}
@@ -456,24 +484,48 @@ struct PointTracker::Found {
   std::vector<cv::Point2f> to;
 };
 
-PointTracker::Expected PointTracker::expect(const RotationPrior& prior) const {
-  const std::size_t n = tracks_.size();
-  const RowCamera lens(camera_, prior.rows_now);
+// `last`: the rotation in the last image, beyond which each point goes on as it moved.
+PointTracker::Expected PointTracker::expect(const RotationPrior& last,
+                                            const RotationPrior& prior) const {
   const auto ratio = static_cast<float>(prior.dt_ratio);
-  const PointMotion before_last = motion();
+  const PointMotion before_last = motion(last);
   Expected expected;
-  for (std::size_t i = 0; i < n; ++i) {
-    const PointTrack& track = tracks_[i];
-    expected.rotated.push_back(track.pixel);
-    Eigen::Vector2d pixel;
-    const Eigen::Vector3d turned =
-        prior.R_now_before * atMiddleRow(prior.rows_before, track.bearing, track.pixel);
-    if (prior.measured && lens.project(turned, &pixel)) expected.rotated[i] = toPoint(pixel);
+  expected.trusted = prior.measured;
+  for (const PointTrack& track : tracks_) {
+    expected.rotated.push_back(turned(prior, track.bearing, track.pixel));
     const cv::Point2f flow =
-        track.has_flow ? track.residual_flow : before_last.residualFlowNear(track.pixel);
-    expected.predicted.push_back(expected.rotated[i] + ratio * flow);
+        track.has_flow ? flowOf(track, last) : before_last.flowNear(track.pixel);
+    expected.predicted.push_back(expected.rotated.back() + ratio * flow);
   }
   return expected;
+}
+
+// Where most points look better if each goes on as it moved than where the gyroscope predicts them,
+// it is the gyroscope that is wrong: `prior` knows nothing then. Asked before the search, which
+// among bricks finds the next brick.
+PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
+                                                    const ImagePyramid& now, RotationPrior* prior,
+                                                    ImageReport* report) {
+  const Expected expected = expect(last_prior_, *prior);
+  last_prior_ = *prior;
+  if (!prior->measured) return expected;
+  const RotationPrior nothing{prior->dt_s, prior->dt_ratio};
+  Expected even = expect(nothing, nothing);
+  const auto difference = [&](std::size_t i, const cv::Point2f& there) {
+    return isInside(there, 0.0) ? lookDifference(before, tracks_[i].pixel, now, there)
+                                : std::numeric_limits<double>::infinity();
+  };
+  int better = 0;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (difference(i, even.predicted[i]) < kLessAlike * difference(i, expected.predicted[i])) {
+      ++better;
+    }
+  }
+  if (2 * better <= static_cast<int>(tracks_.size())) return expected;
+  report->rotation_overruled = true;
+  *prior = nothing;
+  even.trusted = true;
+  return even;
 }
 
 // Looks for the points of one level; `before` and `now` begin with it.
@@ -497,14 +549,14 @@ void PointTracker::searchLevel(int level, const ImagePyramid& before, const Imag
     return ratio * tracks_[index[k]].surprise_px < kSteadyPx;
   };
   FlowSearch search(before, now, options_.points, std::move(from));
-  for (std::size_t k = 0; prior.measured && k < index.size(); ++k) {
+  for (std::size_t k = 0; expected.trusted && k < index.size(); ++k) {
     cv::Point2f there;
     if (!steady(k) || !isSurelyAt(tracks_[index[k]], now, predicted[k], &there)) continue;
     found->recognised[index[k]] = 1;
     search.set(k, there);
   }
   const auto all = [](std::size_t) { return true; };
-  if (prior.measured) {
+  if (expected.trusted) {
     search.round(predicted, 0, steady);
     search.round(predicted, kPredictedLevels, all);
   } else {
@@ -519,8 +571,8 @@ void PointTracker::searchLevel(int level, const ImagePyramid& before, const Imag
 
 // The tracks that are found in this image, moved there.
 std::vector<PointTrack> PointTracker::search(const Levels& before, const Levels& now,
-                                             const RotationPrior& prior) const {
-  const Expected expected = expect(prior);
+                                             const RotationPrior& prior,
+                                             const Expected& expected) const {
   Found found(tracks_.size());
   for (int level = 0; level < kLevels; ++level) {
     const auto l = static_cast<std::size_t>(level);
@@ -530,7 +582,7 @@ std::vector<PointTrack> PointTracker::search(const Levels& before, const Levels&
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     if (found.ok[i] == 0 || !isInside(found.to[i], options_.points.border_px)) continue;
     PointTrack track = tracks_[i];
-    if (!advance(found.to[i], expected.rotated[i], &track)) continue;
+    if (!advance(found.to[i], &track)) continue;
     track.surprise_px =
         static_cast<float>(cv::norm(found.to[i] - expected.predicted[i])) / pixelOf(track.level);
     track.recognised = found.recognised[i] != 0;
@@ -550,7 +602,6 @@ bool PointTracker::recognise(const ImagePyramid& now, PointTrack* track) const {
   if (!match.ok || !(match.correlation > kLeastCorrelation) || !bearing.allFinite()) return false;
   track->anchor->accept();
   const cv::Point2f there = toPoint(place);
-  track->residual_flow += there - track->pixel;
   track->pixel = there;
   track->bearing = bearing;
   return true;
@@ -777,7 +828,7 @@ std::vector<PointTrack> PointTracker::searchVins(const ImagePyramid& before,
                         rounded.y < usable_.rows - vins::kBorderPx;
     if (ok[i] == 0 || !inside || isMasked(to[i])) continue;
     PointTrack track = tracks_[i];
-    if (!advance(to[i], from[i], &track)) continue;
+    if (!advance(to[i], &track)) continue;
     moved.push_back(track);
   }
   return moved;

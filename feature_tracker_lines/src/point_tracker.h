@@ -30,8 +30,6 @@ struct PointTrack {
   Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();         ///< unit, in c
   Eigen::Vector3d bearing_before = Eigen::Vector3d::UnitZ();  ///< in the previous image
   cv::Point2f pixel_before;
-  /// Motion since the previous image beyond what the rotation explains [px].
-  cv::Point2f residual_flow;
   /// Rays at the last two marks of PointTracker, turned to the middle row of their image, the older
   /// first; how many of them there are.
   Eigen::Vector3d mark_rays[2] = {Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ()};
@@ -48,14 +46,14 @@ struct PointTrack {
 struct PointMotion {
   struct Flow {
     cv::Point2f pixel;     ///< in the last image
-    cv::Point2f residual;  ///< PointTrack::residual_flow [px]
+    cv::Point2f residual;  ///< motion since the image before, beyond what the rotation makes [px]
   };
   std::vector<Flow> flows;  ///< of the points that have one
   /// Whether most of these points were where they had been predicted. With none: no.
   bool steady = false;
 
   /// Median of the residual flows of the up to five nearest points; zero if there are none.
-  cv::Point2f residualFlowNear(const cv::Point2f& pixel) const;
+  cv::Point2f flowNear(const cv::Point2f& pixel) const;
 };
 
 /// Follows points from image to image: follow() and then refill(), once for each image.
@@ -76,8 +74,8 @@ class PointTracker {
   /// Current points, oldest first.
   const std::vector<PointTrack>& tracks() const { return tracks_; }
 
-  /// Motion of the points followed to the last image.
-  PointMotion motion() const;
+  /// Motion of the points followed to the last image, beyond what the rotation `prior` makes.
+  PointMotion motion(const RotationPrior& prior) const;
 
   /// Forgets all points. Ids are not reused.
   void reset();
@@ -92,13 +90,15 @@ class PointTracker {
   static Levels levelsOf(const ImagePyramid& pyramid);
   void followDefault(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
                      ImageReport* report);
-  std::vector<PointTrack> searchBoth(const Levels& before, const Levels& now, RotationPrior* prior,
-                                     ImageReport* report);
-  Expected expect(const RotationPrior& prior) const;
+  Expected expect(const RotationPrior& last, const RotationPrior& prior) const;
+  Expected chooseRotation(const ImagePyramid& before, const ImagePyramid& now, RotationPrior* prior,
+                          ImageReport* report);
+  void compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
+                    ImageReport* report);
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
                    const RotationPrior& prior, const Expected& expected, Found* found) const;
   std::vector<PointTrack> search(const Levels& before, const Levels& now,
-                                 const RotationPrior& prior) const;
+                                 const RotationPrior& prior, const Expected& expected) const;
   void deformAnchors(const RotationPrior& prior) const;
   bool recognise(const ImagePyramid& now, PointTrack* track) const;
   void anchorTracks(const Levels& now, std::vector<PointTrack>* moved);
@@ -128,9 +128,12 @@ class PointTracker {
   /// Whether FrontEndOptions::mask leaves out a pixel inside the image.
   bool isMasked(const cv::Point2f& pixel) const;
   bool addTrack(const cv::Point2f& pixel);
-  /// Moves a track to the pixel `to` of this image; under rotation alone it would be at
-  /// `without_flow`. False where the camera model has no ray for `to`.
-  bool advance(const cv::Point2f& to, const cv::Point2f& without_flow, PointTrack* track) const;
+  /// Moves a track to the pixel `to` of this image. False where the camera model has no ray for it.
+  bool advance(const cv::Point2f& to, PointTrack* track) const;
+  /// Where what was seen at `pixel` before would be under the rotation alone.
+  cv::Point2f turned(const RotationPrior& prior, const Eigen::Vector3d& bearing,
+                     const cv::Point2f& pixel) const;
+  cv::Point2f flowOf(const PointTrack& track, const RotationPrior& prior) const;
 
   Camera camera_;
   FrontEndOptions options_;
@@ -140,8 +143,10 @@ class PointTracker {
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
-  // Of the last image whose rotation was right: log of R_now_before over dt_s [rad/s].
-  Eigen::Vector3d turn_rate_ = Eigen::Vector3d::Zero();
+  RotationPrior last_prior_;  // of the last image, overruled or not
+  bool was_overruled_ = false;
+  // Between its turn and that of the tracks, where it was right and where it was overruled [rad/s].
+  double apart_right_ = 0.0, apart_wrong_ = 0.0;
   // Now and then a mark is made, at which each track remembers its ray.
   double since_mark_s_ = 0.0;
   Eigen::Matrix3d R_now_mark_ = Eigen::Matrix3d::Identity();    // of the newer mark

@@ -31,7 +31,7 @@ struct RotationPrior {
   Eigen::Matrix3d R_now_before = Eigen::Matrix3d::Identity();
   /// Standard deviation of the rotation times the focal length: how far it moves a point [px].
   double sigma_px = std::numeric_limits<double>::infinity();
-  RowExposure rows_before, rows_now;  ///< of the two images; at rest where nothing is measured
+  RowExposure rows_before{}, rows_now{};  ///< of the two images; at rest where nothing is measured
 };
 
 }  // namespace slim_init::feature_tracker_lines

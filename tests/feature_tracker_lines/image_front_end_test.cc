@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <random>
 #include <set>
 
 #include "room_walk.h"
@@ -133,6 +134,7 @@ TEST(FrontEndRollingShutter, KnownRotationTestsEveryPointAtItsOwnRow) {
   EXPECT_LT(known.errors.pointsBeyond(1.5), 0.02);
   EXPECT_GT(known.persisting, 0.95 * global.persisting);
   EXPECT_LT(known.outliers, 2 * global.outliers + 30);
+  EXPECT_EQ(global.overruled, 0);  // the tremor is no damage of the gyroscope
   EXPECT_GT(ignored.outliers + 50 * ignored.overruled, 2 * known.outliers + 50 * known.overruled);
 }
 
@@ -448,6 +450,28 @@ TEST(FrontEndBias, DamageOfTheGyroscopeDoesNotKillTheTracks) {
     EXPECT_GT(points.points, 0.8);
     EXPECT_LT(points.wrong, 0.03);
     EXPECT_GT(lines.lines, 0.7);
+  }
+}
+
+// Noise of the gyroscope that turns every image's prediction another way, up to several bricks: the
+// tracks must not go to the next brick, where KLT and the outlier check find everything in order.
+TEST(FrontEndBias, NoiseOfTheGyroscopeDoesNotLeadToTheNextBrick) {
+  for (const double rate : {0.3, 1.0, 3.0}) {
+    SCOPED_TRACE(rate);
+    RoomWalk walk(eurocCamera(), BoxRoom(kRoom, textures::bricks), Motion(), 2);
+    ImageFrontEnd front_end(walk.parameters, walk.calibration, FrontEndOptions());
+    std::mt19937 random(7);
+    std::normal_distribution<double> turn(0.0, rate);
+    TrackErrors errors;
+    for (int k = 0; k < 40; ++k) {
+      walk.gyro_bias.setZero();
+      if (k >= 15 && k < 35) walk.gyro_bias = {turn(random), turn(random), turn(random)};
+      FrameObservation frame;
+      ASSERT_EQ(walk.feed(k, walk.image(k), &front_end, &frame), ImageStatus::kTracked);
+      if (k >= 15) errors.add(walk, k, frame);
+    }
+    EXPECT_LT(errors.pointsBeyond(1.5), 0.003);
+    EXPECT_GT(errors.point_px.size(), 3500U);
   }
 }
 

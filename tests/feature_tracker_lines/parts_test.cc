@@ -656,7 +656,7 @@ TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
       EXPECT_NEAR(track.pixel.x - track.pixel_before.x, shift == 12.0 ? 4.0 : 2.0, 0.2);
     }
     const bool expected = shift == 12.0 ? prior.dt_ratio == 2.0 : shift > 2.0;
-    EXPECT_EQ(tracker.motion().steady, expected) << shift;
+    EXPECT_EQ(tracker.motion(prior).steady, expected) << shift;
     recognised.push_back(count);
     kept.push_back(old);
   }
