@@ -142,7 +142,6 @@ void nameScaleOfSpeeds(const MetricEstimate& metric, double max_scale_sigma, Ini
 
 // Numbers in brackets are the sections of docs/derivation.md.
 InitResult answer(const InitWindow& window, const InitializerOptions& options, WorkBudget* budget) {
-  const SlimOptions& use = options.slim;
   InitResult result = startResult(window);
   StageClock clock(&result);
   if (!hasEnoughKeyframes(window, &result)) return result;
@@ -172,19 +171,18 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   clock.lap("translation");
 
   // [3-5] Metric starts, maximum a posteriori estimate, posterior.
-  const MetricEstimate metric = estimateMetric(
-      {tracks, pre, options.refinement, options.inertial, *budget, {rotation.rigPrior(use)}},
-      translation, options, lacksExcitation(options.gates.mode, result), &clock);
+  const MetricEstimate metric =
+      estimateMetric({tracks, pre, options.refinement, options.inertial, *budget, {rotation.prior}},
+                     translation, options, lacksExcitation(options.gates.mode, result), &clock);
 
   // [6] Verdict. [7] What is left of a window without translation.
   if (metric.posterior.valid) {
     setEstimate(tracks, metric.refined, metric.posterior, &result);
-    if (result.calibration) {
-      appendCalibrationWarnings(window.calibration(), *result.calibration, &result);
-    }
-    appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
+    appendCalibrationWarnings(window.calibration(), *result.calibration, &result);
+    appendGates(calibrationGates(window.calibration(), *result.calibration, options.gates),
+                &result);
     appendGates(gatesOf(metric, seen, tracks, motion, options, &result), &result);
-  } else if (!use.refine && metric.start) {
+  } else if (!options.slim.refine && metric.start) {
     setWorldStates(seen, *metric.start, &result);
   }
   enforceGates(options.gates.mode, &result);

@@ -74,11 +74,9 @@ std::string noWindowMessage(const LoadedSequence& loaded, const AbOptions& optio
 void setDownstream(const AbOptions& options, evaluation::ProtocolOptions* protocol) {
 #ifdef SLIM_INIT_HAS_BACKEND
   if (!(options.downstream_s > 0.0)) return;
-  backend::DownstreamOptions downstream;
-  downstream.seconds = options.downstream_s;
-  protocol->downstream = [downstream](const evaluation::Sequence& sequence,
-                                      const InitResult& answer) {
-    return backend::runDownstream(sequence, answer, downstream);
+  protocol->downstream = [seconds = options.downstream_s](const evaluation::Sequence& sequence,
+                                                          const InitResult& answer) {
+    return backend::runDownstream(sequence, answer, seconds);
   };
 #else
   (void)options;

@@ -88,7 +88,7 @@ void printErrors(const std::vector<simulation::PointError>& errors, const std::s
   for (const simulation::PointError& e : errors) {
     if (e.occluded) continue;
     values.push_back(e.error_px);
-    if (e.error_px > simulation::TrackTruthOptions().outlier_px) ++outliers;
+    if (e.error_px > simulation::kTrackOutlier) ++outliers;
   }
   print("observations" + against, static_cast<double>(values.size()), "");
   print("occluded" + against, static_cast<double>(errors.size() - values.size()), "");
@@ -103,7 +103,7 @@ void printErrors(const std::vector<simulation::LineError>& errors, const std::st
   for (const simulation::LineError& e : errors) {
     angle.push_back(e.angle_deg);
     offset.push_back(e.offset_px);
-    if (e.end_px <= simulation::TrackTruthOptions().same_line_px) ++same;
+    if (e.end_px <= simulation::kSameLine) ++same;
   }
   print("observations" + against, static_cast<double>(errors.size()), "");
   print("angle" + against + ", median", evaluation::median(angle), "deg");
@@ -146,7 +146,7 @@ std::string measure(const Input& input, const std::vector<FrameObservation>& fra
   const auto trajectory = simulation::makeSampledTrajectory(input.images->truth(), &error);
   if (trajectory == nullptr) return "ground truth: " + error;
   const Calibration& calibration = input.config.calibration;
-  simulation::TrackTruth truth(*input.scene, input.config.camera, simulation::TrackTruthOptions());
+  simulation::TrackTruth truth(*input.scene, input.config.camera);
   const double reach = 0.5 * calibration.readout_s;  // of the first and the last row
   for (const FrameObservation& frame : frames) {
     const double t = calibration.imuTime(frame.t);

@@ -24,7 +24,8 @@ using testing_support::makeSimulatedSequence;
 using testing_support::SimulatedSequenceOptions;
 
 // Ten seconds of excited motion from the true states: 100 points at 0.6 px, EuRoC's IMU.
-constexpr double kAte = 0.05;  // [m]
+constexpr double kSeconds = 5.0;  // after the seed [s]
+constexpr double kAte = 0.05;     // [m]
 constexpr double kScaleError = 0.02;
 
 Sequence sequenceOf(const std::string& motion, unsigned seed, double duration_s) {
@@ -48,9 +49,7 @@ class Estimator : public ::testing::TestWithParam<std::string> {};
 TEST_P(Estimator, KeepsTheScaleForTenSeconds) {
   for (const unsigned seed : {1u, 2u}) {
     const Sequence sequence = sequenceOf(GetParam(), seed, 14.0);
-    DownstreamOptions options;
-    options.seconds = 10.0;
-    const auto record = runDownstream(sequence, trueAnswer(sequence), options);
+    const auto record = runDownstream(sequence, trueAnswer(sequence), 10.0);
     ASSERT_TRUE(record.ran) << record.message;
     EXPECT_FALSE(record.diverged) << record.message;
     EXPECT_NEAR(record.seconds, 10.0, 0.11);
@@ -66,7 +65,7 @@ TEST_P(Estimator, HoldsOutliers) {
   simulation.duration_s = 9.0;
   simulation.outlier_rate = 0.1;
   const Sequence sequence = makeSimulatedSequence(simulation);
-  const auto record = runDownstream(sequence, trueAnswer(sequence), DownstreamOptions());
+  const auto record = runDownstream(sequence, trueAnswer(sequence), kSeconds);
   ASSERT_TRUE(record.ran) << record.message;
   EXPECT_FALSE(record.diverged) << record.message;
   EXPECT_LT(record.ate, kAte);
@@ -88,12 +87,12 @@ TEST_P(Estimator, WrongSeedsAreNoticed) {
     return answer;
   };
   for (const auto& [tilt, speed] : {std::make_pair(M_PI / 2, 0.0), std::make_pair(0.0, 40.0)}) {
-    const auto record = runDownstream(sequence, wrongAnswer(tilt, speed), DownstreamOptions());
+    const auto record = runDownstream(sequence, wrongAnswer(tilt, speed), kSeconds);
     ASSERT_TRUE(record.ran) << record.message;
     EXPECT_TRUE(record.diverged || record.scale_error < 0.25)
         << "quietly wrong: tilt " << tilt << ", speed " << speed << ", ate " << record.ate;
   }
-  const auto record = runDownstream(sequence, wrongAnswer(M_PI, 40.0), DownstreamOptions());
+  const auto record = runDownstream(sequence, wrongAnswer(M_PI, 40.0), kSeconds);
   ASSERT_TRUE(record.ran) << record.message;
   EXPECT_TRUE(record.diverged) << "ate " << record.ate << ", scale error " << record.scale_error;
   EXPECT_FALSE(record.message.empty());
@@ -129,24 +128,24 @@ InitResult priorAnswer(const Sequence& sequence, double factor, double velocity_
 TEST(SeedWithPrior, ForgetsAVelocityThatIsAsWrongAsItSays) {
   for (const unsigned seed : {1u, 2u}) {
     const Sequence sequence = sequenceOf("circle", seed, 9.0);
-    const auto right = runDownstream(sequence, priorAnswer(sequence, 0.0, 0.1), {});
+    const auto right = runDownstream(sequence, priorAnswer(sequence, 0.0, 0.1), kSeconds);
     ASSERT_TRUE(right.ran) << right.message;
     EXPECT_FALSE(right.diverged) << right.message;
     EXPECT_LT(right.ate, 0.15) << "seed " << seed;
     EXPECT_LT(right.scale_error, 0.05) << "seed " << seed;
-    const auto wrong = runDownstream(sequence, priorAnswer(sequence, 0.4, 0.6), {});
+    const auto wrong = runDownstream(sequence, priorAnswer(sequence, 0.4, 0.6), kSeconds);
     ASSERT_TRUE(wrong.ran) << wrong.message;
     EXPECT_FALSE(wrong.diverged) << wrong.message;
     EXPECT_LT(wrong.scale_error, 0.1) << "seed " << seed;
     // The same error believed in is not forgotten as well: the prior counts.
-    const auto believed = runDownstream(sequence, priorAnswer(sequence, 0.4, 0.005), {});
+    const auto believed = runDownstream(sequence, priorAnswer(sequence, 0.4, 0.005), kSeconds);
     EXPECT_TRUE(believed.diverged || believed.ate > wrong.ate) << "seed " << seed;
   }
 }
 
 TEST(SeedWithPrior, KeepsTheNewestFrameAndSaysWhatIsWrong) {
   const Sequence sequence = sequenceOf("circle", 1, 3.0);
-  SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());
+  SlidingWindowEstimator estimator(sequence.calibration);
   const NavState& state = sequence.truth[6];
   EXPECT_NE(estimator.seed(state, seedCovariance(0.1)).problem.find("empty"), std::string::npos);
   for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
@@ -166,7 +165,7 @@ TEST(SeedWithPrior, KeepsTheNewestFrameAndSaysWhatIsWrong) {
 
 TEST(EstimatorInput, DropsAndCounts) {
   const Sequence sequence = sequenceOf("circle", 1, 3.0);
-  SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());
+  SlidingWindowEstimator estimator(sequence.calibration);
   EXPECT_FALSE(estimator.addFrame(sequence.frames[3]).ok());  // no IMU yet
   for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
   estimator.addImu(sequence.imu[5]);
@@ -192,7 +191,7 @@ TEST(EstimatorInput, DropsAndCounts) {
 TEST(EstimatorInput, ReplacesSamples) {
   const Sequence sequence = sequenceOf("circle", 1, 3.0);
   const auto newest = [&sequence](bool damaged, bool replaced) {
-    SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());
+    SlidingWindowEstimator estimator(sequence.calibration);
     std::vector<ImuSample> right;
     for (ImuSample sample : sequence.imu) {
       if (sample.t > 0.92 && sample.t < 0.96) {
@@ -217,7 +216,7 @@ TEST(EstimatorInput, ReplacesSamples) {
 
 TEST(EstimatorInput, TheWindowIsBounded) {
   const Sequence sequence = sequenceOf("hover", 1, 6.0);
-  SlidingWindowEstimator estimator(sequence.calibration, EstimatorOptions());
+  SlidingWindowEstimator estimator(sequence.calibration);
   for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
   for (std::size_t k = 5; k < sequence.frames.size() - 1; ++k) {
     estimator.addFrame(sequence.frames[k]);
@@ -229,10 +228,8 @@ TEST(EstimatorInput, TheWindowIsBounded) {
 
 TEST(EstimatorInput, EqualInputGivesEqualStates) {
   const Sequence sequence = sequenceOf("circle", 2, 6.0);
-  DownstreamOptions options;
-  options.seconds = 2.0;
-  const auto first = runDownstream(sequence, trueAnswer(sequence), options);
-  const auto second = runDownstream(sequence, trueAnswer(sequence), options);
+  const auto first = runDownstream(sequence, trueAnswer(sequence), 2.0);
+  const auto second = runDownstream(sequence, trueAnswer(sequence), 2.0);
   EXPECT_EQ(first.ate, second.ate);
   EXPECT_EQ(first.scale_error, second.scale_error);
 }
@@ -242,32 +239,30 @@ TEST(FailureDetection, NamesRuleValueAndBound) {
   before.t = 0.0;
   after.t = 0.1;
   FrameReport report;
-  const FailureOptions options;
-  EXPECT_EQ(detectFailure(before, after, report, options), "");
+  EXPECT_EQ(detectFailure(before, after, report), "");
   after.accel_bias.x() = 3.0;
-  EXPECT_EQ(detectFailure(before, after, report, options),
-            "accelerometer bias 3 m/s^2 (limit 2.5)");
+  EXPECT_EQ(detectFailure(before, after, report), "accelerometer bias 3 m/s^2 (limit 2.5)");
   after = before;
   after.gyro_bias.y() = -1.5;
-  EXPECT_EQ(detectFailure(before, after, report, options), "gyroscope bias 1.5 rad/s (limit 1)");
+  EXPECT_EQ(detectFailure(before, after, report), "gyroscope bias 1.5 rad/s (limit 1)");
   after = before;
   after.p_w_b.z() = -1.5;
-  EXPECT_EQ(detectFailure(before, after, report, options),
+  EXPECT_EQ(detectFailure(before, after, report),
             "vertical step between two frames 1.5 m (limit 1)");
   after.p_w_b.x() = 6.0;
-  EXPECT_NE(detectFailure(before, after, report, options).find("step between two frames 6.18"),
+  EXPECT_NE(detectFailure(before, after, report).find("step between two frames 6.18"),
             std::string::npos);
   after = before;
   after.p_w_b.x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(detectFailure(before, after, report, options), "");
+  EXPECT_NE(detectFailure(before, after, report), "");
   after = before;
   report.newest_views = 40;
   report.newest_inliers = 19;
-  EXPECT_EQ(detectFailure(before, after, report, options),
+  EXPECT_EQ(detectFailure(before, after, report),
             "19 of 40 points are where they are expected (minimum fraction 0.5)");
   report.newest_views = 9;
   report.newest_inliers = 0;
-  EXPECT_EQ(detectFailure(before, after, report, options), "");
+  EXPECT_EQ(detectFailure(before, after, report), "");
 }
 
 }  // namespace

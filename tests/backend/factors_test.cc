@@ -136,7 +136,7 @@ TEST_P(BackendFactors, Anchor) {
   NavState seed = frames_[0]->state();
   seed.R_w_b = expSO3(0.4 * random()) * seed.R_w_b;
   seed.p_w_b += random();
-  const AnchorCost cost(*frames_[0], seed, EstimatorOptions());
+  const AnchorCost cost(*frames_[0], seed);
   check(cost, {frames_[0]->pose.data(), frames_[0]->motion.data()});
 }
 

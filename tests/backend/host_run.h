@@ -72,7 +72,7 @@ class HostRun {
       // Images come at 10 Hz from zero.
       truth.push_back(sequence_.truth[static_cast<std::size_t>(std::lround(10.0 * state.t))]);
     }
-    return states.empty() ? kNotComputed : windowScaleError(states, truth, 0.05);
+    return states.empty() ? kNotComputed : windowScaleError(states, truth);
   }
   double scaleErrorOrZero() const {
     const double error = scaleError();

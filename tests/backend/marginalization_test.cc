@@ -71,7 +71,7 @@ class SmallProblem {
                                 Eigen::Vector3d(0, 0, -calibration.gravity_magnitude), 1e-3, 1e-1);
   }
   std::unique_ptr<AnchorCost> anchor() const {
-    return std::make_unique<AnchorCost>(*frames[0], seed_state_, EstimatorOptions());
+    return std::make_unique<AnchorCost>(*frames[0], seed_state_);
   }
   std::unique_ptr<ReprojectionCost> view(const Point& point, std::size_t v) const {
     return std::make_unique<ReprojectionCost>(

@@ -24,9 +24,7 @@ TestHostOptions::TestHostOptions() {
 }
 
 TestHost::TestHost(std::unique_ptr<HostAdapter> adapter, const TestHostOptions& options)
-    : adapter_(std::move(adapter)),
-      options_(options),
-      estimator_(adapter_->calibration(), options.estimator) {}
+    : adapter_(std::move(adapter)), options_(options), estimator_(adapter_->calibration()) {}
 
 std::unique_ptr<TestHost> TestHost::create(std::unique_ptr<IInitializer> initializer,
                                            const TestHostOptions& options, std::string* error) {
@@ -49,13 +47,13 @@ HostStep TestHost::addFrame(const FrameObservation& frame) {
   const FrameReport report = estimator_.addFrame(frame);
 
   if (!was_tracking) {
-    if (static_cast<int>(estimator_.stamps().size()) >= options_.estimator.window_frames - 1) {
+    if (static_cast<int>(estimator_.stamps().size()) >= SlidingWindowEstimator::kWindowFrames - 1) {
       seed(&step);
     }
   } else {
     step.message = report.problem;
     if (estimator_.seeded() && report.ok()) {
-      step.message = detectFailure(before, estimator_.newest(), report, options_.failure);
+      step.message = detectFailure(before, estimator_.newest(), report);
     }
     step.failed = !estimator_.seeded() || (report.ok() && !step.message.empty());
     if (!step.failed) watch(&step);

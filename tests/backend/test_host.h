@@ -8,18 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/backend/options.h"
 #include "slim_init/backend/sliding_window_estimator.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 
 namespace slim_init::backend {
 
-/// Options of the host, of its estimator and of the adapter that it asks.
+/// Options of the host and of the adapter that it asks.
 struct TestHostOptions {
   TestHostOptions();
   vins_adapter::HostOptions adapter;  ///< reinit and watchdog are on
-  EstimatorOptions estimator;
-  FailureOptions failure;
   /// States of the last moments before a failure was noticed are not trusted [s].
   double suspect_s = 0.5;
 };

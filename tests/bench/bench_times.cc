@@ -36,8 +36,7 @@ struct Command {
   std::string methods = "drt-l,slim";
   BenchWindows windows;
   int rounds = 5;
-  bool calibration = true;  // `slim.estimate_calibration`
-  std::string answers;      // file for the answers of `count`; empty: none
+  std::string answers;  // file for the answers of `count`; empty: none
 };
 
 std::vector<std::string> split(const std::string& list) {
@@ -89,7 +88,6 @@ bool isOfStepsOneAndTwo(const std::string& stage) {
 
 InitializerOptions optionsOf(const Command& command) {
   InitializerOptions options;
-  options.slim.estimate_calibration = command.calibration;
   options.window.keyframes = command.windows.keyframes;
   options.window.min_keyframes = command.windows.keyframes;
   return options;
@@ -294,8 +292,6 @@ int runTimesCommand(const std::vector<std::string>& arguments) {
       "maximum number for each sequence");
   add("rounds", po::value(&command.rounds)->default_value(command.rounds),
       "every window is solved as often as this");
-  add("calibration", po::value(&command.calibration)->default_value(command.calibration),
-      "slim.estimate_calibration");
   add("answers", po::value(&command.answers), "count: file to which all estimates are appended");
   const std::vector<std::string> options(arguments.begin() + 1, arguments.end());
   if (const auto code = readOptions(table, options)) return *code;

@@ -14,6 +14,7 @@
 #include "slim_init/row_times.h"
 #include "slim_init/work_budget.h"
 #include "support/chi_square.h"
+#include "support/data_sheet_options.h"
 #include "support/exact_window.h"
 
 namespace slim_init {
@@ -24,11 +25,8 @@ using namespace testing_support;  // NOLINT: the vocabulary of these tests
 constexpr double kRadPerDeg = M_PI / 180.0;
 
 InitializerOptions simulatedImu() {
-  InitializerOptions options;
-  // The simulated IMU is as good as its data sheet, the tracks do not drift.
-  options.inertial.accel_noise_factor = 1.0;
-  options.inertial.gyro_noise_factor = 1.0;
-  options.refinement.min_sigma_px = 0.01;
+  InitializerOptions options = dataSheetOptions();
+  options.refinement.min_sigma_px = 0.01;  // the tracks do not drift
   return options;
 }
 
@@ -314,19 +312,19 @@ TEST(CalibrationOfSlim, ARollingShutterThatNobodyDeclaredIsFound) {
 }
 
 // It may be longer than those that are looked for where none is given. Its uncertainty stays, too,
-// if nothing is to be estimated.
+// if a host has flown with it.
 TEST(CalibrationOfSlim, ALongReadoutTimeThatIsRightStays) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     ExactWindowOptions options = noisy(seed);
     options.readout_s = 0.06;
     const ExactWindow exact = makeExactWindow(options);
-    for (const bool estimates : {true, false}) {
-      InitializerOptions slim;
-      slim.slim.estimate_calibration = estimates;
+    for (const GivenCalibration given : {GivenCalibration::kReplaced, GivenCalibration::kKept}) {
+      const InitializerOptions slim;
       WorkBudget budget(slim.limits);
-      const RotationStage stage = estimateRotations(*exact.window, slim, &budget);
+      const RotationStage stage = estimateRotations(*exact.window, slim, &budget, given);
       EXPECT_EQ(stage.window->calibration().readout_s, options.readout_s);
-      EXPECT_TRUE(estimates || stage.prior.sigmas.readout_s == exact.calibration.sigmas.readout_s);
+      EXPECT_TRUE(given == GivenCalibration::kReplaced ||
+                  stage.prior.sigmas.readout_s == exact.calibration.sigmas.readout_s);
     }
   }
 }

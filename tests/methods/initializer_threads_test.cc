@@ -27,7 +27,7 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 ExactWindow exactWindow(int keyframes) {
-  ExactWindowOptions options = drawnFromTheModel(3, 0.05);
+  ExactWindowOptions options = drawnWithExactCalibration(3, 0.05);
   options.keyframes = keyframes;
   options.interval_s = 0.1;
   return makeExactWindow(options);

@@ -59,6 +59,7 @@ ImuBiases knownBiases(const Vector3d& gyro, const Vector3d& accel, double gyro_s
 // Biases far beyond the priors about zero.
 ExactWindowOptions largeBiases() {
   ExactWindowOptions options;
+  options.calibration_sigmas = kExactCalibration;
   options.gyro_bias = Vector3d(0.3, -0.2, 0.25);
   options.accel_bias = Vector3d(0.6, -0.5, 0.4);
   return options;
@@ -93,7 +94,7 @@ TEST(KnownBiases, LessErrorAndAsMuchAsReported) {
     return sigma * Vector3d{gaussian(rng), gaussian(rng), gaussian(rng)};
   };
   for (unsigned seed = 1; seed <= kWindows; ++seed) {
-    ExactWindowOptions drawn = drawnFromTheModel(seed, options.inertial.accel_bias_prior);
+    ExactWindowOptions drawn = drawnWithExactCalibration(seed, options.inertial.accel_bias_prior);
     drawn.interval_s = 0.15;
     const ExactWindow exact = makeExactWindow(drawn);
     const NavState& truth = exact.truth.front();
@@ -116,7 +117,7 @@ TEST(KnownBiases, LessErrorAndAsMuchAsReported) {
 }
 
 TEST(KnownBiases, WithoutEffectWhereThePriorsSayAsMuch) {
-  const ExactWindow exact = makeExactWindow(drawnFromTheModel(3, 0.1));
+  const ExactWindow exact = makeExactWindow(drawnWithExactCalibration(3, 0.1));
   const InitResult without = makeSolver()->solve(*exact.window);
   const InertialOptions priors;
   const InitResult same =
@@ -131,7 +132,7 @@ TEST(KnownBiases, WithoutEffectWhereThePriorsSayAsMuch) {
 }
 
 TEST(KnownBiases, ThatTheDataContradictAreNotUsed) {
-  const ExactWindow exact = makeExactWindow(drawnFromTheModel(4, 0.1));
+  const ExactWindow exact = makeExactWindow(drawnWithExactCalibration(4, 0.1));
   const NavState& truth = exact.truth.front();
   const InitResult without = makeSolver()->solve(*exact.window);
   ASSERT_TRUE(without.success()) << without.message;
@@ -156,7 +157,7 @@ TEST(KnownBiases, ThatTheDataContradictAreNotUsed) {
 TEST(KnownBiases, ThatAreWrongMakeNoWrongScale) {
   int warned = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const ExactWindow exact = makeExactWindow(drawnFromTheModel(seed, 0.1));
+    const ExactWindow exact = makeExactWindow(drawnWithExactCalibration(seed, 0.1));
     const NavState& truth = exact.truth.front();
     const double sign = seed % 2 == 0 ? 1.0 : -1.0;
     const InitResult result =
@@ -201,7 +202,6 @@ class KnownSensorsOfAHost : public ::testing::Test {
   }
   std::unique_ptr<IInitializer> make(const Calibration& calibration) const {
     InitializerOptions options = dataSheetOptions();
-    options.slim.estimate_calibration = true;
     options.window.keyframes = options.window.min_keyframes = 10;
     options.window.max_span_s = 0.0;
     std::string error;

@@ -32,16 +32,14 @@ using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 // Data that are a draw from what the estimator assumes, images at 20 Hz.
 ExactWindowOptions shortWindowOptions(unsigned seed, int keyframes) {
-  ExactWindowOptions options = drawnFromTheModel(seed, 0.1);
+  ExactWindowOptions options = drawnWithExactCalibration(seed, 0.1);
   options.keyframes = keyframes;
   options.interval_s = 0.05;
   return options;
 }
 
 InitializerOptions solverOptions() {
-  InitializerOptions options;
-  options.inertial = dataSheetNoise();
-  options.slim.estimate_calibration = false;
+  InitializerOptions options = dataSheetOptions();
   options.provisional.enabled = true;
   return options;
 }
@@ -278,7 +276,9 @@ class CountedSlim : public WindowSolver {
 // The window that the second look needs was asked for some images before. Who asks once gets the
 // same answer.
 TEST(Provisional, AHostThatAsksAtEveryImageSolvesNoWindowTwice) {
-  ExactWindow exact = makeExactWindow(shortWindowOptions(2, 14));
+  ExactWindowOptions options = shortWindowOptions(2, 14);
+  options.calibration_sigmas = CalibrationSigmas();  // so that a better one makes a difference
+  ExactWindow exact = makeExactWindow(options);
   exact.keyframes.back().lines.clear();  // come later
   std::multiset<std::vector<double>> asked;
   const auto make = [&] {

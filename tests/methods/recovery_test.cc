@@ -46,7 +46,7 @@ constexpr double kGyroBiasSigma = 2e-3;
 constexpr double kAccelBiasSigma = 0.05;
 
 ExactWindowOptions windowOptions(unsigned seed, Motion motion, int keyframes) {
-  ExactWindowOptions options = drawnFromTheModel(seed, kAccelBiasSigma);
+  ExactWindowOptions options = drawnWithExactCalibration(seed, kAccelBiasSigma);
   options.motion = motion;
   options.keyframes = keyframes;
   options.interval_s = 0.1;

@@ -96,15 +96,10 @@ std::vector<SpeedSample> measure(const Wheel& wheel, const SpeedSensor& sensor,
   return samples;
 }
 
-InitializerOptions exactCalibration() {
-  InitializerOptions options;
-  options.slim.estimate_calibration = false;
-  return options;
-}
-
 InitResult solve(const ExactWindow& exact, const Wheel* wheel,
-                 const InitializerOptions& options = exactCalibration()) {
+                 const CalibrationSigmas& sigmas = kExactCalibration) {
   Calibration calibration = exact.calibration;
+  calibration.sigmas = sigmas;
   std::vector<SpeedSample> speeds;
   if (wheel != nullptr) {
     calibration.speed_sensor = sensorOf(*wheel, exact);
@@ -113,7 +108,7 @@ InitResult solve(const ExactWindow& exact, const Wheel* wheel,
   std::string error;
   const auto window = InitWindow::create(calibration, exact.keyframes, exact.imu, &error, speeds);
   EXPECT_NE(window, nullptr) << error;
-  return makeSlimSolver(options)->solve(*window);
+  return makeSlimSolver(InitializerOptions())->solve(*window);
 }
 
 bool warns(const InitResult& result, const std::string& text) {
@@ -258,7 +253,7 @@ TEST(Speed, StandsBesideAnEstimatedCalibration) {
   Wheel wheel;
   wheel.noise = 0.02;
   wheel.lag = 0.02;
-  const InitResult result = solve(exact, &wheel, InitializerOptions());
+  const InitResult result = solve(exact, &wheel, exact.calibration.sigmas);
   ASSERT_TRUE(result.success()) << result.message;
   EXPECT_TRUE(result.calibration.has_value());
   EXPECT_LT(std::abs(scaleError(result.states, exact.truth)), 0.08);

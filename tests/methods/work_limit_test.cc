@@ -20,7 +20,7 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 ExactWindow exactWindow(Motion motion) {
-  ExactWindowOptions options = drawnFromTheModel(3, 0.05);
+  ExactWindowOptions options = drawnWithExactCalibration(3, 0.05);
   options.motion = motion;
   options.keyframes = 16;
   options.interval_s = 0.1;

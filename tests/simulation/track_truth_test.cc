@@ -63,7 +63,7 @@ LineObservation seeLine(FeatureId id, const Vector3d& start_w, const Vector3d& e
 }
 
 TrackQuality evaluate(const Scene& scene, const std::vector<FrameObservation>& frames) {
-  TrackTruth truth(scene, eurocCamera(), TrackTruthOptions());
+  TrackTruth truth(scene, eurocCamera());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     // The same path between the images: a frame follows the one before after kInterval.
     truth.addFrame(frames[i], [i](double dt) { return poseAt(i + dt / kInterval); });
@@ -162,7 +162,7 @@ TEST(TrackTruth, LinesOnASurfaceAndOnAnEdge) {
   ASSERT_EQ(quality.keyframe_lines.size(), 6u);
   int lost = 0;
   for (const LineError& e : quality.keyframe_lines) {
-    lost += e.end_px > TrackTruthOptions().same_line_px ? 1 : 0;
+    lost += e.end_px > kSameLine ? 1 : 0;
   }
   EXPECT_EQ(lost, 1);  // the jump, between the first two keyframes
 }

@@ -13,12 +13,10 @@ inline InertialOptions dataSheetNoise() {
   return inertial;
 }
 
-/// Options for draws from the model (drawnFromTheModel()): the IMU is as good as its data sheet,
-/// the calibration is exact.
+/// Options for draws from the model (drawnFromTheModel()).
 inline InitializerOptions dataSheetOptions() {
   InitializerOptions options;
   options.inertial = dataSheetNoise();
-  options.slim.estimate_calibration = false;
   return options;
 }
 

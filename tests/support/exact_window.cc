@@ -117,7 +117,7 @@ class RowProjector {
 // Hands in a calibration that is off by a draw, and stamps to match its td.
 void miscalibrate(const ExactWindowOptions& options, ExactWindow* exact) {
   const CalibrationSigmas& sigmas = options.calibration_error;
-  if (sigmas == CalibrationSigmas{0.0, 0.0, 0.0, 0.0}) return;
+  if (sigmas == kExactCalibration) return;
   Random random(options.seed + 3000);
   const Eigen::Vector3d rotation = sigmas.rotation_deg * M_PI / 180.0 * gaussian3(random);
   const Eigen::Vector3d translation = sigmas.translation_m * gaussian3(random);
@@ -185,9 +185,16 @@ ExactWindowOptions drawnWithCalibration(unsigned seed, double accel_bias_sigma) 
   return options;
 }
 
+ExactWindowOptions drawnWithExactCalibration(unsigned seed, double accel_bias_sigma) {
+  ExactWindowOptions options = drawnFromTheModel(seed, accel_bias_sigma);
+  options.calibration_sigmas = kExactCalibration;
+  return options;
+}
+
 ExactWindow makeExactWindow(const ExactWindowOptions& options) {
   ExactWindow out;
   out.calibration = eurocCalibration();
+  out.calibration.sigmas = options.calibration_sigmas;
   const Eigen::Vector3d gravity_w(0.0, 0.0, -out.calibration.gravity_magnitude);
   Random random(options.seed);
 

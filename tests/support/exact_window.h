@@ -16,6 +16,8 @@ namespace slim_init::testing_support {
 /// kFromRest stands still for ExactWindowOptions::rest_s and is then excited.
 enum class Motion { kExcited, kHover, kPureRotation, kConstantVelocity, kFromRest };
 
+inline constexpr CalibrationSigmas kExactCalibration = {0.0, 0.0, 0.0, 0.0};
+
 struct ExactWindowOptions {
   Motion motion = Motion::kExcited;
   double rest_s = 1.5;  ///< of kFromRest [s]
@@ -41,7 +43,8 @@ struct ExactWindowOptions {
   double yaw_rad = 0.4;    ///< of the first body
   Eigen::Vector3d origin = Eigen::Vector3d(1.0, -2.0, 0.5);  ///< of the first body [m]
   /// The calibration handed in is off by a draw with these standard deviations.
-  CalibrationSigmas calibration_error = {0.0, 0.0, 0.0, 0.0};
+  CalibrationSigmas calibration_error = kExactCalibration;
+  CalibrationSigmas calibration_sigmas;  ///< handed in with it
   /// Rolling shutter: the row of a point decides when it is seen; row times and calibration say so.
   double readout_s = 0.0;
   unsigned seed = 1;
@@ -64,8 +67,11 @@ Calibration eurocCalibration();
 /// `accel_bias_sigma` [m/s^2] per axis. Over many seeds, errors have the reported covariance.
 ExactWindowOptions drawnFromTheModel(unsigned seed, double accel_bias_sigma);
 
-/// The same with a calibration off by what its standard deviations say.
+/// drawnFromTheModel() with a calibration off by what its standard deviations say.
 ExactWindowOptions drawnWithCalibration(unsigned seed, double accel_bias_sigma);
+
+/// drawnFromTheModel() with a calibration that is known to be exact.
+ExactWindowOptions drawnWithExactCalibration(unsigned seed, double accel_bias_sigma);
 
 /// Makes a window; never fails for sensible options.
 ExactWindow makeExactWindow(const ExactWindowOptions& options);

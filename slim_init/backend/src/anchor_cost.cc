@@ -4,14 +4,15 @@
 #include "geometry/so3.h"
 
 namespace slim_init::backend {
+namespace {
 
-AnchorCost::AnchorCost(const Frame& frame, const NavState& seed, const EstimatorOptions& options)
-    : frame_(frame),
-      seed_(seed),
-      position_weight_(1.0 / options.anchor_position_m),
-      yaw_weight_(1.0 / options.anchor_yaw_rad),
-      gyro_bias_weight_(1.0 / options.seed_gyro_bias),
-      accel_bias_weight_(1.0 / options.seed_accel_bias) {}
+constexpr double kPositionWeight = 1.0 / AnchorCost::kPosition;
+constexpr double kYawWeight = 1.0 / AnchorCost::kYaw;
+// Trust in the biases of the seed, standard deviations of 0.02 rad/s and 0.2 m/s^2.
+constexpr double kGyroBiasWeight = 1.0 / 0.02;
+constexpr double kAccelBiasWeight = 1.0 / 0.2;
+
+}  // namespace
 
 bool AnchorCost::Evaluate(double const* const* parameters, double* residuals,
                           double** jacobians) const {
@@ -23,25 +24,25 @@ bool AnchorCost::Evaluate(double const* const* parameters, double* residuals,
   const Eigen::Vector3d turn = logSO3(R * seed_.R_w_b.transpose());
 
   Eigen::Map<Eigen::Matrix<double, 10, 1>> r(residuals);
-  r.head<3>() = position_weight_ * (pose.head<3>() - seed_.p_w_b);
-  r[3] = yaw_weight_ * turn.z();
-  r.segment<3>(4) = gyro_bias_weight_ * (motion.segment<3>(3) - seed_.gyro_bias);
-  r.tail<3>() = accel_bias_weight_ * (motion.tail<3>() - seed_.accel_bias);
+  r.head<3>() = kPositionWeight * (pose.head<3>() - seed_.p_w_b);
+  r[3] = kYawWeight * turn.z();
+  r.segment<3>(4) = kGyroBiasWeight * (motion.segment<3>(3) - seed_.gyro_bias);
+  r.tail<3>() = kAccelBiasWeight * (motion.tail<3>() - seed_.accel_bias);
   if (jacobians == nullptr) return true;
 
   if (jacobians[0] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 10, kPoseSize, Eigen::RowMajor>> J(jacobians[0]);
     J.setZero();
-    J.block<3, 3>(0, 0).diagonal().setConstant(position_weight_);
+    J.block<3, 3>(0, 0).diagonal().setConstant(kPositionWeight);
     // A turn on the left: the inverse left Jacobian is the right one of the negative vector.
     J.block<1, 3>(3, 3) =
-        yaw_weight_ * (rightJacobianInverse(-turn) * R * rightJacobian(theta)).row(2);
+        kYawWeight * (rightJacobianInverse(-turn) * R * rightJacobian(theta)).row(2);
   }
   if (jacobians[1] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, 10, kMotionSize, Eigen::RowMajor>> J(jacobians[1]);
     J.setZero();
-    J.block<3, 3>(4, 3).diagonal().setConstant(gyro_bias_weight_);
-    J.block<3, 3>(7, 6).diagonal().setConstant(accel_bias_weight_);
+    J.block<3, 3>(4, 3).diagonal().setConstant(kGyroBiasWeight);
+    J.block<3, 3>(7, 6).diagonal().setConstant(kAccelBiasWeight);
   }
   return true;
 }

@@ -5,7 +5,6 @@
 
 #include <ceres/sized_cost_function.h>
 
-#include "slim_init/backend/options.h"
 #include "window.h"
 
 namespace slim_init::backend {
@@ -14,7 +13,10 @@ namespace slim_init::backend {
 /// pose and motion. Roll and pitch are left to gravity.
 class AnchorCost : public ceres::SizedCostFunction<10, kPoseSize, kMotionSize> {
  public:
-  AnchorCost(const Frame& frame, const NavState& seed, const EstimatorOptions& options);
+  static constexpr double kPosition = 1e-3;  ///< holds the free position of the window [m]
+  static constexpr double kYaw = 1e-3;       ///< holds its free heading [rad]
+
+  AnchorCost(const Frame& frame, const NavState& seed) : frame_(frame), seed_(seed) {}
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
@@ -22,7 +24,6 @@ class AnchorCost : public ceres::SizedCostFunction<10, kPoseSize, kMotionSize> {
  private:
   const Frame& frame_;
   NavState seed_;
-  double position_weight_, yaw_weight_, gyro_bias_weight_, accel_bias_weight_;
 };
 
 }  // namespace slim_init::backend

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "slim_init/backend/sliding_window_estimator.h"
 #include "slim_init/evaluation/metrics.h"
 
 namespace slim_init::backend {
@@ -12,6 +13,10 @@ namespace {
 
 using evaluation::DownstreamRecord;
 using evaluation::Sequence;
+
+constexpr double kFrameInterval = 0.1;  // of the frames that the estimator sees [s]; a host's
+constexpr double kMaxError = 1.0;    // a larger position error, once aligned, is a divergence [m]
+constexpr double kMinSpread = 0.05;  // a last window that moved less, rms, shows no scale [m]
 
 std::vector<Eigen::Vector3d> positions(const std::vector<NavState>& states) {
   std::vector<Eigen::Vector3d> p;
@@ -80,8 +85,7 @@ void diverge(const std::string& message, DownstreamRecord* record) {
 
 /// ATE, final scale and, from them, divergence.
 void compare(const Sequence& sequence, const std::vector<NavState>& path,
-             const std::vector<NavState>& window, const DownstreamOptions& options,
-             DownstreamRecord* record) {
+             const std::vector<NavState>& window, DownstreamRecord* record) {
   if (!sequence.has_truth) return;
   const auto truthOf = [&](const std::vector<NavState>& states, std::vector<NavState>* known) {
     std::vector<NavState> truth;
@@ -96,7 +100,7 @@ void compare(const Sequence& sequence, const std::vector<NavState>& path,
   std::vector<NavState> known, known_window;
   const std::vector<NavState> truth = truthOf(path, &known);
   const std::vector<NavState> window_truth = truthOf(window, &known_window);
-  record->scale_error = windowScaleError(known_window, window_truth, options.min_spread_m);
+  record->scale_error = windowScaleError(known_window, window_truth);
   if (known.empty()) return;
   const auto estimated_p = positions(known), true_p = positions(truth);
   const evaluation::HeadingAlignment alignment = evaluation::alignHeading(estimated_p, true_p);
@@ -107,15 +111,15 @@ void compare(const Sequence& sequence, const std::vector<NavState>& path,
     largest = std::max(largest, error);
   }
   record->ate = std::sqrt(sum / static_cast<double>(true_p.size()));
-  if (!record->diverged && !(largest <= options.max_error_m)) {
+  if (!record->diverged && !(largest <= kMaxError)) {
     std::ostringstream out;
-    out << "position error " << largest << " m (limit " << options.max_error_m << ")";
+    out << "position error " << largest << " m (limit " << kMaxError << ")";
     diverge(out.str(), record);
   }
 }
 
 /// Feeds the frames after `frame`, which the estimator was seeded at, and compares with the truth.
-void follow(const Sequence& sequence, const DownstreamOptions& options, int frame, Feed* feed,
+void follow(const Sequence& sequence, double seconds, int frame, Feed* feed,
             SlidingWindowEstimator* estimator, DownstreamRecord* record) {
   const double t_seed = feed->timeOf(frame);
   std::vector<NavState> path(1, estimator->newest());
@@ -123,15 +127,15 @@ void follow(const Sequence& sequence, const DownstreamOptions& options, int fram
   const int frames = static_cast<int>(sequence.frames.size());
   for (int next = frame + 1; next < frames && !record->diverged; ++next) {
     const double t = feed->timeOf(next);
-    if (t > t_seed + options.seconds + kStampRounding) break;
-    if (t < t_last + options.frame_interval_s - kStampRounding) continue;
+    if (t > t_seed + seconds + kStampRounding) break;
+    if (t < t_last + kFrameInterval - kStampRounding) continue;
     t_last = t;
     const FrameReport report = feed->add(next);
     if (!report.ok() && !estimator->seeded()) {
       diverge(report.problem, record);
     } else if (report.ok()) {
       const NavState newest = estimator->newest();
-      if (const std::string failure = detectFailure(path.back(), newest, report, options.failure);
+      if (const std::string failure = detectFailure(path.back(), newest, report);
           !failure.empty()) {
         diverge(failure, record);
       }
@@ -140,24 +144,23 @@ void follow(const Sequence& sequence, const DownstreamOptions& options, int fram
     // A frame that the IMU data do not cover is skipped, for every method alike.
   }
   record->seconds = path.back().t - t_seed;
-  compare(sequence, path, estimator->states(), options, record);
+  compare(sequence, path, estimator->states(), record);
 }
 
 /// False, with a message, where less than half of the seconds are there.
-bool dataReach(const Sequence& sequence, double td, double t_seed, const DownstreamOptions& options,
+bool dataReach(const Sequence& sequence, double td, double t_seed, double seconds,
                DownstreamRecord* record) {
   const double t_end = sequence.frames.empty() ? t_seed : sequence.frames.back().t + td;
-  if (t_end - t_seed >= 0.5 * options.seconds) return true;
+  if (t_end - t_seed >= 0.5 * seconds) return true;
   record->message = "the data end too soon after the window";
   return false;
 }
 
 /// From the newest state of a provisional answer, its covariance as prior.
-DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer,
-                              const DownstreamOptions& options) {
+DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer, double seconds) {
   DownstreamRecord record;
   const Calibration calibration = calibrationOf(sequence, answer);
-  SlidingWindowEstimator estimator(calibration, options.estimator);
+  SlidingWindowEstimator estimator(calibration);
   Feed feed(sequence, calibration.td, &estimator);
   const NavState& newest = answer.states.back();
   const int frame = frameAt(sequence, calibration.td, newest.t);
@@ -170,7 +173,7 @@ DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer
     record.message = report.problem;
     return record;
   }
-  if (!dataReach(sequence, calibration.td, feed.timeOf(frame), options, &record)) return record;
+  if (!dataReach(sequence, calibration.td, feed.timeOf(frame), seconds, &record)) return record;
   // Of [theta, p, v] of the newest state and of the biases.
   const auto n = static_cast<Eigen::Index>(answer.states.size());
   Eigen::Matrix<double, 15, 15> covariance;
@@ -182,14 +185,13 @@ DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer
     diverge(report.problem, &record);
     return record;
   }
-  follow(sequence, options, frame, &feed, &estimator, &record);
+  follow(sequence, seconds, frame, &feed, &estimator, &record);
   return record;
 }
 
 }  // namespace
 
-double windowScaleError(const std::vector<NavState>& states, const std::vector<NavState>& truth,
-                        double min_spread_m) {
+double windowScaleError(const std::vector<NavState>& states, const std::vector<NavState>& truth) {
   const auto true_p = positions(truth);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : true_p) mean += p / static_cast<double>(true_p.size());
@@ -197,7 +199,7 @@ double windowScaleError(const std::vector<NavState>& states, const std::vector<N
   for (const Eigen::Vector3d& p : true_p) {
     spread += (p - mean).squaredNorm() / static_cast<double>(true_p.size());
   }
-  if (!(std::sqrt(spread) >= min_spread_m)) return kNotComputed;
+  if (!(std::sqrt(spread) >= kMinSpread)) return kNotComputed;
   evaluation::Similarity similarity;
   if (!evaluation::alignSimilarity(positions(states), true_p, &similarity).empty()) {
     return kNotComputed;
@@ -205,21 +207,20 @@ double windowScaleError(const std::vector<NavState>& states, const std::vector<N
   return std::abs(similarity.s - 1.0);
 }
 
-DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answer,
-                               const DownstreamOptions& options) {
+DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answer, double seconds) {
   DownstreamRecord record;
   if (!answer.hasEstimate()) {
     record.message = "no states to start from";
     return record;
   }
-  if (answer.provisional()) return runFromPrior(sequence, answer, options);
-  const auto most = static_cast<std::size_t>(options.estimator.window_frames - 1);
+  if (answer.provisional()) return runFromPrior(sequence, answer, seconds);
+  const auto most = static_cast<std::size_t>(SlidingWindowEstimator::kWindowFrames - 1);
   const auto skipped = answer.states.size() > most ? answer.states.size() - most : 0;
   const std::vector<NavState> seed(answer.states.begin() + static_cast<std::ptrdiff_t>(skipped),
                                    answer.states.end());
 
   const Calibration calibration = calibrationOf(sequence, answer);
-  SlidingWindowEstimator estimator(calibration, options.estimator);
+  SlidingWindowEstimator estimator(calibration);
   Feed feed(sequence, calibration.td, &estimator);
   int frame = -1;
   for (const NavState& state : seed) {
@@ -234,14 +235,14 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
       return record;
     }
   }
-  if (!dataReach(sequence, calibration.td, feed.timeOf(frame), options, &record)) return record;
+  if (!dataReach(sequence, calibration.td, feed.timeOf(frame), seconds, &record)) return record;
 
   record.ran = true;
   if (const FrameReport report = estimator.seed(seed); !report.ok()) {
     diverge(report.problem, &record);
     return record;
   }
-  follow(sequence, options, frame, &feed, &estimator, &record);
+  follow(sequence, seconds, frame, &feed, &estimator, &record);
   return record;
 }
 

@@ -28,6 +28,25 @@ namespace {
 constexpr double kGyroBiasRange = 1e-3;   // [rad/s]
 constexpr double kAccelBiasRange = 1e-2;  // [m/s^2]
 
+// Sizes and rules are those that Qin et al. (2018) publish for VINS-Mono.
+constexpr int kIterations = 8;  // of Levenberg-Marquardt per frame
+// Mean rotation-compensated motion of the tracks between the last keyframe and the frame after it,
+// above which that frame becomes a keyframe [px]; fewer continued tracks make one as well.
+constexpr double kMinParallaxPx = 10.0;
+constexpr int kMinTracked = 20;
+// On the standard deviation of a point: a track's first view is noisy too.
+constexpr double kVisualNoiseFactor = 1.5;
+constexpr double kCauchySigmas = 2.0;  // Cauchy scale of a reprojection, in standard deviations
+// On the calibration's densities: sensors in motion are noisier than their data sheet.
+constexpr double kGyroNoiseFactor = 3.0, kAccelNoiseFactor = 5.0;
+// Of the order of EuRoC's ADIS16448 [rad/s^2/sqrt(Hz), m/s^3/sqrt(Hz)].
+constexpr double kGyroBiasWalk = 2e-5, kAccelBiasWalk = 3e-3;
+// While there is no start, frames older than this leave the window [s]: an initializer's window
+// does not reach further back.
+constexpr double kStartWindow = 2.2;
+constexpr double kDefaultDepth = 5.0;  // of a point without parallax, as a start [m]
+constexpr double kImuBuffer = 10.0;    // samples kept while there is no window [s]
+
 constexpr int kMinViews = 2;
 constexpr int kFrameSize = kPoseSize + kMotionSize;
 constexpr double kInlierChi2 = 9.0;  // three standard deviations
@@ -49,14 +68,13 @@ BlockKey motionOf(const Frame& frame) { return {frame.id, BlockKind::kMotion}; }
 
 class SlidingWindowEstimator::Implementation {
  public:
-  Implementation(const Calibration& calibration, const EstimatorOptions& options)
+  explicit Implementation(const Calibration& calibration)
       : calibration_(calibration),
-        options_(options),
         gravity_w_(0.0, 0.0, -calibration.gravity_magnitude),
-        loss_(options.cauchy_sigmas) {
+        loss_(kCauchySigmas) {
     noise_ = calibration.imu_noise;
-    noise_.gyro_density *= options.gyro_noise_factor;
-    noise_.accel_density *= options.accel_noise_factor;
+    noise_.gyro_density *= kGyroNoiseFactor;
+    noise_.accel_density *= kAccelNoiseFactor;
   }
 
   void addImu(const ImuSample& sample) {
@@ -66,7 +84,7 @@ class SlidingWindowEstimator::Implementation {
       return;
     }
     imu_.push_back(sample);
-    if (frames_.empty()) trimImu(sample.t - options_.imu_buffer_s);
+    if (frames_.empty()) trimImu(sample.t - kImuBuffer);
   }
 
   void replaceImu(const std::vector<ImuSample>& samples) {
@@ -90,7 +108,7 @@ class SlidingWindowEstimator::Implementation {
     if (seeded_) {
       optimizeAndSlide(1, &report);
     } else {
-      const bool long_enough = frames_.back()->t - frames_.front()->t >= options_.start_window_s;
+      const bool long_enough = frames_.back()->t - frames_.front()->t >= kStartWindow;
       slide(report.keyframe || long_enough);
     }
     return report;
@@ -125,8 +143,8 @@ class SlidingWindowEstimator::Implementation {
       return report;
     }
     Eigen::MatrixXd root;
-    if (!newest.isFinite() || !seedInformation(newest, covariance, options_.anchor_position_m,
-                                               options_.anchor_yaw_rad, &root)) {
+    if (!newest.isFinite() ||
+        !seedInformation(newest, covariance, AnchorCost::kPosition, AnchorCost::kYaw, &root)) {
       report.problem = "the state is not finite, or its covariance not positive definite";
       return report;
     }
@@ -223,17 +241,16 @@ class SlidingWindowEstimator::Implementation {
   /// or tracks are running out.
   bool keyframeBeforeNewest(int tracked) const {
     const std::size_t n = frames_.size();
-    if (n < 3 || tracked < options_.min_tracked) return true;
+    if (n < 3 || tracked < kMinTracked) return true;
     const PointTracks::Parallax parallax =
         points_.parallax(*frames_[n - 3], *frames_[n - 2], calibration_);
-    return parallax.tracks < options_.min_tracked ||
-           parallax.mean * calibration_.focal_px >= options_.min_parallax_px;
+    return parallax.tracks < kMinTracked || parallax.mean * calibration_.focal_px >= kMinParallaxPx;
   }
 
   void optimizeAndSlide(int rounds, FrameReport* report) {
     for (int round = 0; round < rounds && report->ok(); ++round) {
       updateLinks();
-      points_.triangulate(frames_, calibration_, options_.default_depth_m);
+      points_.triangulate(frames_, calibration_, kDefaultDepth);
       optimize(report);
     }
     if (report->ok()) {
@@ -290,7 +307,7 @@ class SlidingWindowEstimator::Implementation {
 
   std::unique_ptr<InertialCost> inertialCost(std::size_t k) const {
     return InertialCost::create(links_[k].pre, frames_[k]->R_ref, frames_[k + 1]->R_ref, gravity_w_,
-                                options_.gyro_bias_walk, options_.accel_bias_walk);
+                                kGyroBiasWalk, kAccelBiasWalk);
   }
 
   // ---- the optimisation ----
@@ -300,7 +317,7 @@ class SlidingWindowEstimator::Implementation {
     return std::make_unique<ReprojectionCost>(
         *findFrame(frames_, track.views.front().frame),
         *findFrame(frames_, track.views[view].frame), calibration_, track.views.front().bearing,
-        track.views[view].bearing, options_.visual_noise_factor * calibration_.sigmaBearing());
+        track.views[view].bearing, kVisualNoiseFactor * calibration_.sigmaBearing());
   }
 
   static bool isUsed(const PointTrack& track) {
@@ -362,8 +379,8 @@ class SlidingWindowEstimator::Implementation {
     }
     if (anchor_.has_value()) {
       const Frame& frame = *frames_.front();
-      problem.AddResidualBlock(new AnchorCost(frame, *anchor_, options_), nullptr,
-                               block(poseOf(frame)), block(motionOf(frame)));
+      problem.AddResidualBlock(new AnchorCost(frame, *anchor_), nullptr, block(poseOf(frame)),
+                               block(motionOf(frame)));
     }
     if (!prior_.empty()) {
       std::vector<double*> blocks;
@@ -386,7 +403,7 @@ class SlidingWindowEstimator::Implementation {
     // The prior fills the reduced system: dense.
     solver.linear_solver_type = ceres::DENSE_SCHUR;
     solver.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
-    solver.max_num_iterations = options_.max_iterations;
+    solver.max_num_iterations = kIterations;
     solver.function_tolerance = 1e-4;
     solver.num_threads = 1;
     solver.logging_type = ceres::SILENT;
@@ -426,7 +443,7 @@ class SlidingWindowEstimator::Implementation {
   // ---- the window moves ----
 
   void slide(bool keyframe) {
-    if (static_cast<int>(frames_.size()) < options_.window_frames) return;
+    if (static_cast<int>(frames_.size()) < kWindowFrames) return;
     if (keyframe) {
       if (seeded_) marginalizeOldest();
       removeFrame(0);
@@ -447,13 +464,12 @@ class SlidingWindowEstimator::Implementation {
     const FrameId newest = frames_.back()->id;
     Marginalization marginalization(frames_, prior_);
     if (anchor_.has_value()) {
-      marginalization.add(AnchorCost(oldest, *anchor_, options_),
-                          {poseOf(oldest), motionOf(oldest)});
+      marginalization.add(AnchorCost(oldest, *anchor_), {poseOf(oldest), motionOf(oldest)});
       anchor_.reset();
     }
     marginalization.add(*inertialCost(0),
                         {poseOf(oldest), motionOf(oldest), poseOf(next), motionOf(next)});
-    const int kept_views = options_.window_frames / 2;
+    const int kept_views = kWindowFrames / 2;
     for (auto it = points_.tracks().begin(); it != points_.tracks().end();) {
       PointTrack& track = it->second;
       const int views = static_cast<int>(track.views.size());
@@ -518,7 +534,6 @@ class SlidingWindowEstimator::Implementation {
   }
 
   Calibration calibration_;
-  EstimatorOptions options_;
   ImuNoise noise_;
   Eigen::Vector3d gravity_w_;
   ceres::CauchyLoss loss_;
@@ -535,9 +550,8 @@ class SlidingWindowEstimator::Implementation {
   std::int64_t dropped_frames_ = 0;
 };
 
-SlidingWindowEstimator::SlidingWindowEstimator(const Calibration& calibration,
-                                               const EstimatorOptions& options)
-    : implementation_(std::make_unique<Implementation>(calibration, options)) {}
+SlidingWindowEstimator::SlidingWindowEstimator(const Calibration& calibration)
+    : implementation_(std::make_unique<Implementation>(calibration)) {}
 SlidingWindowEstimator::~SlidingWindowEstimator() = default;
 
 void SlidingWindowEstimator::addImu(const ImuSample& sample) { implementation_->addImu(sample); }

@@ -74,7 +74,7 @@ int DoctorReport::exitCode() const {
 DoctorReport examine(const DoctorData& data, const DoctorOptions& options) {
   DoctorReport report;
   report.name = data.name;
-  report.alignment = alignRotations(data.frames, data.imu, data.calibration, options.alignment);
+  report.alignment = alignRotations(data.frames, data.imu, data.calibration);
   report.answers = solveWindows(data, report.alignment, options);
   Findings* findings = &report.findings;
   checkImuStream(data, options, findings);

@@ -149,8 +149,8 @@ void checkGyroRange(const DoctorData& data, const DoctorOptions& options, Findin
 
 void checkGyroBias(const RotationAlignment& alignment, const DoctorOptions& options,
                    Findings* findings) {
-  const bool still = alignment.pairs >= options.alignment.min_pairs &&
-                     alignment.camera_rate < 0.5 * options.alignment.min_rate;
+  const bool still = alignment.pairs >= rotation_alignment::kMinPairs &&
+                     alignment.camera_rate < 0.5 * rotation_alignment::kMinRate;
   const bool solved = alignment.status == AlignmentStatus::kSolved &&
                       alignment.correlation >= options.min_correlation;
   Finding& f = add(findings, "gyro_bias", Severity::kNotChecked, kNotComputed, "rad/s");
@@ -197,10 +197,10 @@ void checkExcitation(const DoctorData& data, const RotationAlignment& alignment,
       scatterOverWindows(data.imu, &ImuSample::gyro, options.window_s) /
       (std::isfinite(alignment.gyro_scale) && alignment.gyro_scale > 10.0 ? alignment.gyro_scale
                                                                           : 1.0);
-  const bool turns = turn >= options.alignment.min_rate;
+  const bool turns = turn >= rotation_alignment::kMinRate;
   Finding& r =
       add(findings, "turning", turns ? Severity::kOk : Severity::kNote, kDegPerRad * turn, "deg/s");
-  r.min = kDegPerRad * options.alignment.min_rate;
+  r.min = kDegPerRad * rotation_alignment::kMinRate;
   r.message = "The angular rate scatters by " + number(kDegPerRad * turn) + " deg/s over " +
               number(options.window_s) + " s (median)";
   if (!std::isfinite(turn)) {

@@ -258,7 +258,7 @@ std::string linesFor(const DoctorData& data, const MeasuredCalibration& a, bool 
 }
 
 void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Findings* findings) {
-  if (a.pairs < options.alignment.min_pairs) return;
+  if (a.pairs < rotation_alignment::kMinPairs) return;
   Finding& f = add(findings, "epipolar", severityAbove(a.residual_px, options.epipolar_px),
                    a.residual_px, "px");
   f.max = options.epipolar_px.warn;
@@ -268,17 +268,17 @@ void checkEpipolar(const RotationAlignment& a, const DoctorOptions& options, Fin
 }
 
 /// Fills `f` where the data do not suffice to compare camera and gyro; false where they do.
-bool isNotComparable(const RotationAlignment& a, const DoctorOptions& options, Finding* f) {
+bool isNotComparable(const RotationAlignment& a, Finding* f) {
   if (a.status == AlignmentStatus::kTooFewPairs) {
     f->message = "Rotation of camera against gyro not checked: only " + std::to_string(a.pairs) +
-                 " pairs of images have " + std::to_string(options.alignment.min_points) +
+                 " pairs of images have " + std::to_string(rotation_alignment::kMinPoints) +
                  " points in common and IMU data";
     return true;
   }
   if (a.status == AlignmentStatus::kTooLittleTurn) {
     f->message = "Rotation of camera against gyro not checked: the camera turns at " +
                  number(kDegPerRad * a.camera_rate, 2) + " deg/s (rms, minimum " +
-                 number(kDegPerRad * options.alignment.min_rate, 2) + ")";
+                 number(kDegPerRad * rotation_alignment::kMinRate, 2) + ")";
     f->advice = kHowToTurn;
     return true;
   }
@@ -303,14 +303,14 @@ bool rotationsAgree(const RotationAlignment& a, const DoctorOptions& options, Fi
   if (a.correlation >= options.min_correlation) return true;
   // A slow rotation is lost in the noise of the tracks; a fast one of either sensor is not.
   constexpr double kFast = 3.0;  // times the least rate
-  const bool fast = std::max(a.camera_rate, a.gyro_rate) > kFast * options.alignment.min_rate;
+  const bool fast = std::max(a.camera_rate, a.gyro_rate) > kFast * rotation_alignment::kMinRate;
   f->severity = fast ? Severity::kError : Severity::kNotChecked;
   f->message += ": they do not turn together (" + number(kDegPerRad * a.camera_rate, 2) +
                 " deg/s against " + number(kDegPerRad * a.gyro_rate, 2) + ")";
   f->advice =
       "Check that camera and IMU are on one rigid body and from one recording, that their clocks "
       "agree within " +
-      number(options.alignment.max_offset_s) +
+      number(rotation_alignment::kMaxOffset) +
       " s, and that neither the image nor the gyro is frozen.";
   return false;
 }
@@ -323,7 +323,7 @@ std::string checkRotation(const DoctorData& data, const RotationAlignment& a,
   checkEpipolar(a, options, findings);
   Finding& f = add(findings, "rotation_agreement", Severity::kNotChecked, kNotComputed, "");
   f.min = options.min_correlation;
-  if (isNotComparable(a, options, &f) || !rotationsAgree(a, options, &f)) {
+  if (isNotComparable(a, &f) || !rotationsAgree(a, options, &f)) {
     noneChecked(findings);
     return "";
   }

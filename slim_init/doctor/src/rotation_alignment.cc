@@ -18,7 +18,15 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using namespace rotation_alignment;  // NOLINT: the bounds of this module
 
+// From one image of a pair to the other, long enough to turn and short enough for tracks, and from
+// the start of a pair to that of the next [s].
+constexpr double kPairInterval = 0.2, kPairSpacing = 0.1;
+// Images further apart make no pair; one over a longer step between samples is discarded [s].
+constexpr double kMaxFrameGap = 0.35, kMaxImuGap = 0.06;
+// Grid of the search for the offset, finer than any rotation changes [s].
+constexpr double kOffsetStep = 0.005;
 // Standard deviation of a rate beyond the noise of its own pair [rad/s].
 constexpr double kRateSigma = 0.02;
 // Weight of the configured rotation: enough to decide what the data leave open, too little to move
@@ -40,13 +48,13 @@ struct Pair {
 /// The gyro as a function of time.
 class Gyro {
  public:
-  Gyro(const std::vector<ImuSample>& imu, double max_gap_s) : imu_(imu) {
+  explicit Gyro(const std::vector<ImuSample>& imu) : imu_(imu) {
     angle_.assign(imu.size(), Vector3d::Zero());
     gaps_.assign(imu.size(), 0);
     for (std::size_t k = 1; k < imu.size(); ++k) {
       const double dt = imu[k].t - imu[k - 1].t;
       angle_[k] = angle_[k - 1] + 0.5 * dt * (imu[k].gyro + imu[k - 1].gyro);
-      gaps_[k] = gaps_[k - 1] + (dt > max_gap_s ? 1 : 0);
+      gaps_[k] = gaps_[k - 1] + (dt > kMaxImuGap ? 1 : 0);
     }
   }
 
@@ -96,30 +104,28 @@ PairPoints commonPoints(const FrameObservation& i, const FrameObservation& j) {
 }
 
 /// Pairs of about the interval asked for, shorter where tracks end sooner.
-std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, double sigma,
-                               const RotationAlignmentOptions& options) {
+std::vector<Pair> measurePairs(const std::vector<FrameObservation>& frames, double sigma) {
   std::vector<Pair> pairs;
   constexpr double kSlack = 1e-3;  // stamps jitter
   double next_start = -std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < frames.size(); ++i) {
     if (frames[i].t < next_start - kSlack) continue;
     std::size_t j = i + 1;
-    while (j + 1 < frames.size() &&
-           frames[j + 1].t - frames[i].t <= options.pair_interval_s + kSlack) {
+    while (j + 1 < frames.size() && frames[j + 1].t - frames[i].t <= kPairInterval + kSlack) {
       ++j;
     }
     PairPoints common;
     for (; j > i; --j) {
       common = commonPoints(frames[i], frames[j]);
-      if (common.count() >= options.min_points) break;
+      if (common.count() >= kMinPoints) break;
     }
-    if (j == i || frames[j].t - frames[i].t > options.max_frame_gap_s) continue;
+    if (j == i || frames[j].t - frames[i].t > kMaxFrameGap) continue;
     Pair pair;
     pair.t_i = frames[i].t;
     pair.t_j = frames[j].t;
     if (!relativeRotation(common, sigma, &pair.seen)) continue;
     pairs.push_back(pair);
-    next_start = frames[i].t + options.pair_spacing_s;
+    next_start = frames[i].t + kPairSpacing;
   }
   return pairs;
 }
@@ -182,17 +188,14 @@ Procrustes procrustes(const Rates& rates, const Matrix3d& R_tie) {
 class Aligner {
  public:
   Aligner(const std::vector<FrameObservation>& frames, const std::vector<ImuSample>& imu,
-          const Calibration& calibration, const RotationAlignmentOptions& options)
-      : frames_(frames),
-        calibration_(calibration),
-        options_(options),
-        gyro_(imu, options.max_imu_gap_s) {}
+          const Calibration& calibration)
+      : frames_(frames), calibration_(calibration), gyro_(imu) {}
 
   RotationAlignment run() {
-    pairs_ = measurePairs(frames_, calibration_.sigmaBearing(), options_);
+    pairs_ = measurePairs(frames_, calibration_.sigmaBearing());
     // The search needs the pairs at every offset; where the recording is too short for that, the
     // range is reduced.
-    for (max_offset_ = options_.max_offset_s; max_offset_ > kLeastRange; max_offset_ *= 0.5) {
+    for (max_offset_ = kMaxOffset; max_offset_ > kLeastRange; max_offset_ *= 0.5) {
       if (static_cast<int>(covered(max_offset_).size()) >=
           kLeastCovered * static_cast<double>(pairs_.size())) {
         break;
@@ -200,11 +203,11 @@ class Aligner {
     }
     pairs_ = covered(max_offset_);
     result_.pairs = static_cast<int>(pairs_.size());
-    if (result_.pairs < options_.min_pairs) return result_;
+    if (result_.pairs < kMinPairs) return result_;
     describe();
     // A rotation of the camera within its own noise is none.
-    const bool turns = result_.camera_rate >= options_.min_rate;
-    if (!turns && result_.gyro_rate < options_.min_rate) {
+    const bool turns = result_.camera_rate >= kMinRate;
+    if (!turns && result_.gyro_rate < kMinRate) {
       result_.status = AlignmentStatus::kTooLittleTurn;
       return result_;
     }
@@ -278,12 +281,12 @@ class Aligner {
     Procrustes best;
     double td = calibration_.td;
     for (int round = 0; round < kSearchRounds; ++round) {
-      const int steps = static_cast<int>(max_offset_ / options_.offset_step_s);
+      const int steps = static_cast<int>(max_offset_ / kOffsetStep);
       std::vector<double> correlations;
       best = Procrustes();
       int at = 0;
       for (int step = -steps; step <= steps; ++step) {
-        const double offset = calibration_.td + step * options_.offset_step_s;
+        const double offset = calibration_.td + step * kOffsetStep;
         const Procrustes p = procrustes(ratesAt(offset, weights), calibration_.R_b_c);
         correlations.push_back(p.correlation);
         if (p.correlation <= best.correlation) continue;
@@ -295,7 +298,7 @@ class Aligner {
       if (at > 0 && at < 2 * steps) {
         const auto c = [&](int k) { return correlations[static_cast<std::size_t>(at + k)]; };
         const double curvature = c(-1) - 2.0 * c(0) + c(1);
-        if (curvature < 0.0) td += 0.5 * options_.offset_step_s * (c(-1) - c(1)) / curvature;
+        if (curvature < 0.0) td += 0.5 * kOffsetStep * (c(-1) - c(1)) / curvature;
       }
       const Rates rates = ratesAt(td, weights);
       best = procrustes(rates, calibration_.R_b_c);
@@ -341,7 +344,7 @@ class Aligner {
     }
     result_.gyro_bias = difference / sum;
     // Pairs that overlap repeat each other.
-    const double overlap = std::max(1.0, options_.pair_interval_s / options_.pair_spacing_s);
+    const double overlap = std::max(1.0, kPairInterval / kPairSpacing);
     const double variance = overlap * chi2 / (3.0 * count);
     // A prior of 1 rad, too weak to hold what the data determine.
     result_.R_covariance = (of_rotation / variance + Matrix3d::Identity()).inverse();
@@ -351,7 +354,6 @@ class Aligner {
 
   const std::vector<FrameObservation>& frames_;
   const Calibration& calibration_;
-  const RotationAlignmentOptions& options_;
   Gyro gyro_;
   double max_offset_ = 0.0;
   std::vector<Pair> pairs_;
@@ -361,9 +363,9 @@ class Aligner {
 }  // namespace
 
 RotationAlignment alignRotations(const std::vector<FrameObservation>& frames,
-                                 const std::vector<ImuSample>& imu, const Calibration& calibration,
-                                 const RotationAlignmentOptions& options) {
-  return Aligner(frames, imu, calibration, options).run();
+                                 const std::vector<ImuSample>& imu,
+                                 const Calibration& calibration) {
+  return Aligner(frames, imu, calibration).run();
 }
 
 }  // namespace slim_init::evaluation

@@ -76,13 +76,12 @@ struct RefinementOptions {
 /// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
 /// the refinement are in RefinementOptions.
 struct SlimOptions {
-  bool vanishing_points = true;      ///< in the gyroscope bias
-  bool prune_tracks = true;          ///< take out tracks that contradict the bias or stand still
-  bool prune_lines = true;           ///< cut line tracks where they contradict the start
-  bool refine = true;                ///< off: the start is the estimate
-  bool estimate_calibration = true;  ///< extrinsics, td and readout time within their sigmas
-  bool start_from_rest = true;  ///< the first motion after a rest is solved with that as a prior
-  bool second_search = true;    ///< search for a lower minimum if the first is suspicious
+  bool vanishing_points = true;  ///< in the gyroscope bias
+  bool prune_tracks = true;      ///< take out tracks that contradict the bias or stand still
+  bool prune_lines = true;       ///< cut line tracks where they contradict the start
+  bool refine = true;            ///< off: the start is the estimate
+  bool start_from_rest = true;   ///< the first motion after a rest is solved with that as a prior
+  bool second_search = true;     ///< search for a lower minimum if the first is suspicious
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;

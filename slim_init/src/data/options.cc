@@ -129,9 +129,6 @@ OptionTable optionTable(SlimOptions* o) {
       advancedKey("prune_lines", &o->prune_lines,
                   "cut line tracks that contradict the start (ablation)"),
       advancedKey("refine", &o->refine, "0: the start is the estimate (ablation)"),
-      advancedKey("estimate_calibration", &o->estimate_calibration,
-                  "extrinsics, td and readout time are estimated within calibration_sigmas; off: "
-                  "they are taken as exact"),
       advancedKey("start_from_rest", &o->start_from_rest,
                   "after at least 1 s at rest the first motion is solved with zero velocity, "
                   "gravity and gyroscope bias of that rest as a prior; off: from the motion alone"),

@@ -135,7 +135,6 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
 
   const Basin basin = findBasin(starts, mode, options, &map);
   if (!basin.summary.valid) return out;
-  out.with_rig = input.priors.rig.has_value();
   out.state = basin.state;
   out.chi2 = chi2(basin.summary, map);
   out.cost = basin.summary.cost;

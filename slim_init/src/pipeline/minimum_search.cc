@@ -45,7 +45,6 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines, 
 
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined) {
   const WindowState& state = refined.state;
-  if (!refined.with_rig) return posteriorOf(state, refined.information);
   return posteriorOf(state, refined.information, tracks.calibration(),
                      imuInstants(tracks, state.rig.dtd, state.gyro_bias, state.accel_bias));
 }

@@ -200,20 +200,17 @@ InitResult provisionalAnswer(const InitWindow& window, const InitializerOptions&
   }
   if (start) {
     // Without lines: which of them are believed depends on the start, so that costs do not compare.
-    estimate = estimateProvisional({tracks,
-                                    pre,
-                                    options.refinement,
-                                    options.inertial,
-                                    *budget,
-                                    {rotation.rigPrior(options.slim)}},
-                                   *start, options);
+    estimate = estimateProvisional(
+        {tracks, pre, options.refinement, options.inertial, *budget, {rotation.prior}}, *start,
+        options);
   }
   clock.lap("refinement");
 
   if (estimate.valid) {
     setEstimate(tracks, estimate.refined, estimate.posterior, &result);
     moveToMean(estimate.scale, estimate.posterior, &result);
-    appendGates(calibrationGates(window.calibration(), result.calibration, options.gates), &result);
+    appendGates(calibrationGates(window.calibration(), *result.calibration, options.gates),
+                &result);
     appendGates(gatesOf(seen, tracks, estimate, options, result), &result);
   }
   if (!refusedByGates(options.gates.mode, &result) && !estimate.valid) {

@@ -53,19 +53,14 @@ struct KnownState {
 bool knownStateOf(const InitWindow& tracks, const RefinedWindow& refined, const StateFactor& factor,
                   KnownState* out) {
   const WindowState& state = refined.state;
-  if (refined.with_rig) {
-    const std::vector<ImuInstant> instants =
-        imuInstants(tracks, coveredShift(tracks, state.rig.dtd), state.gyro_bias, state.accel_bias);
-    out->residual = stateResidual(state, factor, tracks.calibration(), instants.front());
-  } else {
-    out->residual = stateResidual(state, factor);
-  }
-  const StateLayout at(state.size(), refined.with_rig);
+  const std::vector<ImuInstant> instants =
+      imuInstants(tracks, coveredShift(tracks, state.rig.dtd), state.gyro_bias, state.accel_bias);
+  out->residual = stateResidual(state, factor, tracks.calibration(), instants.front());
+  const StateLayout at(state.size(), true);
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(at.size() - StateLayout::kGauge, kStateRows);
   J.middleRows<3>(at.velocity(0) - StateLayout::kGauge) = out->residual.J.leftCols<3>().transpose();
-  const int rest = kStateColumns - 3 - (refined.with_rig ? 0 : StateLayout::kRig - 1);
-  J.middleRows(at.gyroBias() - StateLayout::kGauge, rest) =
-      out->residual.J.middleCols(3, rest).transpose();
+  J.middleRows<kStateColumns - 3>(at.gyroBias() - StateLayout::kGauge) =
+      out->residual.J.rightCols<kStateColumns - 3>().transpose();
   Eigen::MatrixXd posterior;
   if (!inverseSeenBy(refined.information, J, &posterior)) return false;
   out->posterior = posterior;
@@ -159,7 +154,7 @@ class Refiner {
                          refinement,
                          options_.inertial,
                          budget_,
-                         {rotation_.rigPrior(options_.slim), std::nullopt, known}},
+                         {rotation_.prior, std::nullopt, known}},
                         {}, starts, StartMode::kFine);
   }
 
@@ -256,7 +251,7 @@ void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& mo
     GateOptions bounds = options;
     if (motion.has_speeds) bounds.min_least_parallax_px = bounds.min_parallax_px;
     result->gates = parallaxGates(motion, bounds);
-    appendGates(calibrationGates(*handed_in, result->calibration, options), result);
+    appendGates(calibrationGates(*handed_in, *result->calibration, options), result);
     appendGates(posteriorGates(measures, motion, options), result);
     enforceGates(options.mode, result);
   } else {
@@ -279,9 +274,9 @@ InitResult recoveredAnswer(const InitWindow& window, const StatePrior& prior,
 
   // Consensus of the tracks about the rotations, under the calibration that the host has flown
   // with; nothing has been flown with at rest.
-  InitializerOptions as_flown = options;
-  as_flown.slim.estimate_calibration = options.slim.estimate_calibration && prior.at_rest;
-  const RotationStage rotation = estimateRotations(*through, as_flown, budget);
+  const RotationStage rotation =
+      estimateRotations(*through, options, budget,
+                        prior.at_rest ? GivenCalibration::kReplaced : GivenCalibration::kKept);
   setTrackNoise(rotation.measured_sigma_px, rotation.window->calibration(), &result);
   if (prior.at_rest && !rotation.message.empty()) {
     fail(InitStatus::kTooLittleExcitation, rotation.message, &result);

@@ -136,16 +136,16 @@ struct BetterCalibration {
 };
 
 BetterCalibration betterCalibration(const RotationStage& stage, const Calibration& handed_in,
-                                    bool estimate_calibration) {
+                                    GivenCalibration given) {
   const Calibration& seen = stage.window->calibration();
   BetterCalibration out;
   out.value = seen;
   out.value.sigma_px = assumedSigmaPx(stage.bias, handed_in);
   const double ratio = out.value.sigma_px / seen.pointSigmaPx();
   out.is_near = std::max(ratio, 1.0 / ratio) < kNearSigma;
-  out.readout =
-      readoutBelief(estimate_calibration ? stage.bias.readout : ReadoutCheck(), handed_in, seen);
-  if (!estimate_calibration || stage.bias.point_pairs == 0) return out;
+  const bool kept = given == GivenCalibration::kKept;
+  out.readout = readoutBelief(kept ? ReadoutCheck() : stage.bias.readout, handed_in, seen);
+  if (kept || stage.bias.point_pairs == 0) return out;
   // Rows that are exposed one after the other cost six times the work.
   out.value.readout_s = out.readout.wrong > 0.5 ? out.readout.measured : handed_in.readout_s;
   const double off = std::abs(out.value.readout_s - seen.readout_s);
@@ -169,8 +169,9 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
 // rows are turned to the middle row by the gyroscope at a bias of zero, and again by the bias
 // found.
 BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
-                               const Calibration& handed_in, const InitializerOptions& options,
-                               WorkBudget* budget, RotationStage* stage) {
+                               const Calibration& handed_in, GivenCalibration given,
+                               const InitializerOptions& options, WorkBudget* budget,
+                               RotationStage* stage) {
   stage->window = raw;
   const auto compensate = [&](const Eigen::Vector3d& gyro_bias) {
     if (!(raw->calibration().readout_s > 0.0)) return;
@@ -190,7 +191,7 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
   const auto adopt = [&](const RobustBias& bias) {
     stage->bias = bias;
     if (bias.valid()) compensate(bias.gyro_bias);
-    return betterCalibration(*stage, handed_in, options.slim.estimate_calibration);
+    return betterCalibration(*stage, handed_in, given);
   };
   const BetterCalibration better = adopt(estimator.quick());
   // A wrong calibration looks like wrong tracks: the search for those waits for a better one.
@@ -200,14 +201,15 @@ BetterCalibration estimateBias(const std::shared_ptr<const InitWindow>& raw,
 
 // Of a window as it was cut; a second time without what stands in the image.
 BetterCalibration solveRotations(const std::shared_ptr<const InitWindow>& raw,
-                                 const Calibration& handed_in, const InitializerOptions& options,
-                                 WorkBudget* budget, RotationStage* stage) {
-  BetterCalibration better = estimateBias(raw, handed_in, options, budget, stage);
+                                 const Calibration& handed_in, GivenCalibration given,
+                                 const InitializerOptions& options, WorkBudget* budget,
+                                 RotationStage* stage) {
+  BetterCalibration better = estimateBias(raw, handed_in, given, options, budget, stage);
   stage->static_tracks = 0;
   if (options.slim.prune_tracks && stage->bias.gyro_bias.allFinite()) {
     const std::shared_ptr<const InitWindow> scene =
         withoutStaticTracks(*raw, stage->bias.gyro_bias, &stage->static_tracks);
-    if (scene != nullptr) better = estimateBias(scene, handed_in, options, budget, stage);
+    if (scene != nullptr) better = estimateBias(scene, handed_in, given, options, budget, stage);
   }
   ++stage->rounds;
   return better;
@@ -229,13 +231,13 @@ RigPrior priorOf(const RotationStage& stage, const Calibration& handed_in,
 }  // namespace
 
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
-                                WorkBudget* budget) {
+                                WorkBudget* budget, GivenCalibration given) {
   const WorkBudget::Share share(kShareOfRotations, budget);
   const Calibration& handed_in = window.calibration();
   RotationStage stage;
   std::shared_ptr<const InitWindow> raw = unowned(window);
   stage.window = raw;
-  if (options.slim.estimate_calibration &&
+  if (given == GivenCalibration::kReplaced &&
       handed_in.sigmas.rotation_deg >= CalibrationSigmas::kUnknownRotationDeg) {
     const ExtrinsicRotation found = estimateExtrinsicRotation(window);
     stage.message = found.message;
@@ -245,13 +247,13 @@ RotationStage estimateRotations(const InitWindow& window, const InitializerOptio
     better.R_b_c = found.R_b_c;
     stage.window = raw = withCalibration(window, better);
   }
-  BetterCalibration better = solveRotations(raw, handed_in, options, budget, &stage);
+  BetterCalibration better = solveRotations(raw, handed_in, given, options, budget, &stage);
   while (!better.is_near && stage.rounds < kMaxRounds &&
          budget->allows("a better calibration of the rotations")) {
     const std::shared_ptr<const InitWindow> seen = withCalibration(*raw, better.value);
     if (seen == nullptr || seen->size() < kMinKeyframes) break;
     raw = seen;
-    better = solveRotations(raw, handed_in, options, budget, &stage);
+    better = solveRotations(raw, handed_in, given, options, budget, &stage);
   }
   Calibration found = stage.window->calibration();
   stage.measured_sigma_px = stage.bias.track_sigma * found.focal_px;

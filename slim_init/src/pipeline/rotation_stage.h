@@ -5,7 +5,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,12 +36,11 @@ struct RotationStage {
   RigPrior prior;
   double measured_sigma_px = kNotComputed;  ///< noise of the tracks of `window` [px]
   int rounds = 0;                           ///< 1 where the calibration handed in was near enough
-
-  /// `prior` where the calibration is to be estimated.
-  std::optional<RigPrior> rigPrior(const SlimOptions& options) const {
-    return options.estimate_calibration ? std::optional<RigPrior>(prior) : std::nullopt;
-  }
 };
+
+/// Whether a calibration that the rotations contradict is replaced. Kept is the one that a host has
+/// flown with: its state is that of a body under it.
+enum class GivenCalibration { kReplaced, kKept };
 
 /// Estimates the bias under the calibration of the window. Where rotations that the points see
 /// alone (checkCalibration()) say that extrinsic rotation or td are off by more than they can tell,
@@ -51,7 +49,8 @@ struct RotationStage {
 /// `budget` counts the work; at kShareOfRotations of it no further start and no further calibration
 /// is tried.
 RotationStage estimateRotations(const InitWindow& window, const InitializerOptions& options,
-                                WorkBudget* budget);
+                                WorkBudget* budget,
+                                GivenCalibration given = GivenCalibration::kReplaced);
 
 /// Sets the bias, and reports on the tracks. False, with status and message set, where there is no
 /// bias.

@@ -155,9 +155,7 @@ void setEstimate(const InitWindow& window, const RefinedWindow& refined, const P
                  InitResult* result) {
   const Calibration& calibration = window.calibration();
   setWorldStates(window, bodyState(refined.state, calibration.R_b_c, calibration.t_b_c), result);
-  if (refined.with_rig) {
-    result->calibration = calibrationEstimate(calibration, refined.state.rig, posterior);
-  }
+  result->calibration = calibrationEstimate(calibration, refined.state.rig, posterior);
   setSpeeds(window, refined.speeds, result);
   result->covariance = posterior.covariance;
 }
@@ -167,6 +165,7 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
   const CalibrationSigmas& known = handed_in.sigmas;
   const auto warn = [result](const char* what, double error, double sigma, double prior,
                              const char* unit, const char* key) {
+    if (prior == 0.0) return;  // held: its error is one of rounding
     if (!(error > verdict_constants::kCertainSigmas * std::hypot(sigma, prior))) return;
     std::ostringstream message;
     message.precision(3);

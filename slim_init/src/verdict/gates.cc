@@ -174,9 +174,8 @@ std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOpt
 }
 
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
-                                        const OptionalCalibration& found,
+                                        const CalibrationEstimate& found,
                                         const GateOptions& options) {
-  if (!found) return {};
   const auto explain = [](const char* what, double error, double sigma, const char* unit) {
     std::ostringstream out;
     out.precision(2);
@@ -189,8 +188,8 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
   };
   std::vector<GateValue> gates;
   if (handed_in.sigmas.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
-    const double error = logSO3(handed_in.R_b_c.transpose() * found->R_b_c).norm() * kDegPerRad;
-    const double sigma = found->rotationSigmaDeg();
+    const double error = logSO3(handed_in.R_b_c.transpose() * found.R_b_c).norm() * kDegPerRad;
+    const double sigma = found.rotationSigmaDeg();
     gates.push_back(makeGate(GateName::kExtrinsicRotation,
                              explain("extrinsic rotation", error, sigma, "deg"), "deg",
                              atMost(certain(error, sigma), options.max_extrinsic_error_deg),
@@ -200,11 +199,11 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                              "standard deviation of the unknown extrinsic rotation (also rotate "
                              "about another axis)",
                              "deg",
-                             atMost(found->rotationSigmaDeg(), options.max_extrinsic_sigma_deg),
+                             atMost(found.rotationSigmaDeg(), options.max_extrinsic_sigma_deg),
                              InitStatus::kTooLittleExcitation));
   }
-  const double td_error = kMsPerS * (found->td - handed_in.td);
-  const double td_sigma = kMsPerS * found->tdSigma();
+  const double td_error = kMsPerS * (found.td - handed_in.td);
+  const double td_sigma = kMsPerS * found.tdSigma();
   gates.push_back(makeGate(
       GateName::kTimeOffset, explain("camera-IMU time offset td", td_error, td_sigma, "ms"), "ms",
       atMost(certain(std::abs(td_error), td_sigma), kMsPerS * options.max_td_error_s),

@@ -62,9 +62,9 @@ std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOpt
 
 /// Gates on the calibration found, against the one handed in: "extrinsic_rotation"
 /// ("extrinsic_sigma" where it was unknown) and "time_offset", values are the certain part of each
-/// error (kCertainSigmas), explanations the estimate itself. None where it was not estimated.
+/// error (kCertainSigmas), explanations the estimate itself.
 std::vector<GateValue> calibrationGates(const Calibration& handed_in,
-                                        const OptionalCalibration& found,
+                                        const CalibrationEstimate& found,
                                         const GateOptions& options);
 
 /// Whether a window spans what is possible (ConsistencyCheck::kFullFraction).

@@ -16,6 +16,12 @@ namespace {
 
 constexpr int kIterations = 4;  // the problem is close to linear: two are enough, see the test
 constexpr int kMinSpans = 2;
+// Spans over which gyro and orientation are compared; one whose ends are off that length by more is
+// discarded, and so is one with a longer step between samples [s].
+constexpr double kSpan = 1.0, kMaxSpanError = 0.5, kMaxImuGap = 0.05;
+// Spans whose residual is above this many medians are excluded from the second pass: single
+// glitches of a motion capture system must not move the mean.
+constexpr double kOutlierMedians = 5.0;
 
 // Reach of deriveVelocities() to either side [s]: six steps of a truth at 100 Hz.
 constexpr double kVelocityReach = 0.03;
@@ -47,18 +53,17 @@ void integrateRotation(const Span& span, const Eigen::Vector3d& bias, Eigen::Mat
   }
 }
 
-std::vector<Span> makeSpans(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth,
-                            const GyroBiasFitOptions& options) {
+std::vector<Span> makeSpans(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth) {
   std::vector<Span> spans;
   std::size_t begin = 0;
   while (begin < truth.size()) {
     std::size_t end = begin + 1;
-    while (end < truth.size() && truth[end].t - truth[begin].t < options.span_s) ++end;
+    while (end < truth.size() && truth[end].t - truth[begin].t < kSpan) ++end;
     if (end >= truth.size()) break;
     const double length = truth[end].t - truth[begin].t;
     Span span;
-    if (length <= options.span_s + options.max_truth_step_s &&
-        inertialSteps(imu, truth[begin].t, truth[end].t, options.max_imu_gap_s, &span.steps)) {
+    if (length <= kSpan + kMaxSpanError &&
+        inertialSteps(imu, truth[begin].t, truth[end].t, kMaxImuGap, &span.steps)) {
       span.R_b0_b1 = truth[begin].R_w_b.transpose() * truth[end].R_w_b;
       spans.push_back(std::move(span));
     }
@@ -144,13 +149,12 @@ DerivedVelocities deriveVelocities(std::vector<NavState>* truth) {
   return result;
 }
 
-GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth,
-                        const GyroBiasFitOptions& options) {
+GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth) {
   GyroBiasFit result;
-  std::vector<Span> spans = makeSpans(imu, truth, options);
+  std::vector<Span> spans = makeSpans(imu, truth);
   if (static_cast<int>(spans.size()) < kMinSpans) {
     std::ostringstream out;
-    out << "gyro bias cannot be fitted: " << spans.size() << " spans of " << options.span_s
+    out << "gyro bias cannot be fitted: " << spans.size() << " spans of " << kSpan
         << " s have both gyro and ground-truth orientation (minimum " << kMinSpans << ')';
     result.message = out.str();
     return result;
@@ -162,7 +166,7 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
     residuals.reserve(spans.size());
     for (const Span& span : spans) residuals.push_back(span.residual);
     // The floor keeps spans without noise, where the median is rounding error.
-    const double bound = std::max(options.outlier_medians * median(residuals), 1e-6);
+    const double bound = std::max(kOutlierMedians * median(residuals), 1e-6);
     for (Span& span : spans) span.used = span.residual <= bound;
     solved = fit(spans, &bias);
   }
@@ -184,9 +188,9 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
   out.precision(4);
   out << "ground truth has no gyro bias; one constant was fitted to gyro and ground-truth "
          "orientation"
-      << " over " << result.spans << " spans of " << options.span_s << " s ("
-      << result.spans_rejected << " discarded as outliers, residual " << result.rms_rad
-      << " rad rms per span): [" << bias.x() << ", " << bias.y() << ", " << bias.z() << "] rad/s";
+      << " over " << result.spans << " spans of " << kSpan << " s (" << result.spans_rejected
+      << " discarded as outliers, residual " << result.rms_rad << " rad rms per span): ["
+      << bias.x() << ", " << bias.y() << ", " << bias.z() << "] rad/s";
   result.message = out.str();
   return result;
 }

@@ -15,7 +15,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = 3.141592653589793 / 180.0;
-constexpr int kMantle = 6;  // RayHit::face of a curved surface
+// A feature within this distance of a surface's border may belong to that surface [px]: the one
+// that explains the whole track best is taken.
+constexpr double kBorder = 1.5;
+constexpr double kKeyframeInterval = 0.25;  // [s]
+constexpr int kMantle = 6;                  // RayHit::face of a curved surface
 
 // A flat face of a solid.
 struct Face {
@@ -103,7 +107,6 @@ class TrackTruth::Evaluation {
   explicit Evaluation(const TrackTruth& truth)
       : scene_(truth.scene_),
         camera_(truth.camera_),
-        options_(truth.options_),
         views_(truth.views_),
         px_(1.0 / truth.camera_.focalPx()) {
     // Keyframes as an initializer takes them: the first image at least an interval after the last.
@@ -111,8 +114,8 @@ class TrackTruth::Evaluation {
     int last = -1;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       constexpr double kSlack = 1e-6;  // [s] stamps are rounded
-      if (last >= 0 && views_[i].t - views_[static_cast<std::size_t>(last)].t <
-                           options_.keyframe_interval_s - kSlack) {
+      if (last >= 0 &&
+          views_[i].t - views_[static_cast<std::size_t>(last)].t < kKeyframeInterval - kSlack) {
         continue;
       }
       keyframe_before_[i] = last;
@@ -196,7 +199,7 @@ class TrackTruth::Evaluation {
     constexpr int kAround = 8;
     for (int i = 0; i <= kAround; ++i) {
       const double angle = 360.0 / kAround * kDegree * i;
-      const double reach = i == kAround ? 0.0 : options_.border_px * px_;
+      const double reach = i == kAround ? 0.0 : kBorder * px_;
       const Vector3d ray = bearing + reach * std::cos(angle) * a + reach * std::sin(angle) * b;
       const RayHit hit = scene_.castRay(from.t_w_c, from.R_w_c * ray);
       if (!hit.hit()) continue;
@@ -252,8 +255,8 @@ class TrackTruth::Evaluation {
       const Vector3d on = ((1.0 - s) * start + s * end).normalized();
       std::vector<Face> here;
       for (const double side : {0.0, -1.0, 1.0}) {
-        const RayHit hit = scene_.castRay(
-            from.t_w_c, from.R_w_c * (on + side * options_.border_px * px_ * normal));
+        const RayHit hit =
+            scene_.castRay(from.t_w_c, from.R_w_c * (on + side * kBorder * px_ * normal));
         if (!hit.hit()) continue;
         if (hit.face == kMantle) return {};
         const Face face = faceOf(hit);
@@ -317,15 +320,10 @@ class TrackTruth::Evaluation {
 
   const Scene& scene_;
   const feature_tracker_lines::Camera& camera_;
-  const TrackTruthOptions& options_;
   const std::vector<View>& views_;
   double px_;                         // [rad] of one pixel at the axis
   std::vector<int> keyframe_before_;  // of a view that is a keyframe; otherwise -1
 };
-
-TrackTruth::TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera,
-                       const TrackTruthOptions& options)
-    : scene_(scene), camera_(camera), options_(options) {}
 
 void TrackTruth::addFrame(const FrameObservation& frame, const PoseAtRow& pose_at) {
   View view;

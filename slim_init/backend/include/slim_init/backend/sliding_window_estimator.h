@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/backend/options.h"
 #include "slim_init/types.h"
 
 namespace slim_init::backend {
@@ -40,8 +39,10 @@ struct FrameReport {
 /// w: z up, whatever origin and heading the seed has.
 class SlidingWindowEstimator {
  public:
-  /// Both are taken as they are.
-  SlidingWindowEstimator(const Calibration& calibration, const EstimatorOptions& options);
+  static constexpr int kWindowFrames = 11;  ///< ten keyframes and the newest frame
+
+  /// Taken as it is.
+  explicit SlidingWindowEstimator(const Calibration& calibration);
   ~SlidingWindowEstimator();
   SlidingWindowEstimator(const SlidingWindowEstimator&) = delete;
   SlidingWindowEstimator& operator=(const SlidingWindowEstimator&) = delete;
@@ -87,7 +88,7 @@ class SlidingWindowEstimator {
   /// Forgets states, prior and depths; frames and tracks stay, as before the first seed().
   void unseed();
 
-  /// Forgets everything but calibration, options and counts.
+  /// Forgets everything but calibration and counts.
   void reset();
 
  private:
@@ -98,6 +99,6 @@ class SlidingWindowEstimator {
 /// Failure detection of the host: empty, or a message naming the rule, the value and the bound.
 /// `previous` and `current` are consecutive newest states, `report` belongs to the second.
 std::string detectFailure(const NavState& previous, const NavState& current,
-                          const FrameReport& report, const FailureOptions& options);
+                          const FrameReport& report);
 
 }  // namespace slim_init::backend

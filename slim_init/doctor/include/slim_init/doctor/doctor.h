@@ -140,8 +140,7 @@ struct DoctorOptions {
   /// Minimum scatter of the specific force over a window, after averaging over 0.2 s [m/s^2]. At
   /// rest with running motors it is 0.04, in the slowest EuRoC flight 0.14.
   double min_acceleration = 0.1;
-  double window_s = 2.25;  ///< of that scatter: ten keyframes
-  RotationAlignmentOptions alignment;
+  double window_s = 2.25;          ///< of that scatter: ten keyframes
   InitializerOptions initializer;  ///< as configured
 };
 

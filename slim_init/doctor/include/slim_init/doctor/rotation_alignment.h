@@ -11,24 +11,19 @@
 
 namespace slim_init::evaluation {
 
-/// Pairs of images and the search for the time offset (docs/doctor.md).
-struct RotationAlignmentOptions {
-  double pair_interval_s = 0.2;   ///< of two images: long enough to turn, short enough for tracks
-  double pair_spacing_s = 0.1;    ///< from the start of a pair to that of the next
-  double max_frame_gap_s = 0.35;  ///< images further apart make no pair
-  int min_points = 15;            ///< common points of a pair
-  double max_imu_gap_s = 0.06;    ///< a pair over a longer step between samples is discarded
-  double max_offset_s = 0.3;      ///< offsets are searched this far from the configured one
-  double offset_step_s = 0.005;   ///< grid of that search, finer than any rotation changes
-  double min_rate = 0.05;         ///< rms [rad/s]; slower rotation does not determine anything
-  int min_pairs = 10;             ///< fewer do not determine anything
-};
+/// Bounds of the comparison (docs/doctor.md).
+namespace rotation_alignment {
+constexpr int kMinPoints = 15;      ///< common points of a pair of images
+constexpr int kMinPairs = 10;       ///< fewer do not determine anything
+constexpr double kMinRate = 0.05;   ///< rms [rad/s]; slower rotation does not determine anything
+constexpr double kMaxOffset = 0.3;  ///< offsets are searched this far from the configured one [s]
+}  // namespace rotation_alignment
 
 /// Whether there is an alignment, or why not.
 enum class AlignmentStatus {
   kSolved,
-  kTooFewPairs,    ///< fewer than RotationAlignmentOptions::min_pairs with points and IMU data
-  kTooLittleTurn,  ///< neither camera nor gyro turns by RotationAlignmentOptions::min_rate
+  kTooFewPairs,    ///< fewer than kMinPairs with points and IMU data
+  kTooLittleTurn,  ///< neither camera nor gyro turns by kMinRate
 };
 
 /// Rotation of the camera against that of the gyro, pair of images by pair. The sigmas come from
@@ -60,7 +55,6 @@ struct RotationAlignment {
 /// Neither td nor R_b_c of `calibration` is trusted: td is the centre of the search, R_b_c fills in
 /// what the motion leaves open (turns about one axis only). `frames` and `imu` ascend in time.
 RotationAlignment alignRotations(const std::vector<FrameObservation>& frames,
-                                 const std::vector<ImuSample>& imu, const Calibration& calibration,
-                                 const RotationAlignmentOptions& options);
+                                 const std::vector<ImuSample>& imu, const Calibration& calibration);
 
 }  // namespace slim_init::evaluation

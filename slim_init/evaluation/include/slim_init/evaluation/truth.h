@@ -10,16 +10,6 @@
 
 namespace slim_init::evaluation {
 
-/// Which spans of a recording the gyroscope bias is fitted to.
-struct GyroBiasFitOptions {
-  double span_s = 1.0;  ///< length of the spans over which gyro and orientation are compared
-  double max_imu_gap_s = 0.05;    ///< a span with a longer step between samples is discarded
-  double max_truth_step_s = 0.5;  ///< so is one whose ends are off span_s by more than this
-  /// Spans whose residual is above this many medians are excluded from the second pass: single
-  /// glitches of a motion capture system must not move the mean.
-  double outlier_medians = 5.0;
-};
-
 /// Mean gyroscope bias over a recording.
 struct GyroBiasFit {
   bool ok = false;
@@ -31,10 +21,9 @@ struct GyroBiasFit {
 };
 
 /// Fits one constant gyroscope bias so that the integrated gyro reproduces the true rotations
-/// between samples about span_s apart (least squares, Gauss-Newton with the Jacobian of the
+/// between samples about a second apart (least squares, Gauss-Newton with the Jacobian of the
 /// integrated rotation with respect to the bias). Both lists ascending in time.
-GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth,
-                        const GyroBiasFitOptions& options = GyroBiasFitOptions());
+GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<NavState>& truth);
 
 /// What deriveVelocities() met.
 struct DerivedVelocities {

@@ -14,17 +14,11 @@
 
 namespace slim_init::simulation {
 
-/// Bounds of outliers, borders and line identity (docs/simulation.md).
-struct TrackTruthOptions {
-  double outlier_px = 1.5;  ///< a point observation farther off is an outlier
-  /// A feature within this distance of a surface's border may belong to that surface: the one that
-  /// explains the whole track best is taken.
-  double border_px = 1.5;
-  double keyframe_interval_s = 0.25;
-  /// A line observation is the same line as at the keyframe before when both its ends lie within
-  /// this distance of it.
-  double same_line_px = 2.5;
-};
+/// A point observation farther off is an outlier [px] (docs/simulation.md).
+inline constexpr double kTrackOutlier = 1.5;
+/// A line observation is the same line as at the keyframe before when both its ends lie within this
+/// distance of it [px].
+inline constexpr double kSameLine = 2.5;
 
 /// One observation of a track after its first, against what was seen first.
 struct PointError {
@@ -64,8 +58,8 @@ struct TrackQuality {
 /// Collects frames, then measures every track.
 class TrackTruth {
  public:
-  TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera,
-             const TrackTruthOptions& options);
+  TrackTruth(const Scene& scene, const feature_tracker_lines::CameraParameters& camera)
+      : scene_(scene), camera_(camera) {}
 
   /// True pose of the camera as an image row (imageRow()) of a frame is exposed.
   using PoseAtRow = std::function<CameraPose(double row)>;
@@ -94,7 +88,6 @@ class TrackTruth {
 
   Scene scene_;
   feature_tracker_lines::Camera camera_;
-  TrackTruthOptions options_;
   std::vector<View> views_;
 };
 
