@@ -58,13 +58,13 @@ constexpr double kRefillAll = 0.5;
 // that new points keep.
 constexpr double kLeastDistanceShare = 0.5;
 
-// Whether two places look alike is seen on this level of the pyramid, over a square of so many of
-// its pixels, which tells one brick from the next. One looks better below this share of the
-// difference; without it the gyroscope is overruled where a camera that stands still decides by
-// noise.
-constexpr int kLookLevel = 2;
-constexpr int kLookSide = 9;
-constexpr double kLessAlike = 0.9;
+// Predictions are compared on this level of the pyramid, over a square of so many of its pixels,
+// which tells one brick from the next. One is better below this share of the other's difference:
+// between equal ones, as while the camera stands still, noise must not overrule the gyroscope (with
+// 1 it overruled 7 of 100 images of MH_01).
+constexpr int kPatchLevel = 2;
+constexpr int kPatchSidePx = 9;
+constexpr double kBetterBelow = 0.9;
 
 // The known rotation is doubted where it explains less than this share of the points, and overruled
 // where a free one explains so many times as many.
@@ -150,12 +150,12 @@ bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Poin
 // positions of level 0 stay as they are, bit for bit.
 float pixelOf(int level) { return static_cast<float>(1 << level); }
 
-// Mean difference of the grey levels around a place of one image and one of another.
-double lookDifference(const ImagePyramid& before, const cv::Point2f& there, const ImagePyramid& now,
-                      const cv::Point2f& here) {
-  const int level = std::min({kLookLevel, before.max_level, now.max_level});
+// Mean difference between the patches around a place of one image and of another [grey levels].
+double patchDifference(const ImagePyramid& before, const cv::Point2f& there,
+                       const ImagePyramid& now, const cv::Point2f& here) {
+  const int level = std::min({kPatchLevel, before.max_level, now.max_level});
   const float pixel = pixelOf(level);
-  const cv::Size side(kLookSide, kLookSide);
+  const cv::Size side(kPatchSidePx, kPatchSidePx);
   cv::Mat a, b;
   cv::getRectSubPix(before.level(level), side, there / pixel, a);
   cv::getRectSubPix(now.level(level), side, here / pixel, b);
@@ -362,16 +362,13 @@ cv::Point2f PointTracker::turned(const RotationPrior& prior, const Eigen::Vector
   return lens.project(now, &there) ? toPoint(there) : pixel;
 }
 
-cv::Point2f PointTracker::flowOf(const PointTrack& track, const RotationPrior& prior) const {
-  return track.pixel - turned(prior, track.bearing_before, track.pixel_before);
-}
-
 PointMotion PointTracker::motion(const RotationPrior& prior) const {
   PointMotion motion;
   int balance = 0;
   for (const PointTrack& track : tracks_) {
     if (!track.has_flow) continue;
-    motion.flows.push_back({track.pixel, flowOf(track, prior)});
+    const cv::Point2f rotated = turned(prior, track.bearing_before, track.pixel_before);
+    motion.flows.push_back({track.pixel, track.pixel - rotated});
     balance += track.surprise_px < kSteadyPx ? 1 : -1;
   }
   motion.steady = balance > 0;
@@ -409,7 +406,7 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
 struct PointTracker::Expected {
   std::vector<cv::Point2f> rotated;    // where each point would be without translation
   std::vector<cv::Point2f> predicted;  // and with the flow of the step before
-  bool trusted = false;                // there is reason to look near
+  bool trusted = false;                // the search need not reach far
 };
 
 PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
@@ -422,20 +419,22 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
 
 // After an overruled image the gyroscope is wrong for as long as it disagrees with the turn that
 // the tracks agree with best by about as much, though each track may be where it was predicted: the
-// flow beyond its rotation contains the same error. That turn is for lines and axes where nothing
-// better is known.
+// flow beyond its rotation contains the same error. That turn becomes the rotation where the
+// gyroscope gives none.
 void PointTracker::compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
                                 ImageReport* report) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const PointTrack& track : moved) sum += track.bearing * track.bearing_before.transpose();
   const Eigen::Matrix3d turn = nearestRotation(sum);
-  const double apart = logSO3(last_prior_.R_now_before.transpose() * turn).norm() / prior->dt_s;
-  if (prior->measured && was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_) {
-    *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
-    report->rotation_overruled = true;
+  if (last_prior_.measured) {
+    const double apart = logSO3(last_prior_.R_now_before.transpose() * turn).norm() / prior->dt_s;
+    if (prior->measured && was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_) {
+      *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
+      report->rotation_overruled = true;
+    }
+    was_overruled_ = report->rotation_overruled;
+    (was_overruled_ ? apart_wrong_ : apart_right_) = apart;
   }
-  was_overruled_ = report->rotation_overruled;
-  (was_overruled_ ? apart_wrong_ : apart_right_) = apart;
   if (!prior->measured) prior->R_now_before = turn;
 }
 
@@ -488,44 +487,46 @@ struct PointTracker::Found {
 PointTracker::Expected PointTracker::expect(const RotationPrior& last,
                                             const RotationPrior& prior) const {
   const auto ratio = static_cast<float>(prior.dt_ratio);
-  const PointMotion before_last = motion(last);
+  const PointMotion motion_before = motion(last);
+  std::size_t next = 0;  // of the flows, which are in the order of the tracks
   Expected expected;
   expected.trusted = prior.measured;
   for (const PointTrack& track : tracks_) {
     expected.rotated.push_back(turned(prior, track.bearing, track.pixel));
     const cv::Point2f flow =
-        track.has_flow ? flowOf(track, last) : before_last.flowNear(track.pixel);
+        track.has_flow ? motion_before.flows[next++].residual : motion_before.flowNear(track.pixel);
     expected.predicted.push_back(expected.rotated.back() + ratio * flow);
   }
   return expected;
 }
 
-// Where most points look better if each goes on as it moved than where the gyroscope predicts them,
-// it is the gyroscope that is wrong: `prior` knows nothing then. Asked before the search, which
-// among bricks finds the next brick.
+// Where the patches of most points fit better if each goes on with its flow than where the
+// gyroscope predicts them, it is the gyroscope that is wrong: nothing is known of the rotation
+// then. Asked before the search, which among bricks finds the next brick.
 PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
                                                     const ImagePyramid& now, RotationPrior* prior,
                                                     ImageReport* report) {
   const Expected expected = expect(last_prior_, *prior);
   last_prior_ = *prior;
   if (!prior->measured) return expected;
-  const RotationPrior nothing{prior->dt_s, prior->dt_ratio};
-  Expected even = expect(nothing, nothing);
+  const RotationPrior unknown{prior->dt_s, prior->dt_ratio};
+  Expected same_flow = expect(unknown, unknown);
   const auto difference = [&](std::size_t i, const cv::Point2f& there) {
-    return isInside(there, 0.0) ? lookDifference(before, tracks_[i].pixel, now, there)
+    return isInside(there, 0.0) ? patchDifference(before, tracks_[i].pixel, now, there)
                                 : std::numeric_limits<double>::infinity();
   };
   int better = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (difference(i, even.predicted[i]) < kLessAlike * difference(i, expected.predicted[i])) {
+    if (difference(i, same_flow.predicted[i]) <
+        kBetterBelow * difference(i, expected.predicted[i])) {
       ++better;
     }
   }
   if (2 * better <= static_cast<int>(tracks_.size())) return expected;
   report->rotation_overruled = true;
-  *prior = nothing;
-  even.trusted = true;
-  return even;
+  *prior = unknown;
+  same_flow.trusted = true;
+  return same_flow;
 }
 
 // Looks for the points of one level; `before` and `now` begin with it.

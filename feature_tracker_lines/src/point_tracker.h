@@ -133,7 +133,6 @@ class PointTracker {
   /// Where what was seen at `pixel` before would be under the rotation alone.
   cv::Point2f turned(const RotationPrior& prior, const Eigen::Vector3d& bearing,
                      const cv::Point2f& pixel) const;
-  cv::Point2f flowOf(const PointTrack& track, const RotationPrior& prior) const;
 
   Camera camera_;
   FrontEndOptions options_;
@@ -143,9 +142,10 @@ class PointTracker {
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
-  RotationPrior last_prior_;  // of the last image, overruled or not
+  // Of the last image, as the gyroscope gave it, and whether it was overruled. Angle to the turn of
+  // the tracks over dt_s [rad/s], where it last was right and where it last was overruled.
+  RotationPrior last_prior_;
   bool was_overruled_ = false;
-  // Between its turn and that of the tracks, where it was right and where it was overruled [rad/s].
   double apart_right_ = 0.0, apart_wrong_ = 0.0;
   // Now and then a mark is made, at which each track remembers its ray.
   double since_mark_s_ = 0.0;

@@ -25,7 +25,9 @@ struct RotationPrior {
   double dt_s = 0.0;  ///< since the previous image [s]
   /// dt_s over the interval before it: what moved evenly moves so many times as far.
   double dt_ratio = 1.0;
-  bool measured = false;  ///< false: nothing is known; the rotation below is the identity
+  /// By the gyroscope. False: the rotation below is the identity, after PointTracker::follow() the
+  /// turn that the tracks agree with best; how well is not known.
+  bool measured = false;
   /// Maps directions in the camera at the previous image to the camera now, middle row to middle
   /// row.
   Eigen::Matrix3d R_now_before = Eigen::Matrix3d::Identity();

@@ -88,7 +88,7 @@ void printErrors(const std::vector<simulation::PointError>& errors, const std::s
   for (const simulation::PointError& e : errors) {
     if (e.occluded) continue;
     values.push_back(e.error_px);
-    if (e.error_px > simulation::kTrackOutlier) ++outliers;
+    if (e.error_px > simulation::kTrackOutlierPx) ++outliers;
   }
   print("observations" + against, static_cast<double>(values.size()), "");
   print("occluded" + against, static_cast<double>(errors.size() - values.size()), "");
@@ -103,7 +103,7 @@ void printErrors(const std::vector<simulation::LineError>& errors, const std::st
   for (const simulation::LineError& e : errors) {
     angle.push_back(e.angle_deg);
     offset.push_back(e.offset_px);
-    if (e.end_px <= simulation::kSameLine) ++same;
+    if (e.end_px <= simulation::kSameLinePx) ++same;
   }
   print("observations" + against, static_cast<double>(errors.size()), "");
   print("angle" + against + ", median", evaluation::median(angle), "deg");

@@ -162,7 +162,7 @@ TEST(TrackTruth, LinesOnASurfaceAndOnAnEdge) {
   ASSERT_EQ(quality.keyframe_lines.size(), 6u);
   int lost = 0;
   for (const LineError& e : quality.keyframe_lines) {
-    lost += e.end_px > kSameLine ? 1 : 0;
+    lost += e.end_px > kSameLinePx ? 1 : 0;
   }
   EXPECT_EQ(lost, 1);  // the jump, between the first two keyframes
 }

@@ -17,9 +17,9 @@ using Eigen::Vector3d;
 constexpr double kDegree = 3.141592653589793 / 180.0;
 // A feature within this distance of a surface's border may belong to that surface [px]: the one
 // that explains the whole track best is taken.
-constexpr double kBorder = 1.5;
-constexpr double kKeyframeInterval = 0.25;  // [s]
-constexpr int kMantle = 6;                  // RayHit::face of a curved surface
+constexpr double kBorderPx = 1.5;
+constexpr double kKeyframeIntervalS = 0.25;  // [s]
+constexpr int kMantle = 6;                   // RayHit::face of a curved surface
 
 // A flat face of a solid.
 struct Face {
@@ -115,7 +115,7 @@ class TrackTruth::Evaluation {
     for (std::size_t i = 0; i < views_.size(); ++i) {
       constexpr double kSlack = 1e-6;  // [s] stamps are rounded
       if (last >= 0 &&
-          views_[i].t - views_[static_cast<std::size_t>(last)].t < kKeyframeInterval - kSlack) {
+          views_[i].t - views_[static_cast<std::size_t>(last)].t < kKeyframeIntervalS - kSlack) {
         continue;
       }
       keyframe_before_[i] = last;
@@ -199,7 +199,7 @@ class TrackTruth::Evaluation {
     constexpr int kAround = 8;
     for (int i = 0; i <= kAround; ++i) {
       const double angle = 360.0 / kAround * kDegree * i;
-      const double reach = i == kAround ? 0.0 : kBorder * px_;
+      const double reach = i == kAround ? 0.0 : kBorderPx * px_;
       const Vector3d ray = bearing + reach * std::cos(angle) * a + reach * std::sin(angle) * b;
       const RayHit hit = scene_.castRay(from.t_w_c, from.R_w_c * ray);
       if (!hit.hit()) continue;
@@ -256,7 +256,7 @@ class TrackTruth::Evaluation {
       std::vector<Face> here;
       for (const double side : {0.0, -1.0, 1.0}) {
         const RayHit hit =
-            scene_.castRay(from.t_w_c, from.R_w_c * (on + side * kBorder * px_ * normal));
+            scene_.castRay(from.t_w_c, from.R_w_c * (on + side * kBorderPx * px_ * normal));
         if (!hit.hit()) continue;
         if (hit.face == kMantle) return {};
         const Face face = faceOf(hit);

@@ -15,10 +15,10 @@
 namespace slim_init::simulation {
 
 /// A point observation farther off is an outlier [px] (docs/simulation.md).
-inline constexpr double kTrackOutlier = 1.5;
+inline constexpr double kTrackOutlierPx = 1.5;
 /// A line observation is the same line as at the keyframe before when both its ends lie within this
 /// distance of it [px].
-inline constexpr double kSameLine = 2.5;
+inline constexpr double kSameLinePx = 2.5;
 
 /// One observation of a track after its first, against what was seen first.
 struct PointError {
