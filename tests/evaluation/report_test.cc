@@ -109,6 +109,10 @@ TEST(Summary, StatisticsByHand) {
   EXPECT_EQ(all.statuses.at("success"), 3);
   EXPECT_EQ(all.statuses.at("scale_too_uncertain"), 1);
   EXPECT_EQ(all.statuses.at("too_few_tracks"), 1);
+  const std::string text = summaryTable(handMade(), summaries);
+  EXPECT_NE(text.find("hand  scale_too_uncertain 1, success 3, too_few_tracks 1"),
+            std::string::npos)
+      << text;
   // The window without an estimate (99 ms) does not count as a solve.
   EXPECT_DOUBLE_EQ(all.at("solve_cpu_ms_median"), 1.25);
 
@@ -294,27 +298,21 @@ TEST(Report, FailureToWriteIsASentence) {
   EXPECT_NE(error.find("summary.json cannot be written"), std::string::npos) << error;
 }
 
-TEST(Report, NamesTheProgramAndItsCommit) {
+TEST(Report, SummaryKeepsProgramNotesAndRefusals) {
   RunInfo info = someRun();
   info.version = "9.8.7";
-  auto json = jsonOf(handMade(), info);
-  EXPECT_EQ(json["version"], "9.8.7");
-  EXPECT_TRUE(json["commit"].is_null());
-  info.commit = "0123abcd";
-  json = jsonOf(handMade(), info);
-  EXPECT_EQ(json["commit"], "0123abcd");
-}
-
-TEST(Report, SummaryKeepsNotesAndRefusals) {
-  RunInfo info = someRun();
   ProtocolResult result = handMade();
   auto json = jsonOf(result, info);
+  EXPECT_EQ(json["version"], "9.8.7");
+  EXPECT_TRUE(json["commit"].is_null());
   EXPECT_FALSE(json.contains("method_notes"));
   EXPECT_FALSE(json.contains("first_refusal"));
+  info.commit = "0123abcd";
   info.method_notes = {{"hand[less]", "with less"}};
   result.first_refusal = "times go back";
   result.dropped.imu_out_of_order = 3;
   json = jsonOf(result, info);
+  EXPECT_EQ(json["commit"], "0123abcd");
   EXPECT_EQ(json["method_notes"]["hand[less]"], "with less");
   EXPECT_EQ(json["first_refusal"], "times go back");
   EXPECT_EQ(json["dropped"]["imu_out_of_order"], 3);
@@ -395,14 +393,6 @@ TEST(Report, TellsWhatTheFrontEndDid) {
   EXPECT_TRUE(json["tracking"]["points_p10"].is_null());
   EXPECT_EQ(json["tracking"]["stages_ms_median"]["points"], 2.5);
   EXPECT_EQ(json["simulated"]["outlier_tracks"], 17);
-}
-
-TEST(Report, TheTerminalSeesTheVerdicts) {
-  const ProtocolResult result = handMade();
-  const std::string text = summaryTable(result, summarize(result));
-  EXPECT_NE(text.find("hand  scale_too_uncertain 1, success 3, too_few_tracks 1"),
-            std::string::npos)
-      << text;
 }
 
 /// The line of the terminal's main table (all windows) that begins with the name.
