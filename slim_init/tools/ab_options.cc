@@ -210,6 +210,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
   constexpr double kMaxSeed = std::numeric_limits<unsigned>::max();
   constexpr OptionScope kSimulated = OptionScope::kSimulatedFeatures;
   constexpr OptionScope kRig = OptionScope::kRig;
+  using Choices = std::vector<std::string>;
+  const Choices worlds = {"room", "hall", "corridor"}, gates = {"own", "on", "off"},
+                reports = {"auto", "off"};
   return {
       {"asl", &o.asl, "DIR",
        "Recording with images: ASL folder (EuRoC's layout), DIR/mav0 or DIR with cam0 and imu0",
@@ -231,31 +234,17 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        simulation::builtinTrajectoryNames()},
       {"duration", &o.duration_s, "X", "Length of a built-in motion [s]", "duration_s", 3.0, 3600.0,
        kSimulated},
-      {"world",
-       &o.world,
-       "NAME",
-       "Scene",
-       "world",
-       0.0,
-       0.0,
-       kSimulated,
-       {"room", "hall", "corridor"}},
+      {"world", &o.world, "NAME", "Scene", "world", 0.0, 0.0, kSimulated, worlds},
       {"methods", &o.methods, "LIST",
        "Methods, comma separated: " + join(methodNames()) + " (default: all)", "methods"},
       {"options", &o.options_file, "FILE",
        "YAML file with a section slim_init: for every method (`slim_init options` lists the keys); "
        "wins over --config",
        "options"},
-      {"gates",
-       &o.gates,
-       "MODE",
+      {"gates", &o.gates, "MODE",
        "Whose gates decide: own (as published), on or off for every method; wins over --options "
        "(default: on with expanding windows, else own)",
-       "gates",
-       0.0,
-       0.0,
-       OptionScope::kAlways,
-       {"own", "on", "off"}},
+       "gates", 0.0, 0.0, OptionScope::kAlways, gates},
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal windows", "seed",
        0.0, kMaxSeed, kSimulated},
       {"stride", &o.stride, "N", "Images between the starts of two windows", "stride", 1, 100000},
@@ -326,15 +315,9 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},
-      {"report",
-       &o.report,
-       "MODE",
-       "report.md and report.html; auto: if python3 has pandas, matplotlib and jinja2",
-       "",
-       0.0,
-       0.0,
-       OptionScope::kAlways,
-       {"auto", "off"}},
+      {"report", &o.report, "MODE",
+       "report.md and report.html; auto: if python3 has pandas, matplotlib and jinja2", "", 0.0,
+       0.0, OptionScope::kAlways, reports},
       {"quiet", &o.quiet, "", "No progress bar and no table", ""},
   };
 }
