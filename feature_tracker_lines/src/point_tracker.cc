@@ -502,7 +502,7 @@ PointTracker::Expected PointTracker::expect(const RotationPrior& last,
 
 // Where the patches of most points fit better if each goes on with its flow than where the
 // gyroscope predicts them, it is the gyroscope that is wrong: nothing is known of the rotation
-// then. Asked before the search, which among bricks finds the next brick.
+// then. Done before the search, which among bricks finds the next brick.
 PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
                                                     const ImagePyramid& now, RotationPrior* prior,
                                                     ImageReport* report) {
