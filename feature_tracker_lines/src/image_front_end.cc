@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/feature_tracker_lines/image_front_end.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -11,7 +10,7 @@
 #include "feature_tracker.h"
 #include "imu/preintegration.h"
 #include "imu/row_compensation.h"
-#include "rotation/multi_gap_bias.h"
+#include "rotation/robust_bias.h"
 #include "rotation_prior.h"
 #include "slim_init/row_times.h"
 #include "stopwatch.h"
@@ -33,13 +32,6 @@ constexpr double kBiasKeyframeIntervalS = 0.12;
 constexpr int kEarlyEstimates = 4;
 constexpr double kEarlyEstimateIntervalS = 0.25;
 constexpr double kLateEstimateIntervalS = 1.0;
-// The information matrix of the estimate does not account for wrong tracks: its standard deviation
-// is doubled and has a floor [rad/s].
-constexpr double kBiasSigmaFactor = 2.0;
-constexpr double kLeastBiasSigma = 1e-3;
-// A new estimate replaces the last one unless its standard deviation is this many times larger, as
-// when there are few tracks.
-constexpr double kMuchLessCertain = 3.0;
 // Images in a row whose known rotation was overruled, after which the bias is discarded.
 constexpr int kOverruledToForget = 3;
 
@@ -108,11 +100,6 @@ class ImageFrontEnd::Impl {
   }
 
  private:
-  struct Bias {
-    Eigen::Vector3d value = Eigen::Vector3d::Zero();
-    double sigma = 0.0;
-  };
-
   bool isUsable(const cv::Mat& image) const;
   const cv::Mat& toGrey(const cv::Mat& image);
   RotationPrior predictRotation(double t, ImageReport* report) const;
@@ -135,7 +122,7 @@ class ImageFrontEnd::Impl {
   double t_next_estimate_ = kNotComputed;  // of the gyro bias [s], IMU clock
   int estimates_ = 0;                      // of the gyro bias
   int overruled_ = 0;                      // images in a row whose known rotation was overruled
-  std::optional<Bias> bias_;
+  std::optional<Eigen::Vector3d> bias_;    // of the gyroscope [rad/s]
 };
 
 // Rotation of the camera between two times on the IMU clock.
@@ -158,13 +145,13 @@ RotationPrior ImageFrontEnd::Impl::rotationPrior(double t_before, double t_now) 
   for (std::size_t i = 1; i < samples.size(); ++i) {
     if (samples[i].t - samples[i - 1].t > max_gap && samples[i - 1].t < t_now) return prior;
   }
-  const Eigen::Vector3d bias = bias_ ? bias_->value : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d bias = bias_.value_or(Eigen::Vector3d::Zero());
   const Preintegration pre = preintegrate(samples, t_before, t_now, {bias, Eigen::Vector3d::Zero()},
                                           calibration_.imu_noise, PreintegrationParts::kRotation);
   const Eigen::Matrix3d& R_b_c = calibration_.R_b_c;
   prior.measured = true;
   prior.R_now_before = R_b_c.transpose() * pre.dR.transpose() * R_b_c;
-  if (bias_) prior.sigma_px = bias_->sigma * pre.dt * tracker_.focalPx();
+  prior.known = bias_.has_value();
   prior.rows_before.readout_s = prior.rows_now.readout_s = calibration_.readout_s;
   prior.rows_before.rate_c = R_b_c.transpose() * (gyroAt(samples, t_before) - bias);
   prior.rows_now.rate_c = R_b_c.transpose() * (gyroAt(samples, t_now) - bias);
@@ -178,21 +165,16 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
   if (cut.window == nullptr) return;
   t_next_estimate_ =
       t_imu + (estimates_ < kEarlyEstimates ? kEarlyEstimateIntervalS : kLateEstimateIntervalS);
-  std::vector<Eigen::Vector3d> starts = {Eigen::Vector3d::Zero()};
-  if (bias_) starts.insert(starts.begin(), bias_->value);
   // Null for a global shutter, where the window is right as it is.
-  const auto compensated = withRowsCompensated(*cut.window, starts.front());
-  const MultiGapBiasEstimate estimate = estimateMultiGapBias(
-      compensated != nullptr ? *compensated : *cut.window, starts, InertialOptions());
-  if (!estimate.valid) return;
-  const double least =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(estimate.information, Eigen::EigenvaluesOnly)
-          .eigenvalues()[0];
-  if (!(least > 0.0)) return;
-  const double sigma = std::max(kLeastBiasSigma, kBiasSigmaFactor / std::sqrt(least));
+  const auto compensated =
+      withRowsCompensated(*cut.window, bias_.value_or(Eigen::Vector3d::Zero()));
+  const InertialOptions inertial;
+  RobustBiasEstimator estimator(compensated != nullptr ? *compensated : *cut.window, nullptr,
+                                inertial);
+  const RobustBias estimate = estimator.quick();
+  if (!estimate.valid() || (bias_ && !estimate.clean)) return;
   ++estimates_;
-  if (bias_ && sigma > kMuchLessCertain * bias_->sigma) return;
-  bias_ = Bias{estimate.gyro_bias, sigma};
+  bias_ = estimate.gyro_bias;
 }
 
 void ImageFrontEnd::Impl::forgetBias() {
@@ -257,10 +239,7 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   }
   report->stages.push_back({"gyro_bias", watch.lap()});
   report->gyro_bias_known = bias_.has_value();
-  if (bias_) {
-    report->gyro_bias = bias_->value;
-    report->gyro_bias_sigma = bias_->sigma;
-  }
+  if (bias_) report->gyro_bias = *bias_;
 }
 
 ImageStatus ImageFrontEnd::Impl::addImage(double t, const cv::Mat& image, FrameObservation* frame) {

@@ -99,10 +99,6 @@ OptionTable optionTable(FrontEndOptions* o) {
                    "predict the flow from the gyroscope (profile default); 0 for a camera alone"),
        advancedKey("estimate_gyro_bias", &o->estimate_gyro_bias,
                    "from the tracks themselves, for the prediction and the outlier check"),
-       advancedKey(
-           "max_rotation_sigma_px", &o->max_rotation_sigma_px, {1e-3, 100.0}, "px",
-           "the rotation between two images is taken as known if its standard deviation moves "
-           "a point by less; well below points.epipolar_px"),
        userKey("threads", &o->threads, {1, 2}, "",
                "2: lines and points in parallel, with the same result")},
       {}, &table);

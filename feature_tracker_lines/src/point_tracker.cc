@@ -428,11 +428,12 @@ void PointTracker::compareTurns(const std::vector<PointTrack>& moved, RotationPr
   const Eigen::Matrix3d turn = nearestRotation(sum);
   if (last_prior_.measured) {
     const double apart = logSO3(last_prior_.R_now_before.transpose() * turn).norm() / prior->dt_s;
-    if (prior->measured && was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_) {
+    const bool still_wrong = was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_;
+    if (prior->measured && still_wrong) {
       *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
       report->rotation_overruled = true;
     }
-    was_overruled_ = report->rotation_overruled;
+    was_overruled_ = report->rotation_overruled && (still_wrong || !was_overruled_);
     (was_overruled_ ? apart_wrong_ : apart_right_) = apart;
   }
   if (!prior->measured) prior->R_now_before = turn;
@@ -502,7 +503,8 @@ PointTracker::Expected PointTracker::expect(const RotationPrior& last,
 
 // Where the patches of most points fit better if each goes on with its flow than where the
 // gyroscope predicts them, it is the gyroscope that is wrong: nothing is known of the rotation
-// then. Done before the search, which among bricks finds the next brick.
+// then; and it stays wrong until most fit better where it predicts them. Done before the search,
+// which among bricks finds the next brick.
 PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
                                                     const ImagePyramid& now, RotationPrior* prior,
                                                     ImageReport* report) {
@@ -515,17 +517,20 @@ PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
     return isInside(there, 0.0) ? patchDifference(before, tracks_[i].pixel, now, there)
                                 : std::numeric_limits<double>::infinity();
   };
-  int better = 0;
+  int gyro_better = 0, flow_better = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (difference(i, same_flow.predicted[i]) <
-        kBetterBelow * difference(i, expected.predicted[i])) {
-      ++better;
-    }
+    const double by_gyro = difference(i, expected.predicted[i]);
+    const double by_flow = difference(i, same_flow.predicted[i]);
+    gyro_better += by_gyro < kBetterBelow * by_flow ? 1 : 0;
+    flow_better += by_flow < kBetterBelow * by_gyro ? 1 : 0;
   }
-  if (2 * better <= static_cast<int>(tracks_.size())) return expected;
+  const int against = was_overruled_ ? gyro_better : flow_better;
+  const bool most = 2 * against > static_cast<int>(tracks_.size());
+  if (most == was_overruled_) return expected;
   report->rotation_overruled = true;
   *prior = unknown;
-  same_flow.trusted = true;
+  // Where a point is looked for next: the gyroscope may be wrong by little.
+  same_flow.rotated = expected.predicted;
   return same_flow;
 }
 
@@ -654,7 +659,7 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
   const auto count = [](const std::vector<unsigned char>& flags) {
     return std::count(flags.begin(), flags.end(), 1);
   };
-  if (prior.measured && prior.sigma_px <= options_.max_rotation_sigma_px) {
+  if (prior.known) {
     report->outlier_check = OutlierCheck::kKnownRotation;
     std::vector<unsigned char> known =
         knownRotationInliers(rotated, now, focal_px_, threshold).flags;
@@ -674,10 +679,7 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
 // Drops the tracks that contradict the others over three views, some images apart; returns how
 // many. Needs rotations known over that time.
 int PointTracker::checkThreeViews(const RotationPrior& prior, std::vector<PointTrack>* moved) {
-  const double steps = std::max(1.0, 2.0 * kMarkS / prior.dt_s);
-  const bool known =
-      prior.measured && prior.sigma_px * std::sqrt(steps) <= options_.max_rotation_sigma_px;
-  if (!known) {
+  if (!prior.known) {
     for (PointTrack& track : *moved) track.marks = 0;
     since_mark_s_ = 0.0;
     R_now_mark_.setIdentity();

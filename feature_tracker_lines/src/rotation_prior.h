@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 
 namespace slim_init::feature_tracker_lines {
 
@@ -31,8 +30,7 @@ struct RotationPrior {
   /// Maps directions in the camera at the previous image to the camera now, middle row to middle
   /// row.
   Eigen::Matrix3d R_now_before = Eigen::Matrix3d::Identity();
-  /// Standard deviation of the rotation times the focal length: how far it moves a point [px].
-  double sigma_px = std::numeric_limits<double>::infinity();
+  bool known = false;                     ///< measured, and corrected for the bias of the gyroscope
   RowExposure rows_before{}, rows_now{};  ///< of the two images; at rest where nothing is measured
 };
 

@@ -636,7 +636,7 @@ TEST_P(StepsOf, SteadyPointsAreRecognisedAndOthersFollowed) {
   PointTracker tracker(camera, options);
   RotationPrior prior;
   prior.measured = true;
-  prior.sigma_px = 0.01;
+  prior.known = true;
   ImagePyramid before, now;
   // Two pixels an image; the last step is twice as long.
   std::vector<double> recognised, kept;

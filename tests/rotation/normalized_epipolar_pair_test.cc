@@ -252,16 +252,5 @@ TEST(PairPoints, WithoutHypothesesTheBaselineAtHandIsRated) {
   EXPECT_EQ(nothing.cost, 60 * 9.0);
 }
 
-TEST(NormalizedEpipolarPair, GradientsOfThePointsSumToTheGradient) {
-  const Scene scene = makeScene(31, kSigma, {0.4, 0.1, -0.2}, 8);
-  const Matrix3d R = scene.R_ci_cj * expSO3({0.002, 0.001, -0.001});
-  const std::vector<Vector3d> parts =
-      scene.normalized.pointGradients(scene.points, R, 0.5 * kSigma * kSigma);
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& part : parts) sum += part;
-  const Vector3d expected = scene.normalized.evaluate(R, 0.0).gradient;
-  EXPECT_LT((sum - expected).norm(), 1e-9 * expected.norm());
-}
-
 }  // namespace
 }  // namespace slim_init

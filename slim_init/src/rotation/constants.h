@@ -83,15 +83,6 @@ inline constexpr double kMinInlierFraction = 0.3;
 inline constexpr double kCleanInlierFraction = 0.97;
 inline constexpr double kCleanCost = 1.15;
 
-// ---- Covariance of the bias (multi_gap_bias.h)
-
-/// Factor on the scatter of the tracks' gradients, which misses what the choice of outliers and of
-/// the minimum adds: over windows of eleven motions the errors are 1.2 times what it says.
-inline constexpr double kScatterInflation = 1.5;
-/// Share of the classical covariance that is added to it: stands for VP and prior terms, and bounds
-/// the result away from zero without noise.
-inline constexpr double kCurvatureShare = 0.02;
-
 // ---- Freed rotations (free_rotations.h)
 
 /// With a wider cutoff than this the known baseline is not trusted [sigma].
@@ -163,8 +154,6 @@ inline constexpr double kMaxStaticFraction = 0.5;
 
 // ---- Schedules of re-weighting
 
-/// From a start that may be tens of residuals off (estimateMultiGapBias()).
-inline constexpr CutoffSchedule kFromFar = {{10.0, 5.0, 3.0, 3.0}, 4};
 /// Start from a bias of zero at short gaps.
 inline constexpr CutoffSchedule kNarrowStart = {{3.0, 3.0}, 2};
 /// Freed rotations where the bias looks clean, and where the calibration may be degrees off: 40 are

@@ -2,7 +2,6 @@
 #include "rotation/multi_gap_bias.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -173,36 +172,6 @@ Baselines MultiGapProblem::baselinesAt(const Eigen::Vector3d& gyro_bias, int max
   return baselines;
 }
 
-Eigen::Matrix3d MultiGapProblem::information(const Eigen::Vector3d& gyro_bias, int max_gap,
-                                             const WeightedPairs& weighted, double gyro_density,
-                                             Baselines baselines) const {
-  const double share = shareOf(max_gap);
-  const double sigma2 = pairs_.sigma() * pairs_.sigma();
-  const Eigen::Matrix3d H_inverse =
-      evaluate(gyro_bias, max_gap, weighted, &baselines).hessian.inverse();
-  const PairRotations rotations = gyro_.at(gyro_bias, pairs_, max_gap);
-  std::vector<Eigen::Vector3d> gradients(window_.pointTracks().size(), Eigen::Vector3d::Zero());
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    const KeyframePair& pair = pairs_[p];
-    if (!enters(pair, max_gap) || !pair.use_points) continue;
-    if (weighted[p].robustCount() <= kMinRobustCount) continue;
-    const std::vector<Eigen::Vector3d> parts = weighted[p].pointGradients(
-        pair.points, rotations[p].R_ci_cj, kBaselinePriorSigmas2 * sigma2);
-    const double scale = share * weighted[p].robustCount() / sigma2;
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      gradients[pair.track[k]] += scale * rotations[p].dR_dbg.transpose() * parts[k];
-    }
-  }
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3d& g : gradients) scatter += g * g.transpose();
-  // Curvature of chi-square: the classical covariance is twice its inverse.
-  const Eigen::Matrix3d covariance =
-      kScatterInflation * (H_inverse * scatter * H_inverse) + kCurvatureShare * 2.0 * H_inverse;
-  const double duration = window_.times().back() - window_.times().front();
-  return (covariance + gyro_density * gyro_density / duration * Eigen::Matrix3d::Identity())
-      .inverse();
-}
-
 void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
                         const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
                         Eigen::Vector2d* residual, Eigen::Matrix<double, 2, 3>* jacobian) {
@@ -222,34 +191,6 @@ void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
   *residual = W * (B.transpose() * u_c);
   // R^T Exp(-phi): d(R^T u) = [R^T u]x phi.
   if (jacobian != nullptr) *jacobian = W * B.transpose() * R_b_c.transpose() * skew(u_b);
-}
-
-MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
-                                          const std::vector<Eigen::Vector3d>& starts,
-                                          const InertialOptions& inertial) {
-  MultiGapProblem problem(window, nullptr, inertial);
-  MultiGapBiasEstimate best;
-  if (problem.pointPairs() == 0) return best;
-  const int max_gap = kLongestGap;
-  const ConsensusOptions draw = {*kFromFar.begin()};
-  const ConsensusOptions rate = {kOutlierSigmas, 0};
-  for (const Eigen::Vector3d& start : starts) {
-    BiasMinimum minimum = problem.minimize(
-        start, max_gap, kFromFar, {},
-        problem.findBaselines(start, max_gap, draw, unknownBaselines(problem.pairs())).baselines);
-    const Eigen::Vector3d& bias = minimum.gyro_bias;
-    if (!bias.allFinite() || bias.norm() > kMaxBias) continue;
-    BaselineConsensus rated =
-        problem.findBaselines(bias, max_gap, rate, std::move(minimum.baselines));
-    if (best.valid && rated.cost >= best.cost) continue;
-    best.valid = true;
-    best.gyro_bias = bias;
-    best.cost = rated.cost;
-    best.information = problem.information(bias, max_gap, minimum.weighted,
-                                           window.calibration().imu_noise.gyro_density,
-                                           std::move(rated.baselines));
-  }
-  return best;
 }
 
 }  // namespace slim_init

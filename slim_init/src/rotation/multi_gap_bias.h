@@ -17,28 +17,11 @@
 
 namespace slim_init {
 
-/// Result of the estimation.
-struct MultiGapBiasEstimate {
-  bool valid = false;  ///< some pair had data, the bias is finite and at most kMaxBias
-  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
-  /// Mean squared residual, truncated at nine [sigma^2]; comparable between starts on the same
-  /// data.
-  double cost = 0.0;
-  /// Inverse covariance of the bias [1/(rad/s)^2], gyro noise included.
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-};
-
 /// VP residual in the tangent plane of d_j, whitened by the covariances of both directions.
 /// `residual` 2, `jacobian` 2x3 under R_bi_bj Exp(phi). The sign of d_i is chosen freely.
 void whitenedVpResidual(const VanishingPoint& vp_i, const VanishingPoint& vp_j,
                         const Eigen::Matrix3d& R_bi_bj, const Eigen::Matrix3d& R_b_c,
                         Eigen::Vector2d* residual, Eigen::Matrix<double, 2, 3>* jacobian);
-
-/// Minimises from each of `starts`, without pruning and vanishing points, and keeps the lowest
-/// cost.
-MultiGapBiasEstimate estimateMultiGapBias(const InitWindow& window,
-                                          const std::vector<Eigen::Vector3d>& starts,
-                                          const InertialOptions& inertial);
 
 /// One weighted cost per pair; of pairs that did not enter it is not set.
 using WeightedPairs = std::vector<NormalizedEpipolarPair>;
@@ -89,14 +72,6 @@ class MultiGapProblem {
   /// The baselines that minimise the cost at a bias. `baselines`: as minimize() left them.
   Baselines baselinesAt(const Eigen::Vector3d& gyro_bias, int max_gap,
                         const WeightedPairs& weighted, Baselines baselines) const;
-
-  /// Inverse covariance [1/(rad/s)^2] of a minimiser for given weights: the curvature of the cost
-  /// and the scatter of the tracks' gradients, so that points that enter at several gaps, or are
-  /// worse than they should be, count for what they are; and the gyro's white noise over the
-  /// window, with `gyro_density` [rad/s/sqrt(Hz)]. `baselines` as minimize() left them.
-  Eigen::Matrix3d information(const Eigen::Vector3d& gyro_bias, int max_gap,
-                              const WeightedPairs& weighted, double gyro_density,
-                              Baselines baselines) const;
 
  private:
   // A point enters once per gap; its information counts about once.

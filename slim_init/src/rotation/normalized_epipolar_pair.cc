@@ -166,20 +166,22 @@ Eigen::Vector3d NormalizedEpipolarPair::baseline(const Eigen::Matrix3d& R_ci_cj,
   return minimizeQuotient(at.M, at.N, near).e;
 }
 
-NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
-    const Eigen::Matrix3d& R_ci_cj, double baseline_prior, const Eigen::Vector3d& near) const {
+NormalizedEvaluation NormalizedEpipolarPair::evaluate(const Eigen::Matrix3d& R_ci_cj,
+                                                      double baseline_prior,
+                                                      const Eigen::Vector3d& near) const {
   const Eigen::Matrix3d Rt = R_ci_cj.transpose();
   const Forms forms = formsAt(R_ci_cj);
   const Eigen::Matrix3d &M = forms.M, &N = forms.N;
   const Quotient quotient = minimizeQuotient(M, N, near);
-  Elimination out;
-  out.e = quotient.e;
+  const Eigen::Vector3d& e = quotient.e;
+  const double eNe = e.dot(N * e);
+  NormalizedEvaluation out;
   out.lambda = quotient.lambda;
-  out.eNe = out.e.dot(N * out.e);
+  out.baseline = e;
 
   // Numerator as in EpipolarPair. Denominator: e^T N e = .. - a^T (sum w f_j f_j^T) a with
   // a = R^T e, which Exp(delta) turns into a + a x delta.
-  const Eigen::Matrix3d E = Rt * skew(out.e);
+  const Eigen::Matrix3d E = Rt * skew(e);
   Eigen::Matrix<double, 9, 3> D;
   // Columns vec(-[e_k]x E): -[e_x]x swaps the last two rows with a sign, and so on.
   for (int c = 0; c < 3; ++c) {
@@ -188,30 +190,18 @@ NormalizedEpipolarPair::Elimination NormalizedEpipolarPair::eliminate(
     D.block<3, 1>(3 * c, 2) << E(1, c), -E(0, c), 0.0;
   }
   const Eigen::Matrix<double, 9, 3> SD = sums_.lazyProduct(D);
-  const Eigen::Vector3d a = Rt * out.e;
+  const Eigen::Vector3d a = Rt * e;
   const Eigen::Vector3d dM = 2.0 * (SD.transpose() * vec(E));
   const Eigen::Vector3d dN = 2.0 * a.cross(sum_jj_ * a);
-  out.gradient = (dM - out.lambda * dN) / out.eNe;
+  out.gradient = (dM - out.lambda * dN) / eNe;
 
-  out.T = tangentBasis(out.e);
-  out.cross = SD.transpose() * (forms.B * out.T);
-  out.DSD = D.transpose() * SD;
-  Eigen::Matrix2d Hee = out.T.transpose() * (M - out.lambda * N) * out.T;
+  const Eigen::Matrix<double, 3, 2> T = tangentBasis(e);
+  const Eigen::Matrix<double, 3, 2> cross = SD.transpose() * (forms.B * T);
+  Eigen::Matrix2d Hee = T.transpose() * (M - out.lambda * N) * T;
   // M - lambda N is positive semidefinite at the minimum, up to rounding.
-  Hee.diagonal().array() += baseline_prior * out.eNe + 1e-15 * M.trace();
-  out.Hee_inverse = Hee.inverse();
-  return out;
-}
-
-NormalizedEvaluation NormalizedEpipolarPair::evaluate(const Eigen::Matrix3d& R_ci_cj,
-                                                      double baseline_prior,
-                                                      const Eigen::Vector3d& near) const {
-  const Elimination at = eliminate(R_ci_cj, baseline_prior, near);
-  NormalizedEvaluation out;
-  out.lambda = at.lambda;
-  out.baseline = at.e;
-  out.gradient = at.gradient;
-  out.hessian = 2.0 / at.eNe * (at.DSD - at.cross * at.Hee_inverse * at.cross.transpose());
+  Hee.diagonal().array() += baseline_prior * eNe + 1e-15 * M.trace();
+  const Eigen::Matrix3d DSD = D.transpose() * SD;
+  out.hessian = 2.0 / eNe * (DSD - cross * Hee.inverse() * cross.transpose());
   // The noise part that was taken off M is missing from D^T S D; far from the minimum that can
   // leave a negative curvature, which is no use to a descent method.
   if (!(out.hessian.llt().info() == Eigen::Success)) {
@@ -235,32 +225,6 @@ void NormalizedEpipolarPair::weigh(const PairPoints& points, const Eigen::ArrayX
   robust_count_ = weights_.head(count).sum();
   weights_.head(count) /= residuals.noise;
   sum(points);
-}
-
-std::vector<Eigen::Vector3d> NormalizedEpipolarPair::pointGradients(const PairPoints& points,
-                                                                    const Eigen::Matrix3d& R_ci_cj,
-                                                                    double baseline_prior) const {
-  const Elimination at = eliminate(R_ci_cj, baseline_prior, Eigen::Vector3d::Zero());
-  const Eigen::Matrix3d Rt = R_ci_cj.transpose();
-  const Eigen::Vector3d& e = at.e;
-  const Eigen::Vector3d a = Rt * e;
-  const Eigen::Matrix3d E = Rt * skew(e);
-  // 3x3: takes the gradient by the baseline to that by the rotation.
-  const Eigen::Matrix3d K = at.cross * at.Hee_inverse * at.T.transpose();
-  std::vector<Eigen::Vector3d> gradients(points.count());
-  for (int k = 0; k < points.count(); ++k) {
-    const Eigen::Vector3d f_i = points.bearingsI().row(k).matrix().transpose();
-    const Eigen::Vector3d f_j = points.bearingsJ().row(k).matrix().transpose();
-    const Eigen::Vector3d u = E * f_i;
-    const Eigen::Vector3d g = R_ci_cj * f_j;
-    const double r = f_j.dot(u), c_i = e.dot(f_i), c_j = a.dot(f_j);
-    const Eigen::Vector3d by_rotation =
-        2.0 * r * f_j.cross(u) + 2.0 * at.lambda * c_j * f_j.cross(a);
-    const Eigen::Vector3d by_baseline =
-        2.0 * r * f_i.cross(g) + 2.0 * at.lambda * (c_i * f_i + c_j * g);
-    gradients[k] = weights_[k] / at.eNe * (by_rotation - K * by_baseline);
-  }
-  return gradients;
 }
 
 }  // namespace slim_init

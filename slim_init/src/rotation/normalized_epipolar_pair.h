@@ -53,23 +53,7 @@ class NormalizedEpipolarPair {
   /// NormalizedEvaluation::baseline alone.
   Eigen::Vector3d baseline(const Eigen::Matrix3d& R_ci_cj, const Eigen::Vector3d& near) const;
 
-  /// The part of every point in the gradient of the quotient by R Exp(delta), baseline eliminated
-  /// as in evaluate(). At a minimum over several pairs the parts sum to zero and their scatter is
-  /// that of the gradient. `points` as they were weighed.
-  std::vector<Eigen::Vector3d> pointGradients(const PairPoints& points,
-                                              const Eigen::Matrix3d& R_ci_cj,
-                                              double baseline_prior) const;
-
  private:
-  // The quotient at R with what the elimination of the baseline needs.
-  struct Elimination {
-    Eigen::Vector3d e, gradient;
-    double lambda, eNe;
-    Eigen::Matrix3d DSD;                   // D^T S D, D the derivatives of vec(R^T [e]x) by delta
-    Eigen::Matrix<double, 3, 2> T, cross;  // tangent of e; D^T S B T
-    Eigen::Matrix2d Hee_inverse;
-  };
-
   // The quotient e^T M e / e^T N e at R, and the derivatives B of vec(R^T [e]x) by e.
   struct Forms {
     Eigen::Matrix<double, 9, 3> B;
@@ -78,8 +62,6 @@ class NormalizedEpipolarPair {
 
   void sum(const PairPoints& points);
   Forms formsAt(const Eigen::Matrix3d& R_ci_cj) const;
-  Elimination eliminate(const Eigen::Matrix3d& R_ci_cj, double baseline_prior,
-                        const Eigen::Vector3d& near) const;
 
   Eigen::ArrayXd weights_;  // with the rows of the points, zero beyond their count
   Eigen::Matrix<double, 9, 9> sums_ = Eigen::Matrix<double, 9, 9>::Zero();

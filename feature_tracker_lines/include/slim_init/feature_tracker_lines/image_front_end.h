@@ -62,7 +62,6 @@ struct ImageReport {
   int vp_track_id = -1;                                     ///< same id = same physical axis
   bool gyro_bias_known = false;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
-  double gyro_bias_sigma = kNotComputed;                ///< its largest standard deviation [rad/s]
 };
 
 /// Rotation prediction from the gyro, point and line tracker, vanishing point, online gyro bias.

@@ -73,7 +73,6 @@ struct FrontEndOptions {
   TrackerProfile profile = TrackerProfile::kDefault;  ///< how points are tracked
   bool use_gyro = true;                               ///< predict the flow from the gyroscope
   bool estimate_gyro_bias = true;                     ///< from the tracks
-  double max_rotation_sigma_px = 0.5;                 ///< of a rotation that counts as known [px]
   int threads = 1;             ///< 2: lines beside points; the frames are the same
   PointTrackerOptions points;  ///< point tracker of the default profile
   LineTrackerOptions lines;    ///< line tracker
