@@ -65,6 +65,12 @@ constexpr double kLeastDistanceShare = 0.5;
 constexpr int kPatchLevel = 2;
 constexpr int kPatchSidePx = 9;
 constexpr double kBetterBelow = 0.9;
+// Turn of all places together: patches that it compares, its reach and first step [px], how often
+// it is refined, and the difference from which on a patch is another one.
+constexpr std::size_t kTurnPatches = 30;
+constexpr double kTurnReachPx = 20.0, kTurnStepPx = 4.0;
+constexpr int kTurnRounds = 20;
+constexpr double kUnlikeGreyLevels = 40.0;
 
 // The known rotation is doubted where it explains less than this share of the points, and overruled
 // where a free one explains so many times as many.
@@ -122,6 +128,13 @@ cv::Point2f toPoint(const Eigen::Vector2d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y())};
 }
 
+// The turn that the tracks agree with best.
+Eigen::Matrix3d turnOf(const std::vector<PointTrack>& tracks) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const PointTrack& track : tracks) sum += track.bearing * track.bearing_before.transpose();
+  return nearestRotation(sum);
+}
+
 // Removes the tracks whose flag is zero; returns how many.
 int keepFlagged(const std::vector<unsigned char>& flags, std::vector<PointTrack>* tracks) {
   std::vector<PointTrack> kept;
@@ -150,16 +163,18 @@ bool isSurelyAt(const PointTrack& track, const ImagePyramid& now, const cv::Poin
 // positions of level 0 stay as they are, bit for bit.
 float pixelOf(int level) { return static_cast<float>(1 << level); }
 
-// Mean difference between the patches around a place of one image and of another [grey levels].
-double patchDifference(const ImagePyramid& before, const cv::Point2f& there,
-                       const ImagePyramid& now, const cv::Point2f& here) {
-  const int level = std::min({kPatchLevel, before.max_level, now.max_level});
-  const float pixel = pixelOf(level);
-  const cv::Size side(kPatchSidePx, kPatchSidePx);
-  cv::Mat a, b;
-  cv::getRectSubPix(before.level(level), side, there / pixel, a);
-  cv::getRectSubPix(now.level(level), side, here / pixel, b);
-  return cv::norm(a, b, cv::NORM_L1) / side.area();
+// The patch around a place, on the level for comparisons.
+cv::Mat patchAt(const ImagePyramid& image, const cv::Point2f& place) {
+  const int level = std::min(kPatchLevel, image.max_level);
+  cv::Mat patch;
+  cv::getRectSubPix(image.level(level), cv::Size(kPatchSidePx, kPatchSidePx),
+                    place / pixelOf(level), patch);
+  return patch;
+}
+
+// Mean difference of two patches [grey levels].
+double differenceOf(const cv::Mat& a, const cv::Mat& b) {
+  return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total());
 }
 
 // Drops the corners that are too strong on the next level. Those of the scene are sharp and have
@@ -417,28 +432,6 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
-// After an overruled image the gyroscope is wrong for as long as it disagrees with the turn that
-// the tracks agree with best by about as much, though each track may be where it was predicted: the
-// flow beyond its rotation contains the same error. That turn becomes the rotation where the
-// gyroscope gives none.
-void PointTracker::compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
-                                ImageReport* report) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const PointTrack& track : moved) sum += track.bearing * track.bearing_before.transpose();
-  const Eigen::Matrix3d turn = nearestRotation(sum);
-  if (last_prior_.measured) {
-    const double apart = logSO3(last_prior_.R_now_before.transpose() * turn).norm() / prior->dt_s;
-    const bool still_wrong = was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_;
-    if (prior->measured && still_wrong) {
-      *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
-      report->rotation_overruled = true;
-    }
-    was_overruled_ = report->rotation_overruled && (still_wrong || !was_overruled_);
-    (was_overruled_ ? apart_wrong_ : apart_right_) = apart;
-  }
-  if (!prior->measured) prior->R_now_before = turn;
-}
-
 void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
                                  RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
@@ -448,7 +441,7 @@ void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid&
     deformAnchors(*prior);
     moved = search(levelsOf(before), levels_now, *prior, expected);
     anchorTracks(levels_now, &moved);
-    if (!moved.empty()) compareTurns(moved, prior, report);
+    if (!moved.empty() && !prior->measured) prior->R_now_before = turnOf(moved);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);
     report->points_outliers += checkThreeViews(*prior, &moved);
@@ -501,10 +494,55 @@ PointTracker::Expected PointTracker::expect(const RotationPrior& last,
   return expected;
 }
 
+// Turns places together to where the patches of the points fit best: each alone fits on the next
+// brick as well, all of them only where they are.
+void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& now,
+                                std::vector<cv::Point2f>* places) const {
+  const auto turnedBy = [&](const Eigen::Vector3d& turn_px, const cv::Point2f& place) {
+    Eigen::Vector2d there;
+    const Eigen::Vector3d ray = expSO3(turn_px / focal_px_) * camera_.bearing(toEigen(place));
+    const bool seen =
+        ray.allFinite() && camera_.project(ray, &there) && isInside(toPoint(there), 0.0);
+    return seen ? toPoint(there) : place;
+  };
+  std::vector<std::pair<cv::Mat, cv::Point2f>> samples;
+  for (std::size_t i = 0; i < tracks_.size(); i += tracks_.size() / kTurnPatches + 1) {
+    if (!isInside((*places)[i], 0.0)) continue;
+    samples.emplace_back(patchAt(before, tracks_[i].pixel), (*places)[i]);
+  }
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();  // rotation vector times the focal length
+  double least = std::numeric_limits<double>::infinity();
+  const auto attempt = [&](const Eigen::Vector3d& turn_px) {
+    double cost = 0.0;
+    for (const auto& [patch, place] : samples) {
+      cost +=
+          std::min(kUnlikeGreyLevels, differenceOf(patch, patchAt(now, turnedBy(turn_px, place))));
+    }
+    if (!(cost < least)) return false;
+    least = cost;
+    best = turn_px;
+    return true;
+  };
+  attempt(best);
+  for (double x = -kTurnReachPx; x <= kTurnReachPx; x += kTurnStepPx) {
+    for (double y = -kTurnReachPx; y <= kTurnReachPx; y += kTurnStepPx) attempt({x, y, 0.0});
+  }
+  double step = 2.0 * kTurnStepPx;
+  for (int round = 0; round < kTurnRounds && step >= 1.0; ++round) {
+    bool better = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d move = step * Eigen::Vector3d::Unit(axis);
+      better = attempt(best + move) || attempt(best - move) || better;
+    }
+    if (!better) step *= 0.5;
+  }
+  for (cv::Point2f& place : *places) place = turnedBy(best, place);
+}
+
 // Where the patches of most points fit better if each goes on with its flow than where the
 // gyroscope predicts them, it is the gyroscope that is wrong: nothing is known of the rotation
-// then; and it stays wrong until most fit better where it predicts them. Done before the search,
-// which among bricks finds the next brick.
+// then. While it is, the flow is corrected by a common turn. Done before the search, which among
+// bricks finds the next brick.
 PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
                                                     const ImagePyramid& now, RotationPrior* prior,
                                                     ImageReport* report) {
@@ -514,23 +552,24 @@ PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
   const RotationPrior unknown{prior->dt_s, prior->dt_ratio};
   Expected same_flow = expect(unknown, unknown);
   const auto difference = [&](std::size_t i, const cv::Point2f& there) {
-    return isInside(there, 0.0) ? patchDifference(before, tracks_[i].pixel, now, there)
-                                : std::numeric_limits<double>::infinity();
+    return isInside(there, 0.0)
+               ? differenceOf(patchAt(before, tracks_[i].pixel), patchAt(now, there))
+               : std::numeric_limits<double>::infinity();
   };
-  int gyro_better = 0, flow_better = 0;
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    const double by_gyro = difference(i, expected.predicted[i]);
-    const double by_flow = difference(i, same_flow.predicted[i]);
-    gyro_better += by_gyro < kBetterBelow * by_flow ? 1 : 0;
-    flow_better += by_flow < kBetterBelow * by_gyro ? 1 : 0;
-  }
-  const int against = was_overruled_ ? gyro_better : flow_better;
-  const bool most = 2 * against > static_cast<int>(tracks_.size());
-  if (most == was_overruled_) return expected;
+  const auto mostFitBetter = [&](const Expected& here, const Expected& there) {
+    int better = 0;
+    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+      const double bound = kBetterBelow * difference(i, there.predicted[i]);
+      better += difference(i, here.predicted[i]) < bound ? 1 : 0;
+    }
+    return 2 * better > static_cast<int>(tracks_.size());
+  };
+  const bool doubtful = was_overruled_ || mostFitBetter(same_flow, expected);
+  if (doubtful) turnTogether(before, now, &same_flow.predicted);
+  was_overruled_ = doubtful && mostFitBetter(same_flow, expected);
+  if (!was_overruled_) return expected;
   report->rotation_overruled = true;
   *prior = unknown;
-  // Where a point is looked for next: the gyroscope may be wrong by little.
-  same_flow.rotated = expected.predicted;
   return same_flow;
 }
 
