@@ -1,9 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "calibration_advice.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "slim_init/host_health/imu_propagation.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -12,16 +13,8 @@ namespace {
 // the scatter of a few is itself uncertain: three.
 constexpr double kLooksAgain = 1.5 * 1.5;
 
-Eigen::Vector3d logOf(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
-}
-
-Eigen::Matrix3d expOf(const Eigen::Vector3d& v) {
-  const double angle = v.norm();
-  return angle < 1e-12 ? Eigen::Matrix3d::Identity()
-                       : Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
-}
+using host_health::expOf;
+using host_health::logOf;
 
 }  // namespace
 

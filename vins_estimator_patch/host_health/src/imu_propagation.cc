@@ -14,10 +14,23 @@ constexpr double kHealthyVelocity = 0.1;                  // [m/s]
 constexpr double kHealthyGyroBias = 2e-3;                 // [rad/s]
 constexpr double kHealthyAccelBias = 0.05;                // [m/s^2]
 
+}  // namespace
+
+Eigen::Matrix3d skewOf(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d S;
+  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return S;
+}
+
 Eigen::Matrix3d expOf(const Eigen::Vector3d& v) {
   const double angle = v.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity() + skewOf(v);
   return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
+}
+
+Eigen::Vector3d logOf(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
 }
 
 ImuSample between(const ImuSample& a, const ImuSample& b, double t) {
@@ -27,14 +40,6 @@ ImuSample between(const ImuSample& a, const ImuSample& b, double t) {
   sample.accel = a.accel + weight * (b.accel - a.accel);
   sample.gyro = a.gyro + weight * (b.gyro - a.gyro);
   return sample;
-}
-
-}  // namespace
-
-Eigen::Matrix3d skewOf(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d S;
-  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return S;
 }
 
 double PropagatedState::positionSigma() const {

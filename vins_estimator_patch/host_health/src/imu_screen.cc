@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include "slim_init/host_health/imu_propagation.h"
+
 namespace slim_init::host_health {
 
 double middle(std::vector<double> values) {
@@ -224,24 +226,16 @@ bool ImuScreen::isUsable(const ImuSample& sample, bool* gyro_usable) {
 void ImuScreen::fill(const ImuSample& last, const ImuDamage& damage,
                      std::vector<ImuSample>* filled) const {
   const ImuSample& before = samples_.back();
-  const auto at = [&](double t) {
-    const double weight = (t - before.t) / (last.t - before.t);
-    ImuSample between;
-    between.t = t;
-    between.accel = before.accel + weight * (last.accel - before.accel);
-    between.gyro = before.gyro + weight * (last.gyro - before.gyro);
-    return between;
-  };
   if (damage.gyro_known) {
     for (const ImuSample& sample : left_out_) {
-      filled->push_back(at(sample.t));
+      filled->push_back(between(before, last, sample.t));
       filled->back().gyro = sample.gyro;
     }
     return;
   }
   const int steps = static_cast<int>(std::lround((last.t - before.t) / period_));
   for (int k = 1; k < steps; ++k) {
-    filled->push_back(at(before.t + (last.t - before.t) * k / steps));
+    filled->push_back(between(before, last, before.t + (last.t - before.t) * k / steps));
   }
 }
 

@@ -73,17 +73,6 @@ constexpr double kLongestBlind = 5.0;
 // So long after it the tracks decide: the IMU alone has propagated the poses of the window [s].
 constexpr double kTrusted = 1.0;
 
-Eigen::Matrix3d expOf(const Eigen::Vector3d& v) {
-  const double angle = v.norm();
-  if (angle < 1e-12) return Eigen::Matrix3d::Identity() + skewOf(v);
-  return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
-}
-
-Eigen::Vector3d logOf(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
-}
-
 // Errors [theta, p] in the world that lead from `from` to `to`.
 Vector6d difference(const NavState& to, const NavState& from) {
   Vector6d d;

@@ -16,6 +16,12 @@ namespace slim_init::host_health {
 
 /// The matrix S with S w = v x w for every w.
 Eigen::Matrix3d skewOf(const Eigen::Vector3d& v);
+/// Rotation by the angle |v| [rad] about v, and the vector v of a rotation.
+Eigen::Matrix3d expOf(const Eigen::Vector3d& v);
+Eigen::Vector3d logOf(const Eigen::Matrix3d& R);
+
+/// The sample at `t` [s] on the line through two others of different times.
+ImuSample between(const ImuSample& a, const ImuSample& b, double t);
 
 /// Errors [theta, v, p, b_g, b_a], all in the world.
 using PropagatedCovariance = Eigen::Matrix<double, 15, 15>;
