@@ -33,9 +33,6 @@ class FeatureTracker {
   void track(double t, const cv::Mat& grey, const RotationPrior& prior, FrameObservation* frame,
              ImageReport* report);
 
-  /// Focal length of the image that is tracked [px], which is a large one after halving.
-  double focalPx() const { return camera_.focalPx(); }
-
   /// See ImageFrontEnd::debugImage().
   cv::Mat debugImage() const;
 

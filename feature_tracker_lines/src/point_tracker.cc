@@ -128,13 +128,6 @@ cv::Point2f toPoint(const Eigen::Vector2d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y())};
 }
 
-// The turn that the tracks agree with best.
-Eigen::Matrix3d turnOf(const std::vector<PointTrack>& tracks) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const PointTrack& track : tracks) sum += track.bearing * track.bearing_before.transpose();
-  return nearestRotation(sum);
-}
-
 // Removes the tracks whose flag is zero; returns how many.
 int keepFlagged(const std::vector<unsigned char>& flags, std::vector<PointTrack>* tracks) {
   std::vector<PointTrack> kept;
@@ -432,6 +425,28 @@ PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
   return levels;
 }
 
+// After an overruled image the gyroscope is wrong for as long as it disagrees with the turn that
+// the tracks agree with best by about as much, though each track may be where it was predicted: the
+// flow beyond its rotation contains the same error. That turn becomes the rotation where the
+// gyroscope gives none.
+void PointTracker::compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
+                                ImageReport* report) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const PointTrack& track : moved) sum += track.bearing * track.bearing_before.transpose();
+  const Eigen::Matrix3d turn = nearestRotation(sum);
+  if (last_prior_.measured) {
+    const double apart = logSO3(last_prior_.R_now_before.transpose() * turn).norm() / prior->dt_s;
+    const bool still_wrong = was_overruled_ && 2.0 * apart > apart_right_ + apart_wrong_;
+    if (prior->measured && still_wrong) {
+      *prior = RotationPrior{prior->dt_s, prior->dt_ratio};
+      report->rotation_overruled = true;
+    }
+    was_overruled_ = report->rotation_overruled && (still_wrong || !was_overruled_);
+    (was_overruled_ ? apart_wrong_ : apart_right_) = apart;
+  }
+  if (!prior->measured) prior->R_now_before = turn;
+}
+
 void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid& now,
                                  RotationPrior* prior, ImageReport* report) {
   std::vector<PointTrack> moved;
@@ -441,7 +456,7 @@ void PointTracker::followDefault(const ImagePyramid& before, const ImagePyramid&
     deformAnchors(*prior);
     moved = search(levelsOf(before), levels_now, *prior, expected);
     anchorTracks(levels_now, &moved);
-    if (!moved.empty() && !prior->measured) prior->R_now_before = turnOf(moved);
+    if (!moved.empty()) compareTurns(moved, prior, report);
     const std::vector<unsigned char> inliers = findInliers(moved, *prior, report);
     report->points_outliers = keepFlagged(inliers, &moved);
     report->points_outliers += checkThreeViews(*prior, &moved);
@@ -541,8 +556,8 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
 
 // Where the patches of most points fit better if each goes on with its flow than where the
 // gyroscope predicts them, it is the gyroscope that is wrong: nothing is known of the rotation
-// then. While it is, the flow is corrected by a common turn. Done before the search, which among
-// bricks finds the next brick.
+// then. So it stays until most fit better where it predicts them than where their flow and a common
+// turn do. Done before the search, which among bricks finds the next brick.
 PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
                                                     const ImagePyramid& now, RotationPrior* prior,
                                                     ImageReport* report) {
@@ -564,10 +579,9 @@ PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
     }
     return 2 * better > static_cast<int>(tracks_.size());
   };
-  const bool doubtful = was_overruled_ || mostFitBetter(same_flow, expected);
-  if (doubtful) turnTogether(before, now, &same_flow.predicted);
-  was_overruled_ = doubtful && mostFitBetter(same_flow, expected);
-  if (!was_overruled_) return expected;
+  if (!was_overruled_ && !mostFitBetter(same_flow, expected)) return expected;
+  turnTogether(before, now, &same_flow.predicted);
+  if (was_overruled_ && mostFitBetter(expected, same_flow)) return expected;
   report->rotation_overruled = true;
   *prior = unknown;
   return same_flow;

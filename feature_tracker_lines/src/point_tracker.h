@@ -95,6 +95,8 @@ class PointTracker {
                           ImageReport* report);
   void turnTogether(const ImagePyramid& before, const ImagePyramid& now,
                     std::vector<cv::Point2f>* places) const;
+  void compareTurns(const std::vector<PointTrack>& moved, RotationPrior* prior,
+                    ImageReport* report);
   void searchLevel(int level, const ImagePyramid& before, const ImagePyramid& now,
                    const RotationPrior& prior, const Expected& expected, Found* found) const;
   std::vector<PointTrack> search(const Levels& before, const Levels& now,
@@ -142,8 +144,11 @@ class PointTracker {
   std::vector<PointTrack> tracks_;
   cv::Mat mask_;  // where new points may be; empty: nowhere in this image
   FeatureId next_id_ = 0;
-  RotationPrior last_prior_;  // of the last image, as the gyroscope gave it
+  // Of the last image, as the gyroscope gave it, and whether it was overruled. Angle to the turn of
+  // the tracks over dt_s [rad/s], where it last was right and where it last was overruled.
+  RotationPrior last_prior_;
   bool was_overruled_ = false;
+  double apart_right_ = 0.0, apart_wrong_ = 0.0;
   // Now and then a mark is made, at which each track remembers its ray.
   double since_mark_s_ = 0.0;
   Eigen::Matrix3d R_now_mark_ = Eigen::Matrix3d::Identity();    // of the newer mark
