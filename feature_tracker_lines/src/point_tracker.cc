@@ -65,6 +65,8 @@ constexpr double kLeastDistanceShare = 0.5;
 constexpr int kPatchLevel = 2;
 constexpr int kPatchSidePx = 9;
 constexpr double kBetterBelow = 0.9;
+// Images after one that was overruled in which the gyroscope may be right by chance.
+constexpr int kDoubtfulImages = 10;
 // Turn of all places together: patches that it compares, its reach and first step [px], how often
 // it is refined, and the difference from which on a patch is another one.
 constexpr std::size_t kTurnPatches = 30;
@@ -302,6 +304,7 @@ void PointTracker::reset() {
   for (CornerDetector& corners : corners_) corners.reset();
   last_prior_ = RotationPrior();
   was_overruled_ = false;
+  doubtful_ = 0;
   since_mark_s_ = 0.0;
   R_now_mark_.setIdentity();
   t_count_start_ = kNotComputed;
@@ -579,10 +582,14 @@ PointTracker::Expected PointTracker::chooseRotation(const ImagePyramid& before,
     }
     return 2 * better > static_cast<int>(tracks_.size());
   };
-  if (!was_overruled_ && !mostFitBetter(same_flow, expected)) return expected;
+  if (doubtful_ == 0 && !mostFitBetter(same_flow, expected)) return expected;
   turnTogether(before, now, &same_flow.predicted);
-  if (was_overruled_ && mostFitBetter(expected, same_flow)) return expected;
+  doubtful_ = std::max(doubtful_ - 1, 0);
+  if (was_overruled_ ? mostFitBetter(expected, same_flow) : !mostFitBetter(same_flow, expected)) {
+    return expected;
+  }
   report->rotation_overruled = true;
+  doubtful_ = kDoubtfulImages;
   *prior = unknown;
   return same_flow;
 }

@@ -148,6 +148,7 @@ class PointTracker {
   // the tracks over dt_s [rad/s], where it last was right and where it last was overruled.
   RotationPrior last_prior_;
   bool was_overruled_ = false;
+  int doubtful_ = 0;  // images in which the gyroscope is compared with flow and common turn
   double apart_right_ = 0.0, apart_wrong_ = 0.0;
   // Now and then a mark is made, at which each track remembers its ray.
   double since_mark_s_ = 0.0;
