@@ -172,6 +172,7 @@ void ImageFrontEnd::Impl::estimateBias(double t_imu) {
   RobustBiasEstimator estimator(compensated != nullptr ? *compensated : *cut.window, nullptr,
                                 inertial);
   const RobustBias estimate = estimator.quick();
+  // One that is not clean is better than none, but not than the last one.
   if (!estimate.valid() || (bias_ && !estimate.clean)) return;
   ++estimates_;
   bias_ = estimate.gyro_bias;

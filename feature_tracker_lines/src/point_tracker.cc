@@ -65,10 +65,11 @@ constexpr double kLeastDistanceShare = 0.5;
 constexpr int kPatchLevel = 2;
 constexpr int kPatchSidePx = 9;
 constexpr double kBetterBelow = 0.9;
-// Images after one that was overruled in which the gyroscope may be right by chance.
+// Images after one in which the gyroscope was overruled: one noisy sample may be right by chance.
 constexpr int kDoubtfulImages = 10;
 // Turn of all places together: patches that it compares, its reach and first step [px], how often
-// it is refined, and the difference from which on a patch is another one.
+// it is refined, and the difference from which on a patch is another one. In V1_02 even motion is
+// off by up to 10 px between images; 60 patches or 28 px found nothing better.
 constexpr std::size_t kTurnPatches = 30;
 constexpr double kTurnReachPx = 20.0, kTurnStepPx = 4.0;
 constexpr int kTurnRounds = 20;
@@ -417,7 +418,6 @@ void PointTracker::refill(const ImagePyramid& now, ImageReport* report) {
 struct PointTracker::Expected {
   std::vector<cv::Point2f> rotated;    // where each point would be without translation
   std::vector<cv::Point2f> predicted;  // and with the flow of the step before
-  bool trusted = false;                // the search need not reach far
 };
 
 PointTracker::Levels PointTracker::levelsOf(const ImagePyramid& pyramid) {
@@ -502,7 +502,6 @@ PointTracker::Expected PointTracker::expect(const RotationPrior& last,
   const PointMotion motion_before = motion(last);
   std::size_t next = 0;  // of the flows, which are in the order of the tracks
   Expected expected;
-  expected.trusted = prior.measured;
   for (const PointTrack& track : tracks_) {
     expected.rotated.push_back(turned(prior, track.bearing, track.pixel));
     const cv::Point2f flow =
@@ -516,25 +515,32 @@ PointTracker::Expected PointTracker::expect(const RotationPrior& last,
 // brick as well, all of them only where they are.
 void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& now,
                                 std::vector<cv::Point2f>* places) const {
-  const auto turnedBy = [&](const Eigen::Vector3d& turn_px, const cv::Point2f& place) {
-    Eigen::Vector2d there;
-    const Eigen::Vector3d ray = expSO3(turn_px / focal_px_) * camera_.bearing(toEigen(place));
-    const bool seen =
-        ray.allFinite() && camera_.project(ray, &there) && isInside(toPoint(there), 0.0);
-    return seen ? toPoint(there) : place;
+  struct Sample {
+    cv::Mat patch;
+    cv::Point2f place;
+    Eigen::Vector3d ray;
   };
-  std::vector<std::pair<cv::Mat, cv::Point2f>> samples;
+  const auto turnedBy = [&](const Eigen::Matrix3d& R, const Eigen::Vector3d& ray,
+                            const cv::Point2f& place) {
+    Eigen::Vector2d there;
+    const bool seen = ray.allFinite() && camera_.project(R * ray, &there);
+    return seen && isInside(toPoint(there), 0.0) ? toPoint(there) : place;
+  };
+  std::vector<Sample> samples;
   for (std::size_t i = 0; i < tracks_.size(); i += tracks_.size() / kTurnPatches + 1) {
-    if (!isInside((*places)[i], 0.0)) continue;
-    samples.emplace_back(patchAt(before, tracks_[i].pixel), (*places)[i]);
+    const cv::Point2f& place = (*places)[i];
+    if (!isInside(place, 0.0)) continue;
+    samples.push_back({patchAt(before, tracks_[i].pixel), place, camera_.bearing(toEigen(place))});
   }
-  Eigen::Vector3d best = Eigen::Vector3d::Zero();  // rotation vector times the focal length
+  // Rotation vectors times the focal length [px].
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
   double least = std::numeric_limits<double>::infinity();
   const auto attempt = [&](const Eigen::Vector3d& turn_px) {
+    const Eigen::Matrix3d R = expSO3(turn_px / focal_px_);
     double cost = 0.0;
-    for (const auto& [patch, place] : samples) {
-      cost +=
-          std::min(kUnlikeGreyLevels, differenceOf(patch, patchAt(now, turnedBy(turn_px, place))));
+    for (const Sample& sample : samples) {
+      const cv::Mat there = patchAt(now, turnedBy(R, sample.ray, sample.place));
+      cost += std::min(kUnlikeGreyLevels, differenceOf(sample.patch, there));
     }
     if (!(cost < least)) return false;
     least = cost;
@@ -554,7 +560,10 @@ void PointTracker::turnTogether(const ImagePyramid& before, const ImagePyramid& 
     }
     if (!better) step *= 0.5;
   }
-  for (cv::Point2f& place : *places) place = turnedBy(best, place);
+  const Eigen::Matrix3d R = expSO3(best / focal_px_);
+  for (cv::Point2f& place : *places) {
+    place = turnedBy(R, camera_.bearing(toEigen(place)), place);
+  }
 }
 
 // Where the patches of most points fit better if each goes on with its flow than where the
@@ -615,14 +624,14 @@ void PointTracker::searchLevel(int level, const ImagePyramid& before, const Imag
     return ratio * tracks_[index[k]].surprise_px < kSteadyPx;
   };
   FlowSearch search(before, now, options_.points, std::move(from));
-  for (std::size_t k = 0; expected.trusted && k < index.size(); ++k) {
+  for (std::size_t k = 0; prior.measured && k < index.size(); ++k) {
     cv::Point2f there;
     if (!steady(k) || !isSurelyAt(tracks_[index[k]], now, predicted[k], &there)) continue;
     found->recognised[index[k]] = 1;
     search.set(k, there);
   }
   const auto all = [](std::size_t) { return true; };
-  if (expected.trusted) {
+  if (prior.measured) {
     search.round(predicted, 0, steady);
     search.round(predicted, kPredictedLevels, all);
   } else {
