@@ -28,24 +28,12 @@ Eigen::Matrix3d cameraRotation(const InitWindow& window, double t, double dt,
   return R_b_c.transpose() * R_bk_b * expSO3(rate * (t + dt - end)) * R_b_c;
 }
 
-bool hasRows(const InitWindow& window) {
-  const std::vector<WindowPoint>& points = window.pointObservations();
-  const auto ofLine = [](const WindowLine& s) { return s.start_row != 0.0 || s.end_row != 0.0; };
-  bool found =
-      std::any_of(points.begin(), points.end(), [](const WindowPoint& s) { return s.row != 0.0; });
-  for (int k = 0; k < window.size() && !found; ++k) {
-    const std::vector<WindowLine>& lines = window.linesOfKeyframe(k);
-    found = std::any_of(lines.begin(), lines.end(), ofLine);
-  }
-  return found;
-}
-
 }  // namespace
 
 std::shared_ptr<const InitWindow> withRowsCompensated(const InitWindow& window,
                                                       const Eigen::Vector3d& gyro_bias) {
   const double readout_s = window.calibration().readout_s;
-  if (!(readout_s > 0.0) || !hasRows(window)) return nullptr;
+  if (!(readout_s > 0.0)) return nullptr;
   const auto turned = [&](int keyframe, double row, const Eigen::Vector3d& bearing) {
     return Eigen::Vector3d(
         cameraRotation(window, window.times()[keyframe], row * readout_s, gyro_bias) * bearing);

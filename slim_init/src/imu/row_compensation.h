@@ -14,7 +14,7 @@ namespace slim_init {
 /// keyframe, by the gyroscope at `gyro_bias` [rad/s]: what the camera would have seen of points far
 /// away. What is left of the rows is the translation of the camera in between (at most speed times
 /// half the readout time). The rows stay, so that the estimation can take it into account.
-/// Null where no row has a time of its own (global shutter): the window is right as it is.
+/// Null with a global shutter: the window is right as it is.
 std::shared_ptr<const InitWindow> withRowsCompensated(const InitWindow& window,
                                                       const Eigen::Vector3d& gyro_bias);
 
