@@ -136,21 +136,15 @@ ReverseEstimate alignReverse(const LinearMotion& motion, const Eigen::Matrix3Xd&
                              double accel_bias_prior) {
   ReverseEstimate out;
   const Eigen::Index n = shape_b0.cols();
-  if (!shape_b0.allFinite() || !information_b0.allFinite() || !motion.position.allFinite() ||
-      !motion.position0.allFinite()) {
-    return out;
-  }
   Eigen::Matrix3Xd centred = shape_b0.colwise() - shape_b0.rowwise().mean();
-  if (!(centred.norm() > 0.0)) return out;
   centred /= centred.norm();
   const Eigen::VectorXd shape = Eigen::Map<const Eigen::VectorXd>(centred.data(), 3 * n);
   const double kappa = kLengthWeight * information_b0.trace() / static_cast<double>(3 * n);
   const ReverseCost cost(motion, shape, information_b0, kappa, accel_bias_prior, gravity_magnitude);
 
   const double log_scale = bestLogScale(cost);
-  if (!std::isfinite(log_scale)) return out;
-  out.valid = std::isfinite(cost(std::exp(-log_scale), &out.x));
   out.scale = std::exp(log_scale);
+  out.valid = std::isfinite(cost(1.0 / out.scale, &out.x));
   return out;
 }
 
