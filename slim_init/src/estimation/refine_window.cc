@@ -158,8 +158,7 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   if (!summary.valid) return out;
 
   out.inlier_fraction = static_cast<double>(map.pointViews()) / std::max(handed_in, 1);
-  out.inertial_chi2 = (summary.cost - summary.visual_cost - summary.rig_cost - summary.state_cost) /
-                      (9.0 * (window.size() - 1));
+  out.inertial_chi2 = summary.inertial_cost / (9.0 * (window.size() - 1));
   out.sigma_px = noise.sigma_point * focal;
   out.sigma_line_px = noise.sigma_line * focal;
   out.speeds = map.speedUse();

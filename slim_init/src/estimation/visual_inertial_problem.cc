@@ -594,10 +594,10 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   if (rolling_) addRowBlocks(system);
   system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
   system->visual_g = system->g.head(6 * n);
-  system->rig_cost = rig_ ? addRigPrior(state.rig, system) : 0.0;
-  system->state_cost = (known_ ? addKnownState(state, system) : 0.0) + addSpeeds(state, system);
-  system->cost = system->visual_cost + addInertial(state, system) + addPriors(state, system) +
-                 system->rig_cost + system->state_cost;
+  system->inertial_cost = addInertial(state, system) + addPriors(state, system);
+  system->cost = system->visual_cost + system->inertial_cost + addSpeeds(state, system);
+  if (rig_) system->cost += addRigPrior(state.rig, system);
+  if (known_) system->cost += addKnownState(state, system);
 }
 
 VisualInertialProblem::Structure VisualInertialProblem::moveStructure(

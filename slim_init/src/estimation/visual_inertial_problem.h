@@ -32,10 +32,9 @@ namespace slim_init {
 
 /// The robust cost at a state, and its parts.
 struct MapCost {
-  double cost = 0.0;         ///< the whole
-  double visual_cost = 0.0;  ///< from points and lines
-  double rig_cost = 0.0;     ///< from the prior of the rig
-  double state_cost = 0.0;   ///< from a known state and measured velocities
+  double cost = 0.0;           ///< the whole
+  double visual_cost = 0.0;    ///< from points and lines
+  double inertial_cost = 0.0;  ///< from IMU factors, biases and motion prior
 };
 
 /// What the minimisation reports.
