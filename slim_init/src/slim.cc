@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <sstream>
-#include <utility>
 #include <vector>
 
 #include "data/with_calibration.h"
@@ -77,9 +76,8 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   // [4, 3.3, 5] Minimum of the robust cost over states, biases, gravity and rig, tracks eliminated;
   // covariance in the world frame and of the scale.
   if (options.slim.refine && out.start) {
-    WindowEstimate estimate = estimateWindow(input, lines, *out.start, options);
-    out.refined = std::move(estimate.refined);
-    out.posterior = std::move(estimate.posterior);
+    out.refined = searchMinimum(input, lines, *out.start, options);
+    if (out.refined.valid) out.posterior = posteriorOf(input.tracks, out.refined);
   }
   clock->lap("refinement");
 

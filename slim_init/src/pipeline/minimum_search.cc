@@ -2,7 +2,6 @@
 #include "pipeline/minimum_search.h"
 
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "estimation/constants.h"
@@ -66,14 +65,6 @@ RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Trac
     searchAgain(input, lines, fit, &refined);
   }
   return refined;
-}
-
-WindowEstimate estimateWindow(const RefinementInput& input, const std::vector<Track>& lines,
-                              const WindowState& start, const InitializerOptions& options) {
-  WindowEstimate out;
-  out.refined = searchMinimum(input, lines, start, options);
-  if (out.refined.valid) out.posterior = posteriorOf(input.tracks, out.refined);
-  return out;
 }
 
 }  // namespace slim_init

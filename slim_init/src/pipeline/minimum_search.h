@@ -28,14 +28,4 @@ RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Trac
 /// Posterior of a refined window, of the rig as well where that was estimated.
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined);
 
-/// The estimate of a window.
-struct WindowEstimate {
-  RefinedWindow refined;
-  Posterior posterior;  ///< valid where the information is positive definite
-};
-
-/// searchMinimum() and its posterior.
-WindowEstimate estimateWindow(const RefinementInput& input, const std::vector<Track>& lines,
-                              const WindowState& start, const InitializerOptions& options);
-
 }  // namespace slim_init
