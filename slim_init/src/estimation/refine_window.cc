@@ -20,13 +20,6 @@ double fitCorrection(double rows, double parameters) {
   return std::sqrt(rows / std::max(rows - parameters, 0.5 * rows));
 }
 
-// The lowest minimum found.
-struct Basin {
-  MapSummary summary;
-  WindowState state;
-  int start = -1;  // where it was reached from
-};
-
 double chi2(const MapSummary& summary, const VisualInertialProblem& map) {
   return summary.visual_cost / std::max(map.visualDof(), 1);
 }
@@ -59,28 +52,6 @@ MapSummary descend(StartMode mode, const RefinementOptions& options, WindowState
   MapSummary exact = map->resume(left, state);
   exact.iterations += rough.iterations;
   return exact;
-}
-
-// Tries the starts in order until one leads to a minimum that is not suspicious, and keeps the
-// lowest. A wrong minimum has a chi-square of 5 to 30; after a good first start a second one found
-// nothing better in any recorded window and doubled the time. The map is left there.
-Basin findBasin(const std::vector<WindowState>& starts, StartMode mode,
-                const RefinementOptions& options, VisualInertialProblem* map) {
-  Basin best;
-  int last = -1;
-  for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
-    WindowState state = starts[s];
-    const MapSummary summary = descend(mode, options, &state, map);
-    last = s;
-    if (!summary.valid || (best.start >= 0 && summary.cost >= best.summary.cost)) continue;
-    best = {summary, state, s};
-    if (fits(chi2(best.summary, *map), medianChi2(map->residuals(), *map), options)) break;
-  }
-  if (best.start >= 0 && best.start != last) {
-    // The tracks were left at a start that lost.
-    best.summary = descend(mode, options, &best.state, map);
-  }
-  return best;
 }
 
 // Standard deviations estimated from residuals [rad].
@@ -123,7 +94,7 @@ std::vector<Preintegration> preintegrateInflated(const InitWindow& window,
 }
 
 RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
-                           const std::vector<WindowState>& starts, StartMode mode) {
+                           const WindowState& start, StartMode mode) {
   RefinedWindow out;
   const InitWindow& window = input.tracks;
   const RefinementOptions& options = input.options;
@@ -133,11 +104,11 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   map.setBudget(&input.budget);
   const int handed_in = map.pointViews();
 
-  const Basin basin = findBasin(starts, mode, options, &map);
-  if (!basin.summary.valid) return out;
-  out.state = basin.state;
-  out.chi2 = chi2(basin.summary, map);
-  out.cost = basin.summary.cost;
+  out.state = start;
+  const MapSummary first = descend(mode, options, &out.state, &map);
+  if (!first.valid) return out;
+  out.chi2 = chi2(first, map);
+  out.cost = first.cost;
 
   // Noise from the residuals, then without what is beyond it.
   const MapResiduals residuals = map.residuals();

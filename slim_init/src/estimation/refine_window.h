@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// The refinement of `slim` around the minimisation: several starts, noise from the data, rejection
-// and a second solve.
+// The refinement of `slim` around the minimisation: noise from the data, rejection and a second
+// solve.
 #pragma once
 
 #include <Eigen/Core>
@@ -72,10 +72,10 @@ struct RefinementInput {
   WindowPriors priors = {};
 };
 
-/// Refines from `starts` (at least one) and keeps the lowest cost. `lines` as the constructor of
-/// VisualInertialProblem takes them, `input.pre` made at the starts' gyroscope bias. If the budget
-/// ends a minimisation, the result is not valid.
+/// Refines from `start`. `lines` as the constructor of VisualInertialProblem takes them,
+/// `input.pre` made at the gyroscope bias of the start. If the budget ends a minimisation, the
+/// result is not valid.
 RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track>& lines,
-                           const std::vector<WindowState>& starts, StartMode mode);
+                           const WindowState& start, StartMode mode);
 
 }  // namespace slim_init

@@ -16,12 +16,6 @@ using estimation_constants::kMinLineViews;
 // deviations of an end point; leaves a margin for the error of the start.
 constexpr double kLineAgreementSigmas = 6.0;
 
-// A wrong minimum shows in its chi-square, over all views and over the better half of them; with
-// gross errors among the tracks the right one shows in the first alone.
-bool fits(const RefinedWindow& refined, const InitializerOptions& options) {
-  return refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
-}
-
 // With fewer point tracks it is searched again in any case.
 constexpr int kFewTracks = 50;
 
@@ -36,7 +30,7 @@ void searchAgain(const RefinementInput& input, const std::vector<Track>& lines, 
       fit ? consistentStartingState(input.tracks, input.pre, input.inertial)
           : inertialStartingState(input.tracks, input.pre, input.inertial);
   if (!start) return;
-  const RefinedWindow other = refineWindow(input, lines, {*start}, StartMode::kFine);
+  const RefinedWindow other = refineWindow(input, lines, *start, StartMode::kFine);
   if (other.valid && (!refined->valid || other.cost < refined->cost)) *refined = other;
 }
 
@@ -59,8 +53,8 @@ std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& st
 
 RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
                             const WindowState& start, const InitializerOptions& options) {
-  RefinedWindow refined = refineWindow(input, lines, {start}, StartMode::kRough);
-  const bool fit = fits(refined, options);
+  RefinedWindow refined = refineWindow(input, lines, start, StartMode::kRough);
+  const bool fit = refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
   if (options.slim.second_search && (!fit || input.tracks.pointTracks().size() < kFewTracks)) {
     searchAgain(input, lines, fit, &refined);
   }

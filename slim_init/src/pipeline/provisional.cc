@@ -80,7 +80,7 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
                          options.inertial,
                          input.budget,
                          {input.priors.rig, motion}},
-                        {}, {from}, StartMode::kRough);
+                        {}, from, StartMode::kRough);
   };
   out.refined = refine(start);
   for (int round = 0; out.refined.valid; ++round) {

@@ -111,10 +111,10 @@ class Refiner {
     Recovery out;
     out.factor = known;
     out.factor.points_at_infinity = !(integrated_.motion.parallax_px >= min_parallax_px);
-    std::vector<WindowState> starts = {
-        deadReckoned(known, integrated_.pre, tracks_.calibration().gravity_magnitude)};
+    WindowState start =
+        deadReckoned(known, integrated_.pre, tracks_.calibration().gravity_magnitude);
     for (;;) {
-      if (!refine(starts, &out)) return out;
+      if (!refine(start, &out)) return out;
       if (result->prior_dropped.size() == kStateParts) break;
       const StateTest test =
           testState(out.known.residual.r, out.factor.covariance, out.known.posterior);
@@ -125,27 +125,30 @@ class Refiner {
       if (std::count(result->prior_dropped.begin(), result->prior_dropped.end(), name) > 0) break;
       result->prior_dropped.push_back(name);
       out.factor.covariance = without(out.factor.covariance, part);
-      starts = {out.refined.state};
+      start = out.refined.state;
     }
     out.valid = true;
     return out;
   }
 
  private:
-  bool refine(std::vector<WindowState> starts, Recovery* out) {
-    out->refined = refineFrom(starts, out->factor);
+  bool refine(const WindowState& start, Recovery* out) {
+    out->refined = refineFrom(start, out->factor);
     if (!out->refined.valid || out->refined.chi2 > options_.refinement.suspicious_chi2) {
-      // The known state may have led astray: a start of the window's own.
-      const std::optional<WindowState>& own = ownStart();
+      // The known state may have led astray: a start of the window's own. The lowest cost wins.
+      const std::optional<WindowState> own =
+          inertialStartingState(tracks_, integrated_.pre, options_.inertial);
       if (own && budget_.allows("a start of the window's own")) {
-        starts.push_back(*own);
-        out->refined = refineFrom(starts, out->factor);
+        const RefinedWindow other = refineFrom(*own, out->factor);
+        if (other.valid && (!out->refined.valid || other.cost < out->refined.cost)) {
+          out->refined = other;
+        }
       }
     }
     return out->refined.valid && knownStateOf(tracks_, out->refined, out->factor, &out->known);
   }
 
-  RefinedWindow refineFrom(const std::vector<WindowState>& starts, const StateFactor& known) const {
+  RefinedWindow refineFrom(const WindowState& start, const StateFactor& known) const {
     RefinementOptions refinement = options_.refinement;
     refinement.tolerance = std::min(refinement.tolerance, kTolerance);
     refinement.max_iterations = std::max(refinement.max_iterations, kMaxIterations);
@@ -155,14 +158,7 @@ class Refiner {
                          options_.inertial,
                          budget_,
                          {rotation_.prior, std::nullopt, known}},
-                        {}, starts, StartMode::kFine);
-  }
-
-  const std::optional<WindowState>& ownStart() {
-    if (has_own_) return own_;
-    has_own_ = true;
-    own_ = inertialStartingState(tracks_, integrated_.pre, options_.inertial);
-    return own_;
+                        {}, start, StartMode::kFine);
   }
 
   const InitWindow& tracks_;
@@ -170,8 +166,6 @@ class Refiner {
   const RotationStage& rotation_;
   const InitializerOptions& options_;
   WorkBudget& budget_;
-  bool has_own_ = false;
-  std::optional<WindowState> own_;
 };
 
 // Gates on what a host goes on with; how the scale is known is in the velocity.
