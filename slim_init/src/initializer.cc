@@ -148,14 +148,8 @@ std::unique_ptr<IInitializer> makeInitializer(std::unique_ptr<WindowSolver> solv
     message = "the solver is null";
   } else if (message = calibration.validate(); !message.empty()) {
     message = "calibration: " + message;
-  } else if (message = options.window.validate(); !message.empty()) {
-    message = "window." + message;
-  } else if (message = options.imu.validate(); !message.empty()) {
-    message = "imu." + message;
-  } else if (message = options.provisional.validate(); !message.empty()) {
-    message = "provisional." + message;
-  } else if (message = options.limits.validate(); !message.empty()) {
-    message = "limits." + message;
+  } else {
+    message = options.validate();
   }
   if (!message.empty()) {
     if (error != nullptr) *error = message;
