@@ -19,11 +19,6 @@
 namespace slim_init {
 namespace {
 
-// ---- Prior on the motion
-
-/// Standard deviation of the mean acceleration over the window before any data [m/s^2].
-constexpr double kMeanAcceleration = 3.0;
-
 // ---- Most probable scale
 
 /// The linear dependence of the states on the scale is good up to here [log scale].
@@ -72,7 +67,6 @@ ProvisionalEstimate estimateProvisional(const RefinementInput& input, const Wind
   ProvisionalEstimate out;
   MotionPrior motion;
   motion.speed_sigma = options.provisional.speed_prior;
-  motion.acceleration_sigma = kMeanAcceleration;
   const auto refine = [&](const WindowState& from) {
     return refineWindow({input.tracks,
                          input.pre,
