@@ -262,7 +262,7 @@ TEST(RefineWindow, TheAccelerometerBiasIsFoundOrHeld) {
   RefinementOptions options;
   const RefinedWindow found = refine(*exact.window, start, options);
   ASSERT_TRUE(found.valid);
-  const Posterior posterior = posteriorOf(found.state, found.information);
+  const Posterior posterior = posteriorOf(found.state, withoutRig(found.information));
   ASSERT_TRUE(posterior.valid);
   const int at = 9 * found.state.size() + 3;
   for (int i = 0; i < 3; ++i) {
@@ -290,8 +290,8 @@ TEST(RefineWindow, LinesAddWhatPointsLack) {
     const RefinedWindow without = refine(*exact.window, truth, options);
     ASSERT_TRUE(with.valid && without.valid);
     EXPECT_LT(scaleError(with, truth), 0.1);
-    with_sigma += posteriorOf(with.state, with.information).scale_sigma;
-    without_sigma += posteriorOf(without.state, without.information).scale_sigma;
+    with_sigma += posteriorOf(with.state, withoutRig(with.information)).scale_sigma;
+    without_sigma += posteriorOf(without.state, withoutRig(without.information)).scale_sigma;
   }
   EXPECT_LT(with_sigma, 0.9 * without_sigma);
 }

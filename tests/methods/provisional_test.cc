@@ -84,8 +84,8 @@ Refined refineShortWindow(unsigned seed, const MotionPrior& motion) {
   refinement.max_iterations = 50;
   WorkBudget budget = unlimitedBudget();
   out.window = refineWindow(
-      {*out.exact.window, out.pre, refinement, inertial, budget, {std::nullopt, motion}}, {}, state,
-      StartMode::kFine);
+      {*out.exact.window, out.pre, refinement, inertial, budget, {WindowPriors().rig, motion}}, {},
+      state, StartMode::kFine);
   EXPECT_TRUE(out.window.valid);
   out.pre = preintegrateInflated(*out.exact.window, out.window.state.gyro_bias,
                                  out.window.state.accel_bias, inertial);

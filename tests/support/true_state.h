@@ -41,6 +41,12 @@ inline WindowState moved(const WindowState& state, double amount, unsigned seed,
   return retract(state, step);
 }
 
+/// The information of a window whose calibration is held, without its part from the rig.
+inline Eigen::MatrixXd withoutRig(const Eigen::MatrixXd& information) {
+  const Eigen::Index size = information.rows() - StateLayout::kRig;
+  return information.topLeftCorner(size, size);
+}
+
 /// The true camera centres in the first body frame, one column per keyframe [m].
 inline Eigen::Matrix3Xd trueCentres(const ExactWindow& exact) {
   const WindowState state = trueState(exact);

@@ -20,7 +20,7 @@ namespace slim_init {
 /// The refined window.
 struct RefinedWindow {
   bool valid = false;
-  WindowState state;  ///< with a rig error where there is a prior for it
+  WindowState state;  ///< with the rig error
   /// Information of the error vector without the gauge (StateLayout, from index kGauge on).
   Eigen::MatrixXd information;
   Eigen::MatrixXd visual_information;  ///< VisualInertialProblem::visualInformation()

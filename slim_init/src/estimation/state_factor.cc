@@ -84,12 +84,14 @@ StateFactor stateFactor(const StatePrior& prior) {
 }
 
 StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
-                            const WindowState* body, const RigDerivatives* chain) {
+                            const Calibration& calibration, const ImuInstant& first) {
+  WindowState body = state;
+  RigDerivatives chain;
+  bodyAtNominalTime(state, 0, BodyOffset(state.rig, calibration), {state.rig.dtd, first}, &body,
+                    &chain);
   const Eigen::Vector3d down = state.gravity_b0.normalized();
-  const Eigen::Matrix3d Rt =
-      body == nullptr ? Eigen::Matrix3d::Identity() : Eigen::Matrix3d(body->R_b0_bk[0].transpose());
-  const Eigen::Vector3d v = body == nullptr ? state.v_b0.col(0) : body->v_b0.col(0);
-  const Eigen::Vector3d v_b = Rt * v, down_b = Rt * down;
+  const Eigen::Matrix3d Rt = body.R_b0_bk[0].transpose();
+  const Eigen::Vector3d v_b = Rt * body.v_b0.col(0), down_b = Rt * down;
   const Eigen::Matrix<double, 2, 3> B = tangentBasis(factor.down_b).transpose();
   StateResidual out;
   out.r << v_b - factor.velocity_b, B * down_b, state.gyro_bias - factor.gyro_bias,
@@ -97,27 +99,14 @@ StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
   out.J.setZero();
   out.J.block<6, 6>(5, 3).setIdentity();
   out.J.block<2, 2>(3, 9) = B * Rt * tangentBasis(down);
-  if (chain == nullptr) {
-    out.J.block<3, 3>(0, 0).setIdentity();
-    return out;
-  }
   Eigen::Matrix<double, 5, 9> by_body = Eigen::Matrix<double, 5, 9>::Zero();
   by_body.block<3, 3>(0, 0) = skew(v_b);
   by_body.block<3, 3>(0, 6) = Rt;
   by_body.block<2, 3>(3, 0) = B * skew(down_b);
-  out.J.topLeftCorner<5, 3>() = by_body * chain->by_state.rightCols<3>();
-  out.J.block<5, 2>(0, 9) += by_body * chain->by_gravity;
-  out.J.topRightCorner<5, StateLayout::kRig - 1>() = by_body * chain->by_rig;
+  out.J.topLeftCorner<5, 3>() = by_body * chain.by_state.rightCols<3>();
+  out.J.block<5, 2>(0, 9) += by_body * chain.by_gravity;
+  out.J.topRightCorner<5, StateLayout::kRig - 1>() = by_body * chain.by_rig;
   return out;
-}
-
-StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
-                            const Calibration& calibration, const ImuInstant& first) {
-  WindowState body = state;
-  RigDerivatives chain;
-  bodyAtNominalTime(state, 0, BodyOffset(state.rig, calibration), {state.rig.dtd, first}, &body,
-                    &chain);
-  return stateResidual(state, factor, &body, &chain);
 }
 
 StateCovariance without(const StateCovariance& covariance, StatePart part) {

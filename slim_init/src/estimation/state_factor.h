@@ -52,14 +52,8 @@ struct StateResidual {
   Eigen::Matrix<double, kStateRows, kStateColumns> J;
 };
 
-/// `state`: of a window. `chain` null: the first body is that of the state. Otherwise `body` is the
-/// first body at the time of its prior, with its derivatives (bodyAtNominalTime() with the whole
-/// error of td).
-StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
-                            const WindowState* body = nullptr,
-                            const RigDerivatives* chain = nullptr);
-
-/// The same at the estimate of a window whose calibration is a state.
+/// `state`: of a window with the calibration `calibration`; `first`: motion of its first body,
+/// which is taken at the time of its prior (bodyAtNominalTime() with the whole error of td).
 StateResidual stateResidual(const WindowState& state, const StateFactor& factor,
                             const Calibration& calibration, const ImuInstant& first);
 

@@ -130,11 +130,11 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
       pre_(pre),
       options_(options),
       inertial_(inertial),
-      layout_(window.size(), priors.rig.has_value()),
+      layout_(window.size(), true),
       t_b_c_(window.calibration().t_b_c),
       rows_{t_b_c_, window.calibration().readout_s},
       rolling_(rows_.readout_s > 0.0),
-      by_row_(rolling_ || (priors.rig.has_value() && priors.rig->sigmas.readout_s > 0.0)),
+      by_row_(rolling_ || priors.rig.sigmas.readout_s > 0.0),
       rig_(priors.rig),
       motion_(priors.motion),
       known_(priors.known),
@@ -190,9 +190,7 @@ void VisualInertialProblem::setPreintegrated(double td_shift) {
     whitening_valid_ = inertialWhitening(pre_[i], &whitening_[i]) && whitening_valid_;
   }
   speeds_ = speedFactors(window_, td_shift);
-  if (rig_ || rolling_ || !speeds_.empty()) {
-    instants_ = imuInstants(window_, td_shift, pre_.front().gyro_bias, pre_.front().accel_bias);
-  }
+  instants_ = imuInstants(window_, td_shift, pre_.front().gyro_bias, pre_.front().accel_bias);
 }
 
 void VisualInertialProblem::setNoise(double sigma_point_rad, double sigma_line_rad) {
@@ -253,13 +251,12 @@ double VisualInertialProblem::addMotionPrior(const WindowState& state, System* s
 
 double VisualInertialProblem::addKnownState(const WindowState& state, System* system) const {
   const StateResidual known =
-      rig_ ? stateResidual(state, *known_, window_.calibration(), instants_.front())
-           : stateResidual(state, *known_);
+      stateResidual(state, *known_, window_.calibration(), instants_.front());
   const Eigen::MatrixXd weighted = product(known.J.transpose(), known_information_);
   const Eigen::MatrixXd JJ = product(weighted, known.J);
   const Eigen::VectorXd Jr = product(weighted, known.r);
   // The first velocity, then what follows the velocities.
-  const int rest = kStateColumns - 3 - (rig_ ? 0 : StateLayout::kRig - 1);
+  constexpr int rest = kStateColumns - 3;
   const int at_v = layout_.velocity(0), at_rest = layout_.gyroBias();
   system->g.segment<3>(at_v) += Jr.head<3>();
   system->g.segment(at_rest, rest) += Jr.segment(3, rest);
@@ -306,7 +303,7 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
     // Ascending, so that the blocks are in the lower triangle.
     const int k = speeds_[i].keyframe;
     const int at[] = {layout_.pose(k), layout_.velocity(k), layout_.gyroBias(), layout_.rig()};
-    for (int a = 0; a < (rig_ ? 4 : 3); ++a) {
+    for (int a = 0; a < 4; ++a) {
       const Eigen::Matrix3d J_a = weighted.middleCols<3>(3 * a);
       system->g.segment<3>(at[a]) += J_a.transpose() * r;
       with_scale.segment<3>(at[a]) += J_a.transpose() * one.by_scale;
@@ -321,27 +318,26 @@ double VisualInertialProblem::addSpeeds(const WindowState& state, System* system
 }
 
 double VisualInertialProblem::addRigPrior(const RigError& rig, System* system) const {
-  const RigPriorTerm prior = rigPriorTerm(*rig_, rig);
+  const RigPriorTerm prior = rigPriorTerm(rig_, rig);
   system->H.block<StateLayout::kRig, StateLayout::kRig>(layout_.rig(), layout_.rig()) += prior.H;
   system->g.segment<StateLayout::kRig>(layout_.rig()) += prior.g;
   return prior.cost;
 }
 
-template <int kColumns>
 double VisualInertialProblem::addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
-                                                const FactorRows<kColumns>& jacobian,
+                                                const FactorRows<kRigInertialColumns>& jacobian,
                                                 System* system) const {
   // Columns by the row, of even number, and W lower triangular: written out, since for these sizes
   // Eigen would call its kernel for large matrices.
-  constexpr int kEven = kColumns + kColumns % 2;
+  constexpr int kColumns = kRigInertialColumns, kEven = kColumns + kColumns % 2;
   const Eigen::Matrix<double, 9, 9>& W = whitening_[i];
   FactorRows<kEven> J;
   Eigen::Matrix<double, 9, 1> r;
   for (int row = 0; row < 9; ++row) {
-    J.row(row).template head<kColumns>() = W(row, 0) * jacobian.row(0);
+    J.row(row).head<kColumns>() = W(row, 0) * jacobian.row(0);
     r[row] = W(row, 0) * residual[0];
     for (int k = 1; k <= row; ++k) {
-      J.row(row).template head<kColumns>() += W(row, k) * jacobian.row(k);
+      J.row(row).head<kColumns>() += W(row, k) * jacobian.row(k);
       r[row] += W(row, k) * residual[k];
     }
     if (kEven > kColumns) J(row, kEven - 1) = 0.0;
@@ -371,14 +367,6 @@ double VisualInertialProblem::addInertialFactor(int i, const Eigen::Matrix<doubl
 }
 
 double VisualInertialProblem::addInertial(const WindowState& state, System* system) {
-  double cost = 0.0;
-  if (!rig_) {
-    for (int i = 0; i + 1 < layout_.n; ++i) {
-      const InertialResidual factor = inertialResidual(state, i, pre_[i]);
-      cost += addInertialFactor<kInertialColumns>(i, factor.r, factor.J, system);
-    }
-    return cost;
-  }
   nominal_ = state;
   chain_.resize(layout_.n);
   const BodyOffset offset(state.rig, window_.calibration());
@@ -386,10 +374,10 @@ double VisualInertialProblem::addInertial(const WindowState& state, System* syst
     bodyAtNominalTime(state, k, offset, {state.rig.dtd - td_shift_, instants_[k]}, &nominal_,
                       &chain_[k]);
   }
+  double cost = 0.0;
   for (int i = 0; i + 1 < layout_.n; ++i) {
     const InertialResidual factor = inertialResidual(nominal_, i, pre_[i]);
-    cost += addInertialFactor<kRigInertialColumns>(
-        i, factor.r, chainRig(factor.J, chain_[i], chain_[i + 1]), system);
+    cost += addInertialFactor(i, factor.r, chainRig(factor.J, chain_[i], chain_[i + 1]), system);
   }
   return cost;
 }
@@ -426,15 +414,12 @@ void VisualInertialProblem::eliminateRows(const TrackRange& track, const std::ve
     const int k = views[a].keyframe;
     readout_gradient += by_readout.dot(r);
     readout_information += by_readout.squaredNorm();
-    if (layout_.rigs) {
-      const Eigen::RowVector2d left = by_readout.transpose() - readout * K.transpose();
-      system->H.block<1, 6>(layout_.readout(), layout_.pose(k)).noalias() += left * J.transpose();
-      if (rolling_) {
-        system->H.block<1, 3>(layout_.readout(), layout_.velocity(k)) += left * by_velocity;
-      }
-    }
+    const Eigen::RowVector2d from_readout = by_readout.transpose() - readout * K.transpose();
+    system->H.block<1, 6>(layout_.readout(), layout_.pose(k)).noalias() +=
+        from_readout * J.transpose();
     // Without exposures of their own the rows do not depend on the velocity.
     if (!rolling_) continue;
+    system->H.block<1, 3>(layout_.readout(), layout_.velocity(k)) += from_readout * by_velocity;
     system->g.segment<3>(layout_.velocity(k)) += by_velocity.transpose() * (r - K * y);
     RowBlocks* blocks = &row_blocks_[k * layout_.n];
     for (int b = track.begin; b <= a; ++b) {
@@ -450,7 +435,6 @@ void VisualInertialProblem::eliminateRows(const TrackRange& track, const std::ve
       block.other_pose.noalias() += other * J.transpose();
     }
   }
-  if (!layout_.rigs) return;
   system->g[layout_.readout()] += readout_gradient;
   system->H(layout_.readout(), layout_.readout()) += readout_information;
 }
@@ -595,8 +579,8 @@ void VisualInertialProblem::linearize(const WindowState& state, const Structure&
   system->visual_H = system->H.topLeftCorner(6 * n, 6 * n);
   system->visual_g = system->g.head(6 * n);
   system->inertial_cost = addInertial(state, system) + addPriors(state, system);
-  system->cost = system->visual_cost + system->inertial_cost + addSpeeds(state, system);
-  if (rig_) system->cost += addRigPrior(state.rig, system);
+  system->cost = system->visual_cost + system->inertial_cost + addSpeeds(state, system) +
+                 addRigPrior(state.rig, system);
   if (known_) system->cost += addKnownState(state, system);
 }
 
@@ -611,8 +595,7 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
         Eigen::Vector2d moved = elimination.J[a].transpose() * step.segment<6>(6 * k);
         if (by_row_) {
           Eigen::Matrix<double, kRowMotion, 1> row_step;
-          row_step << step.segment<3>(layout_.velocity(k)),
-              layout_.rigs ? step[layout_.readout()] : 0.0;
+          row_step << step.segment<3>(layout_.velocity(k)), step[layout_.readout()];
           moved += elimination.rows[a] * row_step;
         }
         rhs += elimination.K[a].transpose() * moved;

@@ -5,10 +5,10 @@
 // Minimises over the keyframe states, both biases and the gravity direction
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
-// each whitened, rho the Cauchy loss; with a rig prior over the errors of extrinsics, td and
-// readout time as well (rig_model.h), with a prior on the motion (motion_prior.h), with measured
-// velocities of the window (speed_factor.h), and with a known state of the first body in place of
-// the priors of the biases (state_factor.h). The parameters of every track are eliminated inside
+// each whitened, rho the Cauchy loss; and over the errors of extrinsics, td and readout time under
+// their prior (rig_model.h), with a prior on the motion (motion_prior.h), with measured velocities
+// of the window (speed_factor.h), and with a known state of the first body in place of the priors
+// of the biases (state_factor.h). The parameters of every track are eliminated inside
 // each Gauss-Newton step (Schur complement), which is the same step as on their null space.
 #pragma once
 
@@ -171,10 +171,10 @@ class VisualInertialProblem {
   std::vector<SpeedResidual> speedResiduals(const WindowState& state) const;
   double addSpeeds(const WindowState& state, System* system) const;
   double addInertial(const WindowState& state, System* system);
-  template <int kColumns>
-  double addInertialFactor(int i, const Eigen::Matrix<double, 9, 1>& residual,
-                           const Eigen::Matrix<double, 9, kColumns, Eigen::RowMajor>& jacobian,
-                           System* system) const;
+  double addInertialFactor(
+      int i, const Eigen::Matrix<double, 9, 1>& residual,
+      const Eigen::Matrix<double, 9, kRigInertialColumns, Eigen::RowMajor>& jacobian,
+      System* system) const;
   template <int D, typename View, typename Parameters>
   double addTracks(const Tracks<View>& tracks, const std::vector<Parameters>& parameters,
                    const WindowState& state, Elimination<D>* elimination, System* system);
@@ -214,13 +214,13 @@ class VisualInertialProblem {
   RowMotion rows_;
   bool rolling_;  // rows are exposed one after the other
   bool by_row_;   // the readout time is known, or estimated
-  std::optional<RigPrior> rig_;
+  RigPrior rig_;
   std::optional<MotionPrior> motion_;
   std::optional<StateFactor> known_;
   StateCovariance known_information_ = StateCovariance::Zero();
   std::vector<SpeedFactor> speeds_;
   double td_shift_ = 0.0;              // of the preintegrations [s]
-  std::vector<ImuInstant> instants_;   // at the ends of the preintegrations, with a rig prior
+  std::vector<ImuInstant> instants_;   // at the ends of the preintegrations
   WindowState nominal_;                // scratch of addInertial()
   std::vector<RigDerivatives> chain_;  // likewise
 

@@ -11,8 +11,7 @@ namespace slim_init {
 
 /// What is known of a window beside its data.
 struct WindowPriors {
-  /// The rig error is estimated too; else the calibration is exact.
-  std::optional<RigPrior> rig = std::nullopt;
+  RigPrior rig = {RigError(), {0.0, 0.0, 0.0, 0.0}};  ///< unless given, the calibration is exact
   std::optional<MotionPrior> motion = std::nullopt;
   /// In place of the priors of the biases.
   std::optional<StateFactor> known = std::nullopt;
