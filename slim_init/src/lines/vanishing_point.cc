@@ -150,7 +150,7 @@ Eigen::Matrix3d covarianceOfDirection(const std::vector<WindowLine>& lines,
 VanishingPoint estimateVanishingPoint(const std::vector<WindowLine>& lines, double sigma_line_rad,
                                       const VanishingPointOptions& options) {
   VanishingPoint vp;
-  const std::size_t min_inliers = static_cast<std::size_t>(std::max(2, options.min_inliers));
+  const auto min_inliers = static_cast<std::size_t>(options.min_inliers);
   const std::vector<WindowLine> voting = longestFirst(lines);
   if (voting.size() < min_inliers) return vp;
 

@@ -166,10 +166,7 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
 
 std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options) {
   std::vector<GateValue> gates = motionGates(motion, options);
-  gates.erase(
-      std::remove_if(gates.begin(), gates.end(),
-                     [](const GateValue& gate) { return gate.name == GateName::kExcitation; }),
-      gates.end());
+  gates.pop_back();  // excitation
   return gates;
 }
 
