@@ -30,17 +30,10 @@ Eigen::Matrix<double, 3, 2> attitudeFromGravity(const Eigen::Vector3d& gravity_b
   return J;
 }
 
-// What turns the error of the visual state into that of the body in the frame b0 of the first body.
-struct BodyErrors {
-  WindowState body;
-  std::vector<RigDerivatives> derivatives;  // empty where no rig error is estimated
-};
-
 // Rows of the errors [theta, p, v] per keyframe and of both biases, in the world: columns as the
-// information has them.
-Eigen::MatrixXd worldErrors(const WindowState& visual, const BodyErrors& errors,
-                            const StateLayout& at) {
-  const WindowState& body = errors.body;
+// information has them. `derivatives` turn the error of the visual state into that of the body.
+Eigen::MatrixXd worldErrors(const WindowState& visual, const WindowState& body,
+                            const std::vector<RigDerivatives>& derivatives, const StateLayout& at) {
   const int m = at.size() - StateLayout::kGauge;
   const int gravity = at.gravity() - StateLayout::kGauge;
   const int rig = at.rig() - StateLayout::kGauge;
@@ -49,19 +42,16 @@ Eigen::MatrixXd worldErrors(const WindowState& visual, const BodyErrors& errors,
   const Eigen::Vector3d down = body.gravity_b0 / G;
   const Eigen::Matrix<double, 3, 2> B = tangentBasis(down);
   const Eigen::Matrix3d A = gravityAlignedAttitude(body.gravity_b0);
+  const RigDerivatives& first = derivatives[0];
   // From the frame of the visual part to that of the first body.
-  Eigen::Matrix3d to_first = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d to_first =
+      first.by_state.topLeftCorner<3, 3>() * visual.R_b0_bk[0].transpose();
   // How the attitude of the first body in the world follows gravity and rig.
-  const Eigen::Matrix<double, 3, 2> dalpha = attitudeFromGravity(body.gravity_b0);
-  Eigen::Matrix<double, 3, 2> by_gravity = dalpha;
-  Eigen::Matrix<double, 3, kRigColumns> by_rig = Eigen::Matrix<double, 3, kRigColumns>::Zero();
-  if (at.rigs) {
-    const Eigen::Vector3d visual_down = visual.gravity_b0 / G;
-    to_first = errors.derivatives[0].by_state.topLeftCorner<3, 3>() * visual.R_b0_bk[0].transpose();
-    const Eigen::Matrix<double, 3, kRigColumns> theta_0 = errors.derivatives[0].by_rig.topRows<3>();
-    by_gravity = dalpha * B.transpose() * to_first * tangentBasis(visual_down);
-    by_rig = dalpha * B.transpose() * skew(down) * theta_0 - theta_0;
-  }
+  const Eigen::Matrix<double, 3, 3> dalpha = attitudeFromGravity(body.gravity_b0) * B.transpose();
+  const Eigen::Matrix<double, 3, 2> by_gravity =
+      dalpha * to_first * tangentBasis(visual.gravity_b0 / G);
+  const Eigen::Matrix<double, 3, kRigColumns> theta_0 = first.by_rig.topRows<3>();
+  const Eigen::Matrix<double, 3, kRigColumns> by_rig = dalpha * skew(down) * theta_0 - theta_0;
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(9 * at.n + 6, m);
   for (int k = 0; k < at.n; ++k) {
     const int theta = 9 * k, p = 9 * k + 3, v = 9 * k + 6;
@@ -74,14 +64,9 @@ Eigen::MatrixXd worldErrors(const WindowState& visual, const BodyErrors& errors,
     T.block<3, 2>(p, gravity) = -AP * by_gravity;
     T.block<3, 2>(v, gravity) = -AV * by_gravity;
     T.block<3, 3>(v, velocity) = A_first;
+    const RigDerivatives& own = derivatives[k];
     if (k > 0) {
-      T.block<3, 3>(theta, pose).setIdentity();
       T.block<3, 3>(p, pose + 3) = A_first;
-    }
-    if (!at.rigs) continue;
-    const RigDerivatives& own = errors.derivatives[k];
-    const RigDerivatives& first = errors.derivatives[0];
-    if (k > 0) {
       T.block<3, 3>(theta, pose) = own.by_state.topLeftCorner<3, 3>();
       T.block<3, 3>(p, pose) = A_first * own.by_state.block<3, 3>(3, 0);
     }
@@ -94,51 +79,48 @@ Eigen::MatrixXd worldErrors(const WindowState& visual, const BodyErrors& errors,
   return T;
 }
 
+}  // namespace
+
+Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information) {
+  const Eigen::Index m = information.rows();
+  Eigen::MatrixXd held = Eigen::MatrixXd::Zero(m + StateLayout::kRig, m + StateLayout::kRig);
+  held.topLeftCorner(m, m) = information;
+  held.diagonal().tail<StateLayout::kRig>().setConstant(estimation_constants::kHold);
+  return posteriorOf(state, held, Calibration(), std::vector<ImuInstant>(state.size()));
+}
+
 Posterior posteriorOf(const WindowState& visual, const Eigen::MatrixXd& information,
-                      const BodyErrors& errors, const StateLayout& at) {
+                      const Calibration& calibration, const std::vector<ImuInstant>& instants) {
   Posterior out;
+  const WindowState body = bodyState(visual, calibration.R_b_c, calibration.t_b_c);
+  std::vector<RigDerivatives> derivatives(visual.size());
+  const BodyOffset offset(visual.rig, calibration);
+  WindowState unused = visual;
+  for (int k = 0; k < visual.size(); ++k) {
+    // An error of td labels the body with another time: the same as seeing it at another one.
+    bodyAtNominalTime(visual, k, offset, {0.0, instants[k]}, &unused, &derivatives[k]);
+  }
+  const StateLayout at(visual.size(), true);
   const int m = at.size() - StateLayout::kGauge;
-  const int world = 9 * at.n + 6, rigs = at.rigs ? StateLayout::kRig : 0;
+  const int world = 9 * at.n + 6, rigs = StateLayout::kRig;
   // What the host is told, then scale and rig: a relative change of scale moves every position
   // along its offset from the mean.
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(world + 1 + rigs, m);
-  T.topRows(world) = worldErrors(visual, errors, at);
+  T.topRows(world) = worldErrors(visual, body, derivatives, at);
   const Eigen::Matrix3Xd centred = visual.p_b0.colwise() - visual.p_b0.rowwise().mean();
   for (int k = 1; k < at.n; ++k) {
     T.block<1, 3>(world, at.pose(k) + 3 - StateLayout::kGauge) =
         centred.col(k).transpose() / centred.squaredNorm();
   }
-  if (at.rigs) T.block(world + 1, at.rig() - StateLayout::kGauge, rigs, rigs).setIdentity();
+  T.block(world + 1, at.rig() - StateLayout::kGauge, rigs, rigs).setIdentity();
   Eigen::MatrixXd covariance;
   if (!inverseSeenBy(information, T.transpose(), &covariance)) return out;
   out.covariance = covariance.topLeftCorner(world, world);
   out.scale_sigma = std::sqrt(covariance(world, world));
   out.by_scale = covariance.col(world).head(world) / covariance(world, world);
-  if (at.rigs) {
-    out.rig_covariance = covariance.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>();
-  }
+  out.rig_covariance = covariance.bottomRightCorner<StateLayout::kRig, StateLayout::kRig>();
   out.valid = covariance.allFinite();
   return out;
-}
-
-}  // namespace
-
-Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information) {
-  return posteriorOf(state, information, {state, {}}, StateLayout(state.size()));
-}
-
-Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information,
-                      const Calibration& calibration, const std::vector<ImuInstant>& instants) {
-  BodyErrors errors;
-  errors.body = bodyState(state, calibration.R_b_c, calibration.t_b_c);
-  errors.derivatives.resize(state.size());
-  const BodyOffset offset(state.rig, calibration);
-  WindowState unused = state;
-  for (int k = 0; k < state.size(); ++k) {
-    // An error of td labels the body with another time: the same as seeing it at another one.
-    bodyAtNominalTime(state, k, offset, {0.0, instants[k]}, &unused, &errors.derivatives[k]);
-  }
-  return posteriorOf(state, information, errors, StateLayout(state.size(), true));
 }
 
 }  // namespace slim_init

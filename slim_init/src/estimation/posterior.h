@@ -24,12 +24,12 @@ struct Posterior {
   /// How the errors of `covariance` follow a relative change of the scale, everything else at its
   /// most probable.
   Eigen::VectorXd by_scale;
-  /// Of the rig error [rotation, translation, td, readout]; zero where it is not estimated.
+  /// Of the rig error [rotation, translation, td, readout].
   Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig> rig_covariance =
       Eigen::Matrix<double, StateLayout::kRig, StateLayout::kRig>::Zero();
 };
 
-/// `information` as VisualInertialProblem::information(), without a rig error.
+/// `information` as VisualInertialProblem::information(), without a rig error: the rig is exact.
 Posterior posteriorOf(const WindowState& state, const Eigen::MatrixXd& information);
 
 /// The same with a rig error in `state` and `information`: the covariance is that of the body
