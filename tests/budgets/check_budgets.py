@@ -27,7 +27,7 @@ SLACK = 0.03
 
 # name: (what is counted, budget, target)
 SIZES = {
-    "core_lines": ("lines of slim_init/src and public headers", 15475, 10500),
+    "core_lines": ("lines of slim_init/src and public headers", 15479, 10500),
     "surrounding_lines": ("lines outside core and tests", 41099, 26000),
     "test_lines": ("lines of tests", 44391, 26000),
     "core_numbers": ("named constants and option fields of the core", 304, 170),

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "imu/row_compensation.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "geometry/so3.h"

@@ -136,8 +136,7 @@ class Refiner {
     out->refined = refineFrom(start, out->factor);
     if (!out->refined.valid || out->refined.chi2 > options_.refinement.suspicious_chi2) {
       // The known state may have led astray: a start of the window's own. The lowest cost wins.
-      const std::optional<WindowState> own =
-          inertialStartingState(tracks_, integrated_.pre, options_.inertial);
+      const std::optional<WindowState>& own = ownStart();
       if (own && budget_.allows("a start of the window's own")) {
         const RefinedWindow other = refineFrom(*own, out->factor);
         if (other.valid && (!out->refined.valid || other.cost < out->refined.cost)) {
@@ -161,11 +160,20 @@ class Refiner {
                         {}, start, StartMode::kFine);
   }
 
+  // The same however many parts of the state are dropped.
+  const std::optional<WindowState>& ownStart() {
+    if (!has_own_) own_ = inertialStartingState(tracks_, integrated_.pre, options_.inertial);
+    has_own_ = true;
+    return own_;
+  }
+
   const InitWindow& tracks_;
   const IntegratedWindow& integrated_;
   const RotationStage& rotation_;
   const InitializerOptions& options_;
   WorkBudget& budget_;
+  bool has_own_ = false;
+  std::optional<WindowState> own_;
 };
 
 // Gates on what a host goes on with; how the scale is known is in the velocity.

@@ -143,7 +143,7 @@ double scaleSigma(const PosteriorMeasures& measures, double posterior_sigma, boo
   return measures.has_speeds && !waits ? posterior_sigma : alone;
 }
 
-std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
+std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options) {
   InitStatus no_motion = InitStatus::kStationary;
   if (motion.rotation_deg >= kMinRotationDeg) no_motion = InitStatus::kPureRotation;
   // Still tracks alone are no rest: a scene far away shows no parallax either.
@@ -152,21 +152,18 @@ std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptio
   }
   // Without tracks nothing is known about the motion.
   if (!std::isfinite(motion.parallax_px)) no_motion = InitStatus::kTooFewTracks;
-  std::vector<GateValue> gates = {
-      makeGate(GateName::kParallax, "median rotation-compensated track motion", "px",
-               atLeast(motion.parallax_px, options.min_parallax_px), no_motion),
-      makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
-               atLeast(motion.parallax_px, options.min_least_parallax_px), no_motion),
-      makeGate(GateName::kExcitation, "deviation of the specific force from its mean", "m/s^2",
-               atLeast(motion.excitation, options.min_excitation),
-               InitStatus::kTooLittleExcitation)};
-  if (motion.has_speeds) gates.back().exception = "measured velocities: scale_sigma decides";
-  return gates;
+  return {makeGate(GateName::kParallax, "median rotation-compensated track motion", "px",
+                   atLeast(motion.parallax_px, options.min_parallax_px), no_motion),
+          makeGate(GateName::kLeastParallax, "median rotation-compensated track motion", "px",
+                   atLeast(motion.parallax_px, options.min_least_parallax_px), no_motion)};
 }
 
-std::vector<GateValue> parallaxGates(const MotionMeasures& motion, const GateOptions& options) {
-  std::vector<GateValue> gates = motionGates(motion, options);
-  gates.pop_back();  // excitation
+std::vector<GateValue> motionGates(const MotionMeasures& motion, const GateOptions& options) {
+  std::vector<GateValue> gates = parallaxGates(motion, options);
+  gates.push_back(makeGate(GateName::kExcitation, "deviation of the specific force from its mean",
+                           "m/s^2", atLeast(motion.excitation, options.min_excitation),
+                           InitStatus::kTooLittleExcitation));
+  if (motion.has_speeds) gates.back().exception = "measured velocities: scale_sigma decides";
   return gates;
 }
 
