@@ -28,8 +28,8 @@ endif()
 # Warnings, C++17 and sanitizers; private, so that no consumer inherits them.
 function(slim_init_configure_target target)
   target_compile_features(${target} PUBLIC cxx_std_17)
-  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
-  # Programs too: what is precompiled once has one set of flags.
+  # Programs and shared libraries too: what is precompiled once has one set of flags.
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF DEFINE_SYMBOL "")
   target_compile_options(${target} PRIVATE -fPIC)
   # The headers that most sources include are parsed once, for the core, and taken over by the others.
   if(target STREQUAL "slim_init_core")

@@ -32,6 +32,9 @@ constexpr double kNoiseMemory = 0.1;  // weight of the newest healthy frame
 constexpr double kAgrees = 13.8;
 // Of the pose innovation, six degrees of freedom; three in 10^6 exceed it.
 constexpr double kLargestMahalanobis = 5.8;
+// Logarithm of the odds that the frame before was damaged after all, and that its error goes on: a
+// component in its direction that as few exceed, 4.5 standard deviations.
+constexpr double kGoesOnOdds = -8.5;
 // Fractions of the tracks.
 constexpr double kNearlyAll = 0.7;
 constexpr double kPart = 0.25;
@@ -414,12 +417,15 @@ int oldOf(const Scene& scene, const PoseFit& fit) {
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
 // interval: they cannot speak against the IMU, and neither can new ones, or such as do not agree
 // with each other. `decide`: TrackTrust.
-Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool decide) {
+Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool goes_on,
+                  bool decide) {
   const std::size_t placed = scene.tracks.size(), all = placed + scene.placeless.size();
   const auto moves = [&scene, placed, all, decide](const PoseFit& fit) {
     return move(placed - static_cast<std::size_t>(fit.count) + (decide ? 0 : scene.moved), all);
   };
   const double a = fits.imu.fraction(), b = fits.images.fraction();
+  const bool most = decide || fits.images.count >= kMajority * static_cast<double>(all);
+  if (goes_on && most && b >= kNearlyAll) return Culprit::kImu;
   // Damage leaves no part of the tracks where the IMU is. Tracks of few views, and a texture's, may
   // agree in another minimum as well.
   if (fits.allowed && a >= kPart && fits.left < kStays * distance) {
@@ -430,7 +436,6 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool de
   const int old = oldOf(scene, fits.images);
   const bool known_scene = old >= kLeastOld && old >= oldOf(scene, fits.imu);
   if (wrong && !decide && (!known_scene || b < kMajority)) return Culprit::kImages;
-  const bool most = decide || fits.images.count >= kMajority * static_cast<double>(all);
   if (wrong && most && b >= kNearlyAll) return Culprit::kImu;
   if (!decide && move(scene.moved, all)) return Culprit::kImages;
   if (wrong) return Culprit::kUnclear;
@@ -438,11 +443,27 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool de
   return b >= kPart || !decide ? Culprit::kImages : Culprit::kUnclear;
 }
 
-// The error of constant size over the interval that has the innovation's effect on the pose, or
-// what a body may do while nothing is known.
-void setSizes(const Vector6d& d, double interval, Innovation* result) {
-  result->accel_sigma = kOnset * 2.0 * d.tail<3>().norm() / (interval * interval);
-  result->gyro_sigma = kOnset * d.head<3>().norm() / interval;
+// Whether `d`, of covariance S, shows the error of the frame before again: the likelihood of an
+// error in its direction, of about its size, over that of none (covariances S + e e^T and S).
+bool goesOn(const Vector6d& d, double interval, const Matrix6d& S, const TrackTrust& trust) {
+  Vector6d e;
+  e << trust.error.head<3>() * interval, 0.5 * trust.error.tail<3>() * interval * interval;
+  const Vector6d weighted = S.ldlt().solve(e);
+  const double along = weighted.dot(d), grown = 1.0 + weighted.dot(e);
+  return along > 0.0 && 0.5 * (along * along / grown - std::log(grown)) + trust.log_odds > 0.0;
+}
+
+// The error of constant size over the interval that has the innovation's effect on the pose.
+Vector6d errorOf(const Vector6d& d, double interval) {
+  Vector6d error;
+  error << d.head<3>() / interval, 2.0 * d.tail<3>() / (interval * interval);
+  return error;
+}
+
+// As large as that error, or as what a body may do while nothing is known.
+void setSizes(Innovation* result) {
+  result->gyro_sigma = kOnset * result->error.head<3>().norm();
+  result->accel_sigma = kOnset * result->error.tail<3>().norm();
   if (result->culprit == Culprit::kUnclear) {
     result->accel_sigma = std::max(result->accel_sigma, kUnknownAccel);
     result->gyro_sigma = std::max(result->gyro_sigma, kUnknownGyro);
@@ -484,22 +505,25 @@ bool isWrong(const Innovation& result) {
 // that pose and nothing was found, the other prediction decides: damage that is small against what
 // is known of the host's velocity.
 bool compareTo(const PropagatedState& predicted, const std::vector<NavState>& optimized,
-               Innovation* result) {
+               const TrackTrust& trust, Innovation* result) {
   // A part of the tracks was where the IMU is, and the pose of the images is another minimum.
   if (result->culprit == Culprit::kNone && result->mahalanobis >= kLargestMahalanobis) return true;
   const NavState& last = optimized.back();
   const Prediction prediction = predictionOf(predicted, last);
   const Vector6d d = difference(result->images, prediction.state);
-  const double distance = mahalanobis(
-      d, prediction.covariance + ofImages(result->images, result->covariance, optimized));
-  if (distance < kLargestMahalanobis) return true;
+  const double interval = predicted.state.t - last.t;
+  const Matrix6d expected =
+      prediction.covariance + ofImages(result->images, result->covariance, optimized);
+  const double distance = mahalanobis(d, expected);
+  result->error = errorOf(d, interval);
+  if (distance < kLargestMahalanobis && !goesOn(d, interval, expected, trust)) return true;
   if (result->culprit != Culprit::kNone) return false;
   result->culprit = Culprit::kImu;
   result->best = result->images;
   result->mahalanobis = distance;
   result->rotation_deg = kDeg * d.head<3>().norm();
   result->position_m = d.tail<3>().norm();
-  setSizes(d, predicted.state.t - last.t, result);
+  setSizes(result);
   result->message = sentenceOf(*result);
   return false;
 }
@@ -565,9 +589,12 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
   result.rotation_deg = kDeg * d.head<3>().norm();
   result.position_m = d.tail<3>().norm();
   result.covariance = fits.images.covariance;
-  result.mahalanobis = mahalanobis(
-      d, prediction.covariance + ofImages(fits.images.pose, result.covariance, optimized));
-  result.culprit = culpritOf(scene, fits, result.mahalanobis, trust.decide);
+  const Matrix6d expected =
+      prediction.covariance + ofImages(fits.images.pose, result.covariance, optimized);
+  result.mahalanobis = mahalanobis(d, expected);
+  result.error = errorOf(d, interval);
+  result.culprit = culpritOf(scene, fits, result.mahalanobis, goesOn(d, interval, expected, trust),
+                             trust.decide);
   const auto stateOf = [&prediction, interval](NavState pose) {
     pose.v_w_b += (pose.p_w_b - prediction.state.p_w_b) / interval;
     return pose;
@@ -581,7 +608,7 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
     setMoving(world, scene, trust.decide, &result);
   }
   if (result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear) {
-    setSizes(d, interval, &result);
+    setSizes(&result);
     result.damaged_since = optimized.back().t;
   }
   result.message = sentenceOf(result);
@@ -649,7 +676,14 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   // A host whose poses have not agreed with its tracks yet has them wrong.
   trust.decide = uncertain || std::isnan(noise_) || t - trusted_since_ < kTrusted;
   if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
+  trust.error = error_;
+  trust.log_odds = damaged_ ? 0.0 : kGoesOnOdds;
   Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);
+  damaged_ = isWrong(result);
+  if (result.culprit == Culprit::kImages) moved_ = t;
+  // What moves in the images goes on as well.
+  const bool of_imu = (damaged_ || result.culprit == Culprit::kNone) && !(t - moved_ < kTrusted);
+  error_ = of_imu ? result.error : Vector6d::Zero();
   if (result.culprit == Culprit::kNone) {
     noise_ = std::isnan(noise_) ? result.noise : noise_ + kNoiseMemory * (result.noise - noise_);
   }
@@ -663,7 +697,8 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   result.culprit = Culprit::kUnclear;
   result.moving.clear();
   result.damaged_since = optimized.back().t;
-  setSizes(Vector6d::Zero(), t - optimized.back().t, &result);
+  result.error.setZero();
+  setSizes(&result);
   return result;
 }
 
@@ -692,12 +727,15 @@ Innovation InnovationMonitor::judgeFrame(const std::vector<NavState>& optimized,
   }
   const NavState& last = optimized.back();
   const PropagatedState other = withVelocityOf(velocity, last, predicted);
-  Innovation result = innovationOf(optimized, suspicious_ ? other : predicted, frames, calibration,
-                                   sigma_px, trust);
+  TrackTrust of_host = trust;
+  of_host.error.setZero();
+  Innovation result =
+      suspicious_ ? innovationOf(optimized, other, frames, calibration, sigma_px, trust)
+                  : innovationOf(optimized, predicted, frames, calibration, sigma_px, of_host);
   const std::string off = "the host's velocity is " + rounded((velocity - last.v_w_b).norm()) +
                           " m/s from that of its last two poses: ";
   if (!suspicious_ && (result.culprit == Culprit::kNone || isWrong(result))) {
-    const bool same = compareTo(other, optimized, &result);
+    const bool same = compareTo(other, optimized, trust, &result);
     if (isWrong(result) && same) {
       result.culprit = Culprit::kUnclear;
       result.message = off + result.message;

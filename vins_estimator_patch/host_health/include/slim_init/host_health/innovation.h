@@ -50,6 +50,9 @@ struct Innovation {
   std::vector<FeatureId> moving;
   double noise = 1.0;  ///< of the tracks, over sigma_px
   bool blind = false;  ///< less than a quarter of the tracks is left then
+  /// Mean errors of rate and acceleration over the interval that explain the innovation, in the
+  /// world [rad/s, m/s^2].
+  Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
   /// Size of the error that the IMU data have had since `damaged_since`, for
   /// ImuScreen::addDamage(); zero unless kImu or kUnclear.
   double accel_sigma = 0.0;             ///< [m/s^2]
@@ -61,11 +64,15 @@ struct Innovation {
 /// Host and tracker add to the noise of a track, by no more than this factor.
 constexpr double kMostNoise = 3.0;
 
-/// What is known of the tracks from the frames before.
+/// What is known from the frames before.
 struct TrackTrust {
   double most_noise = kMostNoise;  ///< their noise is used up to so many `sigma_px`
   /// The optimized poses are less certain: a track that they leave no place does not move.
   bool decide = false;
+  /// Innovation::error of the frame before, and the logarithm of the odds that it goes on; zero:
+  /// none.
+  Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
+  double log_odds = 0.0;
 };
 
 /// Compares the tracks of the newest frame to the pose that the IMU predicts for it.
@@ -91,9 +98,10 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
 /// innovationOf() for each frame of a host in flight, in order, and the same test with the velocity
 /// of the host's last two poses, which does not depend on what the host has made of its IMU data.
 /// That finds damage too small for the other test, tells a host with an incorrect velocity
-/// (kUnclear) from damage, and finds damage that goes on in each frame: until an interval is clean
-/// the velocity of the poses alone is used. If all of the image moves for more than 5 s the frame
-/// is kUnclear: the host's poses may as well be incorrect. Not thread-safe.
+/// (kUnclear) from damage, and finds damage that goes on in each frame: after a damaged interval
+/// the velocity of the poses alone is used, and it goes on if that is likelier than that it has
+/// ended. If all of the image moves for more than 5 s the frame is kUnclear: the host's poses may
+/// as well be incorrect. Not thread-safe.
 class InnovationMonitor {
  public:
   /// As innovationOf(); `predicted` always from healthyCovariance() and without widening of its
@@ -125,7 +133,9 @@ class InnovationMonitor {
             const Innovation& result);
 
   Step before_;
-  bool suspicious_ = false;
+  bool suspicious_ = false, damaged_ = false;
+  Eigen::Matrix<double, 6, 1> error_ = Eigen::Matrix<double, 6, 1>::Zero();  // Innovation::error
+  double moved_ = kNotComputed;        // a part of the image did, for the last time [s]
   double blind_since_ = kNotComputed;  // [s]
   double noise_ = kNotComputed;        // of healthy frames
   std::set<FeatureId> moving_;         // of the newest frame, if that was blind
