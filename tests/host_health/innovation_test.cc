@@ -384,6 +384,25 @@ TEST(InnovationMonitor, SmallDamageThatGoesOnIsFoundInEachFrame) {
   EXPECT_LE(accused, 0.01 * clean);
 }
 
+// A track fewer than with a pose that the IMU does not allow either makes no texture of the others:
+// every fourth is at the bound of those that agree.
+TEST(Innovation, NearlyAllTracksSpeakAgainstTheImu) {
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
+    flight.disturb(flight.truth[19].t, flight.truth[20].t,
+                   [](ImuSample* sample) { sample->accel.x() += 20.0; });
+    const double shift = 3.7 * kNoisePx / flight.calibration.focal_px;
+    for (PointObservation& point : flight.frames[20].points) {
+      if (point.id % 4 != 0) continue;
+      point.bearing = (point.bearing.normalized() +
+                       shift * tangentOf(point.bearing.normalized()).col(point.id % 8 == 0 ? 0 : 1))
+                          .normalized();
+    }
+    const Innovation result = flight.at(20);
+    EXPECT_EQ(result.culprit, Culprit::kImu) << seed << ": " << result.message;
+  }
+}
+
 // In fast motion a tracker has few tracks, and few of these are older than three frames.
 TEST(Innovation, ShortTracksSpeakAgainstTheImu) {
   constexpr std::size_t kTracks = 13, kOlder = 3;

@@ -470,6 +470,22 @@ TEST_F(Watch, RightStates) {
   }
 }
 
+// The error of a place from three views is not one of the states: the median stays that of the
+// tracks' noise, 0.7 px.
+TEST_F(Watch, PlacesFromFewViewsAreNotErrorsOfTheStates) {
+  const std::vector<FrameObservation> all = exact_.keyframes;
+  std::vector<double> errors;
+  for (int newest = kHostFrames; newest < kFrames - 1; ++newest) {
+    exact_.keyframes = all;
+    for (int k = 0; k < newest - 4; ++k) exact_.keyframes[k].points.clear();
+    const double error = find(window(newest)).reprojection_px;
+    if (std::isfinite(error)) errors.push_back(error);
+  }
+  ASSERT_GE(errors.size(), 20u);
+  EXPECT_LT(middle(errors), 0.85);
+  EXPECT_GT(middle(errors), 0.5);
+}
+
 // Five tracks seen twice are not ten.
 TEST_F(Watch, FewTracksAreNotJudged) {
   const int newest = 30;

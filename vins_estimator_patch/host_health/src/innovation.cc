@@ -434,7 +434,7 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
   // With few tracks the pose says less than that none of them agrees.
   const bool wrong = distance >= kLargestMahalanobis || (a < kPart && b >= kNearlyAll);
   const int old = oldOf(scene, fits.images);
-  const bool known_scene = old >= kLeastOld && old >= oldOf(scene, fits.imu);
+  const bool known_scene = old >= kLeastOld && (!fits.allowed || old >= oldOf(scene, fits.imu));
   if (wrong && !decide && (!known_scene || b < kMajority)) return Culprit::kImages;
   if (wrong && most && b >= kNearlyAll) return Culprit::kImu;
   if (!decide && move(scene.moved, all)) return Culprit::kImages;

@@ -42,6 +42,17 @@ std::string text(const Parts&... parts) {
 
 double angleOf(const Eigen::Matrix3d& R) { return std::abs(Eigen::AngleAxisd(R).angle()); }
 
+// Error of a track as it would be if its place were known [px]: that of its bearing, a part of the
+// whole as the place has its own.
+double errorOf(const PlaceResidual& residual, const TrackPlace& place,
+               const Calibration& calibration) {
+  const double of_place =
+      0.5 * (residual.by_place * place.covariance * residual.by_place.transpose()).trace();
+  const double sigma = calibration.sigmaBearing();
+  return calibration.focal_px * std::atan(residual.r.norm()) /
+         std::sqrt(1.0 + of_place / (sigma * sigma));
+}
+
 double reprojection(const std::vector<NavState>& states,
                     const std::vector<const FrameObservation*>& frames,
                     const Calibration& calibration, int least_tracks) {
@@ -71,7 +82,7 @@ double reprojection(const std::vector<NavState>& states,
       const Eigen::Vector3d bearing = point.bearing.normalized();
       PlaceResidual residual;
       const bool seen = residualOf(place, cameras[i], bearing, tangentOf(bearing), &residual);
-      errors.push_back(seen ? calibration.focal_px * std::atan(residual.r.norm()) : kBehindPx);
+      errors.push_back(seen ? errorOf(residual, place, calibration) : kBehindPx);
     }
   }
   if (static_cast<int>(tracks.size()) < least_tracks) return kNotComputed;
