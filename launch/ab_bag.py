@@ -20,7 +20,6 @@ import sys
 import time
 
 MODES = ("stock", "slim")
-TITLES = {"stock": "stock", "slim": "slim"}
 ODOMETRY = "vins_result_no_loop.csv"  # VINS-Mono writes it into output_path, a row a frame
 EARLY_S = 2.0  # of odometry, over which the scale at the start is fitted
 QUIET_S = 2.0  # without a new row, and the host has worked off what was played
@@ -179,15 +178,15 @@ def verdict(results, has_truth):
     for mode in MODES:
         r = results[mode]
         if r["first_s"] is None:
-            lines.append("%s never gave odometry." % TITLES[mode])
+            lines.append("%s never gave odometry." % mode)
         elif not has_truth:
-            lines.append("%s gave odometry after %.2f s." % (TITLES[mode], r["first_s"]))
+            lines.append("%s gave odometry after %.2f s." % (mode, r["first_s"]))
         elif r["scale"] is None:
-            lines.append("%s: the ground truth does not cover its first seconds." % TITLES[mode])
+            lines.append("%s: the ground truth does not cover its first seconds." % mode)
         else:
             off = abs(r["scale"] - 1.0)
             words = "%s started after %.2f s with a scale of %.3f, %s" % (
-                TITLES[mode], r["first_s"], r["scale"],
+                mode, r["first_s"], r["scale"],
                 "incorrect" if off > OFF_SCALE else "%.0f %% off" % (100.0 * off))
             if r["drift_m"] is not None:
                 words += ", and %s (largest error %.2f m)" % (
@@ -202,14 +201,14 @@ def verdict(results, has_truth):
         better = min(MODES, key=lambda mode: known[mode])
         other = [mode for mode in MODES if mode != better][0]
         lines.append("%s was closer to the ground truth: ATE %.3f m, %s %.3f m." % (
-            TITLES[better], known[better], TITLES[other], known[other]))
+            better, known[better], other, known[other]))
     return lines
 
 
 def table(results):
     rows = [["run"] + [title for title, _, _ in COLUMNS]]
     for mode in MODES:
-        rows.append([TITLES[mode]] + [shown(results[mode][key], form) for _, key, form in COLUMNS])
+        rows.append([mode] + [shown(results[mode][key], form) for _, key, form in COLUMNS])
     return rows
 
 
@@ -227,9 +226,9 @@ def draw(results, truth, path):
     for mode, colour in zip(MODES, ("tab:orange", "tab:blue")):
         r = results[mode]
         above.plot([p[0] for p in r["aligned"]], [p[1] for p in r["aligned"]], color=colour,
-                   label=TITLES[mode])
+                   label=mode)
         errors.plot([t for t, _ in r["errors"]], [error for _, error in r["errors"]], color=colour,
-                    label=TITLES[mode])
+                    label=mode)
     above.set(xlabel="x [m]", ylabel="y [m]", title="top view", aspect="equal")
     errors.set(xlabel="since the bag's start [s]", ylabel="[m]", title="position error")
     above.legend()
@@ -337,7 +336,7 @@ def fly(mode, bag, config, text, out, rate, tracker):
     with open(own, "w", encoding="utf-8") as file:
         file.write(config_of(text, mode, folder))
     log = os.path.join(folder, "roslaunch.log")
-    print("\n==> %s: the host plays the whole bag (%s)" % (TITLES[mode], log), flush=True)
+    print("\n==> %s: the host plays the whole bag (%s)" % (mode, log), flush=True)
     with host(config, own, log, tracker) as launch:
         played = play(bag, text, rate, mode)
         if launch.poll() is None and played != 0:

@@ -305,9 +305,6 @@ std::vector<DamageCase> damageCases() {
       sample->gyro.y() += gyro;
     };
   };
-  const auto clip = [](ImuSample* sample) {
-    sample->accel = sample->accel.cwiseMin(5.0).cwiseMax(-5.0);
-  };
   return {
       {"+15 m/s^2", 0.5, push(15, 0), 15, 0},
       {"+60 m/s^2", 0.05, push(60, 0), 60, 0},
@@ -316,7 +313,9 @@ std::vector<DamageCase> damageCases() {
       {"120 m/s^2", 0.3, push(120, 0), 120, 0},
       {"+3 rad/s", 0.2, push(0, 3), 0, 3},
       {"both", 0.3, push(20, 2), 20, 2},
-      {"saturation", 0.5, clip, 5, 0, 2},
+      {"saturation", 0.5,
+       [](ImuSample* sample) { sample->accel = sample->accel.cwiseMin(5.0).cwiseMax(-5.0); }, 5, 0,
+       2},
       {"zeros", 0.5,
        [](ImuSample* sample) { sample->accel = sample->gyro = Eigen::Vector3d::Zero(); }, 9.8, 0}};
 }

@@ -32,11 +32,6 @@ void EpipolarPair::add(const Eigen::Vector3d& f_i, const Eigen::Vector3d& f_j) {
   ++count_;
 }
 
-Eigen::Matrix3d EpipolarPair::normalMatrix(const Eigen::Matrix3d& R_ci_cj) const {
-  const Eigen::Matrix<double, 9, 3> B = baselineBasis(R_ci_cj);
-  return B.transpose() * (sums_ * B);
-}
-
 EpipolarEvaluation EpipolarPair::evaluate(const Eigen::Matrix3d& R_ci_cj) const {
   const Eigen::Matrix<double, 9, 3> B = baselineBasis(R_ci_cj);
   const Eigen::Matrix<double, 9, 3> SB = sums_ * B;

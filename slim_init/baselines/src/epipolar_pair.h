@@ -37,9 +37,6 @@ class EpipolarPair {
   /// Smallest eigenvalue and derivatives at R = R_ci_cj.
   EpipolarEvaluation evaluate(const Eigen::Matrix3d& R_ci_cj) const;
 
-  /// M(R), 3x3.
-  Eigen::Matrix3d normalMatrix(const Eigen::Matrix3d& R_ci_cj) const;
-
  private:
   Eigen::Matrix<double, 9, 9> sums_ = Eigen::Matrix<double, 9, 9>::Zero();
   int count_ = 0;

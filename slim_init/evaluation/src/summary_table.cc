@@ -13,58 +13,52 @@ namespace {
 
 using Subset = SubsetSummary MethodSummary::*;
 
-enum class Best { kNone, kLowest, kHighest };
-
 /// A figure of one method over one set of windows.
 struct Column {
   const char* title;
-  bool needs_truth;  ///< left out of the tables of a sequence without truth
-  Best best;
+  bool needs_truth;     ///< left out of the tables of a sequence without truth
   const char* pattern;  ///< of printf
   const char* key;
   double factor = 1.0;
 };
 
-constexpr Column kAccuracy[] = {
-    {"success %", true, Best::kHighest, "%.1f", "success_rate", 100.0},
-    {"scale rmse", true, Best::kLowest, "%.4f", "scale_rmse"},
-    {"median", true, Best::kLowest, "%.4f", "scale_median"},
-    {"p90", true, Best::kLowest, "%.4f", "scale_p90"},
-    {"gravity deg", true, Best::kLowest, "%.3f", "gravity_rmse_deg"},
-    {"speed m/s", true, Best::kLowest, "%.4f", "velocity_rmse"},
-    {"velocity m/s", true, Best::kLowest, "%.4f", "velocity_vec_rmse"},
-    {"pose m", true, Best::kLowest, "%.4f", "pose_rmse"},
-    {"gyro bias %", true, Best::kLowest, "%.2f", "gyro_bias_err_pct"},
-    {"accepted", false, Best::kNone, "%.0f", "accepted"},
-    {"|s-1|<0.1 %", true, Best::kHighest, "%.1f", "accepted_within_0_1_rate", 100.0},
-    {"solve ms", false, Best::kNone, "%.3f", "solve_cpu_ms_median"}};
-constexpr Column kFirstAnswer[] = {
-    {"within 10 %, % of all", true, Best::kHighest, "%.1f", "right_rate", 100.0},
-    {"beyond 25 %", true, Best::kLowest, "%.0f", "accepted_beyond_0_25"},
-    {"largest", true, Best::kLowest, "%.3f", "accepted_scale_error_max"},
-    {"time s, median", true, Best::kLowest, "%.2f", "right_s_median"},
-    {"p90", true, Best::kLowest, "%.2f", "right_s_p90"},
-    {"accepted %", false, Best::kNone, "%.1f", "accepted_rate", 100.0},
-    {"s, median", false, Best::kNone, "%.2f", "accept_s_median"},
-    {"p90", false, Best::kNone, "%.2f", "accept_s_p90"},
-    {"scale rmse", true, Best::kLowest, "%.4f", "accepted_scale_rmse"},
-    {"error/sigma", true, Best::kNone, "%.2f", "accepted_scale_over_sigma"}};
+constexpr Column kAccuracy[] = {{"success %", true, "%.1f", "success_rate", 100.0},
+                                {"scale rmse", true, "%.4f", "scale_rmse"},
+                                {"median", true, "%.4f", "scale_median"},
+                                {"p90", true, "%.4f", "scale_p90"},
+                                {"gravity deg", true, "%.3f", "gravity_rmse_deg"},
+                                {"speed m/s", true, "%.4f", "velocity_rmse"},
+                                {"velocity m/s", true, "%.4f", "velocity_vec_rmse"},
+                                {"pose m", true, "%.4f", "pose_rmse"},
+                                {"gyro bias %", true, "%.2f", "gyro_bias_err_pct"},
+                                {"accepted", false, "%.0f", "accepted"},
+                                {"|s-1|<0.1 %", true, "%.1f", "accepted_within_0_1_rate", 100.0},
+                                {"solve ms", false, "%.3f", "solve_cpu_ms_median"}};
+constexpr Column kFirstAnswer[] = {{"within 10 %, % of all", true, "%.1f", "right_rate", 100.0},
+                                   {"beyond 25 %", true, "%.0f", "accepted_beyond_0_25"},
+                                   {"largest", true, "%.3f", "accepted_scale_error_max"},
+                                   {"time s, median", true, "%.2f", "right_s_median"},
+                                   {"p90", true, "%.2f", "right_s_p90"},
+                                   {"accepted %", false, "%.1f", "accepted_rate", 100.0},
+                                   {"s, median", false, "%.2f", "accept_s_median"},
+                                   {"p90", false, "%.2f", "accept_s_p90"},
+                                   {"scale rmse", true, "%.4f", "accepted_scale_rmse"},
+                                   {"error/sigma", true, "%.2f", "accepted_scale_over_sigma"}};
 constexpr Column kDownstream[] = {
-    {"runs", false, Best::kNone, "%.0f", "downstream_runs"},
-    {"diverged %", false, Best::kLowest, "%.1f", "downstream_divergence_rate", 100.0},
-    {"ATE m, median", true, Best::kLowest, "%.3f", "downstream_ate_median"},
-    {"p90", true, Best::kLowest, "%.3f", "downstream_ate_p90"},
-    {"final scale error, median", true, Best::kLowest, "%.4f", "downstream_scale_median"},
-    {"p90", true, Best::kLowest, "%.4f", "downstream_scale_p90"}};
-constexpr Column kCalibration[] = {
-    {"accepted", false, Best::kNone, "%.0f", "accepted"},
-    {"scale rmse", true, Best::kLowest, "%.4f", "accepted_scale_rmse"},
-    {"error/sigma", true, Best::kNone, "%.2f", "accepted_scale_over_sigma"},
-    {"td ms", false, Best::kLowest, "%.2f", "accepted_td_rmse_ms"},
-    {"error/sigma", false, Best::kNone, "%.2f", "accepted_td_over_sigma"},
-    {"rotation deg", false, Best::kLowest, "%.3f", "accepted_rotation_rmse_deg"},
-    {"error/sigma", false, Best::kNone, "%.2f", "accepted_rotation_over_sigma"},
-    {"readout ms", false, Best::kLowest, "%.2f", "accepted_readout_rmse_ms"}};
+    {"runs", false, "%.0f", "downstream_runs"},
+    {"diverged %", false, "%.1f", "downstream_divergence_rate", 100.0},
+    {"ATE m, median", true, "%.3f", "downstream_ate_median"},
+    {"p90", true, "%.3f", "downstream_ate_p90"},
+    {"final scale error, median", true, "%.4f", "downstream_scale_median"},
+    {"p90", true, "%.4f", "downstream_scale_p90"}};
+constexpr Column kCalibration[] = {{"accepted", false, "%.0f", "accepted"},
+                                   {"scale rmse", true, "%.4f", "accepted_scale_rmse"},
+                                   {"error/sigma", true, "%.2f", "accepted_scale_over_sigma"},
+                                   {"td ms", false, "%.2f", "accepted_td_rmse_ms"},
+                                   {"error/sigma", false, "%.2f", "accepted_td_over_sigma"},
+                                   {"rotation deg", false, "%.3f", "accepted_rotation_rmse_deg"},
+                                   {"error/sigma", false, "%.2f", "accepted_rotation_over_sigma"},
+                                   {"readout ms", false, "%.2f", "accepted_readout_rmse_ms"}};
 
 /// A dash for a number that does not exist.
 std::string cellText(const Column& column, double value) {
@@ -74,31 +68,12 @@ std::string cellText(const Column& column, double value) {
   return text;
 }
 
-/// The title and a text per method, a star behind the best: several stars where the best are shown
-/// by the same text, none where all are level.
+/// The title and a text per method.
 std::vector<std::string> columnTexts(const Column& column,
                                      const std::vector<MethodSummary>& summaries, Subset subset) {
-  std::vector<double> values;
   std::vector<std::string> texts = {column.title};
   for (const MethodSummary& summary : summaries) {
-    values.push_back(column.factor * (summary.*subset).at(column.key));
-    texts.push_back(cellText(column, values.back()));
-  }
-  std::string best;
-  double best_value = kNotComputed;
-  for (std::size_t i = 0; i < values.size() && column.best != Best::kNone; ++i) {
-    if (!std::isfinite(values[i])) continue;
-    const bool better =
-        column.best == Best::kLowest ? values[i] < best_value : values[i] > best_value;
-    if (!std::isfinite(best_value) || better) {
-      best_value = values[i];
-      best = texts[i + 1];
-    }
-  }
-  const auto level = [&best](const std::string& text) { return text == best; };
-  if (best.empty() || std::all_of(texts.begin() + 1, texts.end(), level)) return texts;
-  for (std::size_t i = 1; i < texts.size(); ++i) {
-    if (level(texts[i])) texts[i] += '*';
+    texts.push_back(cellText(column, column.factor * (summary.*subset).at(column.key)));
   }
   return texts;
 }

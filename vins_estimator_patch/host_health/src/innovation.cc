@@ -545,17 +545,6 @@ bool poseResidual(const PoseTrack& track, const NavState& pose, const Calibratio
 
 }  // namespace innovation_detail
 
-const char* toString(Culprit culprit) {
-  switch (culprit) {
-    case Culprit::kNone: return "none";
-    case Culprit::kImu: return "imu";
-    case Culprit::kImages: return "images";
-    case Culprit::kUnclear: return "unclear";
-    case Culprit::kNotJudged: return "not_judged";
-  }
-  return "unknown";
-}
-
 Innovation innovationOf(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
                         double sigma_px, const TrackTrust& trust) {

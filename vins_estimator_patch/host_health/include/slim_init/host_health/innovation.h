@@ -24,9 +24,6 @@ enum class Culprit {
   kNotJudged  ///< fewer than eight tracks have a known place, or input is missing
 };
 
-/// "none", "imu", ...
-const char* toString(Culprit culprit);
-
 /// Outcome of the test for one frame.
 struct Innovation {
   Culprit culprit = Culprit::kNotJudged;
