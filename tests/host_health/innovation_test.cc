@@ -402,6 +402,25 @@ TEST(Innovation, NearlyAllTracksSpeakAgainstTheImu) {
   }
 }
 
+// Tracks of two views agree with any pose: they do not speak for the IMU where all others
+// contradict it, unless a part of the image has moved before.
+TEST(InnovationMonitor, TracksThatAgreeWithBothDoNotSpeakForTheImu) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Flight flight(flightOf(Motion::kExcited, kNoisePx, seed, 21));
+    for (int k = 0; k < 18; ++k) {
+      std::vector<PointObservation>& points = flight.frames[k].points;
+      points.erase(std::remove_if(points.begin(), points.end(),
+                                  [](const auto& point) { return point.id % 10 < 4; }),
+                   points.end());
+    }
+    flight.disturb(flight.truth[19].t, flight.truth[20].t,
+                   [](ImuSample* sample) { sample->accel.x() += 30.0; });
+    const std::map<int, Innovation> results = flight.watch();
+    EXPECT_EQ(results.at(19).culprit, Culprit::kNone) << results.at(19).message;
+    EXPECT_EQ(results.at(20).culprit, Culprit::kImu) << seed << ": " << results.at(20).message;
+  }
+}
+
 // In fast motion a tracker has few tracks, and few of these are older than three frames.
 TEST(Innovation, ShortTracksSpeakAgainstTheImu) {
   constexpr std::size_t kTracks = 13, kOlder = 3;

@@ -414,11 +414,21 @@ int oldOf(const Scene& scene, const PoseFit& fit) {
   return count;
 }
 
+// Whether half of the tracks that agree with the IMU agree with it alone.
+bool halfAgreesAlone(const Fits& fits) {
+  int alone = 0;
+  for (std::size_t i = 0; i < fits.imu.agrees.size(); ++i) {
+    alone += fits.imu.agrees[i] && !fits.images.agrees[i] ? 1 : 0;
+  }
+  return alone >= kMajority * fits.imu.count;
+}
+
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
 // interval: they cannot speak against the IMU, and neither can new ones, or such as do not agree
-// with each other. `decide`: TrackTrust.
+// with each other.
 Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool goes_on,
-                  bool decide) {
+                  const TrackTrust& trust) {
+  const bool decide = trust.decide;
   const std::size_t placed = scene.tracks.size(), all = placed + scene.placeless.size();
   const auto moves = [&scene, placed, all, decide](const PoseFit& fit) {
     return move(placed - static_cast<std::size_t>(fit.count) + (decide ? 0 : scene.moved), all);
@@ -426,9 +436,10 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
   const double a = fits.imu.fraction(), b = fits.images.fraction();
   const bool most = decide || fits.images.count >= kMajority * static_cast<double>(all);
   if (goes_on && most && b >= kNearlyAll) return Culprit::kImu;
-  // Damage leaves no part of the tracks where the IMU is. Tracks of few views, and a texture's, may
-  // agree in another minimum as well.
-  if (fits.allowed && a >= kPart && fits.left < kStays * distance) {
+  // Damage leaves no part of the tracks where the IMU is, but for those that agree with the images
+  // as well. Tracks of few views, and a texture's, may all agree in another minimum.
+  const bool part = a >= kMajority || (a >= kPart && (!trust.still || halfAgreesAlone(fits)));
+  if (fits.allowed && part && fits.left < kStays * distance) {
     return moves(fits.imu) ? Culprit::kImages : Culprit::kNone;
   }
   // With few tracks the pose says less than that none of them agrees.
@@ -582,8 +593,8 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
       prediction.covariance + ofImages(fits.images.pose, result.covariance, optimized);
   result.mahalanobis = mahalanobis(d, expected);
   result.error = errorOf(d, interval);
-  result.culprit = culpritOf(scene, fits, result.mahalanobis, goesOn(d, interval, expected, trust),
-                             trust.decide);
+  result.culprit =
+      culpritOf(scene, fits, result.mahalanobis, goesOn(d, interval, expected, trust), trust);
   const auto stateOf = [&prediction, interval](NavState pose) {
     pose.v_w_b += (pose.p_w_b - prediction.state.p_w_b) / interval;
     return pose;
@@ -665,6 +676,7 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   // A host whose poses have not agreed with its tracks yet has them wrong.
   trust.decide = uncertain || std::isnan(noise_) || t - trusted_since_ < kTrusted;
   if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
+  trust.still = !(t - moved_ < kTrusted);
   trust.error = error_;
   trust.log_odds = damaged_ ? 0.0 : kGoesOnOdds;
   Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);

@@ -66,6 +66,7 @@ struct TrackTrust {
   double most_noise = kMostNoise;  ///< their noise is used up to so many `sigma_px`
   /// The optimized poses are less certain: a track that they leave no place does not move.
   bool decide = false;
+  bool still = false;  ///< no part of the image has moved in the last second
   /// Innovation::error of the frame before, and the logarithm of the odds that it goes on; zero:
   /// none.
   Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
