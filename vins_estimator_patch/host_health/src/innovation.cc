@@ -32,8 +32,8 @@ constexpr double kNoiseMemory = 0.1;  // weight of the newest healthy frame
 constexpr double kAgrees = 13.8;
 // Of the pose innovation, six degrees of freedom; three in 10^6 exceed it.
 constexpr double kLargestMahalanobis = 5.8;
-// Logarithm of the odds that the frame before was damaged after all, and that its error goes on: a
-// component in its direction that as few exceed, 4.5 standard deviations.
+// Logarithm of the odds that the error of a frame that passed was real and goes on: after one of
+// five standard deviations it takes 4.6 in its direction, which two in 10^6 exceed.
 constexpr double kGoesOnOdds = -8.5;
 // Fractions of the tracks.
 constexpr double kNearlyAll = 0.7;

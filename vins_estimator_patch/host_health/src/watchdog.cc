@@ -42,8 +42,8 @@ std::string text(const Parts&... parts) {
 
 double angleOf(const Eigen::Matrix3d& R) { return std::abs(Eigen::AngleAxisd(R).angle()); }
 
-// Error of a track as it would be if its place were known [px]: that of its bearing, a part of the
-// whole as the place has its own.
+// Error of a track [px], scaled from the standard deviation of bearing and place to that of the
+// bearing alone.
 double errorOf(const PlaceResidual& residual, const TrackPlace& place,
                const Calibration& calibration) {
   const double of_place =

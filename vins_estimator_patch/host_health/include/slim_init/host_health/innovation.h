@@ -67,8 +67,8 @@ struct TrackTrust {
   /// The optimized poses are less certain: a track that they leave no place does not move.
   bool decide = false;
   bool still = false;  ///< no part of the image has moved in the last second
-  /// Innovation::error of the frame before, and the logarithm of the odds that it goes on; zero:
-  /// none.
+  /// Innovation::error of the frame before, zero: none; and the logarithm of the odds that it goes
+  /// on.
   Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
   double log_odds = 0.0;
 };
