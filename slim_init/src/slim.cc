@@ -1,12 +1,12 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-#include "slim.h"
-
 #include <algorithm>
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <string>
 #include <vector>
 
+#include "data/text.h"
 #include "data/with_calibration.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
@@ -19,6 +19,7 @@
 #include "scale/scale_profile.h"
 #include "scale/starting_states.h"
 #include "shape/ligt.h"
+#include "slim_init/window_solver.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
@@ -31,10 +32,10 @@ void failWithoutAnswer(const TranslationEstimate& translation, InitResult* resul
          "the refinement found no minimum with a positive definite information", result);
     return;
   }
-  std::ostringstream message;
-  message << translation.tracks << " tracks over " << kMinTrackLength
-          << " or more keyframes with parallax (minimum " << kMinTracks << ")";
-  fail(InitStatus::kTooFewTracks, message.str(), result);
+  fail(InitStatus::kTooFewTracks,
+       text(6, translation.tracks, " tracks over ", kMinTrackLength,
+            " or more keyframes with parallax (minimum ", kMinTracks, ")"),
+       result);
 }
 
 // Sections 3 to 5 of docs/derivation.md.
@@ -62,8 +63,8 @@ ScaleProfile profileOf(const RefinementInput& input, const RefinedWindow& refine
 
 // Searches of other minima are for answers that can be accepted: `cannot_pass` ones go without.
 MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEstimate& translation,
-                              InitializerOptions options, bool cannot_pass, StageClock* clock) {
-  if (cannot_pass) options.slim.second_search = false;
+                              const InitializerOptions& options, bool cannot_pass,
+                              StageClock* clock) {
   MetricEstimate out;
   if (!translation.valid) return out;
   // [3.2] Reverse alignment.
@@ -76,7 +77,7 @@ MetricEstimate estimateMetric(const RefinementInput& input, const TranslationEst
   // [4, 3.3, 5] Minimum of the robust cost over states, biases, gravity and rig, tracks eliminated;
   // covariance in the world frame and of the scale.
   if (options.slim.refine && out.start) {
-    out.refined = searchMinimum(input, lines, *out.start, options);
+    out.refined = searchMinimum(input, lines, *out.start, !cannot_pass);
     if (out.refined.valid) out.posterior = posteriorOf(input.tracks, out.refined);
   }
   clock->lap("refinement");
@@ -194,31 +195,35 @@ InitResult answer(const InitWindow& window, const InitializerOptions& options, W
   return result;
 }
 
+// `slim`, the default: points, line segments and vanishing points without any 3D structure as
+// state.
+class Slim : public WindowSolver {
+ public:
+  explicit Slim(const InitializerOptions& options) : name_("slim"), options_(options) {}
+  const std::string& name() const override { return name_; }
+  bool usesPriors() const override { return true; }
+  InitResult solve(const InitWindow& window) const override {
+    WorkBudget budget(options_.limits);
+    return solveWithin(window, &budget);
+  }
+  InitResult solveWithin(const InitWindow& window, WorkBudget* budget) const override {
+    return answerAboutKnownBiases(window, options_, budget, answer);
+  }
+  InitResult solveProvisional(const InitWindow& window, WorkBudget* budget) const override {
+    // The integral over the scale knows no speeds; with them a success comes as early.
+    return answerAboutKnownBiases(*withoutSpeeds(window), options_, budget, provisionalAnswer);
+  }
+  InitResult solveWithPrior(const InitWindow& window, const StatePrior& prior,
+                            WorkBudget* budget) const override {
+    return recoveredAnswer(window, prior, options_, budget);
+  }
+
+ private:
+  const std::string name_;
+  const InitializerOptions options_;
+};
+
 }  // namespace
-
-const std::string& Slim::name() const {
-  static const std::string kName = "slim";
-  return kName;
-}
-
-InitResult Slim::solve(const InitWindow& window) const {
-  WorkBudget budget(options_.limits);
-  return solveWithin(window, &budget);
-}
-
-InitResult Slim::solveWithin(const InitWindow& window, WorkBudget* budget) const {
-  return answerAboutKnownBiases(window, options_, budget, answer);
-}
-
-InitResult Slim::solveProvisional(const InitWindow& window, WorkBudget* budget) const {
-  // The integral over the scale knows no speeds; with them a success comes as early.
-  return answerAboutKnownBiases(*withoutSpeeds(window), options_, budget, provisionalAnswer);
-}
-
-InitResult Slim::solveWithPrior(const InitWindow& window, const StatePrior& prior,
-                                WorkBudget* budget) const {
-  return recoveredAnswer(window, prior, options_, budget);
-}
 
 std::unique_ptr<WindowSolver> makeSlimSolver(const InitializerOptions& options,
                                              std::string* error) {

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "slim_init/remedy.h"
 #include "slim_init/result.h"
 #include "slim_init/types.h"
 #include "support/option_checks.h"
@@ -20,21 +19,20 @@ namespace {
 using namespace testing_support;  // NOLINT: the vocabulary of these tests
 
 TEST(OptionTable, BothSidesOfEveryBound) {
-  expectBothSidesOfEveryBound<WindowOptions, InertialOptions, VanishingPointOptions,
-                              RefinementOptions, GateOptions, InitializerOptions, Calibration,
+  expectBothSidesOfEveryBound<WindowOptions, VanishingPointOptions, InitializerOptions, Calibration,
                               ImuNoise, ImuLimits>();
 }
 
 TEST(InertialOptions, NoiseFactorIsMeasuredOrAtLeastTheDataSheet) {
   for (double InertialOptions::*const factor :
        {&InertialOptions::accel_noise_factor, &InertialOptions::gyro_noise_factor}) {
-    InertialOptions options;
-    EXPECT_EQ(options.*factor, 0.0);
+    InitializerOptions options;
+    EXPECT_EQ(options.inertial.*factor, 0.0);
     for (const double good : {0.0, 1.0, 3.0, 100.0}) {
-      options.*factor = good;
+      options.inertial.*factor = good;
       EXPECT_EQ(options.validate(), "");
     }
-    options.*factor = 0.999;
+    options.inertial.*factor = 0.999;
     EXPECT_NE(options.validate().find("is 0.999, must be 0 (measured) or at least 1"),
               std::string::npos);
   }
@@ -83,9 +81,9 @@ TEST(Options, OutOfRangeMessageNamesValueAndBound) {
   WindowOptions window;
   window.keyframes = 51;
   EXPECT_EQ(window.validate(), "keyframes is 51, must be in [4, 50]");
-  RefinementOptions refinement;
-  refinement.min_sigma_px = 40.0;
-  EXPECT_EQ(refinement.validate(), "min_sigma_px is 40, must be in [0.01, 10]");
+  InitializerOptions options;
+  options.refinement.min_sigma_px = 40.0;
+  EXPECT_EQ(options.validate(), "refinement.min_sigma_px is 40, must be in [0.01, 10]");
 }
 
 TEST(Options, MoreMinimumThanFullKeyframesIsRefused) {

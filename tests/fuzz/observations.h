@@ -68,9 +68,9 @@ inline InitializerOptions switched(InitializerOptions options, Bytes* bytes) {
   int which = bytes->byte();
   which |= bytes->byte() << 8;
   int bit = 1;
-  for (bool* flag : {&options.provisional.enabled, &slim.vanishing_points, &slim.prune_tracks,
-                     &slim.prune_lines, &slim.refine, &slim.second_search, &refinement.use_lines,
-                     &refinement.estimate_accel_bias}) {
+  for (bool* flag :
+       {&options.provisional.enabled, &slim.vanishing_points, &slim.prune_tracks, &slim.prune_lines,
+        &slim.refine, &refinement.use_lines, &refinement.estimate_accel_bias}) {
     *flag ^= (which & bit) != 0;
     bit <<= 1;
   }

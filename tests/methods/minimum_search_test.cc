@@ -22,9 +22,9 @@ struct Search {
         pre(preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias,
                                  options.inertial)) {}
 
-  RefinedWindow run(const WindowState& start, WorkBudget* budget) const {
+  RefinedWindow run(const WindowState& start, WorkBudget* budget, bool again = true) const {
     return searchMinimum({*exact.window, pre, options.refinement, options.inertial, *budget},
-                         believedLines(*exact.window, start, options), start, options);
+                         believedLines(*exact.window, start, options), start, again);
   }
   RefinedWindow run(const WindowState& start) const {
     WorkBudget budget = unlimitedBudget();
@@ -139,10 +139,8 @@ TEST(SearchMinimum, TheLimitLeavesOutTheSecondSearch) {
   const RefinedWindow found = search.run(wrong, &all);
   ASSERT_TRUE(found.valid);
   EXPECT_EQ(all.takeLeftOut(), "");
-  search.options.slim.second_search = false;
   WorkBudget first = unlimitedBudget();
-  const RefinedWindow once = search.run(wrong, &first);
-  search.options.slim.second_search = true;
+  const RefinedWindow once = search.run(wrong, &first, false);
   ASSERT_LT(found.cost, 0.9 * once.cost) << "this window needs the second search";
   EXPECT_LT(found.cost, 1.01 * search.run(search.truth).cost);
 

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -256,77 +255,21 @@ TEST(Provisional, AHostThatAsksForItGetsItFirst) {
   }
 }
 
-// `slim`, and the windows that it was asked for provisional answers of.
-class CountedSlim : public WindowSolver {
- public:
-  explicit CountedSlim(std::multiset<std::vector<double>>* asked)
-      : slim_(makeSlimSolver(solverOptions())), asked_(asked) {}
-  const std::string& name() const override { return slim_->name(); }
-  InitResult solve(const InitWindow& window) const override { return slim_->solve(window); }
-  InitResult solveProvisional(const InitWindow& window, WorkBudget* budget) const override {
-    asked_->insert(window.times());
-    return slim_->solveProvisional(window, budget);
-  }
-
- private:
-  std::unique_ptr<WindowSolver> slim_;
-  std::multiset<std::vector<double>>* asked_;
-};
-
-// The window that the second look needs was asked for some images before. Who asks once gets the
-// same answer.
-TEST(Provisional, AHostThatAsksAtEveryImageSolvesNoWindowTwice) {
-  ExactWindowOptions options = shortWindowOptions(2, 14);
-  options.calibration_sigmas = CalibrationSigmas();  // so that a better one makes a difference
-  ExactWindow exact = makeExactWindow(options);
-  exact.keyframes.back().lines.clear();  // come later
-  std::multiset<std::vector<double>> asked;
-  const auto make = [&] {
-    auto made =
-        makeInitializer(std::make_unique<CountedSlim>(&asked), exact.calibration, solverOptions());
-    for (const ImuSample& sample : exact.imu) made->addImu(sample);
-    return made;
+TEST(Provisional, AHostThatAsksOnceGetsTheAnswerOfOneThatAsksAtEveryImage) {
+  const ExactWindow exact = makeExactWindow(shortWindowOptions(2, 14));
+  const auto fed = [&exact](bool asks) {
+    const auto initializer = makeInitializer(exact.calibration, solverOptions());
+    for (const ImuSample& sample : exact.imu) initializer->addImu(sample);
+    for (const FrameObservation& frame : exact.keyframes) {
+      initializer->addFrame(frame);
+      if (asks) initializer->initialize();
+    }
+    return initializer->initialize();
   };
-  const auto initializer = make();
-  InitResult last;
-  for (const FrameObservation& frame : exact.keyframes) {
-    initializer->addFrame(frame);
-    last = initializer->initialize();
-  }
-  ASSERT_TRUE(last.provisional()) << last.message;
-  ASSERT_GE(asked.size(), 10u);
-  for (const std::vector<double>& window : asked) EXPECT_EQ(asked.count(window), 1u);
-  // That nothing is known of the sensors changes no answer; what is known does, and how well: both
-  // windows are solved again.
-  const auto solvedWith = [&](const KnownSensors& known) {
-    const std::size_t before = asked.size();
-    EXPECT_TRUE(initializer->initialize({{}, known}).provisional());
-    return asked.size() - before;
-  };
-  EXPECT_EQ(solvedWith({}), 0u);
-  KnownSensors known;
-  known.biases.gyro = exact.truth.back().gyro_bias;
-  known.biases.gyro_sigma = 0.01;
-  EXPECT_EQ(solvedWith(known), 2u);
-  CalibrationEstimate& found = known.calibration.emplace();
-  found.R_b_c = exact.calibration.R_b_c;
-  found.t_b_c = exact.calibration.t_b_c;
-  EXPECT_EQ(solvedWith(known), 2u);
-  // Lines that come after the question belong to the newest window alone.
-  LineObservation line;
-  line.id = 1;
-  line.start_bearing = Eigen::Vector3d(0.1, 0.1, 1.0).normalized();
-  line.end_bearing = Eigen::Vector3d(0.3, 0.1, 1.0).normalized();
-  line.length_px = 90.0;
-  ASSERT_EQ(initializer->addLines(exact.keyframes.back().t, {line}), AddStatus::kAdded);
-  EXPECT_EQ(solvedWith(known), 1u);
-
-  const auto once = make();
-  for (const FrameObservation& frame : exact.keyframes) once->addFrame(frame);
-  const InitResult answer = once->initialize();
-  ASSERT_TRUE(answer.provisional()) << answer.message;
-  EXPECT_EQ(answer.states.back().v_w_b, last.states.back().v_w_b);
-  EXPECT_EQ(answer.covariance, last.covariance);
+  const InitResult often = fed(true), once = fed(false);
+  ASSERT_TRUE(once.provisional()) << once.message;
+  EXPECT_EQ(once.states.back().v_w_b, often.states.back().v_w_b);
+  EXPECT_EQ(once.covariance, often.covariance);
 }
 
 TEST(Provisional, EarlierAnswersHaveToAgree) {

@@ -15,7 +15,7 @@
 
 #include "calibration_advice.h"
 #include "slim_init/host_health/flight_monitor.h"
-#include "slim_init/remedy.h"
+#include "slim_init/result.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_convention.h"
 #include "slim_init/vins_adapter/host_file.h"

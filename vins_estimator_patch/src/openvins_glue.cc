@@ -13,7 +13,7 @@
 #include "openvins_method.h"
 #include "slim_init/host_health/imu_screen.h"
 #include "slim_init/initializer.h"
-#include "slim_init/remedy.h"
+#include "slim_init/result.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
 

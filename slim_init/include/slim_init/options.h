@@ -41,9 +41,6 @@ struct InertialOptions {
   double gyro_noise_factor = 0.0;   ///< on ImuNoise::gyro_density; 0: from the samples
   double accel_bias_prior = 0.1;    ///< standard deviation of b_a before any data [m/s^2]
   double gyro_bias_prior = 0.2;     ///< standard deviation of b_g before any data [rad/s]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Dominant vanishing point of a keyframe and its track (paper IV-B-1, IV-B-2).
@@ -66,11 +63,7 @@ struct RefinementOptions {
   double cauchy_sigmas = 3.0;       ///< Cauchy scale of a residual [sigma]
   double min_sigma_px = 0.2;        ///< floor of the estimated noise of a point [px]
   double reject_sigmas = 3.5;       ///< largest residual kept [sigma]
-  double min_reject_px = 0.5;       ///< smaller residuals are always kept [px]
   double suspicious_chi2 = 1.0;     ///< chi-square per degree of freedom to search again from
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
@@ -81,10 +74,6 @@ struct SlimOptions {
   bool prune_lines = true;       ///< cut line tracks where they contradict the start
   bool refine = true;            ///< off: the start is the estimate
   bool start_from_rest = true;   ///< the first motion after a rest is solved with that as a prior
-  bool second_search = true;     ///< search for a lower minimum if the first is suspicious
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Whose gates decide.
@@ -112,9 +101,6 @@ struct GateOptions {
   double max_extrinsic_error_deg = 15.0;     ///< certain error of the extrinsic rotation [deg]
   double max_td_error_s = 0.08;              ///< certain error of the time offset [s]
   double max_extrinsic_sigma_deg = 0.5;      ///< of an extrinsic rotation that was unknown [deg]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Estimates before the scale is known (InitStatus::kProvisional), for hosts that take a prior.
@@ -124,9 +110,6 @@ struct ProvisionalOptions {
   double max_tilt_sigma_deg = 3.0;  ///< of the newest attitude against gravity [deg]
   double max_scale_sigma = 0.4;     ///< of the logarithm of the scale
   double speed_prior = 2.0;         ///< standard deviation of a velocity before any data [m/s]
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// How much one solve may compute: a call of IInitializer::initialize() or recover(), with all that
@@ -134,9 +117,6 @@ struct ProvisionalOptions {
 struct WorkLimits {
   double max_solve_ms = 50.0;  ///< processor time of one solve [ms]; 0: no limit
   double work_per_ms = 0.0;    ///< units of work in a millisecond (WorkBudget); 0: of a desktop
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// All options of an initializer.

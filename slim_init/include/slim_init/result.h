@@ -42,10 +42,7 @@ enum class InitStatus {
   kTimeLimit,
 };
 
-/// Stable lower-case name, used in files and messages: "success", "too_few_keyframes",
-/// "too_few_tracks", "stationary", "too_little_excitation", "pure_rotation",
-/// "degenerate_alignment", "inconsistent_residuals", "scale_too_uncertain", "invalid_input",
-/// "numerical_failure", "provisional", "time_limit".
+/// Stable lower-case name, used in files and messages: "success", "too_few_keyframes", ...
 const char* toString(InitStatus status);
 
 /// True for the statuses that more data may cure (kTooFewKeyframes .. kPureRotation,
@@ -54,6 +51,10 @@ bool isWait(InitStatus status);
 
 /// True where an estimate was computed and then rejected by a gate.
 bool isRefused(InitStatus status);
+
+/// For consoles: `message` with "; " and what a user can do about `status`
+/// (docs/does_not_initialize.md); `message` alone if there is nothing to do, as for a success.
+std::string withRemedy(const std::string& message, InitStatus status);
 
 /// The gates (docs/derivation.md, 6).
 enum class GateName {
@@ -79,10 +80,7 @@ enum class GateName {
   kOther,          ///< of a method from elsewhere: GateValue::explanation says what
 };
 
-/// Stable lower-case name, used in files and messages: "parallax", "least_parallax", "excitation",
-/// "extrinsic_rotation", "extrinsic_sigma", "time_offset", "linkage", "scale_positive",
-/// "alignment_residual", "chi2", "inertial_chi2", "inlier_fraction",
-/// "mean_acceleration", "point_spread", "other_scale", "scale_sigma", "agreement", "other".
+/// Stable lower-case name, used in files and messages: "parallax", "least_parallax", ...
 const char* toString(GateName name);
 
 /// One check: a measured number against its threshold.

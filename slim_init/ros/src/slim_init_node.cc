@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "slim_init/baselines/baselines.h"
-#include "slim_init/remedy.h"
+#include "slim_init/result.h"
 #include "slim_init/ros/conversions.h"
 #include "slim_init/ros/init_session.h"
 #include "slim_init/ros/node_parameters.h"

@@ -1,9 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/imu_limits.h"
 
-#include <sstream>
-
 #include "data/range_check.h"
+#include "data/text.h"
 #include "slim_init/option_table.h"
 
 namespace slim_init {
@@ -15,11 +14,9 @@ bool ImuLimits::exceededBy(const ImuSample& sample) const {
 }
 
 std::string ImuLimits::describe(const ImuSample& sample) const {
-  std::ostringstream out;
-  out.precision(3);
-  out << sample.accel.cwiseAbs().maxCoeff() << " m/s^2 and " << sample.gyro.cwiseAbs().maxCoeff()
-      << " rad/s on an axis (limits " << max_accel << " m/s^2, " << max_gyro << " rad/s)";
-  return out.str();
+  return text(3, sample.accel.cwiseAbs().maxCoeff(), " m/s^2 and ",
+              sample.gyro.cwiseAbs().maxCoeff(), " rad/s on an axis (limits ", max_accel,
+              " m/s^2, ", max_gyro, " rad/s)");
 }
 
 std::string ImuLimits::validate() const {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "data/clean_frame.h"
+#include "data/text.h"
 
 namespace slim_init {
 KeyframeWindow::KeyframeWindow(const Calibration& calibration, const WindowOptions& options,
@@ -250,10 +251,8 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
                                      const std::string& reason) const {
   WindowCut result;
   if (static_cast<int>(chosen.size()) < needed) {
-    std::ostringstream message;
-    message << "window holds " << chosen.size() << " keyframes (minimum " << needed
-            << "): " << reason;
-    result.message = message.str();
+    result.message =
+        text(6, "window holds ", chosen.size(), " keyframes (minimum ", needed, "): ", reason);
     return result;
   }
 
@@ -277,9 +276,8 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
     return result;
   }
   result.status = InitStatus::kSuccess;
-  std::ostringstream message;
-  message << "window of " << keyframes.size() << " keyframes over " << t_last - t_first << " s";
-  result.message = message.str();
+  result.message =
+      text(6, "window of ", keyframes.size(), " keyframes over ", t_last - t_first, " s");
   return result;
 }
 

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "data/range_check.h"
+#include "data/text.h"
 #include "slim_init/option_table.h"
 
 namespace slim_init {
@@ -21,7 +21,7 @@ const std::vector<std::string> kSlim = {"slim"};
 const std::vector<std::string> kWithScaleSigma = {"slim",  "slim-paper", "drt-l",
                                                   "drt-t", "drt-vi-ba",  "vins"};
 
-// Checks a struct without cross-checks by its table.
+// Checks the numbers of a struct by its table.
 template <typename Options>
 RangeCheck checkTable(Options options) {
   return RangeCheck().within(optionTable(&options));
@@ -110,8 +110,6 @@ OptionTable optionTable(RefinementOptions* o) {
                   "between keyframes"),
       advancedKey("reject_sigmas", &o->reject_sigmas, {1.0, 100.0}, "sigma",
                   "observations beyond are removed before the second solve"),
-      advancedKey("min_reject_px", &o->min_reject_px, {0.01, 100.0}, "px",
-                  "observations below are never removed"),
       advancedKey("suspicious_chi2", &o->suspicious_chi2, {0.0, 1e6}, "",
                   "visual chi-square per degree of freedom above which other minima are searched. "
                   "Correct ones have 0.6 to 1.1"),
@@ -132,8 +130,6 @@ OptionTable optionTable(SlimOptions* o) {
       advancedKey("start_from_rest", &o->start_from_rest,
                   "after at least 1 s at rest the first motion is solved with zero velocity, "
                   "gravity and gyroscope bias of that rest as a prior; off: from the motion alone"),
-      advancedKey("second_search", &o->second_search,
-                  "search for a lower minimum if the first is suspicious (ablation)"),
   };
 }
 
@@ -331,44 +327,19 @@ std::string WindowOptions::validate() const {
       .message();
 }
 
-std::string InertialOptions::validate() const {
-  const std::string message = checkTable(*this).message();
-  if (!message.empty()) return message;
-  // No sensor in motion is better than its data sheet.
-  for (const auto& [name, factor] : {std::make_pair("accel_noise_factor", accel_noise_factor),
-                                     std::make_pair("gyro_noise_factor", gyro_noise_factor)}) {
-    if (factor <= 0.0 || factor >= 1.0) continue;
-    std::ostringstream out;
-    out << name << " is " << factor << ", must be 0 (measured) or at least 1";
-    return out.str();
-  }
-  return message;
-}
-
-std::string RefinementOptions::validate() const { return checkTable(*this).message(); }
-
 std::string VanishingPointOptions::validate() const { return checkTable(*this).message(); }
 
-std::string SlimOptions::validate() const { return checkTable(*this).message(); }
-
-std::string GateOptions::validate() const { return checkTable(*this).message(); }
-
-std::string ProvisionalOptions::validate() const { return checkTable(*this).message(); }
-
-std::string WorkLimits::validate() const { return checkTable(*this).message(); }
-
 std::string InitializerOptions::validate() const {
-  return RangeCheck()
-      .nested("imu", imu.validate())
-      .nested("window", window.validate())
-      .nested("inertial", inertial.validate())
-      .nested("vanishing_point", vanishing_point.validate())
-      .nested("refinement", refinement.validate())
-      .nested("slim", slim.validate())
-      .nested("gates", gates.validate())
-      .nested("provisional", provisional.validate())
-      .nested("limits", limits.validate())
-      .message();
+  RangeCheck check = checkTable(*this);
+  check.nested("window", window.validate());
+  // No sensor in motion is better than its data sheet.
+  for (const auto& [name, factor] :
+       {std::make_pair("accel_noise_factor", inertial.accel_noise_factor),
+        std::make_pair("gyro_noise_factor", inertial.gyro_noise_factor)}) {
+    if (factor <= 0.0 || factor >= 1.0) continue;
+    check.nested("inertial", text(6, name, " is ", factor, ", must be 0 (measured) or at least 1"));
+  }
+  return check.message();
 }
 
 }  // namespace slim_init

@@ -1,107 +1,97 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#include "slim_init/result.h"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <cstddef>
+#include <iterator>
 
+#include "data/text.h"
 #include "geometry/units.h"
-#include "slim_init/remedy.h"
 
 namespace slim_init {
 
-const char* toString(InitStatus status) {
-  switch (status) {
-    case InitStatus::kSuccess: return "success";
-    case InitStatus::kTooFewKeyframes: return "too_few_keyframes";
-    case InitStatus::kTooFewTracks: return "too_few_tracks";
-    case InitStatus::kStationary: return "stationary";
-    case InitStatus::kTooLittleExcitation: return "too_little_excitation";
-    case InitStatus::kPureRotation: return "pure_rotation";
-    case InitStatus::kDegenerateAlignment: return "degenerate_alignment";
-    case InitStatus::kInconsistentResiduals: return "inconsistent_residuals";
-    case InitStatus::kScaleTooUncertain: return "scale_too_uncertain";
-    case InitStatus::kInvalidInput: return "invalid_input";
-    case InitStatus::kNumericalFailure: return "numerical_failure";
-    case InitStatus::kProvisional: return "provisional";
-    case InitStatus::kTimeLimit: return "time_limit";
-  }
-  return "unknown";
-}
-
 namespace {
 
-const char* remedy(InitStatus status) {
-  switch (status) {
-    case InitStatus::kTooFewTracks: return "more texture or light";
-    case InitStatus::kStationary: return "move";
-    case InitStatus::kTooLittleExcitation: return "accelerate: move back and forth";
-    case InitStatus::kPureRotation: return "translate";
-    case InitStatus::kDegenerateAlignment: return "more texture, in all parts of the image";
-    case InitStatus::kInconsistentResiduals: return "check extrinsic and td: slim_init doctor";
-    case InitStatus::kScaleTooUncertain: return "move more, with changes of velocity";
-    case InitStatus::kNumericalFailure: return "if repeated, check the extrinsic: slim_init doctor";
-    case InitStatus::kTimeLimit: return "if frequent, raise limits.max_solve_ms";
-    case InitStatus::kSuccess:
-    case InitStatus::kTooFewKeyframes:
-    case InitStatus::kInvalidInput:
-    case InitStatus::kProvisional: break;
-  }
-  return "";
+enum class Kind { kOther, kWait, kRefused };
+
+struct StatusRow {
+  const char* name;
+  Kind kind;
+  const char* remedy;
+};
+
+// In the order of InitStatus.
+constexpr StatusRow kStatuses[] = {
+    {"success", Kind::kOther, ""},
+    {"too_few_keyframes", Kind::kWait, ""},
+    {"too_few_tracks", Kind::kWait, "more texture or light"},
+    {"stationary", Kind::kWait, "move"},
+    {"too_little_excitation", Kind::kWait, "accelerate: move back and forth"},
+    {"pure_rotation", Kind::kWait, "translate"},
+    {"degenerate_alignment", Kind::kRefused, "more texture, in all parts of the image"},
+    {"inconsistent_residuals", Kind::kRefused, "check extrinsic and td: slim_init doctor"},
+    {"scale_too_uncertain", Kind::kRefused, "move more, with changes of velocity"},
+    {"invalid_input", Kind::kOther, ""},
+    {"numerical_failure", Kind::kOther, "if repeated, check the extrinsic: slim_init doctor"},
+    {"provisional", Kind::kWait, ""},
+    {"time_limit", Kind::kWait, "if frequent, raise limits.max_solve_ms"},
+    {"unknown", Kind::kOther, ""},  // of a number that is no status
+};
+
+// In the order of GateName.
+constexpr const char* kGates[] = {
+    "parallax",
+    "least_parallax",
+    "excitation",
+    "extrinsic_rotation",
+    "extrinsic_sigma",
+    "time_offset",
+    "linkage",
+    "scale_positive",
+    "alignment_residual",
+    "chi2",
+    "inertial_chi2",
+    "inlier_fraction",
+    "mean_acceleration",
+    "point_spread",
+    "other_scale",
+    "scale_sigma",
+    "velocity_sigma",
+    "tilt_sigma",
+    "agreement",
+    "other",
+    "unknown",
+};
+
+// The row of an enumerator, the last one for other numbers.
+template <typename Row, std::size_t N, typename Enum>
+const Row& rowOf(const Row (&rows)[N], Enum value) {
+  return rows[std::min(static_cast<std::size_t>(value), N - 1)];
+}
+
+const StatusRow& rowOf(InitStatus status) {
+  static_assert(std::size(kStatuses) == static_cast<std::size_t>(InitStatus::kTimeLimit) + 2);
+  return rowOf(kStatuses, status);
 }
 
 }  // namespace
 
+const char* toString(InitStatus status) { return rowOf(status).name; }
+
+bool isWait(InitStatus status) { return rowOf(status).kind == Kind::kWait; }
+
+bool isRefused(InitStatus status) { return rowOf(status).kind == Kind::kRefused; }
+
 std::string withRemedy(const std::string& message, InitStatus status) {
-  const std::string action = remedy(status);
+  const std::string action = rowOf(status).remedy;
   return action.empty() ? message : message + "; " + action;
 }
 
 const char* toString(GateName name) {
-  switch (name) {
-    case GateName::kParallax: return "parallax";
-    case GateName::kLeastParallax: return "least_parallax";
-    case GateName::kExcitation: return "excitation";
-    case GateName::kExtrinsicRotation: return "extrinsic_rotation";
-    case GateName::kExtrinsicSigma: return "extrinsic_sigma";
-    case GateName::kTimeOffset: return "time_offset";
-    case GateName::kLinkage: return "linkage";
-    case GateName::kScalePositive: return "scale_positive";
-    case GateName::kAlignmentResidual: return "alignment_residual";
-    case GateName::kChi2: return "chi2";
-    case GateName::kInertialChi2: return "inertial_chi2";
-    case GateName::kInlierFraction: return "inlier_fraction";
-    case GateName::kMeanAcceleration: return "mean_acceleration";
-    case GateName::kPointSpread: return "point_spread";
-    case GateName::kOtherScale: return "other_scale";
-    case GateName::kScaleSigma: return "scale_sigma";
-    case GateName::kVelocitySigma: return "velocity_sigma";
-    case GateName::kTiltSigma: return "tilt_sigma";
-    case GateName::kAgreement: return "agreement";
-    case GateName::kOther: return "other";
-  }
-  return "unknown";
-}
-
-bool isWait(InitStatus status) {
-  switch (status) {
-    case InitStatus::kTooFewKeyframes:
-    case InitStatus::kTooFewTracks:
-    case InitStatus::kStationary:
-    case InitStatus::kTooLittleExcitation:
-    case InitStatus::kPureRotation:
-    case InitStatus::kProvisional:
-    case InitStatus::kTimeLimit: return true;
-    default: return false;
-  }
-}
-
-bool isRefused(InitStatus status) {
-  switch (status) {
-    case InitStatus::kDegenerateAlignment:
-    case InitStatus::kInconsistentResiduals:
-    case InitStatus::kScaleTooUncertain: return true;
-    default: return false;
-  }
+  static_assert(std::size(kGates) == static_cast<std::size_t>(GateName::kOther) + 2);
+  return rowOf(kGates, name);
 }
 
 double CalibrationEstimate::rotationSigmaDeg() const {
@@ -140,18 +130,14 @@ std::string InitResult::validate() const {
   }
   const Eigen::Index errors = 9 * static_cast<Eigen::Index>(states.size()) + 6;
   if (covariance.size() > 0 && (covariance.rows() != errors || covariance.cols() != errors)) {
-    std::ostringstream out;
-    out << verdict << " with a covariance of " << covariance.rows() << " x " << covariance.cols()
-        << ", must be " << errors << " x " << errors << " or empty";
-    return out.str();
+    return text(6, verdict, " with a covariance of ", covariance.rows(), " x ", covariance.cols(),
+                ", must be ", errors, " x ", errors, " or empty");
   }
   for (const GateValue& gate : gates) {
     if (!gate.enforced || gate.passed) continue;
-    std::ostringstream out;
-    out << verdict << " although the enforced gate " << toString(gate.name)
-        << " failed: " << gate.value << (gate.upper_bound ? " (limit " : " (minimum ")
-        << gate.threshold << ")";
-    return out.str();
+    return text(6, verdict, " although the enforced gate ", toString(gate.name),
+                " failed: ", gate.value, (gate.upper_bound ? " (limit " : " (minimum "),
+                gate.threshold, ")");
   }
   return "";
 }

@@ -2,8 +2,8 @@
 #include "slim_init/state_prior.h"
 
 #include <cmath>
-#include <sstream>
 
+#include "data/text.h"
 #include "geometry/so3.h"
 
 namespace slim_init {
@@ -33,10 +33,8 @@ std::string StatePrior::validate() const {
   }
   if (!covariance.allFinite()) return "the covariance of the last healthy state is not finite";
   if (const double least = covariance.diagonal().minCoeff(); least < 0.0) {
-    std::ostringstream message;
-    message << "the covariance of the last healthy state has " << least
-            << " on its diagonal (minimum 0)";
-    return message.str();
+    return text(6, "the covariance of the last healthy state has ", least,
+                " on its diagonal (minimum 0)");
   }
   if (!((covariance - covariance.transpose()).norm() <= kSymmetry * covariance.norm())) {
     return "the covariance of the last healthy state is not symmetric";

@@ -114,9 +114,8 @@ RefinedWindow refineWindow(const RefinementInput& input, const std::vector<Track
   const MapResiduals residuals = map.residuals();
   out.median_chi2 = medianChi2(residuals, map);
   const TrackNoise noise = estimateNoise(residuals, map, options.min_sigma_px / focal);
-  map.reject(residuals,
-             std::max(options.reject_sigmas * noise.sigma_point, options.min_reject_px / focal),
-             std::max(options.reject_sigmas * noise.sigma_line, options.min_reject_px / focal));
+  map.reject(residuals, options.reject_sigmas * noise.sigma_point,
+             options.reject_sigmas * noise.sigma_line);
   map.setNoise(noise.sigma_point, noise.sigma_line);
   const double td_shift = coveredShift(window, out.state.rig.dtd);
   if ((out.state.gyro_bias - pre.front().gyro_bias).norm() > kRelinearizeGyro ||

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "data/text.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
 
@@ -92,10 +93,8 @@ bool statesAt(const InitResult& result, const std::vector<ImuSample>& imu,
     const NavState& b = after ? a : *right;
     const double reach = before ? b.t - t : after ? t - a.t : 0.0;
     if (reach > options.max_reach_s) {
-      std::ostringstream out;
-      out << "the requested time is " << reach << " s " << (before ? "before" : "after")
-          << " the window (limit " << options.max_reach_s << " s)";
-      return refuse(out.str());
+      return refuse(text(6, "the requested time is ", reach, " s ", (before ? "before" : "after"),
+                         " the window (limit ", options.max_reach_s, " s)"));
     }
     const std::string problem =
         checkCover(imu, std::min(a.t, t), std::max(b.t, t), options.max_imu_gap_s);

@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <sstream>
 
+#include "data/text.h"
 #include "data/with_calibration.h"
 #include "estimation/constants.h"
 #include "estimation/state_factor.h"
@@ -90,12 +90,9 @@ InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOpt
   }
   result = solve(window, options, budget);
   if (!contradicted && !result.success()) return result;
-  std::ostringstream message;
-  message.precision(3);
-  message << "the prior biases, gyroscope (" << known.gyro.transpose()
-          << ") rad/s and accelerometer (" << known.accel.transpose()
-          << ") m/s^2, contradict the data and are not used";
-  result.warnings.push_back(message.str());
+  result.warnings.push_back(text(3, "the prior biases, gyroscope (", known.gyro.transpose(),
+                                 ") rad/s and accelerometer (", known.accel.transpose(),
+                                 ") m/s^2, contradict the data and are not used"));
   return result;
 }
 

@@ -52,10 +52,10 @@ std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& st
 }
 
 RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
-                            const WindowState& start, const InitializerOptions& options) {
+                            const WindowState& start, bool again) {
   RefinedWindow refined = refineWindow(input, lines, start, StartMode::kRough);
-  const bool fit = refined.valid && fits(refined.chi2, refined.median_chi2, options.refinement);
-  if (options.slim.second_search && (!fit || input.tracks.pointTracks().size() < kFewTracks)) {
+  const bool fit = refined.valid && fits(refined.chi2, refined.median_chi2, input.options);
+  if (again && (!fit || input.tracks.pointTracks().size() < kFewTracks)) {
     searchAgain(input, lines, fit, &refined);
   }
   return refined;

@@ -20,10 +20,10 @@ namespace slim_init {
 std::vector<Track> believedLines(const InitWindow& tracks, const WindowState& start,
                                  const InitializerOptions& options);
 
-/// Maximum a posteriori estimate from `start`. A second search follows if the first minimum looks
-/// wrong, within the budget.
+/// Maximum a posteriori estimate from `start`. `again`: a second search follows if the first
+/// minimum looks wrong, within the budget.
 RefinedWindow searchMinimum(const RefinementInput& input, const std::vector<Track>& lines,
-                            const WindowState& start, const InitializerOptions& options);
+                            const WindowState& start, bool again);
 
 /// Posterior of a refined window, of the rig as well where that was estimated.
 Posterior posteriorOf(const InitWindow& tracks, const RefinedWindow& refined);

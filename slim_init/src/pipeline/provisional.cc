@@ -5,8 +5,8 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <sstream>
 
+#include "data/text.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
@@ -46,11 +46,10 @@ std::vector<GateValue> gatesOf(const InitWindow& seen, const InitWindow& tracks,
 
 void setProvisional(InitResult* result) {
   const NewestSigmas newest = newestSigmas(*result);
-  std::ostringstream message;
-  message.precision(2);
-  message << "standard deviations: velocity " << newest.velocity << " m/s, tilt " << newest.tilt_deg
-          << " deg, scale " << 100.0 * result->scale_sigma << " %";
-  fail(InitStatus::kProvisional, message.str(), result);
+  fail(InitStatus::kProvisional,
+       text(2, "standard deviations: velocity ", newest.velocity, " m/s, tilt ", newest.tilt_deg,
+            " deg, scale ", 100.0 * result->scale_sigma, " %"),
+       result);
 }
 
 // Whether a gate refuses; all are enforced here.

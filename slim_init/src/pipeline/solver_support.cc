@@ -2,8 +2,8 @@
 #include "pipeline/solver_support.h"
 
 #include <cmath>
-#include <sstream>
 
+#include "data/text.h"
 #include "estimation/refine_window.h"
 #include "estimation/speed_factor.h"
 #include "geometry/so3.h"
@@ -47,9 +47,8 @@ void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
 
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   if (window.size() >= kMinKeyframes) return true;
-  std::ostringstream message;
-  message << "window holds " << window.size() << " keyframes (minimum " << kMinKeyframes << ")";
-  fail(InitStatus::kTooFewKeyframes, message.str(), result);
+  fail(InitStatus::kTooFewKeyframes,
+       text(6, "window holds ", window.size(), " keyframes (minimum ", kMinKeyframes, ")"), result);
   return false;
 }
 
@@ -143,10 +142,9 @@ void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result
         "a slipping wheel, or an incorrect scale or extrinsic of the sensor");
   }
   if (result->speeds.missing == 0) return;
-  std::ostringstream message;
-  message << "no measured velocity at " << result->speeds.missing << " of " << window.size()
-          << " keyframes: none on both sides within " << InitWindow::kMaxSpeedGap << " s";
-  result->warnings.push_back(message.str());
+  result->warnings.push_back(text(6, "no measured velocity at ", result->speeds.missing, " of ",
+                                  window.size(), " keyframes: none on both sides within ",
+                                  InitWindow::kMaxSpeedGap, " s"));
 }
 
 }  // namespace
@@ -167,12 +165,9 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
                              const char* unit, const char* key) {
     if (prior == 0.0) return;  // held: its error is one of rounding
     if (!(error > verdict_constants::kCertainSigmas * std::hypot(sigma, prior))) return;
-    std::ostringstream message;
-    message.precision(3);
-    message << what << " is off by " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
-            << "), more than its standard deviation of " << prior << ' ' << unit
-            << " allows: if several windows agree, correct " << key;
-    result->warnings.push_back(message.str());
+    result->warnings.push_back(text(3, what, " is off by ", error, ' ', unit, " (sigma ", sigma,
+                                    ' ', unit, "), more than its standard deviation of ", prior,
+                                    ' ', unit, " allows: if several windows agree, correct ", key));
   };
   if (known.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
     warn("extrinsic rotation",
@@ -192,22 +187,18 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
 void setTrackNoise(double measured_px, const Calibration& used, InitResult* result) {
   result->track_noise = {measured_px, used.pointSigmaPx()};
   if (!(measured_px > kNoisyTracks * used.pointSigmaPx())) return;
-  std::ostringstream message;
-  message.precision(2);
-  message << "point tracks have a noise of " << measured_px << " px, " << used.pointSigmaPx()
-          << " px is assumed: blur, dim images, or an incorrect camera model";
-  result->warnings.push_back(message.str());
+  result->warnings.push_back(
+      text(2, "point tracks have a noise of ", measured_px, " px, ", used.pointSigmaPx(),
+           " px is assumed: blur, dim images, or an incorrect camera model"));
 }
 
 void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result) {
   if (static_tracks == 0) return;
-  std::ostringstream message;
-  message
-      << static_tracks << " of " << static_tracks + tracks
-      << " point tracks are static in the image while the camera turns and are not used (a part of"
-      << " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
-      << " the key mask, the back end uses these tracks too";
-  result->warnings.push_back(message.str());
+  result->warnings.push_back(text(
+      6, static_tracks, " of ", static_tracks + tracks,
+      " point tracks are static in the image while the camera turns and are not used (a part of"
+      " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
+      " the key mask, the back end uses these tracks too"));
 }
 
 void keepObservable(const std::vector<Preintegration>& pre,

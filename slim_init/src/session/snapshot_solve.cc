@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "data/text.h"
 #include "data/with_calibration.h"
 #include "imu/preintegration.h"
 #include "imu/propagate_prior.h"
@@ -74,20 +75,6 @@ bool hasCovarianceOfItsErrors(const InitResult& result) {
 }
 
 }  // namespace
-
-SolveMemory::ShortKey::ShortKey(const InitWindow& window)
-    : times(window.times()), calibration(window.calibration()) {
-  for (int k = 0; k < window.size(); ++k) lines += window.linesOfKeyframe(k).size();
-}
-
-bool SolveMemory::ShortKey::operator==(const ShortKey& other) const {
-  const Calibration &a = calibration, &b = other.calibration;
-  const ImuBiases &of_a = a.imu_biases, &of_b = b.imu_biases;
-  return times == other.times && lines == other.lines && a.td == b.td && a.R_b_c == b.R_b_c &&
-         a.t_b_c == b.t_b_c && a.sigmas == b.sigmas && of_a.gyro == of_b.gyro &&
-         of_a.accel == of_b.accel && of_a.gyro_sigma == of_b.gyro_sigma &&
-         of_a.accel_sigma == of_b.accel_sigma;
-}
 
 SnapshotSolve::SnapshotSolve(const WindowSolver& solver,
                              const std::optional<WindowOptions>& short_window,
@@ -169,10 +156,8 @@ bool SnapshotSolve::restUntil(double last) {
 // The body at rest, and as long as there are too few keyframes after that: what is observable.
 InitResult SnapshotSolve::stationary() const {
   const LastRest& rest = memory_.rest;
-  std::ostringstream message;
-  message.precision(3);
-  message << "at rest for " << rest.until - rest.since << " s";
-  InitResult result = refuse(InitStatus::kStationary, message.str());
+  InitResult result =
+      refuse(InitStatus::kStationary, text(3, "at rest for ", rest.until - rest.since, " s"));
   result.gravity_w = Eigen::Vector3d(0.0, 0.0, -window_.calibration().gravity_magnitude);
   result.gravity_b0 = rest.prior.state.R_w_b.transpose() * result.gravity_w;
   result.gyro_bias = rest.prior.state.gyro_bias;
@@ -292,27 +277,13 @@ void SnapshotSolve::solveEarlier(int keyframes, const InitResult& result) {
 void SnapshotSolve::offerProvisional(InitResult* result) {
   const WindowCut cut = withKnownSensors(window_.cut(*short_window_, 0));
   if (cut.window == nullptr) return;
-  const InitResult now = shortEstimate(*cut.window);
+  const InitResult now = solver_.solveProvisional(*cut.window, &budget_);
   if (!now.provisional()) return;
   // As it was before the newest third of the data.
   const int third = std::max(1, cut.window->size() / 3);
   const WindowCut before = withKnownSensors(window_.cut(*short_window_, third));
   if (before.window == nullptr) return;
-  if (agrees(shortEstimate(*before.window), now)) *result = now;
-}
-
-// While the window grows, a host that solves at every image has solved the earlier one already.
-InitResult SnapshotSolve::shortEstimate(const InitWindow& window) {
-  std::deque<SolveMemory::ShortEstimate>& known = memory_.short_estimates;
-  const SolveMemory::ShortKey key(window);
-  for (const SolveMemory::ShortEstimate& one : known) {
-    if (one.key == key) return one.answer;
-  }
-  InitResult result = solver_.solveProvisional(window, &budget_);
-  if (result.status == InitStatus::kTimeLimit) return result;  // not the answer of another call
-  if (static_cast<int>(known.size()) >= short_window_->keyframes) known.pop_front();
-  known.push_back({key, std::move(result)});
-  return known.back().answer;
+  if (agrees(solver_.solveProvisional(*before.window, &budget_), now)) *result = now;
 }
 
 // The newest first. If there is none, `problem` is that of the newest.
@@ -385,10 +356,8 @@ InitResult SnapshotSolve::solveWithPrior(const StatePrior& prior) {
 std::string SnapshotSolve::checkGap(double from, double to) const {
   const double gap = largestGap(imu_, from, to);
   if (!(gap > window_.options().max_imu_gap_s)) return "";
-  std::ostringstream message;
-  message << "gap in the IMU data between the last healthy state and the window " << gap
-          << " s (limit " << window_.options().max_imu_gap_s << " s)";
-  return message.str();
+  return text(6, "gap in the IMU data between the last healthy state and the window ", gap,
+              " s (limit ", window_.options().max_imu_gap_s, " s)");
 }
 
 // Why nothing can continue this state, or "".
@@ -423,11 +392,9 @@ InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
     const auto part = static_cast<StatePart>(i);
     if (from->test.contradicts(part)) alone.prior_dropped.push_back(toString(part));
   }
-  std::ostringstream message;
-  message << "; the last healthy state differs by " << std::sqrt(from->test.total)
-          << " standard deviations (limit " << std::sqrt(from->test.bound())
-          << ") and gives position and yaw alone";
-  alone.message += message.str();
+  alone.message += text(6, "; the last healthy state differs by ", std::sqrt(from->test.total),
+                        " standard deviations (limit ", std::sqrt(from->test.bound()),
+                        ") and gives position and yaw alone");
   return alone;
 }
 

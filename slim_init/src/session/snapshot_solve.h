@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstddef>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,26 +36,10 @@ class SolveMemory {
   explicit SolveMemory(double full_span_s)
       : answers(full_span_s, ConsistencyCheck::kMaxDisagreement) {}
 
-  /// What tells short windows apart. Lines may arrive after their frame.
-  struct ShortKey {
-    explicit ShortKey(const InitWindow& window);
-    bool operator==(const ShortKey& other) const;
-
-    std::vector<double> times;  ///< of the keyframes [s]
-    Calibration calibration;    ///< with what is known of the sensors
-    std::size_t lines = 0;
-  };
-  /// The provisional estimate of a short window.
-  struct ShortEstimate {
-    ShortKey key;
-    InitResult answer;
-  };
-
   ConsistencyCheck answers;
   double last_solved = kNotComputed;  ///< newest keyframe [s]
   LastRest rest;
   double rest_searched = kNotComputed;  ///< newest frame among those searched for a rest [s]
-  std::deque<ShortEstimate> short_estimates;
 };
 
 /// Solves one snapshot.
@@ -93,7 +76,6 @@ class SnapshotSolve {
   InitResult answer(const InitWindow& window);
   void solveEarlier(int keyframes, const InitResult& result);
   void offerProvisional(InitResult* result);
-  InitResult shortEstimate(const InitWindow& window);
   InitResult solveWithPrior(const StatePrior& prior);
   std::vector<HealthyState> usableStates(std::string* problem) const;
   StateTest compare(const StatePrior& healthy, const InitResult& alone) const;

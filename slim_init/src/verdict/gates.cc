@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "data/text.h"
 #include "estimation/posterior.h"
 #include "estimation/refine_window.h"
 #include "geometry/median.h"
@@ -171,11 +172,8 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const CalibrationEstimate& found,
                                         const GateOptions& options) {
   const auto explain = [](const char* what, double error, double sigma, const char* unit) {
-    std::ostringstream out;
-    out.precision(2);
-    out << what << " error about " << error << ' ' << unit << " (sigma " << sigma << ' ' << unit
-        << "), less " << kCertainSigmas << " sigma:";
-    return out.str();
+    return text(2, what, " error about ", error, ' ', unit, " (sigma ", sigma, ' ', unit,
+                "), less ", kCertainSigmas, " sigma:");
   };
   const auto certain = [](double error, double sigma) {
     return std::max(0.0, error - kCertainSigmas * sigma);

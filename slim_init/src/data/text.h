@@ -1,0 +1,18 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sstream>
+#include <string>
+
+namespace slim_init {
+
+/// The parts of a message one after the other, numbers with so many significant digits.
+template <typename... Parts>
+std::string text(int digits, const Parts&... parts) {
+  std::ostringstream out;
+  out.precision(digits);
+  (out << ... << parts);
+  return out.str();
+}
+
+}  // namespace slim_init
