@@ -12,13 +12,10 @@
 #include "session/snapshot_solve.h"
 #include "slim_init/keyframe_window.h"
 #include "slim_init/state_at.h"
+#include "verdict/constants.h"
 
 namespace slim_init {
 namespace {
-
-// Estimates before and after a change of td by more than this are not compared [s]: the standard
-// deviation of a td that is known.
-constexpr double kSameTd = 1e-3;
 
 // The keyframes of provisional estimates: of every image at 20 Hz [s], half a second of them.
 constexpr int kShortKeyframes = 11;
@@ -64,7 +61,8 @@ class Initializer : public IInitializer {
   }
   void setTd(double td) override {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (std::abs(td - window_.calibration().td) > kSameTd) forget();
+    // Estimates before and after are not of the same instants.
+    if (std::abs(td - window_.calibration().td) > verdict_constants::kSameInstant) forget();
     window_.setTd(td);
   }
   void reset() override {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "estimation/inertial_factor.h"
-#include "estimation/motion_prior.h"
 #include "estimation/rig_model.h"
 #include "estimation/row_motion.h"
 #include "estimation/speed_factor.h"
@@ -256,24 +255,6 @@ TEST_P(RefinementJacobians, InertialUnderARigError) {
     EXPECT_TRUE(jacobiansAgree(analytic.middleCols(from, size), numeric.middleCols(from, size),
                                kTolerance));
   }
-}
-
-TEST_P(RefinementJacobians, PriorOnTheMotion) {
-  MotionPrior prior;
-  prior.speed_sigma = 1.5;
-  prior.acceleration_sigma = 2.5;
-  constexpr double kDuration = 0.3;
-  const auto residual = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {
-    WindowState moved = state_;
-    for (int k = 0; k < 3; ++k) moved.v_b0.col(k) += d.segment<3>(3 * k);
-    return motionResidual(moved, prior, kDuration).r;
-  };
-  const MotionResidual analytic = motionResidual(state_, prior, kDuration);
-  EXPECT_TRUE(jacobiansAgree(analytic.J, numericJacobian(residual, 9, kStep), kTolerance));
-  // The velocity of the middle keyframe, and the mean acceleration, in standard deviations.
-  EXPECT_LT((analytic.r.head<3>() - state_.v_b0.col(1) / 1.5).norm(), 1e-12);
-  const Eigen::Vector3d acceleration = (state_.v_b0.col(2) - state_.v_b0.col(0)) / kDuration;
-  EXPECT_LT((analytic.r.tail<3>() - acceleration / 2.5).norm(), 1e-12);
 }
 
 TEST_P(RefinementJacobians, KnownState) {

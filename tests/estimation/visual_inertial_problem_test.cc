@@ -194,6 +194,46 @@ TEST(VisualInertialProblem, EndsInAMinimumAlsoAmongGrossErrors) {
   EXPECT_LT(worst, 0.25);
 }
 
+// Cost and information that the prior adds at one state, and that its gradient leads to the
+// minimum.
+TEST(VisualInertialProblem, PriorOnTheMotion) {
+  const ExactWindow exact = noisyWindow(3);
+  const WindowState truth = trueState(exact);
+  const InertialOptions inertial;
+  const std::vector<Preintegration> pre =
+      preintegrateInflated(*exact.window, truth.gyro_bias, truth.accel_bias, inertial);
+  MotionPrior prior;
+  prior.speed_sigma = 0.15;
+  prior.acceleration_sigma = 0.5;
+  const auto with = [&](const WindowPriors& priors) {
+    return VisualInertialProblem(*exact.window, {}, pre, RefinementOptions(), inertial, priors);
+  };
+  VisualInertialProblem without = with({}), map = with({WindowPriors().rig, prior});
+  WindowState state = truth;
+  const double cost = map.minimize(0, &state).cost - without.minimize(0, &state).cost;
+  const int n = state.size(), middle = MotionPrior::middle(n);
+  const double change_sigma = 0.5 * (exact.window->times().back() - exact.window->times().front());
+  const Eigen::Vector3d change = state.v_b0.col(n - 1) - state.v_b0.col(0);
+  EXPECT_NEAR(cost,
+              state.v_b0.col(middle).squaredNorm() / (0.15 * 0.15) +
+                  change.squaredNorm() / (change_sigma * change_sigma),
+              1e-9 * cost);
+  const Eigen::MatrixXd added = map.information() - without.information();
+  const auto at = [n](int k) { return StateLayout(n, true).velocity(k) - StateLayout::kGauge; };
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(added.rows(), added.cols());
+  expected.diagonal().segment<3>(at(middle)).setConstant(1.0 / (0.15 * 0.15));
+  for (const int k : {0, n - 1}) {
+    expected.diagonal().segment<3>(at(k)).setConstant(1.0 / (change_sigma * change_sigma));
+  }
+  for (const auto& [a, b] : {std::pair{0, n - 1}, {n - 1, 0}}) {
+    expected.block<3, 3>(at(a), at(b)).diagonal().setConstant(-1.0 / (change_sigma * change_sigma));
+  }
+  EXPECT_LT((added - expected).norm(), 1e-9 * map.information().norm());
+  ASSERT_TRUE(map.minimize(50, 1e-10, &state).converged);
+  EXPECT_LT(stepLeft(state, &map), 1e-8);
+  EXPECT_GT((state.v_b0 - truth.v_b0).norm(), 0.1) << "it counts";
+}
+
 TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {
   const ExactWindow exact = noisyWindow(2);
   const WindowState truth = trueState(exact);

@@ -205,7 +205,7 @@ TEST(RobustBias, RefusesWithoutPoints) {
   ExactWindowOptions options;
   options.points = 3;
   const RobustBias estimate = robustBiasOf(*makeExactWindow(options).window);
-  EXPECT_EQ(estimate.status, RobustBiasStatus::kTooFewPoints);
+  EXPECT_EQ(estimate.status, InitStatus::kTooFewTracks);
   EXPECT_FALSE(estimate.valid());
 }
 

@@ -233,20 +233,21 @@ double VisualInertialProblem::addPriors(const WindowState& state, System* system
 }
 
 double VisualInertialProblem::addMotionPrior(const WindowState& state, System* system) const {
-  const MotionResidual prior =
-      motionResidual(state, *motion_, window_.times().back() - window_.times().front());
-  const Eigen::Matrix<double, 9, 9> JJ = prior.J.transpose() * prior.J;
-  const Eigen::Matrix<double, 9, 1> Jr = prior.J.transpose() * prior.r;
-  // Ascending, so that the blocks are in the lower triangle.
-  const int at[] = {layout_.velocity(0), layout_.velocity(MotionPrior::middle(layout_.n)),
-                    layout_.velocity(layout_.n - 1)};
-  for (int a = 0; a < 3; ++a) {
-    system->g.segment<3>(at[a]) += Jr.segment<3>(3 * a);
-    for (int b = 0; b <= a; ++b) {
-      system->H.block<3, 3>(at[a], at[b]) += JJ.block<3, 3>(3 * a, 3 * b);
-    }
-  }
-  return prior.r.squaredNorm();
+  const double duration = window_.times().back() - window_.times().front();
+  const double w_speed = 1.0 / square(motion_->speed_sigma);
+  const double w_change = 1.0 / square(motion_->acceleration_sigma * duration);
+  const Eigen::Vector3d speed = state.v_b0.col(MotionPrior::middle(layout_.n));
+  const Eigen::Vector3d change = state.v_b0.rightCols<1>() - state.v_b0.leftCols<1>();
+  const int first = layout_.velocity(0), middle = layout_.velocity(MotionPrior::middle(layout_.n)),
+            last = layout_.velocity(layout_.n - 1);
+  system->g.segment<3>(middle) += w_speed * speed;
+  system->g.segment<3>(first) -= w_change * change;
+  system->g.segment<3>(last) += w_change * change;
+  system->H.diagonal().segment<3>(middle).array() += w_speed;
+  system->H.diagonal().segment<3>(first).array() += w_change;
+  system->H.diagonal().segment<3>(last).array() += w_change;
+  system->H.block<3, 3>(last, first).diagonal().array() -= w_change;
+  return w_speed * speed.squaredNorm() + w_change * change.squaredNorm();
 }
 
 double VisualInertialProblem::addKnownState(const WindowState& state, System* system) const {

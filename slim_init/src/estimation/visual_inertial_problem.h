@@ -6,7 +6,7 @@
 //   sum |IMU residual|^2  +  sum rho(|point residual|^2) + sum rho(|line residual|^2)
 //   + |b_a|^2 / sigma_ba^2 + |b_g|^2 / sigma_bg^2,
 // each whitened, rho the Cauchy loss; and over the errors of extrinsics, td and readout time under
-// their prior (rig_model.h), with a prior on the motion (motion_prior.h), with measured velocities
+// their prior (rig_model.h), with a prior on the motion (window_priors.h), with measured velocities
 // of the window (speed_factor.h), and with a known state of the first body in place of the priors
 // of the biases (state_factor.h). The parameters of every track are eliminated inside
 // each Gauss-Newton step (Schur complement), which is the same step as on their null space.

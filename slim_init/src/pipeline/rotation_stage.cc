@@ -4,8 +4,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <string>
 
+#include "data/text.h"
 #include "data/with_calibration.h"
 #include "data/with_observations.h"
 #include "geometry/robust_weight.h"
@@ -38,8 +39,6 @@ constexpr double kHardlyWrong = 0.03;
 // Most noise that a window may be granted [px]: above, tracks are bad whatever their statistics
 // are. Below Calibration::kTypicalSigmaPx what rotations and IMU get wrong counts for as much.
 constexpr double kMostSigmaPx = 2.5;
-// A noise within this factor of the one assumed changes hardly a weight.
-constexpr double kNearSigma = 1.3;
 // Factor on the covariance of a vanishing direction: clutter among the inliers is not in it
 // (kappa_v).
 constexpr double kVpInflation = 4.0;
@@ -142,7 +141,7 @@ BetterCalibration betterCalibration(const RotationStage& stage, const Calibratio
   out.value = seen;
   out.value.sigma_px = assumedSigmaPx(stage.bias, handed_in);
   const double ratio = out.value.sigma_px / seen.pointSigmaPx();
-  out.is_near = std::max(ratio, 1.0 / ratio) < kNearSigma;
+  out.is_near = std::max(ratio, 1.0 / ratio) < kNoisyTracks;
   const bool kept = given == GivenCalibration::kKept;
   out.readout = readoutBelief(kept ? ReadoutCheck() : stage.bias.readout, handed_in, seen);
   if (kept || stage.bias.point_pairs == 0) return out;
@@ -275,29 +274,23 @@ bool acceptRotations(const RotationStage& stage, InitResult* result) {
   }
   const RobustBias& bias = stage.bias;
   setTrackNoise(stage.measured_sigma_px, stage.window->calibration(), result);
-  std::ostringstream message;
-  switch (bias.status) {
-    case RobustBiasStatus::kOk:
-      result->gyro_bias = bias.gyro_bias;
-      appendStaticTracksWarning(stage.static_tracks,
-                                static_cast<int>(stage.window->pointTracks().size()), result);
-      return true;
-    case RobustBiasStatus::kTooFewPoints:
-      message << "0 keyframe pairs with " << rotation_constants::kMinPointsPerPair
-              << " or more common points (minimum 1)";
-      fail(InitStatus::kTooFewTracks, message.str(), result);
-      return false;
-    case RobustBiasStatus::kNoConsensus:
-      message << "fraction of the point tracks that agree with one gyroscope bias "
-              << bias.inlierFraction() << " (minimum " << rotation_constants::kMinInlierFraction
-              << ')';
-      fail(InitStatus::kInconsistentResiduals, message.str(), result);
-      return false;
-    case RobustBiasStatus::kOutOfRange: break;
+  if (bias.valid()) {
+    result->gyro_bias = bias.gyro_bias;
+    appendStaticTracksWarning(stage.static_tracks,
+                              static_cast<int>(stage.window->pointTracks().size()), result);
+    return true;
   }
-  message << "gyroscope bias " << bias.gyro_bias.norm() << " rad/s (limit "
-          << rotation_constants::kMaxBias << ")";
-  fail(InitStatus::kNumericalFailure, message.str(), result);
+  std::string message = text(6, "gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ",
+                             rotation_constants::kMaxBias, ")");
+  if (bias.status == InitStatus::kTooFewTracks) {
+    message = text(6, "0 keyframe pairs with ", rotation_constants::kMinPointsPerPair,
+                   " or more common points (minimum 1)");
+  } else if (bias.status == InitStatus::kInconsistentResiduals) {
+    message =
+        text(6, "fraction of the point tracks that agree with one gyroscope bias ",
+             bias.inlierFraction(), " (minimum ", rotation_constants::kMinInlierFraction, ")");
+  }
+  fail(bias.status, message, result);
   return false;
 }
 

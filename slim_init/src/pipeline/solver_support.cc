@@ -11,14 +11,6 @@
 #include "verdict/constants.h"
 
 namespace slim_init {
-namespace {
-
-// Tracks are called noisy beyond this factor on the noise assumed: what a window is granted at most
-// is exceeded, or sigma_px of the file.
-constexpr double kNoisyTracks = 1.3;
-
-}  // namespace
-
 InitResult startResult(const InitWindow& window) {
   InitResult result;
   result.counts.keyframes = window.size();

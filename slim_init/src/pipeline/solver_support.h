@@ -20,6 +20,11 @@
 
 namespace slim_init {
 
+/// A noise of the tracks within this factor of the one assumed changes hardly a weight. Beyond,
+/// what a window is granted at most is exceeded, or sigma_px of the file: the tracks are called
+/// noisy.
+inline constexpr double kNoisyTracks = 1.3;
+
 /// Times the stages of a solve: lap("name") closes the stage that ran since the last lap.
 class StageClock {
  public:

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cmath>
+#include <iterator>
 
 namespace slim_init {
 
@@ -23,7 +24,7 @@ namespace rotation_constants {
 /// Distances [keyframes] between the two keyframes of a pair. The derivative of a rotation by the
 /// bias grows with the gap while its noise does not; doubling it keeps the number of pairs low.
 inline constexpr int kGaps[] = {1, 2, 4, 8};
-inline constexpr int kLongestGap = 8;
+inline constexpr int kLongestGap = *(std::end(kGaps) - 1);
 /// Pairs with fewer common points are neither used nor tested.
 inline constexpr int kMinPointsPerPair = 6;
 /// Gap [keyframes] over which a camera has turned enough to say something of the calibration, a
@@ -39,7 +40,8 @@ inline constexpr double kRelinearizeTolerance = 1e-3;
 
 // ---- Residuals and baselines (pair_points.h)
 
-/// Standard deviations beyond which a residual is a gross error, of whatever kind it is.
+/// Standard deviations beyond which a residual is a gross error, of whatever kind it is; also the
+/// Cauchy scale of a vanishing-point residual.
 inline constexpr double kOutlierSigmas = 3.0;
 /// Floor of the variance of a residual over that of a bearing, |e x f|^2 summed over both views. A
 /// point nearer to the baseline than this has noise of second order that the weight, of first
@@ -67,9 +69,6 @@ inline constexpr double kRoundTolerance = 1e-5;
 /// Variance of a vanishing direction that its covariance does not contain [rad^2]: buildings are
 /// not built to better than a milliradian.
 inline constexpr double kVpModelVariance = 1e-6;
-
-/// Cauchy scale of a vanishing-point residual [sigma].
-inline constexpr double kVpCauchySigmas = 3.0;
 /// A larger bias is a numerical failure [rad/s].
 inline constexpr double kMaxBias = 1.0;
 

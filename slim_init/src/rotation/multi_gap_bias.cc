@@ -89,7 +89,7 @@ void MultiGapProblem::addVanishingPoints(std::size_t p, const PairRotation& rota
                                          QuadraticModel<3>* sum) const {
   if (!sameVanishingPoint(pairs_[p])) return;
   const Eigen::Matrix3d& R_b_c = window_.calibration().R_b_c;
-  const double c2 = kVpCauchySigmas * kVpCauchySigmas;
+  const double c2 = kOutlierSigmas * kOutlierSigmas;
   Eigen::Vector2d z;
   Eigen::Matrix<double, 2, 3> dz;
   whitenedVpResidual((*vps_)[pairs_[p].i], (*vps_)[pairs_[p].j],

@@ -74,7 +74,7 @@ RobustBias RobustBiasEstimator::finish() {
   RobustBias out = found_;
   out.gyro_bias = minimum_.gyro_bias;
   if (!out.gyro_bias.allFinite() || out.gyro_bias.norm() > kMaxBias) {
-    out.status = RobustBiasStatus::kOutOfRange;
+    out.status = InitStatus::kNumericalFailure;
     return out;
   }
   out.imu_noise = assumedImuNoise(window_, inertial_);
@@ -86,8 +86,8 @@ RobustBias RobustBiasEstimator::finish() {
   out.track_sigma = trackNoise(pairs, out.rotations);
   out.readout = checkReadout(window_, pairs, out.rotations, out.gyro_bias,
                              std::fmax(out.track_sigma, pairs.sigma()));
-  out.status = out.inlierFraction() < kMinInlierFraction ? RobustBiasStatus::kNoConsensus
-                                                         : RobustBiasStatus::kOk;
+  out.status = out.inlierFraction() < kMinInlierFraction ? InitStatus::kInconsistentResiduals
+                                                         : InitStatus::kSuccess;
   return out;
 }
 

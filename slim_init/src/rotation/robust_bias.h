@@ -14,22 +14,18 @@
 #include "rotation/track_pruning.h"
 #include "slim_init/init_window.h"
 #include "slim_init/options.h"
+#include "slim_init/result.h"
 #include "slim_init/work_budget.h"
 
 namespace slim_init {
 
-/// Why there is no bias.
-enum class RobustBiasStatus {
-  kOk,
-  kTooFewPoints,  ///< no keyframe pair has kMinPointsPerPair common points
-  kNoConsensus,   ///< fewer than kMinInlierFraction of the observations agree with any bias
-  kOutOfRange,    ///< the bias is not finite or larger than kMaxBias
-};
-
 /// Gyroscope bias with the observations that agree with it.
 struct RobustBias {
-  RobustBiasStatus status = RobustBiasStatus::kTooFewPoints;
-  bool valid() const { return status == RobustBiasStatus::kOk; }
+  /// kTooFewTracks: no keyframe pair has kMinPointsPerPair common points; kInconsistentResiduals:
+  /// fewer than kMinInlierFraction of the observations agree with any bias; kNumericalFailure: the
+  /// bias is not finite or larger than kMaxBias.
+  InitStatus status = InitStatus::kTooFewTracks;
+  bool valid() const { return status == InitStatus::kSuccess; }
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
   ImuNoise imu_noise;    ///< that is to be assumed of the window's IMU; set when valid
   TrackPruning pruning;  ///< keep mask for withObservations() and counts, at `gyro_bias`

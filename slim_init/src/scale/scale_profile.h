@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/motion_prior.h"
 #include "estimation/refine_window.h"
+#include "estimation/window_priors.h"
 #include "imu/preintegration.h"
 #include "scale/reverse_alignment.h"
 #include "slim_init/options.h"
