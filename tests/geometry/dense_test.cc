@@ -62,6 +62,24 @@ TEST(EliminateFirst, RefusesWhatIsNotPositiveDefinite) {
   EXPECT_FALSE(eliminateFirst(at, 9));
 }
 
+TEST(SolveDamped, IsTheSolutionOfTheDampedSystem) {
+  for (int n = 1; n <= 21; ++n) {
+    const MatrixXd A = positive(n, n);
+    const Eigen::VectorXd b = Eigen::VectorXd::Random(n);
+    for (const double damping : {0.0, 1e-6, 0.5}) {
+      MatrixXd damped = A;
+      damped.diagonal() *= 1.0 + damping;
+      Eigen::VectorXd x;
+      ASSERT_TRUE(solveDamped(lowerOf(A), b, damping, &x));
+      EXPECT_LT((damped * x - b).norm(), 1e-9 * b.norm()) << n;
+    }
+  }
+  MatrixXd A = positive(5, 3);
+  A(4, 4) = -1.0;
+  Eigen::VectorXd x;
+  EXPECT_FALSE(solveDamped(A, Eigen::VectorXd::Ones(5), 1e-6, &x));
+}
+
 TEST(InverseSeenBy, IsThePropagatedInverse) {
   for (const int n : {4, 7, 12}) {
     for (const int rows : {1, 2, 5, 6}) {

@@ -137,10 +137,7 @@ VisualInertialProblem::VisualInertialProblem(const InitWindow& window,
       by_row_(rolling_ || priors.rig.sigmas.readout_s > 0.0),
       rig_(priors.rig),
       motion_(priors.motion),
-      known_(priors.known),
-      // A prior on the motion, or the common error of speeds, couples velocities that are not
-      // neighbours.
-      solver_(layout_, rolling_ || motion_.has_value() || !window.speeds().empty()) {
+      known_(priors.known) {
   const Eigen::Matrix3d& R_b_c = window.calibration().R_b_c;
   setPreintegrated(0.0);
   setNoise(window.calibration().sigmaBearing(), window.calibration().sigmaLine());
@@ -614,15 +611,25 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
 // The damped step, and its squared length in standard deviations of the state; none where the
 // matrix is not positive definite. Unlike the decrease of the cost that length is blind to outliers
 // that still creep along the flat tail of the loss. Below `tolerance` the step is the last one.
+// Without the gauge, whose part of the step is zero.
+bool VisualInertialProblem::gaussNewtonStep(double damping, Eigen::VectorXd* step) const {
+  const int m = layout_.size() - StateLayout::kGauge;
+  Eigen::VectorXd x;
+  if (!solveDamped(system_.H.bottomRightCorner(m, m), system_.g.tail(m), damping, &x)) return false;
+  step->setZero(layout_.size());
+  step->tail(m) = -x;
+  return true;
+}
+
 std::optional<double> VisualInertialProblem::solveStep(double damping, double tolerance,
                                                        Eigen::VectorXd* step) {
-  if (!solver_.solve(system_.H, system_.g, damping, step)) return std::nullopt;
+  if (!gaussNewtonStep(damping, step)) return std::nullopt;
   const int m = layout_.size() - StateLayout::kGauge;
   const double decrement = -step->tail(m).dot(system_.g.tail(m));
   // Damping holds a step back along the scale, which nothing corrects after the last one.
   Eigen::VectorXd undamped;
   if (decrement < tolerance && damping > kSmallestDamping &&
-      solver_.solve(system_.H, system_.g, kSmallestDamping, &undamped)) {
+      gaussNewtonStep(kSmallestDamping, &undamped)) {
     step->swap(undamped);
   }
   return decrement;

@@ -16,7 +16,6 @@
 #include <optional>
 #include <vector>
 
-#include "estimation/arrow_solver.h"
 #include "estimation/row_motion.h"
 #include "estimation/speed_factor.h"
 #include "estimation/visual_tracks.h"
@@ -196,6 +195,7 @@ class VisualInertialProblem {
   void addRowBlocks(System* system) const;
   void linearize(const WindowState& state, const Structure& structure, System* system);
   Structure moveStructure(const System& system, const Eigen::VectorXd& step) const;
+  bool gaussNewtonStep(double damping, Eigen::VectorXd* step) const;
   std::optional<double> solveStep(double damping, double tolerance, Eigen::VectorXd* step);
   bool isLower(const System& trial) const;
   /// Of the last linearisation; the gradient after `last_step`, which was not worth another.
@@ -232,7 +232,6 @@ class VisualInertialProblem {
   std::vector<Eigen::Vector2d> track_residuals_;          // likewise, of one track
   std::vector<RowBlocks> row_blocks_;                     // likewise, with a rolling shutter
   WindowState final_state_;
-  ArrowSolver solver_;
   Eigen::MatrixXd information_;
   Eigen::MatrixXd visual_information_;
   Eigen::VectorXd visual_gradient_;

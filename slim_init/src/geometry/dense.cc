@@ -61,6 +61,20 @@ bool eliminateFirst(Eigen::Ref<Eigen::MatrixXd> A, int eliminated) {
   return true;
 }
 
+bool solveDamped(const DenseView& A, const Eigen::Ref<const Eigen::VectorXd>& b, double damping,
+                 Eigen::VectorXd* x) {
+  const Eigen::Index n = A.rows();
+  Eigen::MatrixXd L(n + 1, n + 1);
+  L.topLeftCorner(n, n).triangularView<Eigen::Lower>() = A;
+  L.diagonal().head(n) *= 1.0 + damping;
+  L.row(n).head(n) = b.transpose();
+  L(n, n) = 0.0;
+  if (!eliminateFirst(L, static_cast<int>(n))) return false;
+  *x = L.row(n).head(n);  // L^-1 b
+  L.topLeftCorner(n, n).triangularView<Eigen::Lower>().transpose().solveInPlace(*x);
+  return true;
+}
+
 SymmetricEigen symmetricEigen(const DenseView& A) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(A);
   return {solver.info() == Eigen::Success, solver.eigenvalues(), solver.eigenvectors()};

@@ -36,6 +36,11 @@ bool inverseSeenBy(const DenseView& A, const DenseView& J, Eigen::MatrixXd* out)
 /// definite; A is then half done.
 bool eliminateFirst(Eigen::Ref<Eigen::MatrixXd> A, int eliminated);
 
+/// x of (A + damping diag A) x = b; A symmetric, of which the lower triangle is read. False if the
+/// damped A is not positive definite; x is then undefined.
+bool solveDamped(const DenseView& A, const Eigen::Ref<const Eigen::VectorXd>& b, double damping,
+                 Eigen::VectorXd* x);
+
 /// Eigenvalues in rising order, and an eigenvector a column.
 struct SymmetricEigen {
   bool valid = false;
