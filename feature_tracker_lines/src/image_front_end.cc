@@ -80,7 +80,7 @@ class ImageFrontEnd::Impl {
       : camera_(camera),
         calibration_(calibration),
         options_(options),
-        tracker_(camera, options, calibration.sigmaLine()),
+        tracker_(camera, options),
         window_(calibration, biasWindow(options.window), limitedTo(options.imu)) {
     reset();
   }

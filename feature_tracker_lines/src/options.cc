@@ -122,7 +122,6 @@ std::string LineTrackerOptions::validate() const { return checkTable(*this).mess
 std::string FrontEndOptions::validate() const {
   return checkTable(*this)
       .nested("points", points.validate())
-      .nested("vanishing_point", vanishing_point.validate())
       .nested("window", window.validate())
       .nested("imu", imu.validate())
       .message();

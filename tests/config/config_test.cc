@@ -646,7 +646,6 @@ TEST(ConfigTable, FrontEndHasEveryFieldAndKeepsItsBounds) {
   expectEveryFieldHasARow<FrontEndOptions>([](FrontEndOptions* options) {
     OptionTable table = optionTable(options);
     // No keys of its own; the host's keys are at the top level of the file.
-    appendSection("vanishing_point", optionTable(&options->vanishing_point), {}, &table);
     appendSection("window", optionTable(&options->window), {}, &table);
     appendSection("imu", optionTable(&options->imu), {}, &table);
     appendSection("host", optionTable(&options->host), {}, &table);

@@ -169,7 +169,7 @@ class RunReport(Folder):
                     downstream_scale_error=0.01)
                 for i in range(8) for method in ("slim", "slim[no-lines]")]
         tracking = {"images": 70, "tracked": 65, "outside_imu": 0, "unreadable": 5, "refused": 0,
-                    "images_without_gyro": 0, "images_with_vp": 60, "points": 123.0,
+                    "images_without_gyro": 0, "points": 123.0,
                     "points_p10": None, "points_carried": 100.0, "lines": 40.0, "lines_p10": 30.0,
                     "lines_carried": 35.0, "line_detector": "EDLines", "total_ms_median": 6.25,
                     "total_ms_p90": 8.0, "stages_ms_median": {"points": 2.5, "lines": 3.5}}

@@ -143,7 +143,6 @@ Json jsonTracking(const TrackingSummary& tracking) {
                {"unreadable", tracking.unreadable},
                {"refused", tracking.refused},
                {"images_without_gyro", tracking.images_without_gyro},
-               {"images_with_vp", tracking.images_with_vp},
                {"points", jsonNumber(tracking.points)},
                {"points_p10", jsonNumber(tracking.points_p10)},
                {"points_carried", jsonNumber(tracking.points_carried)},

@@ -41,7 +41,7 @@ enum class OutlierCheck {
 struct ImageReport {
   /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points"
   /// (followed), "segments" (detected), "new_points", "lines" (followed and new),
-  /// "vanishing_point", "gyro_bias". With two threads "segments" and "lines" are what was waited
+  /// "gyro_bias". With two threads "segments" and "lines" are what was waited
   /// for.
   std::vector<StageTime> stages;
   double total_ms = 0.0;
@@ -57,14 +57,11 @@ struct ImageReport {
   int lines_matched = 0;    ///< tracked lines found among the segments of the detector
   int lines_carried = 0;    ///< tracked lines not detected but found by their edge
   int lines_new = 0;        ///< lines added
-  bool vp_found = false;
-  Eigen::Vector3d vp_direction = Eigen::Vector3d::UnitZ();  ///< unit, in c, sign arbitrary
-  int vp_track_id = -1;                                     ///< same id = same physical axis
   bool gyro_bias_known = false;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
 
-/// Rotation prediction from the gyro, point and line tracker, vanishing point, online gyro bias.
+/// Rotation prediction from the gyro, point and line tracker, online gyro bias.
 ///
 /// Feed the IMU up to an image's time (image stamp + Calibration::td) before the image; an image
 /// that the IMU does not cover is tracked without prediction. Deterministic: equal
@@ -94,8 +91,7 @@ class ImageFrontEnd {
   std::string lineDetector() const;
 
   /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue new to red old; lines
-  /// grey detected, blue matched, green on the dominant vanishing point; that point marked. Of the
-  /// size that is tracked. Empty before the first image.
+  /// grey detected, blue matched. Of the size that is tracked. Empty before the first image.
   cv::Mat debugImage() const;
 
   /// Forgets images, tracks, IMU, bias and report. Ids are not reused.

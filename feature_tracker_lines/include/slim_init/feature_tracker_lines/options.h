@@ -76,10 +76,7 @@ struct FrontEndOptions {
   int threads = 1;             ///< 2: lines beside points; the frames are the same
   PointTrackerOptions points;  ///< point tracker of the default profile
   LineTrackerOptions lines;    ///< line tracker
-  /// Dominant vanishing point of the debug image and of ImageReport. Has no keys of its own:
-  /// loadConfig() copies what the solvers use.
-  VanishingPointOptions vanishing_point;
-  /// Of the IMU and the frames behind the gyroscope bias estimate. No keys of their own either:
+  /// Of the IMU and the frames behind the gyroscope bias estimate. No keys of their own:
   /// loadConfig() copies those of the initializer. Of `window` the bounds on gaps are used; the
   /// estimate itself works on a short window, for an early estimate.
   WindowOptions window;
