@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <future>
 #include <opencv2/imgproc.hpp>
-#include <system_error>
 #include <utility>
 
 #include "debug_image.h"
@@ -82,19 +80,6 @@ FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, 
   return options;
 }
 
-// Work for a second thread. With one, and where no other is to be had, it is done where its result
-// is asked for.
-template <typename Work>
-auto launch(int threads, const Work& work) -> std::future<decltype(work())> {
-  if (threads > 1) {
-    try {
-      return std::async(std::launch::async, work);
-    } catch (const std::system_error&) {
-    }
-  }
-  return std::async(std::launch::deferred, work);
-}
-
 }  // namespace
 
 FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options)
@@ -124,31 +109,19 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
   writeObservations(frame);
 }
 
-// Segments are detected in the image alone and lines move
-// as the points do that were followed, so that the lines are worked on while the points are.
+// Lines move as the points do that were followed, beyond the rotation that these were found with.
 void FeatureTracker::trackFeatures(double t, const RotationPrior& given, ImageReport* report) {
   Stopwatch watch;
   RotationPrior prior = given;
-  std::future<std::vector<LineSegment>> segments;
-  if (options_.lines.enabled) {
-    segments = launch(options_.threads, [this, &given] { return lines_.detect(now_, given); });
-  }
   points_.follow(t, before_, now_, &prior, report);
   report->stages.push_back({"points", watch.lap()});
-  std::future<void> lines;
-  if (options_.lines.enabled) {
-    lines = launch(options_.threads,
-                   [this, &prior, report, points = points_.motion(prior), found = segments.get()] {
-                     lines_.track(before_, now_, prior, found, points, report);
-                   });
-    report->stages.push_back({"segments", watch.lap()});
-  }
   points_.refill(now_, report);
   report->stages.push_back({"new_points", watch.lap()});
-  if (options_.lines.enabled) {
-    lines.get();
-    report->stages.push_back({"lines", watch.lap()});
-  }
+  if (!options_.lines.enabled) return;
+  std::vector<LineSegment> segments = lines_.detect(now_, given);
+  report->stages.push_back({"segments", watch.lap()});
+  lines_.track(before_, now_, prior, std::move(segments), points_.motion(prior), report);
+  report->stages.push_back({"lines", watch.lap()});
 }
 
 // Builds the pyramid of the image, brightened where it is dark and the host's `equalize` allows it.

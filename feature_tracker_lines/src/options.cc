@@ -98,9 +98,7 @@ OptionTable optionTable(FrontEndOptions* o) {
        advancedKey("use_gyro", &o->use_gyro,
                    "predict the flow from the gyroscope (profile default); 0 for a camera alone"),
        advancedKey("estimate_gyro_bias", &o->estimate_gyro_bias,
-                   "from the tracks themselves, for the prediction and the outlier check"),
-       userKey("threads", &o->threads, {1, 2}, "",
-               "2: lines and points in parallel, with the same result")},
+                   "from the tracks themselves, for the prediction and the outlier check")},
       {}, &table);
   appendSection("points", optionTable(&o->points), {}, &table);
   appendSection("lines", optionTable(&o->lines), {}, &table);

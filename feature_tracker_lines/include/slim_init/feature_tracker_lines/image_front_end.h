@@ -40,9 +40,7 @@ enum class OutlierCheck {
 /// Report on one tracked image.
 struct ImageReport {
   /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points"
-  /// (followed), "segments" (detected), "new_points", "lines" (followed and new),
-  /// "gyro_bias". With two threads "segments" and "lines" are what was waited
-  /// for.
+  /// (followed), "new_points", "segments" (detected), "lines" (followed and new), "gyro_bias".
   std::vector<StageTime> stages;
   double total_ms = 0.0;
   double image_noise = kNotComputed;  ///< standard deviation, of the tracked image [grey levels]
@@ -65,7 +63,7 @@ struct ImageReport {
 ///
 /// Feed the IMU up to an image's time (image stamp + Calibration::td) before the image; an image
 /// that the IMU does not cover is tracked without prediction. Deterministic: equal
-/// inputs give equal frames, whatever FrontEndOptions::threads and the number of OpenCV threads.
+/// inputs give equal frames, whatever the number of OpenCV threads.
 /// Not thread-safe.
 class ImageFrontEnd {
  public:

@@ -73,9 +73,8 @@ struct FrontEndOptions {
   TrackerProfile profile = TrackerProfile::kDefault;  ///< how points are tracked
   bool use_gyro = true;                               ///< predict the flow from the gyroscope
   bool estimate_gyro_bias = true;                     ///< from the tracks
-  int threads = 1;             ///< 2: lines beside points; the frames are the same
-  PointTrackerOptions points;  ///< point tracker of the default profile
-  LineTrackerOptions lines;    ///< line tracker
+  PointTrackerOptions points;                         ///< point tracker of the default profile
+  LineTrackerOptions lines;                           ///< line tracker
   /// Of the IMU and the frames behind the gyroscope bias estimate. No keys of their own:
   /// loadConfig() copies those of the initializer. Of `window` the bounds on gaps are used; the
   /// estimate itself works on a short window, for an early estimate.
