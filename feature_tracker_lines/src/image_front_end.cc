@@ -236,7 +236,7 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   watch.lap();
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
     doubtBias(*report);
-    if (options_.estimate_gyro_bias) updateBias(*frame);
+    updateBias(*frame);
   }
   report->stages.push_back({"gyro_bias", watch.lap()});
   report->gyro_bias_known = bias_.has_value();
