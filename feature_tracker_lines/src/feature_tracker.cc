@@ -84,10 +84,9 @@ FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, 
 
 FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options)
     : halvings_(halvingsOf(camera, options.profile)),
-      camera_(halved(camera, halvings_)),
-      options_(halved(options, camera_.parameters(), halvings_)),
-      points_(camera_.parameters(), options_),
-      lines_(camera_.parameters(), options_) {}
+      options_(halved(options, halved(camera, halvings_), halvings_)),
+      points_(halved(camera, halvings_), options_),
+      lines_(halved(camera, halvings_), options_) {}
 
 void FeatureTracker::reset() {
   points_.reset();

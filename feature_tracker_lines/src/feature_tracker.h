@@ -40,8 +40,7 @@ class FeatureTracker {
   void build(const cv::Mat& grey, int gain, ImagePyramid* out);
   void writeObservations(FrameObservation* frame) const;
 
-  int halvings_;   // of the camera's image until the one that is tracked
-  Camera camera_;  // of the image that is tracked
+  int halvings_;  // of the camera's image until the one that is tracked
   FrontEndOptions options_;
   PointTracker points_;
   LineTracker lines_;

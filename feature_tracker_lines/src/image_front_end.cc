@@ -88,7 +88,6 @@ class ImageFrontEnd::Impl {
   AddStatus addImu(const ImuSample& sample) { return window_.addImu(sample); }
   ImageStatus addImage(double t, const cv::Mat& image, FrameObservation* frame);
   const ImageReport& report() const { return report_; }
-  std::string lineDetector() const { return options_.lines.enabled ? LineDetector::kName : ""; }
   cv::Mat debugImage() const { return tracker_.debugImage(); }
 
   void reset() {
@@ -281,7 +280,6 @@ ImageStatus ImageFrontEnd::addImage(double t, const cv::Mat& image, FrameObserva
   return impl_->addImage(t, image, frame);
 }
 const ImageReport& ImageFrontEnd::report() const { return impl_->report(); }
-std::string ImageFrontEnd::lineDetector() const { return impl_->lineDetector(); }
 cv::Mat ImageFrontEnd::debugImage() const { return impl_->debugImage(); }
 void ImageFrontEnd::reset() { impl_->reset(); }
 

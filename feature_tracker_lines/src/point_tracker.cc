@@ -83,7 +83,6 @@ constexpr double kUnlikeGreyLevels = 40.0;
 // where a free one explains so many times as many.
 constexpr double kDoubtBelow = 0.8;
 constexpr double kFallbackGain = 1.2;
-constexpr std::size_t kLeastForFundamental = 8;
 
 // Check over three views: time from mark to mark, for parallax (the image nearest to it is taken:
 // every fifth one at 20 Hz), the share of wrong tracks above which none is dropped, since then the
@@ -732,7 +731,6 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
     return std::count(flags.begin(), flags.end(), 1);
   };
   if (prior.known) {
-    report->outlier_check = OutlierCheck::kKnownRotation;
     std::vector<unsigned char> known =
         knownRotationInliers(rotated, now, focal_px_, threshold).flags;
     const auto inliers = static_cast<double>(count(known));
@@ -741,10 +739,8 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
     std::vector<unsigned char> free = fundamentalInliers(before, now, focal_px_, threshold);
     if (static_cast<double>(count(free)) <= kFallbackGain * inliers) return known;
     report->rotation_overruled = true;
-    report->outlier_check = OutlierCheck::kFundamental;
     return free;
   }
-  if (moved.size() >= kLeastForFundamental) report->outlier_check = OutlierCheck::kFundamental;
   return fundamentalInliers(before, now, focal_px_, threshold);
 }
 
@@ -925,8 +921,6 @@ bool PointTracker::countPublished(double t) {
 }
 
 void PointTracker::rejectVins(std::vector<PointTrack>* moved, ImageReport* report) const {
-  if (moved->size() < kLeastForFundamental) return;
-  report->outlier_check = OutlierCheck::kFundamental;
   std::vector<Eigen::Vector3d> rays_before, rays_now;
   for (const PointTrack& track : *moved) {
     rays_before.push_back(track.bearing_before);

@@ -149,7 +149,6 @@ Json jsonTracking(const TrackingSummary& tracking) {
                {"lines", jsonNumber(tracking.lines)},
                {"lines_p10", jsonNumber(tracking.lines_p10)},
                {"lines_carried", jsonNumber(tracking.lines_carried)},
-               {"line_detector", tracking.line_detector},
                {"total_ms_median", jsonNumber(tracking.total_ms_median)},
                {"total_ms_p90", jsonNumber(tracking.total_ms_p90)}};
   Json& stages = json["stages_ms_median"] = Json::object();

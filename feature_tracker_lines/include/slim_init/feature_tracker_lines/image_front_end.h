@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <string>
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/camera.h"
@@ -30,13 +29,6 @@ enum class ImageStatus {
 /// Stable lower-case name: "tracked", "not_finite", "out_of_order", "bad_image".
 const char* toString(ImageStatus status);
 
-/// How the outliers of an image were found.
-enum class OutlierCheck {
-  kNone,           ///< too few points, or the first image
-  kKnownRotation,  ///< two-point RANSAC with the gyro's rotation
-  kFundamental,    ///< fundamental-matrix RANSAC on undistorted points
-};
-
 /// Report on one tracked image.
 struct ImageReport {
   /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points"
@@ -44,8 +36,7 @@ struct ImageReport {
   std::vector<StageTime> stages;
   double total_ms = 0.0;
   double image_noise = kNotComputed;  ///< standard deviation, of the tracked image [grey levels]
-  OutlierCheck outlier_check = OutlierCheck::kNone;
-  bool rotation_from_gyro = false;  ///< the IMU covers the time since the previous image
+  bool rotation_from_gyro = false;    ///< the IMU covers the time since the previous image
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
   /// The known rotation found or explained far fewer points than another and was not used.
   bool rotation_overruled = false;
@@ -84,9 +75,6 @@ class ImageFrontEnd {
 
   /// Report on the last tracked image; default-constructed before the first one.
   const ImageReport& report() const;
-
-  /// Name of the line detector, as reports state it; empty with lines switched off.
-  std::string lineDetector() const;
 
   /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue new to red old; lines
   /// grey detected, blue matched. Of the size that is tracked. Empty before the first image.

@@ -130,7 +130,6 @@ std::string trackImages(ImageSequence* images,
   }
   summary->tracked = static_cast<int>(frames->size());
   collector.finish(summary);
-  summary->line_detector = front_end.lineDetector();
   if (summary->tracked >= 2) return "";
   std::ostringstream out;
   out << images->name() << ": " << summary->tracked << " of " << total

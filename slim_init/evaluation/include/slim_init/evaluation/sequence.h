@@ -31,7 +31,6 @@ struct TrackingSummary {
   double total_ms_median = kNotComputed;    ///< of the front end; reading the image is not in it
   double total_ms_p90 = kNotComputed;       ///< 90 % quantile
   std::vector<StageTime> stages_ms_median;  ///< as the front end names them
-  std::string line_detector;
 };
 
 /// One sequence ready for evaluation: what the sensors said and what was true.
