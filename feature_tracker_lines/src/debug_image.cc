@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 namespace slim_init::feature_tracker_lines {
 namespace {
 
 // Sub-pixel drawing: OpenCV takes coordinates with binary places.
 constexpr int kShift = 4;
-const cv::Scalar kDetected(150, 150, 150), kMatched(255, 120, 0), kOnVp(0, 220, 0),
-    kVpMark(0, 255, 255);
+const cv::Scalar kDetected(150, 150, 150), kMatched(255, 120, 0);
 constexpr int kOldAge = 40;  // images: 2 s at 20 Hz
 
 cv::Point fixedPoint(double x, double y) {
@@ -30,44 +28,25 @@ cv::Scalar ageColour(int age) {
 
 }  // namespace
 
-cv::Mat drawDebugImage(const cv::Mat& grey, const Camera& camera,
-                       const std::vector<PointTrack>& points, const std::vector<LineTrack>& lines,
-                       const std::vector<cv::Vec4f>& detected, const VanishingPoint& vp) {
+cv::Mat drawDebugImage(const cv::Mat& grey, const std::vector<PointTrack>& points,
+                       const std::vector<LineTrack>& lines,
+                       const std::vector<cv::Vec4f>& detected) {
   cv::Mat image;
   cv::cvtColor(grey, image, cv::COLOR_GRAY2BGR);
   for (const cv::Vec4f& s : detected) {
     cv::line(image, fixedPoint(s[0], s[1]), fixedPoint(s[2], s[3]), kDetected, 1, cv::LINE_AA,
              kShift);
   }
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    const bool on_vp =
-        vp.found && std::binary_search(vp.inliers.begin(), vp.inliers.end(), static_cast<int>(k));
+  for (const LineTrack& line : lines) {
     // New lines have been drawn as detections.
-    if (lines[k].age < 2 && !on_vp) continue;
-    const Edge& edge = lines[k].edge;
+    if (line.age < 2) continue;
+    const Edge& edge = line.edge;
     cv::line(image, fixedPoint(edge.start_pixel.x(), edge.start_pixel.y()),
-             fixedPoint(edge.end_pixel.x(), edge.end_pixel.y()), on_vp ? kOnVp : kMatched, 2,
-             cv::LINE_AA, kShift);
+             fixedPoint(edge.end_pixel.x(), edge.end_pixel.y()), kMatched, 2, cv::LINE_AA, kShift);
   }
   for (const PointTrack& point : points) {
     cv::circle(image, fixedPoint(point.pixel.x, point.pixel.y), 3 << kShift, ageColour(point.age),
                cv::FILLED, cv::LINE_AA, kShift);
-  }
-  if (vp.found) {
-    // The sign of the direction is arbitrary: either end of the axis may be in sight.
-    Eigen::Vector2d pixel;
-    for (const double sense : {1.0, -1.0}) {
-      if (!camera.project(sense * vp.direction, &pixel)) continue;
-      cv::drawMarker(image, cv::Point(cvRound(pixel.x()), cvRound(pixel.y())), kVpMark,
-                     cv::MARKER_TILTED_CROSS, 24, 2);
-      cv::circle(image, fixedPoint(pixel.x(), pixel.y()), 14 << kShift, kVpMark, 2, cv::LINE_AA,
-                 kShift);
-    }
-    const std::string text = "VP " + std::to_string(vp.track_id) + ", age " +
-                             std::to_string(vp.age) + ", " + std::to_string(vp.inliers.size()) +
-                             " lines";
-    cv::putText(image, text, cv::Point(8, image.rows - 10), cv::FONT_HERSHEY_SIMPLEX, 0.5, kVpMark,
-                1, cv::LINE_AA);
   }
   return image;
 }

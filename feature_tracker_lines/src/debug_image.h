@@ -5,15 +5,12 @@
 #include <vector>
 
 #include "line_tracker.h"
-#include "lines/vanishing_point.h"
 #include "point_tracker.h"
 
 namespace slim_init::feature_tracker_lines {
 
-/// ImageFrontEnd::debugImage(). `grey` CV_8UC1; `vp.inliers` are indices into `lines`; `detected`
-/// are the detector's segments [px].
-cv::Mat drawDebugImage(const cv::Mat& grey, const Camera& camera,
-                       const std::vector<PointTrack>& points, const std::vector<LineTrack>& lines,
-                       const std::vector<cv::Vec4f>& detected, const VanishingPoint& vp);
+/// ImageFrontEnd::debugImage(). `grey` CV_8UC1; `detected` are the detector's segments [px].
+cv::Mat drawDebugImage(const cv::Mat& grey, const std::vector<PointTrack>& points,
+                       const std::vector<LineTrack>& lines, const std::vector<cv::Vec4f>& detected);
 
 }  // namespace slim_init::feature_tracker_lines

@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <future>
 #include <opencv2/imgproc.hpp>
-#include <system_error>
 #include <utility>
 
 #include "debug_image.h"
@@ -15,14 +13,6 @@
 
 namespace slim_init::feature_tracker_lines {
 namespace {
-
-constexpr double kRadPerDeg = 0.017453292519943295;
-// An axis out of sight for so long is forgotten: its prediction has drifted.
-constexpr double kAxisMemoryS = 5.0;
-// Axes remembered; a building shows three.
-constexpr std::size_t kMaxAxes = 8;
-// Another axis has to have so many times the line length of the one that is followed to take over.
-constexpr double kStrongerAxis = 1.5;
 
 // Distance of points in a halved image [px], at least: closer ones share most of their patches.
 constexpr double kLeastDistancePx = 10.0;
@@ -90,43 +80,19 @@ FrontEndOptions halved(FrontEndOptions options, const CameraParameters& camera, 
   return options;
 }
 
-double supportOf(const std::vector<WindowLine>& lines, const VanishingPoint& vp) {
-  double length = 0.0;
-  for (const int k : vp.inliers) length += lines[static_cast<std::size_t>(k)].length_px;
-  return length;
-}
-
-// Work for a second thread. With one, and where no other is to be had, it is done where its result
-// is asked for.
-template <typename Work>
-auto launch(int threads, const Work& work) -> std::future<decltype(work())> {
-  if (threads > 1) {
-    try {
-      return std::async(std::launch::async, work);
-    } catch (const std::system_error&) {
-    }
-  }
-  return std::async(std::launch::deferred, work);
-}
-
 }  // namespace
 
-FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options,
-                               double sigma_line_rad)
+FeatureTracker::FeatureTracker(const CameraParameters& camera, const FrontEndOptions& options)
     : halvings_(halvingsOf(camera, options.profile)),
-      camera_(halved(camera, halvings_)),
-      options_(halved(options, camera_.parameters(), halvings_)),
-      sigma_line_rad_(sigma_line_rad),
-      points_(camera_.parameters(), options_),
-      lines_(camera_.parameters(), options_) {}
+      options_(halved(options, halved(camera, halvings_), halvings_)),
+      points_(halved(camera, halvings_), options_),
+      lines_(halved(camera, halvings_), options_) {}
 
 void FeatureTracker::reset() {
   points_.reset();
   lines_.reset();
   before_ = ImagePyramid();
   now_ = ImagePyramid();
-  axes_.clear();
-  vp_ = VanishingPoint();
   gain_ = 1;
 }
 
@@ -142,33 +108,19 @@ void FeatureTracker::track(double t, const cv::Mat& grey, const RotationPrior& p
   writeObservations(frame);
 }
 
-// Points, lines and their vanishing point. Segments are detected in the image alone and lines move
-// as the points do that were followed, so that the lines are worked on while the points are.
+// Lines move as the points do that were followed, beyond the rotation that these were found with.
 void FeatureTracker::trackFeatures(double t, const RotationPrior& given, ImageReport* report) {
   Stopwatch watch;
   RotationPrior prior = given;
-  std::future<std::vector<LineSegment>> segments;
-  if (options_.lines.enabled) {
-    segments = launch(options_.threads, [this, &given] { return lines_.detect(now_, given); });
-  }
   points_.follow(t, before_, now_, &prior, report);
   report->stages.push_back({"points", watch.lap()});
-  std::future<void> lines;
-  if (options_.lines.enabled) {
-    lines = launch(options_.threads,
-                   [this, &prior, report, points = points_.motion(prior), found = segments.get()] {
-                     lines_.track(before_, now_, prior, found, points, report);
-                   });
-    report->stages.push_back({"segments", watch.lap()});
-  }
   points_.refill(now_, report);
   report->stages.push_back({"new_points", watch.lap()});
-  if (options_.lines.enabled) {
-    lines.get();
-    report->stages.push_back({"lines", watch.lap()});
-    trackVanishingPoint(prior, report);
-    report->stages.push_back({"vanishing_point", watch.lap()});
-  }
+  if (!options_.lines.enabled) return;
+  std::vector<LineSegment> segments = lines_.detect(now_, given);
+  report->stages.push_back({"segments", watch.lap()});
+  lines_.track(before_, now_, prior, std::move(segments), points_.motion(prior), report);
+  report->stages.push_back({"lines", watch.lap()});
 }
 
 // Builds the pyramid of the image, brightened where it is dark and the host's `equalize` allows it.
@@ -227,114 +179,9 @@ void FeatureTracker::writeObservations(FrameObservation* frame) const {
   }
 }
 
-// The vanishing point of those lines that may meet in `predicted`. Found only near it.
-VanishingPoint FeatureTracker::estimateNear(const std::vector<WindowLine>& lines,
-                                            const Eigen::Vector3d& predicted) const {
-  VanishingPointOptions near = options_.vanishing_point;
-  near.min_inliers = std::max(2, near.min_inliers / 2);  // fewer meet there by chance
-  const double largest = std::sin(near.vote_threshold_deg * kRadPerDeg);
-  std::vector<WindowLine> chosen;
-  std::vector<int> index;
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    if (std::abs(lines[k].normal.dot(predicted)) > largest) continue;
-    chosen.push_back(lines[k]);
-    index.push_back(static_cast<int>(k));
-  }
-  VanishingPoint vp = estimateVanishingPoint(chosen, sigma_line_rad_, near);
-  for (int& line : vp.inliers) line = index[static_cast<std::size_t>(line)];
-  if (vp.found &&
-      std::abs(vp.direction.dot(predicted)) < std::cos(near.match_threshold_deg * kRadPerDeg)) {
-    vp.found = false;
-  }
-  return vp;
-}
-
-std::vector<WindowLine> FeatureTracker::observations() const {
-  std::vector<WindowLine> observations;
-  for (const LineTrack& track : lines_.tracks()) {
-    WindowLine observation;
-    observation.start_bearing = track.edge.start;
-    observation.end_bearing = track.edge.end;
-    observation.normal = track.edge.normal();
-    observation.length_px = track.edge.length_px;
-    observation.detection_confidence = track.confidence;
-    observation.match_quality = track.match_quality;
-    observations.push_back(observation);
-  }
-  return observations;
-}
-
-// Turns the remembered axes with the camera and forgets those not seen for long.
-void FeatureTracker::predictAxes(const RotationPrior& prior) {
-  for (Axis& axis : axes_) {
-    axis.direction = prior.R_now_before * axis.direction;
-    axis.unseen_s += prior.dt_s;
-  }
-  axes_.erase(std::remove_if(axes_.begin(), axes_.end(),
-                             [](const Axis& axis) { return axis.unseen_s > kAxisMemoryS; }),
-              axes_.end());
-}
-
-// Of two axes about as strong, a single line can decide which one wins an image. The axis that is
-// followed stays until another one is clearly stronger.
-void FeatureTracker::preferFollowedAxis(const std::vector<WindowLine>& observations,
-                                        int followed_id) {
-  if (followed_id < 0 || axes_.empty() || axes_.front().id != followed_id) return;
-  VanishingPoint same = estimateNear(observations, axes_.front().direction);
-  if (same.found && (!vp_.found || supportOf(observations, vp_) <
-                                       kStrongerAxis * supportOf(observations, same))) {
-    vp_ = std::move(same);
-  }
-}
-
-// Puts the axis of `vp_` first, under the id of the remembered axis nearest to it or a new one;
-// returns the id.
-int FeatureTracker::rememberAxis() {
-  auto nearest = axes_.end();
-  double largest = std::cos(options_.vanishing_point.match_threshold_deg * kRadPerDeg);
-  for (auto axis = axes_.begin(); axis != axes_.end(); ++axis) {
-    const double cosine = std::abs(axis->direction.dot(vp_.direction));
-    if (cosine < largest) continue;
-    largest = cosine;
-    nearest = axis;
-  }
-  Axis axis;
-  if (nearest == axes_.end()) {
-    axis.id = next_axis_++;
-  } else {
-    axis.id = nearest->id;
-    axes_.erase(nearest);
-  }
-  axis.direction = vp_.direction;
-  axes_.insert(axes_.begin(), axis);
-  if (axes_.size() > kMaxAxes) axes_.pop_back();
-  return axis.id;
-}
-
-void FeatureTracker::trackVanishingPoint(const RotationPrior& prior, ImageReport* report) {
-  const std::vector<WindowLine> lines = observations();
-  const int last_id = vp_.track_id, last_age = vp_.age;
-  predictAxes(prior);
-  vp_ = estimateVanishingPoint(lines, sigma_line_rad_, options_.vanishing_point);
-  preferFollowedAxis(lines, last_id);
-  if (!vp_.found) {
-    // The axis is still followed: one image without it is no reason to change to another.
-    vp_.track_id = last_id;
-    vp_.age = 0;
-    return;
-  }
-  vp_.track_id = rememberAxis();
-  vp_.age = vp_.track_id == last_id ? last_age + 1 : 1;
-
-  report->vp_found = true;
-  report->vp_direction = vp_.direction;
-  report->vp_track_id = vp_.track_id;
-}
-
 cv::Mat FeatureTracker::debugImage() const {
   if (now_.empty()) return {};
-  return drawDebugImage(now_.level(0), camera_, points_.tracks(), lines_.tracks(),
-                        lines_.detected(), vp_);
+  return drawDebugImage(now_.level(0), points_.tracks(), lines_.tracks(), lines_.detected());
 }
 
 }  // namespace slim_init::feature_tracker_lines

@@ -80,7 +80,7 @@ class ImageFrontEnd::Impl {
       : camera_(camera),
         calibration_(calibration),
         options_(options),
-        tracker_(camera, options, calibration.sigmaLine()),
+        tracker_(camera, options),
         window_(calibration, biasWindow(options.window), limitedTo(options.imu)) {
     reset();
   }
@@ -88,7 +88,6 @@ class ImageFrontEnd::Impl {
   AddStatus addImu(const ImuSample& sample) { return window_.addImu(sample); }
   ImageStatus addImage(double t, const cv::Mat& image, FrameObservation* frame);
   const ImageReport& report() const { return report_; }
-  std::string lineDetector() const { return options_.lines.enabled ? LineDetector::kName : ""; }
   cv::Mat debugImage() const { return tracker_.debugImage(); }
 
   void reset() {
@@ -236,7 +235,7 @@ void ImageFrontEnd::Impl::track(double t, const cv::Mat& image, FrameObservation
   watch.lap();
   if (options_.use_gyro && options_.profile == TrackerProfile::kDefault) {
     doubtBias(*report);
-    if (options_.estimate_gyro_bias) updateBias(*frame);
+    updateBias(*frame);
   }
   report->stages.push_back({"gyro_bias", watch.lap()});
   report->gyro_bias_known = bias_.has_value();
@@ -281,7 +280,6 @@ ImageStatus ImageFrontEnd::addImage(double t, const cv::Mat& image, FrameObserva
   return impl_->addImage(t, image, frame);
 }
 const ImageReport& ImageFrontEnd::report() const { return impl_->report(); }
-std::string ImageFrontEnd::lineDetector() const { return impl_->lineDetector(); }
 cv::Mat ImageFrontEnd::debugImage() const { return impl_->debugImage(); }
 void ImageFrontEnd::reset() { impl_->reset(); }
 

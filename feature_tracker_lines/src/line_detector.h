@@ -14,8 +14,6 @@ namespace slim_init::feature_tracker_lines {
 /// or so: LineTracker refits what it keeps.
 class LineDetector {
  public:
-  static constexpr char kName[] = "gradient ridges";  ///< as reports state it
-
   /// Segments shorter than `min_length_px` are left out.
   explicit LineDetector(double min_length_px) : min_length_(min_length_px) {}
 

@@ -11,8 +11,9 @@
 namespace slim_init::feature_tracker_lines {
 namespace {
 
-constexpr double kRadPerDeg = 0.017453292519943295;
-
+// Points per line that KLT predicts the line with; so many it has to find: two always lie on a
+// line.
+constexpr int kSamples = 5, kLeastMoved = 3;
 // KLT of points on lines: a smaller window than for corners [px], since the edge itself is what
 // counts, as wide as OpenCV's vector loop, and few iterations, since along the edge there is
 // nothing to converge to.
@@ -26,8 +27,6 @@ constexpr int kLevelsKnown = 0, kLevelsNew = 1;
 constexpr double kLeastEigenvalue = 1e-7;
 constexpr double kMaxCorrectionPx = 8.0;  // across, from the prediction; more is another edge
 constexpr double kSampleScalePx = 0.7;    // Cauchy scale of the moved samples about their line
-constexpr double kLeastMoved = 0.6;       // share of samples that KLT has to find
-constexpr int kLeastMovedCount = 3;       // two always lie on a line
 constexpr double kDerivativeStep = 1e-4;  // [rad], of the numerical direction across a line
 // Directions are used up to 84 degrees from the middle of a line: beyond, ArcFrame's coordinates
 // grow without bound.
@@ -41,8 +40,15 @@ constexpr int kDetectionScale = 1 << kDetectionLevel;
 // line is better.
 constexpr double kSearchNewPx = 3.0;
 constexpr double kSearchTrackedPx = 2.0;
-constexpr double kLeastSupport = 0.6;  // share of the edge samples that the refit has to use
-constexpr double kMaxJumpPx = 1.5;     // refit to prediction; beyond is the neighbouring edge
+constexpr double kLeastSupport = 0.6;   // share of the edge samples that the refit has to use
+constexpr double kMaxRefitRmsPx = 0.5;  // of the edge samples about the fitted line
+constexpr double kMaxJumpPx = 1.5;      // refit to prediction; beyond is the neighbouring edge
+// A detection is that of a predicted line up to this distance across and this angle, with an
+// overlap of this share of the shorter one.
+constexpr double kMaxDistancePx = 2.0, kMaxAngle = 3.0 * 0.017453292519943295;  // [rad]
+constexpr double kMinOverlap = 0.4;
+// Images without a detection over which a line is tracked by its edge.
+constexpr int kMaxMissed = 3;
 // A tracked line may get this much shorter than a new one before it is dropped.
 constexpr double kShortening = 0.7;
 // Two tracks this close and overlapping are one line; a new line keeps a larger distance.
@@ -189,7 +195,6 @@ std::vector<LineSegment> LineTracker::detect(const ImagePyramid& now, const Rota
 // Places along the tracked lines, and where they are expected after the rotation.
 LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
                                                const PointMotion& points) const {
-  const int count = options_.lines.samples;
   const Eigen::Matrix3d& R = prior.R_now_before;
   Samples samples;
   for (std::size_t k = 0; k < tracks_.size(); ++k) {
@@ -203,8 +208,8 @@ LineTracker::Samples LineTracker::sampleTracks(const RotationPrior& prior,
     samples.arcs.emplace_back(turnedOnto(normal, R, track.edge.start),
                               turnedOnto(normal, R, track.edge.end));
     const ArcFrame& there = samples.arcs.back();
-    for (int i = 0; i < count; ++i) {
-      const double share = (i + 0.5) / count;
+    for (int i = 0; i < kSamples; ++i) {
+      const double share = (i + 0.5) / kSamples;
       const double x = here.x_start + share * (here.x_end - here.x_start);
       Eigen::Vector2d before, middle, beside;
       const Eigen::Vector3d expected = turnedOnto(normal, R, here.direction(x, 0.0));
@@ -256,8 +261,7 @@ LineTracker::Prediction LineTracker::fitSamples(const Samples& samples, std::siz
                                                 std::size_t first, std::size_t last) const {
   Prediction prediction;
   const ArcFrame& arc = samples.arcs[k];
-  const int most = options_.lines.samples;
-  Eigen::ArrayXd x(most), y(most);
+  Eigen::ArrayXd x(kSamples), y(kSamples);
   int count = 0;
   for (std::size_t j = first; j < last; ++j) {
     if (samples.ok[j] == 0) continue;
@@ -273,7 +277,7 @@ LineTracker::Prediction LineTracker::fitSamples(const Samples& samples, std::siz
     y[count] = arc.acrossOf(f);
     ++count;
   }
-  if (count < kLeastMovedCount || count < kLeastMoved * most) return prediction;
+  if (count < kLeastMoved) return prediction;
   const StraightFit fit = fitStraight(x.head(count), y.head(count), kSampleScalePx / focal_px_);
   if (!fit.ok) return prediction;
   prediction.ok = true;
@@ -317,7 +321,6 @@ bool LineTracker::isSameLine(const Edge& a, const Edge& b, double max_distance_p
 // Mutual best partners: a line and a detection that each have no better one.
 std::vector<LineTracker::Match> LineTracker::match(const std::vector<Prediction>& predictions,
                                                    const std::vector<LineSegment>& segments) const {
-  const LineTrackerOptions& o = options_.lines;
   constexpr double kNoCost = std::numeric_limits<double>::infinity();
   std::vector<Match> matches(predictions.size());
   std::vector<int> best_of_segment(segments.size(), -1);
@@ -328,13 +331,13 @@ std::vector<LineTracker::Match> LineTracker::match(const std::vector<Prediction>
     const ArcFrame arc(predictions[k].start, predictions[k].end);
     for (std::size_t s = 0; s < segments.size(); ++s) {
       const LineSegment& segment = segments[s];
-      if (liesAside(arc.n, segment.start, segment.end, focal_px_, o.max_distance_px)) continue;
+      if (liesAside(arc.n, segment.start, segment.end, focal_px_, kMaxDistancePx)) continue;
       const Overlap overlap = overlapOf(arc, segment.start, segment.end, focal_px_);
-      if (overlap.share < o.min_overlap || overlap.largest_px > o.max_distance_px ||
-          overlap.angle > o.max_angle_deg * kRadPerDeg) {
+      if (overlap.share < kMinOverlap || overlap.largest_px > kMaxDistancePx ||
+          overlap.angle > kMaxAngle) {
         continue;
       }
-      const double cost = overlap.distance_px / o.max_distance_px + (1.0 - overlap.share);
+      const double cost = overlap.distance_px / kMaxDistancePx + (1.0 - overlap.share);
       if (cost < cost_of_line[k]) {
         cost_of_line[k] = cost;
         matches[k] = {static_cast<int>(s), overlap};
@@ -394,7 +397,7 @@ bool LineTracker::follow(const ImagePyramid& now, const RotationPrior& prior,
 bool LineTracker::refit(const ImagePyramid& now, const Eigen::Vector3d& start,
                         const Eigen::Vector3d& end, double search_px, Edge* edge) const {
   return fitEdge(now.level(0), lens_, start, end, search_px, now.noise, kLeastSupport,
-                 options_.lines.max_refit_rms_px, edge) &&
+                 kMaxRefitRmsPx, edge) &&
          !isMasked(edge->start_pixel) && !isMasked(edge->end_pixel);
 }
 
@@ -456,7 +459,7 @@ void LineTracker::track(const ImagePyramid& before, const ImagePyramid& now,
     const int s = matches[k].segment;
     if (s >= 0) segments[static_cast<std::size_t>(s)].taken = true;
     track.missed = s >= 0 ? 0 : track.missed + 1;
-    if (track.missed > options_.lines.max_missed) continue;
+    if (track.missed > kMaxMissed) continue;
     if (follow(now, prior, predictions[k], matches[k], segments, &track)) moved.push_back(track);
   }
   keepDistinct(std::move(moved), report);

@@ -52,14 +52,9 @@ OptionTable optionTable(PointTrackerOptions* o) {
       advancedKey("levels", &o->levels, {0, 8}, "",
                   "pyramid levels above the image; 3 as VINS-Mono"),
       advancedKey(
-          "forward_backward_px", &o->forward_backward_px, {0.01, 100.0}, "px",
-          "a point tracked back to the image before has to come within this of where it was"),
-      advancedKey(
           "epipolar_px", &o->epipolar_px, {0.01, 100.0}, "px",
           "a point further from its epipolar line is an outlier; above twice the largest tracking "
           "error between neighbouring images, below half a period of common textures"),
-      advancedKey("border_px", &o->border_px, {1.0, 200.0}, "px",
-                  "points closer to the edge of the image are dropped"),
   };
 }
 
@@ -70,19 +65,6 @@ OptionTable optionTable(LineTrackerOptions* o) {
               "lines tracked in one image; old and long ones are kept"),
       advancedKey("min_length_px", &o->min_length_px, {10.0, 1e4}, "px",
                   "shorter segments are discarded"),
-      advancedKey("samples", &o->samples, {3, 100}, "",
-                  "points per line that KLT predicts the line with"),
-      advancedKey("max_distance_px", &o->max_distance_px, {0.1, 50.0}, "px",
-                  "maximum distance of predicted and detected line, across"),
-      advancedKey("max_angle_deg", &o->max_angle_deg, {0.1, 45.0}, "deg",
-                  "maximum angle between predicted and detected line"),
-      advancedKey(
-          "min_overlap", &o->min_overlap, {0.01, 1.0}, "",
-          "minimum overlap of predicted and detected segment, as a fraction of the shorter one"),
-      advancedKey("max_missed", &o->max_missed, {0, 1000}, "images",
-                  "maximum number without a detection over which a line is tracked by its edge"),
-      advancedKey("max_refit_rms_px", &o->max_refit_rms_px, {0.05, 10.0}, "px",
-                  "maximum rms of the edge samples about the fitted line"),
   };
 }
 
@@ -96,11 +78,7 @@ OptionTable optionTable(FrontEndOptions* o) {
                "vins: points as VINS-Mono tracks them, with its keys max_cnt, min_dist, freq, "
                "F_threshold and equalize"),
        advancedKey("use_gyro", &o->use_gyro,
-                   "predict the flow from the gyroscope (profile default); 0 for a camera alone"),
-       advancedKey("estimate_gyro_bias", &o->estimate_gyro_bias,
-                   "from the tracks themselves, for the prediction and the outlier check"),
-       userKey("threads", &o->threads, {1, 2}, "",
-               "2: lines and points in parallel, with the same result")},
+                   "predict the flow from the gyroscope (profile default); 0 for a camera alone")},
       {}, &table);
   appendSection("points", optionTable(&o->points), {}, &table);
   appendSection("lines", optionTable(&o->lines), {}, &table);
@@ -122,7 +100,6 @@ std::string LineTrackerOptions::validate() const { return checkTable(*this).mess
 std::string FrontEndOptions::validate() const {
   return checkTable(*this)
       .nested("points", points.validate())
-      .nested("vanishing_point", vanishing_point.validate())
       .nested("window", window.validate())
       .nested("imu", imu.validate())
       .message();

@@ -31,6 +31,7 @@ const cv::TermCriteria kForward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS,
 constexpr int kBackwardLevels = 1;
 constexpr float kNearPx = 4.0F;
 constexpr int kBackwardWindowPx = 16;  // as wide as two turns of OpenCV's vector loop
+constexpr double kMaxReturnPx = 0.5;   // from where it was
 const cv::TermCriteria kBackward(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 15, 0.02);
 
 // New corners are moved to the vertex where their edges meet: half side of the window [px], and the
@@ -49,6 +50,9 @@ constexpr double kMaxScale = 1.3;
 // Correlation and distance from the prediction [px] from which on a match is sure without KLT.
 constexpr double kSureCorrelation = 0.95;
 constexpr double kSurePx = 0.7;
+
+// Points closer to the edge of the image are dropped [px].
+constexpr double kBorderPx = 8.0;
 
 // Corners are looked for in this many cells per image (of about 150), which bounds the time, unless
 // fewer than this share of the points is left.
@@ -79,7 +83,6 @@ constexpr double kUnlikeGreyLevels = 40.0;
 // where a free one explains so many times as many.
 constexpr double kDoubtBelow = 0.8;
 constexpr double kFallbackGain = 1.2;
-constexpr std::size_t kLeastForFundamental = 8;
 
 // Check over three views: time from mark to mark, for parallax (the image nearest to it is taken:
 // every fifth one at 20 Hz), the share of wrong tracks above which none is dropped, since then the
@@ -189,11 +192,11 @@ void dropSmooth(const ImagePyramid& now, std::vector<cv::Point2f>* corners) {
 // that no earlier round has found. All positions are those of the level 0 of both pyramids.
 class FlowSearch {
  public:
-  FlowSearch(const ImagePyramid& before, const ImagePyramid& now,
-             const PointTrackerOptions& options, std::vector<cv::Point2f> from)
+  FlowSearch(const ImagePyramid& before, const ImagePyramid& now, int window_px,
+             std::vector<cv::Point2f> from)
       : before_(before),
         now_(now),
-        options_(options),
+        window_px_(window_px),
         from_(std::move(from)),
         found_(from_.size(), 0),
         to_(from_.size()) {}
@@ -238,7 +241,7 @@ class FlowSearch {
     std::vector<float> unused;
     *ends = starts;
     cv::calcOpticalFlowPyrLK(before_.pyramid, now_.pyramid, sources, *ends, ok, unused,
-                             cv::Size(options_.window_px, options_.window_px), top, kForward,
+                             cv::Size(window_px_, window_px_), top, kForward,
                              cv::OPTFLOW_USE_INITIAL_FLOW);
     std::vector<std::size_t> near, far;
     for (std::size_t k = 0; k < ok.size(); ++k) {
@@ -264,14 +267,14 @@ class FlowSearch {
       from.push_back(ends[k]);
       back.push_back(sources[k] + correction);
     }
-    const int side = std::min(options_.window_px, kBackwardWindowPx);
+    const int side = std::min(window_px_, kBackwardWindowPx);
     std::vector<uchar> ok_back;
     std::vector<float> unused;
     cv::calcOpticalFlowPyrLK(now_.pyramid, before_.pyramid, from, back, ok_back, unused,
                              cv::Size(side, side), top, kBackward, cv::OPTFLOW_USE_INITIAL_FLOW);
     for (std::size_t j = 0; j < chosen.size(); ++j) {
       const std::size_t k = chosen[j];
-      if (ok_back[j] == 0 || cv::norm(back[j] - sources[k]) > options_.forward_backward_px) {
+      if (ok_back[j] == 0 || cv::norm(back[j] - sources[k]) > kMaxReturnPx) {
         (*ok)[k] = 0;
       }
     }
@@ -279,7 +282,7 @@ class FlowSearch {
 
   const ImagePyramid& before_;
   const ImagePyramid& now_;
-  const PointTrackerOptions& options_;
+  const int window_px_;
   std::vector<cv::Point2f> from_;
   std::vector<unsigned char> found_;
   std::vector<cv::Point2f> to_;
@@ -294,8 +297,7 @@ PointTracker::PointTracker(const CameraParameters& camera, const FrontEndOptions
       usable_(usableArea(camera_, options)) {
   cv::Size size(camera.width, camera.height);
   for (int level = 0; level < kLevels; ++level) {
-    corners_.emplace_back(size, options.points.min_distance_px / pixelOf(level),
-                          options.points.border_px);
+    corners_.emplace_back(size, options.points.min_distance_px / pixelOf(level), kBorderPx);
     size = cv::Size((size.width + 1) / 2, (size.height + 1) / 2);
   }
 }
@@ -623,7 +625,7 @@ void PointTracker::searchLevel(int level, const ImagePyramid& before, const Imag
   const auto steady = [&](std::size_t k) {
     return ratio * tracks_[index[k]].surprise_px < kSteadyPx;
   };
-  FlowSearch search(before, now, options_.points, std::move(from));
+  FlowSearch search(before, now, options_.points.window_px, std::move(from));
   for (std::size_t k = 0; prior.measured && k < index.size(); ++k) {
     cv::Point2f there;
     if (!steady(k) || !isSurelyAt(tracks_[index[k]], now, predicted[k], &there)) continue;
@@ -655,7 +657,7 @@ std::vector<PointTrack> PointTracker::search(const Levels& before, const Levels&
   }
   std::vector<PointTrack> moved;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (found.ok[i] == 0 || !isInside(found.to[i], options_.points.border_px)) continue;
+    if (found.ok[i] == 0 || !isInside(found.to[i], kBorderPx)) continue;
     PointTrack track = tracks_[i];
     if (!advance(found.to[i], &track)) continue;
     track.surprise_px =
@@ -729,7 +731,6 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
     return std::count(flags.begin(), flags.end(), 1);
   };
   if (prior.known) {
-    report->outlier_check = OutlierCheck::kKnownRotation;
     std::vector<unsigned char> known =
         knownRotationInliers(rotated, now, focal_px_, threshold).flags;
     const auto inliers = static_cast<double>(count(known));
@@ -738,10 +739,8 @@ std::vector<unsigned char> PointTracker::findInliers(const std::vector<PointTrac
     std::vector<unsigned char> free = fundamentalInliers(before, now, focal_px_, threshold);
     if (static_cast<double>(count(free)) <= kFallbackGain * inliers) return known;
     report->rotation_overruled = true;
-    report->outlier_check = OutlierCheck::kFundamental;
     return free;
   }
-  if (moved.size() >= kLeastForFundamental) report->outlier_check = OutlierCheck::kFundamental;
   return fundamentalInliers(before, now, focal_px_, threshold);
 }
 
@@ -922,8 +921,6 @@ bool PointTracker::countPublished(double t) {
 }
 
 void PointTracker::rejectVins(std::vector<PointTrack>* moved, ImageReport* report) const {
-  if (moved->size() < kLeastForFundamental) return;
-  report->outlier_check = OutlierCheck::kFundamental;
   std::vector<Eigen::Vector3d> rays_before, rays_now;
   for (const PointTrack& track : *moved) {
     rays_before.push_back(track.bearing_before);

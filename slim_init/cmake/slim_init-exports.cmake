@@ -31,13 +31,11 @@ if(TARGET slim_init::feature_tracker_lines AND NOT TARGET SlimInitOpenCV::SlimIn
 endif()
 
 # Static libraries have their threads from the system.
-if((TARGET slim_init::evaluation OR TARGET slim_init::feature_tracker_lines
-    OR TARGET slim_init::vins_adapter) AND NOT TARGET Threads::Threads)
+if((TARGET slim_init::evaluation OR TARGET slim_init::vins_adapter) AND NOT TARGET Threads::Threads)
   find_package(Threads QUIET)
-  if(NOT Threads_FOUND
-     AND slim_init_FIND_COMPONENTS MATCHES "evaluation|feature_tracker_lines|vins_adapter")
+  if(NOT Threads_FOUND AND slim_init_FIND_COMPONENTS MATCHES "evaluation|vins_adapter")
     set(slim_init_NOT_FOUND_MESSAGE
-        "slim_init::evaluation, slim_init::feature_tracker_lines and slim_init::vins_adapter need a system with threads"
+        "slim_init::evaluation and slim_init::vins_adapter need a system with threads"
     )
   endif()
 endif()

@@ -569,8 +569,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "slim_init.front_end.profile is \"best\", must be default or vins"},
         OurError{"slim_init:\n  points: {window_px: 20}\n",
                  "slim_init.points.window_px is 20, must be odd"},
-        OurError{"slim_init:\n  lines: {min_overlap: 2.}\n",
-                 "slim_init.lines.min_overlap is 2, must be in"},
+        OurError{"slim_init:\n  lines: {min_length_px: 2.}\n",
+                 "slim_init.lines.min_length_px is 2, must be in"},
         OurError{"slim_init:\n  refinement: {max_iterations: 4000}\n",
                  "slim_init.refinement.max_iterations is 4000, must be in [0, 1000]"},
         OurError{"slim_init:\n  slim_paper: {use_vp: 3}\n",
@@ -646,7 +646,6 @@ TEST(ConfigTable, FrontEndHasEveryFieldAndKeepsItsBounds) {
   expectEveryFieldHasARow<FrontEndOptions>([](FrontEndOptions* options) {
     OptionTable table = optionTable(options);
     // No keys of its own; the host's keys are at the top level of the file.
-    appendSection("vanishing_point", optionTable(&options->vanishing_point), {}, &table);
     appendSection("window", optionTable(&options->window), {}, &table);
     appendSection("imu", optionTable(&options->imu), {}, &table);
     appendSection("host", optionTable(&options->host), {}, &table);

@@ -22,8 +22,7 @@ CODE_SUFFIXES = (".cc", ".h", ".cpp", ".py", ".sh", ".cmake", ".in", ".launch", 
 # A file named with one of these endings belongs to the repository, with or without its folder.
 SOURCE_SUFFIXES = (".cc", ".h", ".py", ".sh", ".cmake", ".launch", ".msg")
 # Topics of ROS that begin like folders of the repository.
-NOT_PATHS = {"feature_tracker_lines/lines", "feature_tracker_lines/markers",
-             "/feature_tracker_lines/lines"}
+NOT_PATHS = {"feature_tracker_lines/lines", "/feature_tracker_lines/lines"}
 PROGRAM = re.compile(r"\bslim_init (ab|doctor|methods|options|report|simulate)\b(.*)")
 
 

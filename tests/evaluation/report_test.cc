@@ -380,7 +380,6 @@ TEST(Report, TellsWhatTheFrontEndDid) {
   info.tracking->lines_carried = 45.0;
   info.tracking->total_ms_median = 6.25;
   info.tracking->stages_ms_median = {{"points", 2.5}};
-  info.tracking->line_detector = "EDLines";
   info.simulated = {{"outlier_tracks", 17}};
   const auto json = jsonOf(handMade(), info);
   EXPECT_EQ(json["tracking"]["images"], 70);
@@ -389,7 +388,6 @@ TEST(Report, TellsWhatTheFrontEndDid) {
   EXPECT_EQ(json["tracking"]["points"], 123.0);
   EXPECT_EQ(json["tracking"]["lines_carried"], 45.0);
   EXPECT_EQ(json["tracking"]["total_ms_median"], 6.25);
-  EXPECT_EQ(json["tracking"]["line_detector"], "EDLines");
   EXPECT_TRUE(json["tracking"]["points_p10"].is_null());
   EXPECT_EQ(json["tracking"]["stages_ms_median"]["points"], 2.5);
   EXPECT_EQ(json["simulated"]["outlier_tracks"], 17);

@@ -144,7 +144,6 @@ class RoomWalk {
   Eigen::Vector3d atStamp(int k, const Eigen::Vector3d& bearing, double dt) const {
     return motion_.R_w_c(time(k)).transpose() * (motion_.R_w_c(time(k) + dt) * bearing);
   }
-  Eigen::Matrix3d R_w_c(int k) const { return motion_.R_w_c(time(k)); }
   const Camera& camera() const { return camera_; }
 
  private:

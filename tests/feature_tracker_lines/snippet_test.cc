@@ -55,7 +55,7 @@ bool readSnippet(Recording* recording) {
 
 class Snippet : public ::testing::TestWithParam<TrackerProfile> {};
 
-TEST_P(Snippet, TracksPersistAndTheVanishingPointStays) {
+TEST_P(Snippet, TracksPersist) {
   Recording recording;
   // The EuRoC recordings are not part of the repository (their licence is not ours).
   if (!readSnippet(&recording)) GTEST_SKIP() << "no recording in " << kSnippet;
@@ -68,8 +68,6 @@ TEST_P(Snippet, TracksPersistAndTheVanishingPointStays) {
   ImageFrontEnd front_end(config.camera, config.calibration, config.front_end);
   FrameObservation frame, before;
   std::size_t next_imu = 0;
-  std::set<int> vp_ids;
-  int vp_found = 0;
   for (std::size_t k = 0; k < recording.images.size(); ++k) {
     const auto& [t, image] = recording.images[k];
     while (next_imu < recording.imu.size() && recording.imu[next_imu].t <= t) {
@@ -77,10 +75,6 @@ TEST_P(Snippet, TracksPersistAndTheVanishingPointStays) {
     }
     before = frame;
     ASSERT_EQ(front_end.addImage(t, image, &frame), ImageStatus::kTracked);
-    if (front_end.report().vp_found) {
-      ++vp_found;
-      vp_ids.insert(front_end.report().vp_track_id);
-    }
     if (k == 0) continue;
     std::set<FeatureId> points, lines;
     for (const PointObservation& point : before.points) points.insert(point.id);
@@ -94,8 +88,6 @@ TEST_P(Snippet, TracksPersistAndTheVanishingPointStays) {
     }
   }
   if (as_vins) return;
-  EXPECT_GE(vp_found, static_cast<int>(0.9 * static_cast<double>(recording.images.size())));
-  EXPECT_EQ(vp_ids.size(), 1U);
   // Bias of the dataset's ground truth at that time.
   ASSERT_TRUE(front_end.report().gyro_bias_known);
   EXPECT_LT((front_end.report().gyro_bias - Eigen::Vector3d(-0.0023, 0.0207, 0.0768)).norm(), 0.005)

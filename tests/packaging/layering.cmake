@@ -187,8 +187,7 @@ if(LINKS_FILE)
            "${base}|${front}|slim_init(_|::)baselines|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_doctor
            "${base}|${front}|slim_init(_|::)evaluation|slim_init(_|::)host_health|SlimInitOpenCV::SlimInitOpenCV")
-  may_link(slim_init_feature_tracker_lines
-           "${base}|SlimInitOpenCV::SlimInitOpenCV|Threads::Threads")
+  may_link(slim_init_feature_tracker_lines "${base}|SlimInitOpenCV::SlimInitOpenCV")
   may_link(slim_init_simulation "${base}|${front}")
   may_link(slim_init_rendering
            "${base}|${front}|slim_init(_|::)simulation|SlimInitOpenCV::SlimInitOpenCV")

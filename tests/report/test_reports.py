@@ -169,9 +169,9 @@ class RunReport(Folder):
                     downstream_scale_error=0.01)
                 for i in range(8) for method in ("slim", "slim[no-lines]")]
         tracking = {"images": 70, "tracked": 65, "outside_imu": 0, "unreadable": 5, "refused": 0,
-                    "images_without_gyro": 0, "images_with_vp": 60, "points": 123.0,
+                    "images_without_gyro": 0, "points": 123.0,
                     "points_p10": None, "points_carried": 100.0, "lines": 40.0, "lines_p10": 30.0,
-                    "lines_carried": 35.0, "line_detector": "EDLines", "total_ms_median": 6.25,
+                    "lines_carried": 35.0, "total_ms_median": 6.25,
                     "total_ms_p90": 8.0, "stages_ms_median": {"points": 2.5, "lines": 3.5}}
         images = os.path.join(self.folder, "run", "images")
         os.makedirs(images)
@@ -183,7 +183,7 @@ class RunReport(Folder):
             options={"asl": "DIR", "downstream_s": 5.0})
         for part in ("Accepted estimates, windows expanding from 4 keyframes",
                      "| slim | 100.0 | 1.00 | 1.25 | 5 |", "- `slim[no-lines]`: without <lines>",
-                     "65 of 70 images tracked", "5 unreadable", "Line detector: EDLines.",
+                     "65 of 70 images tracked", "5 unreadable",
                      "| points | 123 | - | 100 |", "median 6.25", "points 2.50, lines 3.50.",
                      "The back end started from the accepted estimates", "| slim | 8 | 0.0 |",
                      "windows expanding until the method accepts", "(images.png)"):

@@ -7,7 +7,6 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/PointCloud.h>
 #include <std_msgs/Bool.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <exception>
 #include <memory>
@@ -45,7 +44,6 @@ class FeatureTrackerLinesNode {
   void publishRestart();
   void publish(const TrackedFrame& tracked);
   void publishDebugImage(const std_msgs::Header& header);
-  void publishMarkers(const FrameObservation& frame, const std_msgs::Header& header);
   Diagnostics::Statuses diagnostics();
 
   ros::NodeHandle handle_;
@@ -55,7 +53,7 @@ class FeatureTrackerLinesNode {
   NodeStreams streams_{{{"imu", StreamKind::kImu, true}, {"image", StreamKind::kFrames, true}}};
 
   ros::Subscriber imu_, image_;
-  ros::Publisher features_, lines_, restart_, debug_image_, markers_;
+  ros::Publisher features_, lines_, restart_, debug_image_;
   Diagnostics diagnostics_;
 };
 
@@ -90,7 +88,6 @@ std::string FeatureTrackerLinesNode::start() {
   lines_ = handle_.advertise<sensor_msgs::PointCloud>("feature_tracker_lines/lines", 100);
   restart_ = handle_.advertise<std_msgs::Bool>("feature_tracker/restart", 10);
   debug_image_ = handle_.advertise<sensor_msgs::Image>("feature_tracker/feature_img", 2);
-  markers_ = handle_.advertise<visualization_msgs::MarkerArray>("feature_tracker_lines/markers", 2);
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   imu_ = handle_.subscribe(config.imu_topic, 2000, &FeatureTrackerLinesNode::onImu, this, hints);
   const auto queue = static_cast<std::uint32_t>(options.image_queue);
@@ -177,7 +174,6 @@ void FeatureTrackerLinesNode::publish(const TrackedFrame& tracked) {
   lines_.publish(lines);
   features_.publish(points);
   if (debug_image_.getNumSubscribers() > 0) publishDebugImage(header);
-  if (markers_.getNumSubscribers() > 0) publishMarkers(tracked.frame, header);
 }
 
 void FeatureTrackerLinesNode::publishDebugImage(const std_msgs::Header& header) {
@@ -191,29 +187,6 @@ void FeatureTrackerLinesNode::publishDebugImage(const std_msgs::Header& header) 
   message.step = static_cast<std::uint32_t>(picture.step);
   message.data.assign(picture.datastart, picture.dataend);
   debug_image_.publish(message);
-}
-
-// Segments on the plane z = 1 m before the camera, and the dominant vanishing point as an arrow.
-void FeatureTrackerLinesNode::publishMarkers(const FrameObservation& frame,
-                                             const std_msgs::Header& header) {
-  visualization_msgs::Marker segments;
-  segments.header = header;
-  segments.ns = "lines";
-  segments.type = visualization_msgs::Marker::LINE_LIST;
-  segments.pose.orientation.w = 1.0;
-  segments.scale.x = 0.005;
-  segments.color.b = segments.color.g = segments.color.a = 1.0f;
-  for (const LineObservation& line : frame.lines) {
-    segments.points.push_back(pointMessage(line.start_bearing / line.start_bearing.z()));
-    segments.points.push_back(pointMessage(line.end_bearing / line.end_bearing.z()));
-  }
-  const feature_tracker_lines::ImageReport& report = pipeline_->frontEnd().report();
-  visualization_msgs::Marker vp = arrowMarker(header, "vanishing point", Eigen::Vector3d::Zero(),
-                                              report.vp_direction, 0.0f, 1.0f);
-  if (!report.vp_found) vp.action = visualization_msgs::Marker::DELETE;
-  visualization_msgs::MarkerArray message;
-  message.markers = {segments, vp};
-  markers_.publish(message);
 }
 
 Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
@@ -243,7 +216,6 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   addValue("restarts", counts.restarts, &tracking);
   addValue("points", report.points_tracked + report.points_new, &tracking);
   addValue("lines", report.lines_matched + report.lines_carried + report.lines_new, &tracking);
-  addValue("vanishing point", report.vp_found, &tracking);
   addValue("gyroscope used", report.rotation_from_gyro, &tracking);
   addValue("front end [ms]", report.total_ms, &tracking);
   if (counts.images_overrun + counts.images_refused > 0) {

@@ -98,7 +98,6 @@ bool transact(Config* config, std::string* error, std::string* file, const Work&
   std::string message;
   try {
     work(&result, &log);
-    result.front_end.vanishing_point = result.options.vanishing_point;
     result.front_end.window = result.options.window;
     result.front_end.imu = result.options.imu;
     // The flow cannot be predicted from the gyroscope without the rotation between the two sensors.

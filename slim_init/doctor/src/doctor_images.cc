@@ -150,7 +150,6 @@ DoctorData readDoctorData(ImageSequence* images,
   data.imu = inspected.imu();
   feature_tracker_lines::FrontEndOptions options = front_end;
   options.use_gyro = false;
-  options.estimate_gyro_bias = false;
   TrackingHooks hooks;
   hooks.progress = progress;
   TrackingSummary summary;

@@ -143,14 +143,12 @@ Json jsonTracking(const TrackingSummary& tracking) {
                {"unreadable", tracking.unreadable},
                {"refused", tracking.refused},
                {"images_without_gyro", tracking.images_without_gyro},
-               {"images_with_vp", tracking.images_with_vp},
                {"points", jsonNumber(tracking.points)},
                {"points_p10", jsonNumber(tracking.points_p10)},
                {"points_carried", jsonNumber(tracking.points_carried)},
                {"lines", jsonNumber(tracking.lines)},
                {"lines_p10", jsonNumber(tracking.lines_p10)},
                {"lines_carried", jsonNumber(tracking.lines_carried)},
-               {"line_detector", tracking.line_detector},
                {"total_ms_median", jsonNumber(tracking.total_ms_median)},
                {"total_ms_p90", jsonNumber(tracking.total_ms_p90)}};
   Json& stages = json["stages_ms_median"] = Json::object();

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/ros/conversions.h"
 
+#include <geometry_msgs/Point.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -54,7 +56,7 @@ geometry_msgs::Quaternion quaternion(const Eigen::Matrix3d& R) {
 
 geometry_msgs::Pose poseMessage(const NavState& state) {
   geometry_msgs::Pose message;
-  message.position = pointMessage(state.p_w_b);
+  message.position = vectorMessage<geometry_msgs::Point>(state.p_w_b);
   message.orientation = quaternion(state.R_w_b);
   return message;
 }
@@ -213,10 +215,6 @@ geometry_msgs::Transform transformMessage(const Eigen::Matrix3d& R, const Eigen:
   return message;
 }
 
-geometry_msgs::Point pointMessage(const Eigen::Vector3d& p) {
-  return vectorMessage<geometry_msgs::Point>(p);
-}
-
 visualization_msgs::Marker arrowMarker(const std_msgs::Header& header, const std::string& name,
                                        const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                                        float red, float green) {
@@ -231,7 +229,8 @@ visualization_msgs::Marker arrowMarker(const std_msgs::Header& header, const std
   marker.color.r = red;
   marker.color.g = green;
   marker.color.a = 1.0f;
-  marker.points = {pointMessage(from), pointMessage(to)};
+  marker.points = {vectorMessage<geometry_msgs::Point>(from),
+                   vectorMessage<geometry_msgs::Point>(to)};
   return marker;
 }
 

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <string>
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/camera.h"
@@ -30,24 +29,14 @@ enum class ImageStatus {
 /// Stable lower-case name: "tracked", "not_finite", "out_of_order", "bad_image".
 const char* toString(ImageStatus status);
 
-/// How the outliers of an image were found.
-enum class OutlierCheck {
-  kNone,           ///< too few points, or the first image
-  kKnownRotation,  ///< two-point RANSAC with the gyro's rotation
-  kFundamental,    ///< fundamental-matrix RANSAC on undistorted points
-};
-
 /// Report on one tracked image.
 struct ImageReport {
   /// Wall-clock time by stage, in order: "predict" (gyro), "prepare" (noise, pyramid), "points"
-  /// (followed), "segments" (detected), "new_points", "lines" (followed and new),
-  /// "vanishing_point", "gyro_bias". With two threads "segments" and "lines" are what was waited
-  /// for.
+  /// (followed), "new_points", "segments" (detected), "lines" (followed and new), "gyro_bias".
   std::vector<StageTime> stages;
   double total_ms = 0.0;
   double image_noise = kNotComputed;  ///< standard deviation, of the tracked image [grey levels]
-  OutlierCheck outlier_check = OutlierCheck::kNone;
-  bool rotation_from_gyro = false;  ///< the IMU covers the time since the previous image
+  bool rotation_from_gyro = false;    ///< the IMU covers the time since the previous image
   bool rotation_missing = false;  ///< a gyro rotation was requested, but the IMU does not cover it
   /// The known rotation found or explained far fewer points than another and was not used.
   bool rotation_overruled = false;
@@ -57,18 +46,15 @@ struct ImageReport {
   int lines_matched = 0;    ///< tracked lines found among the segments of the detector
   int lines_carried = 0;    ///< tracked lines not detected but found by their edge
   int lines_new = 0;        ///< lines added
-  bool vp_found = false;
-  Eigen::Vector3d vp_direction = Eigen::Vector3d::UnitZ();  ///< unit, in c, sign arbitrary
-  int vp_track_id = -1;                                     ///< same id = same physical axis
   bool gyro_bias_known = false;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
 
-/// Rotation prediction from the gyro, point and line tracker, vanishing point, online gyro bias.
+/// Rotation prediction from the gyro, point and line tracker, online gyro bias.
 ///
 /// Feed the IMU up to an image's time (image stamp + Calibration::td) before the image; an image
 /// that the IMU does not cover is tracked without prediction. Deterministic: equal
-/// inputs give equal frames, whatever FrontEndOptions::threads and the number of OpenCV threads.
+/// inputs give equal frames, whatever the number of OpenCV threads.
 /// Not thread-safe.
 class ImageFrontEnd {
  public:
@@ -90,12 +76,8 @@ class ImageFrontEnd {
   /// Report on the last tracked image; default-constructed before the first one.
   const ImageReport& report() const;
 
-  /// Name of the line detector, as reports state it; empty with lines switched off.
-  std::string lineDetector() const;
-
   /// Drawing of the last image (CV_8UC3, BGR): points coloured by age, blue new to red old; lines
-  /// grey detected, blue matched, green on the dominant vanishing point; that point marked. Of the
-  /// size that is tracked. Empty before the first image.
+  /// grey detected, blue matched. Of the size that is tracked. Empty before the first image.
   cv::Mat debugImage() const;
 
   /// Forgets images, tracks, IMU, bias and report. Ids are not reused.

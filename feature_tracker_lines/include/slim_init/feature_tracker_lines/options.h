@@ -44,9 +44,7 @@ struct PointTrackerOptions {
   double corner_noise_factor = 2.0;  ///< minimum corner, over what image noise alone makes
   int window_px = 21;                ///< side of the tracked patch, odd [px]
   int levels = 3;                    ///< pyramid levels above the image
-  double forward_backward_px = 0.5;  ///< tracked there and back, largest distance [px]
   double epipolar_px = 1.5;          ///< largest distance to the epipolar line [px]
-  double border_px = 8.0;            ///< minimum distance to the edge of the image [px]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -54,15 +52,9 @@ struct PointTrackerOptions {
 
 /// Line segments: detection, tracking, refit.
 struct LineTrackerOptions {
-  bool enabled = true;            ///< false: points only
-  int max_lines = 80;             ///< tracked in one image
-  double min_length_px = 40.0;    ///< minimum length of a segment [px]
-  int samples = 5;                ///< points per line that KLT predicts the line with
-  double max_distance_px = 2.0;   ///< predicted to detected line, across [px]
-  double max_angle_deg = 3.0;     ///< predicted to detected line [deg]
-  double min_overlap = 0.4;       ///< fraction of predicted and detected segment
-  int max_missed = 3;             ///< without a detection a line is tracked so long [images]
-  double max_refit_rms_px = 0.5;  ///< edge samples about the fitted line [px]
+  bool enabled = true;          ///< false: points only
+  int max_lines = 80;           ///< tracked in one image
+  double min_length_px = 40.0;  ///< minimum length of a segment [px]
 
   /// Returns an empty string, or a message naming the field, its value and the violated bound.
   std::string validate() const;
@@ -72,14 +64,9 @@ struct LineTrackerOptions {
 struct FrontEndOptions {
   TrackerProfile profile = TrackerProfile::kDefault;  ///< how points are tracked
   bool use_gyro = true;                               ///< predict the flow from the gyroscope
-  bool estimate_gyro_bias = true;                     ///< from the tracks
-  int threads = 1;             ///< 2: lines beside points; the frames are the same
-  PointTrackerOptions points;  ///< point tracker of the default profile
-  LineTrackerOptions lines;    ///< line tracker
-  /// Dominant vanishing point of the debug image and of ImageReport. Has no keys of its own:
-  /// loadConfig() copies what the solvers use.
-  VanishingPointOptions vanishing_point;
-  /// Of the IMU and the frames behind the gyroscope bias estimate. No keys of their own either:
+  PointTrackerOptions points;                         ///< point tracker of the default profile
+  LineTrackerOptions lines;                           ///< line tracker
+  /// Of the IMU and the frames behind the gyroscope bias estimate. No keys of their own:
   /// loadConfig() copies those of the initializer. Of `window` the bounds on gaps are used; the
   /// estimate itself works on a short window, for an early estimate.
   WindowOptions window;

@@ -230,7 +230,7 @@ def first_answer(windows, path, growing):
 
 
 def image_strip(folder, path):
-    """The debug images of a run: points by age, lines, vanishing point."""
+    """The debug images of a run: points by age, lines."""
     files = sorted(glob.glob(os.path.join(folder, "*.png")))
     if not files:
         return ""
@@ -245,7 +245,7 @@ def image_strip(folder, path):
         stamp = os.path.splitext(os.path.basename(file))[0]
         axis.set_title("%.2f s" % (1e-9 * float(stamp)) if stamp.isdigit() else stamp, fontsize=8)
     _save(figure, path)
-    return "What the front end tracks: points by age, lines, vanishing point"
+    return "What the front end tracks: points by age, lines"
 
 
 def draw_run(run, out):

@@ -35,7 +35,6 @@ class SummaryCollector {
       if (found == stages_.end()) found = stages_.insert(stages_.end(), {stage.name, {}});
       found->second.push_back(stage.ms);
     }
-    if (report.vp_found) ++vp_images_;
     if (report.rotation_missing) ++without_gyro_;
   }
 
@@ -46,7 +45,6 @@ class SummaryCollector {
     summary->lines = median(lines_);
     summary->lines_p10 = quantile(lines_, 0.1);
     summary->lines_carried = median(lines_carried_);
-    summary->images_with_vp = vp_images_;
     summary->images_without_gyro = without_gyro_;
     summary->total_ms_median = median(total_ms_);
     summary->total_ms_p90 = quantile(total_ms_, 0.9);
@@ -73,7 +71,6 @@ class SummaryCollector {
   std::vector<double> points_, lines_, points_carried_, lines_carried_, total_ms_;
   std::vector<std::pair<std::string, std::vector<double>>> stages_;
   std::unordered_set<FeatureId> point_ids_, line_ids_;
-  int vp_images_ = 0;
   int without_gyro_ = 0;
 };
 
@@ -133,7 +130,6 @@ std::string trackImages(ImageSequence* images,
   }
   summary->tracked = static_cast<int>(frames->size());
   collector.finish(summary);
-  summary->line_detector = front_end.lineDetector();
   if (summary->tracked >= 2) return "";
   std::ostringstream out;
   out << images->name() << ": " << summary->tracked << " of " << total

@@ -22,7 +22,6 @@ struct TrackingSummary {
   int refused = 0;              ///< refused by the front end: incorrect size
   std::string first_problem;    ///< sentence of the first image unreadable or refused
   int images_without_gyro = 0;  ///< tracked without a rotation from the gyro
-  int images_with_vp = 0;       ///< a dominant vanishing point was found
   double points = kNotComputed;
   double points_p10 = kNotComputed;      ///< 10 % quantile
   double points_carried = kNotComputed;  ///< with an id of the image before
@@ -32,7 +31,6 @@ struct TrackingSummary {
   double total_ms_median = kNotComputed;    ///< of the front end; reading the image is not in it
   double total_ms_p90 = kNotComputed;       ///< 90 % quantile
   std::vector<StageTime> stages_ms_median;  ///< as the front end names them
-  std::string line_detector;
 };
 
 /// One sequence ready for evaluation: what the sensors said and what was true.

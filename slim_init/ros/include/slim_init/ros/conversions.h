@@ -3,7 +3,6 @@
 // From and to messages. Feature messages: slim_init/vins_adapter/feature_message.h.
 #pragma once
 
-#include <geometry_msgs/Point.h>
 #include <geometry_msgs/Transform.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
@@ -53,8 +52,6 @@ nav_msgs::Odometry seedMessage(const Attempt& attempt, const ResultContext& cont
 nav_msgs::Path pathMessage(const Attempt& attempt, const ResultContext& context);
 
 geometry_msgs::Transform transformMessage(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
-
-geometry_msgs::Point pointMessage(const Eigen::Vector3d& p);
 
 /// An arrow, opaque; `red` and `green` in [0, 1]. Its size suits lengths of about a metre.
 visualization_msgs::Marker arrowMarker(const std_msgs::Header& header, const std::string& name,
