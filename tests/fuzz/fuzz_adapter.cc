@@ -120,15 +120,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         for (int i = 0; i < 50; ++i, healthy.stamp += 0.5) adapter->learn(healthy);
         break;
       }
-      case 13: {
-        LearnedSensors learned = adapter->learned();
-        learned.known.biases.gyro += bytes.vector(0.1);
-        learned.known.biases.gyro_sigma = bytes.number(0.1);
-        learned.known.biases.accel_sigma = bytes.number(0.5);
-        if (bytes.byte() > 200) learned.stamp = bytes.number(1e3);
-        adapter->restore(learned);
-        break;
-      }
       default: {
         if (flies) break;
         // Up to half a second of samples.

@@ -241,7 +241,6 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
     healthy.stamp = end - 0.1 * i;
     adapter_->learn(healthy);
   }
-  EXPECT_EQ(adapter_->learned().known.biases.accel, healthy.Ba);
   ASSERT_TRUE(adapter_->recover(stamps(20), {healthy}).success());
   EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
   EXPECT_LT(oracle_->known_sensors.biases.accel_sigma, 0.05);

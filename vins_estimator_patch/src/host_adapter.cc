@@ -146,7 +146,7 @@ struct HostAdapter::State {
   AddStatus noteRestart(AddStatus status) {
     if (status == AddStatus::kRestarted) {
       forget();
-      memory.restore(memory.learned());  // its stamps are of another run
+      memory.restart();
     }
     return status;
   }
@@ -869,16 +869,6 @@ void HostAdapter::learn(const HostState& healthy) {
     calibration->covariance(6, 6) = std::pow(CalibrationSigmas().td_s, 2);
   }
   state.memory.learn(healthy, calibration);
-}
-
-LearnedSensors HostAdapter::learned() const {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->memory.learned();
-}
-
-void HostAdapter::restore(const LearnedSensors& learned) {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  state_->memory.restore(learned);
 }
 
 HostPropagation HostAdapter::propagate(const HostState& from, double stamp) const {

@@ -50,9 +50,6 @@ constexpr double kLongestDelay = 0.3;
 // refusal, and at most kLongestPause [s].
 constexpr double kFirstPause = 0.1;
 constexpr double kLongestPause = 0.4;
-// What is known of the sensors is written so often [s]; not at the end, when much of a host that is
-// one global variable is gone already.
-constexpr double kSaveEvery = 10.0;
 // An unchanged status is reported again after this time [s].
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
@@ -180,7 +177,6 @@ struct HostGlue::State {
   double frame_reported = 0.0;      // its standard deviation at the last warning [m]
   Clock::time_point stock_began;
   double damage_reported = -std::numeric_limits<double>::infinity();  // begin of the damage [s]
-  double saved_stamp = std::numeric_limits<double>::quiet_NaN();      // of the sensors file [s]
   InitStatus reported_status = InitStatus::kSuccess;
   double reported_stamp = -std::numeric_limits<double>::infinity();
   std::ofstream csv;
@@ -295,37 +291,6 @@ struct HostGlue::State {
     }
   }
 
-  void restoreSensors() {
-    if (file.sensors_file.empty()) return;
-    LearnedSensors learned;
-    std::string error;
-    if (readSensorsFile(file.sensors_file, file.rig.calibration, &learned, &error)) {
-      adapter->restore(learned);
-      saved_stamp = learned.stamp;
-      const ImuBiases& biases = learned.known.biases;
-      std::ostringstream out;
-      out.precision(3);
-      out << "warm start from " << file.sensors_file << ": gyroscope bias ("
-          << biases.gyro.transpose() << ") rad/s, accelerometer bias (" << biases.accel.transpose()
-          << ") m/s^2" << (learned.known.calibration ? ", calibration" : "");
-      report(ReportLevel::kInfo, out.str());
-    } else {
-      const bool exists = std::ifstream(file.sensors_file).is_open();
-      report(exists ? ReportLevel::kWarn : ReportLevel::kInfo, error + "; no warm start");
-    }
-  }
-  void saveSensors() {
-    if (file.sensors_file.empty()) return;
-    const LearnedSensors learned = adapter->learned();
-    if (std::isnan(learned.stamp) || std::abs(learned.stamp - saved_stamp) <= kSaveEvery) return;
-    saved_stamp = learned.stamp;
-    std::string error;
-    if (!writeSensorsFile(file.sensors_file, file.rig.calibration, learned, &error)) {
-      report(ReportLevel::kWarn, error);
-      file.sensors_file.clear();
-    }
-  }
-
   void record(const std::string& action, const HostResult& answer, const StockStart* stock) {
     const std::string row = startRecordRow(file.mode, action, answer, stock);
     if (csv.is_open()) csv << row << std::endl;
@@ -436,7 +401,6 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
                                        ", watchdog: " + (state.file.watchdog ? "1" : "0") +
                                        ", method " + state.adapter->method());
   state.openCsv();
-  state.restoreSensors();
   state.advice = CalibrationAdvice(state.file.rig);
   state.active = true;
   return true;
@@ -696,7 +660,6 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
   state.is_lost = false;
   const HostState& newest = window.back();
   state.adapter->learn(newest);
-  state.saveSensors();
   if (state.healthy.empty()) {
     state.healthy.assign(window.begin(), window.end());
   } else {

@@ -204,7 +204,7 @@ max_solver_time: 0.04
 max_num_iterations: 8
 # mean parallax that makes a keyframe [px]
 keyframe_parallax: 10.0
-# folder for results; sensors_file is relative to it
+# folder for results
 output_path: "/tmp"
 # name of the camera model
 camera_name: "camera"

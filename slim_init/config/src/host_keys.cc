@@ -309,8 +309,6 @@ OptionTable switchTable(HostKeys* o) {
       userKey("keep_heading", &o->keep_heading,
               "1: after each optimization keep the heading of the oldest frame, in place of its "
               "Euler yaw"),
-      userKey("sensors_file", &o->sensors_file,
-              "file that keeps biases and calibration across runs, relative to output_path"),
       userKey("max_wait_ms", &o->max_wait_ms, {-1.0, 1000.0}, "ms",
               "maximum time that an image waits for a solve; negative: until it ends"),
   };
@@ -356,10 +354,6 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   if (root["watchdog"].empty()) host->watchdog = host->reinit;
   if (root["keep_heading"].empty()) host->keep_heading = host->reinit;
   readOutputFolder(root, &host->output_path);
-  if (!host->sensors_file.empty() && host->sensors_file.front() != '/' &&
-      !host->output_path.empty()) {
-    host->sensors_file = host->output_path + "/" + host->sensors_file;
-  }
 }
 
 void readHost(const cv::FileNode& root, const std::string& path, Config* config) {

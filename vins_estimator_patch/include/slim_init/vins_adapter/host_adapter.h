@@ -96,12 +96,6 @@ struct HostResult {
 /// The watchdog's finding (HostAdapter::watch()).
 using host_health::HostHealth;
 
-/// What a host has learned of its sensors in flight (HostAdapter::learn()).
-struct LearnedSensors {
-  double stamp = kNotComputed;  ///< of the biases [s], camera clock; NaN: none yet
-  KnownSensors known;           ///< as well as it was known at that stamp
-};
-
 /// Seeds and recovers a host from an initializer, of whatever kind, that buffers its own data, so
 /// that nothing is lost when the host clears its state. Adds to it the host's stamps, the host's
 /// convention, a lock and a thread: streams may come from other threads than seed(), recover() and
@@ -169,9 +163,6 @@ class HostAdapter {
   /// starts, each as well as it is known by then. Kept by reset(). Only seed() and
   /// recover() use it: watch() solves without.
   void learn(const HostState& healthy);
-  LearnedSensors learned() const;
-  /// The same from an earlier run: biases change from one to the next, which is allowed for.
-  void restore(const LearnedSensors& learned);
 
   /// Carries a state of the host on by the IMU to the frame of a stamp, and says how well it is
   /// known there: glitches and missing samples widen it.
