@@ -52,7 +52,6 @@ class Listener {
             for (const auto& value : status.values) {
               values_[status.name + "/" + value.key] = value.value;
             }
-            levels_[status.name] = status.level;
             ++reports_;
           }
         });
@@ -101,7 +100,6 @@ class Listener {
   std::vector<ros::Subscriber> subscribers_;
   ros::Subscriber diagnostics_;
   std::map<std::string, std::string> values_;
-  std::map<std::string, int> levels_;
   int reports_ = 0;
 };
 
