@@ -34,7 +34,7 @@ const char kNoLines[] = "warn: slim_init: no line features received";
 class Finder : public IInitializer {
  public:
   Finder(const Calibration& right, const Calibration& wrong) : right_(right), host_(wrong) {
-    inner_ = makeInitializer(right, HostAdapter::hostDefaults());
+    inner_ = makeInitializer(right, InitializerOptions());
     found_.R_b_c = right.R_b_c;
     found_.t_b_c = right.t_b_c;
     found_.td = right.td;

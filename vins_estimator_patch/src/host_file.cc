@@ -44,7 +44,6 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   read.rig.has_rotation = config.host.has_rotation;
   read.rig.has_translation = config.host.has_translation;
   HostOptions options;
-  options.mode = read.mode;
   options.reinit = read.reinit;
   options.watchdog = read.watchdog;
   options.max_wait_ms = read.max_wait_ms;
