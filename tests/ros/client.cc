@@ -263,7 +263,7 @@ TEST_F(Init, NothingIsLostAndEveryFrameHasItsLines) {
   for (const char* name :
        {"slim_init: streams/imu lost", "slim_init: streams/feature lost",
         "slim_init: streams/imu discarded: late",
-        "slim_init: initialization/line messages without frame",
+        "slim_init: streams/line discarded: without frame",
         "feature_tracker_lines: streams/image lost", "feature_tracker_lines: streams/imu lost",
         "feature_tracker_lines: tracking/images discarded: queue full",
         "feature_tracker_lines: tracking/images tracked without IMU",
