@@ -64,12 +64,13 @@ void applyFault(const StreamFault& fault, double start, double seconds, std::mt1
 }
 
 BenchHost::BenchHost(const evaluation::Sequence& sequence, const Calibration& calibration)
-    : sequence_(sequence),
-      adapter_(HostAdapter::create(makeInitializer(calibration, HostAdapter::hostDefaults()),
-                                   hostOptions(), nullptr)) {}
+    : sequence_(sequence), calibration_(calibration) {
+  restart();
+}
 
 void BenchHost::restart() {
-  adapter_->reset();
+  adapter_ = HostAdapter::create(makeInitializer(calibration_, InitializerOptions()), hostOptions(),
+                                 nullptr);
   window_.clear();
 }
 

@@ -34,7 +34,10 @@ class BenchHost {
   /// All data are forgotten.
   void restart();
   /// The calibration's td from now on [s].
-  void setTd(double td) { adapter_->setTd(td); }
+  void setTd(double td) {
+    calibration_.td = td;
+    adapter_->setTd(td);
+  }
   void add(const ImuSample& sample) { adapter_->addImu(sample.t, sample.accel, sample.gyro); }
   /// False where the adapter did not take the frame: there is nothing new to ask about.
   bool add(const Delivered<FrameObservation>& frame);
@@ -55,6 +58,7 @@ class BenchHost {
   std::vector<double> stamps() const;
 
   const evaluation::Sequence& sequence_;
+  Calibration calibration_;
   std::unique_ptr<vins_adapter::HostAdapter> adapter_;
   std::map<double, double> window_;  // stamp and true time
   vins_adapter::HostResult answer_;

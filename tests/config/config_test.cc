@@ -892,7 +892,6 @@ TEST(ShippedConfigs, TheTemplateIsCompleteForVinsMono) {
   // Ours, as the patched host reads them.
   EXPECT_EQ(keys.at("initializer"), "slim");
   for (const char* key : {"reinit", "watchdog", "keep_heading"}) EXPECT_EQ(keys.at(key), "1");
-  EXPECT_EQ(keys.at("sensors_file"), "\"\"");
   EXPECT_EQ(keys.at("max_wait_ms"), "10.0");
 }
 

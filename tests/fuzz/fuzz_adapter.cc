@@ -48,8 +48,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (flies) slim_init::fuzz::change(&frames, &imu, &bytes);
   std::size_t next_frame = 0, next_sample = 0;
   slim_init::InitializerOptions inner =
-      slim_init::fuzz::switched(HostAdapter::hostDefaults(), &bytes);
-  if (!inner.validate().empty()) inner = HostAdapter::hostDefaults();
+      slim_init::fuzz::switched(slim_init::InitializerOptions(), &bytes);
+  if (!inner.validate().empty()) inner = slim_init::InitializerOptions();
   HostOptions options;
   options.reinit = true;
   options.watchdog = true;
@@ -105,28 +105,16 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         break;
       }
       case 9: adapter->imuIntervals(stamps); break;
-      case 10:
-        if (bytes.byte() > 200) adapter->reset();
-        break;
-      case 11: {
+      case 10: {
         std::vector<double> any(bytes.below(12));
         for (double& one : any) one = now + bytes.number(3.0);
         check(adapter->seed(any));
         break;
       }
-      case 12: {
+      case 11: {
         // 25 s of flight; after 20 the biases are known.
         HostState healthy = state(t, &bytes);
         for (int i = 0; i < 50; ++i, healthy.stamp += 0.5) adapter->learn(healthy);
-        break;
-      }
-      case 13: {
-        LearnedSensors learned = adapter->learned();
-        learned.known.biases.gyro += bytes.vector(0.1);
-        learned.known.biases.gyro_sigma = bytes.number(0.1);
-        learned.known.biases.accel_sigma = bytes.number(0.5);
-        if (bytes.byte() > 200) learned.stamp = bytes.number(1e3);
-        adapter->restore(learned);
         break;
       }
       default: {

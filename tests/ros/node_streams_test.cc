@@ -84,11 +84,23 @@ TEST_F(NodeStreamsTest, DropsAndCountsWhatCannotBeUsed) {
 }
 
 TEST_F(NodeStreamsTest, LostMessagesAreThoseMissingInTheirNumbers) {
-  streams_.accept(0, header(0.0, 1), "", &t_);
-  streams_.accept(0, header(0.1, 4), "", &t_);
-  const DiagnosticStatus status = streams_.report(StreamCounts());
-  EXPECT_EQ(valuesOf(status)["imu lost"], "2");
-  EXPECT_EQ(status.message, "2 imu messages lost or discarded");
+  const struct {
+    std::vector<std::uint32_t> numbers;
+    const char* lost;
+  } cases[] = {{{1, 4}, "2"},
+               {{7, 8, 11, 12}, "2"},
+               {{7, 8, 11, 12, 0, 1}, "2"},  // the publisher started anew
+               {{0xFFFFFFFFu, 1}, "1"},
+               {{0, 0, 0, 0, 0}, "0"}};  // no count
+  for (const auto& one : cases) {
+    NodeStreams streams{{{"imu", StreamKind::kImu, true}}};
+    for (const std::uint32_t number : one.numbers) streams.accept(0, header(0.1, number), "", &t_);
+    const DiagnosticStatus status = streams.report(StreamCounts());
+    EXPECT_EQ(valuesOf(status)["imu lost"], one.lost);
+    const bool none = one.lost[0] == '0';
+    EXPECT_EQ(status.message,
+              none ? "data is coming" : one.lost + std::string(" imu messages lost or discarded"));
+  }
 }
 
 TEST(Diagnostics, RaisingNeverLowersAndKeepsEverySentence) {

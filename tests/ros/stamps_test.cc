@@ -1,27 +1,10 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "slim_init/ros/sequence_gaps.h"
 #include "slim_init/ros/stamp_clock.h"
 
 namespace slim_init::node {
 namespace {
-
-TEST(SequenceGapsTest, CountsWhatIsMissingAndNotWhatIsNoCount) {
-  SequenceGaps gaps;
-  for (const std::uint32_t sequence : {7u, 8u, 11u, 12u}) gaps.add(sequence);
-  EXPECT_EQ(gaps.lost(), 2);
-  gaps.add(0);  // the publisher started anew
-  gaps.add(1);
-  EXPECT_EQ(gaps.lost(), 2);
-  SequenceGaps wrapped;
-  wrapped.add(0xFFFFFFFFu);
-  wrapped.add(1);
-  EXPECT_EQ(wrapped.lost(), 1);
-  SequenceGaps constant;
-  for (int i = 0; i < 5; ++i) constant.add(0);
-  EXPECT_EQ(constant.lost(), 0);
-}
 
 TEST(StampClockTest, KeepsNanosecondsAndGoesBelowTheFirstStamp) {
   StampClock clock;

@@ -223,8 +223,9 @@ TEST_F(ForeignInitializer, CountsRestartsAndTimeOffsetAreItsOwn) {
             AddStatus::kNotSupported);
   adapter_->setTd(0.25);
   EXPECT_EQ(adapter_->calibration().td, 0.25);
-  adapter_->reset();
-  EXPECT_EQ(adapter_->counts().frames_added, 0);
+  next_ = 0;
+  feed(0);
+  EXPECT_EQ(adapter_->counts().restarts, 1);
   EXPECT_FALSE(adapter_->seed(stamps(20)).success());
 }
 
@@ -241,7 +242,6 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
     healthy.stamp = end - 0.1 * i;
     adapter_->learn(healthy);
   }
-  EXPECT_EQ(adapter_->learned().known.biases.accel, healthy.Ba);
   ASSERT_TRUE(adapter_->recover(stamps(20), {healthy}).success());
   EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
   EXPECT_LT(oracle_->known_sensors.biases.accel_sigma, 0.05);
@@ -250,13 +250,14 @@ TEST_F(ForeignInitializer, IsToldWhatIsKnownOfTheSensors) {
   const Calibration& rig = exact_.calibration;
   adapter_->watch(window, rig.R_b_c, rig.t_b_c);
   EXPECT_FALSE(std::isfinite(oracle_->known_sensors.biases.accel_sigma));
-  // The host forgets its states, not its sensors.
+  // A restart of the streams forgets the states, not the sensors, which then are of another run.
   adapter_->seed(stamps(20));
   const double sigma = oracle_->known_sensors.biases.accel_sigma;
-  adapter_->reset();
+  next_ = 0;
+  feed(0);
   adapter_->seed(stamps(20));
   EXPECT_EQ(oracle_->known_sensors.biases.accel, healthy.Ba);
-  EXPECT_EQ(oracle_->known_sensors.biases.accel_sigma, sigma);
+  EXPECT_GT(oracle_->known_sensors.biases.accel_sigma, sigma);
 }
 
 // A bias that has jumped is suspect until a window solved anew agrees with the host.

@@ -32,8 +32,8 @@ class HostAdapterTest : public ::testing::Test {
     options.reinit = true;
     options.max_wait_ms = -1.0;
     std::string error;
-    auto adapter = HostAdapter::create(makeInitializer(calibration, HostAdapter::hostDefaults()),
-                                       options, &error);
+    auto adapter =
+        HostAdapter::create(makeInitializer(calibration, InitializerOptions()), options, &error);
     EXPECT_NE(adapter, nullptr) << error;
     return adapter;
   }
@@ -126,7 +126,7 @@ TEST_F(HostAdapterTest, FramesBeforeAndAfterOurWindow) {
 // window, which is told to be shorter. Without an option on the reach the host is filled
 // nevertheless.
 TEST_F(HostAdapterTest, FillsTheLongWindowOfSlowMotion) {
-  InitializerOptions shorter = HostAdapter::hostDefaults();
+  InitializerOptions shorter;
   shorter.window.max_span_s = 2.2;
   HostOptions synchronous;
   synchronous.max_wait_ms = -1.0;
@@ -304,8 +304,8 @@ TEST_F(HostAdapterTest, RecoveryDeclinesWhereItCannot) {
   bad.P.x() = kNotComputed;
   EXPECT_EQ(adapter->recover(stamps(3, 4), {bad}).result.status, InitStatus::kInvalidInput);
   std::string error;
-  const auto off = HostAdapter::create(
-      makeInitializer(exact_.calibration, HostAdapter::hostDefaults()), HostOptions(), &error);
+  const auto off = HostAdapter::create(makeInitializer(exact_.calibration, InitializerOptions()),
+                                       HostOptions(), &error);
   EXPECT_NE(off->recover(stamps(3, 4), {healthy(2)}).message.find("reinit: 0"), std::string::npos);
 }
 

@@ -107,7 +107,6 @@ TEST_F(HostFileTest, OurKeysAndDefaults) {
                                      "  imu:\n    max_accel: 300\n"));
   ASSERT_NE(adapter, nullptr);
   EXPECT_EQ(file_.mode, HostMode::kSlim);
-  EXPECT_EQ(adapter->options().mode, HostMode::kSlim);
   EXPECT_TRUE(adapter->options().reinit);
   EXPECT_TRUE(adapter->options().watchdog);  // as reinit
   EXPECT_TRUE(file_.keep_heading);           // as reinit

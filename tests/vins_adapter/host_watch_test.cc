@@ -35,7 +35,7 @@ class AdapterInFlight : public ::testing::Test {
     options.reinit = options.watchdog = true;
     options.max_wait_ms = -1.0;
     std::string error;
-    adapter_ = HostAdapter::create(makeInitializer(exact_.calibration, HostAdapter::hostDefaults()),
+    adapter_ = HostAdapter::create(makeInitializer(exact_.calibration, InitializerOptions()),
                                    options, &error);
     ASSERT_NE(adapter_, nullptr) << error;
     std::size_t next = 0;
@@ -95,7 +95,7 @@ TEST_F(AdapterInFlight, IntervalsAreCleanAndKnown) {
     EXPECT_EQ(interval.sigma_v > 0.0, interval.damaged);
   }
   EXPECT_GT(adapter_->counts().imu_glitches, 0);
-  EXPECT_NEAR(adapter_->lastDamage(), stamps[2] + 0.045, 0.01);
+  EXPECT_NEAR(adapter_->lastDamage().second, stamps[2] + 0.045, 0.01);
 }
 
 // The host wants its newest frame while the damage goes on.

@@ -72,8 +72,8 @@ TEST(SensorMemory, KnowsLessWithTimeAndAfterARestart) {
   EXPECT_NEAR(later.accel_sigma, std::hypot(SensorMemory::kAccelSigma, 0.06), 1e-9);
   EXPECT_NEAR(later.gyro_sigma, std::hypot(SensorMemory::kGyroSigma, 2e-3), 1e-9);
   EXPECT_EQ(later.accel, at_once.accel);
-  SensorMemory restarted{Calibration()};
-  restarted.restore(memory.learned());
+  SensorMemory restarted = memory;
+  restarted.restart();
   const ImuBiases after = restarted.knownAt(kStart - 1e6).biases;
   EXPECT_NEAR(after.accel_sigma, std::hypot(SensorMemory::kAccelSigma, SensorMemory::kAccelTurnOn),
               1e-9);

@@ -9,7 +9,6 @@
 #include <map>
 #include <mutex>
 #include <set>
-#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -21,6 +20,7 @@
 #include "slim_init/host_health/watchdog.h"
 #include "slim_init/row_times.h"
 #include "solve_worker.h"
+#include "text.h"
 
 namespace slim_init::vins_adapter {
 
@@ -65,7 +65,7 @@ constexpr double kBetweenPriors = 0.25;
 // Stamps of one frame differ by no more [s]; it has been added to td and back.
 constexpr double kSameFrame = 1e-6;
 // Rows of an image [px]; beyond is a mistake.
-constexpr int kMaxImageHeight = 100000;
+constexpr double kMaxImageHeight = 100000;
 
 constexpr std::pair<const char*, HostMode> kModes[] = {
     {"stock", HostMode::kStock}, {"slim", HostMode::kSlim}, {"shadow", HostMode::kShadow}};
@@ -74,15 +74,12 @@ constexpr std::pair<const char*, HostMode> kModes[] = {
 std::string checkStamps(const std::vector<double>& stamps) {
   if (stamps.empty()) return "the host's window is empty";
   for (std::size_t i = 0; i < stamps.size(); ++i) {
-    std::ostringstream out;
     if (!std::isfinite(stamps[i])) {
-      out << "stamp " << i << " of the host's window is not finite";
-      return out.str();
+      return text(6, "stamp ", i, " of the host's window is not finite");
     }
     if (i > 0 && !(stamps[i] > stamps[i - 1])) {
-      out << "stamp " << i << " of the host's window is " << stamps[i] - stamps[i - 1]
-          << " s after the one before, must be after it";
-      return out.str();
+      return text(6, "stamp ", i, " of the host's window is ", stamps[i] - stamps[i - 1],
+                  " s after the one before, must be after it");
     }
   }
   return "";
@@ -98,11 +95,8 @@ bool isClose(const NavState& host, const NavState& solved, double scale_sigma) {
 }
 
 std::string propagationMessage(double seconds, const HostPropagation& propagated) {
-  std::ostringstream out;
-  out.precision(3);
-  out << "propagated over " << std::max(seconds, 0.0) << " s by the IMU, standard deviation "
-      << propagated.position_sigma << " m and " << propagated.yaw_sigma_deg << " deg of yaw";
-  return out.str();
+  return text(3, "propagated over ", std::max(seconds, 0.0), " s by the IMU, standard deviation ",
+              propagated.position_sigma, " m and ", propagated.yaw_sigma_deg, " deg of yaw");
 }
 
 double millisecondsSince(SolveWorker::Clock::time_point start) {
@@ -129,16 +123,14 @@ bool parseHostMode(const std::string& text, HostMode* mode) {
 
 std::string HostOptions::validate() const {
   const std::tuple<const char*, double, double, double> fields[] = {
-      {"max_reach_s", max_reach_s, 0.0, 60.0}, {"max_wait_ms", max_wait_ms, -1.0, 1000.0}};
+      {"max_reach_s", max_reach_s, 0.0, 60.0},
+      {"max_wait_ms", max_wait_ms, -1.0, 1000.0},
+      {"image_height", image_height, 0.0, kMaxImageHeight}};
   for (const auto& [name, value, least, most] : fields) {
     if (value >= least && value <= most) continue;
-    std::ostringstream out;
-    out << name << " is " << value << ", must be in [" << least << ", " << most << "]";
-    return out.str();
+    return text(6, name, " is ", value, ", must be in [", least, ", ", most, "]");
   }
-  if (image_height >= 0 && image_height <= kMaxImageHeight) return "";
-  return "image_height is " + std::to_string(image_height) + ", must be in [0, " +
-         std::to_string(kMaxImageHeight) + "]";
+  return "";
 }
 
 struct HostAdapter::State {
@@ -146,7 +138,7 @@ struct HostAdapter::State {
   AddStatus noteRestart(AddStatus status) {
     if (status == AddStatus::kRestarted) {
       forget();
-      memory.restore(memory.learned());  // its stamps are of another run
+      memory.restart();
     }
     return status;
   }
@@ -611,10 +603,8 @@ HostResult HostAdapter::State::bridge(const std::vector<double>& stamps,
     window.back().t = hostTime(stamp);
   }
   if (const double sigma = propagated.velocitySigma(); sigma > kWorstBridge) {
-    std::ostringstream out;
-    out << "the IMU data leave a standard deviation of the velocity of " << sigma << " m/s (limit "
-        << kWorstBridge << ')';
-    answer.message = out.str();
+    answer.message = text(6, "the IMU data leave a standard deviation of the velocity of ", sigma,
+                          " m/s (limit ", kWorstBridge, ')');
     return answer;
   }
   if (!toHostWindow(window, calibration.gravity_magnitude, calibration.td, HostOrigin::kKeep,
@@ -753,8 +743,6 @@ std::vector<HostImuInterval> HostAdapter::State::intervals(
 HostAdapter::HostAdapter(std::unique_ptr<State> state) : state_(std::move(state)) {}
 HostAdapter::~HostAdapter() = default;
 
-InitializerOptions HostAdapter::hostDefaults() { return InitializerOptions(); }
-
 std::unique_ptr<HostAdapter> HostAdapter::create(std::unique_ptr<IInitializer> initializer,
                                                  const HostOptions& options, std::string* error) {
   const std::string problem =
@@ -871,16 +859,6 @@ void HostAdapter::learn(const HostState& healthy) {
   state.memory.learn(healthy, calibration);
 }
 
-LearnedSensors HostAdapter::learned() const {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->memory.learned();
-}
-
-void HostAdapter::restore(const LearnedSensors& learned) {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  state_->memory.restore(learned);
-}
-
 HostPropagation HostAdapter::propagate(const HostState& from, double stamp) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   return state_->propagate(from, stamp);
@@ -919,23 +897,13 @@ std::vector<HostImuInterval> HostAdapter::imuIntervals(const std::vector<double>
   return state_->intervals(stamps);
 }
 
-double HostAdapter::lastDamage() const {
+std::pair<double, double> HostAdapter::lastDamage() const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  if (state_->screen.damage().empty()) return -std::numeric_limits<double>::infinity();
-  return state_->initializer->info().calibration.imageStamp(state_->screen.damage().back().last);
-}
-
-double HostAdapter::lastDamageBegin() const {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  if (state_->screen.damage().empty()) return -std::numeric_limits<double>::infinity();
-  return state_->initializer->info().calibration.imageStamp(state_->screen.damage().back().first);
-}
-
-void HostAdapter::reset() {
-  const std::lock_guard<std::mutex> lock(state_->mutex);
-  state_->initializer->reset();
-  state_->forget();
-  state_->screen = ImuScreen(state_->options.imu);
+  constexpr double kNever = -std::numeric_limits<double>::infinity();
+  if (state_->screen.damage().empty()) return {kNever, kNever};
+  const Calibration calibration = state_->initializer->info().calibration;
+  const ImuDamage& damage = state_->screen.damage().back();
+  return {calibration.imageStamp(damage.first), calibration.imageStamp(damage.last)};
 }
 
 HostOptions HostAdapter::options() const { return state_->options; }

@@ -4,7 +4,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
-#include <sstream>
+
+#include "text.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -15,32 +16,25 @@ constexpr double kRotationTolerance = 1e-6;
 constexpr double kVertical = 1e-9;
 
 std::string checkStates(const std::vector<NavState>& states, double gravity_magnitude, double td) {
-  std::ostringstream out;
   if (states.empty()) return "there is no state to convert";
   if (!(gravity_magnitude > 0.0) || !std::isfinite(gravity_magnitude)) {
-    out << "gravity_magnitude is " << gravity_magnitude << ", must be positive";
-    return out.str();
+    return text(6, "gravity_magnitude is ", gravity_magnitude, ", must be positive");
   }
   if (!std::isfinite(td)) return "td is not finite";
   for (size_t i = 0; i < states.size(); ++i) {
     const NavState& state = states[i];
-    if (!std::isfinite(state.t) || !state.R_w_b.allFinite() || !state.p_w_b.allFinite() ||
-        !state.v_w_b.allFinite() || !state.gyro_bias.allFinite() || !state.accel_bias.allFinite()) {
-      out << "state " << i << " has a value that is not finite";
-      return out.str();
+    if (!state.isFinite()) {
+      return text(6, "state ", i, " has a value that is not finite");
     }
     const double error =
         (state.R_w_b.transpose() * state.R_w_b - Eigen::Matrix3d::Identity()).norm() +
         std::abs(state.R_w_b.determinant() - 1.0);
     if (error > kRotationTolerance) {
-      out << "R_w_b of state " << i << " is " << error << " away from a rotation (limit "
-          << kRotationTolerance << ')';
-      return out.str();
+      return text(6, "R_w_b of state ", i, " is ", error, " away from a rotation (limit ",
+                  kRotationTolerance, ')');
     }
     if (i > 0 && !(state.t > states[i - 1].t)) {
-      out.precision(17);
-      out << "time of state " << i << " is " << state.t << " s, must be after " << states[i - 1].t;
-      return out.str();
+      return text(17, "time of state ", i, " is ", state.t, " s, must be after ", states[i - 1].t);
     }
   }
   return "";

@@ -5,7 +5,6 @@
 
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"
-#include "slim_init/config/sensors_file.h"
 #include "slim_init/work_budget.h"
 
 namespace slim_init::vins_adapter {
@@ -19,7 +18,6 @@ HostFile toHostFile(const HostKeys& keys) {
   file.keep_heading = keys.keep_heading;
   file.max_wait_ms = keys.max_wait_ms;
   file.output_path = keys.output_path;
-  file.sensors_file = keys.sensors_file;
   return file;
 }
 
@@ -46,7 +44,6 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
   read.rig.has_rotation = config.host.has_rotation;
   read.rig.has_translation = config.host.has_translation;
   HostOptions options;
-  options.mode = read.mode;
   options.reinit = read.reinit;
   options.watchdog = read.watchdog;
   options.max_wait_ms = read.max_wait_ms;
@@ -62,16 +59,6 @@ std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* fil
       HostAdapter::create(std::move(initializer), options, error);
   if (adapter != nullptr && file != nullptr) *file = std::move(read);
   return adapter;
-}
-
-bool readSensorsFile(const std::string& path, const Calibration& configured,
-                     LearnedSensors* learned, std::string* error) {
-  return loadSensorsFile(path, configured, &learned->stamp, &learned->known, error);
-}
-
-bool writeSensorsFile(const std::string& path, const Calibration& configured,
-                      const LearnedSensors& learned, std::string* error) {
-  return saveSensorsFile(path, configured, learned.stamp, learned.known, error);
 }
 
 }  // namespace slim_init::vins_adapter

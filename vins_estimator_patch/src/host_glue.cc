@@ -10,7 +10,6 @@
 #include <limits>
 #include <mutex>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "calibration_advice.h"
@@ -20,6 +19,7 @@
 #include "slim_init/vins_adapter/host_convention.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"
+#include "text.h"
 
 namespace slim_init::vins_adapter {
 
@@ -50,9 +50,6 @@ constexpr double kLongestDelay = 0.3;
 // refusal, and at most kLongestPause [s].
 constexpr double kFirstPause = 0.1;
 constexpr double kLongestPause = 0.4;
-// What is known of the sensors is written so often [s]; not at the end, when much of a host that is
-// one global variable is gone already.
-constexpr double kSaveEvery = 10.0;
 // An unchanged status is reported again after this time [s].
 constexpr double kRepeatReport = 5.0;
 // A td handed over may lie so much of the time between two frames below the host's.
@@ -129,17 +126,13 @@ void moveWindow(const HostState& anchor, std::vector<HostState>* window) {
 }
 
 std::string whyDropped(AddStatus status) {
-  std::ostringstream out;
   switch (status) {
     case AddStatus::kNotFinite: return "a value is not finite";
-    case AddStatus::kGlitch:
-      out << "it is faster than " << StreamCheck::kMaxSpeed << " m/s";
-      return out.str();
+    case AddStatus::kGlitch: return text(6, "it is faster than ", StreamCheck::kMaxSpeed, " m/s");
     case AddStatus::kNoCovariance: return "its covariance is not positive definite";
     case AddStatus::kNotCalibrated: return "speed_rotation and speed_translation are missing";
     case AddStatus::kStray:
-      out << "its stamp is more than " << StreamCheck::kJump << " s from IMU and images";
-      return out.str();
+      return text(6, "its stamp is more than ", StreamCheck::kJump, " s from IMU and images");
     case AddStatus::kNotSupported: return "the method does not use velocities";
     default: return "its stamp is not after that of the velocity before it";
   }
@@ -180,7 +173,6 @@ struct HostGlue::State {
   double frame_reported = 0.0;      // its standard deviation at the last warning [m]
   Clock::time_point stock_began;
   double damage_reported = -std::numeric_limits<double>::infinity();  // begin of the damage [s]
-  double saved_stamp = std::numeric_limits<double>::quiet_NaN();      // of the sensors file [s]
   InitStatus reported_status = InitStatus::kSuccess;
   double reported_stamp = -std::numeric_limits<double>::infinity();
   std::ofstream csv;
@@ -221,12 +213,9 @@ struct HostGlue::State {
     propagated.state.stamp = stamp;
     propagated.position_sigma = age * std::max(lost.V.norm(), kUnknownSpeed);
     propagated.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
-    std::ostringstream out;
-    out.precision(3);
-    out << "IMU data do not cover " << age << " s: position and heading are held,"
-        << " standard deviation " << propagated.position_sigma << " m and "
-        << propagated.yaw_sigma_deg << " deg of yaw";
-    propagated.message = out.str();
+    propagated.message = text(
+        3, "IMU data do not cover ", age, " s: position and heading are held, standard deviation ",
+        propagated.position_sigma, " m and ", propagated.yaw_sigma_deg, " deg of yaw");
     return propagated;
   }
   bool continues(double stamp) const { return is_lost && file.reinit && stamp >= lost.stamp; }
@@ -245,20 +234,14 @@ struct HostGlue::State {
     const double sigma = std::sqrt(frame_variance);
     if (!(sigma > frame_reported + kUncertainFrame)) return;
     frame_reported = sigma;
-    std::ostringstream out;
-    out.precision(2);
-    out << "the odometry frame is uncertain: its position to " << sigma << " m, its heading to "
-        << yawSigmaDeg() << " deg";
-    report(ReportLevel::kWarn, out.str());
+    report(ReportLevel::kWarn, text(2, "the odometry frame is uncertain: its position to ", sigma,
+                                    " m, its heading to ", yawSigmaDeg(), " deg"));
   }
   double yawSigmaDeg() const { return std::min(std::sqrt(frame_yaw_variance), 180.0); }
   void publishFrame(double stamp) {
     if (std::isnan(frame_since)) frame_since = stamp;
-    std::ostringstream row;
-    row.precision(4);
-    row << std::fixed << stamp << ',' << frame_since << ',' << std::sqrt(frame_variance) << ','
-        << yawSigmaDeg();
-    report(ReportLevel::kFrame, row.str());
+    report(ReportLevel::kFrame, text(4, std::fixed, stamp, ',', frame_since, ',',
+                                     std::sqrt(frame_variance), ',', yawSigmaDeg()));
   }
   // Healthy states up to this one.
   std::vector<HostState> healthyUntil(const HostState& last) const {
@@ -273,7 +256,7 @@ struct HostGlue::State {
   HostState healthyBefore(double newest, bool failed) const {
     HostState last = healthy.back();
     if (!failed) return last;
-    const double begin = adapter->lastDamageBegin();
+    const double begin = adapter->lastDamage().first;
     for (auto it = healthy.rbegin(); it != healthy.rend(); ++it) {
       last = *it;
       // With the watchdog only states that it trusts are here, but it takes a while to notice.
@@ -292,37 +275,6 @@ struct HostGlue::State {
     } else {
       report(ReportLevel::kWarn,
              path + " cannot be written; the rows are published on the topic only");
-    }
-  }
-
-  void restoreSensors() {
-    if (file.sensors_file.empty()) return;
-    LearnedSensors learned;
-    std::string error;
-    if (readSensorsFile(file.sensors_file, file.rig.calibration, &learned, &error)) {
-      adapter->restore(learned);
-      saved_stamp = learned.stamp;
-      const ImuBiases& biases = learned.known.biases;
-      std::ostringstream out;
-      out.precision(3);
-      out << "warm start from " << file.sensors_file << ": gyroscope bias ("
-          << biases.gyro.transpose() << ") rad/s, accelerometer bias (" << biases.accel.transpose()
-          << ") m/s^2" << (learned.known.calibration ? ", calibration" : "");
-      report(ReportLevel::kInfo, out.str());
-    } else {
-      const bool exists = std::ifstream(file.sensors_file).is_open();
-      report(exists ? ReportLevel::kWarn : ReportLevel::kInfo, error + "; no warm start");
-    }
-  }
-  void saveSensors() {
-    if (file.sensors_file.empty()) return;
-    const LearnedSensors learned = adapter->learned();
-    if (std::isnan(learned.stamp) || std::abs(learned.stamp - saved_stamp) <= kSaveEvery) return;
-    saved_stamp = learned.stamp;
-    std::string error;
-    if (!writeSensorsFile(file.sensors_file, file.rig.calibration, learned, &error)) {
-      report(ReportLevel::kWarn, error);
-      file.sensors_file.clear();
     }
   }
 
@@ -351,15 +303,12 @@ struct HostGlue::State {
     }
     reported_status = status;
     reported_stamp = answer.success() ? -std::numeric_limits<double>::infinity() : answer.stamp;
-    std::ostringstream out;
-    out.precision(3);
-    out << action << " " << (answer.success() ? "done" : toString(status)) << ": "
-        << withRemedy(answer.message, status) << " (" << std::fixed << answer.data_s
-        << " s of data, " << answer.solve_ms << " ms";
-    if (unreported_refusals > 0) out << ", after " << unreported_refusals << " refusals";
-    out << ')';
-    unreported_refusals = 0;
-    report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn, out.str());
+    const int refusals = std::exchange(unreported_refusals, 0);
+    report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn,
+           text(3, action, " ", answer.success() ? "done" : toString(status), ": ",
+                withRemedy(answer.message, status), " (", std::fixed, answer.data_s, " s of data, ",
+                answer.solve_ms, " ms",
+                refusals > 0 ? text(0, ", after ", refusals, " refusals") : "", ')'));
   }
 
   // What the user should know of a start; how the file should read when several windows agree.
@@ -378,19 +327,15 @@ struct HostGlue::State {
     const double delay = delayOf(stamp);
     if (!(delay > kLongestDelay) || stamp - delay_reported < kRepeatReport) return;
     delay_reported = stamp;
-    std::ostringstream out;
-    out.precision(3);
-    out << "odometry is " << delay << " s behind the newest image (limit " << kLongestDelay
-        << "): the last frame took the host " << frame_ms << " ms";
-    report(ReportLevel::kWarn, out.str());
+    report(ReportLevel::kWarn,
+           text(3, "odometry is ", delay, " s behind the newest image (limit ", kLongestDelay,
+                "): the last frame took the host ", frame_ms, " ms"));
   }
   void publishHealth(double stamp, const HostHealth& health) {
-    std::ostringstream row;
-    row.precision(4);
-    row << std::fixed << stamp << ',' << toString(monitor.status()) << ',' << health.reprojection_px
-        << ',' << health.velocity_mps << ',' << health.rotation_deg << ',' << delayOf(stamp)
-        << ",\"" << health.reason << '"';
-    report(ReportLevel::kHealth, row.str());
+    report(ReportLevel::kHealth,
+           text(4, std::fixed, stamp, ',', toString(monitor.status()), ',', health.reprojection_px,
+                ',', health.velocity_mps, ',', health.rotation_deg, ',', delayOf(stamp), ",\"",
+                health.reason, '"'));
   }
 };
 
@@ -436,7 +381,6 @@ bool HostGlue::open(std::unique_ptr<HostAdapter> adapter, const HostFile& file) 
                                        ", watchdog: " + (state.file.watchdog ? "1" : "0") +
                                        ", method " + state.adapter->method());
   state.openCsv();
-  state.restoreSensors();
   state.advice = CalibrationAdvice(state.file.rig);
   state.active = true;
   return true;
@@ -509,10 +453,10 @@ void HostGlue::addSpeed(double t, const Eigen::Vector3d& velocity,
     const std::lock_guard<std::mutex> lock(state.mutex);
     if (!state.speeds_reported.insert(status).second) return;
   }
-  std::ostringstream out;
-  out << "a measured velocity of " << velocity.transpose() << " m/s at " << std::fixed << t
-      << " s is discarded, as all others of which the following holds: " << whyDropped(status);
-  state.report(ReportLevel::kWarn, out.str());
+  state.report(
+      ReportLevel::kWarn,
+      text(6, "a measured velocity of ", velocity.transpose(), " m/s at ", std::fixed, t,
+           " s is discarded, as all others of which the following holds: ", whyDropped(status)));
 }
 
 bool HostGlue::seedWindow(const std::vector<HostState>& frames, GlueWindow* window,
@@ -641,12 +585,9 @@ bool HostGlue::bridgesGap(double newest_sample) {
   const double gap = std::max(newest_sample, state.last_imu) - healthy;
   // Less, and there are no samples of the gap; backwards, and the streams have begun anew.
   if (!(gap >= kShortestGap && gap <= kLongestGap)) return false;
-  if (state.adapter->lastDamage() > healthy) return false;
-  std::ostringstream out;
-  out.precision(3);
-  out << "the tracker was restarted after " << gap
-      << " s without images; the host continues by its IMU";
-  state.report(ReportLevel::kInfo, out.str());
+  if (state.adapter->lastDamage().second > healthy) return false;
+  state.report(ReportLevel::kInfo, text(3, "the tracker was restarted after ", gap,
+                                        " s without images; the host continues by its IMU"));
   state.rides = true;
   return true;
 }
@@ -696,7 +637,6 @@ void HostGlue::addHealthy(const std::vector<HostState>& window) {
   state.is_lost = false;
   const HostState& newest = window.back();
   state.adapter->learn(newest);
-  state.saveSensors();
   if (state.healthy.empty()) {
     state.healthy.assign(window.begin(), window.end());
   } else {

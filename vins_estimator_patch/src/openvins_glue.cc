@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <sstream>
 
 #include "openvins_method.h"
 #include "slim_init/host_health/imu_screen.h"
@@ -16,6 +15,7 @@
 #include "slim_init/result.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
+#include "text.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -38,13 +38,7 @@ Calibration calibrationOf(const OpenVinsRig& rig) {
   return calibration;
 }
 
-std::string inShort(double value, int digits) {
-  std::ostringstream out;
-  out.setf(std::ios::fixed);
-  out.precision(digits);
-  out << value;
-  return out.str();
-}
+std::string inShort(double value, int digits) { return text(digits, std::fixed, value); }
 
 // How far the host's state is from ours at the same time, in what does not depend on the world.
 std::string difference(const std::vector<double>& stock, const NavState& ours) {

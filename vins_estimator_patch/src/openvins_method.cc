@@ -3,7 +3,6 @@
 
 #include "slim_init/baselines/baselines.h"
 #include "slim_init/config/config.h"
-#include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/work_budget.h"
 
 namespace slim_init::vins_adapter {
@@ -12,7 +11,6 @@ std::unique_ptr<IInitializer> makeMethod(const std::string& file, const Calibrat
                                          ImuLimits* limits, std::vector<std::string>* notes,
                                          std::string* error) {
   Config config;
-  config.options = HostAdapter::hostDefaults();
   config.calibration = rig;
   if (!file.empty() && !loadOptions(file, &config, error)) return nullptr;
   *notes = config.notes;

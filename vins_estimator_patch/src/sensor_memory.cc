@@ -46,7 +46,7 @@ void SensorMemory::learn(const HostState& healthy, const OptionalCalibration& ca
   if (next_ && healthy.stamp - next_->stamp < kHindsight) return;
   if (next_) {
     learned_ = *next_;
-    restored_ = false;
+    restarted_ = false;
   }
   next_ = LearnedSensors{healthy.stamp, {}};
   next_->known.biases = {healthy.Bg, healthy.Ba, kGyroSigma, kAccelSigma};
@@ -58,18 +58,13 @@ void SensorMemory::learn(const OptionalCalibration& found) {
   learned_.known.calibration = betterThan(configured_, found);
 }
 
-void SensorMemory::restore(const LearnedSensors& learned) {
-  learned_ = learned;
-  restored_ = true;
-}
-
 KnownSensors SensorMemory::knownAt(double stamp) const {
   KnownSensors known = learned_.known;
   if (std::isnan(learned_.stamp)) return known;
   // The clock of another run may be another one.
   const double age = std::max(0.0, stamp - learned_.stamp);
   const auto widen = [&](double walk, double turn_on, double* sigma) {
-    const double between_runs = restored_ ? turn_on * turn_on : 0.0;
+    const double between_runs = restarted_ ? turn_on * turn_on : 0.0;
     *sigma = std::sqrt(*sigma * *sigma + walk * walk * age + between_runs);
   };
   widen(kGyroWalk, kGyroTurnOn, &known.biases.gyro_sigma);

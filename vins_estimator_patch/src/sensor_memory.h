@@ -8,10 +8,15 @@
 #include "slim_init/result.h"
 #include "slim_init/state_prior.h"
 #include "slim_init/types.h"
-#include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_state.h"
 
 namespace slim_init::vins_adapter {
+
+/// What a host has learned of its sensors in flight.
+struct LearnedSensors {
+  double stamp = kNotComputed;  ///< of the biases [s], camera clock; NaN: none yet
+  KnownSensors known;           ///< as well as it was known at that stamp
+};
 
 /// Keeps the newest biases and calibration of a host in good health. Not thread-safe.
 ///
@@ -45,8 +50,8 @@ class SensorMemory {
 
   /// All of it, of `stamp`; nothing has been learned while `stamp` is NaN.
   const LearnedSensors& learned() const { return learned_; }
-  /// From another run.
-  void restore(const LearnedSensors& learned);
+  /// Stamps begin anew: what is known is of another run.
+  void restart() { restarted_ = true; }
 
   /// What is known of it at another stamp.
   KnownSensors knownAt(double stamp) const;
@@ -54,7 +59,7 @@ class SensorMemory {
  private:
   Calibration configured_;
   LearnedSensors learned_;
-  bool restored_ = false;
+  bool restarted_ = false;
   double flight_began_ = kNotComputed, newest_ = kNotComputed;  // stamps of healthy states [s]
   std::optional<LearnedSensors> next_;                          // counts after kHindsight
 };

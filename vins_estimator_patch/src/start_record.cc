@@ -3,8 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <sstream>
 #include <vector>
+
+#include "text.h"
 
 namespace slim_init::vins_adapter {
 namespace {
@@ -40,11 +41,7 @@ double gyroBiasDifference(const HostWindow& a, const HostWindow& b) {
 
 std::string number(double value, int precision, bool fixed = false) {
   if (!std::isfinite(value)) return "";
-  std::ostringstream out;
-  out.precision(precision);
-  if (fixed) out << std::fixed;
-  out << value;
-  return out.str();
+  return fixed ? text(precision, std::fixed, value) : text(precision, value);
 }
 
 std::string quoted(const std::string& text) {

@@ -39,33 +39,11 @@ OptionTable select(const OptionTable& table, OptionKeys keys) {
   return select(table, [keys](const OptionField& option) { return belongsTo(option, keys); });
 }
 
-// The first screen of template.yaml: these keys of the host's file and, of our
+// The first screen of template.yaml: the beginning of switchTable() and rigTable() and, of our
 // section, the noise of the IMU.
-constexpr const char* kFirstKeys[] = {"initializer", "reinit",          "estimate_extrinsic",
-                                      "estimate_td", "rolling_shutter", "rolling_shutter_tr"};
-
-bool isFirst(const OptionField& option) {
-  return std::find(std::begin(kFirstKeys), std::end(kFirstKeys), option.key) !=
-         std::end(kFirstKeys);
-}
+constexpr std::ptrdiff_t kFirstSwitches = 2, kFirstOfRig = 4;
 
 bool isNoise(const OptionField& option) { return option.key.compare(0, 6, "noise.") == 0; }
-
-// In the order of kFirstKeys.
-OptionTable firstKeys(const OptionTable& host) {
-  OptionTable first;
-  for (const char* key : kFirstKeys) {
-    for (const OptionField& option : host) {
-      if (option.key == key) first.push_back(option);
-    }
-  }
-  return first;
-}
-
-OptionTable joined(OptionTable a, const OptionTable& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 
 std::string number(double value) {
   std::ostringstream out;
@@ -204,7 +182,7 @@ max_solver_time: 0.04
 max_num_iterations: 8
 # mean parallax that makes a keyframe [px]
 keyframe_parallax: 10.0
-# folder for results; sensors_file is relative to it
+# folder for results
 output_path: "/tmp"
 # name of the camera model
 camera_name: "camera"
@@ -272,23 +250,19 @@ Config templateConfig() {
 std::string templateYaml() {
   Config config = templateConfig();
   const OptionTable switches = switchTable(&config.host), rig = rigTable(&config);
-  const auto other = [](const OptionField& option) { return !isFirst(option); };
-  std::string text = kTemplateHead + hostYaml(firstKeys(joined(switches, rig)));
+  const auto first_of = [](const OptionTable& table, std::ptrdiff_t count) {
+    return hostYaml({table.begin(), table.begin() + count});
+  };
+  const auto rest_of = [](const OptionTable& table, std::ptrdiff_t count) {
+    return hostYaml({table.begin() + count, table.end()});
+  };
+  std::string text =
+      kTemplateHead + first_of(switches, kFirstSwitches) + first_of(rig, kFirstOfRig);
   text += kTemplateSection + sectionYaml(select(configTable(&config), isNoise));
-  text += kTemplateCamera + hostYaml(select(rig, other));
-  text += kTemplateSwitches + hostYaml(select(switches, other));
+  text += kTemplateCamera + rest_of(rig, kFirstOfRig);
+  text += kTemplateSwitches + rest_of(switches, kFirstSwitches);
   text += kTemplateTracker + hostYaml(optionTable(&config.front_end.host));
   return text + kTemplateHost;
-}
-
-// Keys of our section for users that are not on the first screen.
-OptionTable otherUserKeys(const OptionTable& table) {
-  return select(select(table, OptionKeys::kUser),
-                [](const OptionField& option) { return !isNoise(option); });
-}
-
-std::string userYaml(const OptionTable& table) {
-  return kUserFileHead + sectionYaml(otherUserKeys(table));
 }
 
 }  // namespace
@@ -301,12 +275,16 @@ std::string optionsYaml(OptionKeys keys) {
 std::vector<GeneratedFile> generatedFiles() {
   Config defaults;
   const OptionTable table = configTable(&defaults);
+  const auto section = [&table](OptionKeys keys) {
+    return sectionYaml(select(table, [keys](const OptionField& option) {
+      return belongsTo(option, keys) && !isNoise(option);
+    }));
+  };
   return {
       {"config/template.yaml", templateYaml()},
-      {"config/user.yaml", userYaml(table)},
-      {"config/advanced.yaml", kAdvancedHead + sectionYaml(select(table, OptionKeys::kAdvanced))},
-      {"config/compared_methods.yaml",
-       kComparedHead + sectionYaml(select(table, OptionKeys::kCompared))},
+      {"config/user.yaml", kUserFileHead + section(OptionKeys::kUser)},
+      {"config/advanced.yaml", kAdvancedHead + section(OptionKeys::kAdvanced)},
+      {"config/compared_methods.yaml", kComparedHead + section(OptionKeys::kCompared)},
   };
 }
 

@@ -309,8 +309,6 @@ OptionTable switchTable(HostKeys* o) {
       userKey("keep_heading", &o->keep_heading,
               "1: after each optimization keep the heading of the oldest frame, in place of its "
               "Euler yaw"),
-      userKey("sensors_file", &o->sensors_file,
-              "file that keeps biases and calibration across runs, relative to output_path"),
       userKey("max_wait_ms", &o->max_wait_ms, {-1.0, 1000.0}, "ms",
               "maximum time that an image waits for a solve; negative: until it ends"),
   };
@@ -318,6 +316,16 @@ OptionTable switchTable(HostKeys* o) {
 
 OptionTable rigTable(Config* c) {
   return {
+      userKey("estimate_extrinsic", &c->host.estimate_extrinsic, {0, 2}, "",
+              "0: extrinsicRotation and extrinsicTranslation are measured; 1: an initial guess "
+              "(5 deg, 5 cm), refined by the estimator; 2: unknown, both may be absent"),
+      userKey("estimate_td", &c->estimate_td,
+              "1: td is an initial guess (standard deviation 30 ms): each start passes its "
+              "estimate to the estimator; 0: measured (1 ms)"),
+      userKey("rolling_shutter", &c->host.rolling_shutter,
+              "1: rows are exposed one after the other; image stamps are of the middle row"),
+      userKey("rolling_shutter_tr", &c->host.rolling_shutter_tr, {0.0, 0.2}, "s",
+              "readout time from the first row to the last; read if rolling_shutter is 1"),
       userKey("imu_topic", &c->imu_topic, "topic of the IMU: ROS nodes and bags"),
       userKey("image_topic", &c->image_topic, "topic of the camera"),
       userKey("speed_topic", &c->speed_topic,
@@ -329,17 +337,7 @@ OptionTable rigTable(Config* c) {
               "relative error that all speeds have in common: radius of the wheel"),
       userKey("speed_lateral_sigma", &c->calibration.speed_sensor.lateral_sigma, {0.0, 10.0}, "m/s",
               "a wheel does not move sideways or upwards faster than this; 0: no constraint"),
-      userKey("estimate_extrinsic", &c->host.estimate_extrinsic, {0, 2}, "",
-              "0: extrinsicRotation and extrinsicTranslation are measured; 1: an initial guess "
-              "(5 deg, 5 cm), refined by the estimator; 2: unknown, both may be absent"),
       userKey("td", &c->calibration.td, {-1.0, 1.0}, "s", "time offset, t_imu = t_image + td"),
-      userKey("estimate_td", &c->estimate_td,
-              "1: td is an initial guess (standard deviation 30 ms): each start passes its "
-              "estimate to the estimator; 0: measured (1 ms)"),
-      userKey("rolling_shutter", &c->host.rolling_shutter,
-              "1: rows are exposed one after the other; image stamps are of the middle row"),
-      userKey("rolling_shutter_tr", &c->host.rolling_shutter_tr, {0.0, 0.2}, "s",
-              "readout time from the first row to the last; read if rolling_shutter is 1"),
       userKey("g_norm", &c->calibration.gravity_magnitude, {9.7, 9.9}, "m/s^2", "local gravity"),
       userKey(
           "mask", &c->host.mask,
@@ -356,10 +354,6 @@ void readHostKeys(const cv::FileNode& root, HostKeys* host) {
   if (root["watchdog"].empty()) host->watchdog = host->reinit;
   if (root["keep_heading"].empty()) host->keep_heading = host->reinit;
   readOutputFolder(root, &host->output_path);
-  if (!host->sensors_file.empty() && host->sensors_file.front() != '/' &&
-      !host->output_path.empty()) {
-    host->sensors_file = host->output_path + "/" + host->sensors_file;
-  }
 }
 
 void readHost(const cv::FileNode& root, const std::string& path, Config* config) {

@@ -62,7 +62,6 @@ AddStatus InitSession::addPoints(FrameObservation frame) {
 }
 
 AddStatus InitSession::addLines(double t, std::vector<LineObservation> lines) {
-  ++counts_.line_messages;
   const auto frame = std::find_if(frames_.begin(), frames_.end(), [t](const PendingFrame& f) {
     return std::abs(f.t - t) <= KeyframeWindow::kSameStamp;
   });

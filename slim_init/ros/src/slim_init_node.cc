@@ -265,8 +265,6 @@ Diagnostics::Statuses SlimInitNode::diagnostics() {
   addValue("last status", last_status_, &state);
   addValue("last attempt [ms]", last_attempt_ms_, &state);
   addValue("frames", streams.frames_added, &state);
-  addValue("line messages", counts.line_messages, &state);
-  addValue("line messages without frame", streams.lines_unmatched, &state);
   addValue("frames that no IMU covered", counts.frames_uncovered, &state);
   addValue("time jumps", streams.restarts, &state);
   addValue("restarts", counts.restarts, &state);

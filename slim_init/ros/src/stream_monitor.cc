@@ -4,9 +4,6 @@
 #include <ros/console.h>
 #include <ros/this_node.h>
 
-#include <cmath>
-#include <utility>
-
 #include "slim_init/ros/conversions.h"
 
 namespace slim_init::node {
@@ -15,30 +12,32 @@ using diagnostic_msgs::DiagnosticStatus;
 
 namespace {
 
-// The drops of one stream in StreamCounts, with their names in the diagnostics.
-std::vector<std::pair<const char*, std::int64_t>> dropsOf(StreamKind kind,
-                                                          const StreamCounts& counts) {
-  switch (kind) {
-    case StreamKind::kImu:
-      return {{"glitch", counts.imu_glitches},
-              {"late", counts.imu_out_of_order},
-              {"stray stamp", counts.imu_stray},
-              {"before a time jump", counts.imu_before_jump}};
-    case StreamKind::kFrames:
-      return {{"late", counts.frames_out_of_order},
-              {"stray stamp", counts.frames_stray},
-              {"before a time jump", counts.frames_before_jump}};
-    case StreamKind::kLines: return {{"without frame", counts.lines_unmatched}};
-    case StreamKind::kSpeeds:
-      return {{"not finite", counts.speeds_not_finite},
-              {"absurd speed", counts.speeds_glitches},
-              {"covariance not positive definite", counts.speeds_no_covariance},
-              {"sensor not calibrated", counts.speeds_not_calibrated},
-              {"late", counts.speeds_out_of_order},
-              {"stray stamp", counts.speeds_stray}};
-  }
-  return {};
-}
+constexpr double kSilence = 2.0;  // [s], wall clock
+// A step in the numbers of the headers as large is a restarted publisher.
+constexpr std::uint32_t kNoCount = 10000;
+
+// Why StreamCheck drops messages, with the names in the diagnostics.
+struct Drop {
+  StreamKind kind;
+  const char* reason;
+  std::int64_t StreamCounts::*count;
+};
+constexpr Drop kDrops[] = {
+    {StreamKind::kImu, "glitch", &StreamCounts::imu_glitches},
+    {StreamKind::kImu, "late", &StreamCounts::imu_out_of_order},
+    {StreamKind::kImu, "stray stamp", &StreamCounts::imu_stray},
+    {StreamKind::kImu, "before a time jump", &StreamCounts::imu_before_jump},
+    {StreamKind::kFrames, "late", &StreamCounts::frames_out_of_order},
+    {StreamKind::kFrames, "stray stamp", &StreamCounts::frames_stray},
+    {StreamKind::kFrames, "before a time jump", &StreamCounts::frames_before_jump},
+    {StreamKind::kLines, "without frame", &StreamCounts::lines_unmatched},
+    {StreamKind::kSpeeds, "not finite", &StreamCounts::speeds_not_finite},
+    {StreamKind::kSpeeds, "absurd speed", &StreamCounts::speeds_glitches},
+    {StreamKind::kSpeeds, "covariance not positive definite", &StreamCounts::speeds_no_covariance},
+    {StreamKind::kSpeeds, "sensor not calibrated", &StreamCounts::speeds_not_calibrated},
+    {StreamKind::kSpeeds, "late", &StreamCounts::speeds_out_of_order},
+    {StreamKind::kSpeeds, "stray stamp", &StreamCounts::speeds_stray},
+};
 
 }  // namespace
 
@@ -56,82 +55,67 @@ DiagnosticStatus makeStatus(const std::string& part, const std::string& message)
   return status;
 }
 
-void StreamMonitor::received(std::uint32_t sequence) {
-  ++received_;
-  gaps_.add(sequence);
-  last_ = ros::WallTime::now();
-}
-
-void StreamMonitor::garbage(const std::string& reason) {
-  ++garbage_;
-  explain(reason);
-}
-
-void StreamMonitor::explain(const std::string& reason) {
-  last_reason_ = reason;
-  ROS_WARN_STREAM_THROTTLE(5.0, name_ << " message discarded: " << reason);
-}
-
-void StreamMonitor::report(const StreamCounts& counts, DiagnosticStatus* status) {
-  const ros::WallTime now = ros::WallTime::now();
-  const double elapsed = (now - reported_).toSec();
-  const double silent = (now - last_).toSec();
-  const auto drops = dropsOf(kind_, counts);
-  std::int64_t dropped = garbage_ + gaps_.lost();
-  for (const auto& [reason, count] : drops) dropped += count;
-  const double rate =
-      elapsed > 0.0 ? static_cast<double>(received_ - received_before_) / elapsed : 0.0;
-  if (required_ && silent > kSilence) {
-    std::ostringstream out;
-    out.precision(3);
-    out << "no " << name_ << " message for " << silent << " s (limit " << kSilence << " s)";
-    raise(DiagnosticStatus::ERROR, out.str(), status);
-  }
-  if (dropped > dropped_before_) {
-    raise(DiagnosticStatus::WARN,
-          std::to_string(dropped - dropped_before_) + " " + name_ + " messages lost or discarded",
-          status);
-  }
-  addValue(name_ + " received", received_, status);
-  addValue(name_ + " rate [Hz]", std::round(10.0 * rate) / 10.0, status);
-  addValue(name_ + " lost", gaps_.lost(), status);
-  addValue(name_ + " discarded: malformed", garbage_, status);
-  for (const auto& [reason, count] : drops)
-    addValue(name_ + " discarded: " + reason, count, status);
-  if (!last_reason_.empty()) addValue(name_ + " last discarded", last_reason_, status);
-  received_before_ = received_;
-  dropped_before_ = dropped;
-  reported_ = now;
-}
-
 bool NodeStreams::accept(int stream, const std_msgs::Header& header, const std::string& problem,
                          double* t) {
-  monitors_[stream].received(header.seq);
-  const std::string reason =
-      problem.empty() && header.stamp.isZero() ? "the header has no stamp" : problem;
-  if (!reason.empty()) {
-    monitors_[stream].garbage(reason);
+  InputStream& s = streams_[stream];
+  const std::uint32_t step = header.seq - s.sequence;
+  if (s.received++ > 0 && step > 1 && step < kNoCount) s.lost += step - 1;
+  s.sequence = header.seq;
+  s.newest = ros::WallTime::now();
+  if (!problem.empty() || header.stamp.isZero()) {
+    ++s.malformed;
+    explain(stream, problem.empty() ? "the header has no stamp" : problem);
     return false;
   }
   *t = clock_.seconds(stampNs(header.stamp));
   return true;
 }
 
-diagnostic_msgs::DiagnosticStatus NodeStreams::report(const StreamCounts& counts) {
-  diagnostic_msgs::DiagnosticStatus status = makeStatus("streams", "data is coming");
-  for (StreamMonitor& monitor : monitors_) monitor.report(counts, &status);
+void NodeStreams::explain(int stream, const std::string& reason) {
+  streams_[stream].last_reason = reason;
+  ROS_WARN_STREAM_THROTTLE(5.0, streams_[stream].name << " message discarded: " << reason);
+}
+
+DiagnosticStatus NodeStreams::report(const StreamCounts& counts) {
+  DiagnosticStatus status = makeStatus("streams", "data is coming");
+  for (InputStream& s : streams_) {
+    const double silent = (ros::WallTime::now() - s.newest).toSec();
+    if (s.required && silent > kSilence) {
+      std::ostringstream out;
+      out.precision(3);
+      out << "no " << s.name << " message for " << silent << " s (limit " << kSilence << " s)";
+      raise(DiagnosticStatus::ERROR, out.str(), &status);
+    }
+    addValue(s.name + " received", s.received, &status);
+    addValue(s.name + " lost", s.lost, &status);
+    addValue(s.name + " discarded: malformed", s.malformed, &status);
+    std::int64_t dropped = s.malformed + s.lost;
+    for (const Drop& drop : kDrops) {
+      if (drop.kind != s.kind) continue;
+      addValue(s.name + " discarded: " + drop.reason, counts.*drop.count, &status);
+      dropped += counts.*drop.count;
+    }
+    if (!s.last_reason.empty()) addValue(s.name + " last discarded", s.last_reason, &status);
+    if (dropped > s.dropped_before) {
+      raise(
+          DiagnosticStatus::WARN,
+          std::to_string(dropped - s.dropped_before) + " " + s.name + " messages lost or discarded",
+          &status);
+    }
+    s.dropped_before = dropped;
+  }
   return status;
 }
 
 void Diagnostics::start(const std::function<Statuses()>& collect) {
   publisher_ = handle_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10);
-  timer_ = handle_.createWallTimer(ros::WallDuration(1.0),
-                                   [this, collect](const ros::WallTimerEvent& /*event*/) {
-                                     diagnostic_msgs::DiagnosticArray message;
-                                     message.header.stamp = ros::Time::now();
-                                     message.status = collect();
-                                     publisher_.publish(message);
-                                   });
+  timer_ =
+      handle_.createWallTimer(ros::WallDuration(1.0), [this, collect](const ros::WallTimerEvent&) {
+        diagnostic_msgs::DiagnosticArray message;
+        message.header.stamp = ros::Time::now();
+        message.status = collect();
+        publisher_.publish(message);
+      });
 }
 
 }  // namespace slim_init::node

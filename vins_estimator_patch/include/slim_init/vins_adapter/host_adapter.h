@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "slim_init/host_health/flight_monitor.h"
@@ -31,7 +32,6 @@ bool parseHostMode(const std::string& text, HostMode* mode);
 
 /// Options of the adapter; those of the method are InitializerOptions.
 struct HostOptions {
-  HostMode mode = HostMode::kSlim;
   bool reinit = false;  ///< recover() solves; off: it declines and the host resets itself
 
   /// A stamp of the host may lie this long before the first or after the last keyframe of the
@@ -96,12 +96,6 @@ struct HostResult {
 /// The watchdog's finding (HostAdapter::watch()).
 using host_health::HostHealth;
 
-/// What a host has learned of its sensors in flight (HostAdapter::learn()).
-struct LearnedSensors {
-  double stamp = kNotComputed;  ///< of the biases [s], camera clock; NaN: none yet
-  KnownSensors known;           ///< as well as it was known at that stamp
-};
-
 /// Seeds and recovers a host from an initializer, of whatever kind, that buffers its own data, so
 /// that nothing is lost when the host clears its state. Adds to it the host's stamps, the host's
 /// convention, a lock and a thread: streams may come from other threads than seed(), recover() and
@@ -109,11 +103,6 @@ struct LearnedSensors {
 /// throws, prints or exits.
 class HostAdapter {
  public:
-  /// Options for a host, those of everything else: a window that grows from few keyframes, so that
-  /// the first estimate comes as early as the data allow it; the gates refuse the early ones that
-  /// are not good enough.
-  static InitializerOptions hostDefaults();
-
   /// An adapter around `initializer`. Null initializer or invalid options: null, and a message in
   /// `error` (may be null).
   static std::unique_ptr<HostAdapter> create(std::unique_ptr<IInitializer> initializer,
@@ -166,12 +155,9 @@ class HostAdapter {
 
   /// A healthy state of the host in flight. After 20 s without interruption its biases, and the
   /// calibration that it estimates or that an estimate has found, are remembered for its next
-  /// starts, each as well as it is known by then. Kept by reset(). Only seed() and
-  /// recover() use it: watch() solves without.
+  /// starts, each as well as it is known by then. Only seed() and recover() use it: watch() solves
+  /// without.
   void learn(const HostState& healthy);
-  LearnedSensors learned() const;
-  /// The same from an earlier run: biases change from one to the next, which is allowed for.
-  void restore(const LearnedSensors& learned);
 
   /// Carries a state of the host on by the IMU to the frame of a stamp, and says how well it is
   /// known there: glitches and missing samples widen it.
@@ -195,14 +181,9 @@ class HostAdapter {
   /// empty if the buffer does not cover them.
   std::vector<HostImuInterval> imuIntervals(const std::vector<double>& stamps) const;
 
-  /// The newest time [s, camera clock] before which IMU data are missing or are implausible;
-  /// minus infinity: all that is buffered is usable.
-  double lastDamage() const;
-  /// The beginning of that interval.
-  double lastDamageBegin() const;
-
-  /// Forgets all data and counts.
-  void reset();
+  /// Begin and end of the newest interval [s, camera clock] in which IMU data are missing or are
+  /// implausible; minus infinity: all that is buffered is usable.
+  std::pair<double, double> lastDamage() const;
 
   HostOptions options() const;
   StreamCounts counts() const;      ///< the initializer's

@@ -23,12 +23,11 @@ struct HostFile {
   ImuLimits imu_limits;            ///< samples beyond are dropped; for messages about them
   host_health::FileCalibration rig;
   double max_wait_ms = 10.0;  ///< an image waits so long for a solve [ms]; negative: until it ends
-  std::string sensors_file;   ///< what is known of the sensors goes from run to run, or ""
   std::string output_path;    ///< the host's folder for results, or ""
   std::vector<std::string> notes;  ///< what a person should know
 };
 
-/// Reads `initializer`, `reinit`, `watchdog`, `keep_heading`, `sensors_file`, `max_wait_ms` and
+/// Reads `initializer`, `reinit`, `watchdog`, `keep_heading`, `max_wait_ms` and
 /// `output_path` (without it GVINS' `output_dir`); absent keys are those of an unpatched host. On a
 /// problem returns false, leaves `file` as it was and puts a message naming file, key, value and
 /// bound into `error` (may be null).
@@ -38,16 +37,5 @@ bool readHostFile(const std::string& path, HostFile* file, std::string* error);
 /// OpenCV. `file` may be null.
 std::unique_ptr<HostAdapter> openHostFile(const std::string& path, HostFile* file,
                                           std::string* error);
-
-/// What an earlier run has learned of its sensors, from its `sensors_file`. A calibration that
-/// belongs to another configuration of the rig than `configured` is discarded. False and a message
-/// in `error` where there is no such file, it is damaged, or this build has no OpenCV.
-bool readSensorsFile(const std::string& path, const Calibration& configured,
-                     LearnedSensors* learned, std::string* error);
-
-/// Writes it as a whole, so that a reader finds the old file or the new one. False and a message
-/// in `error` where it cannot be written.
-bool writeSensorsFile(const std::string& path, const Calibration& configured,
-                      const LearnedSensors& learned, std::string* error);
 
 }  // namespace slim_init::vins_adapter

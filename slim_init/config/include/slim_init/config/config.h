@@ -24,9 +24,6 @@ struct HostKeys {
   /// After each of its optimizations the host keeps the heading of its oldest frame, in place of
   /// that frame's Euler yaw; absent: as `reinit`.
   bool keep_heading = false;
-  /// Biases and calibration are kept there for the next run; empty: nowhere. In the file relative
-  /// to output_path, here as it is opened.
-  std::string sensors_file;
   /// Maximum time that an image waits for a solve [ms]; negative: until it ends.
   double max_wait_ms = 10.0;
   std::string output_path;  ///< the host's folder for results

@@ -35,7 +35,6 @@ struct InitSessionOptions {
 
 /// What the session did; what became of the messages is in streamCounts().
 struct InitSessionCounts {
-  std::int64_t line_messages = 0;     ///< line messages received
   std::int64_t frames_uncovered = 0;  ///< given up waiting for IMU samples that cover them
   std::int64_t attempts = 0;          ///< by itself and on request
   std::int64_t successes = 0;

@@ -15,7 +15,6 @@
 #include <utility>
 #include <vector>
 
-#include "slim_init/ros/sequence_gaps.h"
 #include "slim_init/ros/stamp_clock.h"
 #include "slim_init/stream_check.h"
 
@@ -26,10 +25,9 @@ template <typename T>
 void addValue(const std::string& key, const T& value, diagnostic_msgs::DiagnosticStatus* status) {
   std::ostringstream out;
   out << value;
-  diagnostic_msgs::KeyValue pair;
-  pair.key = key;
-  pair.value = out.str();
-  status->values.push_back(pair);
+  status->values.emplace_back();
+  status->values.back().key = key;
+  status->values.back().value = out.str();
 }
 
 /// A status named "<node>: <part>" at level OK, with the message of that level.
@@ -42,47 +40,24 @@ void raise(int level, const std::string& message, diagnostic_msgs::DiagnosticSta
 /// Which part of StreamCounts is about a stream.
 enum class StreamKind { kImu, kFrames, kLines, kSpeeds };
 
-/// One subscribed stream as the diagnostics see it.
-class StreamMonitor {
- public:
-  /// `name` as in "imu"; a stream that is not `required` may stay silent.
-  StreamMonitor(const std::string& name, StreamKind kind, bool required)
-      : name_(name), kind_(kind), required_(required) {}
-
-  /// Every message, before anything else.
-  void received(std::uint32_t sequence);
-  /// A message that cannot be read, and why: counted here.
-  void garbage(const std::string& reason);
-  /// Why a message was dropped that is counted elsewhere.
-  void explain(const std::string& reason);
-
-  /// Values and status since the last call: silence of a required stream is an error, messages
-  /// lost or dropped are a warning. `counts`: of what was not garbage.
-  void report(const StreamCounts& counts, diagnostic_msgs::DiagnosticStatus* status);
-
-  std::int64_t receivedCount() const { return received_; }
-
- private:
-  static constexpr double kSilence = 2.0;  // [s], wall clock
-
-  std::string name_;
-  StreamKind kind_;
-  bool required_;
-  std::int64_t received_ = 0;
-  std::int64_t garbage_ = 0;
-  std::string last_reason_;
-  SequenceGaps gaps_;
-  // At the last report.
-  std::int64_t received_before_ = 0;
-  std::int64_t dropped_before_ = 0;
-  ros::WallTime reported_ = ros::WallTime::now();
-  ros::WallTime last_ = ros::WallTime::now();
+/// One subscribed stream.
+struct InputStream {
+  std::string name;  ///< as in "imu"
+  StreamKind kind;
+  bool required;  ///< may not stay silent
+  std::int64_t received = 0;
+  std::int64_t malformed = 0;
+  std::int64_t lost = 0;         ///< sent and never received, by the numbers in the headers
+  std::uint32_t sequence = 0;    ///< of the newest
+  std::string last_reason = {};  ///< why a message was dropped
+  ros::WallTime newest = ros::WallTime::now();
+  std::int64_t dropped_before = 0;  ///< at the last report
 };
 
 /// The input streams of a node, in the order of their time stamps.
 class NodeStreams {
  public:
-  explicit NodeStreams(std::vector<StreamMonitor> monitors) : monitors_(std::move(monitors)) {}
+  explicit NodeStreams(std::vector<InputStream> streams) : streams_(std::move(streams)) {}
 
   /// Takes in a message; `problem` is why it cannot be used, or "". True: `t` is its
   /// time [s] on clock(), and the rest of the checks is StreamCheck's. False: it has a problem or
@@ -90,16 +65,17 @@ class NodeStreams {
   bool accept(int stream, const std_msgs::Header& header, const std::string& problem, double* t);
 
   /// Logs why a message was dropped after it was accepted; diagnostics show the last reason.
-  void explain(int stream, const std::string& reason) { monitors_[stream].explain(reason); }
+  void explain(int stream, const std::string& reason);
 
   const StampClock& clock() const { return clock_; }
-  std::int64_t received(int stream) const { return monitors_[stream].receivedCount(); }
+  std::int64_t received(int stream) const { return streams_[stream].received; }
 
-  /// The part "streams" of the diagnostics, since the last call.
+  /// The part "streams" of the diagnostics: silence of a required stream is an error, messages lost
+  /// or dropped since the last call are a warning. `counts`: of what accept() has let through.
   diagnostic_msgs::DiagnosticStatus report(const StreamCounts& counts);
 
  private:
-  std::vector<StreamMonitor> monitors_;
+  std::vector<InputStream> streams_;
   StampClock clock_;
 };
 

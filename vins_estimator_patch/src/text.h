@@ -1,0 +1,19 @@
+// Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sstream>
+#include <string>
+
+namespace slim_init::vins_adapter {
+
+/// The text of `parts`, numbers with so many digits; std::fixed among the parts acts as in a
+/// stream.
+template <typename... Parts>
+std::string text(int digits, const Parts&... parts) {
+  std::ostringstream out;
+  out.precision(digits);
+  (out << ... << parts);
+  return out.str();
+}
+
+}  // namespace slim_init::vins_adapter
