@@ -18,7 +18,6 @@
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/sequence_writer.h"
-#include "slim_init/evaluation/write_file.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
@@ -200,11 +199,6 @@ std::string writeImages(const SimulateOptions& options, const SimulatedMotion& m
   return "";
 }
 
-std::string writeScene(const simulation::Scene& scene, const std::string& out) {
-  return evaluation::writeFile((std::filesystem::path(out) / "scene.json").string(),
-                               simulation::sceneToJson(scene));
-}
-
 simulation::SensorOptions sensorOf(const SimulateOptions& options) {
   simulation::SensorOptions sensor;
   sensor.gain = options.gain;
@@ -293,8 +287,7 @@ int runSimulate(const SimulateOptions& options) {
   if (error.empty()) error = writers.open(options, setup.motion, setup.calibration, setup.camera);
   if (!error.empty()) return fail(kExitBadInput, error);
 
-  error = writeScene(setup.scene, options.out);
-  if (error.empty()) error = writeMotion(setup.motion, &writers);
+  error = writeMotion(setup.motion, &writers);
   if (error.empty()) error = writeSpeeds(options, setup, &writers);
   if (!error.empty()) return fail(kExitInternal, error);
 

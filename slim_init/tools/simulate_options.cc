@@ -56,7 +56,7 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal files", "", 0.0,
        kMaxSeed},
       {"povray", &o.povray, "PROGRAM", "POV-Ray 3.7, by name or path", ""},
-      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0 and DIR/scene.json", ""},
+      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0", ""},
       {"bag", &o.bag, "FILE", "Write a rosbag as well", ""},
       {"quiet", &o.quiet, "", "No progress bar and no summary", ""},
   };
