@@ -15,7 +15,6 @@
 #include "python_report.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
-#include "slim_init/evaluation/starts.h"
 #include "slim_init/evaluation/write_file.h"
 #include "source_commit.h"
 #ifdef SLIM_INIT_HAS_BACKEND
@@ -214,64 +213,10 @@ Failure runOnce(const AbOptions& options, AbRun* run) {
   return {};
 }
 
-/// What a host gets that takes provisional estimates, or that stands before it moves: in place of
-/// the methods' windows. A table on the terminal, its records in a file of --out.
-Failure runStarts(const AbOptions& options) {
-  LoadedSequence loaded;
-  if (std::string error = loadSequence(options, &loaded); !error.empty()) {
-    return {kExitBadInput, error};
-  }
-  const evaluation::Sequence& sequence = loaded.sequence;
-  evaluation::StartRun run;
-  run.initializer = options.initializer;
-  run.initializer.provisional.enabled = options.provisional;
-  std::vector<evaluation::Start> starts;
-  if (options.from_rest) {
-    starts = evaluation::motionOnsets(sequence);
-    if (starts.empty()) return {kExitBadInput, sequence.name + " holds no motion after a rest"};
-    run.last_s = 3.0;
-  } else {
-    run.look_s = 0.5;
-    evaluation::ProtocolOptions protocol;
-    setDownstream(options, &protocol);
-    run.downstream = protocol.downstream;
-    starts = evaluation::startsEvery(options.stride, options.limit, run.last_s, sequence);
-  }
-  std::string table;
-  std::vector<evaluation::StartRecord> all;
-  for (const bool with_prior : {true, false}) {
-    if (!with_prior && !options.from_rest) continue;
-    run.initializer.slim.start_from_rest &= with_prior;
-    std::vector<evaluation::StartRecord> records;
-    if (std::string error = evaluation::runStarts(sequence, starts, run, &records);
-        !error.empty()) {
-      return {kExitBadInput, error};
-    }
-    const char* title = with_prior ? "first estimates" : "without the rest as a prior";
-    table += evaluation::startsTable(title, records, starts.size(), run.look_s);
-    all.insert(all.end(), records.begin(), records.end());
-  }
-  if (std::string error = evaluation::makeReportDirectory(options.out); !error.empty()) {
-    return {kExitInternal, "--out: " + error};
-  }
-  const fs::path path = fs::path(options.out) / "starts.csv";
-  if (std::string error = evaluation::writeFile(path.string(), evaluation::startsCsv(all));
-      !error.empty()) {
-    return {kExitInternal, error};
-  }
-  if (!options.quiet)
-    std::cout << sequence.name << "\n" << table << "Data: " << path.string() << "\n";
-  return {};
-}
-
 }  // namespace
 
 int runAb(AbOptions options) {
   if (const Failure failure = prepare(&options)) return fail(failure);
-  if (options.provisional || options.from_rest) {
-    const Failure failure = runStarts(options);
-    return failure ? fail(failure) : static_cast<int>(kExitOk);
-  }
   AbRun run;
   if (const Failure failure = runOnce(options, &run)) return fail(failure);
   if (!options.quiet) {

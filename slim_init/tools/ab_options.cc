@@ -183,7 +183,6 @@ std::string checkSource(const AbOptions& options) {
   if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
     return "--random-rig has no effect without --td-error or --extrinsic-error";
   }
-  if (o.from_rest && o.provisional) return "--from-rest and --provisional exclude each other";
   if (!o.bag.empty() && o.config_file.empty()) {
     return "--bag needs --config YAML, which holds the calibration and names the topics";
   }
@@ -304,14 +303,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"out", &o.out, "DIR", "Folder for the data and the report", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
-      {"provisional", &o.provisional, "",
-       "Instead of the windows: `slim` solved at every image from every start until it succeeds, "
-       "provisional estimates included",
-       "provisional"},
-      {"from-rest", &o.from_rest, "",
-       "Instead of the windows: `slim` solved at every image from each rest of the ground truth "
-       "until it starts in the motion after it, with the rest as a prior and without",
-       "from_rest"},
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},

@@ -46,8 +46,6 @@ struct AbOptions {
   std::string gates;         ///< empty: "on" for windows that grow, else "own"
   double duration_s = 60.0;  ///< of a built-in motion
   bool ablation = false;
-  bool provisional = false;     ///< ask for provisional answers in place of the methods' windows
-  bool from_rest = false;       ///< the starts after each rest in place of the methods' windows
   double downstream_s = 0.0;    ///< 0: the back end is not run
   std::string report = "auto";  ///< or "off"
   bool quiet = false;

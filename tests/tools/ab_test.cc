@@ -84,10 +84,6 @@ const BadCommand kBadCommands[] = {
      "circle: the camera has a global shutter|cannot be incorrect"},
     {"ReadoutErrorTooLarge", "ab --builtin circle --readout 0.01 --readout-error -0.02",
      "readout_s is -0.02, must be at least -0.01"},
-    {"FromRestAndProvisional", "ab --builtin circle --from-rest --provisional",
-     "--from-rest and --provisional exclude each other"},
-    {"FromRestWithoutARest", "ab --builtin circle --duration 10 --from-rest",
-     "circle holds no motion after a rest"},
     {"ImuRateZero", "ab --builtin circle --imu-rate 0",
      "--imu-rate: '0' is not a number in [10, 10000]"},
     {"ImuRateAboveTheData", "ab --builtin circle --imu-rate 400",
@@ -568,28 +564,6 @@ TEST_F(AbOfRecordings, OneRuns) {
   EXPECT_EQ(json["dataset"], "MH_04");
   EXPECT_EQ(json["gyro_bias_truth"], "recorded");
   EXPECT_EQ(json["methods"]["drt-l"]["all"]["windows"], 20);
-}
-
-// What `ab --from-rest` prints of a recording with one motion after a rest.
-std::string runFromRest(const std::string& recording, const ScratchFolder& folder) {
-  const ProgramRun run = runProgram(folder, {"ab", "--recorded", recording, "--from-rest",
-                                             "--keyframes", "5..15", "--out", folder.file("out")});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  expectParts(run.out,
-              "first estimates: 1 of 1|from the rest: 1|without the rest as a prior: 1 of 1");
-  EXPECT_TRUE(std::filesystem::exists(folder.file("out/starts.csv")));
-  return run.out;
-}
-
-TEST_F(Ab, FromRestWritesEachStartWithThePriorAndWithout) {
-  writeRecording(folder, 6.0, 0.0, "", 3.0);
-  runFromRest(folder.path(), folder);
-}
-
-// No generated recording has idling rotors and the noise of a real ground truth.
-TEST_F(AbOfRecordings, TakeOffFromRest) {
-  const std::string printed = runFromRest(data + "/V1_02", folder);
-  expectParts(printed, "false rests 0");
 }
 
 }  // namespace
