@@ -103,8 +103,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
     const simulation::FeatureSimulationCounts& counts = *loaded.simulated;
     info.simulated = {{"point_tracks", counts.point_tracks},
                       {"outlier_tracks", counts.outlier_tracks},
-                      {"line_tracks", counts.line_tracks},
-                      {"misassociated_lines", counts.misassociated_lines}};
+                      {"line_tracks", counts.line_tracks}};
   }
   return info;
 }
@@ -140,32 +139,6 @@ evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
   protocol.shows_calibration = options.hasRigErrors();
   setDownstream(options, &protocol);
   return protocol;
-}
-
-/// Writes what the front end saw into OUT/images, in place of the images of an earlier run.
-std::string writeDebugImages(const std::string& out, const std::vector<DebugImage>& images) {
-  const fs::path folder = fs::path(out) / "images";
-  std::error_code code;
-  std::vector<fs::path> old;
-  for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
-    const std::string stem = it->path().stem().string();
-    const bool ours = it->path().extension() == ".png" &&
-                      stem.find_first_not_of("0123456789") == std::string::npos;
-    if (ours) old.push_back(it->path());
-  }
-  for (const fs::path& file : old) fs::remove(file, code);
-  if (images.empty()) return "";
-  if (std::string error = evaluation::makeReportDirectory(folder.string()); !error.empty()) {
-    return error;
-  }
-  for (const DebugImage& image : images) {
-    const fs::path path = folder / (std::to_string(image.stamp_ns) + ".png");
-    const std::string bytes(image.png.begin(), image.png.end());
-    if (std::string error = evaluation::writeFile(path.string(), bytes); !error.empty()) {
-      return error;
-    }
-  }
-  return "";
 }
 
 /// Every method on the same windows.
@@ -208,7 +181,6 @@ Failure runOnce(const AbOptions& options, AbRun* run) {
   run->info = describeRun(options, loaded, methods, notes);
   run->summaries = evaluation::summarize(run->result);
   std::string error = evaluation::writeReport(options.out, run->info, run->result, run->summaries);
-  if (error.empty()) error = writeDebugImages(options.out, loaded.debug_images);
   if (!error.empty()) return {kExitInternal, error};
   return {};
 }

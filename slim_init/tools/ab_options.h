@@ -50,9 +50,8 @@ struct AbOptions {
   std::string report = "auto";  ///< or "off"
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
-  bool auto_exposure = false;  ///< the images are not equally spaced
-  double readout_s = 0.0;      ///< of the camera, where it was typed; else that of the calibration
-  evaluation::RigErrors rig;   ///< rig.seed is `seed`
+  double readout_s = 0.0;     ///< of the camera, where it was typed; else that of the calibration
+  evaluation::RigErrors rig;  ///< rig.seed is `seed`
   simulation::SpeedSimulationOptions speed;  ///< in use if --speed was typed; its seed is `seed`
 
   /// The features come from pixels.

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -201,7 +200,6 @@ std::string writeImages(const SimulateOptions& options, const SimulatedMotion& m
 
 simulation::SensorOptions sensorOf(const SimulateOptions& options) {
   simulation::SensorOptions sensor;
-  sensor.gain = options.gain;
   sensor.read_noise = options.read_noise;
   sensor.shot_noise = options.shot_noise;
   sensor.seed = options.seed;

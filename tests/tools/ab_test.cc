@@ -138,15 +138,15 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
       "--methods LIST|--options FILE|--gates MODE|--seed N (=1)|--stride N (=10)|"
       "--keyframes N|--asl DIR|--bag FILE|--config YAML|"
       "--ablation|--report MODE (=auto)|--limit N (=0)|"
-      "--auto-exposure|--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
+      "--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
       "[px]; 0 to 10|--drift X (=0)|--outliers X (=0)|"
-      "--line-misassociation X (=0)|--td-error S (=0)|"
+      "--td-error S (=0)|"
       "--extrinsic-error DEG (=0)|--random-rig|--readout S (=0)|--readout-error S (=0)|"
       "--imu-rate HZ|--imu-jitter S (=0)|--imu-dropout X (=0)|--out DIR (=out/ab)|--quiet");
   // Asked for help, we do not argue about the rest.
   run = runLine(folder, "ab --nonsense --help");
   EXPECT_EQ(run.exit_code, 0);
-  expectParts(run.out, "--line-misassociation");
+  expectParts(run.out, "--td-error");
   run = runLine(folder, "--version");
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_EQ(run.out.rfind("slim_init ", 0), 0u) << run.out;
@@ -196,14 +196,12 @@ TEST_F(Ab, BuiltinRunWritesItsData) {
   EXPECT_EQ(all["windows"], 12);
   EXPECT_GE(all["success_rate"].get<double>(), 0.5);
   EXPECT_FALSE(std::filesystem::exists(out + "/report.md"));  // --report off
-  EXPECT_FALSE(std::filesystem::exists(out + "/images"));     // there were none
 }
 
 TEST_F(Ab, EqualSeedsGiveEqualWindows) {
   const auto windows = [this](const std::string& seed_and_threads) {
     const ProgramRun run =
-        ran("--builtin circle --duration 6 --outliers 0.05 --line-misassociation 0.02 --quiet " +
-            seed_and_threads);
+        ran("--builtin circle --duration 6 --outliers 0.05 --quiet " + seed_and_threads);
     EXPECT_EQ(run.out, "");
     return withoutTimes(readFile(folder.file("out/windows.csv")));
   };
