@@ -368,9 +368,6 @@ TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
     EXPECT_NEAR(record.calibration.td_s, 0.002, 1e-12);
     EXPECT_NEAR(record.calibration.tdOverSigma(), 2.0, 1e-9);
     EXPECT_NEAR(record.calibration.rotation_deg, 0.01 * kRadToDeg, 1e-9);
-    EXPECT_LT(
-        (record.calibration.rotation_c_deg - 0.01 * kRadToDeg * Eigen::Vector3d::UnitY()).norm(),
-        1e-9);
     EXPECT_NEAR(record.calibration.rotation_over_sigma, 1.0 / std::sqrt(3.0), 1e-9);
     EXPECT_TRUE(std::isnan(record.calibration.readout_s));        // a global shutter
     EXPECT_TRUE(std::isnan(record.calibration.readout_sigma_s));  // held as exact

@@ -3,9 +3,7 @@
 // From a recording with pixels to what a solver sees.
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
