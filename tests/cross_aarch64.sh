@@ -197,7 +197,8 @@ if [[ -n "${with_counts}" ]]; then
     row "a solve of ${method}" 8 countedSolves slim_init_bench count --methods "${method}" "${windows[@]}"
   done
   if [[ -n "${asl}" ]]; then
-    row "an image of the front end" 0 ImageFrontEnd8addImage slim_init tracks --asl "${asl}" --limit 25
+    row "an image of the front end" 0 ImageFrontEnd8addImage slim_init ab --asl "${asl}" --methods drt-l \
+      --limit 1 --report off --quiet --out "${dir}/ab"
   fi
 fi
 exit "${failed}"

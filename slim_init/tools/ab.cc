@@ -15,7 +15,6 @@
 #include "python_report.h"
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
-#include "slim_init/evaluation/starts.h"
 #include "slim_init/evaluation/write_file.h"
 #include "source_commit.h"
 #ifdef SLIM_INIT_HAS_BACKEND
@@ -104,8 +103,7 @@ evaluation::RunInfo describeRun(const AbOptions& options, const LoadedSequence& 
     const simulation::FeatureSimulationCounts& counts = *loaded.simulated;
     info.simulated = {{"point_tracks", counts.point_tracks},
                       {"outlier_tracks", counts.outlier_tracks},
-                      {"line_tracks", counts.line_tracks},
-                      {"misassociated_lines", counts.misassociated_lines}};
+                      {"line_tracks", counts.line_tracks}};
   }
   return info;
 }
@@ -141,32 +139,6 @@ evaluation::ProtocolOptions protocolOptions(const AbOptions& options) {
   protocol.shows_calibration = options.hasRigErrors();
   setDownstream(options, &protocol);
   return protocol;
-}
-
-/// Writes what the front end saw into OUT/images, in place of the images of an earlier run.
-std::string writeDebugImages(const std::string& out, const std::vector<DebugImage>& images) {
-  const fs::path folder = fs::path(out) / "images";
-  std::error_code code;
-  std::vector<fs::path> old;
-  for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
-    const std::string stem = it->path().stem().string();
-    const bool ours = it->path().extension() == ".png" &&
-                      stem.find_first_not_of("0123456789") == std::string::npos;
-    if (ours) old.push_back(it->path());
-  }
-  for (const fs::path& file : old) fs::remove(file, code);
-  if (images.empty()) return "";
-  if (std::string error = evaluation::makeReportDirectory(folder.string()); !error.empty()) {
-    return error;
-  }
-  for (const DebugImage& image : images) {
-    const fs::path path = folder / (std::to_string(image.stamp_ns) + ".png");
-    const std::string bytes(image.png.begin(), image.png.end());
-    if (std::string error = evaluation::writeFile(path.string(), bytes); !error.empty()) {
-      return error;
-    }
-  }
-  return "";
 }
 
 /// Every method on the same windows.
@@ -209,58 +181,7 @@ Failure runOnce(const AbOptions& options, AbRun* run) {
   run->info = describeRun(options, loaded, methods, notes);
   run->summaries = evaluation::summarize(run->result);
   std::string error = evaluation::writeReport(options.out, run->info, run->result, run->summaries);
-  if (error.empty()) error = writeDebugImages(options.out, loaded.debug_images);
   if (!error.empty()) return {kExitInternal, error};
-  return {};
-}
-
-/// What a host gets that takes provisional estimates, or that stands before it moves: in place of
-/// the methods' windows. A table on the terminal, its records in a file of --out.
-Failure runStarts(const AbOptions& options) {
-  LoadedSequence loaded;
-  if (std::string error = loadSequence(options, &loaded); !error.empty()) {
-    return {kExitBadInput, error};
-  }
-  const evaluation::Sequence& sequence = loaded.sequence;
-  evaluation::StartRun run;
-  run.initializer = options.initializer;
-  run.initializer.provisional.enabled = options.provisional;
-  std::vector<evaluation::Start> starts;
-  if (options.from_rest) {
-    starts = evaluation::motionOnsets(sequence);
-    if (starts.empty()) return {kExitBadInput, sequence.name + " holds no motion after a rest"};
-    run.last_s = 3.0;
-  } else {
-    run.look_s = 0.5;
-    evaluation::ProtocolOptions protocol;
-    setDownstream(options, &protocol);
-    run.downstream = protocol.downstream;
-    starts = evaluation::startsEvery(options.stride, options.limit, run.last_s, sequence);
-  }
-  std::string table;
-  std::vector<evaluation::StartRecord> all;
-  for (const bool with_prior : {true, false}) {
-    if (!with_prior && !options.from_rest) continue;
-    run.initializer.slim.start_from_rest &= with_prior;
-    std::vector<evaluation::StartRecord> records;
-    if (std::string error = evaluation::runStarts(sequence, starts, run, &records);
-        !error.empty()) {
-      return {kExitBadInput, error};
-    }
-    const char* title = with_prior ? "first estimates" : "without the rest as a prior";
-    table += evaluation::startsTable(title, records, starts.size(), run.look_s);
-    all.insert(all.end(), records.begin(), records.end());
-  }
-  if (std::string error = evaluation::makeReportDirectory(options.out); !error.empty()) {
-    return {kExitInternal, "--out: " + error};
-  }
-  const fs::path path = fs::path(options.out) / "starts.csv";
-  if (std::string error = evaluation::writeFile(path.string(), evaluation::startsCsv(all));
-      !error.empty()) {
-    return {kExitInternal, error};
-  }
-  if (!options.quiet)
-    std::cout << sequence.name << "\n" << table << "Data: " << path.string() << "\n";
   return {};
 }
 
@@ -268,10 +189,6 @@ Failure runStarts(const AbOptions& options) {
 
 int runAb(AbOptions options) {
   if (const Failure failure = prepare(&options)) return fail(failure);
-  if (options.provisional || options.from_rest) {
-    const Failure failure = runStarts(options);
-    return failure ? fail(failure) : static_cast<int>(kExitOk);
-  }
   AbRun run;
   if (const Failure failure = runOnce(options, &run)) return fail(failure);
   if (!options.quiet) {

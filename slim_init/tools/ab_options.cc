@@ -183,7 +183,6 @@ std::string checkSource(const AbOptions& options) {
   if (o.rig.random && o.rig.td_s == 0.0 && o.rig.extrinsic_deg == 0.0) {
     return "--random-rig has no effect without --td-error or --extrinsic-error";
   }
-  if (o.from_rest && o.provisional) return "--from-rest and --provisional exclude each other";
   if (!o.bag.empty() && o.config_file.empty()) {
     return "--bag needs --config YAML, which holds the calibration and names the topics";
   }
@@ -258,9 +257,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"threads", &o.threads, "N",
        "Windows solved at the same time; estimates do not depend on it, wall times do", "", 1,
        evaluation::kMaxThreads},
-      {"auto-exposure", &o.auto_exposure, "",
-       "Images 33, 40 or 60 ms apart, with gaps of 0.4 s, as automatic exposure makes them",
-       "auto_exposure", 0.0, 0.0, kSimulated},
       {"points", &f.max_points, "N", "Points tracked in one image", "points", 0, 2000, kSimulated},
       {"lines", &f.max_lines, "N", "Lines tracked in one image", "lines", 0, 500, kSimulated},
       {"pixel-noise", &f.pixel_noise, "X", "Noise of a point, per axis [px]", "pixel_noise", 0.0,
@@ -269,9 +265,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
        0.0, 10.0, kSimulated},
       {"outliers", &f.outlier_rate, "X", "Fraction of point tracks that slide off", "outliers", 0.0,
        1.0, kSimulated},
-      {"line-misassociation", &f.line_misassociation, "X",
-       "Chance per line and image that it jumps to another line", "line_misassociation", 0.0, 1.0,
-       kSimulated},
       {"speed", &o.speed.noise, "X",
        "Simulated forward speed at 50 Hz, half a metre behind the body: its noise as a fraction of "
        "the speed, at least 0.01 m/s",
@@ -304,14 +297,6 @@ std::vector<AbOption> abOptionTable(AbOptions* options) {
       {"out", &o.out, "DIR", "Folder for the data and the report", ""},
       {"ablation", &o.ablation, "",
        "Run the chosen methods also with one ingredient changed at a time", ""},
-      {"provisional", &o.provisional, "",
-       "Instead of the windows: `slim` solved at every image from every start until it succeeds, "
-       "provisional estimates included",
-       "provisional"},
-      {"from-rest", &o.from_rest, "",
-       "Instead of the windows: `slim` solved at every image from each rest of the ground truth "
-       "until it starts in the motion after it, with the rest as a prior and without",
-       "from_rest"},
       {"downstream", &o.downstream_s, "SECONDS",
        "Start the back end from every accepted estimate and run it for this long [s] (0: do not)",
        "downstream_s", 0.0, 600.0},

@@ -46,15 +46,12 @@ struct AbOptions {
   std::string gates;         ///< empty: "on" for windows that grow, else "own"
   double duration_s = 60.0;  ///< of a built-in motion
   bool ablation = false;
-  bool provisional = false;     ///< ask for provisional answers in place of the methods' windows
-  bool from_rest = false;       ///< the starts after each rest in place of the methods' windows
   double downstream_s = 0.0;    ///< 0: the back end is not run
   std::string report = "auto";  ///< or "off"
   bool quiet = false;
   simulation::FeatureSimulationOptions features;
-  bool auto_exposure = false;  ///< the images are not equally spaced
-  double readout_s = 0.0;      ///< of the camera, where it was typed; else that of the calibration
-  evaluation::RigErrors rig;   ///< rig.seed is `seed`
+  double readout_s = 0.0;     ///< of the camera, where it was typed; else that of the calibration
+  evaluation::RigErrors rig;  ///< rig.seed is `seed`
   simulation::SpeedSimulationOptions speed;  ///< in use if --speed was typed; its seed is `seed`
 
   /// The features come from pixels.

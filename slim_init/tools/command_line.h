@@ -9,7 +9,6 @@
 #include "doctor.h"
 #include "options.h"
 #include "simulate_options.h"
-#include "tracks.h"
 
 namespace slim_init::tools {
 
@@ -22,7 +21,6 @@ struct CommandLine {
   DemoCommand demo;
   SimulateOptions simulate;
   DoctorCommand doctor;
-  TracksCommand tracks;
   OptionsCommand options;
   std::vector<std::string> report;  ///< the arguments, which the Python package reads
 };

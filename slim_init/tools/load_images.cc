@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -35,40 +34,6 @@ std::unique_ptr<evaluation::ImageSequence> openImages(const AbOptions& options,
   if (!fs::exists(truth, code)) truth.clear();
   return evaluation::openRosbag(options.bag, topics, truth, max_imu_gap_s, status);
 }
-
-/// Takes a few debug images, evenly over the recording, for the report.
-class DebugImagePicker {
- public:
-  DebugImagePicker(const evaluation::ImageSequence& images, std::vector<DebugImage>* picked)
-      : picked_(picked) {
-    const std::size_t count = images.images();
-    for (std::size_t i = 0; i < kDebugImages && count > 0; ++i) {
-      due_ns_.push_back(images.imageStampNs((2 * i + 1) * count / (2 * kDebugImages)));
-    }
-  }
-
-  /// To be called after every tracked image; takes it when the next one is due.
-  void add(std::int64_t stamp_ns, const feature_tracker_lines::ImageFrontEnd& front_end) {
-    if (next_ >= due_ns_.size() || stamp_ns < due_ns_[next_]) return;
-    while (next_ < due_ns_.size() && stamp_ns >= due_ns_[next_]) ++next_;
-    DebugImage image;
-    image.stamp_ns = stamp_ns;
-    // A picture less is no reason to give up the run.
-    try {
-      if (cv::imencode(".png", front_end.debugImage(), image.png)) {
-        picked_->push_back(std::move(image));
-      }
-    } catch (const cv::Exception&) {
-    }
-  }
-
- private:
-  static constexpr std::size_t kDebugImages = 6;
-
-  std::vector<DebugImage>* picked_;
-  std::vector<std::int64_t> due_ns_;  ///< the first image tracked from each of these on
-  std::size_t next_ = 0;
-};
 
 void noteTracking(const evaluation::TrackingSummary& tracking, const std::string& name,
                   std::vector<std::string>* notes) {
@@ -141,16 +106,9 @@ std::string loadImages(const AbOptions& options, LoadedSequence* loaded) {
     ProgressBar bar(images->name() + ": images", !options.quiet);
     // One thread, as the times in the report say; OpenCV's own cost more than they save here.
     cv::setNumThreads(1);
-    evaluation::TrackingHooks hooks;
-    hooks.progress = [&bar](int done, int total) { bar.update(done, total); };
-    DebugImagePicker picker(*images, &loaded->debug_images);
-    hooks.tracked = [&picker](std::int64_t stamp_ns,
-                              const feature_tracker_lines::ImageFrontEnd& front_end) {
-      picker.add(stamp_ns, front_end);
-    };
-    if (std::string sentence =
-            evaluation::trackImages(images.get(), config.camera, assumed, config.front_end, hooks,
-                                    &sequence.frames, &tracking);
+    if (std::string sentence = evaluation::trackImages(
+            images.get(), config.camera, assumed, config.front_end,
+            [&bar](int done, int total) { bar.update(done, total); }, &sequence.frames, &tracking);
         !sentence.empty()) {
       return sentence;
     }

@@ -21,9 +21,9 @@ namespace slim_init::tools {
 std::string configureFromData(const std::string& source, const std::string& options_file,
                               const evaluation::ImageSequence& images, Config* config);
 
-/// Reads --asl or --bag and tracks points and lines through its images, with a progress bar and a
-/// few debug images for the report. Returns an empty string, or a sentence naming file, line, value
-/// or option; in a build without feature_tracker_lines always a sentence.
+/// Reads --asl or --bag and tracks points and lines through its images, with a progress bar.
+/// Returns an empty string, or a sentence naming file, line, value or option; in a build without
+/// feature_tracker_lines always a sentence.
 std::string loadImages(const AbOptions& options, LoadedSequence* loaded);
 
 }  // namespace slim_init::tools

@@ -12,7 +12,6 @@
 #include "slim_init/evaluation/rig_errors.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/simulation/feature_simulator.h"
-#include "slim_init/simulation/image_times.h"
 #include "slim_init/simulation/imu_simulator.h"
 #include "slim_init/simulation/speed_simulator.h"
 #include "slim_init/simulation/trajectory.h"
@@ -142,10 +141,6 @@ std::string loadRecorded(const AbOptions& options, LoadedSequence* loaded) {
   std::string error;
   auto trajectory = simulation::makeSampledTrajectory(motion.truth, &error);
   if (trajectory == nullptr) return options.recorded + ": groundtruth.csv: " + error;
-  if (options.auto_exposure && !motion.image_times.empty()) {
-    motion.image_times = simulation::autoExposureTimes(motion.image_times.front(),
-                                                       motion.image_times.back(), options.seed);
-  }
   sequence.truth =
       statesAt(*trajectory, sequence.calibration.td, &motion.image_times, &sequence.notes);
   if (sequence.truth.empty()) {
@@ -180,10 +175,6 @@ std::string loadBuiltin(const AbOptions& options, LoadedSequence* loaded) {
     const double t = trajectory->begin() + k / kImageRateHz;
     if (sequence.imu.empty() || t > sequence.imu.back().t) break;
     image_times.push_back(t);
-  }
-  if (options.auto_exposure && !image_times.empty()) {
-    image_times =
-        simulation::autoExposureTimes(image_times.front(), image_times.back(), options.seed);
   }
   sequence.truth = statesAt(*trajectory, sequence.calibration.td, &image_times, &sequence.notes);
   for (NavState& state : sequence.truth) {

@@ -3,7 +3,6 @@
 // Where evaluation and simulation meet: a sequence out of a recording or a built-in motion.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,17 +14,10 @@
 
 namespace slim_init::tools {
 
-/// What the front end saw in one image.
-struct DebugImage {
-  std::int64_t stamp_ns = 0;
-  std::vector<unsigned char> png;  ///< a file's bytes
-};
-
 struct LoadedSequence {
   evaluation::Sequence sequence;
   std::string gyro_bias_truth;  ///< "recorded", "fitted", "simulated" or "none"
   std::optional<simulation::FeatureSimulationCounts> simulated;  ///< of simulated features
-  std::vector<DebugImage> debug_images;  ///< a few over the whole recording; none without images
 };
 
 /// Fills loaded->sequence.truth at `times` (camera clock) from the ground truth of a recording,

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -18,7 +17,6 @@
 #include "slim_init/config/config.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/sequence_writer.h"
-#include "slim_init/evaluation/write_file.h"
 #include "slim_init/feature_tracker_lines/camera.h"
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
@@ -200,14 +198,8 @@ std::string writeImages(const SimulateOptions& options, const SimulatedMotion& m
   return "";
 }
 
-std::string writeScene(const simulation::Scene& scene, const std::string& out) {
-  return evaluation::writeFile((std::filesystem::path(out) / "scene.json").string(),
-                               simulation::sceneToJson(scene));
-}
-
 simulation::SensorOptions sensorOf(const SimulateOptions& options) {
   simulation::SensorOptions sensor;
-  sensor.gain = options.gain;
   sensor.read_noise = options.read_noise;
   sensor.shot_noise = options.shot_noise;
   sensor.seed = options.seed;
@@ -293,8 +285,7 @@ int runSimulate(const SimulateOptions& options) {
   if (error.empty()) error = writers.open(options, setup.motion, setup.calibration, setup.camera);
   if (!error.empty()) return fail(kExitBadInput, error);
 
-  error = writeScene(setup.scene, options.out);
-  if (error.empty()) error = writeMotion(setup.motion, &writers);
+  error = writeMotion(setup.motion, &writers);
   if (error.empty()) error = writeSpeeds(options, setup, &writers);
   if (!error.empty()) return fail(kExitInternal, error);
 

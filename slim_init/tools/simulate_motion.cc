@@ -9,7 +9,6 @@
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/options.h"
-#include "slim_init/simulation/image_times.h"
 #include "slim_init/simulation/imu_simulator.h"
 
 namespace slim_init::tools {
@@ -34,9 +33,6 @@ void cut(double low, double high, std::vector<T>* list) {
 std::string cutImages(const SimulateOptions& options, const Calibration& calibration,
                       SimulatedMotion* motion) {
   std::vector<double>& times = motion->image_times;
-  if (options.auto_exposure && !times.empty()) {
-    times = simulation::autoExposureTimes(times.front(), times.back(), options.seed);
-  }
   const std::size_t before = times.size();
   times.erase(
       std::remove_if(times.begin(), times.end(),

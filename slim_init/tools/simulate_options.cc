@@ -33,8 +33,6 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
       {"image-scale", &o.image_scale, "X", "Size of the images as a multiple of the camera's", "",
        0.05, 4.0},
       {"rate", &o.rate_hz, "X", "Images per second, not with --recorded", "", 0.1, 1000.0},
-      {"auto-exposure", &o.auto_exposure, "",
-       "Images 33, 40 or 60 ms apart, with gaps of 0.4 s, as automatic exposure makes them", ""},
       {"imu-rate", &o.imu_rate_hz, "X", "IMU samples per second, not with --recorded", "", 20.0,
        4000.0},
       {"speed", &o.speed, "X",
@@ -51,12 +49,11 @@ std::vector<AbOption> simulateOptionTable(SimulateOptions* options) {
        "Rolling shutter: time from the first row to the last, the stamp being that of the middle "
        "row [s]; 0: that of --config",
        "", 0.0, 0.1},
-      {"gain", &o.gain, "X", "Grey level of a white surface in full light", "", 1.0, 1e4},
       {"threads", &o.threads, "N", "Threads of POV-Ray", "", 1, 512},
       {"seed", &o.seed, "N", "Seed of everything random; equal seeds give equal files", "", 0.0,
        kMaxSeed},
       {"povray", &o.povray, "PROGRAM", "POV-Ray 3.7, by name or path", ""},
-      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0 and DIR/scene.json", ""},
+      {"out", &o.out, "DIR", "Folder for the sequence: DIR/mav0", ""},
       {"bag", &o.bag, "FILE", "Write a rosbag as well", ""},
       {"quiet", &o.quiet, "", "No progress bar and no summary", ""},
   };

@@ -18,15 +18,13 @@ struct SimulateOptions {
   double duration_s = 0.0;  ///< of the images; 0: to the end of the motion, 20 s of a built-in one
   std::string config;       ///< YAML with camera and extrinsic; empty: EuRoC's cam0
   double image_scale = 1.0;
-  double rate_hz = 20.0;       ///< of images where the motion has no image times of its own
-  bool auto_exposure = false;  ///< autoExposureTimes() in place of all other image times
-  double speed = -1.0;  ///< noise of written speeds, as a fraction; below zero: none are written
+  double rate_hz = 20.0;  ///< of images where the motion has no image times of its own
+  double speed = -1.0;    ///< noise of written speeds, as a fraction; below zero: none are written
   double imu_rate_hz = 200.0;  ///< where the IMU is simulated
   double read_noise = 1.5;
   double shot_noise = 0.04;
   double motion_blur_ms = 0.0;
   double readout_s = 0.0;  ///< rolling shutter; 0: that of `config`
-  double gain = 255.0;
   int threads = 1;
   unsigned seed = 1;
   std::string povray = "povray";

@@ -104,65 +104,6 @@ INSTANTIATE_TEST_SUITE_P(Motions, Estimator, ::testing::Values("figure-eight", "
                                                           : std::string("FigureEight");
                          });
 
-// ---- from the newest state and its covariance
-
-Eigen::Matrix<double, 15, 15> seedCovariance(double velocity_sigma) {
-  Eigen::Matrix<double, 15, 1> sigma;
-  sigma << 0.02, 0.02, 0.02, 1.0, 1.0, 1.0, velocity_sigma, velocity_sigma, velocity_sigma, 0.005,
-      0.005, 0.005, 0.1, 0.1, 0.1;
-  return sigma.cwiseAbs2().asDiagonal();
-}
-
-/// A provisional answer whose newest velocity is too large by `factor` [share of it].
-InitResult priorAnswer(const Sequence& sequence, double factor, double velocity_sigma) {
-  InitResult answer;
-  answer.status = InitStatus::kProvisional;
-  answer.states = {sequence.truth[8], sequence.truth[10]};
-  answer.states.back().v_w_b *= 1.0 + factor;
-  answer.covariance = Eigen::MatrixXd::Identity(24, 24);
-  const Eigen::Matrix<double, 15, 15> P = seedCovariance(velocity_sigma);
-  answer.covariance.bottomRightCorner<15, 15>() = P;
-  return answer;
-}
-
-TEST(SeedWithPrior, ForgetsAVelocityThatIsAsWrongAsItSays) {
-  for (const unsigned seed : {1u, 2u}) {
-    const Sequence sequence = sequenceOf("circle", seed, 9.0);
-    const auto right = runDownstream(sequence, priorAnswer(sequence, 0.0, 0.1), kSeconds);
-    ASSERT_TRUE(right.ran) << right.message;
-    EXPECT_FALSE(right.diverged) << right.message;
-    EXPECT_LT(right.ate, 0.15) << "seed " << seed;
-    EXPECT_LT(right.scale_error, 0.05) << "seed " << seed;
-    const auto wrong = runDownstream(sequence, priorAnswer(sequence, 0.4, 0.6), kSeconds);
-    ASSERT_TRUE(wrong.ran) << wrong.message;
-    EXPECT_FALSE(wrong.diverged) << wrong.message;
-    EXPECT_LT(wrong.scale_error, 0.1) << "seed " << seed;
-    // The same error believed in is not forgotten as well: the prior counts.
-    const auto believed = runDownstream(sequence, priorAnswer(sequence, 0.4, 0.005), kSeconds);
-    EXPECT_TRUE(believed.diverged || believed.ate > wrong.ate) << "seed " << seed;
-  }
-}
-
-TEST(SeedWithPrior, KeepsTheNewestFrameAndSaysWhatIsWrong) {
-  const Sequence sequence = sequenceOf("circle", 1, 3.0);
-  SlidingWindowEstimator estimator(sequence.calibration);
-  const NavState& state = sequence.truth[6];
-  EXPECT_NE(estimator.seed(state, seedCovariance(0.1)).problem.find("empty"), std::string::npos);
-  for (const ImuSample& sample : sequence.imu) estimator.addImu(sample);
-  for (const std::size_t k : {4u, 5u, 6u}) ASSERT_TRUE(estimator.addFrame(sequence.frames[k]).ok());
-  Eigen::Matrix<double, 15, 15> broken = seedCovariance(0.1);
-  broken(7, 7) = -1.0;
-  EXPECT_NE(estimator.seed(state, broken).problem.find("not positive definite"), std::string::npos);
-  EXPECT_FALSE(estimator.seeded());
-  EXPECT_EQ(estimator.stamps().size(), 3u);
-  const FrameReport report = estimator.seed(state, seedCovariance(0.1));
-  EXPECT_TRUE(report.ok()) << report.problem;
-  ASSERT_EQ(estimator.states().size(), 1u);
-  EXPECT_EQ(estimator.newest().v_w_b, state.v_w_b);
-  EXPECT_TRUE(estimator.addFrame(sequence.frames[7]).ok());
-  EXPECT_EQ(estimator.states().size(), 2u);
-}
-
 TEST(EstimatorInput, DropsAndCounts) {
   const Sequence sequence = sequenceOf("circle", 1, 3.0);
   SlidingWindowEstimator estimator(sequence.calibration);

@@ -12,7 +12,6 @@
 #include "inertial_cost.h"
 #include "prior.h"
 #include "reprojection_cost.h"
-#include "seed_information.h"
 #include "support/exact_window.h"
 #include "support/jacobian_check.h"
 
@@ -161,36 +160,6 @@ TEST_P(BackendFactors, Prior) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, BackendFactors, ::testing::Range(1, 6));
-
-// The information is that of the covariance once heading and position are taken as exact: a turn of
-// the world about the vertical costs nothing but the anchor, a tilt what the covariance says.
-TEST(SeedInformation, HeadingAndPositionAreFree) {
-  NavState state;
-  state.R_w_b = expSO3(Eigen::Vector3d(0.3, -0.5, 1.1));
-  state.v_w_b = Eigen::Vector3d(1.0, -0.4, 0.2);
-  Eigen::Matrix<double, 15, 15> A = Eigen::Matrix<double, 15, 15>::Random();
-  Eigen::Matrix<double, 15, 15> P =
-      A * A.transpose() + 0.1 * Eigen::Matrix<double, 15, 15>::Identity();
-  // A turn of the world with any variance is no knowledge: it must not change the answer.
-  const Eigen::Vector3d up = state.R_w_b.transpose().col(2);
-  Eigen::Matrix<double, 15, 1> turn = Eigen::Matrix<double, 15, 1>::Zero();
-  turn.head<3>() = up;
-  turn.segment<3>(6) = Eigen::Vector3d::UnitZ().cross(state.v_w_b);
-  Eigen::MatrixXd J, J_turned;
-  ASSERT_TRUE(seedInformation(state, P, 1e-2, 1e-2, &J));
-  ASSERT_TRUE(seedInformation(state, P + 7.0 * turn * turn.transpose(), 1e-2, 1e-2, &J_turned));
-  const Eigen::MatrixXd information = J.transpose() * J;
-  EXPECT_LT((information - J_turned.transpose() * J_turned).norm(), 1e-6 * information.norm());
-  const Eigen::MatrixXd covariance = information.inverse();
-  EXPECT_NEAR(covariance(0, 0), 1e-4, 1e-9);
-  EXPECT_NEAR(up.dot(covariance.block<3, 3>(3, 3) * up), 1e-4, 1e-8);
-  const Eigen::Vector3d level = up.unitOrthogonal();
-  EXPECT_NEAR(level.dot(covariance.block<3, 3>(3, 3) * level),
-              level.dot(P.topLeftCorner<3, 3>() * level), 1e-6);
-  EXPECT_LT((covariance.bottomRightCorner<6, 6>() - P.bottomRightCorner<6, 6>()).norm(), 1e-6);
-  P(10, 10) = -1.0;
-  EXPECT_FALSE(seedInformation(state, P, 1e-2, 1e-2, &J));
-}
 
 }  // namespace
 }  // namespace slim_init::backend

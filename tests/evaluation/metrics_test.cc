@@ -363,38 +363,6 @@ TEST(ExcitationGate, ForceIsIntegratedInTheFrameOfTheFirstKeyframeOfAPair) {
   EXPECT_NEAR(excitation.mean_deviation, 1.0 - 1.1 / 9.0, 1e-3);
 }
 
-/// The circle's window of ten keyframes and its truth.
-std::shared_ptr<const InitWindow> makeCircleWindow(std::vector<NavState>* truth) {
-  const Circle circle;
-  std::vector<ImuSample> imu;
-  for (int k = 0; k <= 450; ++k) imu.push_back(circle.imu(k / 200.0));
-  std::vector<FrameObservation> frames(10);
-  for (int k = 0; k < 10; ++k) {
-    frames[k].t = 0.25 * k;
-    truth->push_back(circle.state(frames[k].t));
-    truth->back().accel_bias.setZero();
-  }
-  return InitWindow::create(Calibration(), frames, imu);
-}
-
-TEST(TruthMismatch, IsTheJumpOfATruthOverTheTimeBetweenKeyframes) {
-  std::vector<NavState> truth;
-  const auto window = makeCircleWindow(&truth);
-  EXPECT_LT(truthMismatch(*window, truth), 1e-3);  // the integration of a turning force
-  for (int k = 5; k < 10; ++k) truth[k].p_w_b.x() += 0.05;
-  EXPECT_NEAR(truthMismatch(*window, truth), 0.05 / 0.25, 2e-3);
-}
-
-TEST(TruthMismatch, KnowsTheBiasesOfTheTruthOrLeavesThemIn) {
-  std::vector<NavState> truth;
-  const auto window = makeCircleWindow(&truth);
-  for (NavState& state : truth) state.accel_bias.z() = 0.1;  // which the IMU does not have
-  EXPECT_NEAR(truthMismatch(*window, truth), 0.1 * 0.25, 1e-3);
-  for (NavState& state : truth) state.accel_bias.setConstant(kNan);
-  EXPECT_LT(truthMismatch(*window, truth), 1e-3);
-  EXPECT_TRUE(std::isnan(truthMismatch(*window, {})));
-}
-
 TEST(PartialMetrics, GravityAndBiasOfAnAnswerWithoutStates) {
   const Circle circle;
   const std::vector<NavState> truth = {circle.state(1.0), circle.state(1.5)};

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "evaluation/circle_sequence.h"
@@ -232,7 +233,7 @@ TEST(DisturbImu, JitterKeepsTheOrderAndDropoutItsShare) {
   }
   // Cutting off at 2.25 standard deviations takes 3.5 % of it.
   EXPECT_NEAR(rootMeanSquare(off), 0.001, 5e-5);
-  EXPECT_NEAR(mean(off), 0.0, 4e-5);
+  EXPECT_NEAR(std::accumulate(off.begin(), off.end(), 0.0) / off.size(), 0.0, 4e-5);
 
   errors = RigErrors();
   errors.imu_dropout = 0.1;
@@ -367,9 +368,6 @@ TEST(RigProtocol, ComparesAtTheTimesOfTheStates) {
     EXPECT_NEAR(record.calibration.td_s, 0.002, 1e-12);
     EXPECT_NEAR(record.calibration.tdOverSigma(), 2.0, 1e-9);
     EXPECT_NEAR(record.calibration.rotation_deg, 0.01 * kRadToDeg, 1e-9);
-    EXPECT_LT(
-        (record.calibration.rotation_c_deg - 0.01 * kRadToDeg * Eigen::Vector3d::UnitY()).norm(),
-        1e-9);
     EXPECT_NEAR(record.calibration.rotation_over_sigma, 1.0 / std::sqrt(3.0), 1e-9);
     EXPECT_TRUE(std::isnan(record.calibration.readout_s));        // a global shutter
     EXPECT_TRUE(std::isnan(record.calibration.readout_sigma_s));  // held as exact

@@ -34,7 +34,7 @@ class Program(unittest.TestCase):
         run = self.ab()
         self.assertEqual((run.returncode, run.stderr), (0, ""))
         self.assertIn("Report: %s/report.md" % self.out, run.stdout)
-        for name in ("report.md", "report.html", "windows.csv", "summary.json", "trajectory.png"):
+        for name in ("report.md", "report.html", "windows.csv", "summary.json", "error_cdf.png"):
             self.assertGreater(os.path.getsize(os.path.join(self.out, name)), 1000, name)
         with open(os.path.join(self.out, "report.md"), encoding="utf-8") as file:
             self.assertIn("slim_init ab --builtin corridor-walk", file.read())

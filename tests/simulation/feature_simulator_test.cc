@@ -181,7 +181,6 @@ TEST(FeatureStreams, EqualSeedsGiveEqualBytesAndOthersDiffer) {
   FeatureSimulationOptions options;
   options.drift = 0.04;
   options.outlier_rate = 0.1;
-  options.line_misassociation = 0.02;
   const auto a = s.run(options);
   const auto b = s.run(options);
   expectSamePoints(a, b);
@@ -276,7 +275,6 @@ TEST(FeatureProjection, NoiseFreeLinesLieOnTheirSegmentAndInTheImage) {
     }
   }
   EXPECT_GT(lines, 1000);
-  EXPECT_EQ(counts.misassociated_lines, 0);
 }
 
 TEST(FeatureProjection, TimeOffsetMovesTheCameraNotTheStamp) {
@@ -391,7 +389,6 @@ TEST(FeatureOcclusion, ASegmentThroughTheCameraPlaneIsCutInFrontOfIt) {
 TEST(FeatureTracks, IdsAreUniqueAscendingAndNeverUsedAgain) {
   const Scene s = scene("circle", WorldKind::kHall);
   FeatureSimulationOptions options;
-  options.line_misassociation = 0.05;
   options.outlier_rate = 0.1;
   FeatureSimulationCounts counts;
   const auto frames = s.run(options, 400, &counts);
@@ -635,44 +632,6 @@ TEST(LineErrors, EndPointNoiseHasTheSigmaGiven) {
   ASSERT_GT(n, 20000.0);
   EXPECT_NEAR(squares.x() / n, 0.49, 0.49 * 5.0 * std::sqrt(2.0 / n));
   EXPECT_NEAR(squares.y() / n, 0.49, 0.49 * 5.0 * std::sqrt(2.0 / n));
-}
-
-TEST(LineErrors, MisassociationKeepsTheIdAndChangesTheLine) {
-  const Scene s = stillScene(0);
-  FeatureSimulationOptions options = noiseFree();
-  options.track_life = 1e9;
-  options.line_misassociation = 0.05;
-  FeatureSimulationCounts counts;
-  const auto frames = s.run(options, 800, &counts);
-  int jumps = 0, chances = 0;
-  double right_quality = 0.0, wrong_quality = 0.0, worst_right = 1.0, best_wrong = 0.0;
-  std::map<FeatureId, Eigen::Vector3d> normals;
-  for (const FrameObservation& frame : frames) {
-    std::set<int> segments;
-    for (const LineObservation& o : frame.lines) {
-      ASSERT_TRUE(segments.insert(findSegment(s, 0.0, o)).second) << "one segment under two ids";
-      const Eigen::Vector3d n = normalOf(o);
-      const auto it = normals.find(o.id);
-      if (it != normals.end()) {
-        const bool jumped = (n - it->second).norm() > 1e-6;
-        ++chances;
-        jumps += jumped;
-        (jumped ? wrong_quality : right_quality) += o.match_quality;
-        if (jumped) best_wrong = std::max(best_wrong, o.match_quality);
-        if (!jumped) worst_right = std::min(worst_right, o.match_quality);
-      } else {
-        EXPECT_EQ(o.match_quality, 1.0);
-      }
-      normals[o.id] = n;
-    }
-  }
-  EXPECT_NEAR(static_cast<double>(jumps) / chances, 0.05, 5.0 * std::sqrt(0.0475 / chances));
-  EXPECT_EQ(counts.misassociated_lines, jumps);
-  wrong_quality /= jumps;
-  right_quality /= chances - jumps;
-  EXPECT_LT(wrong_quality, right_quality - 0.03) << "a wrong match should look somewhat worse";
-  EXPECT_GT(best_wrong, right_quality) << "but no threshold should tell all of them";
-  EXPECT_LT(worst_right, wrong_quality);
 }
 
 TEST(LineErrors, ConfidenceGrowsWithLength) {

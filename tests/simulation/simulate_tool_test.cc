@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
-// `slim_init simulate` as a user runs it, and `slim_init tracks` on its output. Without
-// POV-Ray only what needs no picture is tested, and the rest skipped with a line that says so.
+// `slim_init simulate` as a user runs it. Without POV-Ray only what needs no picture is tested, and
+// the rest skipped with a line that says so.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,6 @@
 #include "slim_init/evaluation/image_sequence.h"
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/options.h"
-#include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/trajectory.h"
 #include "tools/run_program.h"
 
@@ -84,17 +83,13 @@ TEST(Simulate, WritesASequenceThatIsReadBack) {
     }
     before = image;
   }
-  simulation::Scene scene;
-  EXPECT_TRUE(simulation::sceneFromJson(readFile(folder.file("seq/scene.json")), &scene, &error))
-      << error;
-  EXPECT_EQ(scene.kind, "room");
   // Nothing of the renderer stays.
   int entries = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder.file("seq"))) {
     (void)entry;
     ++entries;
   }
-  EXPECT_EQ(entries, 2);
+  EXPECT_EQ(entries, 1);
 
   // The same again gives the same bytes; into a folder that has images it does not write.
   ASSERT_EQ(runProgram(folder, smallSequence(folder.file("again"), {"--threads", "2"})).exit_code,
@@ -276,50 +271,6 @@ TEST(Simulate, FailingRendererIsReportedWithItsLastLines) {
       runProgram(folder, smallSequence(folder.file("out"), {"--povray", folder.file("broken")}));
   EXPECT_EQ(run.exit_code, 1);
   expectParts(run.err, "exit code 9 at frame 1 of 7|Fatal error in parser");
-}
-
-TEST(Tracks, MeasuresARenderedSequence) {
-  NEEDS_POVRAY();
-  const ScratchFolder folder;
-  // Half of EuRoC's size: enough features, little time.
-  ASSERT_EQ(runLine(folder,
-                    "simulate --builtin circle --scene room --duration 0.6 --image-scale 0.5 --out "
-                    "@seq")
-                .exit_code,
-            0);
-  const auto tracks = [&folder](const std::string& options) {
-    return runProgram(folder, words(folder, "tracks " + options));
-  };
-  const ProgramRun run = tracks("--asl @seq");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  expectParts(run.out, "13 images|keyframe to keyframe");
-  // The value behind the n-th line of this name: points come first, then lines.
-  const auto value = [&run](const std::string& name, int n = 0) {
-    std::size_t at = run.out.find("  " + name + " ");
-    for (; n > 0; --n) at = run.out.find("  " + name + " ", at + 1);
-    EXPECT_NE(at, std::string::npos) << name << "\n" << run.out;
-    return at == std::string::npos ? NAN : std::stod(run.out.substr(at + 2 + name.size()));
-  };
-  EXPECT_GT(value("per image, median"), 20.0);
-  EXPECT_GT(value("survival to the next image"), 70.0);
-  EXPECT_GT(value("observations, against first"), 100);
-  // A sanity bound, not the front end's quality: a wrong lens, pose or time gives several pixels.
-  EXPECT_LT(value("error, against first, median"), 0.5);
-  EXPECT_GT(value("observations, against first", 1), 10);
-  EXPECT_LT(value("offset, against first, median"), 1.0);
-  // Without the scene there is nothing to measure against.
-  std::filesystem::remove(folder.file("seq/scene.json"));
-  const ProgramRun without = tracks("--asl @seq");
-  ASSERT_EQ(without.exit_code, 0) << without.err;
-  expectParts(without.err, "no scene.json or no ground truth: no errors are measured");
-  EXPECT_FALSE(contains(without.out, "keyframe to keyframe")) << without.out;
-  folder.write("seq/scene.json", "{}");
-  const ProgramRun broken = tracks("--asl @seq");
-  EXPECT_EQ(broken.exit_code, 2);
-  expectParts(broken.err, "scene.json: format");
-  const ProgramRun missing = tracks("--asl @none");
-  EXPECT_EQ(missing.exit_code, 2);
-  expectParts(missing.err, "none");
 }
 
 }  // namespace

@@ -132,33 +132,6 @@ TEST_F(AbAsl, AnErrorOfTheRigIsAWrongConfiguration) {
   EXPECT_EQ(slow["tracking"]["images_without_gyro"], 0);
 }
 
-/// Names of the files in a folder, in order.
-std::vector<std::string> filesIn(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    names.push_back(entry.path().filename().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
-TEST_F(AbAsl, LeavesAFewDebugImagesInPlaceOfThoseOfAnEarlierRun) {
-  fs::create_directories(folder.file("out/images"));
-  folder.write("out/images/17.png", "of an earlier run");
-  folder.write("out/images/mine.png", "of the user");
-  ran("--asl @wall --methods drt-l");
-  std::vector<std::string> names;
-  for (const int k : {6, 20, 33, 47, 60, 74}) {  // of 81 images
-    names.push_back(std::to_string(Wall::kT0Ns + 50000000LL * k) + ".png");
-    const std::string file = folder.file("out/images/") + names.back();
-    const cv::Mat picture = cv::imread(file, cv::IMREAD_UNCHANGED);
-    EXPECT_EQ(picture.size(), cv::Size(320, 240));
-    EXPECT_EQ(picture.channels(), 3);
-  }
-  names.push_back("mine.png");
-  EXPECT_EQ(filesIn(folder.file("out/images")), names);
-}
-
 TEST_F(AbAsl, EqualRunsGiveEqualWindows) {
   for (const char* out : {"first", "second"}) ran("--asl @wall", out);
   EXPECT_GT(windowsOf(folder.file("first")).size(), 1000u);

@@ -84,10 +84,6 @@ const BadCommand kBadCommands[] = {
      "circle: the camera has a global shutter|cannot be incorrect"},
     {"ReadoutErrorTooLarge", "ab --builtin circle --readout 0.01 --readout-error -0.02",
      "readout_s is -0.02, must be at least -0.01"},
-    {"FromRestAndProvisional", "ab --builtin circle --from-rest --provisional",
-     "--from-rest and --provisional exclude each other"},
-    {"FromRestWithoutARest", "ab --builtin circle --duration 10 --from-rest",
-     "circle holds no motion after a rest"},
     {"ImuRateZero", "ab --builtin circle --imu-rate 0",
      "--imu-rate: '0' is not a number in [10, 10000]"},
     {"ImuRateAboveTheData", "ab --builtin circle --imu-rate 400",
@@ -142,15 +138,15 @@ TEST(Program, HelpVersionAndMethodsExitWithZero) {
       "--methods LIST|--options FILE|--gates MODE|--seed N (=1)|--stride N (=10)|"
       "--keyframes N|--asl DIR|--bag FILE|--config YAML|"
       "--ablation|--report MODE (=auto)|--limit N (=0)|"
-      "--auto-exposure|--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
+      "--points N (=100)|--lines N (=25)|--pixel-noise X (=0.6)|"
       "[px]; 0 to 10|--drift X (=0)|--outliers X (=0)|"
-      "--line-misassociation X (=0)|--td-error S (=0)|"
+      "--td-error S (=0)|"
       "--extrinsic-error DEG (=0)|--random-rig|--readout S (=0)|--readout-error S (=0)|"
       "--imu-rate HZ|--imu-jitter S (=0)|--imu-dropout X (=0)|--out DIR (=out/ab)|--quiet");
   // Asked for help, we do not argue about the rest.
   run = runLine(folder, "ab --nonsense --help");
   EXPECT_EQ(run.exit_code, 0);
-  expectParts(run.out, "--line-misassociation");
+  expectParts(run.out, "--td-error");
   run = runLine(folder, "--version");
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_EQ(run.out.rfind("slim_init ", 0), 0u) << run.out;
@@ -200,14 +196,12 @@ TEST_F(Ab, BuiltinRunWritesItsData) {
   EXPECT_EQ(all["windows"], 12);
   EXPECT_GE(all["success_rate"].get<double>(), 0.5);
   EXPECT_FALSE(std::filesystem::exists(out + "/report.md"));  // --report off
-  EXPECT_FALSE(std::filesystem::exists(out + "/images"));     // there were none
 }
 
 TEST_F(Ab, EqualSeedsGiveEqualWindows) {
   const auto windows = [this](const std::string& seed_and_threads) {
     const ProgramRun run =
-        ran("--builtin circle --duration 6 --outliers 0.05 --line-misassociation 0.02 --quiet " +
-            seed_and_threads);
+        ran("--builtin circle --duration 6 --outliers 0.05 --quiet " + seed_and_threads);
     EXPECT_EQ(run.out, "");
     return withoutTimes(readFile(folder.file("out/windows.csv")));
   };
@@ -568,28 +562,6 @@ TEST_F(AbOfRecordings, OneRuns) {
   EXPECT_EQ(json["dataset"], "MH_04");
   EXPECT_EQ(json["gyro_bias_truth"], "recorded");
   EXPECT_EQ(json["methods"]["drt-l"]["all"]["windows"], 20);
-}
-
-// What `ab --from-rest` prints of a recording with one motion after a rest.
-std::string runFromRest(const std::string& recording, const ScratchFolder& folder) {
-  const ProgramRun run = runProgram(folder, {"ab", "--recorded", recording, "--from-rest",
-                                             "--keyframes", "5..15", "--out", folder.file("out")});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  expectParts(run.out,
-              "first estimates: 1 of 1|from the rest: 1|without the rest as a prior: 1 of 1");
-  EXPECT_TRUE(std::filesystem::exists(folder.file("out/starts.csv")));
-  return run.out;
-}
-
-TEST_F(Ab, FromRestWritesEachStartWithThePriorAndWithout) {
-  writeRecording(folder, 6.0, 0.0, "", 3.0);
-  runFromRest(folder.path(), folder);
-}
-
-// No generated recording has idling rotors and the noise of a real ground truth.
-TEST_F(AbOfRecordings, TakeOffFromRest) {
-  const std::string printed = runFromRest(data + "/V1_02", folder);
-  expectParts(printed, "false rests 0");
 }
 
 }  // namespace

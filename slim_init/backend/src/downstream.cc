@@ -156,39 +156,6 @@ bool dataReach(const Sequence& sequence, double td, double t_seed, double second
   return false;
 }
 
-/// From the newest state of a provisional answer, its covariance as prior.
-DownstreamRecord runFromPrior(const Sequence& sequence, const InitResult& answer, double seconds) {
-  DownstreamRecord record;
-  const Calibration calibration = calibrationOf(sequence, answer);
-  SlidingWindowEstimator estimator(calibration);
-  Feed feed(sequence, calibration.td, &estimator);
-  const NavState& newest = answer.states.back();
-  const int frame = frameAt(sequence, calibration.td, newest.t);
-  if (frame < 0) {
-    record.message = "the newest state of the estimate belongs to no frame of the sequence";
-    return record;
-  }
-  feed.start(frame);
-  if (const FrameReport report = feed.add(frame); !report.ok()) {
-    record.message = report.problem;
-    return record;
-  }
-  if (!dataReach(sequence, calibration.td, feed.timeOf(frame), seconds, &record)) return record;
-  // Of [theta, p, v] of the newest state and of the biases.
-  const auto n = static_cast<Eigen::Index>(answer.states.size());
-  Eigen::Matrix<double, 15, 15> covariance;
-  const Eigen::MatrixXd& P = answer.covariance;
-  covariance << P.block<9, 9>(9 * (n - 1), 9 * (n - 1)), P.block<9, 6>(9 * (n - 1), 9 * n),
-      P.block<6, 9>(9 * n, 9 * (n - 1)), P.block<6, 6>(9 * n, 9 * n);
-  record.ran = true;
-  if (const FrameReport report = estimator.seed(newest, covariance); !report.ok()) {
-    diverge(report.problem, &record);
-    return record;
-  }
-  follow(sequence, seconds, frame, &feed, &estimator, &record);
-  return record;
-}
-
 }  // namespace
 
 double windowScaleError(const std::vector<NavState>& states, const std::vector<NavState>& truth) {
@@ -213,7 +180,6 @@ DownstreamRecord runDownstream(const Sequence& sequence, const InitResult& answe
     record.message = "no states to start from";
     return record;
   }
-  if (answer.provisional()) return runFromPrior(sequence, answer, seconds);
   const auto most = static_cast<std::size_t>(SlidingWindowEstimator::kWindowFrames - 1);
   const auto skipped = answer.states.size() > most ? answer.states.size() - most : 0;
   const std::vector<NavState> seed(answer.states.begin() + static_cast<std::ptrdiff_t>(skipped),

@@ -17,7 +17,6 @@
 #include "point_tracks.h"
 #include "prior.h"
 #include "reprojection_cost.h"
-#include "seed_information.h"
 #include "window.h"
 
 namespace slim_init::backend {
@@ -133,40 +132,6 @@ class SlidingWindowEstimator::Implementation {
     report.keyframe = true;
     // Twice: the intervals are integrated anew at the biases of the first solve.
     optimizeAndSlide(2, &report);
-    return report;
-  }
-
-  FrameReport seed(const NavState& newest, const Eigen::Matrix<double, 15, 15>& covariance) {
-    FrameReport report;
-    if (frames_.empty()) {
-      report.problem = "the window is empty: there is no frame to start from";
-      return report;
-    }
-    Eigen::MatrixXd root;
-    if (!newest.isFinite() ||
-        !seedInformation(newest, covariance, AnchorCost::kPosition, AnchorCost::kYaw, &root)) {
-      report.problem = "the state is not finite, or its covariance not positive definite";
-      return report;
-    }
-    while (frames_.size() > 1) removeFrame(0);
-    links_.clear();
-    anchor_.reset();
-    points_.forgetDistances();
-    Frame& frame = *frames_.back();
-    frame.set(newest);
-    prior_ = Prior();
-    for (const BlockKey& key : {poseOf(frame), motionOf(frame)}) {
-      prior_.blocks.push_back(key);
-      BlockPoint point;
-      point.R = newest.R_w_b;
-      point.x = key.kind == BlockKind::kPose ? Eigen::VectorXd(frame.poseVector())
-                                             : Eigen::VectorXd(frame.motionVector());
-      prior_.first.push_back(point);
-    }
-    prior_.J = root;
-    prior_.r0 = Eigen::VectorXd::Zero(root.rows());
-    seeded_ = true;
-    report.keyframe = true;
     return report;
   }
 
@@ -563,10 +528,6 @@ FrameReport SlidingWindowEstimator::addFrame(const FrameObservation& frame) {
 }
 FrameReport SlidingWindowEstimator::seed(const std::vector<NavState>& states) {
   return implementation_->seed(states);
-}
-FrameReport SlidingWindowEstimator::seed(const NavState& newest,
-                                         const Eigen::Matrix<double, 15, 15>& covariance) {
-  return implementation_->seed(newest, covariance);
 }
 bool SlidingWindowEstimator::seeded() const { return implementation_->seeded(); }
 

@@ -150,11 +150,9 @@ DoctorData readDoctorData(ImageSequence* images,
   data.imu = inspected.imu();
   feature_tracker_lines::FrontEndOptions options = front_end;
   options.use_gyro = false;
-  TrackingHooks hooks;
-  hooks.progress = progress;
   TrackingSummary summary;
   // Its message about images that cannot be tracked is ignored: the findings have more detail.
-  trackImages(&inspected, camera, calibration, options, hooks, &data.frames, &summary);
+  trackImages(&inspected, camera, calibration, options, progress, &data.frames, &summary);
   data.images = inspected.facts();
   return data;
 }

@@ -67,28 +67,17 @@ std::string findNotFinite(const InitResult& result, const std::vector<NavState>&
   return "";
 }
 
-// Specific force integrated once and twice in the frame of the first body, biases taken off.
-struct ForceIntegral {
+// Specific force integrated in the frame of the first body.
+Eigen::Vector3d integrateForce(const std::vector<InertialStep>& steps) {
   Eigen::Vector3d dv = Eigen::Vector3d::Zero();
-  Eigen::Vector3d dp = Eigen::Vector3d::Zero();
-};
-
-ForceIntegral integrateForce(const std::vector<InertialStep>& steps,
-                             const Eigen::Vector3d& gyro_bias, const Eigen::Vector3d& accel_bias) {
-  ForceIntegral sum;
   Eigen::Matrix3d R_bi_b = Eigen::Matrix3d::Identity();
   for (const InertialStep& step : steps) {
-    const Eigen::Matrix3d half = reference::expSo3(0.5 * step.dt * (step.gyro - gyro_bias));
-    const Eigen::Vector3d force = R_bi_b * half * (step.accel - accel_bias);
-    sum.dp += sum.dv * step.dt + 0.5 * force * step.dt * step.dt;
-    sum.dv += force * step.dt;
+    const Eigen::Matrix3d half = reference::expSo3(0.5 * step.dt * step.gyro);
+    const Eigen::Vector3d force = R_bi_b * half * step.accel;
+    dv += force * step.dt;
     R_bi_b = R_bi_b * half * half;
   }
-  return sum;
-}
-
-Eigen::Vector3d finiteOrZero(const Eigen::Vector3d& v) {
-  return v.allFinite() ? v : Eigen::Vector3d::Zero();
+  return dv;
 }
 
 }  // namespace
@@ -244,7 +233,6 @@ CalibrationErrors evaluateCalibration(const CalibrationEstimate& estimate,
   const Eigen::Vector3d turn = reference::logSo3(truth.R_b_c.transpose() * estimate.R_b_c);
   errors.td_s = estimate.td - truth.td;
   errors.rotation_deg = kRadToDeg * turn.norm();
-  errors.rotation_c_deg = kRadToDeg * turn;
   // Of a global shutter that was taken for one there is nothing to say.
   if (truth.readout_s > 0.0 || estimate.readout_s > 0.0) {
     errors.readout_s = estimate.readout_s - truth.readout_s;
@@ -270,8 +258,7 @@ Excitation measureExcitation(const InitWindow& window) {
     const double t1 = window.times()[k + 1];
     // A window never reaches across a gap, so no further bound is needed here.
     if (!inertialSteps(window.imu(), t0, t1, kNoBound, &steps)) return Excitation();
-    const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
-    const Eigen::Vector3d mean_force = integrateForce(steps, zero, zero).dv / (t1 - t0);
+    const Eigen::Vector3d mean_force = integrateForce(steps) / (t1 - t0);
     sum += mean_force;
     if (std::abs(mean_force.norm() - g) / g < kExcitationBound) ++excitation.quiet_pairs;
   }
@@ -280,28 +267,6 @@ Excitation measureExcitation(const InitWindow& window) {
   excitation.excited =
       excitation.mean_deviation > kExcitationBound && excitation.quiet_pairs <= kMaxQuietPairs;
   return excitation;
-}
-
-double truthMismatch(const InitWindow& window, const std::vector<NavState>& truth) {
-  double largest = kNotComputed;
-  if (static_cast<int>(truth.size()) != window.size()) return largest;
-  const Eigen::Vector3d g(0.0, 0.0, -window.calibration().gravity_magnitude);
-  std::vector<InertialStep> steps;
-  Eigen::Vector3d v_before = Eigen::Vector3d::Constant(kNotComputed);  // at keyframe k, from k - 1
-  for (int k = 0; k + 1 < window.size(); ++k) {
-    const NavState& from = truth[k];
-    const NavState& to = truth[k + 1];
-    const double dt = window.times()[k + 1] - window.times()[k];
-    if (!inertialSteps(window.imu(), window.times()[k], window.times()[k + 1], kNoBound, &steps)) {
-      return kNotComputed;
-    }
-    const ForceIntegral force =
-        integrateForce(steps, finiteOrZero(from.gyro_bias), finiteOrZero(from.accel_bias));
-    const Eigen::Vector3d v = (to.p_w_b - from.p_w_b - from.R_w_b * force.dp) / dt - 0.5 * dt * g;
-    if (k > 0) largest = std::fmax(largest, (v - v_before).norm());
-    v_before = v + dt * g + from.R_w_b * force.dv;
-  }
-  return largest;
 }
 
 }  // namespace slim_init::evaluation

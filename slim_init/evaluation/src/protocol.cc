@@ -213,14 +213,11 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
     record.partial = evaluatePartial(answer, truth);
   }
   record.scale_sigma = answer.scale_sigma;
-  record.noise_px = answer.track_noise.measured_px;
   if (answer.calibration.has_value()) {
     record.calibration = evaluateCalibration(*answer.calibration, sequence.trueCalibration());
   }
   record.warnings = answer.warnings;
   record.gates = answer.gates;
-  record.point_tracks = answer.counts.point_tracks;
-  record.line_tracks = answer.counts.line_tracks;
   record.stages = answer.stages;
   return record;
 }
@@ -306,8 +303,6 @@ bool countTrial(const Sequence& sequence, std::vector<double>* times_before, Tri
   record.t_start_ns = sequence.t0_ns + std::llround(1e9 * record.t_start);
   record.duration_s = times.back() - times.front();
   record.keyframes = cut.full().size();
-  const std::vector<NavState>& truth = trial->truths.back();
-  if (!truth.empty()) record.p_w_b = truth.front().p_w_b;
   record.rig = calibrationDifference(trial->calibration, sequence.trueCalibration());
   return true;
 }
@@ -404,7 +399,6 @@ std::string runProtocol(const Sequence& sequence, const std::vector<const Window
     const auto solve = [&, is_window, trial] {
       if (!is_window) return;
       trial->record.excitation = measureExcitation(*trial->judged);
-      trial->record.truth_mismatch = truthMismatch(trial->cut.full(), trial->truths.back());
       for (const WindowSolver* solver : solvers) {
         trial->record.methods.push_back(runSolver(*solver, *trial, sequence, options));
       }

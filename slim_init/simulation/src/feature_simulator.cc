@@ -21,13 +21,7 @@ constexpr int kOcclusionSamples = 9;  // along a segment
 // Detection confidence 1 - exp(-length / scale): 0.57 at 50 px, 0.96 at 200 px.
 constexpr double kConfidenceLength = 60.0;  // [px]
 constexpr double kConfidenceNoise = 0.03;
-// Match quality 1 - |n| spread. The wrong matches' distribution overlaps that of the right ones, as
-// descriptors of parallel edges do.
-constexpr double kMatchSpread = 0.1;
-constexpr double kWrongMatchSpread = 0.2;
-// A wrong match is drawn from the most similar other segments; 1 deg counts as much as 3 px.
-constexpr int kWrongMatchChoices = 3;
-constexpr double kPixelsPerDegree = 3.0;
+constexpr double kMatchSpread = 0.1;  // of a match quality 1 - |n| spread
 
 // Rolling shutter: a row time is found when a further step moves it by less [s]; the map shrinks
 // steps by the share of the image that the point crosses during the readout.
@@ -290,7 +284,6 @@ class LineTracker {
         views_(world.segments.size()),
         choice_(options.seed, "lines/choice"),
         lives_(options.seed, "lines/life", options.track_life),
-        misassociation_(options.seed, "lines/misassociation"),
         slide_(options.seed, "lines/slide"),
         noise_(options.seed, "lines/noise"),
         quality_(options.seed, "lines/quality") {
@@ -326,9 +319,8 @@ class LineTracker {
     FeatureId id = -1;
     int segment = -1;
     long long frames_left = 0;
-    bool is_new = true;           // no match to the previous image
-    bool is_wrong_match = false;  // to the previous image
-    LineView view;                // cut at both ends as the detector saw it, without noise
+    bool is_new = true;  // no match to the previous image
+    LineView view;       // cut at both ends as the detector saw it, without noise
   };
 
   // Cuts a segment, end points in c, to the viewing pyramid.
@@ -415,50 +407,15 @@ class LineTracker {
   void keepAlive(const CameraPose& pose) {
     std::size_t kept = 0;
     for (Track& track : tracks_) {
-      const bool jumps = misassociation_.uniform() < options_.line_misassociation;
       track.is_new = false;
-      track.is_wrong_match = jumps && jumpToSimilar(pose, &track);
       track.view = detect(pose, track.segment);
       if (--track.frames_left <= 0 || !longEnough(track.view)) {
         tracked_[track.segment] = false;
         continue;
       }
-      if (track.is_wrong_match) ++counts_->misassociated_lines;
       tracks_[kept++] = track;
     }
     tracks_.resize(kept);
-  }
-
-  // Moves a track to a random one of the most similar untracked segments in view.
-  bool jumpToSimilar(const CameraPose& pose, Track* track) {
-    const LineView& own = views_[track->segment];
-    if (!own.visible) return false;
-    std::vector<std::pair<double, int>> similar;  // dissimilarity [px], segment
-    for (int i = 0; i < static_cast<int>(views_.size()); ++i) {
-      if (tracked_[i] || !views_[i].visible || views_[i].length() < kMinNewLine) continue;
-      similar.emplace_back(unlikeness(own, views_[i]), i);
-    }
-    std::sort(similar.begin(), similar.end());
-    std::vector<int> choices;
-    for (const auto& entry : similar) {
-      if (static_cast<int>(choices.size()) == kWrongMatchChoices) break;
-      const LineView view = withoutHidden(pose, views_[entry.second]);
-      if (view.visible && view.length() >= kMinNewLine) choices.push_back(entry.second);
-    }
-    if (choices.empty()) return false;
-    tracked_[track->segment] = false;
-    track->segment = choices[misassociation_.index(static_cast<int>(choices.size()))];
-    tracked_[track->segment] = true;
-    return true;
-  }
-
-  static double unlikeness(const LineView& a, const LineView& b) {
-    constexpr double kDegreesPerRadian = 57.29577951308232;
-    const Eigen::Vector2d da = (a.end - a.start).normalized();
-    const Eigen::Vector2d db = (b.end - b.start).normalized();
-    const double angle = std::asin(std::min(1.0, std::abs(da.x() * db.y() - da.y() * db.x())));
-    const double distance = 0.5 * ((a.start + a.end) - (b.start + b.end)).norm();
-    return distance + kPixelsPerDegree * kDegreesPerRadian * angle;
   }
 
   void refill(const CameraPose& pose) {
@@ -538,8 +495,7 @@ class LineTracker {
     const double confidence =
         1.0 - std::exp(-o.length_px / kConfidenceLength) + kConfidenceNoise * quality_.gaussian();
     o.detection_confidence = std::clamp(confidence, 0.0, 1.0);
-    const double mismatch =
-        std::abs(quality_.gaussian()) * (track.is_wrong_match ? kWrongMatchSpread : kMatchSpread);
+    const double mismatch = std::abs(quality_.gaussian()) * kMatchSpread;
     o.match_quality = track.is_new ? 1.0 : std::clamp(1.0 - mismatch, 0.0, 1.0);
     return true;
   }
@@ -554,7 +510,6 @@ class LineTracker {
   std::vector<LineView> views_;  // per segment of the world, ignoring occlusion
   Random choice_;
   LifeTimes lives_;
-  Random misassociation_;
   Random slide_;
   Random noise_;
   Random quality_;

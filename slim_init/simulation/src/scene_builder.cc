@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // The built-in scenes. They are built around the path of a camera from a seed, and cannot be files:
-// their size, what stands where and how many objects there are depend on both. What comes out is
-// data (sceneToJson()), as are scenes of the user's own.
+// their size, what stands where and how many objects there are depend on both.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -297,7 +296,6 @@ bool makeScene(const SceneOptions& options, const std::vector<Vector3d>& path_w,
                              : hall   ? Vector3d(10.0, 7.5, 4.0)
                                       : Vector3d(4.0, 4.0, 2.0);
   Scene made;
-  made.kind = options.kind;
   made.hull = makeHull(corridor, half_size, corridor ? 0.5 : 1.0, path);
   made.ambient = 0.35;
   SceneBuilder builder(&made, path_w, options.seed);

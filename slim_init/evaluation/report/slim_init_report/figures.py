@@ -1,7 +1,6 @@
 # Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
-"""The pictures of a report. Every function takes the rows of windows.csv (or a folder of images)
-and the file to write, and returns the picture's caption, or "" where there is nothing to draw."""
-import glob
+"""The pictures of a report. Every function takes the rows of windows.csv and the file to write, and
+returns the picture's caption, or "" where there is nothing to draw."""
 import os
 
 import matplotlib
@@ -9,14 +8,11 @@ import matplotlib
 matplotlib.use("Agg")
 import numpy
 from matplotlib import pyplot
-from matplotlib.collections import LineCollection
 
 from .data import methods_of
-from .statistics import finite, quantile
+from .statistics import finite
 
 DPI = 110
-# Pieces between windows that begin further apart than this many usual steps are not drawn.
-LONGEST_STEPS = 3.0
 # |s - 1| below this is a right answer in the picture of the first answer.
 RIGHT_SCALE_ERROR = 0.1
 
@@ -40,61 +36,6 @@ def _legend(figure, axes):
     figure.legend(handles, labels, loc="upper center", ncol=columns, fontsize=8)
     height = 0.26 * -(-len(labels) // columns) / figure.get_size_inches()[1]
     figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.98 - height))
-
-
-def _widest_axes(positions):
-    """The two axes in which the path extends furthest, in ascending order."""
-    spans = positions.max(axis=0) - positions.min(axis=0)
-    return sorted(numpy.argsort(-spans, kind="stable")[:2])
-
-
-def _path_pieces(rows, axes):
-    """Pieces of the true path between the starts of neighbouring windows: of the successful ones,
-    their pose errors, and of the failed ones."""
-    positions = rows[["p_x", "p_y", "p_z"]].to_numpy()[:, axes]
-    times, good = rows["t_start_s"].to_numpy(), rows["success"].to_numpy()
-    steps = numpy.diff(times)
-    near = steps <= LONGEST_STEPS * numpy.median(steps)  # else a gap in the recording
-    pieces = numpy.stack([positions[:-1], positions[1:]], axis=1)
-    return (pieces[near & good[:-1]], rows["pose_rmse"].to_numpy()[:-1][near & good[:-1]],
-            pieces[near & ~good[:-1]])
-
-
-def trajectory(windows, path):
-    """A panel per method: the true path in its two longest directions, each piece in the colour of
-    the pose error of the window that begins there."""
-    methods = methods_of(windows)
-    first = windows[windows["method"] == methods[0]] if methods else windows
-    positions = first[["p_x", "p_y", "p_z"]].to_numpy()
-    if len(first) < 2 or not numpy.isfinite(positions).all():
-        return ""
-    axes_drawn = _widest_axes(positions)
-    # The worst few would leave all the others in one colour.
-    limit = quantile(windows.loc[windows["success"], "pose_rmse"], 0.95)
-    limit = limit if limit > 0.0 else 1.0
-    columns = min(3, len(methods))
-    lines = -(-len(methods) // columns)
-    figure, axes = pyplot.subplots(lines, columns, squeeze=False, constrained_layout=True,
-                                   figsize=(4.0 * columns + 0.6, 3.4 * lines))
-    for axis, method in zip(axes.flat, methods):
-        rows = windows[windows["method"] == method]
-        good, errors, failed = _path_pieces(rows, axes_drawn)
-        axis.add_collection(LineCollection(failed, colors="black", linewidths=2.0))
-        shown = LineCollection(good, cmap="viridis", linewidths=2.0)
-        shown.set_array(errors)
-        shown.set_clim(0.0, limit)
-        axis.add_collection(shown)
-        axis.autoscale()
-        axis.set_aspect("equal", adjustable="datalim")
-        axis.set_title("%s: %d of %d failed" % (method, (~rows["success"]).sum(), len(rows)),
-                       fontsize=9)
-        axis.set_xlabel("xyz"[axes_drawn[0]] + " [m]")
-        axis.set_ylabel("xyz"[axes_drawn[1]] + " [m]")
-    for axis in axes.flat[len(methods):]:
-        axis.set_visible(False)
-    figure.colorbar(shown, ax=axes, label="pose error [m]", fraction=0.04, pad=0.02, aspect=40)
-    _save(figure, path)
-    return "True path, coloured by the pose error of the windows that begin there; black: failed"
 
 
 def error_cdf(windows, path):
@@ -229,35 +170,9 @@ def first_answer(windows, path, growing):
             "; dashed: accepted and |s - 1| < 0.1")
 
 
-def image_strip(folder, path):
-    """The debug images of a run: points by age, lines."""
-    files = sorted(glob.glob(os.path.join(folder, "*.png")))
-    if not files:
-        return ""
-    columns = min(3, len(files))
-    lines = -(-len(files) // columns)
-    figure, axes = pyplot.subplots(lines, columns, squeeze=False, constrained_layout=True,
-                                   figsize=(4.2 * columns, 2.9 * lines))
-    for axis in axes.flat:
-        axis.set_axis_off()
-    for axis, file in zip(axes.flat, files):
-        axis.imshow(pyplot.imread(file))
-        stamp = os.path.splitext(os.path.basename(file))[0]
-        axis.set_title("%.2f s" % (1e-9 * float(stamp)) if stamp.isdigit() else stamp, fontsize=8)
-    _save(figure, path)
-    return "What the front end tracks: points by age, lines"
-
-
 def draw_run(run, out):
     """All pictures of one run into the folder `out`. Returns pairs of file and caption."""
-    growing = "first_keyframes" in run.info
-    return _draw(out, "", [("trajectory.png", lambda path: trajectory(run.windows, path)),
-                           ("error_cdf.png", lambda path: error_cdf(run.windows, path)),
-                           ("solve_time.png", lambda path: solve_time(run.windows, path)),
-                           ("first_answer.png",
-                            lambda path: first_answer(run.windows, path, growing)),
-                           ("images.png",
-                            lambda path: image_strip(os.path.join(run.folder, "images"), path))])
+    return draw_pooled(run.windows, out, "", "first_keyframes" in run.info)
 
 
 def draw_pooled(windows, out, prefix, growing):

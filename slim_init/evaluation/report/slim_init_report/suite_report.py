@@ -13,9 +13,6 @@ from .suite_tables import (ablation_table, accuracy_tables, degenerate_table, no
 
 SUBSETS = (("excited", "excited windows"), (None, "all windows"))
 
-# The path that the paper shows.
-DRAWN_SEQUENCE = "V1_01"
-
 
 @dataclass
 class Group:
@@ -88,24 +85,13 @@ def _details(groups):
             if not (group.degenerate and subset == "excited")]
 
 
-def _pictures(groups, runs, out):
-    """Errors, times and first estimates of every group; one path, and one strip of images."""
+def _pictures(groups, out):
+    """Errors, times and first estimates of every group."""
     drawn = []
     for group in groups:
         growing = all("first_keyframes" in run.info for run in group.runs)
         drawn += [(file, "%s: %s" % (group.title, caption)) for file, caption in
                   figures.draw_pooled(pool(group.runs), out, group.prefix, growing)]
-    plain = [run for run in runs
-             if not run.is_ablation and not run.has_rig_errors and run.has_truth]
-    shown = [run for run in plain if run.name.startswith(DRAWN_SEQUENCE)] or plain
-    with_images = [run for run in runs if os.path.isdir(os.path.join(run.folder, "images"))]
-    for candidates, file, draw in (
-            (shown, "trajectory.png", lambda run, path: figures.trajectory(run.windows, path)),
-            (with_images, "images.png", lambda run, path: figures.image_strip(
-                os.path.join(run.folder, "images"), path))):
-        caption = candidates and draw(candidates[0], os.path.join(out, file))
-        if caption:
-            drawn.append((file, "%s: %s" % (candidates[0].name, caption)))
     return drawn
 
 
@@ -163,7 +149,7 @@ def build(runs, out, notes=(), command=""):
         "verdicts": [run_method_table(group.runs, VERDICTS, title=group.title) for group in plain],
         "downstream": [run_method_table(group.runs, DOWNSTREAM, title=group.title)
                        for group in plain if any(run.has_downstream for run in group.runs)],
-        "pictures": _pictures(plain, runs, out),
+        "pictures": _pictures(plain, out),
     }
 
 

@@ -80,8 +80,8 @@ std::string trackImages(ImageSequence* images,
                         const feature_tracker_lines::CameraParameters& camera,
                         const Calibration& calibration,
                         const feature_tracker_lines::FrontEndOptions& options,
-                        const TrackingHooks& hooks, std::vector<FrameObservation>* frames,
-                        TrackingSummary* summary) {
+                        const std::function<void(int done, int total)>& progress,
+                        std::vector<FrameObservation>* frames, TrackingSummary* summary) {
   frames->clear();
   *summary = TrackingSummary();
   const std::vector<ImuSample>& imu = images->imu();
@@ -125,8 +125,7 @@ std::string trackImages(ImageSequence* images,
     }
     collector.add(frame, front_end.report());
     frames->push_back(std::move(frame));
-    if (hooks.tracked) hooks.tracked(images->imageStampNs(k), front_end);
-    if (hooks.progress) hooks.progress(static_cast<int>(k) + 1, total);
+    if (progress) progress(static_cast<int>(k) + 1, total);
   }
   summary->tracked = static_cast<int>(frames->size());
   collector.finish(summary);

@@ -99,7 +99,6 @@ class Renderer::Impl {
 
   std::string start(const Scene& scene, const feature_tracker_lines::CameraParameters& parameters,
                     const std::vector<CameraPose>& poses, const RenderOptions& options) {
-    if (std::string s = scene.validate(); !s.empty()) return "scene: " + s;
     if (std::string s = parameters.validate(); !s.empty()) return "camera: " + s;
     if (poses.empty()) return "there is no pose to render";
     const std::string program = findProgram(options.program);

@@ -29,6 +29,7 @@ cv::Mat mergeBands(const std::vector<cv::Mat>& pictures) {
 cv::Mat expose(const cv::Mat& radiance, std::int64_t index, double t,
                const SensorOptions& options) {
   constexpr double kTwoPi = 6.283185307179586;
+  constexpr double kGain = 255.0;  // grey level of radiance 1
   cv::Mat light = radiance;
   if (options.blur_px > 0.0) {
     cv::GaussianBlur(radiance, light, cv::Size(), options.blur_px, options.blur_px,
@@ -47,7 +48,7 @@ cv::Mat expose(const cv::Mat& radiance, std::int64_t index, double t,
     std::uint8_t* out = image.ptr<std::uint8_t>(v);
     for (int u = 0; u < light.cols; ++u) {
       const double r2 = ((u - cx) * (u - cx) + (v - cy) * (v - cy)) / corner2;
-      const double grey = options.gain * exposure * (1.0 - options.vignetting * r2) * in[u];
+      const double grey = kGain * exposure * (1.0 - options.vignetting * r2) * in[u];
       const double sigma = std::sqrt(read2 + options.shot_noise * std::max(0.0, grey));
       const double noisy = grey + (sigma > 0.0 ? sigma * random.gaussian() : 0.0);
       out[u] = static_cast<std::uint8_t>(std::clamp(std::floor(noisy + 0.5), 0.0, 255.0));

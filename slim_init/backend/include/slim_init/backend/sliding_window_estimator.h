@@ -59,13 +59,6 @@ class SlidingWindowEstimator {
   /// the IMU clock. The prior and the points' depths are forgotten; then as addFrame().
   FrameReport seed(const std::vector<NavState>& states);
 
-  /// The same from the newest frame of the window alone, which `newest` is a state of, with the
-  /// covariance of its errors [theta, p, v, b_g, b_a] (theta on the right of R_w_b) as prior. All
-  /// earlier frames go, and with them their views: what they knew is in state and covariance.
-  /// Position and heading are free and held by the anchor; of the covariance their part is not
-  /// used. A covariance that is not positive definite in the rest is a problem.
-  FrameReport seed(const NavState& newest, const Eigen::Matrix<double, 15, 15>& covariance);
-
   bool seeded() const;
   /// Camera stamps of the frames in the window [s].
   std::vector<double> stamps() const;

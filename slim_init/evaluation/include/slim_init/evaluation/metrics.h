@@ -78,11 +78,9 @@ CalibrationDifference calibrationDifference(const Calibration& calibration,
 /// Errors of a calibration that a method has estimated, and its own opinion on them. NaN where it
 /// estimates none, a standard deviation also where it holds the value as exact.
 struct CalibrationErrors {
-  double td_s = kNotComputed;          ///< estimate minus ground truth
-  double td_sigma_s = kNotComputed;    ///< standard deviation stated
-  double rotation_deg = kNotComputed;  ///< angle between estimated and true R_b_c
-  /// The same about the axes of the camera: true R_b_c Exp(.) is the estimated one [deg].
-  Eigen::Vector3d rotation_c_deg = Eigen::Vector3d::Constant(kNotComputed);
+  double td_s = kNotComputed;                ///< estimate minus ground truth
+  double td_sigma_s = kNotComputed;          ///< standard deviation stated
+  double rotation_deg = kNotComputed;        ///< angle between estimated and true R_b_c
   double rotation_sigma_deg = kNotComputed;  ///< CalibrationEstimate::rotationSigmaDeg()
   /// Error of the rotation over its standard deviation, per axis: sqrt(e^T P^-1 e / 3).
   double rotation_over_sigma = kNotComputed;
@@ -108,13 +106,5 @@ struct Excitation {
 /// dv_ij is the specific force integrated in the frame of body i, gyro and accelerometer bias taken
 /// as zero; dt_ij the time between the keyframes.
 Excitation measureExcitation(const InitWindow& window);
-
-/// How far the ground truth of a window is from its own IMU: the largest jump of velocity [m/s] at
-/// a keyframe between the motion before and after it, both from the true positions and attitudes
-/// with the IMU integrated between them. Ground truth without accelerometer bias leaves that of a
-/// tenth of a m/s^2 in it, some 0.03 m/s at keyframes 0.25 s apart; a tracking system that jumps by
-/// 5 cm leaves 0.2 m/s. Features simulated or rendered along such a ground truth jump with it. NaN
-/// with fewer than three keyframes or without ground truth.
-double truthMismatch(const InitWindow& window, const std::vector<NavState>& truth);
 
 }  // namespace slim_init::evaluation

@@ -67,12 +67,9 @@ struct MethodRecord {
   bool without_truth = false;
   PartialMetrics partial;  ///< of a result without an estimate
   double scale_sigma = kNotComputed;
-  double noise_px = kNotComputed;     ///< InitResult::TrackNoise::measured_px
   CalibrationErrors calibration;      ///< of a method that estimates it
   std::vector<std::string> warnings;  ///< InitResult::warnings
   std::vector<GateValue> gates;
-  int point_tracks = 0;
-  int line_tracks = 0;
   double solve_ms = kNotComputed;  ///< wall time of that solve(), measured around the call
   /// CPU time of the calling thread over the same call: what the machine does besides is not in it.
   double solve_cpu_ms = kNotComputed;
@@ -91,9 +88,6 @@ struct WindowRecord {
   double duration_s = 0.0;      ///< first to last keyframe
   int keyframes = 0;
   Excitation excitation;
-  double truth_mismatch = kNotComputed;  ///< truthMismatch() [m/s]
-  /// True position of the body at the first keyframe [m]; NaN without ground truth.
-  Eigen::Vector3d p_w_b = Eigen::Vector3d::Constant(kNotComputed);
   CalibrationDifference rig;  ///< calibration given to the methods minus the true one
   std::vector<MethodRecord> methods;
 };

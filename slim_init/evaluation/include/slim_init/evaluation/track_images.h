@@ -3,9 +3,7 @@
 // From a recording with pixels to what a solver sees.
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -17,24 +15,16 @@
 
 namespace slim_init::evaluation {
 
-/// What happens on the way; all may be empty.
-struct TrackingHooks {
-  /// After every image: number done and number in all.
-  std::function<void(int done, int total)> progress;
-  /// After every tracked image: its stamp and the front end, for its report and debug image.
-  std::function<void(std::int64_t stamp_ns, const feature_tracker_lines::ImageFrontEnd& front_end)>
-      tracked;
-};
-
 /// Runs one ImageFrontEnd over all images that the IMU data cover, in order, the IMU fed up to each
 /// of them: tracks run through the whole recording, as in flight. An image that cannot be read or
 /// that the front end refuses is counted and discarded. `frames` gets one observation per tracked
-/// image. Returns an empty string, or a sentence when fewer than two images could be tracked.
+/// image. `progress` (may be empty) is called after every image with the number done and in all.
+/// Returns an empty string, or a sentence when fewer than two images could be tracked.
 std::string trackImages(ImageSequence* images,
                         const feature_tracker_lines::CameraParameters& camera,
                         const Calibration& calibration,
                         const feature_tracker_lines::FrontEndOptions& options,
-                        const TrackingHooks& hooks, std::vector<FrameObservation>* frames,
-                        TrackingSummary* summary);
+                        const std::function<void(int done, int total)>& progress,
+                        std::vector<FrameObservation>* frames, TrackingSummary* summary);
 
 }  // namespace slim_init::evaluation

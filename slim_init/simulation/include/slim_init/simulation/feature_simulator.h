@@ -33,8 +33,6 @@ struct FeatureSimulationOptions {
   double outlier_speed = 0.8;  ///< standard deviation of that velocity [px/frame]
   double track_life = 36.0;    ///< mean life of a track [frames]; tracks end earlier out of sight
   double line_slide = 0.25;    ///< largest fraction of a segment cut from each end, drawn per frame
-  double line_misassociation = 0.0;  ///< chance per line and frame that it jumps to another segment
-                                     ///< under the same id, for the rest of the track
   double min_line_length_px = 25.0;  ///< shorter segments are not seen
   unsigned seed = 1;
 };
@@ -44,7 +42,6 @@ struct FeatureSimulationCounts {
   int point_tracks = 0;
   int outlier_tracks = 0;
   int line_tracks = 0;
-  int misassociated_lines = 0;
 };
 
 /// Projects the world at the camera poses T_w_b(t + td) * T_b_c for every image time t (ascending,

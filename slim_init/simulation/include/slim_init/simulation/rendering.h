@@ -92,7 +92,6 @@ cv::Mat mergeBands(const std::vector<cv::Mat>& pictures);
 
 /// The sensor. The defaults resemble EuRoC's MT9M034 indoors.
 struct SensorOptions {
-  double gain = 255.0;             ///< grey level of radiance 1
   double blur_px = 0.5;            ///< standard deviation of the lens's point spread [px]
   double vignetting = 0.25;        ///< fraction of the light lost in the corners
   double exposure_swing = 0.1;     ///< largest relative change of the exposure

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 //
 // Scenes for rendered sequences: solids with patterns on them, described once. POV-Ray draws them
-// (rendering.h), and the ray caster here determines what is seen where.
+// (rendering.h).
 #pragma once
 
 #include <Eigen/Core>
@@ -58,52 +58,16 @@ struct Light {
   double reach_m = 4.0;
 };
 
-/// Where a ray first meets a surface.
-struct RayHit {
-  int solid = -1;  ///< index into Scene::solids; -1: nothing was met
-  int face = -1;   ///< box: 2 axis + (upper side); cylinder: the same for its ends, 6 its mantle
-  double distance = 0.0;  ///< along the unit direction [m]
-  Eigen::Vector3d point_w = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal_w = Eigen::Vector3d::UnitZ();  ///< unit, out of the solid
-  bool hit() const { return solid >= 0; }
-};
-
-/// An edge of a box.
-struct SceneEdge {
-  int solid = -1;
-  Eigen::Vector3d start_w = Eigen::Vector3d::Zero();
-  Eigen::Vector3d end_w = Eigen::Vector3d::Zero();
-};
-
 /// Names of the scenes: "room", "brick-room", "hall", "corridor".
 const std::vector<std::string>& sceneNames();
 
-/// Solids, their looks and the lights: everything that rendering and ray casting need.
+/// Solids, their looks and the lights: everything that rendering needs.
 struct Scene {
-  std::string kind;  ///< one of sceneNames(), or a name of the user's
-  Box hull;          ///< space inside the walls
+  Box hull;  ///< space inside the walls
   double ambient = 0.3;
   std::vector<Look> looks;
   std::vector<Light> lights;
   std::vector<Solid> solids;  ///< walls included
-
-  /// First surface along the ray from `origin_w` in `direction_w` (any length but zero), farther
-  /// than a micrometre. A ray from inside a solid meets its far side.
-  RayHit castRay(const Eigen::Vector3d& origin_w, const Eigen::Vector3d& direction_w) const;
-
-  /// Whether nothing stands between a place and a point on a surface. Anything nearer to the point
-  /// than `tolerance_m` counts as the surface itself.
-  bool visible(const Eigen::Vector3d& from_w, const Eigen::Vector3d& to_w,
-               double tolerance_m = 0.01) const;
-
-  /// The twelve edges of every box that are not inside another solid at both ends.
-  std::vector<SceneEdge> edges() const;
-
-  /// Distance from a place to the nearest surface [m]; negative inside a solid.
-  double clearance(const Eigen::Vector3d& place_w) const;
-
-  /// Returns an empty string, or a message naming the field, its value and the violated bound.
-  std::string validate() const;
 };
 
 /// Which scene to build.
@@ -117,12 +81,5 @@ struct SceneOptions {
 /// furniture (0.7 m). Unknown kind, or a path without a finite position: false and a message.
 bool makeScene(const SceneOptions& options, const std::vector<Eigen::Vector3d>& path_w,
                Scene* scene, std::string* error);
-
-/// The scene as JSON: every solid, look and light in the names of these structs, so that ground
-/// ground truth can be computed later. Users can write scenes of their own in this format.
-std::string sceneToJson(const Scene& scene);
-
-/// Reads sceneToJson()'s text. False and a message naming the key or element at fault.
-bool sceneFromJson(const std::string& text, Scene* scene, std::string* error);
 
 }  // namespace slim_init::simulation
