@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "data/text.h"
 #include "data/with_calibration.h"
 #include "estimation/posterior.h"
 #include "imu/preintegration.h"
@@ -19,6 +18,7 @@
 #include "scale/scale_profile.h"
 #include "scale/starting_states.h"
 #include "shape/ligt.h"
+#include "slim_init/text.h"
 #include "slim_init/window_solver.h"
 #include "verdict/gates.h"
 

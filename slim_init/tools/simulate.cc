@@ -6,7 +6,6 @@
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -21,6 +20,7 @@
 #include "slim_init/simulation/rendering.h"
 #include "slim_init/simulation/scene.h"
 #include "slim_init/simulation/speed_simulator.h"
+#include "slim_init/text.h"
 
 namespace slim_init::tools {
 namespace {
@@ -266,12 +266,9 @@ std::string writeSpeeds(const SimulateOptions& options, const Setup& setup, Writ
 
 void printResult(const SimulateOptions& options, const Setup& setup, double seconds) {
   const std::vector<double>& times = setup.motion.image_times;
-  std::ostringstream out;
-  out.precision(3);
-  out << times.size() << " images of " << setup.camera.width << "x" << setup.camera.height
-      << " over " << times.back() - times.front() << " s in " << options.out << ", "
-      << seconds / static_cast<double>(times.size()) << " s per image\n";
-  std::cout << out.str();
+  std::cout << text(3, times.size(), " images of ", setup.camera.width, "x", setup.camera.height,
+                    " over ", times.back() - times.front(), " s in ", options.out, ", ",
+                    seconds / static_cast<double>(times.size()), " s per image\n");
 }
 
 }  // namespace

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
 #include <utility>
 
 #include "slim_init/evaluation/recorded.h"
 #include "slim_init/evaluation/truth.h"
 #include "slim_init/options.h"
 #include "slim_init/simulation/imu_simulator.h"
+#include "slim_init/text.h"
 
 namespace slim_init::tools {
 namespace {
@@ -52,11 +52,9 @@ std::string cutImages(const SimulateOptions& options, const Calibration& calibra
                              [&](double t) { return t < begin - 5e-10 || t > end + 5e-10; }),
               times.end());
   if (times.size() < 2) {
-    std::ostringstream out;
-    out << "--start " << options.start_s << " leaves " << times.size() << " images of "
-        << motion->name << ", whose motion is " << last - (begin - options.start_s)
-        << " s long; at least 2 are needed";
-    return out.str();
+    return text(6, "--start ", options.start_s, " leaves ", times.size(), " images of ",
+                motion->name, ", whose motion is ", last - (begin - options.start_s),
+                " s long; at least 2 are needed");
   }
   return "";
 }

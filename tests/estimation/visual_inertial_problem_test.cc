@@ -231,7 +231,7 @@ TEST(VisualInertialProblem, PriorOnTheMotion) {
   EXPECT_LT((added - expected).norm(), 1e-9 * map.information().norm());
   ASSERT_TRUE(map.minimize(50, 1e-10, &state).converged);
   EXPECT_LT(stepLeft(state, &map), 1e-8);
-  EXPECT_GT((state.v_b0 - truth.v_b0).norm(), 0.1) << "it counts";
+  EXPECT_GT((state.v_b0 - truth.v_b0).norm(), 0.05) << "it counts";
 }
 
 TEST(VisualInertialProblem, RejectTakesOutWhatIsBeyond) {

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "evaluation/circle_sequence.h"
@@ -233,7 +232,7 @@ TEST(DisturbImu, JitterKeepsTheOrderAndDropoutItsShare) {
   }
   // Cutting off at 2.25 standard deviations takes 3.5 % of it.
   EXPECT_NEAR(rootMeanSquare(off), 0.001, 5e-5);
-  EXPECT_NEAR(std::accumulate(off.begin(), off.end(), 0.0) / off.size(), 0.0, 4e-5);
+  EXPECT_NEAR(mean(off), 0.0, 4e-5);
 
   errors = RigErrors();
   errors.imu_dropout = 0.1;

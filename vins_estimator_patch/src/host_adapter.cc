@@ -19,8 +19,8 @@
 #include "slim_init/host_health/innovation.h"
 #include "slim_init/host_health/watchdog.h"
 #include "slim_init/row_times.h"
+#include "slim_init/text.h"
 #include "solve_worker.h"
-#include "text.h"
 
 namespace slim_init::vins_adapter {
 

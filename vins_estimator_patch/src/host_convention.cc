@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "text.h"
+#include "slim_init/text.h"
 
 namespace slim_init::vins_adapter {
 namespace {

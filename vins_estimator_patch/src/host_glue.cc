@@ -15,11 +15,11 @@
 #include "calibration_advice.h"
 #include "slim_init/host_health/flight_monitor.h"
 #include "slim_init/result.h"
+#include "slim_init/text.h"
 #include "slim_init/vins_adapter/feature_message.h"
 #include "slim_init/vins_adapter/host_convention.h"
 #include "slim_init/vins_adapter/host_file.h"
 #include "start_record.h"
-#include "text.h"
 
 namespace slim_init::vins_adapter {
 

@@ -13,9 +13,9 @@
 #include "slim_init/host_health/imu_screen.h"
 #include "slim_init/initializer.h"
 #include "slim_init/result.h"
+#include "slim_init/text.h"
 #include "slim_init/vins_adapter/host_adapter.h"
 #include "slim_init/vins_adapter/host_convention.h"
-#include "text.h"
 
 namespace slim_init::vins_adapter {
 namespace {

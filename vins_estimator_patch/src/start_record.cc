@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "text.h"
+#include "slim_init/text.h"
 
 namespace slim_init::vins_adapter {
 namespace {

@@ -19,6 +19,7 @@
 #include "slim_init/ros/node_parameters.h"
 #include "slim_init/ros/run_node.h"
 #include "slim_init/ros/stream_monitor.h"
+#include "slim_init/text.h"
 #include "slim_init/vins_adapter/feature_message.h"
 
 namespace slim_init::node {
@@ -193,10 +194,9 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   diagnostic_msgs::DiagnosticStatus streams = streams_.report(pipeline_->streamCounts());
   const double ahead = pipeline_->imageAheadOfImu();
   if (std::abs(ahead) > StreamCheck::kJump && streams_.received(kImu) > 0) {
-    std::ostringstream out;
-    out.precision(3);
-    out << "images are " << ahead << " s ahead of the IMU (limit " << StreamCheck::kJump << " s)";
-    raise(diagnostic_msgs::DiagnosticStatus::WARN, out.str(), &streams);
+    raise(diagnostic_msgs::DiagnosticStatus::WARN,
+          text(3, "images are ", ahead, " s ahead of the IMU (limit ", StreamCheck::kJump, " s)"),
+          &streams);
   }
   addValue("images ahead of the IMU [s]", ahead, &streams);
 

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "slim_init/backend/sliding_window_estimator.h"
 #include "slim_init/evaluation/metrics.h"
+#include "slim_init/text.h"
 
 namespace slim_init::backend {
 namespace {
@@ -112,9 +112,7 @@ void compare(const Sequence& sequence, const std::vector<NavState>& path,
   }
   record->ate = std::sqrt(sum / static_cast<double>(true_p.size()));
   if (!record->diverged && !(largest <= kMaxError)) {
-    std::ostringstream out;
-    out << "position error " << largest << " m (limit " << kMaxError << ")";
-    diverge(out.str(), record);
+    diverge(text(6, "position error ", largest, " m (limit ", kMaxError, ")"), record);
   }
 }
 

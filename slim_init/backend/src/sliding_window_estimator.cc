@@ -17,6 +17,7 @@
 #include "point_tracks.h"
 #include "prior.h"
 #include "reprojection_cost.h"
+#include "slim_init/text.h"
 #include "window.h"
 
 namespace slim_init::backend {
@@ -116,10 +117,8 @@ class SlidingWindowEstimator::Implementation {
   FrameReport seed(const std::vector<NavState>& states) {
     FrameReport report;
     if (states.size() != frames_.size() || frames_.size() < 2) {
-      std::ostringstream out;
-      out << states.size() << " states for a window of " << frames_.size()
-          << " frames (must be equal, minimum 2)";
-      report.problem = out.str();
+      report.problem = text(6, states.size(), " states for a window of ", frames_.size(),
+                            " frames (must be equal, minimum 2)");
       return report;
     }
     prior_ = Prior();

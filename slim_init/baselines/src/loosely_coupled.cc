@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "slim_init/text.h"
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {
@@ -87,10 +88,10 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
          "the alignment is singular: a pivot of its scaled system is below 1e-14", result);
     return;
   }
-  std::ostringstream message;
-  message << translation.tracks << " tracks over " << kMinTrackLength
-          << " or more keyframes with parallax (minimum " << kMinTracks << ")";
-  fail(InitStatus::kTooFewTracks, message.str(), result);
+  fail(InitStatus::kTooFewTracks,
+       text(6, translation.tracks, " tracks over ", kMinTrackLength,
+            " or more keyframes with parallax (minimum ", kMinTracks, ")"),
+       result);
 }
 
 void solveTranslationAndAlign(const InitWindow& window, const LineTerms& line_terms,

@@ -12,6 +12,7 @@
 #include "loosely_coupled.h"
 #include "pipeline/solver_support.h"
 #include "scale/reverse_alignment.h"
+#include "slim_init/text.h"
 #include "verdict/gates.h"
 
 namespace slim_init::baselines {
@@ -142,10 +143,10 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   if (!hasEnoughTracks(window, tracks, openvins, &result)) return result;
   const double turned_deg = turnedDeg(window);
   if (turned_deg < openvins.min_rotation_deg) {
-    std::ostringstream message;
-    message << "the gyroscope turned by " << turned_deg << " deg (minimum "
-            << openvins.min_rotation_deg << ')';
-    fail(InitStatus::kTooLittleExcitation, message.str(), &result);
+    fail(InitStatus::kTooLittleExcitation,
+         text(6, "the gyroscope turned by ", turned_deg, " deg (minimum ",
+              openvins.min_rotation_deg, ')'),
+         &result);
     return result;
   }
 
@@ -165,10 +166,10 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   }
   std::vector<MappedTrack> points = pointsInFront(window, tracks, solution);
   if (points.size() < static_cast<std::size_t>(openvins.min_features)) {
-    std::ostringstream message;
-    message << points.size() << " points of the closed form lie in front of the camera (minimum "
-            << openvins.min_features << ')';
-    fail(InitStatus::kNumericalFailure, message.str(), &result);
+    fail(InitStatus::kNumericalFailure,
+         text(6, points.size(), " points of the closed form lie in front of the camera (minimum ",
+              openvins.min_features, ')'),
+         &result);
     return result;
   }
 
@@ -178,10 +179,10 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
     const bool converged = refine(window, pre, openvins, &states, &points);
     clock.lap("maximum_likelihood");
     if (!converged) {
-      std::ostringstream message;
-      message << "the refinement has not converged after " << openvins.max_iterations
-              << " iterations";
-      fail(InitStatus::kNumericalFailure, message.str(), &result);
+      fail(InitStatus::kNumericalFailure,
+           text(6, "the refinement has not converged after ", openvins.max_iterations,
+                " iterations"),
+           &result);
       return result;
     }
   }

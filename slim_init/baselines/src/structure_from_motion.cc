@@ -14,6 +14,7 @@
 
 #include "data/with_observations.h"
 #include "geometry/so3.h"
+#include "slim_init/text.h"
 
 namespace slim_init::baselines {
 namespace {
@@ -261,11 +262,11 @@ class Reconstruction {
     ceres::Solve(options, &problem, &summary);
     if (summary.termination_type != ceres::CONVERGENCE &&
         !(summary.final_cost < options_.max_final_cost)) {
-      std::ostringstream message;
-      message << "the bundle adjustment has not converged after " << options_.max_iterations
-              << " iterations and ends at a cost of " << summary.final_cost << " (limit "
-              << options_.max_final_cost << ')';
-      return refuse(InitStatus::kNumericalFailure, message.str(), out);
+      return refuse(InitStatus::kNumericalFailure,
+                    text(6, "the bundle adjustment has not converged after ",
+                         options_.max_iterations, " iterations and ends at a cost of ",
+                         summary.final_cost, " (limit ", options_.max_final_cost, ')'),
+                    out);
     }
     for (std::size_t k = 0; k < poses_.size(); ++k) {
       poses_[k].R = expSO3(Eigen::Map<const Eigen::Vector3d>(blocks[k].rotation.data()));

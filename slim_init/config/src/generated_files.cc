@@ -7,6 +7,7 @@
 
 #include "host_keys.h"
 #include "slim_init/config/config.h"
+#include "slim_init/text.h"
 #include "yaml_value.h"
 
 namespace slim_init {
@@ -45,11 +46,7 @@ constexpr std::ptrdiff_t kFirstSwitches = 2, kFirstOfRig = 4;
 
 bool isNoise(const OptionField& option) { return option.key.compare(0, 6, "noise.") == 0; }
 
-std::string number(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
+std::string number(double value) { return text(6, value); }
 
 // "0.01 to 5", "from 19.6", "own, on or off", "0 or 1"; empty for a text.
 std::string rangeOf(const OptionField& option) {

@@ -3,6 +3,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "host_keys.h"
+#include "slim_init/text.h"
 #include "yaml_value.h"
 
 namespace slim_init::config {
@@ -70,11 +71,10 @@ void readHostMask(const std::string& path, Config* config) {
       apply("fisheye", file, grey, &config->front_end.mask);
       return;
     }
-    std::ostringstream out;
-    out << "fisheye: " << file << " is " << grey.cols << " x " << grey.rows << ", the camera "
-        << config->camera.width << " x " << config->camera.height
-        << ": not used, the image circle is; name a mask with the key fisheye_mask";
-    config->notes.push_back(out.str());
+    config->notes.push_back(
+        text(6, "fisheye: ", file, " is ", grey.cols, " x ", grey.rows, ", the camera ",
+             config->camera.width, " x ", config->camera.height,
+             ": not used, the image circle is; name a mask with the key fisheye_mask"));
     return;
   }
 }

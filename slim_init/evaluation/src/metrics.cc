@@ -7,10 +7,10 @@
 #include <Eigen/SVD>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "reference_so3.h"
 #include "slim_init/evaluation/inertial_steps.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -113,10 +113,8 @@ std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
     return "alignment of points that are not finite";
   }
   if (!(std::sqrt(source_variance) > kMinSpread)) {
-    std::ostringstream out;
-    out << "estimated positions are spread over " << std::sqrt(source_variance)
-        << " m (minimum for an alignment " << kMinSpread << " m)";
-    return out.str();
+    return text(6, "estimated positions are spread over ", std::sqrt(source_variance),
+                " m (minimum for an alignment ", kMinSpread, " m)");
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);

@@ -4,7 +4,8 @@
 #include <ros/console.h>
 
 #include <algorithm>
-#include <sstream>
+
+#include "slim_init/text.h"
 
 namespace slim_init::node {
 
@@ -18,9 +19,7 @@ void NodeParameters::readAs(const std::string& name, const char* kind, T* value)
   if (handle_.hasParam(name) && !handle_.getParam(name, *value)) {
     problem("~" + name + " must be " + kind);
   }
-  std::ostringstream out;
-  out << std::boolalpha << "~" << name << ": " << *value;
-  lines_.push_back(out.str());
+  lines_.push_back(text(6, std::boolalpha, "~", name, ": ", *value));
 }
 
 void NodeParameters::read(const std::string& name, std::string* value) {

@@ -5,6 +5,7 @@
 #include <ros/this_node.h>
 
 #include "slim_init/ros/conversions.h"
+#include "slim_init/text.h"
 
 namespace slim_init::node {
 
@@ -81,10 +82,9 @@ DiagnosticStatus NodeStreams::report(const StreamCounts& counts) {
   for (InputStream& s : streams_) {
     const double silent = (ros::WallTime::now() - s.newest).toSec();
     if (s.required && silent > kSilence) {
-      std::ostringstream out;
-      out.precision(3);
-      out << "no " << s.name << " message for " << silent << " s (limit " << kSilence << " s)";
-      raise(DiagnosticStatus::ERROR, out.str(), &status);
+      raise(DiagnosticStatus::ERROR,
+            text(3, "no ", s.name, " message for ", silent, " s (limit ", kSilence, " s)"),
+            &status);
     }
     addValue(s.name + " received", s.received, &status);
     addValue(s.name + " lost", s.lost, &status);

@@ -2,8 +2,8 @@
 #include "slim_init/imu_limits.h"
 
 #include "data/range_check.h"
-#include "data/text.h"
 #include "slim_init/option_table.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "data/clean_frame.h"
-#include "data/text.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 KeyframeWindow::KeyframeWindow(const Calibration& calibration, const WindowOptions& options,

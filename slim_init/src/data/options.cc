@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "data/range_check.h"
-#include "data/text.h"
 #include "slim_init/option_table.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {

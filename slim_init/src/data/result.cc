@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <iterator>
 
-#include "data/text.h"
 #include "geometry/units.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "data/text.h"
 #include "geometry/so3.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {

@@ -6,9 +6,9 @@
 #include <sstream>
 #include <utility>
 
-#include "data/text.h"
 #include "geometry/so3.h"
 #include "imu/preintegration.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {

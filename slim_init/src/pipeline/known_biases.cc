@@ -4,11 +4,11 @@
 #include <Eigen/Core>
 #include <limits>
 
-#include "data/text.h"
 #include "data/with_calibration.h"
 #include "estimation/constants.h"
 #include "estimation/state_factor.h"
 #include "pipeline/solver_support.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 
-#include "data/text.h"
 #include "geometry/dense.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
@@ -14,6 +13,7 @@
 #include "pipeline/solver_support.h"
 #include "scale/starting_states.h"
 #include "shape/ligt.h"
+#include "slim_init/text.h"
 #include "verdict/gates.h"
 
 namespace slim_init {

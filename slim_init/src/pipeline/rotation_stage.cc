@@ -6,7 +6,6 @@
 #include <cmath>
 #include <string>
 
-#include "data/text.h"
 #include "data/with_calibration.h"
 #include "data/with_observations.h"
 #include "geometry/robust_weight.h"
@@ -17,6 +16,7 @@
 #include "rotation/constants.h"
 #include "rotation/extrinsic_rotation.h"
 #include "rotation/static_tracks.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {

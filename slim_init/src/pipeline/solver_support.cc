@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "data/text.h"
 #include "estimation/refine_window.h"
 #include "estimation/speed_factor.h"
 #include "geometry/so3.h"
 #include "geometry/units.h"
+#include "slim_init/text.h"
 #include "verdict/constants.h"
 
 namespace slim_init {

@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "data/text.h"
 #include "data/with_calibration.h"
 #include "imu/preintegration.h"
 #include "imu/propagate_prior.h"
@@ -15,6 +14,7 @@
 #include "pipeline/provisional.h"
 #include "pipeline/solver_support.h"
 #include "slim_init/state_at.h"
+#include "slim_init/text.h"
 #include "verdict/constants.h"
 
 namespace slim_init {

@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "data/text.h"
 #include "estimation/posterior.h"
 #include "estimation/refine_window.h"
 #include "geometry/median.h"
@@ -15,6 +14,7 @@
 #include "geometry/units.h"
 #include "scale/scale_profile.h"
 #include "slim_init/consistency_check.h"
+#include "slim_init/text.h"
 #include "verdict/constants.h"
 
 namespace slim_init {

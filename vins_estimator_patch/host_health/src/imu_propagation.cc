@@ -4,7 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "slim_init/text.h"
 
 namespace slim_init::host_health {
 namespace {
@@ -107,10 +108,8 @@ bool propagateState(const PropagatedState& from, double t, const std::deque<ImuS
   }
   const std::vector<ImuSample> path = samplesBetween(samples, from.state.t, t);
   if (path.empty()) {
-    std::ostringstream out;
-    out << "the IMU data do not cover the " << t - from.state.t
-        << " s over which a state is to be propagated";
-    *error = out.str();
+    *error = text(6, "the IMU data do not cover the ", t - from.state.t,
+                  " s over which a state is to be propagated");
     return false;
   }
   PropagatedState c = from;

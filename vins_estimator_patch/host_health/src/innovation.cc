@@ -6,12 +6,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <unordered_map>
 #include <utility>
 
 #include "pose_residual.h"
 #include "slim_init/host_health/imu_screen.h"
+#include "slim_init/text.h"
 #include "track_place.h"
 
 namespace slim_init::host_health {
@@ -87,12 +87,7 @@ double mahalanobis(const Vector6d& d, const Matrix6d& covariance) {
   return std::sqrt(std::max(0.0, d.dot(covariance.ldlt().solve(d))));
 }
 
-std::string rounded(double value) {
-  std::ostringstream out;
-  out.precision(3);
-  out << value;
-  return out.str();
-}
+std::string rounded(double value) { return text(3, value); }
 
 const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, double t) {
   for (const FrameObservation& frame : frames) {

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <tuple>
 
+#include "slim_init/text.h"
+
 namespace slim_init::evaluation {
 namespace {
 
@@ -122,13 +124,11 @@ class TableParser {
     if (format_.order == RowOrder::kReject && !table_->rows.empty() &&
         row.stamp_ns <= table_->rows.back().stamp_ns) {
       const CsvRow& before = table_->rows.back();
-      std::ostringstream out;
-      out << place() << ": time " << row.stamp_ns << " ns "
-          << (row.stamp_ns == before.stamp_ns
-                  ? "repeats that"
-                  : "is before the " + std::to_string(before.stamp_ns) + " ns")
-          << " of line " << before.line << ", times must increase";
-      return {out.str()};
+      return {text(6, place(), ": time ", row.stamp_ns, " ns ",
+                   (row.stamp_ns == before.stamp_ns
+                        ? "repeats that"
+                        : "is before the " + std::to_string(before.stamp_ns) + " ns"),
+                   " of line ", before.line, ", times must increase")};
     }
     table_->rows.push_back(std::move(row));
     return {};
@@ -160,17 +160,15 @@ class TableParser {
 
 ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable* table) {
   *table = CsvTable();
-  std::string text;
-  if (ReadStatus status = readText(path, &text); !status.ok()) return status;
-  if (ReadStatus status = TableParser(format).parse(path, text, table); !status.ok()) {
+  std::string content;
+  if (ReadStatus status = readText(path, &content); !status.ok()) return status;
+  if (ReadStatus status = TableParser(format).parse(path, content, table); !status.ok()) {
     return status;
   }
   std::tie(table->repeated, table->out_of_order) = sortByStamp(&table->rows);
   if (static_cast<int>(table->rows.size()) < format.min_rows) {
-    std::ostringstream out;
-    out << path << " has " << table->rows.size() << " rows of data (minimum " << format.min_rows
-        << ')';
-    return {out.str()};
+    return {text(6, path, " has ", table->rows.size(), " rows of data (minimum ", format.min_rows,
+                 ')')};
   }
   return {};
 }
@@ -250,10 +248,9 @@ ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<Na
     state.p_w_b = vectorAt(row, 0);
     const Eigen::Quaterniond q(row.values[3], row.values[4], row.values[5], row.values[6]);
     if (!(std::abs(q.norm() - 1.0) <= kMaxQuaternionNormError)) {
-      std::ostringstream out;
-      out << table.path << " line " << row.line << " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is "
-          << q.norm() << ", must be within " << kMaxQuaternionNormError << " of 1";
-      return {out.str()};
+      return {text(6, table.path, " line ", row.line,
+                   " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is ", q.norm(), ", must be within ",
+                   kMaxQuaternionNormError, " of 1")};
     }
     state.R_w_b = q.normalized().toRotationMatrix();
     if (*has_velocity_and_bias) {
@@ -287,11 +284,9 @@ ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu
     }
   }
   if (gaps.count > 0) {
-    std::ostringstream out;
-    out << source << " has " << gaps.count << " IMU gap" << (gaps.count > 1 ? "s" : "")
-        << " longer than " << max_gap_s << " s, the longest " << longest
-        << "; no window reaches across a gap";
-    gaps.note = out.str();
+    gaps.note = text(6, source, " has ", gaps.count, " IMU gap", (gaps.count > 1 ? "s" : ""),
+                     " longer than ", max_gap_s, " s, the longest ", longest,
+                     "; no window reaches across a gap");
   }
   return gaps;
 }

@@ -3,10 +3,10 @@
 
 #include <array>
 #include <filesystem>
-#include <sstream>
 
 #include "datasets/csv_table.h"
 #include "slim_init/evaluation/truth.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -29,10 +29,8 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
     }
   }
   const auto describe = [&](int count, const char* what, double begin, double end) {
-    std::ostringstream out;
-    out << count << " of " << counts.images << " images of " << table.path << " lie outside the "
-        << what << " (" << begin << " s to " << end << " s after the first IMU sample)";
-    return out.str();
+    return text(6, count, " of ", counts.images, " images of ", table.path, " lie outside the ",
+                what, " (", begin, " s to ", end, " s after the first IMU sample)");
   };
   const std::string outside_imu = describe(counts.images_outside_imu, "IMU data", 0.0, imu_end);
   const std::string outside_truth = describe(counts.images_outside_truth, "ground truth",
@@ -40,12 +38,11 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
   if (motion->image_times.empty()) {
     const double first = relativeSeconds(table.rows.front().stamp_ns, motion->t0_ns);
     const double last = relativeSeconds(table.rows.back().stamp_ns, motion->t0_ns);
-    std::ostringstream out;
-    out << (counts.images_outside_imu == counts.images ? outside_imu
-            : counts.images_outside_imu > 0            ? outside_imu + ", " + outside_truth
-                                                       : outside_truth)
-        << "; the images span " << first << " s to " << last << " s, so none can be used";
-    return {out.str()};
+    return {text(6,
+                 (counts.images_outside_imu == counts.images ? outside_imu
+                  : counts.images_outside_imu > 0            ? outside_imu + ", " + outside_truth
+                                                             : outside_truth),
+                 "; the images span ", first, " s to ", last, " s, so none can be used")};
   }
   if (counts.images_outside_imu > 0) motion->notes.push_back(outside_imu + " and were discarded");
   if (counts.images_outside_truth > 0) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -116,11 +117,9 @@ std::string trackImages(ImageSequence* images,
     const ImageStatus status = front_end.addImage(t, image, &frame);
     if (status != ImageStatus::kTracked) {
       ++summary->refused;
-      std::ostringstream out;
-      out << "image at " << images->imageStampNs(k) << " ns was refused (" << toString(status)
-          << "): it has " << image.cols << " x " << image.rows << " pixels, the camera "
-          << camera.width << " x " << camera.height;
-      problem(out.str());
+      problem(text(6, "image at ", images->imageStampNs(k), " ns was refused (", toString(status),
+                   "): it has ", image.cols, " x ", image.rows, " pixels, the camera ",
+                   camera.width, " x ", camera.height));
       continue;
     }
     collector.add(frame, front_end.report());

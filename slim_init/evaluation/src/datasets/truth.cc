@@ -10,6 +10,7 @@
 #include "reference_so3.h"
 #include "slim_init/evaluation/inertial_steps.h"
 #include "slim_init/evaluation/statistics.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -153,10 +154,9 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
   GyroBiasFit result;
   std::vector<Span> spans = makeSpans(imu, truth);
   if (static_cast<int>(spans.size()) < kMinSpans) {
-    std::ostringstream out;
-    out << "gyro bias cannot be fitted: " << spans.size() << " spans of " << kSpan
-        << " s have both gyro and ground-truth orientation (minimum " << kMinSpans << ')';
-    result.message = out.str();
+    result.message =
+        text(6, "gyro bias cannot be fitted: ", spans.size(), " spans of ", kSpan,
+             " s have both gyro and ground-truth orientation (minimum ", kMinSpans, ')');
     return result;
   }
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
@@ -184,14 +184,14 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
   result.rms_rad = std::sqrt(sum / result.spans);
   result.bias = bias;
   result.ok = true;
-  std::ostringstream out;
-  out.precision(4);
-  out << "ground truth has no gyro bias; one constant was fitted to gyro and ground-truth "
-         "orientation"
-      << " over " << result.spans << " spans of " << kSpan << " s (" << result.spans_rejected
-      << " discarded as outliers, residual " << result.rms_rad << " rad rms per span): ["
-      << bias.x() << ", " << bias.y() << ", " << bias.z() << "] rad/s";
-  result.message = out.str();
+  result.message =
+      text(4,
+           "ground truth has no gyro bias; one constant was fitted to gyro and ground-truth "
+           "orientation"
+           " over ",
+           result.spans, " spans of ", kSpan, " s (", result.spans_rejected,
+           " discarded as outliers, residual ", result.rms_rad, " rad rms per span): [", bias.x(),
+           ", ", bias.y(), ", ", bias.z(), "] rad/s");
   return result;
 }
 

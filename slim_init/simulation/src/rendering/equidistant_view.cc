@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "slim_init/simulation/rendering.h"
+#include "slim_init/text.h"
 
 namespace slim_init::simulation {
 namespace {
@@ -32,11 +32,11 @@ bool makeEquidistantView(const feature_tracker_lines::Camera& camera, Equidistan
   const auto look = [&](double u, double v) {
     const Eigen::Vector2d angles = anglesOf(camera.bearing({u, v}));
     if (!(angles.norm() <= kMaxAngle)) {
-      std::ostringstream out;
-      out << "pixel (" << u << ", " << v << ") of the camera "
-          << (angles.allFinite() ? "looks more than 87.5 deg away from its axis" : "has no ray")
-          << ", which cannot be rendered";
-      if (error != nullptr) *error = out.str();
+      if (error != nullptr)
+        *error = text(
+            6, "pixel (", u, ", ", v, ") of the camera ",
+            (angles.allFinite() ? "looks more than 87.5 deg away from its axis" : "has no ray"),
+            ", which cannot be rendered");
       return false;
     }
     largest = largest.cwiseMax(angles.cwiseAbs());

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "slim_init/simulation/rendering.h"
+#include "slim_init/text.h"
 
 namespace slim_init::simulation {
 namespace {
@@ -24,11 +25,7 @@ std::string vec(const Vector3d& v) {
   return out.str();
 }
 
-std::string grey(double value) {
-  std::ostringstream out;
-  out << "rgb " << value;
-  return out.str();
-}
+std::string grey(double value) { return text(6, "rgb ", value); }
 
 // A pattern in its own coordinates: x across, y up, z out of the surface.
 std::string pigment(const Look& look) {

@@ -4,10 +4,10 @@
 #include <sstream>
 #include <string>
 
-namespace slim_init::vins_adapter {
+namespace slim_init {
 
-/// The text of `parts`, numbers with so many digits; std::fixed among the parts acts as in a
-/// stream.
+/// The parts of a message one after the other, numbers with so many significant digits; std::fixed
+/// among the parts acts as in a stream.
 template <typename... Parts>
 std::string text(int digits, const Parts&... parts) {
   std::ostringstream out;
@@ -16,4 +16,4 @@ std::string text(int digits, const Parts&... parts) {
   return out.str();
 }
 
-}  // namespace slim_init::vins_adapter
+}  // namespace slim_init
