@@ -123,7 +123,7 @@ quick() {
 "$tests"/data/init_window_test
 "$tests"/data/keyframe_window_test
 "$tests"/data/stream_check_test
-"$tests"/estimation/arrow_solver_test
+"$tests"/geometry/dense_test
 "$tests"/vins_adapter/feature_message_test
 --tool=drd --suppressions=tests/drd.supp "$tests"/vins_adapter/host_adapter_test --gtest_filter=*AnotherThread
 END

@@ -77,7 +77,9 @@ Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
     }
     outcome.points += static_cast<double>(frame.points.size()) / images;
     outcome.lines += static_cast<double>(frame.lines.size()) / images;
-    outcome.known_rotation += bias_known && !outcome.report.rotation_overruled ? 1 : 0;
+    outcome.known_rotation +=
+        bias_known && outcome.report.rotation_from_gyro && !outcome.report.rotation_overruled ? 1
+                                                                                              : 0;
     bias_known = outcome.report.gyro_bias_known;
     outcome.last = frame;
   }

@@ -65,7 +65,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::vector<double> stamps;
   std::vector<HostState> window;
   while (!bytes.empty()) {
-    const int call = bytes.below(16);
+    const int call = bytes.below(13);
     // Time goes on; sometimes it jumps.
     const double t = bytes.byte() < 252 ? now : now + bytes.number(5.0);
     switch (call) {

@@ -99,7 +99,7 @@ layer("reference" FOLDERS slim_init/reference ANGLE "${std}|${eigen}")
 layer("simulation" FOLDERS slim_init/simulation
       ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
             slim_init/simulation/include slim_init/simulation/src
-      ANGLE "${std}|${eigen}|nlohmann/json\\.hpp|opencv2/[a-z_0-9/]+\\.hpp|(sys/)?[a-z]+\\.h")
+      ANGLE "${std}|${eigen}|opencv2/[a-z_0-9/]+\\.hpp|(sys/)?[a-z]+\\.h")
 layer("evaluation" FOLDERS slim_init/evaluation/include slim_init/evaluation/src
       ROOTS slim_init/include feature_tracker_lines/include slim_init/reference
             slim_init/evaluation/include slim_init/evaluation/src

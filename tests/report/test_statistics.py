@@ -98,19 +98,27 @@ class Special(unittest.TestCase):
         self.assertEqual(len(files), 1)
         with open(files[0], encoding="utf-8") as file:
             source = file.read()
-        begin = source.index("toString(InitStatus")
-        names = re.findall(r'case InitStatus::k(\w+): return "(\w+)"',
-                           source[begin:source.index("\n}", begin)])
-        text = dict(names)
+        rows = re.findall(r'\{"(\w+)", Kind::k(\w+),', source)
+        self.assertEqual(rows.pop()[0], "unknown")
 
-        def kinds(function):
-            body = source[source.index("bool %s(" % function):]
-            return {text[name] for name in re.findall(r"InitStatus::k(\w+)",
-                                                      body[:body.index("default")])}
-        self.assertEqual(set(statistics.WAITING), kinds("isWait"))
-        self.assertEqual(set(statistics.REFUSED), kinds("isRefused"))
-        self.assertEqual(set(text.values()), {"success"} | set(statistics.WAITING) |
-                         set(statistics.REFUSED) | set(statistics.FAILED))
+        def kind(wanted):
+            return {name for name, kind in rows if kind == wanted}
+        self.assertEqual(set(statistics.WAITING), kind("Wait"))
+        self.assertEqual(set(statistics.REFUSED), kind("Refused"))
+        self.assertEqual({"success"} | set(statistics.FAILED), kind("Other"))
+        # The compiler does not see the order of the names.
+        with open(os.path.join(SOURCE, "slim_init/include/slim_init/result.h"),
+                  encoding="utf-8") as file:
+            header = file.read()
+
+        def enumerators(name):
+            begin = header.index("enum class %s {" % name)
+            found = re.findall(r"^  k(\w+),", header[begin:header.index("};", begin)], re.MULTILINE)
+            return [re.sub(r"(?<!^)([A-Z])", r"_\1", one).lower() for one in found]
+        self.assertEqual([name for name, _ in rows], enumerators("InitStatus"))
+        begin = source.index("kGates[]")
+        gates = re.findall(r'"(\w+)"', source[begin:source.index("};", begin)])
+        self.assertEqual(gates, enumerators("GateName") + ["unknown"])
 
     def test_numbers_that_do_not_exist(self):
         s = statistics.summarize(load([row(0, "m", None, "stationary")]).windows).loc["m"]

@@ -65,13 +65,20 @@ TEST_P(BuiltScene, SeedDecides) {
   ASSERT_TRUE(makeScene({GetParam(), 5}, path(), &a, nullptr));
   ASSERT_TRUE(makeScene({GetParam(), 5}, path(), &b, nullptr));
   ASSERT_TRUE(makeScene({GetParam(), 6}, path(), &c, nullptr));
-  const auto places = [](const Scene& scene) {
-    std::vector<Vector3d> all;
-    for (const Solid& solid : scene.solids) all.insert(all.end(), {solid.center, solid.half_size});
+  const auto numbers = [](const Scene& scene) {
+    std::vector<double> all;
+    for (const Solid& solid : scene.solids) {
+      all.insert(all.end(), solid.center.begin(), solid.center.end());
+      all.insert(all.end(), solid.half_size.begin(), solid.half_size.end());
+      all.insert(all.end(), {solid.yaw_deg, static_cast<double>(solid.look)});
+    }
+    for (const Look& look : scene.looks) {
+      all.insert(all.end(), {look.bright, look.dark, look.size_m, look.angle_deg, look.glow});
+    }
     return all;
   };
-  EXPECT_EQ(places(a), places(b));
-  EXPECT_NE(places(a), places(c));
+  EXPECT_EQ(numbers(a), numbers(b));
+  EXPECT_NE(numbers(a), numbers(c));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltScene, testing::ValuesIn(sceneNames()),

@@ -128,7 +128,7 @@ std::string HostOptions::validate() const {
       {"image_height", image_height, 0.0, kMaxImageHeight}};
   for (const auto& [name, value, least, most] : fields) {
     if (value >= least && value <= most) continue;
-    return text(6, name, " is ", value, ", must be in [", least, ", ", most, "]");
+    return text(9, name, " is ", value, ", must be in [", least, ", ", most, "]");
   }
   return "";
 }

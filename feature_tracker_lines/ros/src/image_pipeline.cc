@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <unordered_set>
 #include <utility>
+
+#include "slim_init/text.h"
 
 namespace slim_init::node {
 namespace {
@@ -25,24 +26,17 @@ StreamOptions streamOptions(const ImuLimits& limits) {
 
 bool pointsForward(const Eigen::Vector3d& bearing) { return bearing.z() >= kLeastForward; }
 
-template <typename... Parts>
-std::string text(const Parts&... parts) {
-  std::ostringstream out;
-  (out << ... << parts);
-  return out.str();
-}
-
 }  // namespace
 
 std::string ImagePipelineOptions::validate() const {
   if (image_queue < 1 || image_queue > 10000) {
-    return text("image_queue is ", image_queue, ", must be in [1, 10000]");
+    return text(6, "image_queue is ", image_queue, ", must be in [1, 10000]");
   }
   if (!(max_imu_wait_s >= 0.0 && max_imu_wait_s <= 60.0)) {
-    return text("max_imu_wait_s is ", max_imu_wait_s, ", must be in [0, 60]");
+    return text(6, "max_imu_wait_s is ", max_imu_wait_s, ", must be in [0, 60]");
   }
   if (!(publish_rate_hz >= 0.0 && publish_rate_hz <= 1000.0)) {
-    return text("publish_rate_hz is ", publish_rate_hz, ", must be in [0, 1000]");
+    return text(6, "publish_rate_hz is ", publish_rate_hz, ", must be in [0, 1000]");
   }
   return "";
 }

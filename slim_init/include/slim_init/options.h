@@ -66,8 +66,8 @@ struct RefinementOptions {
   double suspicious_chi2 = 1.0;     ///< chi-square per degree of freedom to search again from
 };
 
-/// The switches of `slim`, one per ingredient; each off is a row of the ablation table. Those of
-/// the refinement are in RefinementOptions.
+/// The switches of `slim`, one per ingredient. Those of the refinement are in
+/// RefinementOptions.
 struct SlimOptions {
   bool vanishing_points = true;  ///< in the gyroscope bias
   bool prune_tracks = true;      ///< take out tracks that contradict the bias or stand still

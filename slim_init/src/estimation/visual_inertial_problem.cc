@@ -608,9 +608,6 @@ VisualInertialProblem::Structure VisualInertialProblem::moveStructure(
   return moved;
 }
 
-// The damped step, and its squared length in standard deviations of the state; none where the
-// matrix is not positive definite. Unlike the decrease of the cost that length is blind to outliers
-// that still creep along the flat tail of the loss. Below `tolerance` the step is the last one.
 // Without the gauge, whose part of the step is zero.
 bool VisualInertialProblem::gaussNewtonStep(double damping, Eigen::VectorXd* step) const {
   const int m = layout_.size() - StateLayout::kGauge;
@@ -621,6 +618,9 @@ bool VisualInertialProblem::gaussNewtonStep(double damping, Eigen::VectorXd* ste
   return true;
 }
 
+// The damped step, and its squared length in standard deviations of the state; none where the
+// matrix is not positive definite. Unlike the decrease of the cost that length is blind to outliers
+// that still creep along the flat tail of the loss. Below `tolerance` the step is the last one.
 std::optional<double> VisualInertialProblem::solveStep(double damping, double tolerance,
                                                        Eigen::VectorXd* step) {
   if (!gaussNewtonStep(damping, step)) return std::nullopt;

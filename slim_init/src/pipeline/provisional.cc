@@ -54,8 +54,7 @@ void setProvisional(InitResult* result) {
 
 // Whether a gate refuses; all are enforced here.
 bool refusedByGates(GateMode mode, InitResult* result) {
-  for (GateValue& gate : result->gates) gate.enforced = mode != GateMode::kOff;
-  decide(false, result);
+  decide(mode != GateMode::kOff, result);
   return !result->success();
 }
 

@@ -256,11 +256,11 @@ void decideWithPrior(const PosteriorMeasures& measures, const MotionMeasures& mo
     appendGates(calibrationGates(*handed_in, *result->calibration, options), result);
     appendGates(posteriorGates(measures, motion, options), result);
     enforceGates(options.mode, result);
+    decide(false, result);
   } else {
     result->gates = recoveryGates(measures, *result, options);
-    for (GateValue& gate : result->gates) gate.enforced = options.mode != GateMode::kOff;
+    decide(options.mode != GateMode::kOff, result);
   }
-  decide(false, result);
 }
 
 }  // namespace

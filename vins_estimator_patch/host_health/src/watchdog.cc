@@ -7,10 +7,10 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "slim_init/host_health/imu_screen.h"
+#include "slim_init/text.h"
 #include "track_place.h"
 
 namespace slim_init::host_health {
@@ -31,14 +31,6 @@ constexpr double kBehindPx = 1e4;
 constexpr double kAnswerVelocity = 0.5;
 constexpr double kAnswerShare = 0.3;
 constexpr double kAnswerTiltDeg = 5.0;
-
-template <typename... Parts>
-std::string text(const Parts&... parts) {
-  std::ostringstream out;
-  out.precision(3);
-  (out << ... << parts);
-  return out.str();
-}
 
 double angleOf(const Eigen::Matrix3d& R) { return std::abs(Eigen::AngleAxisd(R).angle()); }
 
@@ -108,10 +100,10 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   }
   const NavState& newest = states.back();
   if (const double bias = newest.accel_bias.norm(); bias > bounds.accel_bias) {
-    wrong(text("accelerometer bias ", bias, " m/s^2 (limit ", bounds.accel_bias, ")"));
+    wrong(text(3, "accelerometer bias ", bias, " m/s^2 (limit ", bounds.accel_bias, ")"));
   }
   if (const double bias = newest.gyro_bias.norm(); bias > bounds.gyro_bias) {
-    wrong(text("gyroscope bias ", bias, " rad/s (limit ", bounds.gyro_bias, ")"));
+    wrong(text(3, "gyroscope bias ", bias, " rad/s (limit ", bounds.gyro_bias, ")"));
   }
 
   // The IMU alone from the oldest state that it may reach from.
@@ -133,11 +125,11 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
         bounds.rotation_deg +
         3.0 * kDeg * std::sqrt(propagated.covariance.diagonal().head<3>().maxCoeff());
     if (finding.velocity_mps > may_v) {
-      wrong(text("velocity changed by ", finding.velocity_mps,
+      wrong(text(3, "velocity changed by ", finding.velocity_mps,
                  " m/s more than the IMU measured in ", age, " s (limit ", may_v, ")"));
     }
     if (finding.rotation_deg > may_r) {
-      wrong(text("attitude changed by ", finding.rotation_deg,
+      wrong(text(3, "attitude changed by ", finding.rotation_deg,
                  " deg more than the IMU measured in ", age, " s (limit ", may_r, ")"));
     }
     break;
@@ -151,7 +143,7 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   }
   finding.reprojection_px = reprojection(states, at, calibration, bounds.tracks);
   if (finding.reprojection_px > bounds.reprojection_px) {
-    wrong(text("tracks are ", finding.reprojection_px,
+    wrong(text(3, "tracks are ", finding.reprojection_px,
                " px from their predicted places (median, limit ", bounds.reprojection_px, ")"));
   }
   return finding;
@@ -165,11 +157,11 @@ std::string SteadyBiases::judge(const NavState& state) {
   }
   const Eigen::Vector3d accel = state.accel_bias - accel_bias_, gyro = state.gyro_bias - gyro_bias_;
   if (accel.norm() > kAccelStep) {
-    return text("accelerometer bias has moved by ", accel.norm(), " m/s^2 (limit ", kAccelStep,
+    return text(3, "accelerometer bias has moved by ", accel.norm(), " m/s^2 (limit ", kAccelStep,
                 ")");
   }
   if (gyro.norm() > kGyroStep) {
-    return text("gyroscope bias has moved by ", gyro.norm(), " rad/s (limit ", kGyroStep, ")");
+    return text(3, "gyroscope bias has moved by ", gyro.norm(), " rad/s (limit ", kGyroStep, ")");
   }
   accel_bias_ += kShare * accel;
   gyro_bias_ += kShare * gyro;
@@ -184,12 +176,13 @@ std::string compareStates(const NavState& host, const NavState& answer, double s
   const double sigma = std::isnan(scale_sigma) ? 0.0 : scale_sigma;
   const double may = kAnswerVelocity + (kAnswerShare + 3.0 * sigma) * v_answer.norm();
   if (off > may) {
-    return text("velocity is ", off, " m/s from that of an independent window (limit ", may, ")");
+    return text(3, "velocity is ", off, " m/s from that of an independent window (limit ", may,
+                ")");
   }
   const Eigen::Vector3d up_host = host.R_w_b.row(2), up = answer.R_w_b.row(2);
   const double tilt = kDeg * std::atan2(up_host.cross(up).norm(), up_host.dot(up));
   if (tilt > kAnswerTiltDeg) {
-    return text("attitude is ", tilt, " deg from the gravity of an independent window (limit ",
+    return text(3, "attitude is ", tilt, " deg from the gravity of an independent window (limit ",
                 kAnswerTiltDeg, ")");
   }
   return "";

@@ -11,7 +11,8 @@ namespace slim_init::backend {
 /// them where there are more), runs it over the frames of the `seconds` that follow, the same for
 /// every method, and compares the newest states, as they came out, with the ground truth at their
 /// times. It goes on with `answer.calibration` if there is one, else with sequence.calibration; td
-/// is not estimated any more. An estimate without states does not run. A run that ends early
+/// is not estimated any more. An estimate without states does not run; of a provisional one the
+/// covariance is not used. A run that ends early
 /// because the data end counts as far as it got, when at least half of the seconds were there.
 evaluation::DownstreamRecord runDownstream(const evaluation::Sequence& sequence,
                                            const InitResult& answer, double seconds);
