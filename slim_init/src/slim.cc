@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -130,13 +129,11 @@ void nameScaleOfSpeeds(const MetricEstimate& metric, double max_scale_sigma, Ini
   if (!result->success() || metric.refined.speeds.keyframes == 0) return;
   const double alone = scaleSigma(metric.posterior, metric.profileOrNull());
   if (alone <= max_scale_sigma) return;
-  std::ostringstream message;
-  message.precision(2);
-  message << "the scale is that of the measured velocities: images and IMU alone give it to "
-          << 100.0 * alone << " % (limit " << 100.0 * max_scale_sigma
-          << " %), an error of the sensor would not show";
-  result->message = message.str();
-  result->warnings.push_back(message.str());
+  result->message =
+      text(2, "the scale is that of the measured velocities: images and IMU alone give it to ",
+           100.0 * alone, " % (limit ", 100.0 * max_scale_sigma,
+           " %), an error of the sensor would not show");
+  result->warnings.push_back(result->message);
 }
 
 // Numbers in brackets are the sections of docs/derivation.md.

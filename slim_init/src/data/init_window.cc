@@ -4,11 +4,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "data/clean_frame.h"
 #include "geometry/so3.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
@@ -53,36 +53,27 @@ WindowLine observationOf(const LineObservation& line, int keyframe) {
 // Empty, or a message naming the first keyframe whose time is not finite or not after the one
 // before.
 std::string checkTimes(const std::vector<const FrameObservation*>& keyframes) {
-  std::ostringstream out;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    if (!std::isfinite(keyframes[k]->t)) {
-      out << "time of keyframe " << k << " is not finite";
-      break;
-    }
-    if (k > 0 && keyframes[k]->t <= keyframes[k - 1]->t) {
-      out << "time of keyframe " << k << " is " << keyframes[k]->t - keyframes[k - 1]->t
-          << " s after the one before, must be positive";
-      break;
-    }
+    const double t = keyframes[k]->t;
+    if (!std::isfinite(t)) return text(6, "time of keyframe ", k, " is not finite");
+    if (k == 0 || t > keyframes[k - 1]->t) continue;
+    return text(6, "time of keyframe ", k, " is ", t - keyframes[k - 1]->t,
+                " s after the one before, must be positive");
   }
-  return out.str();
+  return "";
 }
 
 // Empty, or a message naming the first sample that is not finite or not after the one before.
 std::string checkSamples(const std::vector<ImuSample>& imu) {
-  std::ostringstream out;
   for (std::size_t i = 0; i < imu.size(); ++i) {
     if (!std::isfinite(imu[i].t) || !imu[i].gyro.allFinite() || !imu[i].accel.allFinite()) {
-      out << "IMU sample " << i << " is not finite";
-      break;
+      return text(6, "IMU sample ", i, " is not finite");
     }
-    if (i > 0 && imu[i].t <= imu[i - 1].t) {
-      out << "IMU sample " << i << " is " << imu[i].t - imu[i - 1].t
-          << " s after the one before, must be positive";
-      break;
-    }
+    if (i == 0 || imu[i].t > imu[i - 1].t) continue;
+    return text(6, "IMU sample ", i, " is ", imu[i].t - imu[i - 1].t,
+                " s after the one before, must be positive");
   }
-  return out.str();
+  return "";
 }
 
 // Empty, or a message naming the first speed that a stream would not take.
@@ -121,13 +112,11 @@ std::shared_ptr<const InitWindow> InitWindow::create(const Calibration& calibrat
 std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     const Calibration& calibration, const std::vector<const FrameObservation*>& keyframes,
     std::vector<ImuSample> imu, std::string* error, std::vector<SpeedSample> speeds) {
-  std::ostringstream out;
   if (const std::string message = calibration.validate(); !message.empty()) {
     return fail(error, "calibration: " + message);
   }
   if (keyframes.size() < 2) {
-    out << "window has " << keyframes.size() << " keyframes (minimum 2)";
-    return fail(error, out.str());
+    return fail(error, text(6, "window has ", keyframes.size(), " keyframes (minimum 2)"));
   }
   if (const std::string message = checkTimes(keyframes); !message.empty()) {
     return fail(error, message);
@@ -138,12 +127,12 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   }
   if (imu.size() < 2 || imu.front().t > keyframes.front()->t ||
       imu.back().t < keyframes.back()->t) {
-    out << "IMU data do not cover the window: " << imu.size() << " samples";
+    std::string message = text(6, "IMU data do not cover the window: ", imu.size(), " samples");
     if (!imu.empty()) {
-      out << " from " << imu.front().t - keyframes.front()->t << " s after its start to "
-          << keyframes.back()->t - imu.back().t << " s before its end";
+      message += text(6, " from ", imu.front().t - keyframes.front()->t, " s after its start to ",
+                      keyframes.back()->t - imu.back().t, " s before its end");
     }
-    return fail(error, out.str());
+    return fail(error, message);
   }
 
   const auto common = std::make_shared<Common>();

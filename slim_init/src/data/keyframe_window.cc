@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <sstream>
 #include <utility>
 
 #include "data/clean_frame.h"
@@ -146,7 +145,7 @@ std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection,
   std::vector<int> usable;
   const double t_imu_start = imuStart(newest);
   const auto time = [this](int i) { return frameTime(i); };
-  std::ostringstream out;
+  std::string end;
   const auto inSpan = [&](int i) {
     return time(newest) - time(i) <= selection.max_span_s + kStampRounding;
   };
@@ -155,19 +154,20 @@ std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection,
     if (!wanted && !inSpan(i)) break;
     *reason = "more frames are needed";
     if (i < newest && time(i + 1) - time(i) > selection.max_frame_gap_s) {
-      out << "a gap of " << time(i + 1) - time(i) << " s between frames (limit "
-          << selection.max_frame_gap_s << " s) restarts the window";
+      end = text(6, "a gap of ", time(i + 1) - time(i), " s between frames (limit ",
+                 selection.max_frame_gap_s, " s) restarts the window");
     } else if (time(i) < first) {
-      out << "the window begins " << time(newest) - first << " s ago, earlier frames are not used";
+      end = text(6, "the window begins ", time(newest) - first,
+                 " s ago, earlier frames are not used");
     } else if (time(i) < t_imu_start && t_imu_start > time(newest)) {
-      out << "the newest frame lies in a gap of the IMU data (limit " << options_.max_imu_gap_s
-          << " s)";
+      end = text(6, "the newest frame lies in a gap of the IMU data (limit ",
+                 options_.max_imu_gap_s, " s)");
     } else if (time(i) < t_imu_start) {
-      out << "the IMU data begin, or end a gap (limit " << options_.max_imu_gap_s << " s), "
-          << time(newest) - t_imu_start << " s before the newest frame";
+      end = text(6, "the IMU data begin, or end a gap (limit ", options_.max_imu_gap_s, " s), ",
+                 time(newest) - t_imu_start, " s before the newest frame");
     }
-    if (!out.str().empty()) {
-      *reason = out.str();
+    if (!end.empty()) {
+      *reason = end;
       break;
     }
     if (inSpan(i)) usable.push_back(i);

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
-#include <sstream>
+#include <utility>
+
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
@@ -80,10 +82,8 @@ void WorkBudget::leaveOut(const char* search) {
 
 std::string WorkBudget::takeLeftOut() {
   if (left_out_.empty()) return "";
-  std::ostringstream out;
-  out << "the time limit of " << max_solve_ms_ << " ms (limits.max_solve_ms) skipped " << left_out_;
-  left_out_.clear();
-  return out.str();
+  return text(6, "the time limit of ", max_solve_ms_, " ms (limits.max_solve_ms) skipped ",
+              std::exchange(left_out_, ""));
 }
 
 WorkBudget::Share::Share(double share, WorkBudget* budget)

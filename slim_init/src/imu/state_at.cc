@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "geometry/so3.h"
@@ -41,11 +40,9 @@ NavState blend(const NavState& a, const NavState& b, double weight_b) {
 // A problem with the samples that carry the state over [t_from, t_to], or "".
 std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double t_to,
                        double max_gap_s) {
-  std::ostringstream out;
   if (imu.empty() || t_from < imu.front().t || t_to > imu.back().t) {
-    out << "the IMU data do not cover the " << t_to - t_from << " s up to " << std::fixed << t_to
-        << " s";
-    return out.str();
+    return text(6, "the IMU data do not cover the ", t_to - t_from, " s up to ", std::fixed, t_to,
+                " s");
   }
   // From the last sample at or before t_from to the first at or after t_to.
   auto sample = std::upper_bound(imu.begin(), imu.end(), t_from,
@@ -53,8 +50,7 @@ std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double 
   for (; sample != imu.end() && std::prev(sample)->t < t_to; ++sample) {
     const double gap = sample->t - std::prev(sample)->t;
     if (gap > max_gap_s) {
-      out << "gap in the IMU data " << gap << " s (limit " << max_gap_s << " s)";
-      return out.str();
+      return text(6, "gap in the IMU data ", gap, " s (limit ", max_gap_s, " s)");
     }
   }
   return "";

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <sstream>
 
 #include "data/with_calibration.h"
 #include "estimation/refine_window.h"
@@ -20,6 +19,7 @@
 #include "pipeline/solver_support.h"
 #include "scale/reverse_alignment.h"
 #include "scale/starting_states.h"
+#include "slim_init/text.h"
 #include "verdict/gates.h"
 
 namespace slim_init {
@@ -207,12 +207,9 @@ void setMessage(InitResult* result) {
     return;
   }
   const NewestSigmas newest = newestSigmas(*result);
-  std::ostringstream message;
-  message.precision(2);
-  message << "from a known state: standard deviations of velocity " << newest.velocity
-          << " m/s, tilt " << newest.tilt_deg << " deg";
-  if (!dropped.empty()) message << "; the data contradict its " << list(dropped);
-  result->message = message.str();
+  result->message = text(2, "from a known state: standard deviations of velocity ", newest.velocity,
+                         " m/s, tilt ", newest.tilt_deg, " deg");
+  if (!dropped.empty()) result->message += "; the data contradict its " + list(dropped);
 }
 
 // Why the window cannot be solved with this prior, or "".

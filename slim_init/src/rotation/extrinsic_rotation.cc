@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <sstream>
 #include <vector>
 
 #include "data/with_calibration.h"
@@ -18,6 +17,7 @@
 #include "rotation/constants.h"
 #include "rotation/free_rotations.h"
 #include "rotation/keyframe_pairs.h"
+#include "slim_init/text.h"
 
 namespace slim_init {
 namespace {
@@ -163,8 +163,7 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
   std::shared_ptr<const InitWindow> seen = unowned(window);
   std::vector<Turn> turns;
   double sigma_deg = kNotComputed;
-  std::ostringstream message;
-  message << "the extrinsic rotation is unknown: ";
+  out.message = "the extrinsic rotation is unknown: ";
   // With a rolling shutter the rows are turned to the middle one as soon as the rotation is known.
   const int passes = window.calibration().readout_s > 0.0 ? 2 : 1;
   for (int pass = 0; pass < passes; ++pass) {
@@ -177,24 +176,23 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
     const KeyframePairs pairs(*seen, kHandEyeGap);
     turns = turnsOf(*seen, pairs);
     if (static_cast<int>(turns.size()) < kMinPairs) {
-      message << turns.size() << " keyframe pairs with enough points to measure it (minimum "
-              << kMinPairs << ")";
-      out.message = message.str();
+      out.message += text(6, turns.size(), " keyframe pairs with enough points to measure it",
+                          " (minimum ", kMinPairs, ")");
       return out;
     }
     out.R_b_c = consensus(turns);
     sigma_deg = refine(window, pairs, turns, &out.R_b_c);
   }
   out.valid = sigma_deg <= kMaxHandEyeSigmaDeg;
-  if (out.valid) return out;
-  message << "its standard deviation from the motion ";
-  if (std::isfinite(sigma_deg)) {
-    message << std::lround(std::min(sigma_deg, 180.0)) << " deg";
-  } else {
-    message << "not measured";
+  if (out.valid) {
+    out.message.clear();
+    return out;
   }
-  message << " (limit " << kMaxHandEyeSigmaDeg << "): rotate about " << leastTurnedAxis(turns);
-  out.message = message.str();
+  const std::string sigma = std::isfinite(sigma_deg)
+                                ? text(6, std::lround(std::min(sigma_deg, 180.0)), " deg")
+                                : "not measured";
+  out.message += text(6, "its standard deviation from the motion ", sigma, " (limit ",
+                      kMaxHandEyeSigmaDeg, "): rotate about ", leastTurnedAxis(turns));
   return out;
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <utility>
 
 #include "data/with_calibration.h"
@@ -365,11 +364,10 @@ std::string SnapshotSolve::checkHealthy(const StatePrior& healthy) const {
   if (const std::string problem = healthy.validate(); !problem.empty()) return problem;
   const double t = healthy.state.t;
   if (!imu_.empty() && t >= imu_.front().t && t <= imu_.back().t) return "";
-  std::ostringstream message;
-  message << "the last healthy state at " << std::fixed << t
-          << " s lies outside the buffered IMU data";
-  if (!imu_.empty()) message << " [" << imu_.front().t << ", " << imu_.back().t << "] s";
-  return message.str();
+  const std::string message =
+      text(6, "the last healthy state at ", std::fixed, t, " s lies outside the buffered IMU data");
+  if (imu_.empty()) return message;
+  return message + text(6, std::fixed, " [", imu_.front().t, ", ", imu_.back().t, "] s");
 }
 
 // `alone`, a success or provisional, in the frame of the newest state that agrees, or else of the

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "estimation/posterior.h"
@@ -221,24 +220,18 @@ GateOptions gatesInForce(const GateOptions& options, const InitWindow& window,
 namespace {
 
 std::string explainOtherScale(const PosteriorMeasures& measures) {
-  std::ostringstream out;
-  out.precision(3);
-  out << "another scale";
+  std::string baselines;
   if (std::isfinite(measures.other_scale)) {
-    out << " (mean baseline " << measures.other_scale << " m instead of " << measures.scale
-        << " m)";
+    baselines =
+        text(3, " (mean baseline ", measures.other_scale, " m instead of ", measures.scale, " m)");
   }
-  out << " fits nearly as well: cost difference";
-  return out.str();
+  return "another scale" + baselines + " fits nearly as well: cost difference";
 }
 
 std::string explainChi2(const PosteriorMeasures& measures) {
-  std::ostringstream out;
-  out.precision(2);
-  out << "visual chi-square per degree of freedom";
-  if (std::isfinite(measures.sigma_px))
-    out << " at a track noise of " << measures.sigma_px << " px:";
-  return out.str();
+  const std::string what = "visual chi-square per degree of freedom";
+  if (!std::isfinite(measures.sigma_px)) return what;
+  return what + text(2, " at a track noise of ", measures.sigma_px, " px:");
 }
 
 }  // namespace
@@ -298,19 +291,14 @@ GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
 }
 
 std::string describe(const GateValue& gate) {
-  std::ostringstream out;
-  out.precision(3);
-  out << gate.explanation;
-  // Says all there is to say.
-  if (gate.name == GateName::kAgreement && !std::isfinite(gate.value)) return out.str();
+  std::string value = " not measured";
   if (std::isfinite(gate.value)) {
-    out << ' ' << gate.value;
-    if (!gate.unit.empty()) out << ' ' << gate.unit;
-  } else {
-    out << " not measured";
+    value = text(3, ' ', gate.value, gate.unit.empty() ? "" : " ", gate.unit);
+  } else if (gate.name == GateName::kAgreement) {
+    return gate.explanation;  // says all there is to say
   }
-  out << (gate.upper_bound ? " (limit " : " (minimum ") << gate.threshold << ')';
-  return out.str();
+  return gate.explanation + value +
+         text(3, gate.upper_bound ? " (limit " : " (minimum ", gate.threshold, ')');
 }
 
 void enforceGates(GateMode mode, InitResult* result) {
