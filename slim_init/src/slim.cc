@@ -32,7 +32,7 @@ void failWithoutAnswer(const TranslationEstimate& translation, InitResult* resul
     return;
   }
   fail(InitStatus::kTooFewTracks,
-       text(6, translation.tracks, " tracks over ", kMinTrackLength,
+       text(translation.tracks, " tracks over ", kMinTrackLength,
             " or more keyframes with parallax (minimum ", kMinTracks, ")"),
        result);
 }
@@ -129,10 +129,10 @@ void nameScaleOfSpeeds(const MetricEstimate& metric, double max_scale_sigma, Ini
   if (!result->success() || metric.refined.speeds.keyframes == 0) return;
   const double alone = scaleSigma(metric.posterior, metric.profileOrNull());
   if (alone <= max_scale_sigma) return;
-  result->message =
-      text(2, "the scale is that of the measured velocities: images and IMU alone give it to ",
-           100.0 * alone, " % (limit ", 100.0 * max_scale_sigma,
-           " %), an error of the sensor would not show");
+  result->message = roundedText(
+      2, "the scale is that of the measured velocities: images and IMU alone give it to ",
+      100.0 * alone, " % (limit ", 100.0 * max_scale_sigma,
+      " %), an error of the sensor would not show");
   result->warnings.push_back(result->message);
 }
 

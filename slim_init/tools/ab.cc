@@ -5,7 +5,6 @@
 #include <iostream>
 #include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "ablation.h"
@@ -16,6 +15,7 @@
 #include "slim_init/evaluation/protocol.h"
 #include "slim_init/evaluation/report.h"
 #include "slim_init/evaluation/write_file.h"
+#include "slim_init/text.h"
 #include "source_commit.h"
 #ifdef SLIM_INIT_HAS_BACKEND
 #include "slim_init/backend/downstream.h"
@@ -47,14 +47,11 @@ int fail(const Failure& failure) {
 }
 
 std::string trackingLine(const evaluation::TrackingSummary& tracking) {
-  std::ostringstream out;
-  out.precision(3);
-  out << tracking.tracked << " of " << tracking.images << " images tracked; an image has "
-      << tracking.points << " points and " << tracking.lines << " lines, "
-      << tracking.points_carried << " and " << tracking.lines_carried
-      << " of them from the image before; front end " << tracking.total_ms_median
-      << " ms (medians)\n";
-  return out.str();
+  return roundedText(3, tracking.tracked, " of ", tracking.images, " images tracked; an image has ",
+                     tracking.points, " points and ", tracking.lines, " lines, ",
+                     tracking.points_carried, " and ", tracking.lines_carried,
+                     " of them from the image before; front end ", tracking.total_ms_median,
+                     " ms (medians)\n");
 }
 
 std::string noWindowMessage(const LoadedSequence& loaded, const AbOptions& options,

@@ -11,6 +11,7 @@
 
 #include "methods.h"
 #include "slim_init/simulation/trajectory.h"
+#include "slim_init/text.h"
 
 namespace slim_init::tools {
 
@@ -33,12 +34,8 @@ using Pointee = std::remove_pointer_t<Pointer>;
 template <typename T>
 constexpr bool kIsNumber = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 
-std::string numberText(double value) {
-  std::ostringstream out;
-  out.precision(10);  // the largest seed has ten digits
-  out << value;
-  return out.str();
-}
+// The largest seed has ten digits.
+std::string numberText(double value) { return roundedText(10, value); }
 
 /// "a whole number in [1, 100000]"
 template <typename T>

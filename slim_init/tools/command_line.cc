@@ -13,6 +13,7 @@
 #include "methods.h"
 #include "python_report.h"
 #include "simulate.h"
+#include "slim_init/text.h"
 
 namespace slim_init::tools {
 namespace {
@@ -104,9 +105,7 @@ Syntax tableSyntax(const std::string& command, const std::vector<AbOption>& tabl
 }
 
 std::string helpText(const Syntax& syntax, const std::string& purpose) {
-  std::ostringstream out;
-  out << purpose << "\nUsage: " << syntax.command << " [OPTION]...\n\n" << syntax.options;
-  return out.str();
+  return text(purpose, "\nUsage: ", syntax.command, " [OPTION]...\n\n", syntax.options);
 }
 
 std::string programHelp() {

@@ -266,9 +266,10 @@ std::string writeSpeeds(const SimulateOptions& options, const Setup& setup, Writ
 
 void printResult(const SimulateOptions& options, const Setup& setup, double seconds) {
   const std::vector<double>& times = setup.motion.image_times;
-  std::cout << text(3, times.size(), " images of ", setup.camera.width, "x", setup.camera.height,
-                    " over ", times.back() - times.front(), " s in ", options.out, ", ",
-                    seconds / static_cast<double>(times.size()), " s per image\n");
+  std::cout << roundedText(3, times.size(), " images of ", setup.camera.width, "x",
+                           setup.camera.height, " over ", times.back() - times.front(), " s in ",
+                           options.out, ", ", seconds / static_cast<double>(times.size()),
+                           " s per image\n");
 }
 
 }  // namespace

@@ -52,8 +52,8 @@ std::string cutImages(const SimulateOptions& options, const Calibration& calibra
                              [&](double t) { return t < begin - 5e-10 || t > end + 5e-10; }),
               times.end());
   if (times.size() < 2) {
-    return text(6, "--start ", options.start_s, " leaves ", times.size(), " images of ",
-                motion->name, ", whose motion is ", last - (begin - options.start_s),
+    return text("--start ", options.start_s, " leaves ", times.size(), " images of ", motion->name,
+                ", whose motion is ", last - (begin - options.start_s),
                 " s long; at least 2 are needed");
   }
   return "";

@@ -41,6 +41,7 @@ class VariedSolver : public WindowSolver {
     }
     InitResult result = perfectResult(states, Circle().g);
     result.scale_sigma = factor_ / (3.0 + trial);
+    result.counts.point_tracks = 10 + trial;
     result.stages = {{"one", 0.1 * trial}, {"two", 0.5}};
     result.gates.resize(3);
     result.gates[0].name = GateName::kChi2;

@@ -77,9 +77,8 @@ Outcome run(RoomWalk* walk, const FrontEndOptions& options, int images,
     }
     outcome.points += static_cast<double>(frame.points.size()) / images;
     outcome.lines += static_cast<double>(frame.lines.size()) / images;
-    outcome.known_rotation +=
-        bias_known && outcome.report.rotation_from_gyro && !outcome.report.rotation_overruled ? 1
-                                                                                              : 0;
+    const bool used = outcome.report.rotation_from_gyro && !outcome.report.rotation_overruled;
+    if (bias_known && used) ++outcome.known_rotation;
     bias_known = outcome.report.gyro_bias_known;
     outcome.last = frame;
   }

@@ -10,7 +10,7 @@ COLUMNS = """dataset trial t_start_s t_start_ns duration_s keyframes excited
 rig_td_ms rig_rotation_deg rig_readout_ms method status answer_keyframes answer_s attempted success scale
 scale_error gravity_error_deg velocity_rmse velocity_vec_rmse pose_rmse gyro_bias_err_pct
 gyro_bias_vec_err scale_sigma td_error_ms td_sigma_ms rotation_error_deg rotation_sigma_deg
-rotation_over_sigma readout_error_ms readout_sigma_ms warnings gates message not_evaluated downstream
+rotation_over_sigma readout_error_ms readout_sigma_ms noise_px warnings point_tracks line_tracks gates message not_evaluated downstream
 downstream_s downstream_diverged downstream_ate downstream_scale_error downstream_message solve_cpu_ms
 solve_ms stages_ms""".split()
 
@@ -27,7 +27,7 @@ def row(trial, method, scale=1.0, status="success", excited=True, **more):
         method=method, status=status, answer_keyframes=10,
         answer_s=LENGTH_S, attempted=int(scale is not None),
         success=int(scale is not None and error < 0.5), message='said "so", twice', downstream=0,
-        solve_cpu_ms=1.0, solve_ms=2.0,
+        point_tracks=100, line_tracks=20, solve_cpu_ms=1.0, solve_ms=2.0,
         stages_ms="one=0.5;two=0.25")
     if scale is not None:
         values.update(scale=scale, scale_error=error, gravity_error_deg=10.0 * error,

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "calibration_advice.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "slim_init/host_health/imu_propagation.h"

@@ -75,10 +75,10 @@ std::string checkStamps(const std::vector<double>& stamps) {
   if (stamps.empty()) return "the host's window is empty";
   for (std::size_t i = 0; i < stamps.size(); ++i) {
     if (!std::isfinite(stamps[i])) {
-      return text(6, "stamp ", i, " of the host's window is not finite");
+      return text("stamp ", i, " of the host's window is not finite");
     }
     if (i > 0 && !(stamps[i] > stamps[i - 1])) {
-      return text(6, "stamp ", i, " of the host's window is ", stamps[i] - stamps[i - 1],
+      return text("stamp ", i, " of the host's window is ", stamps[i] - stamps[i - 1],
                   " s after the one before, must be after it");
     }
   }
@@ -95,8 +95,9 @@ bool isClose(const NavState& host, const NavState& solved, double scale_sigma) {
 }
 
 std::string propagationMessage(double seconds, const HostPropagation& propagated) {
-  return text(3, "propagated over ", std::max(seconds, 0.0), " s by the IMU, standard deviation ",
-              propagated.position_sigma, " m and ", propagated.yaw_sigma_deg, " deg of yaw");
+  return roundedText(3, "propagated over ", std::max(seconds, 0.0),
+                     " s by the IMU, standard deviation ", propagated.position_sigma, " m and ",
+                     propagated.yaw_sigma_deg, " deg of yaw");
 }
 
 double millisecondsSince(SolveWorker::Clock::time_point start) {
@@ -128,7 +129,7 @@ std::string HostOptions::validate() const {
       {"image_height", image_height, 0.0, kMaxImageHeight}};
   for (const auto& [name, value, least, most] : fields) {
     if (value >= least && value <= most) continue;
-    return text(9, name, " is ", value, ", must be in [", least, ", ", most, "]");
+    return roundedText(9, name, " is ", value, ", must be in [", least, ", ", most, "]");
   }
   return "";
 }
@@ -603,7 +604,7 @@ HostResult HostAdapter::State::bridge(const std::vector<double>& stamps,
     window.back().t = hostTime(stamp);
   }
   if (const double sigma = propagated.velocitySigma(); sigma > kWorstBridge) {
-    answer.message = text(6, "the IMU data leave a standard deviation of the velocity of ", sigma,
+    answer.message = text("the IMU data leave a standard deviation of the velocity of ", sigma,
                           " m/s (limit ", kWorstBridge, ')');
     return answer;
   }

@@ -18,23 +18,24 @@ constexpr double kVertical = 1e-9;
 std::string checkStates(const std::vector<NavState>& states, double gravity_magnitude, double td) {
   if (states.empty()) return "there is no state to convert";
   if (!(gravity_magnitude > 0.0) || !std::isfinite(gravity_magnitude)) {
-    return text(6, "gravity_magnitude is ", gravity_magnitude, ", must be positive");
+    return text("gravity_magnitude is ", gravity_magnitude, ", must be positive");
   }
   if (!std::isfinite(td)) return "td is not finite";
   for (size_t i = 0; i < states.size(); ++i) {
     const NavState& state = states[i];
     if (!state.isFinite()) {
-      return text(6, "state ", i, " has a value that is not finite");
+      return text("state ", i, " has a value that is not finite");
     }
     const double error =
         (state.R_w_b.transpose() * state.R_w_b - Eigen::Matrix3d::Identity()).norm() +
         std::abs(state.R_w_b.determinant() - 1.0);
     if (error > kRotationTolerance) {
-      return text(6, "R_w_b of state ", i, " is ", error, " away from a rotation (limit ",
+      return text("R_w_b of state ", i, " is ", error, " away from a rotation (limit ",
                   kRotationTolerance, ')');
     }
     if (i > 0 && !(state.t > states[i - 1].t)) {
-      return text(17, "time of state ", i, " is ", state.t, " s, must be after ", states[i - 1].t);
+      return roundedText(17, "time of state ", i, " is ", state.t, " s, must be after ",
+                         states[i - 1].t);
     }
   }
   return "";

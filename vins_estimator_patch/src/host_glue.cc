@@ -128,11 +128,11 @@ void moveWindow(const HostState& anchor, std::vector<HostState>* window) {
 std::string whyDropped(AddStatus status) {
   switch (status) {
     case AddStatus::kNotFinite: return "a value is not finite";
-    case AddStatus::kGlitch: return text(6, "it is faster than ", StreamCheck::kMaxSpeed, " m/s");
+    case AddStatus::kGlitch: return text("it is faster than ", StreamCheck::kMaxSpeed, " m/s");
     case AddStatus::kNoCovariance: return "its covariance is not positive definite";
     case AddStatus::kNotCalibrated: return "speed_rotation and speed_translation are missing";
     case AddStatus::kStray:
-      return text(6, "its stamp is more than ", StreamCheck::kJump, " s from IMU and images");
+      return text("its stamp is more than ", StreamCheck::kJump, " s from IMU and images");
     case AddStatus::kNotSupported: return "the method does not use velocities";
     default: return "its stamp is not after that of the velocity before it";
   }
@@ -213,7 +213,7 @@ struct HostGlue::State {
     propagated.state.stamp = stamp;
     propagated.position_sigma = age * std::max(lost.V.norm(), kUnknownSpeed);
     propagated.yaw_sigma_deg = std::min(age * kUnknownTurn, 180.0);
-    propagated.message = text(
+    propagated.message = roundedText(
         3, "IMU data do not cover ", age, " s: position and heading are held, standard deviation ",
         propagated.position_sigma, " m and ", propagated.yaw_sigma_deg, " deg of yaw");
     return propagated;
@@ -234,14 +234,14 @@ struct HostGlue::State {
     const double sigma = std::sqrt(frame_variance);
     if (!(sigma > frame_reported + kUncertainFrame)) return;
     frame_reported = sigma;
-    report(ReportLevel::kWarn, text(2, "the odometry frame is uncertain: its position to ", sigma,
-                                    " m, its heading to ", yawSigmaDeg(), " deg"));
+    report(ReportLevel::kWarn, roundedText(2, "the odometry frame is uncertain: its position to ",
+                                           sigma, " m, its heading to ", yawSigmaDeg(), " deg"));
   }
   double yawSigmaDeg() const { return std::min(std::sqrt(frame_yaw_variance), 180.0); }
   void publishFrame(double stamp) {
     if (std::isnan(frame_since)) frame_since = stamp;
-    report(ReportLevel::kFrame, text(4, std::fixed, stamp, ',', frame_since, ',',
-                                     std::sqrt(frame_variance), ',', yawSigmaDeg()));
+    report(ReportLevel::kFrame, roundedText(4, std::fixed, stamp, ',', frame_since, ',',
+                                            std::sqrt(frame_variance), ',', yawSigmaDeg()));
   }
   // Healthy states up to this one.
   std::vector<HostState> healthyUntil(const HostState& last) const {
@@ -305,10 +305,10 @@ struct HostGlue::State {
     reported_stamp = answer.success() ? -std::numeric_limits<double>::infinity() : answer.stamp;
     const int refusals = std::exchange(unreported_refusals, 0);
     report(answer.success() || isWait(status) ? ReportLevel::kInfo : ReportLevel::kWarn,
-           text(3, action, " ", answer.success() ? "done" : toString(status), ": ",
-                withRemedy(answer.message, status), " (", std::fixed, answer.data_s, " s of data, ",
-                answer.solve_ms, " ms",
-                refusals > 0 ? text(0, ", after ", refusals, " refusals") : "", ')'));
+           roundedText(3, action, " ", answer.success() ? "done" : toString(status), ": ",
+                       withRemedy(answer.message, status), " (", std::fixed, answer.data_s,
+                       " s of data, ", answer.solve_ms, " ms",
+                       refusals > 0 ? roundedText(0, ", after ", refusals, " refusals") : "", ')'));
   }
 
   // What the user should know of a start; how the file should read when several windows agree.
@@ -328,14 +328,14 @@ struct HostGlue::State {
     if (!(delay > kLongestDelay) || stamp - delay_reported < kRepeatReport) return;
     delay_reported = stamp;
     report(ReportLevel::kWarn,
-           text(3, "odometry is ", delay, " s behind the newest image (limit ", kLongestDelay,
-                "): the last frame took the host ", frame_ms, " ms"));
+           roundedText(3, "odometry is ", delay, " s behind the newest image (limit ",
+                       kLongestDelay, "): the last frame took the host ", frame_ms, " ms"));
   }
   void publishHealth(double stamp, const HostHealth& health) {
     report(ReportLevel::kHealth,
-           text(4, std::fixed, stamp, ',', toString(monitor.status()), ',', health.reprojection_px,
-                ',', health.velocity_mps, ',', health.rotation_deg, ',', delayOf(stamp), ",\"",
-                health.reason, '"'));
+           roundedText(4, std::fixed, stamp, ',', toString(monitor.status()), ',',
+                       health.reprojection_px, ',', health.velocity_mps, ',', health.rotation_deg,
+                       ',', delayOf(stamp), ",\"", health.reason, '"'));
   }
 };
 
@@ -455,7 +455,7 @@ void HostGlue::addSpeed(double t, const Eigen::Vector3d& velocity,
   }
   state.report(
       ReportLevel::kWarn,
-      text(6, "a measured velocity of ", velocity.transpose(), " m/s at ", std::fixed, t,
+      text("a measured velocity of ", velocity.transpose(), " m/s at ", std::fixed, t,
            " s is discarded, as all others of which the following holds: ", whyDropped(status)));
 }
 
@@ -586,8 +586,8 @@ bool HostGlue::bridgesGap(double newest_sample) {
   // Less, and there are no samples of the gap; backwards, and the streams have begun anew.
   if (!(gap >= kShortestGap && gap <= kLongestGap)) return false;
   if (state.adapter->lastDamage().second > healthy) return false;
-  state.report(ReportLevel::kInfo, text(3, "the tracker was restarted after ", gap,
-                                        " s without images; the host continues by its IMU"));
+  state.report(ReportLevel::kInfo, roundedText(3, "the tracker was restarted after ", gap,
+                                               " s without images; the host continues by its IMU"));
   state.rides = true;
   return true;
 }

@@ -38,7 +38,7 @@ Calibration calibrationOf(const OpenVinsRig& rig) {
   return calibration;
 }
 
-std::string inShort(double value, int digits) { return text(digits, std::fixed, value); }
+std::string inShort(double value, int digits) { return roundedText(digits, std::fixed, value); }
 
 // How far the host's state is from ours at the same time, in what does not depend on the world.
 std::string difference(const std::vector<double>& stock, const NavState& ours) {

@@ -41,7 +41,7 @@ double gyroBiasDifference(const HostWindow& a, const HostWindow& b) {
 
 std::string number(double value, int precision, bool fixed = false) {
   if (!std::isfinite(value)) return "";
-  return fixed ? text(precision, std::fixed, value) : text(precision, value);
+  return fixed ? roundedText(precision, std::fixed, value) : roundedText(precision, value);
 }
 
 std::string quoted(const std::string& text) {

@@ -195,7 +195,8 @@ Diagnostics::Statuses FeatureTrackerLinesNode::diagnostics() {
   const double ahead = pipeline_->imageAheadOfImu();
   if (std::abs(ahead) > StreamCheck::kJump && streams_.received(kImu) > 0) {
     raise(diagnostic_msgs::DiagnosticStatus::WARN,
-          text(3, "images are ", ahead, " s ahead of the IMU (limit ", StreamCheck::kJump, " s)"),
+          roundedText(3, "images are ", ahead, " s ahead of the IMU (limit ", StreamCheck::kJump,
+                      " s)"),
           &streams);
   }
   addValue("images ahead of the IMU [s]", ahead, &streams);

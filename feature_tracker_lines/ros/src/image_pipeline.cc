@@ -30,13 +30,13 @@ bool pointsForward(const Eigen::Vector3d& bearing) { return bearing.z() >= kLeas
 
 std::string ImagePipelineOptions::validate() const {
   if (image_queue < 1 || image_queue > 10000) {
-    return text(6, "image_queue is ", image_queue, ", must be in [1, 10000]");
+    return text("image_queue is ", image_queue, ", must be in [1, 10000]");
   }
   if (!(max_imu_wait_s >= 0.0 && max_imu_wait_s <= 60.0)) {
-    return text(6, "max_imu_wait_s is ", max_imu_wait_s, ", must be in [0, 60]");
+    return text("max_imu_wait_s is ", max_imu_wait_s, ", must be in [0, 60]");
   }
   if (!(publish_rate_hz >= 0.0 && publish_rate_hz <= 1000.0)) {
-    return text(6, "publish_rate_hz is ", publish_rate_hz, ", must be in [0, 1000]");
+    return text("publish_rate_hz is ", publish_rate_hz, ", must be in [0, 1000]");
   }
   return "";
 }

@@ -112,7 +112,7 @@ void compare(const Sequence& sequence, const std::vector<NavState>& path,
   }
   record->ate = std::sqrt(sum / static_cast<double>(true_p.size()));
   if (!record->diverged && !(largest <= kMaxError)) {
-    diverge(text(6, "position error ", largest, " m (limit ", kMaxError, ")"), record);
+    diverge(text("position error ", largest, " m (limit ", kMaxError, ")"), record);
   }
 }
 

@@ -117,7 +117,7 @@ class SlidingWindowEstimator::Implementation {
   FrameReport seed(const std::vector<NavState>& states) {
     FrameReport report;
     if (states.size() != frames_.size() || frames_.size() < 2) {
-      report.problem = text(6, states.size(), " states for a window of ", frames_.size(),
+      report.problem = text(states.size(), " states for a window of ", frames_.size(),
                             " frames (must be equal, minimum 2)");
       return report;
     }

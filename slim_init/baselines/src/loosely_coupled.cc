@@ -89,7 +89,7 @@ void decideAlignment(const InitWindow& window, const std::vector<Preintegration>
     return;
   }
   fail(InitStatus::kTooFewTracks,
-       text(6, translation.tracks, " tracks over ", kMinTrackLength,
+       text(translation.tracks, " tracks over ", kMinTrackLength,
             " or more keyframes with parallax (minimum ", kMinTracks, ")"),
        result);
 }

@@ -144,8 +144,8 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   const double turned_deg = turnedDeg(window);
   if (turned_deg < openvins.min_rotation_deg) {
     fail(InitStatus::kTooLittleExcitation,
-         text(6, "the gyroscope turned by ", turned_deg, " deg (minimum ",
-              openvins.min_rotation_deg, ')'),
+         text("the gyroscope turned by ", turned_deg, " deg (minimum ", openvins.min_rotation_deg,
+              ')'),
          &result);
     return result;
   }
@@ -167,7 +167,7 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
   std::vector<MappedTrack> points = pointsInFront(window, tracks, solution);
   if (points.size() < static_cast<std::size_t>(openvins.min_features)) {
     fail(InitStatus::kNumericalFailure,
-         text(6, points.size(), " points of the closed form lie in front of the camera (minimum ",
+         text(points.size(), " points of the closed form lie in front of the camera (minimum ",
               openvins.min_features, ')'),
          &result);
     return result;
@@ -180,8 +180,7 @@ InitResult solveOpenVins(const InitWindow& window, const InitializerOptions& opt
     clock.lap("maximum_likelihood");
     if (!converged) {
       fail(InitStatus::kNumericalFailure,
-           text(6, "the refinement has not converged after ", openvins.max_iterations,
-                " iterations"),
+           text("the refinement has not converged after ", openvins.max_iterations, " iterations"),
            &result);
       return result;
     }

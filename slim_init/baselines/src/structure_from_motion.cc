@@ -263,9 +263,9 @@ class Reconstruction {
     if (summary.termination_type != ceres::CONVERGENCE &&
         !(summary.final_cost < options_.max_final_cost)) {
       return refuse(InitStatus::kNumericalFailure,
-                    text(6, "the bundle adjustment has not converged after ",
-                         options_.max_iterations, " iterations and ends at a cost of ",
-                         summary.final_cost, " (limit ", options_.max_final_cost, ')'),
+                    text("the bundle adjustment has not converged after ", options_.max_iterations,
+                         " iterations and ends at a cost of ", summary.final_cost, " (limit ",
+                         options_.max_final_cost, ')'),
                     out);
     }
     for (std::size_t k = 0; k < poses_.size(); ++k) {

@@ -46,7 +46,7 @@ constexpr std::ptrdiff_t kFirstSwitches = 2, kFirstOfRig = 4;
 
 bool isNoise(const OptionField& option) { return option.key.compare(0, 6, "noise.") == 0; }
 
-std::string number(double value) { return text(6, value); }
+std::string number(double value) { return text(value); }
 
 // "0.01 to 5", "from 19.6", "own, on or off", "0 or 1"; empty for a text.
 std::string rangeOf(const OptionField& option) {

@@ -72,7 +72,7 @@ void readHostMask(const std::string& path, Config* config) {
       return;
     }
     config->notes.push_back(
-        text(6, "fisheye: ", file, " is ", grey.cols, " x ", grey.rows, ", the camera ",
+        text("fisheye: ", file, " is ", grey.cols, " x ", grey.rows, ", the camera ",
              config->camera.width, " x ", config->camera.height,
              ": not used, the image circle is; name a mask with the key fisheye_mask"));
     return;

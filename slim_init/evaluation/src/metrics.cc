@@ -113,7 +113,7 @@ std::string alignSimilarity(const std::vector<Eigen::Vector3d>& source,
     return "alignment of points that are not finite";
   }
   if (!(std::sqrt(source_variance) > kMinSpread)) {
-    return text(6, "estimated positions are spread over ", std::sqrt(source_variance),
+    return text("estimated positions are spread over ", std::sqrt(source_variance),
                 " m (minimum for an alignment ", kMinSpread, " m)");
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,

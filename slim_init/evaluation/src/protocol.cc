@@ -213,11 +213,14 @@ MethodRecord runSolver(const WindowSolver& solver, const InitWindow& window,
     record.partial = evaluatePartial(answer, truth);
   }
   record.scale_sigma = answer.scale_sigma;
+  record.noise_px = answer.track_noise.measured_px;
   if (answer.calibration.has_value()) {
     record.calibration = evaluateCalibration(*answer.calibration, sequence.trueCalibration());
   }
   record.warnings = answer.warnings;
   record.gates = answer.gates;
+  record.point_tracks = answer.counts.point_tracks;
+  record.line_tracks = answer.counts.line_tracks;
   record.stages = answer.stages;
   return record;
 }

@@ -160,7 +160,7 @@ std::string RigErrors::validate() const {
         Bounds{"readout_s", readout_s, -0.1, 0.1}, Bounds{"imu_jitter_s", imu_jitter_s, 0.0, 0.05},
         Bounds{"imu_dropout", imu_dropout, 0.0, 0.9}, Bounds{"imu_rate_hz", rate_hz, 10.0, 1e4}}) {
     if (value >= min && value <= max) continue;
-    return text(6, name, " is ", value, ", must be in [", min, ", ", max, "]");
+    return text(name, " is ", value, ", must be in [", min, ", ", max, "]");
   }
   return "";
 }
@@ -186,7 +186,7 @@ std::string disturbImu(const RigErrors& errors, std::vector<ImuSample>* imu) {
   double interval = medianInterval(*imu);
   if (errors.imu_rate_hz > 0.0) {
     if (errors.imu_rate_hz * interval > kRateRounding) {
-      return text(6, "imu_rate_hz is ", errors.imu_rate_hz, ", must be at most ", 1.0 / interval,
+      return text("imu_rate_hz is ", errors.imu_rate_hz, ", must be at most ", 1.0 / interval,
                   ", the rate of the IMU data");
     }
     const double step = 1.0 / errors.imu_rate_hz;

@@ -6,14 +6,20 @@
 
 namespace slim_init {
 
-/// The parts of a message one after the other, numbers with so many significant digits; std::fixed
+/// The parts of a message one after the other, numbers with `digits` significant digits; std::fixed
 /// among the parts acts as in a stream.
 template <typename... Parts>
-std::string text(int digits, const Parts&... parts) {
+std::string roundedText(int digits, const Parts&... parts) {
   std::ostringstream out;
   out.precision(digits);
   (out << ... << parts);
   return out.str();
+}
+
+/// The same with the six digits of a stream.
+template <typename... Parts>
+std::string text(const Parts&... parts) {
+  return roundedText(6, parts...);
 }
 
 }  // namespace slim_init

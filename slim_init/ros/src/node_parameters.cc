@@ -19,7 +19,7 @@ void NodeParameters::readAs(const std::string& name, const char* kind, T* value)
   if (handle_.hasParam(name) && !handle_.getParam(name, *value)) {
     problem("~" + name + " must be " + kind);
   }
-  lines_.push_back(text(6, std::boolalpha, "~", name, ": ", *value));
+  lines_.push_back(text(std::boolalpha, "~", name, ": ", *value));
 }
 
 void NodeParameters::read(const std::string& name, std::string* value) {

@@ -83,7 +83,7 @@ DiagnosticStatus NodeStreams::report(const StreamCounts& counts) {
     const double silent = (ros::WallTime::now() - s.newest).toSec();
     if (s.required && silent > kSilence) {
       raise(DiagnosticStatus::ERROR,
-            text(3, "no ", s.name, " message for ", silent, " s (limit ", kSilence, " s)"),
+            roundedText(3, "no ", s.name, " message for ", silent, " s (limit ", kSilence, " s)"),
             &status);
     }
     addValue(s.name + " received", s.received, &status);

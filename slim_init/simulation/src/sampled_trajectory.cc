@@ -234,7 +234,7 @@ std::unique_ptr<Trajectory> makeSampledTrajectory(std::vector<NavState> samples,
 std::unique_ptr<Trajectory> makeSmoothTrajectory(const std::vector<NavState>& samples,
                                                  double max_rate_hz, std::string* error) {
   if (!(max_rate_hz > 0.0)) {
-    if (error != nullptr) *error = text(6, "max_rate_hz is ", max_rate_hz, ", must be positive");
+    if (error != nullptr) *error = text("max_rate_hz is ", max_rate_hz, ", must be positive");
     return nullptr;
   }
   constexpr double kJitter = 0.95;  // keeps samples at exactly this rate whose stamps jitter

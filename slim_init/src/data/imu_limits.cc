@@ -14,9 +14,9 @@ bool ImuLimits::exceededBy(const ImuSample& sample) const {
 }
 
 std::string ImuLimits::describe(const ImuSample& sample) const {
-  return text(3, sample.accel.cwiseAbs().maxCoeff(), " m/s^2 and ",
-              sample.gyro.cwiseAbs().maxCoeff(), " rad/s on an axis (limits ", max_accel,
-              " m/s^2, ", max_gyro, " rad/s)");
+  return roundedText(3, sample.accel.cwiseAbs().maxCoeff(), " m/s^2 and ",
+                     sample.gyro.cwiseAbs().maxCoeff(), " rad/s on an axis (limits ", max_accel,
+                     " m/s^2, ", max_gyro, " rad/s)");
 }
 
 std::string ImuLimits::validate() const {

@@ -55,9 +55,9 @@ WindowLine observationOf(const LineObservation& line, int keyframe) {
 std::string checkTimes(const std::vector<const FrameObservation*>& keyframes) {
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const double t = keyframes[k]->t;
-    if (!std::isfinite(t)) return text(6, "time of keyframe ", k, " is not finite");
+    if (!std::isfinite(t)) return text("time of keyframe ", k, " is not finite");
     if (k == 0 || t > keyframes[k - 1]->t) continue;
-    return text(6, "time of keyframe ", k, " is ", t - keyframes[k - 1]->t,
+    return text("time of keyframe ", k, " is ", t - keyframes[k - 1]->t,
                 " s after the one before, must be positive");
   }
   return "";
@@ -67,10 +67,10 @@ std::string checkTimes(const std::vector<const FrameObservation*>& keyframes) {
 std::string checkSamples(const std::vector<ImuSample>& imu) {
   for (std::size_t i = 0; i < imu.size(); ++i) {
     if (!std::isfinite(imu[i].t) || !imu[i].gyro.allFinite() || !imu[i].accel.allFinite()) {
-      return text(6, "IMU sample ", i, " is not finite");
+      return text("IMU sample ", i, " is not finite");
     }
     if (i == 0 || imu[i].t > imu[i - 1].t) continue;
-    return text(6, "IMU sample ", i, " is ", imu[i].t - imu[i - 1].t,
+    return text("IMU sample ", i, " is ", imu[i].t - imu[i - 1].t,
                 " s after the one before, must be positive");
   }
   return "";
@@ -116,7 +116,7 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
     return fail(error, "calibration: " + message);
   }
   if (keyframes.size() < 2) {
-    return fail(error, text(6, "window has ", keyframes.size(), " keyframes (minimum 2)"));
+    return fail(error, text("window has ", keyframes.size(), " keyframes (minimum 2)"));
   }
   if (const std::string message = checkTimes(keyframes); !message.empty()) {
     return fail(error, message);
@@ -127,9 +127,9 @@ std::shared_ptr<const InitWindow> InitWindow::fromCleanFrames(
   }
   if (imu.size() < 2 || imu.front().t > keyframes.front()->t ||
       imu.back().t < keyframes.back()->t) {
-    std::string message = text(6, "IMU data do not cover the window: ", imu.size(), " samples");
+    std::string message = text("IMU data do not cover the window: ", imu.size(), " samples");
     if (!imu.empty()) {
-      message += text(6, " from ", imu.front().t - keyframes.front()->t, " s after its start to ",
+      message += text(" from ", imu.front().t - keyframes.front()->t, " s after its start to ",
                       keyframes.back()->t - imu.back().t, " s before its end");
     }
     return fail(error, message);

@@ -154,16 +154,15 @@ std::vector<int> KeyframeWindow::chooseKeyframes(const WindowOptions& selection,
     if (!wanted && !inSpan(i)) break;
     *reason = "more frames are needed";
     if (i < newest && time(i + 1) - time(i) > selection.max_frame_gap_s) {
-      end = text(6, "a gap of ", time(i + 1) - time(i), " s between frames (limit ",
+      end = text("a gap of ", time(i + 1) - time(i), " s between frames (limit ",
                  selection.max_frame_gap_s, " s) restarts the window");
     } else if (time(i) < first) {
-      end = text(6, "the window begins ", time(newest) - first,
-                 " s ago, earlier frames are not used");
+      end = text("the window begins ", time(newest) - first, " s ago, earlier frames are not used");
     } else if (time(i) < t_imu_start && t_imu_start > time(newest)) {
-      end = text(6, "the newest frame lies in a gap of the IMU data (limit ",
-                 options_.max_imu_gap_s, " s)");
+      end = text("the newest frame lies in a gap of the IMU data (limit ", options_.max_imu_gap_s,
+                 " s)");
     } else if (time(i) < t_imu_start) {
-      end = text(6, "the IMU data begin, or end a gap (limit ", options_.max_imu_gap_s, " s), ",
+      end = text("the IMU data begin, or end a gap (limit ", options_.max_imu_gap_s, " s), ",
                  time(newest) - t_imu_start, " s before the newest frame");
     }
     if (!end.empty()) {
@@ -252,7 +251,7 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
   WindowCut result;
   if (static_cast<int>(chosen.size()) < needed) {
     result.message =
-        text(6, "window holds ", chosen.size(), " keyframes (minimum ", needed, "): ", reason);
+        text("window holds ", chosen.size(), " keyframes (minimum ", needed, "): ", reason);
     return result;
   }
 
@@ -276,8 +275,7 @@ WindowCut KeyframeWindow::makeWindow(const std::vector<int>& chosen, int needed,
     return result;
   }
   result.status = InitStatus::kSuccess;
-  result.message =
-      text(6, "window of ", keyframes.size(), " keyframes over ", t_last - t_first, " s");
+  result.message = text("window of ", keyframes.size(), " keyframes over ", t_last - t_first, " s");
   return result;
 }
 

@@ -337,7 +337,7 @@ std::string InitializerOptions::validate() const {
        {std::make_pair("accel_noise_factor", inertial.accel_noise_factor),
         std::make_pair("gyro_noise_factor", inertial.gyro_noise_factor)}) {
     if (factor <= 0.0 || factor >= 1.0) continue;
-    check.nested("inertial", text(6, name, " is ", factor, ", must be 0 (measured) or at least 1"));
+    check.nested("inertial", text(name, " is ", factor, ", must be 0 (measured) or at least 1"));
   }
   return check.message();
 }

@@ -130,12 +130,12 @@ std::string InitResult::validate() const {
   }
   const Eigen::Index errors = 9 * static_cast<Eigen::Index>(states.size()) + 6;
   if (covariance.size() > 0 && (covariance.rows() != errors || covariance.cols() != errors)) {
-    return text(6, verdict, " with a covariance of ", covariance.rows(), " x ", covariance.cols(),
+    return text(verdict, " with a covariance of ", covariance.rows(), " x ", covariance.cols(),
                 ", must be ", errors, " x ", errors, " or empty");
   }
   for (const GateValue& gate : gates) {
     if (!gate.enforced || gate.passed) continue;
-    return text(6, verdict, " although the enforced gate ", toString(gate.name),
+    return text(verdict, " although the enforced gate ", toString(gate.name),
                 " failed: ", gate.value, (gate.upper_bound ? " (limit " : " (minimum "),
                 gate.threshold, ")");
   }

@@ -33,7 +33,7 @@ std::string StatePrior::validate() const {
   }
   if (!covariance.allFinite()) return "the covariance of the last healthy state is not finite";
   if (const double least = covariance.diagonal().minCoeff(); least < 0.0) {
-    return text(6, "the covariance of the last healthy state has ", least,
+    return text("the covariance of the last healthy state has ", least,
                 " on its diagonal (minimum 0)");
   }
   if (!((covariance - covariance.transpose()).norm() <= kSymmetry * covariance.norm())) {

@@ -82,7 +82,7 @@ void WorkBudget::leaveOut(const char* search) {
 
 std::string WorkBudget::takeLeftOut() {
   if (left_out_.empty()) return "";
-  return text(6, "the time limit of ", max_solve_ms_, " ms (limits.max_solve_ms) skipped ",
+  return text("the time limit of ", max_solve_ms_, " ms (limits.max_solve_ms) skipped ",
               std::exchange(left_out_, ""));
 }
 

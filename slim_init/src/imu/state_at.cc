@@ -41,7 +41,7 @@ NavState blend(const NavState& a, const NavState& b, double weight_b) {
 std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double t_to,
                        double max_gap_s) {
   if (imu.empty() || t_from < imu.front().t || t_to > imu.back().t) {
-    return text(6, "the IMU data do not cover the ", t_to - t_from, " s up to ", std::fixed, t_to,
+    return text("the IMU data do not cover the ", t_to - t_from, " s up to ", std::fixed, t_to,
                 " s");
   }
   // From the last sample at or before t_from to the first at or after t_to.
@@ -50,7 +50,7 @@ std::string checkCover(const std::vector<ImuSample>& imu, double t_from, double 
   for (; sample != imu.end() && std::prev(sample)->t < t_to; ++sample) {
     const double gap = sample->t - std::prev(sample)->t;
     if (gap > max_gap_s) {
-      return text(6, "gap in the IMU data ", gap, " s (limit ", max_gap_s, " s)");
+      return text("gap in the IMU data ", gap, " s (limit ", max_gap_s, " s)");
     }
   }
   return "";
@@ -89,7 +89,7 @@ bool statesAt(const InitResult& result, const std::vector<ImuSample>& imu,
     const NavState& b = after ? a : *right;
     const double reach = before ? b.t - t : after ? t - a.t : 0.0;
     if (reach > options.max_reach_s) {
-      return refuse(text(6, "the requested time is ", reach, " s ", (before ? "before" : "after"),
+      return refuse(text("the requested time is ", reach, " s ", (before ? "before" : "after"),
                          " the window (limit ", options.max_reach_s, " s)"));
     }
     const std::string problem =

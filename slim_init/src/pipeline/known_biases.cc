@@ -90,9 +90,9 @@ InitResult answerAboutKnownBiases(const InitWindow& window, const InitializerOpt
   }
   result = solve(window, options, budget);
   if (!contradicted && !result.success()) return result;
-  result.warnings.push_back(text(3, "the prior biases, gyroscope (", known.gyro.transpose(),
-                                 ") rad/s and accelerometer (", known.accel.transpose(),
-                                 ") m/s^2, contradict the data and are not used"));
+  result.warnings.push_back(roundedText(3, "the prior biases, gyroscope (", known.gyro.transpose(),
+                                        ") rad/s and accelerometer (", known.accel.transpose(),
+                                        ") m/s^2, contradict the data and are not used"));
   return result;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 
 #include "geometry/dense.h"
@@ -47,8 +46,8 @@ std::vector<GateValue> gatesOf(const InitWindow& seen, const InitWindow& tracks,
 void setProvisional(InitResult* result) {
   const NewestSigmas newest = newestSigmas(*result);
   fail(InitStatus::kProvisional,
-       text(2, "standard deviations: velocity ", newest.velocity, " m/s, tilt ", newest.tilt_deg,
-            " deg, scale ", 100.0 * result->scale_sigma, " %"),
+       roundedText(2, "standard deviations: velocity ", newest.velocity, " m/s, tilt ",
+                   newest.tilt_deg, " deg, scale ", 100.0 * result->scale_sigma, " %"),
        result);
 }
 

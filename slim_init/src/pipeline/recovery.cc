@@ -207,8 +207,8 @@ void setMessage(InitResult* result) {
     return;
   }
   const NewestSigmas newest = newestSigmas(*result);
-  result->message = text(2, "from a known state: standard deviations of velocity ", newest.velocity,
-                         " m/s, tilt ", newest.tilt_deg, " deg");
+  result->message = roundedText(2, "from a known state: standard deviations of velocity ",
+                                newest.velocity, " m/s, tilt ", newest.tilt_deg, " deg");
   if (!dropped.empty()) result->message += "; the data contradict its " + list(dropped);
 }
 

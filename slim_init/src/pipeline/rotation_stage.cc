@@ -280,14 +280,14 @@ bool acceptRotations(const RotationStage& stage, InitResult* result) {
                               static_cast<int>(stage.window->pointTracks().size()), result);
     return true;
   }
-  std::string message = text(6, "gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ",
+  std::string message = text("gyroscope bias ", bias.gyro_bias.norm(), " rad/s (limit ",
                              rotation_constants::kMaxBias, ")");
   if (bias.status == InitStatus::kTooFewTracks) {
-    message = text(6, "0 keyframe pairs with ", rotation_constants::kMinPointsPerPair,
+    message = text("0 keyframe pairs with ", rotation_constants::kMinPointsPerPair,
                    " or more common points (minimum 1)");
   } else if (bias.status == InitStatus::kInconsistentResiduals) {
     message =
-        text(6, "fraction of the point tracks that agree with one gyroscope bias ",
+        text("fraction of the point tracks that agree with one gyroscope bias ",
              bias.inlierFraction(), " (minimum ", rotation_constants::kMinInlierFraction, ")");
   }
   fail(bias.status, message, result);

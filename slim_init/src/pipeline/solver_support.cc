@@ -40,7 +40,7 @@ void appendGates(const std::vector<GateValue>& gates, InitResult* result) {
 bool hasEnoughKeyframes(const InitWindow& window, InitResult* result) {
   if (window.size() >= kMinKeyframes) return true;
   fail(InitStatus::kTooFewKeyframes,
-       text(6, "window holds ", window.size(), " keyframes (minimum ", kMinKeyframes, ")"), result);
+       text("window holds ", window.size(), " keyframes (minimum ", kMinKeyframes, ")"), result);
   return false;
 }
 
@@ -134,7 +134,7 @@ void setSpeeds(const InitWindow& window, const SpeedUse& use, InitResult* result
         "a slipping wheel, or an incorrect scale or extrinsic of the sensor");
   }
   if (result->speeds.missing == 0) return;
-  result->warnings.push_back(text(6, "no measured velocity at ", result->speeds.missing, " of ",
+  result->warnings.push_back(text("no measured velocity at ", result->speeds.missing, " of ",
                                   window.size(), " keyframes: none on both sides within ",
                                   InitWindow::kMaxSpeedGap, " s"));
 }
@@ -157,9 +157,10 @@ void appendCalibrationWarnings(const Calibration& handed_in, const CalibrationEs
                              const char* unit, const char* key) {
     if (prior == 0.0) return;  // held: its error is one of rounding
     if (!(error > verdict_constants::kCertainSigmas * std::hypot(sigma, prior))) return;
-    result->warnings.push_back(text(3, what, " is off by ", error, ' ', unit, " (sigma ", sigma,
-                                    ' ', unit, "), more than its standard deviation of ", prior,
-                                    ' ', unit, " allows: if several windows agree, correct ", key));
+    result->warnings.push_back(
+        roundedText(3, what, " is off by ", error, ' ', unit, " (sigma ", sigma, ' ', unit,
+                    "), more than its standard deviation of ", prior, ' ', unit,
+                    " allows: if several windows agree, correct ", key));
   };
   if (known.rotation_deg < CalibrationSigmas::kUnknownRotationDeg) {
     warn("extrinsic rotation",
@@ -180,14 +181,14 @@ void setTrackNoise(double measured_px, const Calibration& used, InitResult* resu
   result->track_noise = {measured_px, used.pointSigmaPx()};
   if (!(measured_px > kNoisyTracks * used.pointSigmaPx())) return;
   result->warnings.push_back(
-      text(2, "point tracks have a noise of ", measured_px, " px, ", used.pointSigmaPx(),
-           " px is assumed: blur, dim images, or an incorrect camera model"));
+      roundedText(2, "point tracks have a noise of ", measured_px, " px, ", used.pointSigmaPx(),
+                  " px is assumed: blur, dim images, or an incorrect camera model"));
 }
 
 void appendStaticTracksWarning(int static_tracks, int tracks, InitResult* result) {
   if (static_tracks == 0) return;
   result->warnings.push_back(text(
-      6, static_tracks, " of ", static_tracks + tracks,
+      static_tracks, " of ", static_tracks + tracks,
       " point tracks are static in the image while the camera turns and are not used (a part of"
       " the vehicle in view, drops or dirt on the lens): exclude that part of the image with"
       " the key mask, the back end uses these tracks too"));

@@ -176,7 +176,7 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
     const KeyframePairs pairs(*seen, kHandEyeGap);
     turns = turnsOf(*seen, pairs);
     if (static_cast<int>(turns.size()) < kMinPairs) {
-      out.message += text(6, turns.size(), " keyframe pairs with enough points to measure it",
+      out.message += text(turns.size(), " keyframe pairs with enough points to measure it",
                           " (minimum ", kMinPairs, ")");
       return out;
     }
@@ -189,9 +189,9 @@ ExtrinsicRotation estimateExtrinsicRotation(const InitWindow& window) {
     return out;
   }
   const std::string sigma = std::isfinite(sigma_deg)
-                                ? text(6, std::lround(std::min(sigma_deg, 180.0)), " deg")
+                                ? text(std::lround(std::min(sigma_deg, 180.0)), " deg")
                                 : "not measured";
-  out.message += text(6, "its standard deviation from the motion ", sigma, " (limit ",
+  out.message += text("its standard deviation from the motion ", sigma, " (limit ",
                       kMaxHandEyeSigmaDeg, "): rotate about ", leastTurnedAxis(turns));
   return out;
 }

@@ -155,8 +155,8 @@ bool SnapshotSolve::restUntil(double last) {
 // The body at rest, and as long as there are too few keyframes after that: what is observable.
 InitResult SnapshotSolve::stationary() const {
   const LastRest& rest = memory_.rest;
-  InitResult result =
-      refuse(InitStatus::kStationary, text(3, "at rest for ", rest.until - rest.since, " s"));
+  InitResult result = refuse(InitStatus::kStationary,
+                             roundedText(3, "at rest for ", rest.until - rest.since, " s"));
   result.gravity_w = Eigen::Vector3d(0.0, 0.0, -window_.calibration().gravity_magnitude);
   result.gravity_b0 = rest.prior.state.R_w_b.transpose() * result.gravity_w;
   result.gyro_bias = rest.prior.state.gyro_bias;
@@ -355,7 +355,7 @@ InitResult SnapshotSolve::solveWithPrior(const StatePrior& prior) {
 std::string SnapshotSolve::checkGap(double from, double to) const {
   const double gap = largestGap(imu_, from, to);
   if (!(gap > window_.options().max_imu_gap_s)) return "";
-  return text(6, "gap in the IMU data between the last healthy state and the window ", gap,
+  return text("gap in the IMU data between the last healthy state and the window ", gap,
               " s (limit ", window_.options().max_imu_gap_s, " s)");
 }
 
@@ -365,9 +365,9 @@ std::string SnapshotSolve::checkHealthy(const StatePrior& healthy) const {
   const double t = healthy.state.t;
   if (!imu_.empty() && t >= imu_.front().t && t <= imu_.back().t) return "";
   const std::string message =
-      text(6, "the last healthy state at ", std::fixed, t, " s lies outside the buffered IMU data");
+      text("the last healthy state at ", std::fixed, t, " s lies outside the buffered IMU data");
   if (imu_.empty()) return message;
-  return message + text(6, std::fixed, " [", imu_.front().t, ", ", imu_.back().t, "] s");
+  return message + text(std::fixed, " [", imu_.front().t, ", ", imu_.back().t, "] s");
 }
 
 // `alone`, a success or provisional, in the frame of the newest state that agrees, or else of the
@@ -390,7 +390,7 @@ InitResult SnapshotSolve::continueFrame(const std::vector<HealthyState>& states,
     const auto part = static_cast<StatePart>(i);
     if (from->test.contradicts(part)) alone.prior_dropped.push_back(toString(part));
   }
-  alone.message += text(6, "; the last healthy state differs by ", std::sqrt(from->test.total),
+  alone.message += text("; the last healthy state differs by ", std::sqrt(from->test.total),
                         " standard deviations (limit ", std::sqrt(from->test.bound()),
                         ") and gives position and yaw alone");
   return alone;

@@ -4,7 +4,6 @@
 // initializer receives meanwhile reaches it.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>

@@ -171,8 +171,8 @@ std::vector<GateValue> calibrationGates(const Calibration& handed_in,
                                         const CalibrationEstimate& found,
                                         const GateOptions& options) {
   const auto explain = [](const char* what, double error, double sigma, const char* unit) {
-    return text(2, what, " error about ", error, ' ', unit, " (sigma ", sigma, ' ', unit,
-                "), less ", kCertainSigmas, " sigma:");
+    return roundedText(2, what, " error about ", error, ' ', unit, " (sigma ", sigma, ' ', unit,
+                       "), less ", kCertainSigmas, " sigma:");
   };
   const auto certain = [](double error, double sigma) {
     return std::max(0.0, error - kCertainSigmas * sigma);
@@ -222,8 +222,8 @@ namespace {
 std::string explainOtherScale(const PosteriorMeasures& measures) {
   std::string baselines;
   if (std::isfinite(measures.other_scale)) {
-    baselines =
-        text(3, " (mean baseline ", measures.other_scale, " m instead of ", measures.scale, " m)");
+    baselines = roundedText(3, " (mean baseline ", measures.other_scale, " m instead of ",
+                            measures.scale, " m)");
   }
   return "another scale" + baselines + " fits nearly as well: cost difference";
 }
@@ -231,7 +231,7 @@ std::string explainOtherScale(const PosteriorMeasures& measures) {
 std::string explainChi2(const PosteriorMeasures& measures) {
   const std::string what = "visual chi-square per degree of freedom";
   if (!std::isfinite(measures.sigma_px)) return what;
-  return what + text(2, " at a track noise of ", measures.sigma_px, " px:");
+  return what + roundedText(2, " at a track noise of ", measures.sigma_px, " px:");
 }
 
 }  // namespace
@@ -293,12 +293,12 @@ GateValue agreementGate(double disagreement_sigmas, double max_disagreement) {
 std::string describe(const GateValue& gate) {
   std::string value = " not measured";
   if (std::isfinite(gate.value)) {
-    value = text(3, ' ', gate.value, gate.unit.empty() ? "" : " ", gate.unit);
+    value = roundedText(3, ' ', gate.value, gate.unit.empty() ? "" : " ", gate.unit);
   } else if (gate.name == GateName::kAgreement) {
     return gate.explanation;  // says all there is to say
   }
   return gate.explanation + value +
-         text(3, gate.upper_bound ? " (limit " : " (minimum ", gate.threshold, ')');
+         roundedText(3, gate.upper_bound ? " (limit " : " (minimum ", gate.threshold, ')');
 }
 
 void enforceGates(GateMode mode, InitResult* result) {

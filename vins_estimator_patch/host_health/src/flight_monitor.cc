@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the slim_init authors. SPDX-License-Identifier: BSD-3-Clause
 #include "slim_init/host_health/flight_monitor.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

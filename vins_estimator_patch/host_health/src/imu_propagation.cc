@@ -108,7 +108,7 @@ bool propagateState(const PropagatedState& from, double t, const std::deque<ImuS
   }
   const std::vector<ImuSample> path = samplesBetween(samples, from.state.t, t);
   if (path.empty()) {
-    *error = text(6, "the IMU data do not cover the ", t - from.state.t,
+    *error = text("the IMU data do not cover the ", t - from.state.t,
                   " s over which a state is to be propagated");
     return false;
   }

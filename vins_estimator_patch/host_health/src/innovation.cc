@@ -87,7 +87,7 @@ double mahalanobis(const Vector6d& d, const Matrix6d& covariance) {
   return std::sqrt(std::max(0.0, d.dot(covariance.ldlt().solve(d))));
 }
 
-std::string rounded(double value) { return text(3, value); }
+std::string rounded(double value) { return roundedText(3, value); }
 
 const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, double t) {
   for (const FrameObservation& frame : frames) {

@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -100,10 +99,10 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   }
   const NavState& newest = states.back();
   if (const double bias = newest.accel_bias.norm(); bias > bounds.accel_bias) {
-    wrong(text(3, "accelerometer bias ", bias, " m/s^2 (limit ", bounds.accel_bias, ")"));
+    wrong(roundedText(3, "accelerometer bias ", bias, " m/s^2 (limit ", bounds.accel_bias, ")"));
   }
   if (const double bias = newest.gyro_bias.norm(); bias > bounds.gyro_bias) {
-    wrong(text(3, "gyroscope bias ", bias, " rad/s (limit ", bounds.gyro_bias, ")"));
+    wrong(roundedText(3, "gyroscope bias ", bias, " rad/s (limit ", bounds.gyro_bias, ")"));
   }
 
   // The IMU alone from the oldest state that it may reach from.
@@ -125,12 +124,12 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
         bounds.rotation_deg +
         3.0 * kDeg * std::sqrt(propagated.covariance.diagonal().head<3>().maxCoeff());
     if (finding.velocity_mps > may_v) {
-      wrong(text(3, "velocity changed by ", finding.velocity_mps,
-                 " m/s more than the IMU measured in ", age, " s (limit ", may_v, ")"));
+      wrong(roundedText(3, "velocity changed by ", finding.velocity_mps,
+                        " m/s more than the IMU measured in ", age, " s (limit ", may_v, ")"));
     }
     if (finding.rotation_deg > may_r) {
-      wrong(text(3, "attitude changed by ", finding.rotation_deg,
-                 " deg more than the IMU measured in ", age, " s (limit ", may_r, ")"));
+      wrong(roundedText(3, "attitude changed by ", finding.rotation_deg,
+                        " deg more than the IMU measured in ", age, " s (limit ", may_r, ")"));
     }
     break;
   }
@@ -143,8 +142,9 @@ WatchFinding watchWindow(const std::vector<NavState>& states,
   }
   finding.reprojection_px = reprojection(states, at, calibration, bounds.tracks);
   if (finding.reprojection_px > bounds.reprojection_px) {
-    wrong(text(3, "tracks are ", finding.reprojection_px,
-               " px from their predicted places (median, limit ", bounds.reprojection_px, ")"));
+    wrong(roundedText(3, "tracks are ", finding.reprojection_px,
+                      " px from their predicted places (median, limit ", bounds.reprojection_px,
+                      ")"));
   }
   return finding;
 }
@@ -157,11 +157,12 @@ std::string SteadyBiases::judge(const NavState& state) {
   }
   const Eigen::Vector3d accel = state.accel_bias - accel_bias_, gyro = state.gyro_bias - gyro_bias_;
   if (accel.norm() > kAccelStep) {
-    return text(3, "accelerometer bias has moved by ", accel.norm(), " m/s^2 (limit ", kAccelStep,
-                ")");
+    return roundedText(3, "accelerometer bias has moved by ", accel.norm(), " m/s^2 (limit ",
+                       kAccelStep, ")");
   }
   if (gyro.norm() > kGyroStep) {
-    return text(3, "gyroscope bias has moved by ", gyro.norm(), " rad/s (limit ", kGyroStep, ")");
+    return roundedText(3, "gyroscope bias has moved by ", gyro.norm(), " rad/s (limit ", kGyroStep,
+                       ")");
   }
   accel_bias_ += kShare * accel;
   gyro_bias_ += kShare * gyro;
@@ -176,14 +177,15 @@ std::string compareStates(const NavState& host, const NavState& answer, double s
   const double sigma = std::isnan(scale_sigma) ? 0.0 : scale_sigma;
   const double may = kAnswerVelocity + (kAnswerShare + 3.0 * sigma) * v_answer.norm();
   if (off > may) {
-    return text(3, "velocity is ", off, " m/s from that of an independent window (limit ", may,
-                ")");
+    return roundedText(3, "velocity is ", off, " m/s from that of an independent window (limit ",
+                       may, ")");
   }
   const Eigen::Vector3d up_host = host.R_w_b.row(2), up = answer.R_w_b.row(2);
   const double tilt = kDeg * std::atan2(up_host.cross(up).norm(), up_host.dot(up));
   if (tilt > kAnswerTiltDeg) {
-    return text(3, "attitude is ", tilt, " deg from the gravity of an independent window (limit ",
-                kAnswerTiltDeg, ")");
+    return roundedText(3, "attitude is ", tilt,
+                       " deg from the gravity of an independent window (limit ", kAnswerTiltDeg,
+                       ")");
   }
   return "";
 }

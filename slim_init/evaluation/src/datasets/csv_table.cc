@@ -124,7 +124,7 @@ class TableParser {
     if (format_.order == RowOrder::kReject && !table_->rows.empty() &&
         row.stamp_ns <= table_->rows.back().stamp_ns) {
       const CsvRow& before = table_->rows.back();
-      return {text(6, place(), ": time ", row.stamp_ns, " ns ",
+      return {text(place(), ": time ", row.stamp_ns, " ns ",
                    (row.stamp_ns == before.stamp_ns
                         ? "repeats that"
                         : "is before the " + std::to_string(before.stamp_ns) + " ns"),
@@ -167,8 +167,8 @@ ReadStatus readTable(const std::string& path, const CsvFormat& format, CsvTable*
   }
   std::tie(table->repeated, table->out_of_order) = sortByStamp(&table->rows);
   if (static_cast<int>(table->rows.size()) < format.min_rows) {
-    return {text(6, path, " has ", table->rows.size(), " rows of data (minimum ", format.min_rows,
-                 ')')};
+    return {
+        text(path, " has ", table->rows.size(), " rows of data (minimum ", format.min_rows, ')')};
   }
   return {};
 }
@@ -248,9 +248,8 @@ ReadStatus truthStates(const CsvTable& table, std::int64_t t0_ns, std::vector<Na
     state.p_w_b = vectorAt(row, 0);
     const Eigen::Quaterniond q(row.values[3], row.values[4], row.values[5], row.values[6]);
     if (!(std::abs(q.norm() - 1.0) <= kMaxQuaternionNormError)) {
-      return {text(6, table.path, " line ", row.line,
-                   " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is ", q.norm(), ", must be within ",
-                   kMaxQuaternionNormError, " of 1")};
+      return {text(table.path, " line ", row.line, " columns 5 to 8 (q_w, q_x, q_y, q_z): norm is ",
+                   q.norm(), ", must be within ", kMaxQuaternionNormError, " of 1")};
     }
     state.R_w_b = q.normalized().toRotationMatrix();
     if (*has_velocity_and_bias) {
@@ -284,9 +283,9 @@ ImuGaps findImuGaps(const std::string& source, const std::vector<ImuSample>& imu
     }
   }
   if (gaps.count > 0) {
-    gaps.note = text(6, source, " has ", gaps.count, " IMU gap", (gaps.count > 1 ? "s" : ""),
-                     " longer than ", max_gap_s, " s, the longest ", longest,
-                     "; no window reaches across a gap");
+    gaps.note =
+        text(source, " has ", gaps.count, " IMU gap", (gaps.count > 1 ? "s" : ""), " longer than ",
+             max_gap_s, " s, the longest ", longest, "; no window reaches across a gap");
   }
   return gaps;
 }

@@ -29,8 +29,8 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
     }
   }
   const auto describe = [&](int count, const char* what, double begin, double end) {
-    return text(6, count, " of ", counts.images, " images of ", table.path, " lie outside the ",
-                what, " (", begin, " s to ", end, " s after the first IMU sample)");
+    return text(count, " of ", counts.images, " images of ", table.path, " lie outside the ", what,
+                " (", begin, " s to ", end, " s after the first IMU sample)");
   };
   const std::string outside_imu = describe(counts.images_outside_imu, "IMU data", 0.0, imu_end);
   const std::string outside_truth = describe(counts.images_outside_truth, "ground truth",
@@ -38,8 +38,7 @@ ReadStatus convertImages(const CsvTable& table, RecordedMotion* motion) {
   if (motion->image_times.empty()) {
     const double first = relativeSeconds(table.rows.front().stamp_ns, motion->t0_ns);
     const double last = relativeSeconds(table.rows.back().stamp_ns, motion->t0_ns);
-    return {text(6,
-                 (counts.images_outside_imu == counts.images ? outside_imu
+    return {text((counts.images_outside_imu == counts.images ? outside_imu
                   : counts.images_outside_imu > 0            ? outside_imu + ", " + outside_truth
                                                              : outside_truth),
                  "; the images span ", first, " s to ", last, " s, so none can be used")};

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "slim_init/feature_tracker_lines/yaml_document.h"
+#include "slim_init/text.h"
 
 namespace slim_init::evaluation {
 namespace {
@@ -258,15 +259,12 @@ std::string cameraSensorYaml(const WriterRig& rig) {
 }
 
 std::string imuSensorYaml(const WriterRig& rig) {
-  std::ostringstream out;
-  out.precision(17);
-  out << "%YAML:1.0\nsensor_type: imu\ncomment: " << rig.comment << "\n\n"
-      << transformYaml(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero())
-      << "rate_hz: " << rig.imu_rate_hz
-      << "\ngyroscope_noise_density: " << rig.calibration.imu_noise.gyro_density
-      << "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: "
-      << rig.calibration.imu_noise.accel_density << "  # [m/s^2/sqrt(Hz)]\n";
-  return out.str();
+  return roundedText(17, "%YAML:1.0\nsensor_type: imu\ncomment: ", rig.comment, "\n\n",
+                     transformYaml(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()),
+                     "rate_hz: ", rig.imu_rate_hz,
+                     "\ngyroscope_noise_density: ", rig.calibration.imu_noise.gyro_density,
+                     "      # [rad/s/sqrt(Hz)]\naccelerometer_noise_density: ",
+                     rig.calibration.imu_noise.accel_density, "  # [m/s^2/sqrt(Hz)]\n");
 }
 
 }  // namespace slim_init::evaluation

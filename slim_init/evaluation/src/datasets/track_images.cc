@@ -117,7 +117,7 @@ std::string trackImages(ImageSequence* images,
     const ImageStatus status = front_end.addImage(t, image, &frame);
     if (status != ImageStatus::kTracked) {
       ++summary->refused;
-      problem(text(6, "image at ", images->imageStampNs(k), " ns was refused (", toString(status),
+      problem(text("image at ", images->imageStampNs(k), " ns was refused (", toString(status),
                    "): it has ", image.cols, " x ", image.rows, " pixels, the camera ",
                    camera.width, " x ", camera.height));
       continue;

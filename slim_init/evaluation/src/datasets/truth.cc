@@ -155,7 +155,7 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
   std::vector<Span> spans = makeSpans(imu, truth);
   if (static_cast<int>(spans.size()) < kMinSpans) {
     result.message =
-        text(6, "gyro bias cannot be fitted: ", spans.size(), " spans of ", kSpan,
+        text("gyro bias cannot be fitted: ", spans.size(), " spans of ", kSpan,
              " s have both gyro and ground-truth orientation (minimum ", kMinSpans, ')');
     return result;
   }
@@ -185,13 +185,12 @@ GyroBiasFit fitGyroBias(const std::vector<ImuSample>& imu, const std::vector<Nav
   result.bias = bias;
   result.ok = true;
   result.message =
-      text(4,
-           "ground truth has no gyro bias; one constant was fitted to gyro and ground-truth "
-           "orientation"
-           " over ",
-           result.spans, " spans of ", kSpan, " s (", result.spans_rejected,
-           " discarded as outliers, residual ", result.rms_rad, " rad rms per span): [", bias.x(),
-           ", ", bias.y(), ", ", bias.z(), "] rad/s");
+      roundedText(4,
+                  "ground truth has no gyro bias; one constant was fitted to gyro and ground-truth "
+                  "orientation over ",
+                  result.spans, " spans of ", kSpan, " s (", result.spans_rejected,
+                  " discarded as outliers, residual ", result.rms_rad, " rad rms per span): [",
+                  bias.x(), ", ", bias.y(), ", ", bias.z(), "] rad/s");
   return result;
 }
 

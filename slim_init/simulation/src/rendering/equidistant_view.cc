@@ -34,7 +34,7 @@ bool makeEquidistantView(const feature_tracker_lines::Camera& camera, Equidistan
     if (!(angles.norm() <= kMaxAngle)) {
       if (error != nullptr)
         *error = text(
-            6, "pixel (", u, ", ", v, ") of the camera ",
+            "pixel (", u, ", ", v, ") of the camera ",
             (angles.allFinite() ? "looks more than 87.5 deg away from its axis" : "has no ray"),
             ", which cannot be rendered");
       return false;

@@ -19,13 +19,10 @@ using Eigen::Vector3d;
 constexpr double kPi = 3.141592653589793;
 
 std::string vec(const Vector3d& v) {
-  std::ostringstream out;
-  out.precision(12);
-  out << '<' << v.x() << ',' << v.y() << ',' << v.z() << '>';
-  return out.str();
+  return roundedText(12, '<', v.x(), ',', v.y(), ',', v.z(), '>');
 }
 
-std::string grey(double value) { return text(6, "rgb ", value); }
+std::string grey(double value) { return text("rgb ", value); }
 
 // A pattern in its own coordinates: x across, y up, z out of the surface.
 std::string pigment(const Look& look) {

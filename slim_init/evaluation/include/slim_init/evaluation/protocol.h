@@ -67,9 +67,12 @@ struct MethodRecord {
   bool without_truth = false;
   PartialMetrics partial;  ///< of a result without an estimate
   double scale_sigma = kNotComputed;
+  double noise_px = kNotComputed;     ///< InitResult::TrackNoise::measured_px
   CalibrationErrors calibration;      ///< of a method that estimates it
   std::vector<std::string> warnings;  ///< InitResult::warnings
   std::vector<GateValue> gates;
+  int point_tracks = 0;
+  int line_tracks = 0;
   double solve_ms = kNotComputed;  ///< wall time of that solve(), measured around the call
   /// CPU time of the calling thread over the same call: what the machine does besides is not in it.
   double solve_cpu_ms = kNotComputed;
