@@ -91,8 +91,10 @@ struct Flight {
   }
   // From frame `begin` on a texture that moves by (px, px/2) per frame hides the given part of the
   // view, so that all of its tracks are new. A tracker that takes it for the scene rejects the
-  // others: they live for two frames. Returns the tracks of the texture, which live for `life`.
-  std::set<FeatureId> coverWithTexture(int begin, double part, double px, int life = 1000) {
+  // `others`: they live for two frames. Returns the tracks of the texture, which live for `life`.
+  enum class Others { kRejected, kTracked };
+  std::set<FeatureId> coverWithTexture(int begin, double part, double px, int life = 1000,
+                                       Others others = Others::kRejected) {
     constexpr FeatureId kTexture = 10000, kShortLived = 2000000;
     std::set<FeatureId> moving;
     std::mt19937 random(2);
@@ -104,7 +106,7 @@ struct Flight {
       std::vector<PointObservation> points;
       for (PointObservation point : frames[k].points) {
         if (static_cast<double>(point.id * 37 % 100) < 100.0 * part) continue;
-        point.id += kShortLived * (1 + age / 2);
+        if (others == Others::kRejected) point.id += kShortLived * (1 + age / 2);
         points.push_back(point);
       }
       const std::size_t hidden = frames[k].points.size() - points.size();
@@ -501,6 +503,41 @@ TEST(InnovationMonitor, ATextureThatIsAllThereIsIsNotTheScene) {
       EXPECT_LT(used, 0.1 * seen);
     }
   }
+}
+
+// Tracks that were there before decide: the new ones are more, and agree with each other.
+TEST(InnovationMonitor, TheSceneBesideATextureDecides) {
+  int kept_out = 0, seen = 0, wronged = 0, scene = 0;
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    for (const Motion motion : {Motion::kExcited, Motion::kConstantVelocity}) {
+      for (const double px : {2.0, 3.0, 6.0, 12.0}) {
+        SCOPED_TRACE(std::to_string(px) + " px, motion " +
+                     std::to_string(static_cast<int>(motion)) + ", seed " + std::to_string(seed));
+        Flight flight(flightOf(motion, kNoisePx, seed));
+        const std::set<FeatureId> texture =
+            flight.coverWithTexture(16, 0.7, px, 1000, Flight::Others::kTracked);
+        for (const auto& [k, result] : flight.watch()) {
+          EXPECT_NE(result.culprit, Culprit::kImu) << k << ": " << result.message;
+          EXPECT_NE(result.culprit, Culprit::kUnclear) << k << ": " << result.message;
+          if (k < 20) continue;  // of two views they may be the scene
+          for (const PointObservation& point : flight.frames[k].points) {
+            const bool moves = texture.count(point.id) > 0;
+            const bool found =
+                std::binary_search(result.moving.begin(), result.moving.end(), point.id);
+            seen += moves ? 1 : 0;
+            kept_out += moves && found ? 1 : 0;
+            scene += moves ? 0 : 1;
+            wronged += !moves && found ? 1 : 0;
+          }
+        }
+      }
+    }
+  }
+  std::cout << kept_out << " of " << seen << " tracks of the texture kept out, " << wronged
+            << " of " << scene << " others\n";
+  EXPECT_GT(scene, 10000);
+  EXPECT_GE(kept_out, 0.95 * seen);
+  EXPECT_LE(wronged, 0.05 * scene);
 }
 
 // Tracks of few views agree with a pose far from the IMU's as well as with the IMU.

@@ -275,6 +275,32 @@ TEST_F(ForeignInitializer, AJumpOfABiasIsJudgedByAnAnswer) {
   EXPECT_FALSE(adapter_->watch(window, rig.R_b_c, rig.t_b_c).suspect) << "the answer agreed";
 }
 
+// The initializer does not see damage of the IMU data: over it, its answer is no evidence.
+TEST_F(ForeignInitializer, AWindowOverDamageDoesNotSpeakAgainstTheHost) {
+  constexpr int kDamaged = 20;
+  const double first = exact_.truth[kDamaged].t + 0.02;
+  exact_.imu = host_health::disturbed(exact_.imu, first, first + 0.3, {120.0, 0.0, 0.0});
+  int speaks = 0, silent = 0;
+  for (int k = 0; k < 35; ++k) {
+    feed(k);
+    if (k < kDamaged - 3) continue;
+    std::vector<HostState> window;
+    for (int i = k - 3; i <= k; ++i) {
+      window.push_back(toHostState(exact_.truth[i], 0.0));
+      window.back().V *= 3.0;
+    }
+    const HostHealth health =
+        adapter_->watch(window, exact_.calibration.R_b_c, exact_.calibration.t_b_c);
+    const bool contradicts = health.reason.find("independent window") != std::string::npos;
+    // Seven frames of the oracle's window, and three intervals of damage.
+    const bool over_damage = k > kDamaged && k < kDamaged + 10;
+    EXPECT_EQ(contradicts, !over_damage) << k << ": " << health.reason;
+    (contradicts ? speaks : silent) += 1;
+  }
+  EXPECT_GT(speaks, 5);
+  EXPECT_GT(silent, 5);
+}
+
 // Rolling shutter: every observation gets its row, whichever way it comes.
 TEST_F(ForeignInitializer, RowsAreSet) {
   FrameObservation frame = exact_.keyframes[0];

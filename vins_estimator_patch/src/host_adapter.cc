@@ -281,6 +281,11 @@ void HostAdapter::State::checkAgainstSolve(const NavState& newest, double stamp,
     }
     return;
   }
+  // The initializer does not see the damage, and a window over it may be wrong with any certainty.
+  const std::vector<NavState>& states = solved->result.states;
+  if (states.empty() || wideningOf(screen.damage(), states.front().t, states.back().t).damaged) {
+    return;
+  }
   ++contradictions;
   health->suspect = true;
   health->reason += (health->reason.empty() ? "" : "; ") + contradiction;

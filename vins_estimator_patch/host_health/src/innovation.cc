@@ -40,15 +40,12 @@ constexpr double kNearlyAll = 0.7;
 constexpr double kPart = 0.25;
 constexpr double kMajority = 0.5;
 constexpr double kHealthy = 0.8;
-// A pose stays with the IMU's prediction if it is nearer to it than this part of the other pose.
-constexpr double kStays = 0.5;
 // Geman-McClure: a residual of this chi-square has a quarter of its weight.
 constexpr double kKernel = 6.0;
 constexpr int kMaxIterations = 12;
-// Degrees of freedom of a track of four views in the window, and how many such tracks have to speak
-// against the IMU.
+// Degrees of freedom of a track of four views in the window, and of how many the scene is known.
 constexpr int kOldDof = 5;
-constexpr int kLeastOld = 2;
+constexpr std::size_t kLeastOld = 2;
 // A track that has moved, and is no poor one: its chi-square over the largest of one that has not.
 constexpr double kMoved = 2.0;
 constexpr double kLeastInverseDepth = 1e-6;  // [1/m]
@@ -99,6 +96,10 @@ const FrameObservation* frameAt(const std::vector<FrameObservation>& frames, dou
 // The tracks of the newest frame that have a place.
 struct Scene {
   std::vector<PoseTrack> tracks;
+  // The first of these fix the poses and are counted: old ones, or all if there are few of those.
+  // What has just appeared may be new all over the image and agree with itself.
+  std::size_t deciding = 0;
+  bool known = false;  // a few are old
   // The window's poses, which are from before the newest interval, leave them no place.
   std::vector<FeatureId> placeless;
   std::size_t moved = 0;  // of these: by far
@@ -172,6 +173,12 @@ Scene sceneOf(const std::vector<NavState>& optimized, const FrameObservation& ne
   }
   scene.tracks.erase(placed, scene.tracks.end());
   for (PoseTrack& track : scene.tracks) track.place.covariance *= factor * factor;
+  const auto young =
+      std::stable_partition(scene.tracks.begin(), scene.tracks.end(),
+                            [](const PoseTrack& track) { return track.place.dof >= kOldDof; });
+  scene.deciding = static_cast<std::size_t>(young - scene.tracks.begin());
+  scene.known = scene.deciding >= kLeastOld;
+  if (scene.deciding < kLeastTracks) scene.deciding = scene.tracks.size();
   return scene;
 }
 
@@ -180,11 +187,9 @@ struct PoseFit {
   NavState pose;
   Matrix6d covariance = Matrix6d::Zero();  // of the tracks alone
   std::vector<char> agrees;
-  int count = 0;
-  double cost = 0.0;  // chi-squares, each truncated
-  double fraction() const {
-    return static_cast<double>(count) / static_cast<double>(agrees.size());
-  }
+  std::size_t count = 0;  // of them
+  double fraction = 0.0;  // of the deciding tracks
+  double cost = 0.0;      // their chi-squares, each truncated
 };
 
 // `arm`: from the body to the camera, in w.
@@ -238,7 +243,7 @@ class PoseSolver {
       scale = std::max(1.0, scale / 3.0);
       if (last_scale && step.head<3>().norm() < 1e-5 && step.tail<3>().norm() < 1e-4) break;
     }
-    return finish(pose);
+    return finish(pose, prior_information);
   }
 
  private:
@@ -254,8 +259,8 @@ class PoseSolver {
     const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     std::vector<double> squares;
     PoseResidual residual;
-    for (const PoseTrack& track : scene_.tracks) {
-      if (!residualAt(track, camera, arm, scene_.sigma, &residual)) continue;
+    for (std::size_t i = 0; i < scene_.deciding; ++i) {
+      if (!residualAt(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) continue;
       squares.push_back(residual.r.dot(residual.information * residual.r));
     }
     return squares.empty() ? 1.0 : std::max(1.0, std::sqrt(middle(std::move(squares)) / kKernel));
@@ -266,7 +271,8 @@ class PoseSolver {
     const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     const double kernel = scale * scale * kKernel;
     PoseResidual residual;
-    for (const PoseTrack& track : scene_.tracks) {
+    for (std::size_t i = 0; i < scene_.deciding; ++i) {
+      const PoseTrack& track = scene_.tracks[i];
       if (!residualAt(track, camera, arm, scene_.sigma, &residual)) continue;
       const Eigen::Vector2d weighted = residual.information * residual.r;
       const double root = 1.0 / (1.0 + residual.r.dot(weighted) / kernel);
@@ -277,28 +283,41 @@ class PoseSolver {
     }
   }
 
-  PoseFit finish(const NavState& pose) const {
+  PoseFit finish(const NavState& pose, const Matrix6d& prior_information) const {
     PoseFit fit;
     fit.pose = pose;
     const CameraPose camera = cameraOf(pose, calibration_);
     const Eigen::Vector3d arm = pose.R_w_b * calibration_.t_b_c;
     Matrix6d H = weak();
+    Matrix6d of_pose = Matrix6d::Zero();  // the deciding tracks are in the pose themselves
     PoseResidual residual;
-    for (const PoseTrack& track : scene_.tracks) {
+    for (std::size_t i = 0; i < scene_.tracks.size(); ++i) {
+      const bool decides = i < scene_.deciding;
+      if (i == scene_.deciding) of_pose = (H + prior_information).inverse();
       double square = kAgrees;
-      if (residualAt(track, camera, arm, scene_.sigma, &residual)) {
+      if (residualAt(scene_.tracks[i], camera, arm, scene_.sigma, &residual)) {
+        if (!decides) widen(of_pose, &residual);
         square = residual.r.dot(residual.information * residual.r);
       }
       const bool agrees = square < kAgrees;
       fit.agrees.push_back(agrees ? 1 : 0);
       fit.count += agrees ? 1 : 0;
+      if (!decides) continue;
       fit.cost += std::min(square, kAgrees);
       if (!agrees) continue;
-      useBothDepths(track, &residual);
+      useBothDepths(scene_.tracks[i], &residual);
       H.noalias() += residual.J.transpose() * residual.information * residual.J;
     }
+    const auto deciding = fit.agrees.begin() + static_cast<std::ptrdiff_t>(scene_.deciding);
+    fit.fraction = static_cast<double>(std::count(fit.agrees.begin(), deciding, 1)) /
+                   static_cast<double>(scene_.deciding);
     fit.covariance = H.inverse();
     return fit;
+  }
+
+  static void widen(const Matrix6d& of_pose, PoseResidual* residual) {
+    const Eigen::Matrix2d S = residual->information.inverse();
+    residual->information = (S + residual->J * of_pose * residual->J.transpose()).inverse();
   }
 
   const Scene& scene_;
@@ -364,7 +383,7 @@ Fits fitBoth(const PoseSolver& solver, const Prediction& prediction,
   Fits fits;
   fits.imu = solver.fit(prediction.state, false, &prediction.covariance);
   fits.images = solver.fit(fits.imu.pose, false, nullptr);
-  if (fits.imu.fraction() < kHealthy) {
+  if (fits.imu.fraction < kHealthy) {
     // Without the tracks of both the search ends where it begins.
     for (const NavState& start :
          {prediction.state, optimized.back(), constantMotion(optimized, prediction.state.t)}) {
@@ -400,24 +419,6 @@ bool move(std::size_t others, std::size_t all) {
          static_cast<double>(others) > (1.0 - kHealthy) * static_cast<double>(all);
 }
 
-// Tracks that are no news to the window and agree with the pose.
-int oldOf(const Scene& scene, const PoseFit& fit) {
-  int count = 0;
-  for (std::size_t i = 0; i < scene.tracks.size(); ++i) {
-    count += fit.agrees[i] && scene.tracks[i].place.dof >= kOldDof ? 1 : 0;
-  }
-  return count;
-}
-
-// Whether half of the tracks that agree with the IMU agree with it alone.
-bool halfAgreesAlone(const Fits& fits) {
-  int alone = 0;
-  for (std::size_t i = 0; i < fits.imu.agrees.size(); ++i) {
-    alone += fits.imu.agrees[i] && !fits.images.agrees[i] ? 1 : 0;
-  }
-  return alone >= kMajority * fits.imu.count;
-}
-
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
 // interval: they cannot speak against the IMU, and neither can new ones, or such as do not agree
 // with each other.
@@ -426,27 +427,19 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
   const bool decide = trust.decide;
   const std::size_t placed = scene.tracks.size(), all = placed + scene.placeless.size();
   const auto moves = [&scene, placed, all, decide](const PoseFit& fit) {
-    return move(placed - static_cast<std::size_t>(fit.count) + (decide ? 0 : scene.moved), all);
+    return move(placed - fit.count + (decide ? 0 : scene.moved), all);
   };
-  const double a = fits.imu.fraction(), b = fits.images.fraction();
-  const bool most = decide || fits.images.count >= kMajority * static_cast<double>(all);
-  if (goes_on && most && b >= kNearlyAll) return Culprit::kImu;
-  // Damage leaves no part of the tracks where the IMU is, but for those that agree with the images
-  // as well. Tracks of few views, and a texture's, may all agree in another minimum.
-  const bool part = a >= kMajority || (a >= kPart && (!trust.still || halfAgreesAlone(fits)));
-  if (fits.allowed && part && fits.left < kStays * distance) {
+  const double b = fits.images.fraction;
+  if (goes_on && b >= kNearlyAll) return Culprit::kImu;
+  // Damage leaves no part of the tracks where the IMU is.
+  if (fits.allowed && fits.imu.fraction >= kPart) {
     return moves(fits.imu) ? Culprit::kImages : Culprit::kNone;
   }
-  // With few tracks the pose says less than that none of them agrees.
-  const bool wrong = distance >= kLargestMahalanobis || (a < kPart && b >= kNearlyAll);
-  const int old = oldOf(scene, fits.images);
-  const bool known_scene = old >= kLeastOld && (!fits.allowed || old >= oldOf(scene, fits.imu));
-  if (wrong && !decide && (!known_scene || b < kMajority)) return Culprit::kImages;
-  if (wrong && most && b >= kNearlyAll) return Culprit::kImu;
-  if (!decide && move(scene.moved, all)) return Culprit::kImages;
-  if (wrong) return Culprit::kUnclear;
-  if (!moves(fits.images)) return Culprit::kNone;
-  return b >= kPart || !decide ? Culprit::kImages : Culprit::kUnclear;
+  if (distance < kLargestMahalanobis) {
+    return moves(fits.images) ? Culprit::kImages : Culprit::kNone;
+  }
+  if (!decide && (!scene.known || b < kMajority)) return Culprit::kImages;
+  return b >= kNearlyAll ? Culprit::kImu : Culprit::kUnclear;
 }
 
 // Whether `d`, of covariance S, shows the error of the frame before again: the likelihood of an
@@ -579,8 +572,8 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
   const Fits fits = fitBoth(PoseSolver(scene, calibration), prediction, optimized);
   const Vector6d d = difference(fits.images.pose, prediction.state);
   const double interval = predicted.state.t - optimized.back().t;
-  result.agree_imu = fits.allowed ? fits.imu.fraction() : 0.0;
-  result.agree_images = fits.images.fraction();
+  result.agree_imu = fits.allowed ? fits.imu.fraction : 0.0;
+  result.agree_images = fits.images.fraction;
   result.rotation_deg = kDeg * d.head<3>().norm();
   result.position_m = d.tail<3>().norm();
   result.covariance = fits.images.covariance;
@@ -599,7 +592,7 @@ Innovation innovationOf(const std::vector<NavState>& optimized, const Propagated
   if (result.culprit == Culprit::kImu) result.best = result.images;
   if (result.culprit == Culprit::kImages) {
     const PoseFit* world = result.mahalanobis < kLargestMahalanobis ? &fits.images : nullptr;
-    if (fits.allowed && fits.imu.fraction() >= kPart) world = &fits.imu;
+    if (fits.allowed && fits.imu.fraction >= kPart) world = &fits.imu;
     setMoving(world, scene, trust.decide, &result);
   }
   if (result.culprit == Culprit::kImu || result.culprit == Culprit::kUnclear) {
@@ -671,7 +664,6 @@ Innovation InnovationMonitor::judge(const std::vector<NavState>& optimized,
   // A host whose poses have not agreed with its tracks yet has them wrong.
   trust.decide = uncertain || std::isnan(noise_) || t - trusted_since_ < kTrusted;
   if (!std::isnan(noise_)) trust.most_noise = std::min(kMostNoise, kMostGrowth * noise_);
-  trust.still = !(t - moved_ < kTrusted);
   trust.error = error_;
   trust.log_odds = damaged_ ? 0.0 : kGoesOnOdds;
   Innovation result = judgeFrame(optimized, predicted, frames, calibration, sigma_px, trust);

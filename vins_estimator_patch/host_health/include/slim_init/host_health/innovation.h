@@ -28,7 +28,7 @@ enum class Culprit {
 struct Innovation {
   Culprit culprit = Culprit::kNotJudged;
   int tracks = 0;             ///< of the newest frame with a known place
-  double agree_imu = 0.0;     ///< fraction of them that agrees with a pose that the IMU allows
+  double agree_imu = 0.0;     ///< fraction of those that decide that agrees with the IMU's pose
   double agree_images = 0.0;  ///< .. with the best pose of the images
   /// The best pose of the images against the IMU's prediction.
   double position_m = kNotComputed;
@@ -66,7 +66,6 @@ struct TrackTrust {
   double most_noise = kMostNoise;  ///< their noise is used up to so many `sigma_px`
   /// The optimized poses are less certain: a track that they leave no place does not move.
   bool decide = false;
-  bool still = false;  ///< no part of the image has moved in the last second
   /// Innovation::error of the frame before, zero: none; and the logarithm of the odds that it goes
   /// on.
   Eigen::Matrix<double, 6, 1> error = Eigen::Matrix<double, 6, 1>::Zero();
@@ -83,12 +82,13 @@ struct TrackTrust {
 /// kNotJudged.
 ///
 /// Tracks of the newest frame are triangulated between the optimized poses, each with its own
-/// covariance. A robust fit (Geman-McClure, graduated) finds the pose that the IMU allows and the
-/// pose that most tracks want; a track agrees with a pose if its chi-square, with the covariance of
-/// pixel and place, is below 13.8 (0.1 %). A track whose views in the window leave it no place (the
-/// same bound) has moved before the newest interval: many of them cannot speak against the IMU, and
-/// a texture that fills the view, all of whose tracks are new, is distinguished from damage by
-/// them.
+/// covariance. Those with four views decide, all if fewer than eight have them: what is new all
+/// over the image may agree with itself. A robust fit (Geman-McClure, graduated) finds the pose
+/// that the IMU allows and the pose that most of them want; a track agrees with a pose if its
+/// chi-square, with the covariance of pixel, place and, of a new one, pose, is below 13.8 (0.1 %).
+/// A track whose views in the window leave it no place (the same bound) has moved before the newest
+/// interval: many of them cannot speak against the IMU, and a texture that fills the view, all of
+/// whose tracks are new, is distinguished from damage by them.
 Innovation innovationOf(const std::vector<NavState>& optimized, const PropagatedState& predicted,
                         const std::vector<FrameObservation>& frames, const Calibration& calibration,
                         double sigma_px, const TrackTrust& trust = {});
