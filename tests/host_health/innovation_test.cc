@@ -540,6 +540,29 @@ TEST(InnovationMonitor, TheSceneBesideATextureDecides) {
   EXPECT_LE(wronged, 0.05 * scene);
 }
 
+// Most of the view has moved before, and what has not agrees on another pose by chance.
+TEST(Innovation, AFewTracksOfAViewThatMovesAreNotDamage) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Flight flight(flightOf(Motion::kExcited, kNoisePx, seed));
+    const Eigen::Matrix3d turn = turnOf(Eigen::Vector3d(0.03, 0.02, 0.0));
+    for (std::size_t k = 0; k <= 20; ++k) {
+      for (PointObservation& point : flight.frames[k].points) {
+        const double shift = 0.05 * static_cast<double>((k + point.id) % 3);
+        if (point.id % 8 != 0) {
+          point.bearing = (point.bearing + Eigen::Vector3d(shift, -shift, 0.0)).normalized();
+        } else if (k == 20) {
+          point.bearing = turn * point.bearing;
+        }
+      }
+    }
+    const Innovation result = flight.at(20);
+    EXPECT_GE(result.tracks, 8) << seed;
+    EXPECT_GE(result.agree_images, 0.7) << seed << ": " << result.message;
+    EXPECT_EQ(result.culprit, Culprit::kImages) << seed << ": " << result.message;
+    EXPECT_TRUE(result.blind);
+  }
+}
+
 // Tracks of few views agree with a pose far from the IMU's as well as with the IMU.
 TEST(InnovationMonitor, YoungTracksOfATextureAreNotDamage) {
   for (const Motion motion : {Motion::kExcited, Motion::kHover}) {

@@ -420,8 +420,7 @@ bool move(std::size_t others, std::size_t all) {
 }
 
 // Placeless tracks contradict poses that are older than anything that is wrong with the newest
-// interval: they cannot speak against the IMU, and neither can new ones, or such as do not agree
-// with each other.
+// interval: if they are most they cannot speak against the IMU, and neither can new ones.
 Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool goes_on,
                   const TrackTrust& trust) {
   const bool decide = trust.decide;
@@ -430,7 +429,9 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
     return move(placed - fit.count + (decide ? 0 : scene.moved), all);
   };
   const double b = fits.images.fraction;
-  if (goes_on && b >= kNearlyAll) return Culprit::kImu;
+  const bool may_accuse = decide || (scene.known && static_cast<double>(fits.images.count) >=
+                                                        kMajority * static_cast<double>(all));
+  if (goes_on && may_accuse && b >= kNearlyAll) return Culprit::kImu;
   // Damage leaves no part of the tracks where the IMU is.
   if (fits.allowed && fits.imu.fraction >= kPart) {
     return moves(fits.imu) ? Culprit::kImages : Culprit::kNone;
@@ -438,7 +439,7 @@ Culprit culpritOf(const Scene& scene, const Fits& fits, double distance, bool go
   if (distance < kLargestMahalanobis) {
     return moves(fits.images) ? Culprit::kImages : Culprit::kNone;
   }
-  if (!decide && (!scene.known || b < kMajority)) return Culprit::kImages;
+  if (!may_accuse) return Culprit::kImages;
   return b >= kNearlyAll ? Culprit::kImu : Culprit::kUnclear;
 }
 
